@@ -1,0 +1,70 @@
+// Bundle bytes -> checked index. No HDF5, no exception, no allocation; safe on untrusted bytes. The runtime uses this.
+#pragma once
+
+#include "formats/bundle_layout.h"
+
+namespace palpate::formats {
+
+enum class BundleStatus : std::uint32_t {
+  ok = 0,
+  truncated = 1,  // fewer bytes than the header or the index says
+  magic = 2,      // not a bundle, or one that was not finished
+  version = 3,    // a layout this reader does not know
+  section = 4,    // an entry is missing, out of bounds, misaligned or of the wrong type or shape
+  checksum = 5,   // bytes are not those that were written
+  content = 6,    // an index stored in a section points outside its target, or a number is not finite
+};
+
+struct BundleError {
+  BundleStatus status = BundleStatus::ok;
+  std::uint64_t byte_offset = 0;
+  char text[240] = {};  // what was expected, what was found, what to do
+};
+
+// What every bundle has, by the symbols of bundle_sections.def.
+struct BundleCounts {
+  std::uint64_t nodes, surface_nodes, tetrahedra, triangles, regions, touchable;
+};
+
+// The checked index: entries by position; copied out of the bytes, so a later change of them cannot undo a check.
+struct BundleIndex {
+  BundleHeader header;
+  SectionEntry entries[kMaxSections];
+  BundleCounts counts;
+};
+
+// Checks the first kUserBlockBytes of a bundle of file_bytes bytes: magic, version, index checksum, every offset, length,
+// alignment, type, rank and shape against bundle_sections.def and against one another, with overflow-safe arithmetic.
+// head: at least min(file_bytes, kUserBlockBytes) readable bytes, any alignment. Errors: as BundleStatus; *index is then
+// unspecified. Cost: microseconds.
+BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, BundleIndex* index, BundleError* error);
+
+// The entry of a section, or nullptr where the bundle has none.
+const SectionEntry* find_section(const BundleIndex& index, SectionId id);
+
+// Checks every integer of the mapped sections that is used as an index, and region and fixed values. Each pointer is the
+// section's bytes or nullptr for "not looked at". Cost: one pass over those sections (small ones; not the tensors).
+struct IndexedSections {
+  const std::int32_t* tetrahedra = nullptr;
+  const std::int32_t* region = nullptr;
+  const std::int32_t* triangles = nullptr;
+  const std::int32_t* touchable = nullptr;
+  const std::uint8_t* fixed = nullptr;
+};
+BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);
+
+// Name, type, unit and meaning from bundle_sections.def; nullptr for an id it does not list.
+struct SectionDescription {
+  SectionId id;
+  const char* path;
+  ElementType type;
+  std::uint32_t rank;
+  const char* shape;  // "(S, 3, Ns, 3)"
+  const char* unit;
+  bool always;
+  const char* meaning;
+};
+const SectionDescription* describe_section(SectionId id);
+const SectionDescription* section_descriptions(std::size_t* count);
+
+}  // namespace palpate::formats

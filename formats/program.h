@@ -1,0 +1,41 @@
+// What every program has in common: --help, --version, exit codes, log and progress.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace palpate {
+
+// Parses with CLI11 and runs body. Returns the exit code: 0 done, 1 OperationError (and std::bad_alloc, unknown
+// exceptions), 2 InputError or bad usage, 3 VerificationError. One sentence goes to stderr, prefixed "NAME: ".
+// define gets the app to add options to; body runs after a successful parse.
+int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<void(CLI::App&)>& define, const std::function<void()>& body);
+
+// A progress bar with time left on a terminal; elsewhere a plain line at each tenth. stderr.
+class Progress {
+ public:
+  Progress(std::string what, std::uint64_t total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void advance(std::uint64_t by = 1);
+
+ private:
+  std::string what_;
+  std::uint64_t total_, done_ = 0;
+  double started_ = 0, shown_ = 0;
+  int tenth_ = -1;
+  bool terminal_ = false;
+};
+
+// Lines for the reader on stderr: "note: ..." and "warning: ...".
+void note(const std::string& text);
+void warn(const std::string& text);
+
+// SHA-256 of a file, lower-case hexadecimal, as sha256sum prints it. Errors: InputError when it cannot be read.
+std::string sha256_of_file(const std::string& file);
+
+}  // namespace palpate

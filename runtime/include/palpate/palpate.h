@@ -1,0 +1,234 @@
+/* palpate.h - from a tensor bundle and the tools that touch the organ, to forces and the deformed shape.
+ *
+ * Units    SI: metre, newton, second. Points are x y z, node after node, in the bundle's frame.
+ * Memory   all of it is taken in palpate_bundle_open* and palpate_scene_create; a step (palpate_touch, palpate_shape)
+ *          never allocates, locks, prints, throws or makes a system call.
+ * Threads  a bundle is constant and may be shared. Of one scene, palpate_touch belongs to one thread and palpate_shape to
+ *          one thread; the two may differ and run at the same time: what passes between them is the palpate_contacts.
+ * Errors   opening and creating return a status and fill the caller's palpate_error; a step always fills its output and
+ *          returns flag bits that say how far to trust it. 0 is full trust.
+ */
+#ifndef PALPATE_H
+#define PALPATE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(PALPATE_SHARED)
+#define PALPATE_API __declspec(dllexport)
+#elif defined(__GNUC__)
+#define PALPATE_API __attribute__((visibility("default")))
+#else
+#define PALPATE_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define PALPATE_API_VERSION 1
+
+typedef struct palpate_bundle palpate_bundle; /* constant: what was computed offline           */
+typedef struct palpate_scene palpate_scene;   /* mutable: one organ under one set of effects   */
+
+/* ---- status and errors ------------------------------------------------------------------------------------------ */
+
+typedef enum palpate_status {
+  PALPATE_OK = 0,
+  PALPATE_ERROR_TRUNCATED = 1, /* fewer bytes than the bundle says it has            */
+  PALPATE_ERROR_MAGIC = 2,     /* not a bundle, or one that was not finished          */
+  PALPATE_ERROR_VERSION = 3,   /* a layout version this library does not read         */
+  PALPATE_ERROR_SECTION = 4,   /* a section is missing, out of bounds or of odd shape */
+  PALPATE_ERROR_CHECKSUM = 5,  /* bytes differ from those that were written           */
+  PALPATE_ERROR_CONTENT = 6,   /* an index in the bundle points outside its target    */
+  PALPATE_ERROR_ARGUMENT = 7,  /* a null pointer, a bad enum, a limit of zero         */
+  PALPATE_ERROR_MEMORY = 8,    /* the allocator returned NULL                         */
+  PALPATE_ERROR_FILE = 9,      /* the file cannot be opened or mapped                 */
+  PALPATE_ERROR_EFFECT = 10    /* an effect needs a section this bundle does not have */
+} palpate_status;
+
+typedef struct palpate_error {
+  palpate_status status;
+  uint64_t byte_offset; /* where in the bundle, or 0 */
+  char text[240];       /* what was expected, what was found, what to do */
+} palpate_error;
+
+/* ---- bundle ------------------------------------------------------------------------------------------------------ */
+
+/* Checks and wraps bundle bytes (a mapped file, an asset, a WebAssembly heap). The bytes are borrowed, never written, and
+ * must outlive *bundle. Safe on untrusted input. bytes: 64-byte aligned. error may be NULL.
+ * Returns PALPATE_OK, or the reason; *bundle is then NULL. */
+PALPATE_API palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, palpate_bundle** bundle,
+                                               palpate_error* error);
+
+/* The same for a file: only the sections that a scene needs are mapped (read-only), when it is created. A file that shrinks
+ * under the map does not kill the host: its lost pages read as zero and every later step raises PALPATE_STEP_BUNDLE_LOST. */
+PALPATE_API palpate_status palpate_bundle_open_file(const char* path, palpate_bundle** bundle, palpate_error* error);
+
+/* Compares every section with its checksum; reads the whole bundle. */
+PALPATE_API palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error* error);
+
+/* NULL is allowed. Scenes of the bundle must be destroyed first. */
+PALPATE_API void palpate_bundle_close(palpate_bundle* bundle);
+
+typedef struct palpate_bundle_info {
+  int32_t node_count;         /* N                                   */
+  int32_t surface_node_count; /* Ns: nodes 0 .. Ns-1 are the surface */
+  int32_t triangle_count;     /* F                                   */
+  int32_t tetrahedron_count;  /* E                                   */
+  int32_t touchable_count;    /* S                                   */
+  int32_t has_interior;       /* displacement_interior is there      */
+  int32_t has_radial;         /* P is there                          */
+  int32_t has_force;          /* Q is there                          */
+  int32_t has_preload;        /* preload/displacement is there       */
+} palpate_bundle_info;
+PALPATE_API palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle);
+
+/* Borrowed views, valid until the bundle is closed (maps the section of a file on first use; not for use in a step). NULL
+ * where the section cannot be mapped. */
+PALPATE_API const double* palpate_bundle_nodes(const palpate_bundle* bundle);       /* [N][3] m, rest   */
+PALPATE_API const int32_t* palpate_bundle_triangles(const palpate_bundle* bundle);  /* [F][3]           */
+PALPATE_API const int32_t* palpate_bundle_tetrahedra(const palpate_bundle* bundle); /* [E][4]           */
+PALPATE_API const int32_t* palpate_bundle_touchable(const palpate_bundle* bundle);  /* [S] node indices */
+
+/* ---- scene: only the effects it calls for ------------------------------------------------------------------------ */
+
+typedef enum palpate_collision { PALPATE_COLLISION_OFF, PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED } palpate_collision;
+typedef enum palpate_contact_model { PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT } palpate_contact_model;
+typedef enum palpate_force_model { PALPATE_FORCE_OFF, PALPATE_FORCE_LINEAR, PALPATE_FORCE_RESPONSE } palpate_force_model;
+typedef enum palpate_shape_model { PALPATE_SHAPE_OFF, PALPATE_SHAPE_SURFACE, PALPATE_SHAPE_VOLUME } palpate_shape_model;
+typedef enum palpate_radial_model { PALPATE_RADIAL_OFF, PALPATE_RADIAL_RESPONSE } palpate_radial_model;
+typedef enum palpate_preload_model { PALPATE_PRELOAD_OFF, PALPATE_PRELOAD_ON } palpate_preload_model;
+
+/* The host's memory; both NULL: malloc and free. allocate returns memory aligned to `alignment`, or NULL. */
+typedef struct palpate_allocator {
+  void* (*allocate)(void* user, size_t bytes, size_t alignment);
+  void (*release)(void* user, void* memory);
+  void* user;
+} palpate_allocator;
+
+typedef struct palpate_scene_def {
+  palpate_collision collision;      /* default REST                                                                  */
+  palpate_contact_model contact;    /* default POINT. How a tool point that meets a triangle holds it                */
+  palpate_force_model force;        /* default LINEAR                                                                */
+  palpate_shape_model shape;        /* default SURFACE                                                               */
+  palpate_radial_model radial;      /* default OFF                                                                   */
+  palpate_preload_model preload;    /* default OFF. ON: the rest shape is the one under the stored body force        */
+  int32_t max_tools;                /* default 4    [1 .. PALPATE_MAX_TOOLS]                                         */
+  int32_t max_points;               /* default 64   tool points and grips of all tools together                      */
+  int32_t max_contact_nodes;        /* default 192  nodes under contact, at most 3 per point or grip                 */
+  double force_limit;               /* default 50   N, on the length of each tool's force                            */
+  double force_slew;                /* default 1e4  N/s, on the change of each tool's force; INFINITY: none          */
+  palpate_allocator allocator;
+} palpate_scene_def;
+#define PALPATE_MAX_TOOLS 8
+
+PALPATE_API palpate_scene_def palpate_default_scene_def(void); /* start here, then change what you need */
+
+/* Builds the plan: maps the sections the effects need and no other, and takes all memory. */
+PALPATE_API palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
+                                                palpate_error* error);
+PALPATE_API void palpate_scene_destroy(palpate_scene* scene);
+
+/* One line of the plan: a pass, what it maps and what it costs per step at the scene's limits. */
+typedef struct palpate_plan_pass {
+  const char* name;     /* "collision: deformed", "superposition: surface", ... */
+  const char* half;     /* "create", "touch" or "shape"                        */
+  const char* sections; /* "tensors/force mesh/nodes"                          */
+  uint64_t mapped_bytes;
+  uint64_t bytes_per_contact_node; /* read per step and contact node; 0 where it does not grow with contacts */
+  uint64_t flops_per_contact_node;
+} palpate_plan_pass;
+/* The passes in order; *count is set. Valid until the scene is destroyed. */
+PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t* count);
+
+/* ---- touch: the haptic half -------------------------------------------------------------------------------------- */
+
+/* A place of the surface held at a displacement, whatever the collision finds. */
+typedef struct palpate_grip {
+  int32_t node;           /* a touchable node, or -1: then triangle and barycentric say where                */
+  int32_t triangle;       /* 0 .. F-1                                                                        */
+  double barycentric[3];  /* sums to 1                                                                       */
+  double displacement[3]; /* m, from the rest position                                                       */
+  uint32_t axes;          /* bits 1, 2, 4: which of x, y, z are imposed; the others stay force-free. 7: all  */
+} palpate_grip;
+
+typedef struct palpate_tool {
+  const double* points; /* [point_count][3] m: tested against the surface when collision is on              */
+  int32_t point_count;
+  const palpate_grip* grips; /* [grip_count] */
+  int32_t grip_count;
+  int32_t hold; /* 0: a contact ends when its tool point has moved out again; 1: it is held, and pulls  */
+} palpate_tool;
+
+/* One node under contact. */
+typedef struct palpate_contact_node {
+  int32_t node;                    /* mesh node index                                                                 */
+  int32_t column;                  /* its place in tensors/nodes                                                      */
+  int32_t tool;                    /* whose contact it is                                                             */
+  int32_t point;                   /* the tool's point index, or point_count + grip index                             */
+  double modified_displacement[3]; /* u~ of eq. 8: the coefficient of the node's tensor column, m                     */
+  double force[3];                 /* f of W f = u*: on the organ at this node, N, after the force correction         */
+} palpate_contact_node;
+
+typedef struct palpate_tool_state {
+  double force[3];     /* N, what the organ does to the tool (the reaction), limited and slew-limited: send this to a device */
+  double force_raw[3]; /* the same before the limits                                                                        */
+  double direction[3]; /* d_t: unit direction of the tool's imposed motion; zero without one                                */
+  int32_t contact_count;
+  uint32_t flags; /* the step flags that concern this tool */
+} palpate_tool_state;
+
+/* What touch hands to shape: plain data without pointers, node_count palpate_contact_node follow the struct. Copy used_bytes
+ * of it through a mailbox or a socket. */
+typedef struct palpate_contacts {
+  uint32_t used_bytes;
+  uint32_t flags; /* what palpate_touch returned */
+  uint64_t step;
+  int32_t node_count, node_capacity;
+  int32_t tool_count;
+  int32_t reserved;
+  palpate_tool_state tools[PALPATE_MAX_TOOLS];
+} palpate_contacts;
+
+/* Bytes of a palpate_contacts with room for the scene's max_contact_nodes. 8-byte aligned memory of the caller's. */
+PALPATE_API size_t palpate_contacts_bytes(const palpate_scene* scene);
+PALPATE_API const palpate_contact_node* palpate_contacts_nodes(const palpate_contacts* contacts);
+
+enum { /* bits of a step's return value; 0 is a fully trusted step */
+  PALPATE_STEP_BAD_INPUT = 1 << 0,         /* NaN, infinity, negative count, unknown node: that tool kept its last good input */
+  PALPATE_STEP_CONTACTS_DROPPED = 1 << 1,  /* more contacts than the limits; the first ones kept                            */
+  PALPATE_STEP_REGULARISED = 1 << 2,       /* near-dependent or conflicting contacts: solved with a stated bound            */
+  PALPATE_STEP_RESPONSE_RANGE = 1 << 3,    /* a correction was used outside its measured range (continued linearly)         */
+  PALPATE_STEP_FORCE_LIMITED = 1 << 4,     /* a force was cut to force_limit or force_slew                                  */
+  PALPATE_STEP_BUNDLE_LOST = 1 << 5,       /* the bundle's file shrank: do not trust this step                              */
+  PALPATE_STEP_NOT_TOUCHABLE = 1 << 6      /* a tool met the surface where the bundle has no tensor column; no contact made */
+};
+typedef uint32_t palpate_step_flags;
+
+/* Collision, contact solve, force. tools: [tool_count], in the same order every step. dt: s since the last touch, > 0.
+ * Always fills *contacts (of palpate_contacts_bytes). */
+PALPATE_API palpate_step_flags palpate_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
+                                             palpate_contacts* contacts);
+
+/* Forgets contacts, last positions and forces, as after create. */
+PALPATE_API void palpate_reset(palpate_scene* scene);
+
+/* ---- shape: the render half -------------------------------------------------------------------------------------- */
+
+/* Caller's arrays; either may be NULL. SHAPE_SURFACE fills the first Ns nodes, SHAPE_VOLUME all N. */
+typedef struct palpate_shape_out {
+  float* displacements; /* [node_capacity][3] m, from the rest shape                 */
+  float* positions;     /* [node_capacity][3] m, rest shape (preload included) + that */
+  int32_t node_capacity;
+  int32_t node_count; /* out: nodes filled */
+} palpate_shape_out;
+
+/* Superposition (eq. 9) and radial correction of the contacts that touch made. */
+PALPATE_API palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* contacts, palpate_shape_out* out);
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+
+#endif /* PALPATE_H */
