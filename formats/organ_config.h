@@ -60,7 +60,8 @@ struct OrganConfig {
 // Errors: InputError with file, line, key, expected and found; an unknown key is an error.
 OrganConfig read_organ_config(const std::filesystem::path& file);
 
-// A selector picks nodes of the surface (where = "surface", default) or of the whole mesh (where = "all").
+// A selector picks nodes of the surface (where = "surface") or of the whole mesh (where = "all", the default of patch and
+// contact, which name their nodes; the others default to the surface). select = { box = { ... }, where = "all" }.
 //   select = { box = { min = [x, y, z], max = [x, y, z] } }                mesh units
 //   select = { sphere = { center = [x, y, z], radius = r } }
 //   select = { half_space = { point = [x, y, z], normal = [x, y, z] } }    the side the normal points away from

@@ -1,0 +1,226 @@
+#include "formats/organ_config.h"
+
+#include "formats/toml_reader.h"
+
+namespace palpate {
+namespace {
+
+using Units = std::vector<std::pair<std::string, double>>;
+const Units kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
+const Units kPressures = {{"Pa", 1}, {"kPa", 1e3}, {"MPa", 1e6}, {"GPa", 1e9}};
+const Units kDensities = {{"kg/m^3", 1}, {"g/cm^3", 1e3}};
+const Units kAccelerations = {{"m/s^2", 1}};
+
+// { value = ..., unit = "...", source = "..." }; units empty: a bare number of dimension one.
+SourcedValue sourced(TomlTable& parent, const char* key, const Units& units) {
+  TomlTable table = parent.table(key);
+  SourcedValue result;
+  result.value = table.number("value") * (units.empty() ? 1.0 : table.choice("unit", units));
+  result.source = table.text("source", "\"Author year, table 2\"");
+  table.finish();
+  return result;
+}
+
+double length(TomlTable& parent, const char* key) {
+  TomlTable table = parent.table(key);
+  const double value = table.number("value") * table.choice("unit", kLengths);
+  if (value <= 0) table.wrong("value", "a length above 0");
+  table.finish();
+  return value;
+}
+
+SourcedValue young(TomlTable& parent) {
+  const SourcedValue result = sourced(parent, "young", kPressures);
+  if (result.value <= 0) parent.wrong("young", "a modulus above 0");
+  return result;
+}
+
+SourcedValue poisson(TomlTable& parent) {
+  const SourcedValue result = sourced(parent, "poisson", {});
+  if (!(result.value > -1 && result.value < 0.5)) parent.wrong("poisson", "a ratio with -1 < value < 0.5");
+  return result;
+}
+
+OrganConfig::Region region(TomlTable& table) {
+  OrganConfig::Region result;
+  result.name = table.text("name", "\"liver\"");
+  result.young = young(table);
+  result.poisson = poisson(table);
+  if (table.asked_and_present("density")) {
+    result.density = sourced(table, "density", kDensities);
+    if (result.density->value <= 0) table.wrong("density", "a density above 0");
+  }
+  table.finish();
+  return result;
+}
+
+OrganConfig::Response response(TomlTable table) {
+  OrganConfig::Response result;
+  result.curve = table.file().parent_path() / table.text("curve", "\"curves/NAME.csv\"");
+  result.source = table.text("source", "\"Author year, figure 3\"");
+  result.height = length(table, "height");
+  result.radius = length(table, "radius");
+  result.young = young(table).value;
+  result.poisson = poisson(table).value;
+  if (table.asked_and_present("degree")) {
+    const auto degree = table.integer("degree");
+    if (degree < 4 || degree > 10) table.wrong("degree", "an integer from 4 to 10");
+    result.degree = static_cast<int>(degree);
+  }
+  table.finish();
+  return result;
+}
+
+Selector selector(TomlTable table) {
+  using Kind = Selector::Kind;
+  static const std::pair<const char*, Kind> kinds[] = {
+      {"box", Kind::box},         {"sphere", Kind::sphere},
+      {"nearest", Kind::nearest}, {"half_space", Kind::half_space},
+      {"patch", Kind::patch},     {"below_quantile", Kind::below_quantile},
+      {"contact", Kind::contact}, {"everything", Kind::everything}};
+  Selector result;
+  result.line = table.line();
+  int found = 0;
+  for (const auto& [name, kind] : kinds)
+    if (table.asked_and_present(name)) result.kind = kind, ++found;
+  if (found != 1)
+    throw InputError(
+        fmt::format("{}:{}: select: expected exactly one of box, sphere, half_space, nearest, "
+                    "below_quantile, patch, contact, everything, found {}",
+                    table.file().string(), result.line, found));
+  const auto inner = [&table](const char* key, auto&& read) {
+    TomlTable t = table.table(key);
+    read(t);
+    t.finish();
+  };
+  switch (result.kind) {
+    case Kind::box:
+      inner("box", [&](TomlTable& t) {
+        result.a = t.vector("min"), result.b = t.vector("max");
+        for (int d = 0; d < 3; ++d)
+          if (result.a[d] > result.b[d]) t.wrong("min", "each coordinate at most that of max");
+      });
+      break;
+    case Kind::sphere:
+      inner("sphere", [&](TomlTable& t) {
+        result.a = t.vector("center"), result.number = t.number("radius");
+        if (result.number <= 0) t.wrong("radius", "a radius above 0");
+      });
+      break;
+    case Kind::half_space:
+      inner("half_space", [&](TomlTable& t) {
+        result.a = t.vector("point"), result.b = t.vector("normal");
+        if (result.b == std::array<double, 3>{}) t.wrong("normal", "a vector that is not zero");
+      });
+      break;
+    case Kind::nearest:
+      inner("nearest", [&](TomlTable& t) { result.points = t.points("points"); });
+      break;
+    case Kind::below_quantile:
+      inner("below_quantile", [&](TomlTable& t) {
+        result.a = t.vector("direction"), result.number = t.number("quantile");
+        if (result.a == std::array<double, 3>{}) t.wrong("direction", "a vector that is not zero");
+        if (!(result.number > 0 && result.number <= 1)) t.wrong("quantile", "a share with 0 < value <= 1");
+      });
+      break;
+    case Kind::patch:
+      result.names = {table.text("patch", "\"name\"")};
+      break;
+    case Kind::contact:
+      result.names = table.texts("contact");
+      if (result.names.size() != 2) table.wrong("contact", "the names of two regions");
+      break;
+    case Kind::everything:
+      if (!table.boolean("everything")) table.wrong("everything", "true");
+      break;
+  }
+  // A patch or a contact already says which nodes it means, also inside the body.
+  result.whole_mesh = result.kind == Kind::patch || result.kind == Kind::contact;
+  if (table.asked_and_present("where"))
+    result.whole_mesh = table.choice<bool>("where", {{"surface", false}, {"all", true}});
+  table.finish();
+  return result;
+}
+
+std::vector<Selector> selectors(TomlTable& table) {
+  std::vector<Selector> result;
+  for (auto& item : table.one_or_more("select")) result.push_back(selector(item));
+  return result;
+}
+
+BoundaryConfig::Fixed fixed(TomlTable& table) {
+  BoundaryConfig::Fixed result;
+  result.line = table.line();
+  const std::string dofs = table.text("dofs", "\"xyz\"");
+  for (const char c : dofs) {
+    if (c < 'x' || c > 'z' || result.dofs[c - 'x']) table.wrong("dofs", "some of the letters x, y, z, each once");
+    result.dofs[c - 'x'] = true;
+  }
+  result.select = selectors(table);
+  table.finish();
+  return result;
+}
+
+}  // namespace
+
+OrganConfig read_organ_config(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml(file);
+  TomlTable table(file, parsed, "");
+  OrganConfig result;
+  result.name = table.text("name", "\"liver\"");
+  result.metres_per_mesh_unit = table.choice("mesh_unit", kLengths);
+  result.frame = table.choice<std::string>("frame", {{"LPS", "LPS"}, {"RAS", "RAS"}, {"none", "none"}});
+  result.element = table.text("element", "\"p1\"");
+  for (auto& item : table.tables("region")) {
+    result.regions.push_back(region(item));
+    for (std::size_t r = 0; r + 1 < result.regions.size(); ++r)
+      if (result.regions[r].name == result.regions.back().name)
+        item.wrong("name", "a name that no other [[region]] has");
+  }
+  if (result.regions.empty()) {
+    table.asked_and_present("region");
+    throw InputError(
+        fmt::format("{}: expected at least one [[region]] with name, young and poisson, found none", file.string()));
+  }
+  if (table.asked_and_present("response")) result.response = response(table.table("response"));
+  table.asked_and_present("region");
+  table.finish();
+  return result;
+}
+
+BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml(file);
+  TomlTable table(file, parsed, "");
+  BoundaryConfig result;
+  result.name = table.text("name", "\"back\"");
+  table.asked_and_present("fixed");
+  for (auto& item : table.tables("fixed")) result.fixed.push_back(fixed(item));
+  if (result.fixed.empty())
+    throw InputError(
+        fmt::format("{}: expected at least one [[fixed]] with dofs and select, found none; an organ that "
+                    "is held nowhere has no shape to compute",
+                    file.string()));
+  if (table.asked_and_present("touchable")) {
+    TomlTable touchable = table.table("touchable");
+    result.touchable = selectors(touchable);
+    touchable.finish();
+  }
+  if (table.asked_and_present("preload")) {
+    TomlTable preload = table.table("preload");
+    TomlTable gravity = preload.table("gravity");
+    const double unit = gravity.choice("unit", kAccelerations);
+    result.gravity = gravity.vector("value");
+    for (double& g : *result.gravity) g *= unit;
+    gravity.finish();
+    preload.finish();
+  }
+  if (table.asked_and_present("store")) {
+    TomlTable store = table.table("store");
+    if (store.asked_and_present("interior")) result.store_interior = store.boolean("interior");
+    store.finish();
+  }
+  table.finish();
+  return result;
+}
+
+}  // namespace palpate
