@@ -11,7 +11,7 @@ namespace palpate::formats {
 
 inline constexpr char kBundleMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\n'};
 inline constexpr std::uint32_t kLayoutVersion = 1;
-inline constexpr std::uint64_t kUserBlockBytes = 4096;  // HDF5 asks for a power of two >= 512
+inline constexpr std::uint64_t kUserBlockBytes = 4096;    // HDF5 asks for a power of two >= 512
 inline constexpr std::uint64_t kSectionAlignment = 4096;  // a page, so that one section can be mapped alone
 inline constexpr std::uint32_t kMaxRank = 4;
 
@@ -28,14 +28,14 @@ struct BundleHeader {
 };
 
 struct SectionEntry {
-  std::uint32_t id;                // 0  from bundle_sections.def
-  std::uint32_t type;              // 4  ElementType
-  std::uint32_t rank;              // 8  1 .. kMaxRank
-  std::uint32_t reserved;          // 12 zero
-  std::uint64_t shape[kMaxRank];   // 16 unused dimensions are 1
-  std::uint64_t offset;            // 48 from the start of the file
-  std::uint64_t bytes;             // 56 product of shape and the element's size
-  std::uint64_t checksum;          // 64 XXH64, seed 0, of the section's bytes
+  std::uint32_t id;               // 0  from bundle_sections.def
+  std::uint32_t type;             // 4  ElementType
+  std::uint32_t rank;             // 8  1 .. kMaxRank
+  std::uint32_t reserved;         // 12 zero
+  std::uint64_t shape[kMaxRank];  // 16 unused dimensions are 1
+  std::uint64_t offset;           // 48 from the start of the file
+  std::uint64_t bytes;            // 56 product of shape and the element's size
+  std::uint64_t checksum;         // 64 XXH64, seed 0, of the section's bytes
 };
 
 static_assert(sizeof(BundleHeader) == 64 && offsetof(BundleHeader, index_checksum) == 32);
@@ -52,11 +52,16 @@ enum class SectionId : std::uint32_t {
 
 constexpr std::uint64_t element_bytes(ElementType type) {
   switch (type) {
-    case ElementType::f64: return 8;
-    case ElementType::f32: return 4;
-    case ElementType::i32: return 4;
-    case ElementType::u8: return 1;
-    case ElementType::text: return 1;
+    case ElementType::f64:
+      return 8;
+    case ElementType::f32:
+      return 4;
+    case ElementType::i32:
+      return 4;
+    case ElementType::u8:
+      return 1;
+    case ElementType::text:
+      return 1;
   }
   return 0;
 }

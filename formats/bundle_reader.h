@@ -33,17 +33,17 @@ struct BundleIndex {
   BundleCounts counts;
 };
 
-// Checks the first kUserBlockBytes of a bundle of file_bytes bytes: magic, version, index checksum, every offset, length,
-// alignment, type, rank and shape against bundle_sections.def and against one another, with overflow-safe arithmetic.
-// head: at least min(file_bytes, kUserBlockBytes) readable bytes, any alignment. Errors: as BundleStatus; *index is then
-// unspecified. Cost: microseconds.
+// Checks the first kUserBlockBytes of a bundle of file_bytes bytes: magic, version, index checksum, every offset,
+// length, alignment, type, rank and shape against bundle_sections.def and against one another, with overflow-safe
+// arithmetic. head: at least min(file_bytes, kUserBlockBytes) readable bytes, any alignment. Errors: as BundleStatus;
+// *index is then unspecified. Cost: microseconds.
 BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, BundleIndex* index, BundleError* error);
 
 // The entry of a section, or nullptr where the bundle has none.
 const SectionEntry* find_section(const BundleIndex& index, SectionId id);
 
-// Checks every integer of the mapped sections that is used as an index, and region and fixed values. Each pointer is the
-// section's bytes or nullptr for "not looked at". Cost: one pass over those sections (small ones; not the tensors).
+// Checks every integer of the mapped sections that is used as an index, and region and fixed values. Each pointer is
+// the section's bytes or nullptr for "not looked at". Cost: one pass over those sections (small ones; not the tensors).
 struct IndexedSections {
   const std::int32_t* tetrahedra = nullptr;
   const std::int32_t* region = nullptr;

@@ -16,11 +16,19 @@ struct SectionShape {
   std::vector<std::uint64_t> shape;
 };
 
-// Creates an HDF5 file with a user block and one contiguous, early-allocated, aligned dataset per section, the attributes
-// of provenance_json (a flat JSON object of strings, numbers and booleans) on the root group and the units and meanings on
-// the datasets, and closes it. Returns each section's entry with offset and bytes filled (checksum 0). The file is not a
-// bundle until seal_bundle. The same arguments give the same bytes (no times are stored).
-// Errors: OperationError (HDF5, disk), InputError (a shape that contradicts the list).
+// Creates an HDF5 file with a user block and one contiguous, early-allocated, aligned dataset per section, the
+// attributes of provenance_json on the root group and the unit, shape and meaning on the datasets, and closes it.
+// Writes the section "provenance", which need not be in the list. Returns each section's entry, in the order of the
+// list, with offset and bytes filled (checksum 0). The file is not a bundle until seal_bundle. The same arguments give
+// the same bytes (no times are stored). Text sections become one fixed-length string. Takes the disk space at once
+// where the file system can.
+//
+// provenance_json is a flat JSON object of strings, numbers and booleans. Keys that programs look for:
+//   format "palpate bundle" · version (layout, number) · program_version · element "p1" · units "m, N, Pa" · frame
+//   organ, boundary: their names · image_sha256 ("" where unknown), mesh_sha256, organ_sha256, boundary_sha256
+//   solver: what solved, in words · tolerance: on the true relative residual, number · preload: whether there is one
+//
+// Errors: OperationError (HDF5, disk), InputError (a shape that contradicts the list, provenance that is not flat).
 std::vector<formats::SectionEntry> lay_out_bundle(const std::filesystem::path& file,
                                                   const std::vector<SectionShape>& sections,
                                                   const std::string& provenance_json);
@@ -40,8 +48,8 @@ class SectionWriter {
   int descriptor_ = -1;
 };
 
-// Reads every section back, computes its checksum, writes header and index into the user block, fsyncs. The caller renames
-// the file into place (AtomicFile). Errors: OperationError.
+// Reads every section back, computes its checksum, writes header and index into the user block, fsyncs. The caller
+// renames the file into place (AtomicFile). Errors: OperationError.
 void seal_bundle(const std::filesystem::path& file, std::vector<formats::SectionEntry> entries);
 
 }  // namespace palpate

@@ -12,7 +12,8 @@ struct OperationError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Exit code 2: bad input or usage. The sentence names the file, the place, what was expected, what was found, what to do.
+// Exit code 2: bad input or usage. The sentence names the file, the place, what was expected, what was found, what to
+// do.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -23,18 +23,19 @@ struct TetrahedralMesh {
   std::vector<Patch> patches;
 };
 
-// Reads MSH 2.2 or 4.1, ASCII or binary, of linear tetrahedra (other elements than triangles and tetrahedra are ignored
-// and counted in a warning; higher-order tetrahedra are refused). Nodes that no tetrahedron uses are dropped and
-// reported. Errors: InputError for anything malformed, with the line or byte; nothing is allocated from a count that the
-// file's size cannot hold; inverted elements are an error that names the first one.
+// Reads MSH 2.2 or 4.1, ASCII or binary, of linear tetrahedra. Points, lines and other surface elements are ignored and
+// counted in a warning; volume elements that are no linear tetrahedra are refused: without them the body has holes. Nodes
+// that no tetrahedron uses are dropped and reported. Regions and patches come in ascending order of their numbers in the
+// file. Errors: InputError for anything malformed, with the line or byte; nothing is allocated from a count that the file's
+// size cannot hold; inverted elements are an error that names the first one.
 TetrahedralMesh read_mesh(const std::filesystem::path& file);
 
-// Writes MSH 4.1 ASCII, coordinates to 17 digits, physical names for regions and patches, atomically; the same mesh gives
-// the same bytes. One entity per region and per patch.
+// Writes MSH 4.1 ASCII, coordinates to 17 digits, physical names for regions and patches, atomically; the same mesh
+// gives the same bytes. One entity per region and per patch.
 void write_mesh(const std::filesystem::path& file, const TetrahedralMesh& mesh);
 
-// The outer surface: faces that belong to one tetrahedron, oriented outward (counter-clockwise from outside), in order of
-// first appearance. Errors: InputError where a face belongs to more than two tetrahedra.
+// The outer surface: faces that belong to one tetrahedron, oriented outward (counter-clockwise from outside), in order
+// of first appearance. Errors: InputError where a face belongs to more than two tetrahedra.
 std::vector<std::array<std::int32_t, 3>> boundary_triangles(const TetrahedralMesh& mesh);
 
 }  // namespace palpate

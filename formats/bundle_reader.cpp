@@ -1,0 +1,379 @@
+#include "formats/bundle_reader.h"
+
+#include <bit>
+#include <cinttypes>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+
+#include "formats/checksum.h"
+
+namespace palpate::formats {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the index is read as it lies in the file: little-endian");
+
+enum class Presence { optional, always };
+
+constexpr SectionDescription kSections[] = {
+#define PALPATE_SECTION(identifier, id, path, type, rank, shape, unit, presence, meaning) \
+  {SectionId::identifier, path, ElementType::type, rank, #shape, unit, Presence::presence == Presence::always, meaning},
+#include "formats/bundle_sections.def"
+#undef PALPATE_SECTION
+};
+constexpr std::size_t kSectionKinds = sizeof kSections / sizeof *kSections;
+
+// Every count is used as a 32-bit index by the bundle itself and by the runtime.
+constexpr std::uint64_t kMaxCount = INT32_MAX;
+
+#if defined(__GNUC__)
+__attribute__((format(printf, 4, 5)))
+#endif
+BundleStatus
+refuse(BundleError* error, BundleStatus status, std::uint64_t byte_offset, const char* format, ...) {
+  if (error == nullptr) return status;
+  error->status = status;
+  error->byte_offset = byte_offset;
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(error->text, sizeof error->text, format, arguments);
+  va_end(arguments);
+  return status;
+}
+
+// offset and bytes come from the file: never add them before comparing.
+bool range_is_inside(std::uint64_t offset, std::uint64_t bytes, std::uint64_t file_bytes) {
+  return offset <= file_bytes && bytes <= file_bytes - offset;
+}
+
+bool multiply(std::uint64_t a, std::uint64_t b, std::uint64_t* product) {
+  if (a != 0 && b > UINT64_MAX / a) return false;
+  *product = a * b;
+  return true;
+}
+
+std::uint64_t header_field(std::size_t offset_in_header) {
+  return offset_in_header;
+}
+std::uint64_t entry_offset(std::uint32_t position) {
+  return sizeof(BundleHeader) + std::uint64_t{position} * sizeof(SectionEntry);
+}
+
+// ---- header ---------------------------------------------------------------------------------------------------------
+
+BundleStatus check_magic(const unsigned char* head, std::uint64_t file_bytes, BundleError* error) {
+  const std::size_t seen =
+      file_bytes < sizeof kBundleMagic ? static_cast<std::size_t>(file_bytes) : sizeof kBundleMagic;
+  if (seen > 0 && std::memcmp(head, kBundleMagic, seen) != 0) {
+    constexpr unsigned char kHdf5[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+    bool zero = true;
+    for (std::size_t i = 0; i < seen; ++i) zero = zero && head[i] == 0;
+    if (zero)
+      return refuse(error, BundleStatus::magic, 0,
+                    "expected \"PALPATE\" in the first 8 bytes, found zeros: the bundle was not finished; run "
+                    "palpate-precompute again");
+    if (std::memcmp(head, kHdf5, seen) == 0)
+      return refuse(
+          error, BundleStatus::magic, 0,
+          "expected \"PALPATE\" in the first 8 bytes, found HDF5 without the index of a bundle; use the file that "
+          "palpate-precompute wrote");
+    return refuse(error, BundleStatus::magic, 0,
+                  "expected \"PALPATE\" in the first 8 bytes, found something else: this is not a tensor bundle");
+  }
+  if (file_bytes < kUserBlockBytes)
+    return refuse(error, BundleStatus::truncated, file_bytes,
+                  "a bundle begins with an index of %" PRIu64 " bytes but only %" PRIu64 " are there; copy it again",
+                  kUserBlockBytes, file_bytes);
+  return BundleStatus::ok;
+}
+
+BundleStatus check_header(const unsigned char* head, std::uint64_t file_bytes, BundleHeader* header,
+                          BundleError* error) {
+  std::memcpy(header, head, sizeof *header);
+  if (header->layout_version != kLayoutVersion)
+    return refuse(error, BundleStatus::version, header_field(offsetof(BundleHeader, layout_version)),
+                  "this reader knows bundle layout %" PRIu32 ", found %" PRIu32 "; use a matching version of Palpate",
+                  kLayoutVersion, header->layout_version);
+  if (header->section_count > kMaxSections)
+    return refuse(error, BundleStatus::section, header_field(offsetof(BundleHeader, section_count)),
+                  "expected at most %" PRIu32 " sections, found %" PRIu32 "; copy the bundle again or rebuild it",
+                  kMaxSections, header->section_count);
+
+  // The checksum comes before anything else of the index is believed.
+  Xxh64 checksum;
+  BundleHeader blank = *header;
+  blank.index_checksum = 0;
+  checksum.update(&blank, sizeof blank);
+  checksum.update(head + sizeof blank, header->section_count * sizeof(SectionEntry));
+  if (checksum.digest() != header->index_checksum)
+    return refuse(error, BundleStatus::checksum, header_field(offsetof(BundleHeader, index_checksum)),
+                  "the index has checksum %016" PRIx64 " but %016" PRIx64
+                  " was written; copy the bundle again or rebuild it",
+                  checksum.digest(), header->index_checksum);
+
+  if (header->file_bytes != file_bytes)
+    return refuse(error, BundleStatus::truncated, file_bytes,
+                  "the bundle was written with %" PRIu64 " bytes but %" PRIu64 " are there; copy it again",
+                  header->file_bytes, file_bytes);
+  if (header->user_block_bytes != kUserBlockBytes)
+    return refuse(error, BundleStatus::section, header_field(offsetof(BundleHeader, user_block_bytes)),
+                  "expected a user block of %" PRIu64 " bytes, found %" PRIu64 "; rebuild the bundle", kUserBlockBytes,
+                  header->user_block_bytes);
+  for (const std::uint64_t word : header->reserved)
+    if (word != 0)
+      return refuse(error, BundleStatus::section, header_field(offsetof(BundleHeader, reserved)),
+                    "expected zeros in the header's reserved bytes; rebuild the bundle");
+  for (std::uint64_t at = entry_offset(header->section_count); at < kUserBlockBytes; ++at)
+    if (head[at] != 0)
+      return refuse(error, BundleStatus::section, at,
+                    "expected zeros between the index and the first section; copy the bundle again or rebuild it");
+  return BundleStatus::ok;
+}
+
+// ---- one entry ------------------------------------------------------------------------------------------------------
+
+// Where the section's bytes lie; holds for kinds this reader does not know as well.
+BundleStatus check_range(const SectionEntry& entry, std::uint64_t at, std::uint64_t file_bytes, BundleError* error) {
+  if (entry.bytes == 0)
+    return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, bytes),
+                  "section %" PRIu32 " has no bytes; rebuild the bundle", entry.id);
+  if (entry.offset < kUserBlockBytes || entry.offset % kSectionAlignment != 0)
+    return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, offset),
+                  "section %" PRIu32 " begins at byte %" PRIu64 ", expected a multiple of %" PRIu64
+                  " after the index; rebuild the bundle",
+                  entry.id, entry.offset, kSectionAlignment);
+  if (!range_is_inside(entry.offset, entry.bytes, file_bytes))
+    return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, offset),
+                  "section %" PRIu32 " has %" PRIu64 " bytes at byte %" PRIu64 " but the bundle ends at byte %" PRIu64
+                  "; copy it again or rebuild it",
+                  entry.id, entry.bytes, entry.offset, file_bytes);
+  return BundleStatus::ok;
+}
+
+// Type, rank, shape and length of a section that bundle_sections.def lists.
+BundleStatus check_form(const SectionEntry& entry, const SectionDescription& section, std::uint64_t at,
+                        BundleError* error) {
+  if (entry.type != static_cast<std::uint32_t>(section.type) || entry.rank != section.rank || entry.reserved != 0)
+    return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, type),
+                  "%s: expected element type %" PRIu32 " and rank %" PRIu32 ", found %" PRIu32 " and %" PRIu32
+                  "; rebuild the bundle",
+                  section.path, static_cast<std::uint32_t>(section.type), section.rank, entry.type, entry.rank);
+  std::uint64_t product = element_bytes(section.type);
+  bool fits = true;
+  for (std::uint32_t d = 0; d < kMaxRank; ++d) {
+    const bool in_range = entry.shape[d] >= 1 && entry.shape[d] <= kMaxCount;
+    fits = fits && in_range && (d < entry.rank || entry.shape[d] == 1) && multiply(product, entry.shape[d], &product);
+  }
+  if (!fits || product != entry.bytes)
+    return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, shape),
+                  "%s: %" PRIu64 " bytes do not hold the shape (%" PRIu64 ", %" PRIu64 ", %" PRIu64 ", %" PRIu64
+                  "); rebuild the bundle",
+                  section.path, entry.bytes, entry.shape[0], entry.shape[1], entry.shape[2], entry.shape[3]);
+  return BundleStatus::ok;
+}
+
+bool overlap(const SectionEntry& a, const SectionEntry& b) {
+  // Both ranges are inside the file, so the sums cannot overflow.
+  return a.offset < b.offset + b.bytes && b.offset < a.offset + a.bytes;
+}
+
+BundleStatus check_pairs(const BundleIndex& index, std::uint32_t position, BundleError* error) {
+  const SectionEntry& entry = index.entries[position];
+  for (std::uint32_t other = 0; other < position; ++other) {
+    if (index.entries[other].id == entry.id)
+      return refuse(error, BundleStatus::section, entry_offset(position),
+                    "section %" PRIu32 " is listed twice; rebuild the bundle", entry.id);
+    if (overlap(index.entries[other], entry))
+      return refuse(error, BundleStatus::section, entry_offset(position) + offsetof(SectionEntry, offset),
+                    "sections %" PRIu32 " and %" PRIu32 " share bytes; rebuild the bundle", index.entries[other].id,
+                    entry.id);
+  }
+  return BundleStatus::ok;
+}
+
+// ---- entries against one another ------------------------------------------------------------------------------------
+
+BundleStatus check_presence(const BundleIndex& index, BundleError* error) {
+  for (const SectionDescription& section : kSections)
+    if (section.always && find_section(index, section.id) == nullptr)
+      return refuse(error, BundleStatus::section, sizeof(BundleHeader), "section %s is missing; rebuild the bundle",
+                    section.path);
+  return BundleStatus::ok;
+}
+
+BundleCounts take_counts(const BundleIndex& index) {
+  // Every section named here is present: check_presence came first.
+  const auto dimension = [&](SectionId id, int d) { return find_section(index, id)->shape[d]; };
+  BundleCounts counts{};
+  counts.nodes = dimension(SectionId::nodes, 0);
+  counts.surface_nodes = dimension(SectionId::displacement_surface, 2);
+  counts.tetrahedra = dimension(SectionId::tetrahedra, 0);
+  counts.triangles = dimension(SectionId::triangles, 0);
+  counts.regions = dimension(SectionId::young, 0);
+  counts.touchable = dimension(SectionId::touchable, 0);
+  return counts;
+}
+
+// One symbol of a shape in bundle_sections.def, [begin, end): its value; 0 means any.
+std::uint64_t symbol_value(const char* begin, const char* end, const BundleCounts& counts) {
+  const struct {
+    const char* name;
+    std::uint64_t value;
+  } symbols[] = {{"N", counts.nodes},
+                 {"Ns", counts.surface_nodes},
+                 {"N-Ns", counts.nodes - counts.surface_nodes},
+                 {"E", counts.tetrahedra},
+                 {"F", counts.triangles},
+                 {"R", counts.regions},
+                 {"S", counts.touchable},
+                 {"*", 0}};
+  const auto length = static_cast<std::size_t>(end - begin);
+  for (const auto& symbol : symbols)
+    if (std::strlen(symbol.name) == length && std::memcmp(symbol.name, begin, length) == 0) return symbol.value;
+  std::uint64_t number = 0;
+  for (; begin != end; ++begin) number = 10 * number + static_cast<std::uint64_t>(*begin - '0');
+  return number;
+}
+
+// The next symbol of "(S, 3, Ns, 3)" at or after *cursor; false at the end.
+bool next_symbol(const char** cursor, const char** begin, const char** end) {
+  const auto separates = [](char c) { return c == '(' || c == ')' || c == ',' || c == ' '; };
+  while (**cursor != '\0' && separates(**cursor)) ++*cursor;
+  *begin = *cursor;
+  while (**cursor != '\0' && !separates(**cursor)) ++*cursor;
+  *end = *cursor;
+  return *begin != *end;
+}
+
+BundleStatus check_shape(const BundleIndex& index, std::uint32_t position, BundleError* error) {
+  const SectionEntry& entry = index.entries[position];
+  const SectionDescription* section = describe_section(static_cast<SectionId>(entry.id));
+  if (section == nullptr) return BundleStatus::ok;
+  const char *cursor = section->shape, *begin = nullptr, *end = nullptr;
+  for (std::uint32_t d = 0; d < entry.rank && next_symbol(&cursor, &begin, &end); ++d) {
+    if (end - begin == 1 && *begin == '*') continue;
+    const std::uint64_t expected = symbol_value(begin, end, index.counts);
+    if (entry.shape[d] != expected)
+      return refuse(error, BundleStatus::section, entry_offset(position) + offsetof(SectionEntry, shape) + 8 * d,
+                    "%s: expected shape %s, where dimension %" PRIu32 " is %" PRIu64 ", found %" PRIu64
+                    "; rebuild the bundle",
+                    section->path, section->shape, d, expected, entry.shape[d]);
+  }
+  return BundleStatus::ok;
+}
+
+BundleStatus check_counts(const BundleCounts& counts, BundleError* error) {
+  if (counts.surface_nodes > counts.nodes || counts.touchable > counts.surface_nodes)
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "expected touchable nodes <= surface nodes <= nodes, found %" PRIu64 ", %" PRIu64 " and %" PRIu64
+                  "; rebuild the bundle",
+                  counts.touchable, counts.surface_nodes, counts.nodes);
+  return BundleStatus::ok;
+}
+
+// ---- integers that are used as indices ------------------------------------------------------------------------------
+
+std::uint64_t stored_at(const BundleIndex& index, SectionId id, std::uint64_t element) {
+  const SectionEntry* entry = find_section(index, id);
+  return entry->offset + element * element_bytes(static_cast<ElementType>(entry->type));
+}
+
+BundleStatus check_range_of(const BundleIndex& index, SectionId id, const std::int32_t* values, std::uint64_t count,
+                            std::uint64_t limit, BundleError* error) {
+  for (std::uint64_t i = 0; i < count; ++i)
+    if (values[i] < 0 || static_cast<std::uint64_t>(values[i]) >= limit)
+      return refuse(error, BundleStatus::content, stored_at(index, id, i),
+                    "%s: expected indices from 0 to %" PRIu64 ", element %" PRIu64 " is %" PRId32
+                    "; copy the bundle again or rebuild it",
+                    describe_section(id)->path, limit - 1, i, values[i]);
+  return BundleStatus::ok;
+}
+
+BundleStatus check_ascending(const BundleIndex& index, SectionId id, const std::int32_t* values, std::uint64_t count,
+                             BundleError* error) {
+  for (std::uint64_t i = 1; i < count; ++i)
+    if (values[i] <= values[i - 1])
+      return refuse(error, BundleStatus::content, stored_at(index, id, i),
+                    "%s: expected ascending node indices, element %" PRIu64 " is %" PRId32 " after %" PRId32
+                    "; copy the bundle again or rebuild it",
+                    describe_section(id)->path, i, values[i], values[i - 1]);
+  return BundleStatus::ok;
+}
+
+BundleStatus check_zero_or_one(const BundleIndex& index, SectionId id, const std::uint8_t* values, std::uint64_t count,
+                               BundleError* error) {
+  for (std::uint64_t i = 0; i < count; ++i)
+    if (values[i] > 1)
+      return refuse(error, BundleStatus::content, stored_at(index, id, i),
+                    "%s: expected 0 or 1, element %" PRIu64 " is %u; copy the bundle again or rebuild it",
+                    describe_section(id)->path, i, static_cast<unsigned>(values[i]));
+  return BundleStatus::ok;
+}
+
+}  // namespace
+
+BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, BundleIndex* index, BundleError* error) {
+  const auto* bytes = static_cast<const unsigned char*>(head);
+  BundleStatus status = check_magic(bytes, file_bytes, error);
+  if (status == BundleStatus::ok) status = check_header(bytes, file_bytes, &index->header, error);
+  if (status != BundleStatus::ok) return status;
+
+  // Copied before they are checked: bytes that another process changes meanwhile cannot undo a check.
+  std::memcpy(index->entries, bytes + sizeof(BundleHeader), index->header.section_count * sizeof(SectionEntry));
+  for (std::uint32_t i = 0; i < index->header.section_count; ++i) {
+    const SectionEntry& entry = index->entries[i];
+    const SectionDescription* section = describe_section(static_cast<SectionId>(entry.id));
+    status = check_range(entry, entry_offset(i), file_bytes, error);
+    if (status == BundleStatus::ok && section) status = check_form(entry, *section, entry_offset(i), error);
+    if (status == BundleStatus::ok) status = check_pairs(*index, i, error);
+    if (status != BundleStatus::ok) return status;
+  }
+
+  status = check_presence(*index, error);
+  if (status != BundleStatus::ok) return status;
+  index->counts = take_counts(*index);
+  status = check_counts(index->counts, error);
+  for (std::uint32_t i = 0; i < index->header.section_count && status == BundleStatus::ok; ++i)
+    status = check_shape(*index, i, error);
+  if (status == BundleStatus::ok && error) *error = BundleError{};
+  return status;
+}
+
+const SectionEntry* find_section(const BundleIndex& index, SectionId id) {
+  for (std::uint32_t i = 0; i < index.header.section_count; ++i)
+    if (index.entries[i].id == static_cast<std::uint32_t>(id)) return &index.entries[i];
+  return nullptr;
+}
+
+BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error) {
+  const BundleCounts& n = index.counts;
+  BundleStatus status = BundleStatus::ok;
+  const auto ok = [&] { return status == BundleStatus::ok; };
+  if (sections.tetrahedra)
+    status = check_range_of(index, SectionId::tetrahedra, sections.tetrahedra, 4 * n.tetrahedra, n.nodes, error);
+  if (ok() && sections.region)
+    status = check_range_of(index, SectionId::region, sections.region, n.tetrahedra, n.regions, error);
+  if (ok() && sections.triangles)
+    status = check_range_of(index, SectionId::triangles, sections.triangles, 3 * n.triangles, n.surface_nodes, error);
+  if (ok() && sections.touchable) {
+    status = check_range_of(index, SectionId::touchable, sections.touchable, n.touchable, n.surface_nodes, error);
+    if (ok()) status = check_ascending(index, SectionId::touchable, sections.touchable, n.touchable, error);
+  }
+  if (ok() && sections.fixed) status = check_zero_or_one(index, SectionId::fixed, sections.fixed, 3 * n.nodes, error);
+  if (ok() && error) *error = BundleError{};
+  return status;
+}
+
+const SectionDescription* describe_section(SectionId id) {
+  for (const SectionDescription& section : kSections)
+    if (section.id == id) return &section;
+  return nullptr;
+}
+
+const SectionDescription* section_descriptions(std::size_t* count) {
+  *count = kSectionKinds;
+  return kSections;
+}
+
+}  // namespace palpate::formats

@@ -1,0 +1,405 @@
+#include "formats/bundle_writer.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <hdf5.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "formats/bundle_reader.h"
+#include "formats/checksum.h"
+#include "formats/errors.h"
+
+namespace palpate {
+
+namespace {
+
+using formats::ElementType;
+using formats::SectionDescription;
+using formats::SectionEntry;
+using formats::SectionId;
+
+// ---- HDF5 -----------------------------------------------------------------------------------------------------------
+
+// The deepest message of HDF5's error stack, which names the cause.
+herr_t keep_first_message(unsigned, const H5E_error2_t* entry, void* text) {
+  auto& message = *static_cast<std::string*>(text);
+  if (message.empty() && entry->desc) message = entry->desc;
+  return 0;
+}
+
+// One HDF5 identifier, closed at the end of its scope.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close_it)(hid_t), const std::string& doing) : id_(id), close_(close_it) {
+    if (id_ >= 0) return;
+    std::string reason;
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first_message, &reason);
+    throw OperationError(fmt::format("HDF5 failed at {}: {}", doing, reason));
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&&) = delete;
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  // For the file, whose closing writes and can fail.
+  herr_t close() {
+    const herr_t result = close_(id_);
+    id_ = -1;
+    return result;
+  }
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+void require(herr_t result, const std::string& doing) {
+  if (result >= 0) return;
+  std::string reason;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first_message, &reason);
+  throw OperationError(fmt::format("HDF5 failed at {}: {}", doing, reason));
+}
+
+// HDF5 prints its error stack to stderr unless told not to; ours is the one sentence.
+class QuietHdf5 {
+ public:
+  QuietHdf5() {
+    H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~QuietHdf5() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+  QuietHdf5(const QuietHdf5&) = delete;
+  QuietHdf5& operator=(const QuietHdf5&) = delete;
+
+ private:
+  H5E_auto2_t print_ = nullptr;
+  void* data_ = nullptr;
+};
+
+Handle text_type(std::size_t bytes) {
+  Handle type(H5Tcopy(H5T_C_S1), &H5Tclose, "a string type");
+  require(H5Tset_size(type, bytes), "a string's size");
+  require(H5Tset_cset(type, H5T_CSET_UTF8), "a string's character set");
+  require(H5Tset_strpad(type, H5T_STR_NULLPAD), "a string's padding");
+  return type;
+}
+
+// HDF5 knows no truth values; h5py reads this enumeration as bool.
+Handle truth_type() {
+  Handle type(H5Tenum_create(H5T_STD_I8LE), &H5Tclose, "a type for true and false");
+  const std::int8_t no = 0, yes = 1;
+  require(H5Tenum_insert(type, "FALSE", &no), "the value false");
+  require(H5Tenum_insert(type, "TRUE", &yes), "the value true");
+  return type;
+}
+
+void write_attribute(hid_t object, const std::string& name, hid_t type, const void* value) {
+  const Handle space(H5Screate(H5S_SCALAR), &H5Sclose, "a scalar");
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), &H5Aclose,
+                         "attribute " + name);
+  require(H5Awrite(attribute, type, value), "attribute " + name);
+}
+
+void write_text_attribute(hid_t object, const std::string& name, const std::string& value) {
+  // Variable length, so that Python reads str and not bytes.
+  const Handle type = text_type(H5T_VARIABLE);
+  const char* text = value.c_str();
+  write_attribute(object, name, type, &text);
+}
+
+void write_json_attribute(hid_t object, const std::string& name, const nlohmann::json& value) {
+  if (value.is_string()) return write_text_attribute(object, name, value.get<std::string>());
+  if (value.is_boolean()) {
+    const std::int8_t truth = value.get<bool>() ? 1 : 0;
+    return write_attribute(object, name, truth_type(), &truth);
+  }
+  if (value.is_number_integer() && (!value.is_number_unsigned() || value.get<std::uint64_t>() <= INT64_MAX)) {
+    const auto number = value.get<std::int64_t>();
+    return write_attribute(object, name, H5T_STD_I64LE, &number);
+  }
+  if (value.is_number()) {
+    const auto number = value.get<double>();
+    return write_attribute(object, name, H5T_IEEE_F64LE, &number);
+  }
+  throw InputError(
+      fmt::format("provenance: expected a string, number or boolean for {}, found {}", name, value.dump()));
+}
+
+nlohmann::json parse_provenance(const std::string& text) {
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_object()) throw InputError("provenance: expected one JSON object, found " + text.substr(0, 80));
+  return json;
+}
+
+// Opens every group on the way to a dataset, making those that are not there, without times.
+void make_groups(hid_t file, const std::string& path, hid_t group_properties) {
+  for (std::size_t slash = path.find('/'); slash != std::string::npos; slash = path.find('/', slash + 1)) {
+    const std::string group = path.substr(0, slash);
+    if (H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0) continue;
+    const Handle made(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, group_properties, H5P_DEFAULT), &H5Gclose,
+                      "group " + group);
+  }
+}
+
+// ---- sections -------------------------------------------------------------------------------------------------------
+
+const SectionDescription& description_of(SectionId id) {
+  const SectionDescription* section = formats::describe_section(id);
+  if (!section)
+    throw InputError(fmt::format("section {}: is not in bundle_sections.def", static_cast<std::uint32_t>(id)));
+  return *section;
+}
+
+// The entry of a section before it has a place. Errors: InputError.
+SectionEntry entry_of(const SectionShape& section) {
+  const SectionDescription& description = description_of(section.id);
+  if (section.shape.size() != description.rank)
+    throw InputError(fmt::format("{}: expected a shape of rank {} {}, found rank {}", description.path,
+                                 description.rank, description.shape, section.shape.size()));
+  SectionEntry entry{};
+  entry.id = static_cast<std::uint32_t>(section.id);
+  entry.type = static_cast<std::uint32_t>(description.type);
+  entry.rank = description.rank;
+  entry.bytes = formats::element_bytes(description.type);
+  std::fill(std::begin(entry.shape), std::end(entry.shape), 1);
+  for (std::size_t d = 0; d < section.shape.size(); ++d) {
+    const std::uint64_t length = section.shape[d];
+    if (length == 0 || length > INT32_MAX || entry.bytes > INT64_MAX / length)
+      throw InputError(
+          fmt::format("{}: dimension {} has length {}, which a bundle cannot hold", description.path, d, length));
+    entry.shape[d] = length;
+    entry.bytes *= length;
+  }
+  return entry;
+}
+
+// The HDF5 type and dataspace that give the natural reading: numbers as arrays, text as one string.
+hid_t number_type(ElementType type) {
+  switch (type) {
+    case ElementType::f64:
+      return H5T_IEEE_F64LE;
+    case ElementType::f32:
+      return H5T_IEEE_F32LE;
+    case ElementType::i32:
+      return H5T_STD_I32LE;
+    default:
+      return H5T_STD_U8LE;
+  }
+}
+
+Handle create_dataset(hid_t file, const SectionEntry& entry, const SectionDescription& section, hid_t properties) {
+  const std::string doing = std::string("dataset ") + section.path;
+  if (section.type == ElementType::text) {
+    const Handle type = text_type(entry.bytes);
+    const Handle space(H5Screate(H5S_SCALAR), &H5Sclose, doing);
+    return Handle(H5Dcreate2(file, section.path, type, space, H5P_DEFAULT, properties, H5P_DEFAULT), &H5Dclose, doing);
+  }
+  hsize_t shape[formats::kMaxRank];
+  std::copy(std::begin(entry.shape), std::end(entry.shape), shape);
+  const Handle space(H5Screate_simple(static_cast<int>(entry.rank), shape, nullptr), &H5Sclose, doing);
+  return Handle(H5Dcreate2(file, section.path, number_type(section.type), space, H5P_DEFAULT, properties, H5P_DEFAULT),
+                &H5Dclose, doing);
+}
+
+// Creates the dataset with its unit and meaning and fills the entry's offset.
+void lay_out_section(hid_t file, SectionEntry& entry, hid_t dataset_properties, hid_t group_properties) {
+  const SectionDescription& section = description_of(static_cast<SectionId>(entry.id));
+  make_groups(file, section.path, group_properties);
+  const Handle dataset = create_dataset(file, entry, section, dataset_properties);
+  write_text_attribute(dataset, "unit", section.unit);
+  write_text_attribute(dataset, "meaning", section.meaning);
+  write_text_attribute(dataset, "shape", section.shape);
+  const haddr_t offset = H5Dget_offset(dataset);  // counts from the start of the file, user block included
+  if (offset == HADDR_UNDEF || offset % formats::kSectionAlignment != 0 || offset < formats::kUserBlockBytes)
+    throw OperationError(fmt::format("HDF5 placed {} at byte {}, not at a multiple of {}", section.path, offset,
+                                     formats::kSectionAlignment));
+  entry.offset = offset;
+}
+
+// Creates, lays out and closes the HDF5 file.
+void create_file(const std::string& file, std::vector<SectionEntry>& entries, const nlohmann::json& provenance) {
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose, "file access");
+  require(H5Pset_alignment(access, 1, formats::kSectionAlignment), "the alignment");
+  // A fixed format version: the same bytes from every later HDF5, readable by every HDF5 since 1.8.
+  require(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18), "the format version");
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE), &H5Pclose, "file creation");
+  require(H5Pset_userblock(creation, formats::kUserBlockBytes), "the user block");
+  require(H5Pset_obj_track_times(creation, false), "the root group's times");
+  const Handle group_properties(H5Pcreate(H5P_GROUP_CREATE), &H5Pclose, "group creation");
+  require(H5Pset_obj_track_times(group_properties, false), "a group's times");
+  const Handle dataset_properties(H5Pcreate(H5P_DATASET_CREATE), &H5Pclose, "dataset creation");
+  require(H5Pset_obj_track_times(dataset_properties, false), "a dataset's times");
+  require(H5Pset_layout(dataset_properties, H5D_CONTIGUOUS), "the contiguous layout");
+  require(H5Pset_alloc_time(dataset_properties, H5D_ALLOC_TIME_EARLY), "early allocation");
+  require(H5Pset_fill_time(dataset_properties, H5D_FILL_TIME_NEVER), "no filling");
+
+  Handle handle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access), &H5Fclose, "creating the file");
+  for (const auto& [name, value] : provenance.items()) write_json_attribute(handle, name, value);
+  for (SectionEntry& entry : entries) lay_out_section(handle, entry, dataset_properties, group_properties);
+  require(handle.close(), "closing the file");
+}
+
+// ---- plain files ----------------------------------------------------------------------------------------------------
+
+class Descriptor {
+ public:
+  Descriptor(const std::filesystem::path& file, int flags) : file_(file), id_(::open(file.c_str(), flags | O_CLOEXEC)) {
+    if (id_ < 0) fail("cannot be opened");
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { ::close(id_); }
+  operator int() const { return id_; }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw OperationError(fmt::format("{}: {}: {}", file_.string(), what, std::strerror(errno)));
+  }
+  std::uint64_t size() const {
+    struct stat status {};
+    if (::fstat(id_, &status) != 0) fail("its size cannot be found");
+    return static_cast<std::uint64_t>(status.st_size);
+  }
+
+ private:
+  std::filesystem::path file_;
+  int id_;
+};
+
+// A run of hours must not end at a full disk: takes the blocks at once where the file system can.
+void reserve_disk(const std::filesystem::path& file) {
+  const Descriptor descriptor(file, O_RDWR);
+  const std::uint64_t bytes = descriptor.size();
+  if (::fallocate(descriptor, 0, 0, static_cast<off_t>(bytes)) != 0 && (errno == ENOSPC || errno == EDQUOT))
+    descriptor.fail(fmt::format("needs {} bytes; free some space", bytes));
+}
+
+void write_all(int descriptor, const char* bytes, std::uint64_t count, std::uint64_t offset) {
+  while (count > 0) {
+    const ssize_t written =
+        ::pwrite(descriptor, bytes, std::min<std::uint64_t>(count, 1u << 30), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0)
+      throw OperationError(fmt::format("writing the bundle at byte {} failed: {}", offset, std::strerror(errno)));
+    bytes += written;
+    offset += static_cast<std::uint64_t>(written);
+    count -= static_cast<std::uint64_t>(written);
+  }
+}
+
+std::uint64_t checksum_of(const Descriptor& file, const SectionEntry& entry, std::vector<char>& buffer) {
+  formats::Xxh64 checksum;
+  for (std::uint64_t done = 0; done < entry.bytes;) {
+    const auto wanted = std::min<std::uint64_t>(buffer.size(), entry.bytes - done);
+    const ssize_t count = ::pread(file, buffer.data(), wanted, static_cast<off_t>(entry.offset + done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count == 0) throw OperationError(fmt::format("the bundle ends inside section {}", entry.id));
+    if (count < 0) file.fail("cannot be read back");
+    checksum.update(buffer.data(), static_cast<std::size_t>(count));
+    done += static_cast<std::uint64_t>(count);
+  }
+  return checksum.digest();
+}
+
+}  // namespace
+
+std::vector<SectionEntry> lay_out_bundle(const std::filesystem::path& file, const std::vector<SectionShape>& sections,
+                                         const std::string& provenance_json) {
+  const nlohmann::json provenance = parse_provenance(provenance_json);
+  std::vector<SectionEntry> entries;
+  std::set<SectionId> seen;
+  for (const SectionShape& section : sections) {
+    entries.push_back(entry_of(section));
+    if (!seen.insert(section.id).second)
+      throw InputError(fmt::format("{}: is listed twice", description_of(section.id).path));
+  }
+  if (!seen.count(SectionId::provenance))
+    entries.push_back(entry_of({SectionId::provenance, {provenance_json.size()}}));
+  if (entries.size() > formats::kMaxSections)
+    throw InputError(fmt::format("expected at most {} sections, found {}", formats::kMaxSections, entries.size()));
+
+  {
+    const QuietHdf5 quiet;
+    try {
+      create_file(file.string(), entries, provenance);
+    } catch (const OperationError& error) {
+      throw OperationError(fmt::format("{}: {}", file.string(), error.what()));
+    }
+  }
+  reserve_disk(file);
+  SectionWriter writer(file);
+  for (const SectionEntry& entry : entries)
+    if (entry.id == static_cast<std::uint32_t>(SectionId::provenance)) {
+      if (entry.bytes != provenance_json.size())
+        throw InputError(
+            fmt::format("provenance: expected {} bytes, found shape ({})", provenance_json.size(), entry.bytes));
+      writer.write(entry, 0, provenance_json.data(), entry.bytes);
+    }
+  return entries;
+}
+
+SectionWriter::SectionWriter(const std::filesystem::path& file) {
+  descriptor_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
+  if (descriptor_ < 0)
+    throw OperationError(fmt::format("{}: cannot be opened for writing: {}", file.string(), std::strerror(errno)));
+}
+
+SectionWriter::~SectionWriter() {
+  ::close(descriptor_);
+}
+
+void SectionWriter::write(const SectionEntry& entry, std::uint64_t first_byte, const void* bytes, std::uint64_t count) {
+  if (first_byte > entry.bytes || count > entry.bytes - first_byte)
+    throw std::logic_error(
+        fmt::format("section {} has {} bytes; tried to write {} at {}", entry.id, entry.bytes, count, first_byte));
+  write_all(descriptor_, static_cast<const char*>(bytes), count, entry.offset + first_byte);
+}
+
+void SectionWriter::sync() {
+  if (::fdatasync(descriptor_) != 0)
+    throw OperationError(fmt::format("the bundle cannot be made safe on the disk: {}", std::strerror(errno)));
+}
+
+void seal_bundle(const std::filesystem::path& file, std::vector<SectionEntry> entries) {
+  if (entries.size() > formats::kMaxSections) throw std::logic_error("more sections than a bundle can hold");
+  const Descriptor descriptor(file, O_RDWR);
+  std::vector<char> buffer(1 << 20);
+  for (SectionEntry& entry : entries) entry.checksum = checksum_of(descriptor, entry, buffer);
+
+  formats::BundleHeader header{};
+  std::memcpy(header.magic, formats::kBundleMagic, sizeof header.magic);
+  header.layout_version = formats::kLayoutVersion;
+  header.section_count = static_cast<std::uint32_t>(entries.size());
+  header.file_bytes = descriptor.size();
+  header.user_block_bytes = formats::kUserBlockBytes;
+  formats::Xxh64 checksum;
+  checksum.update(&header, sizeof header);
+  checksum.update(entries.data(), entries.size() * sizeof(SectionEntry));
+  header.index_checksum = checksum.digest();
+
+  std::vector<char> block(formats::kUserBlockBytes, 0);
+  std::memcpy(block.data(), &header, sizeof header);
+  std::memcpy(block.data() + sizeof header, entries.data(), entries.size() * sizeof(SectionEntry));
+
+  // No bundle leaves the writer that the reader would refuse.
+  formats::BundleIndex index;
+  formats::BundleError error;
+  if (formats::read_bundle_index(block.data(), header.file_bytes, &index, &error) != formats::BundleStatus::ok)
+    throw OperationError(fmt::format("{}: the bundle does not hold together: {}", file.string(), error.text));
+
+  // Sections first, index last: a bundle with an index is complete even after a power cut.
+  if (::fsync(descriptor) != 0) descriptor.fail("cannot be made safe on the disk");
+  write_all(descriptor, block.data(), block.size(), 0);
+  if (::fsync(descriptor) != 0) descriptor.fail("cannot be made safe on the disk");
+}
+
+}  // namespace palpate

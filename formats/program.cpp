@@ -1,0 +1,143 @@
+#include "formats/program.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include "formats/errors.h"
+
+namespace palpate {
+
+namespace {
+
+enum ExitCode { kDone = 0, kOperation = 1, kInput = 2, kVerification = 3 };
+
+// One line on stderr, whatever the text holds.
+int fail(const std::string& name, std::string text, ExitCode code) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  fmt::print(stderr, "{}: {}\n", name, text);
+  return code;
+}
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<std::uint64_t>(seconds + 0.5);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+}
+
+// While a bar stands on the terminal, other lines must begin on a line of their own.
+bool bar_is_open = false;
+void close_bar() {
+  if (bar_is_open) fmt::print(stderr, "\n");
+  bar_is_open = false;
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<void(CLI::App&)>& define, const std::function<void()>& body) {
+  try {
+    CLI::App app(description, name);
+    app.set_version_flag("--version", name + " " + PALPATE_VERSION);
+    define(app);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::Success& success) {  // --help, --version
+      return app.exit(success);
+    } catch (const CLI::ParseError& error) {
+      return fail(name, fmt::format("{}; see {} --help", error.what(), name), kInput);
+    }
+    body();
+    return kDone;
+  } catch (const InputError& error) {
+    return close_bar(), fail(name, error.what(), kInput);
+  } catch (const VerificationError& error) {
+    return close_bar(), fail(name, error.what(), kVerification);
+  } catch (const std::bad_alloc&) {
+    return close_bar(), fail(name, "out of memory; use a smaller input or a larger machine", kOperation);
+  } catch (const std::exception& error) {
+    return close_bar(), fail(name, error.what(), kOperation);
+  } catch (...) {
+    return close_bar(), fail(name, "stopped by an error without a description", kOperation);
+  }
+}
+
+Progress::Progress(std::string what, std::uint64_t total)
+    : what_(std::move(what)), total_(total), started_(seconds_now()), terminal_(::isatty(STDERR_FILENO) == 1) {
+  advance(0);
+}
+
+Progress::~Progress() {
+  if (terminal_) close_bar();
+}
+
+void Progress::advance(std::uint64_t by) {
+  done_ += by;
+  const double share = total_ == 0 ? 1.0 : std::min(1.0, static_cast<double>(done_) / static_cast<double>(total_));
+  const double now = seconds_now();
+  const double left = done_ == 0 ? 0.0 : (now - started_) * (1.0 - share) / share;
+  const std::string rest = share >= 1.0 ? "took " + duration_text(now - started_)
+                           : done_ == 0 ? std::string("...")
+                                        : duration_text(left) + " left";
+  if (terminal_) {
+    // Ten pictures a second are enough; the last one is always shown.
+    if (now - shown_ < 0.1 && share < 1.0) return;
+    shown_ = now;
+    constexpr int kWidth = 30;
+    const int filled = static_cast<int>(share * kWidth);
+    fmt::print(stderr, "\r{} [{:#>{}}{:.>{}}] {:3.0f} % {}\033[K", what_, "", filled, "", kWidth - filled, 100 * share,
+               rest);
+    std::fflush(stderr);
+    bar_is_open = true;
+    return;
+  }
+  const int tenth = static_cast<int>(share * 10);
+  if (tenth == tenth_) return;
+  tenth_ = tenth;
+  fmt::print(stderr, "{}: {} % ({} of {}), {}\n", what_, 10 * tenth, std::min(done_, total_), total_, rest);
+}
+
+void note(const std::string& text) {
+  close_bar();
+  fmt::print(stderr, "note: {}\n", text);
+}
+
+void warn(const std::string& text) {
+  close_bar();
+  fmt::print(stderr, "warning: {}\n", text);
+}
+
+std::string sha256_of_file(const std::string& file) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rb"), &std::fclose);
+  if (!in) throw InputError(fmt::format("{}: cannot be read: {}", file, std::strerror(errno)));
+  const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> state(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
+  bool good = state && EVP_DigestInit_ex(state.get(), EVP_sha256(), nullptr) == 1;
+  std::vector<unsigned char> buffer(1 << 20);
+  for (std::size_t count; good && (count = std::fread(buffer.data(), 1, buffer.size(), in.get())) > 0;)
+    good = EVP_DigestUpdate(state.get(), buffer.data(), count) == 1;
+  if (std::ferror(in.get())) throw InputError(fmt::format("{}: cannot be read: {}", file, std::strerror(errno)));
+  unsigned char digest[EVP_MAX_MD_SIZE];
+  unsigned int digest_bytes = 0;
+  if (!good || EVP_DigestFinal_ex(state.get(), digest, &digest_bytes) != 1)
+    throw OperationError(fmt::format("{}: SHA-256 failed", file));
+  std::string text;
+  for (unsigned int i = 0; i < digest_bytes; ++i) text += fmt::format("{:02x}", digest[i]);
+  return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,56 @@
+// The sections of a bundle in memory, to be written, changed and compared by tests.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "formats/bundle_reader.h"
+#include "formats/bundle_writer.h"
+
+namespace palpate::tests {
+
+struct BundlePart {
+  std::vector<std::uint64_t> shape;
+  std::string bytes;
+};
+
+struct BundleParts {
+  std::string provenance = R"({"format": "palpate bundle", "version": 1})";
+  std::map<formats::SectionId, BundlePart> sections;
+
+  template <class Number>
+  void set(formats::SectionId id, std::vector<std::uint64_t> shape, const std::vector<Number>& numbers) {
+    BundlePart& part = sections[id];
+    part.shape = std::move(shape);
+    part.bytes.assign(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
+  }
+  void set_text(formats::SectionId id, const std::string& text) { sections[id] = {{text.size()}, text}; }
+
+  template <class Number>
+  std::vector<Number> get(formats::SectionId id) const {
+    const std::string& bytes = sections.at(id).bytes;
+    std::vector<Number> numbers(bytes.size() / sizeof(Number));
+    std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    return numbers;
+  }
+};
+
+inline void write_bundle(const std::filesystem::path& file, const BundleParts& parts) {
+  std::vector<SectionShape> shapes;
+  for (const auto& [id, part] : parts.sections) shapes.push_back({id, part.shape});
+  const auto entries = lay_out_bundle(file, shapes, parts.provenance);
+  {
+    SectionWriter writer(file);
+    for (const auto& entry : entries) {
+      const auto part = parts.sections.find(static_cast<formats::SectionId>(entry.id));
+      if (part != parts.sections.end()) writer.write(entry, 0, part->second.bytes.data(), part->second.bytes.size());
+    }
+  }
+  seal_bundle(file, entries);
+}
+
+}  // namespace palpate::tests
