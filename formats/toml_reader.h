@@ -1,5 +1,6 @@
 // A TOML table read key by key: every fault is one InputError sentence with file, line and key, and a key that nobody
-// asked for is a fault too. Used by the readers of organ.toml and boundary/*.toml.
+// asked for is a fault too. Used by the readers of organ.toml, boundary/*.toml and
+// scene.toml.
 #pragma once
 
 #include <fmt/format.h>
@@ -56,6 +57,24 @@ class TomlTable {
     std::vector<std::array<double, 3>> result;
     for (const auto& item : array(key, "[[x, y, z], ...]")) result.push_back(three(item, key));
     return result;
+  }
+
+  // Rows of n finite numbers each; expected shows one, "[t, x, y, z]". wrong_row names a row later on.
+  template <std::size_t n>
+  std::vector<std::array<double, n>> rows(std::string_view key, const char* expected) {
+    std::vector<std::array<double, n>> result;
+    for (const auto& item : array(key, fmt::format("rows of {}", expected).c_str())) {
+      const auto* row = item.as_array();
+      if (!row || row->size() != n) wrong_row(key, result.size(), expected);
+      result.emplace_back();
+      for (std::size_t i = 0; i < n; ++i) result.back()[i] = finite((*row)[i], key);
+    }
+    return result;
+  }
+
+  [[noreturn]] void wrong_row(std::string_view key, std::size_t row, const std::string& expected) const {
+    const auto& item = (*table_->get(key)->as_array())[row];
+    fail(line_of(item), fmt::format("{}[{}]", key, row), expected, shown(item));
   }
 
   std::vector<std::string> texts(std::string_view key) {

@@ -1,0 +1,230 @@
+#include "formats/scene_config.h"
+
+#include <cstdlib>
+#include <fstream>
+
+#include "formats/toml_reader.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kMaxTools = 8;
+constexpr int kMaxPoints = 1 << 16;
+
+using Lengths = std::vector<std::pair<std::string, double>>;
+const Lengths kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
+
+SceneConfig::Vector scaled(SceneConfig::Vector v, double scale) {
+  for (double& x : v) x *= scale;
+  return v;
+}
+
+double positive(TomlTable& table, const char* key, const char* expected) {
+  const double value = table.number(key);
+  if (!(value > 0)) table.wrong(key, expected);
+  return value;
+}
+
+int count(TomlTable& table, const char* key, int least, int most) {
+  const std::int64_t value = table.integer(key);
+  if (value < least || value > most) table.wrong(key, fmt::format("a whole number of {} to {}", least, most));
+  return static_cast<int>(value);
+}
+
+// Leaves out alone where the key is absent.
+template <typename Value>
+void optional_choice(TomlTable& table, const char* key, const std::vector<std::pair<std::string, Value>>& choices,
+                     Value& out) {
+  if (table.asked_and_present(key)) out = table.choice(key, choices);
+}
+
+// ---- paths ---------------------------------------------------------------------------------------------------------
+
+bool follows(const std::vector<SceneConfig::KeyFrame>& path, double time) {
+  return path.empty() ? time >= 0 : time > path.back().time;
+}
+
+SceneConfig::KeyFrame key_frame(const std::array<double, 4>& row, double scale) {
+  return {row[0], scaled({row[1], row[2], row[3]}, scale)};
+}
+
+std::vector<SceneConfig::KeyFrame> read_key_frames(TomlTable& tool, double scale) {
+  std::vector<SceneConfig::KeyFrame> path;
+  for (const auto& row : tool.rows<4>("path", "[t, x, y, z]")) {
+    if (!follows(path, row[0])) tool.wrong_row("path", path.size(), "a time of at least 0 s and after the row before");
+    path.push_back(key_frame(row, scale));
+  }
+  return path;
+}
+
+// Four comma-separated finite numbers, or nothing.
+std::optional<std::array<double, 4>> parse_csv_row(const std::string& line) {
+  std::array<double, 4> row{};
+  const char* at = line.c_str();
+  for (int i = 0; i < 4; ++i) {
+    char* end = nullptr;
+    row[i] = std::strtod(at, &end);
+    if (end == at || !std::isfinite(row[i])) return std::nullopt;
+    while (*end == ' ' || *end == '\t') ++end;
+    if (*end != (i < 3 ? ',' : '\0')) return std::nullopt;
+    at = end + 1;
+  }
+  return row;
+}
+
+std::vector<SceneConfig::KeyFrame> read_csv_path(const std::filesystem::path& csv, double scale) {
+  std::ifstream stream(csv);
+  if (!std::filesystem::is_regular_file(csv) || !stream)
+    throw InputError(
+        fmt::format("{}: expected a CSV file with a tool's path, found none that can be read", csv.string()));
+  std::vector<SceneConfig::KeyFrame> path;
+  std::string line;
+  bool header_allowed = true;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line[0] == '#') continue;
+    const auto row = parse_csv_row(line);
+    const auto refuse = [&](const char* expected) {
+      throw InputError(
+          fmt::format("{}:{}: expected {}, found \"{}\"", csv.string(), number, expected, line.substr(0, 60)));
+    };
+    if (!row && !header_allowed) refuse("four numbers time,x,y,z");
+    if (row && !follows(path, (*row)[0])) refuse("a time of at least 0 s and after the row before");
+    if (row) path.push_back(key_frame(*row, scale));
+    header_allowed = false;
+  }
+  if (path.empty()) throw InputError(fmt::format("{}: expected rows of time,x,y,z, found none", csv.string()));
+  return path;
+}
+
+std::vector<SceneConfig::KeyFrame> read_path(TomlTable& tool, double scale) {
+  const bool csv = tool.asked_and_present("path_csv"), inline_rows = tool.asked_and_present("path");
+  if (csv == inline_rows) tool.wrong("path", "either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both");
+  if (inline_rows) return read_key_frames(tool, scale);
+  return read_csv_path(tool.file().parent_path() / tool.text("path_csv", "\"path.csv\""), scale);
+}
+
+// ---- tools ---------------------------------------------------------------------------------------------------------
+
+SceneConfig::Capsule read_capsule(TomlTable table, double scale) {
+  SceneConfig::Capsule capsule;
+  capsule.radius = positive(table, "radius", "a length above 0") * scale;
+  capsule.length = table.number("length") * scale;
+  if (capsule.length < 0) table.wrong("length", "a length of at least 0");
+  if (table.asked_and_present("axis")) capsule.axis = table.vector("axis");
+  const double norm = std::hypot(capsule.axis[0], capsule.axis[1], capsule.axis[2]);
+  if (!(norm > 0)) table.wrong("axis", "a direction that is not zero");
+  capsule.axis = scaled(capsule.axis, 1 / norm);
+  capsule.samples = count(table, "samples", 2, kMaxPoints);
+  table.finish();
+  return capsule;
+}
+
+unsigned read_axes(TomlTable& grip) {
+  const char* expected = "any of x, y, z, each once";
+  unsigned axes = 0;
+  for (const char c : grip.text("axes", "\"xyz\"")) {
+    const unsigned bit = c == 'x' ? 1 : c == 'y' ? 2 : c == 'z' ? 4 : 0;
+    if (bit == 0 || (axes & bit)) grip.wrong("axes", expected);
+    axes |= bit;
+  }
+  return axes;
+}
+
+SceneConfig::Grip read_grip(TomlTable& table, double scale) {
+  SceneConfig::Grip grip;
+  grip.line = table.line();
+  const bool nearest = table.asked_and_present("nearest"), box = table.asked_and_present("box");
+  if (nearest == box) table.wrong("nearest", "either nearest = [x, y, z] or box = { min, max }, not both");
+  if (nearest) grip.nearest = scaled(table.vector("nearest"), scale);
+  if (box) {
+    TomlTable corners = table.table("box");
+    grip.box_min = scaled(corners.vector("min"), scale);
+    grip.box_max = scaled(corners.vector("max"), scale);
+    for (int d = 0; d < 3; ++d)
+      if (grip.box_min[d] > grip.box_max[d]) corners.wrong("max", "a corner that is nowhere below min");
+    corners.finish();
+  }
+  if (table.asked_and_present("axes")) grip.axes = read_axes(table);
+  table.finish();
+  return grip;
+}
+
+SceneConfig::Tool read_tool(TomlTable& table, double scale) {
+  SceneConfig::Tool tool;
+  tool.line = table.line();
+  tool.name = table.text("name", "\"probe\"");
+  if (table.asked_and_present("points"))
+    for (const auto& point : table.points("points")) tool.points.push_back(scaled(point, scale));
+  if (table.asked_and_present("capsule")) tool.capsule = read_capsule(table.table("capsule"), scale);
+  if (table.asked_and_present("hold")) tool.hold = table.boolean("hold");
+  tool.path = read_path(table, scale);
+  if (table.asked_and_present("grip"))
+    for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
+  if (tool.points.empty() && !tool.capsule && tool.grips.empty())
+    table.wrong("points", "points, a capsule or a [[tool.grip]], so that the tool can touch something");
+  table.finish();
+  return tool;
+}
+
+// ---- the rest ------------------------------------------------------------------------------------------------------
+
+void read_effects(TomlTable table, SceneConfig& scene) {
+  using S = SceneConfig;
+  optional_choice<S::Collision>(
+      table, "collision",
+      {{"off", S::Collision::off}, {"rest", S::Collision::rest}, {"deformed", S::Collision::deformed}},
+      scene.collision);
+  optional_choice<S::Contact>(
+      table, "contact", {{"node", S::Contact::node}, {"triangle", S::Contact::triangle}, {"point", S::Contact::point}},
+      scene.contact);
+  optional_choice<S::Force>(table, "force",
+                            {{"off", S::Force::off}, {"linear", S::Force::linear}, {"response", S::Force::response}},
+                            scene.force);
+  optional_choice<S::Shape>(table, "shape",
+                            {{"off", S::Shape::off}, {"surface", S::Shape::surface}, {"volume", S::Shape::volume}},
+                            scene.shape);
+  optional_choice<S::Radial>(table, "radial", {{"off", S::Radial::off}, {"response", S::Radial::response}},
+                             scene.radial);
+  if (table.asked_and_present("preload")) scene.preload = table.boolean("preload");
+  table.finish();
+}
+
+void read_rate(TomlTable table, SceneConfig& scene) {
+  if (table.asked_and_present("touch")) scene.touch_hz = table.number("touch");
+  if (table.asked_and_present("shape")) scene.shape_hz = table.number("shape");
+  if (!(scene.touch_hz > 0 && scene.touch_hz <= 1e6)) table.wrong("touch", "a rate above 0 and up to 1e6 Hz");
+  if (!(scene.shape_hz > 0 && scene.shape_hz <= scene.touch_hz))
+    table.wrong("shape", fmt::format("a rate above 0 and up to the touch rate, {} Hz", scene.touch_hz));
+  table.finish();
+}
+
+void read_limits(TomlTable table, SceneConfig::Limits& limits) {
+  if (table.asked_and_present("points")) limits.points = count(table, "points", 1, kMaxPoints);
+  if (table.asked_and_present("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, 3 * kMaxPoints);
+  if (table.asked_and_present("force")) limits.force = positive(table, "force", "a force above 0 N");
+  if (table.asked_and_present("force_slew")) limits.force_slew = positive(table, "force_slew", "a rate above 0 N/s");
+  table.finish();
+}
+
+}  // namespace
+
+SceneConfig read_scene_config(const std::filesystem::path& file) {
+  const toml::table document = parse_toml(file);
+  TomlTable root(file, document, "");
+  SceneConfig scene;
+  scene.file = file;
+  scene.name = root.text("name", "\"push\"");
+  if (root.asked_and_present("bundle")) scene.bundle = file.parent_path() / root.text("bundle", "\"bundle.h5\"");
+  const double scale = root.choice("unit", kLengths);
+  if (root.asked_and_present("effects")) read_effects(root.table("effects"), scene);
+  if (root.asked_and_present("rate")) read_rate(root.table("rate"), scene);
+  if (root.asked_and_present("limits")) read_limits(root.table("limits"), scene.limits);
+  if (!root.asked_and_present("tool")) root.wrong("tool", "one [[tool]] or more");
+  for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scale));
+  if (scene.tools.size() > kMaxTools) root.wrong("tool", fmt::format("at most {} tools", kMaxTools));
+  root.finish();
+  return scene;
+}
+
+}  // namespace palpate
