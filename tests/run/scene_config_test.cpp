@@ -1,0 +1,148 @@
+#include "formats/scene_config.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class SceneFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              ("scene_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  // A scene with one tool whose lines are given.
+  SceneConfig read(const std::string& tool, const std::string& head = "") {
+    return read_scene_config(
+        write("scene.toml", "name = \"s\"\nunit = \"mm\"\n" + head + "[[tool]]\nname = \"t\"\n" + tool));
+  }
+
+  void expect_refused(const std::string& tool, const std::string& head, const std::string& part_of_sentence) {
+    try {
+      read(tool, head);
+      ADD_FAILURE() << "expected an error with \"" << part_of_sentence << '"';
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("scene.toml:"));
+      EXPECT_THAT(error.what(), HasSubstr(part_of_sentence));
+    }
+  }
+
+  std::filesystem::path folder_;
+};
+
+const std::string kPoint = "points = [[0, 0, 0]]\n";
+const std::string kPath = "path = [[0, 1, 2, 3]]\n";
+
+TEST_F(SceneFile, GivesEveryLengthInMetres) {
+  const SceneConfig scene = read(
+      "points = [[1, 0, 0]]\npath = [[0, 0, 0, 5], [2, 0, 0, 7]]\ncapsule = { radius = 4, length = 10, axis = [0, 3, "
+      "0], "
+      "samples = 9 }\n[[tool.grip]]\nnearest = [1, 2, 3]\naxes = \"zx\"\n",
+      "bundle = \"b/x.h5\"\n");
+  const auto& tool = scene.tools.at(0);
+  EXPECT_EQ(scene.bundle, folder_ / "b/x.h5");
+  EXPECT_DOUBLE_EQ(tool.points.at(0)[0], 0.001);
+  EXPECT_DOUBLE_EQ(tool.path.at(1).position[2], 0.007);
+  EXPECT_DOUBLE_EQ(tool.path.at(1).time, 2);
+  EXPECT_DOUBLE_EQ(tool.capsule->radius, 0.004);
+  EXPECT_THAT(tool.capsule->axis, ElementsAre(0, 1, 0));
+  EXPECT_EQ(tool.grips.at(0).axes, 5u);
+  EXPECT_DOUBLE_EQ((*tool.grips.at(0).nearest)[1], 0.002);
+}
+
+TEST_F(SceneFile, HasTheRuntimesDefaults) {
+  const SceneConfig scene = read(kPoint + kPath);
+  EXPECT_EQ(scene.collision, SceneConfig::Collision::rest);
+  EXPECT_EQ(scene.contact, SceneConfig::Contact::point);
+  EXPECT_EQ(scene.shape, SceneConfig::Shape::surface);
+  EXPECT_EQ(scene.touch_hz, 1000);
+}
+
+TEST_F(SceneFile, TakesAPathFromCsvWithCommentsAndAHeader) {
+  write("p.csv", "# where the probe goes\ntime_s,x,y,z\r\n0, 1, 2, 3\r\n\n0.5,4,5,6\n");
+  const auto path = read(kPoint + "path_csv = \"p.csv\"\n").tools.at(0).path;
+  ASSERT_EQ(path.size(), 2u);
+  EXPECT_DOUBLE_EQ(path[1].time, 0.5);
+  EXPECT_DOUBLE_EQ(path[1].position[2], 0.006);
+}
+
+TEST_F(SceneFile, NamesTheLineOfABadCsvRow) {
+  const auto refused = [&](const std::string& csv, const std::string& sentence) {
+    write("p.csv", csv);
+    try {
+      read(kPoint + "path_csv = \"p.csv\"\n");
+      ADD_FAILURE() << "expected an error for " << csv;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(sentence));
+    }
+  };
+  refused("0,1,2,3\n1,2,3\n", "p.csv:2: expected four numbers");
+  refused("0,1,2,3\n1,2,3,nan\n", "p.csv:2: expected four numbers");
+  refused("0,1,2,3\n1,2,3,4,5\n", "p.csv:2: expected four numbers");
+  refused("t,x,y,z\nt,x,y,z\n0,1,2,3\n", "p.csv:2: expected four numbers");
+  refused("1,1,2,3\n1,2,3,4\n", "p.csv:2: expected a time");
+  refused("-1,1,2,3\n", "p.csv:1: expected a time");
+  refused("# nothing\n", "p.csv: expected rows");
+}
+
+TEST_F(SceneFile, RefusesAMissingCsv) {
+  EXPECT_THROW(read(kPoint + "path_csv = \"none.csv\"\n"), InputError);
+  EXPECT_THROW(read(kPoint + "path_csv = \".\"\n"), InputError);
+}
+
+TEST_F(SceneFile, RefusesWhatItDoesNotKnowWithLineAndKey) {
+  expect_refused(kPoint + kPath + "colour = 1\n", "", "scene.toml:7: [[tool]] 1: unknown key \"colour\"");
+  expect_refused(kPoint + kPath, "[effects]\nshape = \"deep\"\n", "scene.toml:4: effects: shape: expected one of off");
+  expect_refused(kPoint + kPath, "[effects]\nrealtime = true\n", "unknown key \"realtime\"");
+  expect_refused(kPoint + kPath, "realtime = true\n", "unknown key \"realtime\"");
+}
+
+TEST_F(SceneFile, RefusesValuesOutOfRange) {
+  expect_refused(kPoint + kPath, "[rate]\ntouch = 0\n", "rate: touch");
+  expect_refused(kPoint + kPath, "[rate]\ntouch = 10\nshape = 60\n", "rate: shape");
+  expect_refused(kPoint + kPath, "[limits]\npoints = 0\n", "limits: points");
+  expect_refused(kPoint + kPath, "[limits]\nforce = -1\n", "limits: force");
+  expect_refused(kPoint + "path = [[1, 0, 0, 0], [1, 0, 0, 1]]\n", "", "path[1]");
+  expect_refused(kPoint + "path = [[0, 0, 0, inf]]\n", "", "path");
+  expect_refused(kPoint + "path = [[0, 0, 0]]\n", "", "path[0]");
+  expect_refused(kPoint + "path = []\n", "", "path");
+  expect_refused(kPath + "capsule = { radius = 0, length = 1, samples = 3 }\n", "", "radius");
+  expect_refused(kPath + "capsule = { radius = 1, length = 1, samples = 1 }\n", "", "samples");
+  expect_refused(kPath + "capsule = { radius = 1, length = 1, samples = 3, axis = [0, 0, 0] }\n", "", "axis");
+  expect_refused(kPath + "[[tool.grip]]\nnearest = [0, 0, 0]\naxes = \"xx\"\n", "", "axes");
+  expect_refused(kPath + "[[tool.grip]]\nbox = { min = [0, 0, 1], max = [1, 1, 0] }\n", "", "max");
+  expect_refused(kPath + "[[tool.grip]]\naxes = \"x\"\n", "", "nearest");
+}
+
+TEST_F(SceneFile, RefusesWhatIsMissingOrGivenTwice) {
+  expect_refused(kPath, "", "points");
+  expect_refused(kPoint, "", "path");
+  expect_refused(kPoint + kPath + "path_csv = \"p.csv\"\n", "", "not both");
+  std::string nine_tools;
+  for (int i = 0; i < 8; ++i) nine_tools += "[[tool]]\nname = \"more\"\n" + kPoint + kPath;
+  expect_refused(kPoint + kPath + nine_tools, "", "at most 8 tools");
+}
+
+TEST_F(SceneFile, RefusesAFileThatIsNotTomlOrNotThere) {
+  EXPECT_THROW(read_scene_config(folder_ / "none.toml"), InputError);
+  EXPECT_THROW(read_scene_config(folder_), InputError);
+  EXPECT_THROW(read_scene_config(write("bad.toml", "name = \n")), InputError);
+}
+
+}  // namespace
+}  // namespace palpate
