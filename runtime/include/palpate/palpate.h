@@ -144,7 +144,8 @@ PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* sce
 
 /* ---- touch: the haptic half -------------------------------------------------------------------------------------- */
 
-/* A place of the surface held at a displacement, whatever the collision finds. */
+/* A place of the surface held at a displacement, whatever the collision finds. A place in a triangle is held by the scene's
+ * contact model; it needs a scene with collision, or with contact TRIANGLE or POINT (else it is bad input). */
 typedef struct palpate_grip {
   int32_t node;           /* a touchable node, or -1: then triangle and barycentric say where                */
   int32_t triangle;       /* 0 .. F-1                                                                        */
@@ -153,6 +154,11 @@ typedef struct palpate_grip {
   uint32_t axes;          /* bits 1, 2, 4: which of x, y, z are imposed; the others stay force-free. 7: all  */
 } palpate_grip;
 
+/* A tool point that crosses into the organ sticks to the place where it went in: the place's displacement is the point minus
+ * the place at rest. The contact ends when the point has come out again (unless hold); a point that left through a face
+ * opposite to where it went in has passed through a thin part, pushes on, and is out once it is above its place's plane. A
+ * point that is inside when it is first seen touches nothing until it has been outside.
+ * Coordinates are at most 1e6 m from the origin; larger ones are bad input. */
 typedef struct palpate_tool {
   const double* points; /* [point_count][3] m: tested against the surface when collision is on              */
   int32_t point_count;
@@ -202,7 +208,9 @@ enum { /* bits of a step's return value; 0 is a fully trusted step */
   PALPATE_STEP_RESPONSE_RANGE = 1 << 3,    /* a correction was used outside its measured range (continued linearly)         */
   PALPATE_STEP_FORCE_LIMITED = 1 << 4,     /* a force was cut to force_limit or force_slew                                  */
   PALPATE_STEP_BUNDLE_LOST = 1 << 5,       /* the bundle's file shrank: do not trust this step                              */
-  PALPATE_STEP_NOT_TOUCHABLE = 1 << 6      /* a tool met the surface where the bundle has no tensor column; no contact made */
+  PALPATE_STEP_NOT_TOUCHABLE = 1 << 6,     /* a tool met the surface where the bundle has no tensor column: the contact acts on
+                                              the triangle's other nodes, or is not made where none of them has one          */
+  PALPATE_STEP_UNSOLVED = 1 << 7           /* no contact forces: the bundle's numbers are not finite there                  */
 };
 typedef uint32_t palpate_step_flags;
 

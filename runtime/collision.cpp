@@ -1,0 +1,173 @@
+#include "runtime/collision.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// Faces whose outward normals differ by more than 120 degrees are the two sides of a thin part.
+constexpr double kOppositeFaces = -0.5;
+// How far around a point the deformed surface is searched, in buckets.
+constexpr int kMaxReach = 8;
+
+}  // namespace
+
+bool ContactField::create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t surface_nodes) {
+  entries_ = memory.array<ContactEntry>(static_cast<std::size_t>(entry_capacity));
+  modified_ = memory.array<Vec3>(static_cast<std::size_t>(entry_capacity));
+  known_ = memory.array<Vec3>(static_cast<std::size_t>(surface_nodes));
+  known_stamp_ = memory.array<std::uint32_t>(static_cast<std::size_t>(surface_nodes));
+  surface_nodes_ = surface_nodes;
+  return !memory.failed();
+}
+
+void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3* modified) {
+  tensors_ = tensors;
+  count_ = set.entry_count;
+  std::copy(set.entries, set.entries + count_, entries_);
+  std::copy(modified, modified + count_, modified_);
+  if (++stamp_ == 0) {
+    std::fill(known_stamp_, known_stamp_ + surface_nodes_, 0u);
+    stamp_ = 1;
+  }
+  largest_ = 0;
+  for (std::int32_t e = 0; e < count_; ++e) largest_ = std::max(largest_, length(at_node(entries_[e].node)));
+}
+
+Vec3 ContactField::entry_at(std::int32_t e, std::int32_t node) const {
+  Vec3 sum;
+  for (int j = 0; j < 3; ++j) {
+    const float* row = tensors_.row(entries_[e].column, j) + 3 * static_cast<std::size_t>(node);
+    sum += modified_[e][j] * Vec3{row[0], row[1], row[2]};
+  }
+  return sum;
+}
+
+Vec3 ContactField::at_node(std::int32_t node) {
+  if (known_stamp_[node] == stamp_) return known_[node];
+  Vec3 sum;
+  for (std::int32_t e = 0; e < count_; ++e) sum += entry_at(e, node);
+  known_stamp_[node] = stamp_;
+  return known_[node] = is_finite(sum) ? sum : Vec3{};
+}
+
+Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point) const {
+  Vec3 sum;
+  for (std::int32_t e = 0; e < count_; ++e)
+    if (entries_[e].tool != tool || entries_[e].point != point) sum += entry_at(e, node);
+  return is_finite(sum) ? sum : Vec3{};
+}
+
+void Collision::create(SurfaceIndex* surface, const std::int32_t* triangles, ContactField* field, bool deformed) {
+  surface_ = surface, triangles_ = triangles, field_ = field, deformed_ = deformed;
+}
+
+Vec3 Collision::free_displacement(const SurfacePlace& place, std::int32_t tool, std::int32_t point) const {
+  Vec3 sum;
+  for (int v = 0; v < 3; ++v)
+    if (place.barycentric[v] != 0)
+      sum += place.barycentric[v] * field_->at_node_without(triangles_[3 * place.triangle + v], tool, point);
+  return sum;
+}
+
+Vec3 Collision::pull_back(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
+  if (!deformed_ || field_->empty()) return p;
+  // In contact: against the surface as it would be without this contact, at the place it holds.
+  if (state.contact) return p - free_displacement(state.place, tool, point);
+
+  // Free: the nearest place of the deformed surface. It lies within the largest displacement of a bucket near p.
+  const int reach =
+      std::min(kMaxReach, 1 + static_cast<int>(std::min(1e6, field_->largest() / surface_->bucket_size())));
+  double best = INFINITY;
+  Vec3 displacement;
+  surface_->near(p, reach, [&](std::int32_t t) {
+    const Vec3 a = surface_->corner(t, 0), b = surface_->corner(t, 1), c = surface_->corner(t, 2);
+    double k[3];
+    const double bound = std::sqrt(closest_on_triangle(p, a, b, c, k)) - 1.5 * field_->largest();
+    if (bound > 0 && bound * bound > best) return;
+    const std::int32_t* corner = triangles_ + 3 * t;
+    const Vec3 u[3] = {field_->at_node(corner[0]), field_->at_node(corner[1]), field_->at_node(corner[2])};
+    const double distance = closest_on_triangle(p, a + u[0], b + u[1], c + u[2], k);
+    if (distance >= best) return;
+    best = distance;
+    displacement = k[0] * u[0] + k[1] * u[1] + k[2] * u[2];
+  });
+  return p - displacement;
+}
+
+void Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold) {
+  const Vec3 from = state.pulled, to = pull_back(state, p, tool, point);
+  const bool now_inside = surface_->inside(to);
+  if (state.known) {
+    if (state.contact)
+      look_for_release(state, from, to, now_inside, hold);
+    else
+      look_for_contact(state, from, to, now_inside);
+  }
+  state.known = true;
+  state.inside = now_inside;
+  state.pulled = to;
+}
+
+void Collision::hold_place(PointState& state, const SurfacePlace& place, bool through) {
+  state.contact = true;
+  state.through = through;
+  state.place = place;
+  state.place_at_rest = surface_->at(place);
+  state.outward = surface_->outward(place.triangle);
+}
+
+// The place where the motion last went in and did not come out again; going out on the opposite side does not count.
+void Collision::look_for_contact(PointState& state, Vec3 from, Vec3 to, bool now_inside) {
+  Crossing crossing[SurfaceIndex::kMaxCrossings];
+  const int count = std::min(surface_->crossings(from, to, crossing), SurfaceIndex::kMaxCrossings);
+  int entry = -1;
+  bool through = false;
+  for (int c = 0; c < count && !through; ++c) {
+    if (crossing[c].entering) {
+      if (entry < 0) entry = c;
+    } else if (entry >= 0) {
+      const Vec3 in = surface_->outward(crossing[entry].place.triangle),
+                 out = surface_->outward(crossing[c].place.triangle);
+      through = dot(in, out) < kOppositeFaces;
+      if (!through) entry = -1;
+    }
+  }
+  if (entry >= 0 && (through || now_inside)) return hold_place(state, crossing[entry].place, through);
+  // Inside after having been outside: a crossing was there, even if rounding hid it at an end of the motion.
+  SurfacePlace place;
+  if (now_inside && !state.inside && nearest_place(to, &place)) hold_place(state, place, false);
+}
+
+void Collision::look_for_release(PointState& state, Vec3 from, Vec3 to, bool now_inside, bool hold) {
+  if (now_inside) {
+    state.through = false;
+    return;
+  }
+  if (state.inside) {  // just came out: on which side?
+    Crossing crossing[SurfaceIndex::kMaxCrossings];
+    const int count = std::min(surface_->crossings(from, to, crossing), SurfaceIndex::kMaxCrossings);
+    if (count > 0)
+      state.through = dot(surface_->outward(crossing[count - 1].place.triangle), state.outward) < kOppositeFaces;
+  }
+  if (hold) return;
+  const bool below_its_plane = dot(to - state.place_at_rest, state.outward) < 0;
+  if (!(state.through && below_its_plane)) state.contact = state.through = false;
+}
+
+bool Collision::nearest_place(Vec3 p, SurfacePlace* place) {
+  double best = INFINITY;
+  for (int reach = 0; reach <= 1 && best == INFINITY; ++reach)
+    surface_->near(p, reach, [&](std::int32_t t) {
+      double k[3];
+      const double distance =
+          closest_on_triangle(p, surface_->corner(t, 0), surface_->corner(t, 1), surface_->corner(t, 2), k);
+      if (distance >= best) return;
+      best = distance;
+      place->triangle = t;
+      std::copy(k, k + 3, place->barycentric);
+    });
+  return best < INFINITY;
+}
+
+}  // namespace palpate

@@ -1,0 +1,76 @@
+// Which tool points hold the organ, and where: inside or outside is a state of each point that no step can skip.
+//
+// Everything is decided on the closed rest surface. When the surface is deformed, each tool point is first pulled back:
+// the displacement of the place of the deformed surface nearest to it is taken off, so that it stands to the rest
+// surface as it really stands to the deformed one. A surface that moves over a resting point then moves the pulled-back
+// point through the rest surface, and the same test finds both kinds of crossing.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact_solver.h"
+#include "runtime/surface_index.h"
+
+namespace palpate {
+
+struct PointState {
+  bool known = false;    // seen in an earlier step
+  bool inside = false;   // of the surface, where it was last seen
+  bool contact = false;  // holds `place`
+  bool through = false;  // in contact, and out again on the far side of a thin part
+  Vec3 pulled;           // last position, pulled back
+  SurfacePlace place;
+  Vec3 place_at_rest, outward;
+};
+
+// The displacement field that the contacts of the last solve make, evaluated at single nodes.
+class ContactField {
+ public:
+  bool create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t surface_nodes);
+  void clear() { count_ = 0; }
+  void set(const Tensors& tensors, const ContactSet& set, const Vec3* modified);
+  bool empty() const { return count_ == 0; }
+
+  // Displacement of a surface node, m; remembered until the next set().
+  Vec3 at_node(std::int32_t node);
+  // The same without what the contact (tool, point) itself does.
+  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point) const;
+  // About the largest displacement: that of the places under contact, m.
+  double largest() const { return largest_; }
+
+ private:
+  Vec3 entry_at(std::int32_t e, std::int32_t node) const;
+  Tensors tensors_;
+  ContactEntry* entries_ = nullptr;
+  Vec3* modified_ = nullptr;
+  std::int32_t count_ = 0;
+  double largest_ = 0;
+  Vec3* known_ = nullptr;  // [surface_nodes]
+  std::uint32_t* known_stamp_ = nullptr;
+  std::uint32_t stamp_ = 0;
+  std::int32_t surface_nodes_ = 0;
+};
+
+class Collision {
+ public:
+  // deformed: follow the field; otherwise the rest surface. surface and triangles are borrowed.
+  void create(SurfaceIndex* surface, const std::int32_t* triangles, ContactField* field, bool deformed);
+
+  // Moves one tool point to p and updates its state. Cost: microseconds; grows with the buckets along the motion.
+  void move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold);
+
+ private:
+  Vec3 pull_back(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
+  Vec3 free_displacement(const SurfacePlace& place, std::int32_t tool, std::int32_t point) const;
+  void look_for_contact(PointState& state, Vec3 from, Vec3 to, bool now_inside);
+  void look_for_release(PointState& state, Vec3 from, Vec3 to, bool now_inside, bool hold);
+  void hold_place(PointState& state, const SurfacePlace& place, bool through);
+  bool nearest_place(Vec3 p, SurfacePlace* place);
+
+  SurfaceIndex* surface_ = nullptr;
+  const std::int32_t* triangles_ = nullptr;
+  ContactField* field_ = nullptr;
+  bool deformed_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,179 @@
+#include "runtime/file_map.h"
+
+#if defined(__unix__) || defined(__APPLE__)
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace palpate {
+namespace {
+
+// What the handler looks at: written before a map is used, cleared after its last use. Plain atomics, no lock.
+struct Watch {
+  std::atomic<std::uintptr_t> begin{0}, end{0};
+  std::atomic<std::atomic<bool>*> lost{nullptr};
+};
+constexpr int kMaxWatches = 4096;
+Watch watches[kMaxWatches];
+std::atomic<std::uintptr_t> page_bytes{4096};
+struct sigaction previous_action;
+std::atomic_flag changing = ATOMIC_FLAG_INIT;
+
+struct ChangeLock {  // only while opening and closing; never in a step
+  ChangeLock() {
+    while (changing.test_and_set(std::memory_order_acquire)) usleep(50);
+  }
+  ~ChangeLock() { changing.clear(std::memory_order_release); }
+};
+
+bool replace_lost_page(std::uintptr_t address) {
+  for (Watch& watch : watches) {
+    const std::uintptr_t begin = watch.begin.load(), end = watch.end.load();
+    if (begin == 0 || address < begin || address >= end) continue;
+    const std::uintptr_t page = address / page_bytes.load() * page_bytes.load();
+    void* at = reinterpret_cast<void*>(page);
+    if (mmap(at, page_bytes.load(), PROT_READ, MAP_PRIVATE | MAP_FIXED | MAP_ANONYMOUS, -1, 0) != at) return false;
+    if (std::atomic<bool>* lost = watch.lost.load()) lost->store(true);
+    return true;
+  }
+  return false;
+}
+
+void on_bus_error(int signal, siginfo_t* info, void* context) {
+  const int saved = errno;
+  const bool ours = replace_lost_page(reinterpret_cast<std::uintptr_t>(info->si_addr));
+  errno = saved;
+  if (ours) return;
+  if (previous_action.sa_flags & SA_SIGINFO) {
+    previous_action.sa_sigaction(signal, info, context);
+  } else if (previous_action.sa_handler != SIG_DFL && previous_action.sa_handler != SIG_IGN) {
+    previous_action.sa_handler(signal);
+  } else {
+    // Not ours and nobody else's: give the default back; returning repeats the fault, which then ends the process.
+    struct sigaction fallback = {};
+    fallback.sa_handler = SIG_DFL;
+    sigaction(signal, &fallback, nullptr);
+  }
+}
+
+// Puts our handler in front, once; again if the host has put its own there since (chaining to itself would not end).
+void install_handler() {
+  struct sigaction current = {};
+  sigaction(SIGBUS, nullptr, &current);
+  if ((current.sa_flags & SA_SIGINFO) && current.sa_sigaction == on_bus_error) return;
+  previous_action = current;
+  struct sigaction ours = {};
+  ours.sa_sigaction = on_bus_error;
+  ours.sa_flags = SA_SIGINFO | SA_ONSTACK;
+  sigemptyset(&ours.sa_mask);
+  sigaction(SIGBUS, &ours, nullptr);
+}
+
+Watch* free_watch() {
+  for (Watch& watch : watches)
+    if (watch.begin.load() == 0) return &watch;
+  return nullptr;
+}
+
+}  // namespace
+
+bool file_maps_are_supported() {
+  return true;
+}
+
+int open_for_map(const char* path, std::uint64_t* file_bytes, const char** reason) {
+  // Not blocking: opening a pipe must fail, not wait for a writer.
+  const int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) {
+    *reason = errno == ENOENT   ? "it does not exist"
+              : errno == EACCES ? "reading it is not permitted"
+                                : "the system refused to open it";
+    return -1;
+  }
+  struct stat status = {};
+  if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+    *reason = "it is not a regular file";
+    close(descriptor);
+    return -1;
+  }
+  *file_bytes = static_cast<std::uint64_t>(status.st_size);
+  return descriptor;
+}
+
+void close_file(int descriptor) {
+  close(descriptor);
+}
+
+bool read_head(int descriptor, void* out, std::size_t count) {
+  std::size_t done = 0;
+  while (done < count) {
+    const ssize_t got = pread(descriptor, static_cast<char*>(out) + done, count - done, static_cast<off_t>(done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    done += static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::atomic<bool>* lost, FileMap* map) {
+  const ChangeLock lock;
+  install_handler();
+  Watch* watch = free_watch();
+  if (!watch || count == 0 || count > static_cast<std::size_t>(-1) / 2) return false;
+  page_bytes.store(static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE)));
+  const std::uint64_t first = offset / page_bytes.load() * page_bytes.load();
+  map->bytes = static_cast<std::size_t>(offset - first + count);
+  map->base = mmap(nullptr, map->bytes, PROT_READ, MAP_SHARED, descriptor, static_cast<off_t>(first));
+  if (map->base == MAP_FAILED) {
+    *map = FileMap{};
+    return false;
+  }
+  map->data = static_cast<const unsigned char*>(map->base) + (offset - first);
+  watch->lost.store(lost);
+  // Whole pages: the last one may lie partly beyond the range.
+  watch->end.store(reinterpret_cast<std::uintptr_t>(map->base) + map->bytes);
+  watch->begin.store(reinterpret_cast<std::uintptr_t>(map->base));
+  return true;
+}
+
+void unmap(FileMap* map) {
+  if (!map->base) return;
+  const ChangeLock lock;
+  for (Watch& watch : watches)
+    if (watch.begin.load() == reinterpret_cast<std::uintptr_t>(map->base)) {
+      watch.begin.store(0);
+      watch.end.store(0);
+      watch.lost.store(nullptr);
+    }
+  munmap(map->base, map->bytes);
+  *map = FileMap{};
+}
+
+}  // namespace palpate
+
+#else  // no POSIX maps: the host reads the bytes itself and uses palpate_bundle_open
+
+namespace palpate {
+bool file_maps_are_supported() {
+  return false;
+}
+int open_for_map(const char*, std::uint64_t*, const char** reason) {
+  *reason = "this platform has no file maps; read the bytes and use palpate_bundle_open";
+  return -1;
+}
+void close_file(int) {}
+bool read_head(int, void*, std::size_t) {
+  return false;
+}
+bool map_range(int, std::uint64_t, std::uint64_t, std::atomic<bool>*, FileMap*) {
+  return false;
+}
+void unmap(FileMap*) {}
+}  // namespace palpate
+
+#endif

@@ -1,0 +1,33 @@
+// Read-only maps of a file whose loss does not kill the host.
+//
+// A page of a mapped file that has been truncated raises SIGBUS when it is read. As libwayland does for shared memory,
+// a handler puts a page of zeros in its place and notes the loss; any other SIGBUS goes to the handler that was there
+// before.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace palpate {
+
+struct FileMap {
+  void* base = nullptr;  // page-aligned start of the map
+  std::size_t bytes = 0;
+  const unsigned char* data = nullptr;  // the wanted first byte
+};
+
+// True where files can be mapped at all.
+bool file_maps_are_supported();
+
+// Opens a regular file for reading. Returns a descriptor, or -1 with *reason a static sentence part.
+int open_for_map(const char* path, std::uint64_t* file_bytes, const char** reason);
+void close_file(int descriptor);
+// Reads exactly count bytes from the start; false otherwise.
+bool read_head(int descriptor, void* out, std::size_t count);
+
+// Maps [offset, offset + count). *lost becomes true when a page is lost, at any time until unmap. False on failure.
+bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::atomic<bool>* lost, FileMap* map);
+void unmap(FileMap* map);
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+#include "runtime/response_curve.h"
+
+#include <cmath>
+
+namespace palpate {
+
+double chebyshev_sum(const double* c, int count, double t) {
+  double b1 = 0, b2 = 0;
+  for (int k = count - 1; k >= 1; --k) {
+    const double b0 = c[k] + 2 * t * b1 - b2;
+    b2 = b1;
+    b1 = b0;
+  }
+  return c[0] + t * b1 - b2;
+}
+
+bool ResponseCurve::set(const double* coefficients, int count, double range) {
+  if (count < 2 || count > kMaxCoefficients || !(range > 0) || !std::isfinite(range)) return false;
+  for (int k = 0; k < count; ++k)
+    if (!std::isfinite(coefficients[k])) return false;
+  range_ = range;
+  count_ = count - 1;
+
+  // Interpolate the quotient at its Chebyshev nodes, none of which is x = 0. A fit's rounding at zero is taken off
+  // first.
+  const double at_zero = chebyshev_sum(coefficients, count, -1);
+  const double pi = 3.14159265358979323846;
+  double sample[kMaxCoefficients];
+  for (int i = 0; i < count_; ++i) {
+    const double t = std::cos(pi * (i + 0.5) / count_);
+    sample[i] = (chebyshev_sum(coefficients, count, t) - at_zero) / (range * (t + 1) / 2);
+  }
+  for (int k = 0; k < count_; ++k) {
+    double sum = 0;
+    for (int i = 0; i < count_; ++i) sum += sample[i] * std::cos(pi * k * (i + 0.5) / count_);
+    ratio_[k] = sum * (k == 0 ? 1.0 : 2.0) / count_;
+  }
+
+  // T_k(1) = 1 and T_k'(1) = k^2, so value and slope at the range's end are plain sums.
+  double end = 0, slope = 0;
+  for (int k = 0; k < count_; ++k) end += ratio_[k], slope += ratio_[k] * k * k;
+  end_value_ = range * end;
+  end_slope_ = end + slope * 2;  // d/dx (x ratio) at x = range, dt/dx = 2 / range
+  return std::isfinite(end_value_) && std::isfinite(end_slope_);
+}
+
+double ResponseCurve::ratio(double x) const {
+  const double size = std::fabs(x);
+  if (size > range_) return (end_value_ + end_slope_ * (size - range_)) / size;
+  return chebyshev_sum(ratio_, count_, 2 * size / range_ - 1);
+}
+
+}  // namespace palpate

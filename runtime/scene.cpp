@@ -1,0 +1,348 @@
+// Creation: effects become a plan, the plan's sections are mapped and checked, all memory is taken.
+#include "runtime/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+#include "runtime/error_text.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+bool is_one_of(int value, int last) {
+  return value >= 0 && value <= last;
+}
+
+palpate_status check_def(const palpate_scene_def& def, palpate_error* error) {
+  const auto bad = [&](const char* what) {
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", what);
+  };
+  if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_POINT) ||
+      !is_one_of(def.force, PALPATE_FORCE_RESPONSE) || !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) ||
+      !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) || !is_one_of(def.preload, PALPATE_PRELOAD_ON))
+    return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
+  if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
+  if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
+  if (def.max_contact_nodes < 1 || def.max_contact_nodes > 3000) return bad("max_contact_nodes must be 1 .. 3000");
+  if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
+  if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
+  if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
+    return bad("the allocator needs both allocate and release, or neither");
+  if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
+    return bad("radial corrects a shape, and shape is OFF");
+  return PALPATE_OK;
+}
+
+palpate_status missing(palpate_error* error, const char* effect, SectionId id) {
+  return fail(error, PALPATE_ERROR_EFFECT, 0,
+              "%s needs section %s, which this bundle does not have; precompute it or turn the effect off", effect,
+              formats::describe_section(id)->path);
+}
+
+// Builds a scene pass by pass; each part maps what it needs, fills its half and adds its line to the plan.
+class Builder {
+ public:
+  Builder(palpate_scene& scene, palpate_bundle& bundle, palpate_error* error)
+      : scene_(scene), bundle_(bundle), def_(scene.def), error_(error), counts_(bundle.index.counts) {}
+
+  palpate_status build() {
+    palpate_status status = PALPATE_OK;
+    const auto then = [&](palpate_status (Builder::*part)()) {
+      if (status == PALPATE_OK) status = (this->*part)();
+    };
+    then(&Builder::tensors);
+    if (needs_triangles()) then(&Builder::triangles);
+    if (def_.collision != PALPATE_COLLISION_OFF) then(&Builder::collision);
+    then(&Builder::contacts);
+    if (def_.force != PALPATE_FORCE_OFF) then(&Builder::force);
+    if (def_.shape != PALPATE_SHAPE_OFF) then(&Builder::shape);
+    if (def_.radial != PALPATE_RADIAL_OFF) then(&Builder::radial);
+    if (status == PALPATE_OK && scene_.memory.failed())
+      status = fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
+    if (status == PALPATE_OK && bundle_.lost.load())
+      status = fail(error_, PALPATE_ERROR_TRUNCATED, 0, "the bundle's file became shorter while it was read");
+    return status;
+  }
+
+ private:
+  bool needs_triangles() const {
+    return def_.collision != PALPATE_COLLISION_OFF || def_.contact != PALPATE_CONTACT_NODE;
+  }
+
+  // A section that must be there; nullptr with *error_ filled otherwise.
+  template <class T>
+  const T* section(SectionId id) {
+    return section_as<T>(&bundle_, id, error_);
+  }
+  palpate_status failed() const { return error_->status == PALPATE_OK ? PALPATE_ERROR_FILE : error_->status; }
+  std::uint64_t bytes_of(SectionId id) const {
+    const formats::SectionEntry* entry = formats::find_section(bundle_.index, id);
+    return entry ? entry->bytes : 0;
+  }
+  void add_pass(const palpate_plan_pass& pass) { scene_.plan[scene_.pass_count++] = pass; }
+
+  palpate_status not_finite(SectionId id, std::uint64_t at) {
+    const formats::SectionEntry* entry = formats::find_section(bundle_.index, id);
+    return fail(error_, PALPATE_ERROR_CONTENT, entry->offset + 8 * at,
+                "section %s: number %llu is not usable (not finite, or a stiffness that is not positive definite); "
+                "rebuild the bundle",
+                formats::describe_section(id)->path, static_cast<unsigned long long>(at));
+  }
+
+  // Copies of what is used as an index: a file that changes later cannot undo the check.
+  template <class Member>
+  palpate_status copy_indices(SectionId id, std::size_t count, Member member, const std::int32_t** out) {
+    const std::int32_t* stored = section<std::int32_t>(id);
+    if (!stored) return failed();
+    std::int32_t* copy = scene_.memory.array<std::int32_t>(count);
+    if (!copy) return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
+    std::copy(stored, stored + count, copy);
+    formats::IndexedSections sections;
+    sections.*member = copy;
+    formats::BundleError from;
+    if (formats::check_stored_indices(bundle_.index, sections, &from) != formats::BundleStatus::ok)
+      return fail(error_, from);
+    *out = copy;
+    return PALPATE_OK;
+  }
+
+  palpate_status tensors() {
+    Tensors& tensors = scene_.tensors;
+    tensors.surface_nodes = static_cast<std::int32_t>(counts_.surface_nodes);
+    tensors.columns = static_cast<std::int32_t>(counts_.touchable);
+    if (const palpate_status status = copy_indices(SectionId::touchable, counts_.touchable,
+                                                   &formats::IndexedSections::touchable, &scene_.touchable))
+      return status;
+    tensors.force = section<double>(SectionId::force);
+    tensors.displacement_surface = section<float>(SectionId::displacement_surface);
+    if (!tensors.force || !tensors.displacement_surface) return failed();
+    for (std::int32_t k = 0; k < tensors.columns; ++k) {
+      Mat3 compliance;
+      const double* force = tensors.force + 9 * static_cast<std::size_t>(k);
+      const bool finite = std::all_of(force, force + 9, [](double x) { return std::isfinite(x); });
+      if (!finite || !self_compliance(force, &compliance)) return not_finite(SectionId::force, 9ull * k);
+    }
+    return PALPATE_OK;
+  }
+
+  palpate_status triangles() {
+    return copy_indices(SectionId::triangles, 3 * counts_.triangles, &formats::IndexedSections::triangles,
+                        &scene_.touch.triangles);
+  }
+
+  // Rest positions of the first `nodes` nodes, preload included, as T.
+  template <class T>
+  palpate_status rest_positions(std::uint64_t nodes, const T** out) {
+    const double* position = section<double>(SectionId::nodes);
+    if (!position) return failed();
+    const double* preload = nullptr;
+    if (def_.preload == PALPATE_PRELOAD_ON) {
+      if (!formats::find_section(bundle_.index, SectionId::preload_displacement))
+        return missing(error_, "preload ON", SectionId::preload_displacement);
+      preload = section<double>(SectionId::preload_displacement);
+      if (!preload) return failed();
+    }
+    T* rest = scene_.memory.array<T>(3 * nodes);
+    if (!rest) return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
+    for (std::uint64_t i = 0; i < 3 * nodes; ++i) {
+      const double sum = position[i] + (preload ? preload[i] : 0.0);
+      if (!(std::fabs(sum) <= 1e6)) return not_finite(SectionId::nodes, i);
+      rest[i] = static_cast<T>(sum);
+    }
+    *out = rest;
+    return PALPATE_OK;
+  }
+
+  const char* rest_sections(bool with_triangles) const {
+    if (def_.preload == PALPATE_PRELOAD_ON)
+      return with_triangles ? "mesh/nodes mesh/triangles preload/displacement" : "mesh/nodes preload/displacement";
+    return with_triangles ? "mesh/nodes mesh/triangles" : "mesh/nodes";
+  }
+  std::uint64_t rest_bytes(bool with_triangles) const {
+    return bytes_of(SectionId::nodes) + (with_triangles ? bytes_of(SectionId::triangles) : 0) +
+           (def_.preload == PALPATE_PRELOAD_ON ? bytes_of(SectionId::preload_displacement) : 0);
+  }
+
+  palpate_status collision() {
+    TouchHalf& touch = scene_.touch;
+    if (const palpate_status status = rest_positions(counts_.surface_nodes, &touch.rest)) return status;
+    const bool deformed = def_.collision == PALPATE_COLLISION_DEFORMED;
+    const bool built =
+        touch.surface.build(scene_.memory, touch.rest, touch.triangles, static_cast<std::int32_t>(counts_.triangles)) &&
+        (!deformed || touch.field.create(scene_.memory, def_.max_contact_nodes, scene_.tensors.surface_nodes));
+    if (!built)
+      return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene's collision");
+    touch.collision.create(&touch.surface, touch.triangles, &touch.field, deformed);
+    for (std::int32_t t = 0; t < def_.max_tools; ++t)
+      touch.points[t] = scene_.memory.array<PointState>(static_cast<std::size_t>(def_.max_points));
+    add_pass({"rest surface in buckets", "create", rest_sections(true), rest_bytes(true), 0, 0});
+    // Deformed: the nodes of about 30 triangles near a tool point, three floats of three columns each.
+    add_pass({deformed ? "collision: deformed" : "collision: rest", "touch",
+              deformed ? "tensors/displacement_surface" : "", deformed ? bytes_of(SectionId::displacement_surface) : 0,
+              deformed ? 30ull * 36 : 0, deformed ? 30ull * 18 : 0});
+    return PALPATE_OK;
+  }
+
+  palpate_status contacts() {
+    TouchHalf& touch = scene_.touch;
+    SceneMemory& memory = scene_.memory;
+    const std::size_t nodes = static_cast<std::size_t>(def_.max_contact_nodes);
+    InputLimits limits;
+    limits.surface_nodes = scene_.tensors.surface_nodes;
+    limits.triangles = static_cast<std::int32_t>(counts_.triangles);
+    limits.max_tools = def_.max_tools, limits.max_points = def_.max_points;
+    limits.places_in_triangles = touch.triangles != nullptr;
+    touch.column_of_node = memory.array<std::int32_t>(counts_.surface_nodes);
+    touch.set.entries = memory.array<ContactEntry>(nodes);
+    touch.set.blocks = memory.array<ContactBlock>(nodes);
+    touch.set.target = memory.array<Vec3>(nodes);
+    touch.set.entry_capacity = def_.max_contact_nodes;
+    touch.force = memory.array<Vec3>(nodes);
+    touch.modified = memory.array<Vec3>(nodes);
+    if (!touch.input.create(memory, limits) || !touch.solver.create(memory, def_.max_contact_nodes))
+      return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene's contacts");
+    std::fill(touch.column_of_node, touch.column_of_node + counts_.surface_nodes, -1);
+    for (std::int32_t k = 0; k < scene_.tensors.columns; ++k) touch.column_of_node[scene_.touchable[k]] = k;
+    static const char* const names[] = {"contact: node", "contact: triangle", "contact: point"};
+    // Per contact node at the limit: a 3 x 3 block towards each other one, and its share of the factorisation.
+    add_pass({names[def_.contact], "touch", "tensors/nodes tensors/force tensors/displacement_surface",
+              bytes_of(SectionId::touchable) + bytes_of(SectionId::force) + bytes_of(SectionId::displacement_surface),
+              36ull * nodes + 72, 9ull * nodes * nodes});
+    return PALPATE_OK;
+  }
+
+  palpate_status curve(SectionId id, const char* effect, int which, ResponseCurve* out) {
+    const formats::SectionEntry* entry = formats::find_section(bundle_.index, id);
+    if (!entry) return missing(error_, effect, id);
+    if (!formats::find_section(bundle_.index, SectionId::response_range))
+      return missing(error_, effect, SectionId::response_range);
+    const double* coefficients = section<double>(id);
+    const double* range = section<double>(SectionId::response_range);
+    if (!coefficients || !range) return failed();
+    const int count = static_cast<int>(std::min<std::uint64_t>(entry->shape[0], ResponseCurve::kMaxCoefficients + 1));
+    if (range[which] == 0)
+      return fail(error_, PALPATE_ERROR_EFFECT, entry->offset,
+                  "%s: the bundle's response curve was not measured for it", effect);
+    if (!out->set(coefficients, count, range[which])) return not_finite(id, 0);
+    return PALPATE_OK;
+  }
+
+  palpate_status force() {
+    if (def_.force == PALPATE_FORCE_LINEAR) {
+      add_pass({"force: linear", "touch", "", 0, 0, 6});
+      return PALPATE_OK;
+    }
+    if (const palpate_status status = curve(SectionId::response_force, "force RESPONSE", 1, &scene_.touch.response))
+      return status;
+    add_pass({"force: response", "touch", "material/response/force material/response/range",
+              bytes_of(SectionId::response_force) + bytes_of(SectionId::response_range), 0, 9});
+    return PALPATE_OK;
+  }
+
+  palpate_status shape() {
+    ShapeHalf& shape = scene_.shape;
+    SceneMemory& memory = scene_.memory;
+    const bool volume = def_.shape == PALPATE_SHAPE_VOLUME;
+    shape.nodes = static_cast<std::int32_t>(volume ? counts_.nodes : counts_.surface_nodes);
+    if (volume && counts_.nodes > counts_.surface_nodes) {
+      if (!formats::find_section(bundle_.index, SectionId::displacement_interior))
+        return missing(error_, "shape VOLUME", SectionId::displacement_interior);
+      shape.interior = section<float>(SectionId::displacement_interior);
+      if (!shape.interior) return failed();
+    }
+    if (const palpate_status status = rest_positions(static_cast<std::uint64_t>(shape.nodes), &shape.rest))
+      return status;
+    const std::size_t columns = 3 * static_cast<std::size_t>(def_.max_contact_nodes);
+    shape.slot_of_column = memory.array<std::int32_t>(counts_.touchable);
+    shape.sum = memory.array<double>(columns);
+    shape.coefficient = memory.array<float>(columns);
+    shape.surface_column = memory.array<const float*>(columns);
+    shape.interior_column = memory.array<const float*>(columns);
+    shape.field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
+    shape.tool_field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
+    const std::uint64_t floats = 9ull * static_cast<std::uint64_t>(shape.nodes);
+    add_pass(
+        {volume ? "superposition: volume" : "superposition: surface", "shape",
+         shape.interior ? "tensors/displacement_surface tensors/displacement_interior" : "tensors/displacement_surface",
+         bytes_of(SectionId::displacement_surface) + (shape.interior ? bytes_of(SectionId::displacement_interior) : 0),
+         4 * floats, 2 * floats});
+    add_pass({"positions", "shape", rest_sections(false), rest_bytes(false), 0, 0});
+    return PALPATE_OK;
+  }
+
+  palpate_status radial() {
+    if (const palpate_status status = curve(SectionId::response_radial, "radial RESPONSE", 0, &scene_.shape.radial))
+      return status;
+    add_pass({"radial: response", "shape", "material/response/radial material/response/range",
+              bytes_of(SectionId::response_radial) + bytes_of(SectionId::response_range), 0, 0});
+    return PALPATE_OK;
+  }
+
+  palpate_scene& scene_;
+  palpate_bundle& bundle_;
+  const palpate_scene_def& def_;
+  palpate_error* error_;
+  const formats::BundleCounts& counts_;
+};
+
+}  // namespace
+}  // namespace palpate
+
+palpate_scene_def palpate_default_scene_def(void) {
+  palpate_scene_def def = {};
+  def.collision = PALPATE_COLLISION_REST;
+  def.contact = PALPATE_CONTACT_POINT;
+  def.force = PALPATE_FORCE_LINEAR;
+  def.shape = PALPATE_SHAPE_SURFACE;
+  def.radial = PALPATE_RADIAL_OFF;
+  def.preload = PALPATE_PRELOAD_OFF;
+  def.max_tools = 4;
+  def.max_points = 64;
+  def.max_contact_nodes = 192;
+  def.force_limit = 50;
+  def.force_slew = 1e4;
+  return def;
+}
+
+palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
+                                    palpate_error* error) {
+  if (scene) *scene = nullptr;
+  if (!bundle || !def || !scene)
+    return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle, def and scene must not be NULL");
+  palpate_error local = {};
+  if (!error) error = &local;
+  *error = palpate_error{};
+  if (const palpate_status status = palpate::check_def(*def, error)) return status;
+  palpate::SceneMemory own(def->allocator);
+  void* place =
+      own.array<std::max_align_t>((sizeof(palpate_scene) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
+  if (!place) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the scene");
+  palpate_scene* created = new (place) palpate_scene(*def);
+  created->bundle = bundle;
+  const palpate_status status = palpate::Builder(*created, *bundle, error).build();
+  if (status != PALPATE_OK) {
+    palpate_scene_destroy(created);
+    return status;
+  }
+  *scene = created;
+  return palpate::succeed(error);
+}
+
+void palpate_scene_destroy(palpate_scene* scene) {
+  if (!scene) return;
+  const palpate_allocator host = scene->def.allocator;
+  scene->memory.release_all();
+  scene->~palpate_scene();
+  if (host.allocate)
+    host.release(host.user, scene);
+  else
+    std::free(scene);
+}
+
+const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t* count) {
+  if (count) *count = scene ? scene->pass_count : 0;
+  return scene ? scene->plan : nullptr;
+}

@@ -1,0 +1,66 @@
+// One organ under one set of effects: the memory and the plan of both halves.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/bundle.h"
+#include "runtime/collision.h"
+#include "runtime/contact_set.h"
+#include "runtime/contact_solver.h"
+#include "runtime/response_curve.h"
+#include "runtime/scene_memory.h"
+#include "runtime/surface_index.h"
+#include "runtime/tool_input.h"
+
+namespace palpate {
+
+// What palpate_touch alone reads and writes.
+struct TouchHalf {
+  const std::int32_t* triangles = nullptr;  // [F][3] copied and checked; nullptr where no effect needs them
+  const double* rest = nullptr;             // [Ns][3] m, preload included; only with collision
+  std::int32_t* column_of_node = nullptr;   // [Ns] or -1
+  ToolInput input;
+  SurfaceIndex surface;
+  ContactField field;
+  Collision collision;
+  PointState* points[PALPATE_MAX_TOOLS] = {};  // [max_points]
+  ContactSet set;
+  ContactSolver solver;
+  ResponseCurve response;
+  Vec3* force = nullptr;     // [max_contact_nodes]
+  Vec3* modified = nullptr;  // [max_contact_nodes]
+  Vec3 last_force[PALPATE_MAX_TOOLS];
+  std::uint64_t step = 0;
+};
+
+// What palpate_shape alone reads and writes.
+struct ShapeHalf {
+  static constexpr std::int32_t kChunkNodes = 1024;
+  const float* interior = nullptr;  // displacement_interior [S][3][N-Ns][3]
+  const float* rest = nullptr;      // [nodes][3] m
+  std::int32_t nodes = 0;           // Ns or N
+  ResponseCurve radial;
+  std::int32_t* slot_of_column = nullptr;   // [S] 1 + place in the group being gathered, 0 outside a call
+  double* sum = nullptr;                    // [3 max_contact_nodes]
+  float* coefficient = nullptr;             // [3 max_contact_nodes]
+  const float** surface_column = nullptr;   // [3 max_contact_nodes]
+  const float** interior_column = nullptr;  // [3 max_contact_nodes]
+  float* field = nullptr;                   // [kChunkNodes][3]
+  float* tool_field = nullptr;              // [kChunkNodes][3]
+};
+
+}  // namespace palpate
+
+struct palpate_scene {
+  explicit palpate_scene(const palpate_scene_def& wanted) : def(wanted), memory(wanted.allocator) {}
+  palpate_scene_def def;
+  palpate::SceneMemory memory;
+  palpate_bundle* bundle = nullptr;
+  palpate::Tensors tensors;
+  const std::int32_t* touchable = nullptr;  // [S] copied and checked
+  palpate::TouchHalf touch;
+  palpate::ShapeHalf shape;
+  static constexpr std::int32_t kMaxPasses = 8;
+  palpate_plan_pass plan[kMaxPasses] = {};
+  std::int32_t pass_count = 0;
+};

@@ -1,0 +1,208 @@
+// The render half: contacts -> superposition (eq. 9) -> radial correction -> displaced nodes.
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/scene.h"
+#include "runtime/superposition.h"
+
+namespace palpate {
+namespace {
+
+// The columns of one tool (or, without a correction, of all) in the scene's arrays, from `first`.
+struct Group {
+  int first = 0, count = 0;
+  Vec3 direction;
+  bool corrected = false;
+};
+
+constexpr int kLanes = 64;
+
+// u = a d + o: keeps a d and makes the length r of o P(r), per node. Returns true when an r was outside P's range.
+// Source: Cotin, Delingette and Ayache 1999, eqs 3-6; DESIGN section 4.
+bool correct_lanes(const ResponseCurve& curve, Vec3 direction, int count, float* u) {
+  const float dx = static_cast<float>(direction.x), dy = static_cast<float>(direction.y),
+              dz = static_cast<float>(direction.z);
+  const float range = static_cast<float>(curve.range()), end = static_cast<float>(curve.end_value()),
+              slope = static_cast<float>(curve.end_slope());
+  const double* coefficient = curve.ratio_coefficients();
+  float r[kLanes], t[kLanes], b1[kLanes], b2[kLanes], along[kLanes];
+  bool outside = false;
+  for (int i = 0; i < count; ++i) {
+    const float x = u[3 * i], y = u[3 * i + 1], z = u[3 * i + 2];
+    along[i] = x * dx + y * dy + z * dz;
+    const float ox = x - along[i] * dx, oy = y - along[i] * dy, oz = z - along[i] * dz;
+    r[i] = std::sqrt(ox * ox + oy * oy + oz * oz);
+    t[i] = std::min(1.0f, 2 * r[i] / range - 1);
+    b1[i] = b2[i] = 0;
+  }
+  for (int k = curve.ratio_count() - 1; k >= 1; --k) {
+    const float c = static_cast<float>(coefficient[k]);
+    for (int i = 0; i < count; ++i) {
+      const float b0 = c + 2 * t[i] * b1[i] - b2[i];
+      b2[i] = b1[i];
+      b1[i] = b0;
+    }
+  }
+  const float c0 = static_cast<float>(coefficient[0]);
+  for (int i = 0; i < count; ++i) {
+    float ratio = c0 + t[i] * b1[i] - b2[i];
+    if (r[i] > range) {
+      ratio = (end + slope * (r[i] - range)) / r[i];
+      outside = true;
+    }
+    const float d[3] = {dx, dy, dz};
+    for (int c = 0; c < 3; ++c) u[3 * i + c] = along[i] * d[c] + ratio * (u[3 * i + c] - along[i] * d[c]);
+  }
+  return outside;
+}
+
+class Shape {
+ public:
+  Shape(palpate_scene& scene, palpate_shape_out& out) : scene_(scene), half_(scene.shape), out_(out) {}
+
+  std::uint32_t step(const palpate_contacts* contacts) {
+    if (!is_sound(contacts)) {
+      flags_ |= PALPATE_STEP_BAD_INPUT;
+      contacts = nullptr;
+    }
+    gather(contacts);
+    const std::int32_t wanted = std::min(half_.nodes, out_.node_capacity), surface = scene_.tensors.surface_nodes;
+    for (std::int32_t n = 0; n < wanted;) {
+      const bool interior = n >= surface;
+      const std::int32_t end = interior ? wanted : std::min(wanted, surface);
+      const std::int32_t count = std::min(ShapeHalf::kChunkNodes, end - n);
+      chunk(interior ? half_.interior_column : half_.surface_column, interior ? n - surface : n, n, count);
+      n += count;
+    }
+    out_.node_count = wanted;
+    if (scene_.bundle->lost.load(std::memory_order_relaxed)) flags_ |= PALPATE_STEP_BUNDLE_LOST;
+    return flags_;
+  }
+
+ private:
+  // Contacts may have come through a socket: nothing in them is trusted.
+  bool is_sound(const palpate_contacts* contacts) const {
+    if (!contacts || contacts->node_count < 0 || contacts->node_count > scene_.def.max_contact_nodes) return false;
+    const std::size_t bytes =
+        sizeof(palpate_contacts) + static_cast<std::size_t>(contacts->node_count) * sizeof(palpate_contact_node);
+    return contacts->used_bytes == bytes && contacts->tool_count >= 0 && contacts->tool_count <= PALPATE_MAX_TOOLS;
+  }
+  bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
+    if (node.column < 0 || node.column >= scene_.tensors.columns || node.tool < 0 || node.tool >= tool_count)
+      return false;
+    for (const double u : node.modified_displacement)
+      if (!(std::fabs(u) <= 1e12)) return false;
+    return true;
+  }
+
+  // A unit vector, or zero: then the tool has no direction and its contribution stays linear.
+  Vec3 direction(const palpate_contacts& contacts, std::int32_t tool) {
+    if (scene_.def.radial == PALPATE_RADIAL_OFF) return Vec3{};
+    const Vec3 d = load3(contacts.tools[tool].direction);
+    const double size = length(d);
+    if (size == 0) return Vec3{};
+    if (std::fabs(size - 1) <= 1e-6) return d;
+    flags_ |= PALPATE_STEP_BAD_INPUT;
+    return Vec3{};
+  }
+
+  // Contacts -> groups of columns. What needs no correction goes into the first group together.
+  void gather(const palpate_contacts* contacts) {
+    group_count_ = 0;
+    if (!contacts) return;
+    bool corrected[PALPATE_MAX_TOOLS] = {};
+    Vec3 d[PALPATE_MAX_TOOLS];
+    for (std::int32_t t = 0; t < contacts->tool_count; ++t) {
+      d[t] = direction(*contacts, t);
+      corrected[t] = dot(d[t], d[t]) > 0;
+    }
+    add_group(
+        *contacts, [&](std::int32_t tool) { return !corrected[tool]; }, Vec3{}, false);
+    for (std::int32_t t = 0; t < contacts->tool_count; ++t)
+      if (corrected[t])
+        add_group(
+            *contacts, [&](std::int32_t tool) { return tool == t; }, d[t], true);
+  }
+
+  // Contacts that share a node share its columns: their coefficients are added, in double.
+  template <class Belongs>
+  void add_group(const palpate_contacts& contacts, Belongs belongs, Vec3 d, bool corrected) {
+    Group group{column_count_, 0, d, corrected};
+    const palpate_contact_node* nodes = palpate_contacts_nodes(&contacts);
+    for (std::int32_t e = 0; e < contacts.node_count; ++e) {
+      const palpate_contact_node& node = nodes[e];
+      if (!is_sound(node, contacts.tool_count)) {
+        flags_ |= PALPATE_STEP_BAD_INPUT;
+        continue;
+      }
+      if (!belongs(node.tool)) continue;
+      std::int32_t& slot = half_.slot_of_column[node.column];
+      if (slot == 0) slot = 1 + add_columns(node.column, group);
+      for (int j = 0; j < 3; ++j) half_.sum[slot - 1 + j] += node.modified_displacement[j];
+    }
+    for (int c = group.first; c < group.first + group.count; ++c)
+      half_.coefficient[c] = static_cast<float>(half_.sum[c]);
+    for (std::int32_t e = 0; e < contacts.node_count; ++e)  // leave the map as it was found
+      if (nodes[e].column >= 0 && nodes[e].column < scene_.tensors.columns) half_.slot_of_column[nodes[e].column] = 0;
+    if (group.count > 0) groups_[group_count_++] = group;
+  }
+
+  int add_columns(std::int32_t column, Group& group) {
+    const int first = column_count_;
+    const std::size_t interior_nodes = static_cast<std::size_t>(half_.nodes - scene_.tensors.surface_nodes);
+    for (int j = 0; j < 3; ++j) {
+      half_.sum[column_count_] = 0;
+      half_.surface_column[column_count_] = scene_.tensors.row(column, j);
+      if (half_.interior)
+        half_.interior_column[column_count_] =
+            half_.interior + (3 * static_cast<std::size_t>(column) + j) * interior_nodes * 3;
+      ++column_count_;
+    }
+    group.count += 3;
+    return first;
+  }
+
+  // Nodes out_first .. out_first + count - 1, whose numbers start at column_first in the columns.
+  void chunk(const float* const* column, std::int32_t column_first, std::int32_t out_first, std::int32_t count) {
+    const std::size_t floats = 3 * static_cast<std::size_t>(count), from = 3 * static_cast<std::size_t>(column_first);
+    float* field = out_.displacements ? out_.displacements + 3 * static_cast<std::size_t>(out_first) : half_.field;
+    bool written = false;
+    for (int g = 0; g < group_count_; ++g) {
+      const Group& group = groups_[g];
+      float* target = written ? half_.tool_field : field;
+      superpose(column + group.first, half_.coefficient + group.first, group.count, from, floats, target);
+      if (group.corrected) correct(group.direction, count, target);
+      if (written)
+        for (std::size_t i = 0; i < floats; ++i) field[i] += half_.tool_field[i];
+      written = true;
+    }
+    if (!written) std::fill(field, field + floats, 0.0f);
+    if (!out_.positions) return;
+    const float* rest = half_.rest + 3 * static_cast<std::size_t>(out_first);
+    float* position = out_.positions + 3 * static_cast<std::size_t>(out_first);
+    for (std::size_t i = 0; i < floats; ++i) position[i] = rest[i] + field[i];
+  }
+
+  void correct(Vec3 d, std::int32_t count, float* u) {
+    for (std::int32_t n = 0; n < count; n += kLanes)
+      if (correct_lanes(half_.radial, d, std::min(kLanes, count - n), u + 3 * n)) flags_ |= PALPATE_STEP_RESPONSE_RANGE;
+  }
+
+  palpate_scene& scene_;
+  ShapeHalf& half_;
+  palpate_shape_out& out_;
+  std::uint32_t flags_ = 0;
+  Group groups_[PALPATE_MAX_TOOLS + 1];
+  int group_count_ = 0, column_count_ = 0;
+};
+
+}  // namespace
+}  // namespace palpate
+
+palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* contacts, palpate_shape_out* out) {
+  if (!scene || !out) return PALPATE_STEP_BAD_INPUT;
+  out->node_count = 0;
+  if (scene->def.shape == PALPATE_SHAPE_OFF || out->node_capacity < 0) return PALPATE_STEP_BAD_INPUT;
+  if (!out->displacements && !out->positions) return 0;
+  return palpate::Shape(*scene, *out).step(contacts);
+}
