@@ -1,0 +1,164 @@
+// The box bundle of tests/support in memory, open, with the dense stiffness it was solved from as the reference.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <memory>
+
+#include "runtime/include/palpate/palpate.h"
+#include "tests/support/tiny_bundle.h"
+
+namespace palpate::tests {
+
+// A file name of this test alone, so that tests can run side by side.
+inline std::filesystem::path scratch_file(const std::string& name) {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  std::string file = test ? std::string(test->test_suite_name()) + "." + test->name() + "." + name : name;
+  std::replace(file.begin(), file.end(), '/', '_');
+  return std::filesystem::path(testing::TempDir()) / file;
+}
+
+// Bytes at an address aligned to 64, no byte longer than they are.
+class AlignedBytes {
+ public:
+  explicit AlignedBytes(const std::string& bytes) : count_(bytes.size()) {
+    data_ = static_cast<unsigned char*>(::operator new(std::max<std::size_t>(count_, 1), std::align_val_t(64)));
+    std::copy(bytes.begin(), bytes.end(), data_);
+  }
+  ~AlignedBytes() { ::operator delete(data_, std::align_val_t(64)); }
+  AlignedBytes(const AlignedBytes&) = delete;
+  AlignedBytes& operator=(const AlignedBytes&) = delete;
+  unsigned char* data() { return data_; }
+  std::size_t size() const { return count_; }
+
+ private:
+  unsigned char* data_;
+  std::size_t count_;
+};
+
+inline std::string file_bytes(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline std::string bundle_bytes(const BundleParts& parts) {
+  const auto file = scratch_file("bundle.h5");
+  write_bundle(file, parts);
+  const std::string bytes = file_bytes(file);
+  std::filesystem::remove(file);
+  return bytes;
+}
+
+struct BundleCloser {
+  void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
+};
+struct SceneDestroyer {
+  void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
+};
+using BundlePointer = std::unique_ptr<palpate_bundle, BundleCloser>;
+using ScenePointer = std::unique_ptr<palpate_scene, SceneDestroyer>;
+
+class TouchedBox {
+ public:
+  explicit TouchedBox(const TinyBox& form = {}, const std::function<void(BundleParts&)>& change = {})
+      : body(surface_first(box_mesh(form.cells, form.size, 0.1))), form_(form) {
+    BundleParts parts = tiny_bundle(form);
+    if (change) change(parts);
+    fixed = parts.get<std::uint8_t>(formats::SectionId::fixed);
+    touchable = parts.get<std::int32_t>(formats::SectionId::touchable);
+    bytes_ = std::make_unique<AlignedBytes>(bundle_bytes(parts));
+    palpate_bundle* opened = nullptr;
+    palpate_error error = {};
+    const palpate_status status = palpate_bundle_open(bytes_->data(), bytes_->size(), &opened, &error);
+    if (status != PALPATE_OK) throw std::runtime_error(error.text);
+    bundle_.reset(opened);
+  }
+
+  palpate_bundle* bundle() const { return bundle_.get(); }
+  ScenePointer scene(const palpate_scene_def& def) const {
+    palpate_scene* created = nullptr;
+    palpate_error error = {};
+    if (palpate_scene_create(bundle_.get(), &def, &created, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    return ScenePointer(created);
+  }
+
+  Eigen::MatrixXd stiffness() const { return dense_stiffness(body.mesh, form_.young, form_.poisson); }
+  Eigen::Index dofs() const { return 3 * static_cast<Eigen::Index>(body.mesh.nodes.size()); }
+  Eigen::Vector3d node(std::int32_t n) const { return Eigen::Vector3d(body.mesh.nodes[n].data()); }
+  Eigen::Vector3d place(std::int32_t triangle, Eigen::Vector3d k) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int v = 0; v < 3; ++v) sum += k[v] * node(body.triangles[triangle][v]);
+    return sum;
+  }
+  Eigen::Vector3d outward(std::int32_t triangle) const {
+    const auto& t = body.triangles[triangle];
+    return (node(t[1]) - node(t[0])).cross(node(t[2]) - node(t[0])).normalized();
+  }
+  // A triangle of the face x = size, none of whose nodes is fixed.
+  std::int32_t far_triangle(int which = 0) const {
+    for (std::size_t t = 0; t < body.triangles.size(); ++t)
+      if (outward(static_cast<std::int32_t>(t))[0] > 0.99 && which-- == 0) return static_cast<std::int32_t>(t);
+    throw std::logic_error("no such triangle");
+  }
+
+  SurfaceFirst body;
+  std::vector<std::uint8_t> fixed;
+  std::vector<std::int32_t> touchable;
+
+ private:
+  TinyBox form_;
+  std::unique_ptr<AlignedBytes> bytes_;
+  BundlePointer bundle_;
+};
+
+// Contacts and shape of a scene in memory of their own.
+struct Contacts {
+  explicit Contacts(const palpate_scene* scene) : memory(palpate_contacts_bytes(scene) / 8 + 1) {}
+  palpate_contacts* get() { return reinterpret_cast<palpate_contacts*>(memory.data()); }
+  palpate_contacts* operator->() { return get(); }
+  const palpate_contact_node* nodes() { return palpate_contacts_nodes(get()); }
+  std::vector<std::uint64_t> memory;
+};
+
+inline palpate_grip grip_at_node(std::int32_t node, Eigen::Vector3d displacement, std::uint32_t axes = 7) {
+  palpate_grip grip = {};
+  grip.node = node, grip.triangle = -1, grip.axes = axes;
+  Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
+  return grip;
+}
+inline palpate_grip grip_at_place(std::int32_t triangle, Eigen::Vector3d k, Eigen::Vector3d displacement,
+                                  std::uint32_t axes = 7) {
+  palpate_grip grip = {};
+  grip.node = -1, grip.triangle = triangle, grip.axes = axes;
+  Eigen::Map<Eigen::Vector3d>(grip.barycentric) = k;
+  Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
+  return grip;
+}
+inline palpate_tool tool_of(const std::vector<palpate_grip>& grips) {
+  palpate_tool tool = {};
+  tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
+  return tool;
+}
+
+inline palpate_scene_def unlimited_def() {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.force_limit = def.force_slew = INFINITY;
+  return def;
+}
+
+inline std::vector<float> displacements(palpate_scene* scene, const palpate_contacts* contacts, std::int32_t nodes,
+                                        palpate_step_flags* flags = nullptr) {
+  std::vector<float> u(3 * static_cast<std::size_t>(nodes), NAN);
+  palpate_shape_out out = {};
+  out.displacements = u.data(), out.node_capacity = nodes;
+  const palpate_step_flags raised = palpate_shape(scene, contacts, &out);
+  if (flags) *flags = raised;
+  EXPECT_EQ(out.node_count, nodes);
+  return u;
+}
+
+}  // namespace palpate::tests
