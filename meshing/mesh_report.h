@@ -1,0 +1,28 @@
+// What palpate-tetrahedra says about the mesh it made, for people and for programs.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "formats/tetrahedral_mesh.h"
+#include "meshing/mesh_quality.h"
+#include "meshing/volume_boundary.h"
+
+namespace palpate {
+
+struct MeshReport {
+  std::vector<std::string> inputs;
+  TetrahedralMesh mesh;
+  MeshQuality quality;
+  std::size_t surface_triangles = 0, kept_triangles = 0;  // 0: the input was no surface
+  std::vector<double> region_volume_of_surface;           // per region, or empty
+};
+
+// What each region's triangles enclose, by the divergence theorem.
+std::vector<double> enclosed_volumes(const VolumeBoundary& boundary);
+
+std::string text_of(const MeshReport& report);
+std::string json_of(const MeshReport& report);
+
+}  // namespace palpate

@@ -1,0 +1,37 @@
+// Closed surfaces -> regions: which shell lies in which, what is tissue and what is an empty pocket.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meshing/triangle_surface.h"
+#include "meshing/volume_boundary.h"
+
+namespace palpate {
+
+// What a shell inside another one of the same file means, where its orientation does not say so.
+enum class NestedShells {
+  by_orientation,  // normals against its parent's: a cavity; along them: ambiguous, refused
+  regions,
+  cavities,
+};
+
+// One input: its closed, oriented, disjoint shells. name: of its one region; empty: each shell is a region of its own.
+struct ShellInput {
+  TriangleSurface surface;
+  std::string file;
+  std::string name;
+};
+
+// Shells are turned outward or inward as their place asks. A shell directly inside another one, from another input or
+// declared a region, is a region of its own and is cut out of the one around it. names: of the regions in order (inputs
+// in order, shells by falling volume), or empty for names made of the files'. Errors: InputError for ambiguous
+// orientation, for a name too many or too few (lists the shells), for a region twice.
+VolumeBoundary regions_of_shells(const std::vector<ShellInput>& inputs, NestedShells nested,
+                                 const std::vector<std::string>& names);
+
+// The winding number of a closed surface around a point not on it, rounded: 1 inside, 0 outside, -1 inside one turned
+// inside out. Source: van Oosterom and Strackee 1983, the solid angle of a triangle.
+int winding_number(const TriangleSurface& surface, const Point& point);
+
+}  // namespace palpate

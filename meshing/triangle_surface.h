@@ -1,0 +1,45 @@
+// A triangle surface in memory: what every step of image -> surface passes on.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace palpate {
+
+using Point = std::array<double, 3>;
+using Triangle = std::array<std::int32_t, 3>;
+
+struct TriangleSurface {
+  std::vector<Point> points;  // mm
+  std::vector<Triangle> triangles;  // counter-clockwise from outside
+};
+
+inline Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+inline Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+inline Point operator*(double s, const Point& a) { return {s * a[0], s * a[1], s * a[2]}; }
+inline double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+struct Box {
+  Point low, high;
+  Point centre() const { return 0.5 * (low + high); }
+  double diagonal() const;
+};
+Box bounding_box(const TriangleSurface& surface);
+void translate(TriangleSurface& surface, const Point& by);
+
+double area(const TriangleSurface& surface);
+// Signed volume, positive when triangles point outward; sums of several shells. Taken about the box's centre, so that a
+// surface far from the origin loses no digits.
+double enclosed_volume(const TriangleSurface& surface);
+Point centroid_of_volume(const TriangleSurface& surface);
+
+// Which connected shell each triangle belongs to (connected through shared vertices): 0 .. *count - 1.
+std::vector<std::int32_t> shell_of_triangle(const TriangleSurface& surface, std::int32_t* count);
+// The triangles for which keep[triangle] is true, unused points dropped.
+TriangleSurface subset(const TriangleSurface& surface, const std::vector<bool>& keep);
+
+}  // namespace palpate

@@ -1,0 +1,107 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "formats/errors.h"
+#include "meshing/fill_with_tetrahedra.h"
+#include "meshing/mesh_quality.h"
+#include "meshing/mesh_report.h"
+#include "meshing/shells.h"
+#include "tests/support/closed_surfaces.h"
+
+namespace palpate {
+namespace {
+
+using tests::box_surface;
+using tests::sphere_surface;
+
+VolumeBoundary one_region(const TriangleSurface& surface) {
+  return regions_of_shells({{surface, "body.off", ""}}, NestedShells::by_orientation, {});
+}
+
+TEST(FillWithTetrahedra, KeepsEveryTriangleOfASphere) {
+  const TriangleSurface sphere = sphere_surface(3, 50);
+  const VolumeBoundary boundary = one_region(sphere);
+  const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
+  EXPECT_EQ(verify_boundary_kept(boundary, mesh), sphere.triangles.size());
+  EXPECT_EQ(boundary_triangles(mesh).size(), sphere.triangles.size());
+  for (std::size_t v = 0; v < sphere.points.size(); ++v) ASSERT_EQ(mesh.nodes[v], boundary.points[v]);  // every bit
+  const MeshQuality quality = measure_quality(mesh);
+  EXPECT_GT(quality.volume.value, 0);
+  EXPECT_GE(quality.dihedral.value, 20);  // what EVIDENCE reached on the liver; a sphere is easier
+  // Sums of some 5,000 terms of one sign: eps times their number, and ten times that.
+  EXPECT_NEAR(quality.region_volume[0] / enclosed_volume(sphere), 1, 1e-11);
+  EXPECT_EQ(mesh.region_names, std::vector<std::string>{"body"});
+  ASSERT_EQ(mesh.patches.size(), 1u);
+  EXPECT_EQ(mesh.patches[0].name, "body-outside");
+}
+
+TEST(FillWithTetrahedra, KeepsEveryTriangleOfABoxFarFromTheOriginAndOfATinyOne) {
+  for (const auto& [low, high] : {std::pair<Point, Point>{{1e7, 2e7, -1e7}, {1e7 + 100, 2e7 + 100, -1e7 + 50}},
+                                  {{0, 0, 0}, {1e-5, 1e-5, 2e-5}}}) {
+    const VolumeBoundary boundary = one_region(box_surface(6, low, high));
+    const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
+    EXPECT_EQ(verify_boundary_kept(boundary, mesh), 6 * 6 * 6 * 2u);
+    EXPECT_GT(measure_quality(mesh).dihedral.value, 15);
+  }
+}
+
+TEST(FillWithTetrahedra, MakesNestedTumoursRegionsOfTheirOwn) {
+  const TriangleSurface liver = sphere_surface(3, 50), first = sphere_surface(2, 10, {20, 0, 0}),
+                        second = sphere_surface(2, 8, {-20, 5, 0});
+  const VolumeBoundary boundary =
+      regions_of_shells({{liver, "liver.off", ""}, {first, "a.off", ""}, {second, "b.off", "tumour"}}, {}, {});
+  const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
+  EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"liver", "a", "tumour"}));
+  const auto volume = measure_quality(mesh).region_volume;
+  const double whole = enclosed_volume(liver), a = enclosed_volume(first), b = enclosed_volume(second);
+  EXPECT_NEAR(volume[0] / (whole - a - b), 1, 1e-11);  // rounding of sums, as above
+  EXPECT_NEAR(volume[1] / a, 1, 1e-11);
+  EXPECT_NEAR(volume[2] / b, 1, 1e-11);
+  std::vector<std::string> patches;
+  for (const auto& patch : mesh.patches) patches.push_back(patch.name);
+  EXPECT_EQ(patches, (std::vector<std::string>{"liver-outside", "a-liver", "tumour-liver"}));
+}
+
+TEST(FillWithTetrahedra, LeavesACavityEmpty) {
+  TriangleSurface shell = sphere_surface(3, 50), hole = sphere_surface(2, 20);
+  tests::turn_inside_out(hole);
+  tests::append(shell, hole);
+  const VolumeBoundary boundary = one_region(shell);
+  const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
+  EXPECT_EQ(verify_boundary_kept(boundary, mesh), shell.triangles.size());
+  EXPECT_NEAR(measure_quality(mesh).region_volume[0] / enclosed_volume(shell), 1, 1e-11);
+  EXPECT_EQ(mesh.patches[1].name, "body-cavity");
+}
+
+TEST(VerifyBoundaryKept, NamesATriangleThatNoElementHas) {
+  const VolumeBoundary boundary = one_region(box_surface(2, {0, 0, 0}, {1, 1, 1}));
+  TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
+  mesh.tetrahedra.pop_back();
+  mesh.region.pop_back();
+  EXPECT_THROW(verify_boundary_kept(boundary, mesh), VerificationError);
+}
+
+TEST(RegionsOfShells, RefusesANestedShellThatCouldBeEither) {
+  TriangleSurface both = sphere_surface(2, 50);
+  tests::append(both, sphere_surface(1, 20));
+  EXPECT_THROW(one_region(both), InputError);
+  const auto cavity = regions_of_shells({{both, "body.off", ""}}, NestedShells::cavities, {});
+  EXPECT_EQ(cavity.region_names.size(), 1u);
+  EXPECT_EQ(cavity.patches[1].ahead, VolumeBoundary::kCavity);
+  EXPECT_NEAR(enclosed_volumes(cavity)[0],
+              enclosed_volume(sphere_surface(2, 50)) - enclosed_volume(sphere_surface(1, 20)), 1e-9 * 5e5);
+  const auto regions = regions_of_shells({{both, "body.off", ""}}, NestedShells::regions, {"liver", "tumour"});
+  EXPECT_EQ(regions.region_names, (std::vector<std::string>{"liver", "tumour"}));
+}
+
+TEST(RegionsOfShells, TurnsAnInvertedSurfaceOutward) {
+  TriangleSurface sphere = sphere_surface(2, 50);
+  const double volume = enclosed_volume(sphere);
+  tests::turn_inside_out(sphere);
+  EXPECT_NEAR(enclosed_volumes(one_region(sphere))[0], volume, 1e-11 * volume);
+}
+
+}  // namespace
+}  // namespace palpate

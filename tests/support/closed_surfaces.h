@@ -1,0 +1,101 @@
+// Closed triangle surfaces with known volumes.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meshing/triangle_surface.h"
+
+namespace palpate::tests {
+
+// An icosahedron whose triangles were split in four `splits` times, its points pushed onto the sphere; outward.
+inline TriangleSurface sphere_surface(int splits, double radius, Point centre = {0, 0, 0}) {
+  const double g = std::numbers::phi;
+  std::vector<Point> points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                               {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  std::vector<Triangle> triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                     {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                     {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                     {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+  const auto normalise = [&](Point& p) { p = (1 / std::sqrt(dot(p, p))) * p; };
+  for (Point& p : points) normalise(p);
+  for (int s = 0; s < splits; ++s) {
+    std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middle_of;
+    const auto middle = [&](std::int32_t a, std::int32_t b) {
+      const auto [found, fresh] = middle_of.emplace(std::minmax(a, b), static_cast<std::int32_t>(points.size()));
+      if (fresh) {
+        points.push_back(points[a] + points[b]);
+        normalise(points.back());
+      }
+      return found->second;
+    };
+    std::vector<Triangle> finer;
+    for (const auto& [a, b, c] : triangles) {
+      const std::int32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    triangles = finer;
+  }
+  for (Point& p : points) p = centre + radius * p;
+  return {points, triangles};
+}
+
+// The faces of a box cut into n x n squares each, two triangles a square; outward.
+inline TriangleSurface box_surface(int n, Point low, Point high) {
+  TriangleSurface box;
+  std::map<std::array<int, 3>, std::int32_t> number;
+  const auto vertex = [&](std::array<int, 3> at) {
+    const auto [found, fresh] = number.emplace(at, static_cast<std::int32_t>(box.points.size()));
+    if (fresh) {
+      Point p{};
+      for (int d = 0; d < 3; ++d) p[d] = low[d] + (high[d] - low[d]) * at[d] / n;
+      box.points.push_back(p);
+    }
+    return found->second;
+  };
+  for (int axis = 0; axis < 3; ++axis)
+    for (int side = 0; side < 2; ++side)
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+          const auto corner = [&](int di, int dj) {
+            std::array<int, 3> at{};
+            at[axis] = side * n;
+            at[(axis + 1) % 3] = i + di;
+            at[(axis + 2) % 3] = j + dj;
+            return vertex(at);
+          };
+          std::int32_t a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
+          if (side == 0) std::swap(b, d);
+          box.triangles.push_back({a, b, c});
+          box.triangles.push_back({a, c, d});
+        }
+  return box;
+}
+
+inline void turn_inside_out(TriangleSurface& surface) {
+  for (Triangle& t : surface.triangles) std::swap(t[1], t[2]);
+}
+
+inline void append(TriangleSurface& surface, const TriangleSurface& other) {
+  const auto first = static_cast<std::int32_t>(surface.points.size());
+  surface.points.insert(surface.points.end(), other.points.begin(), other.points.end());
+  for (const auto& [a, b, c] : other.triangles) surface.triangles.push_back({a + first, b + first, c + first});
+}
+
+inline void write_off(const std::string& file, const TriangleSurface& surface) {
+  std::ofstream out(file);
+  out.precision(17);
+  out << "OFF\n" << surface.points.size() << ' ' << surface.triangles.size() << " 0\n";
+  for (const auto& [x, y, z] : surface.points) out << x << ' ' << y << ' ' << z << '\n';
+  for (const auto& [a, b, c] : surface.triangles) out << "3 " << a << ' ' << b << ' ' << c << '\n';
+}
+
+}  // namespace palpate::tests
