@@ -135,6 +135,19 @@ void write_json_attribute(hid_t object, const std::string& name, const nlohmann:
       fmt::format("provenance: expected a string, number or boolean for {}, found {}", name, value.dump()));
 }
 
+// In place: the attribute keeps its type and its bytes in the file.
+void replace_number(hid_t object, const std::string& name, const nlohmann::json& value) {
+  const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), &H5Aclose, "attribute " + name);
+  const Handle type(H5Aget_type(attribute), &H5Tclose, "the type of attribute " + name);
+  if ((H5Tget_class(type) == H5T_INTEGER) != value.is_number_integer())
+    throw InputError(
+        fmt::format("provenance: expected a number of the same kind for {}, found {}", name, value.dump()));
+  const auto whole = value.is_number_integer() ? value.get<std::int64_t>() : 0;
+  const double number = value.get<double>();
+  const void* bytes = value.is_number_integer() ? static_cast<const void*>(&whole) : &number;
+  require(H5Awrite(attribute, type, bytes), "attribute " + name);
+}
+
 nlohmann::json parse_provenance(const std::string& text) {
   const auto json = nlohmann::json::parse(text, nullptr, false);
   if (!json.is_object()) throw InputError("provenance: expected one JSON object, found " + text.substr(0, 80));
@@ -345,6 +358,30 @@ std::vector<SectionEntry> lay_out_bundle(const std::filesystem::path& file, cons
       writer.write(entry, 0, provenance_json.data(), entry.bytes);
     }
   return entries;
+}
+
+void finish_provenance(const std::filesystem::path& file, const std::vector<SectionEntry>& entries,
+                       const std::string& provenance_json) {
+  const nlohmann::json provenance = parse_provenance(provenance_json);
+  const auto entry = std::find_if(entries.begin(), entries.end(), [](const SectionEntry& e) {
+    return e.id == static_cast<std::uint32_t>(SectionId::provenance);
+  });
+  if (entry == entries.end() || provenance_json.size() > entry->bytes)
+    throw InputError(fmt::format("provenance: {} bytes do not fit the room it was given", provenance_json.size()));
+  {
+    const QuietHdf5 quiet;
+    try {
+      Handle handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), &H5Fclose, "opening the file");
+      for (const auto& [name, value] : provenance.items())
+        if (value.is_number()) replace_number(handle, name, value);
+      require(handle.close(), "closing the file");
+    } catch (const OperationError& error) {
+      throw OperationError(fmt::format("{}: {}", file.string(), error.what()));
+    }
+  }
+  std::string text = provenance_json;
+  text.resize(entry->bytes, ' ');
+  SectionWriter(file).write(*entry, 0, text.data(), text.size());
 }
 
 SectionWriter::SectionWriter(const std::filesystem::path& file) {

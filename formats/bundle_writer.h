@@ -33,6 +33,13 @@ std::vector<formats::SectionEntry> lay_out_bundle(const std::filesystem::path& f
                                                   const std::vector<SectionShape>& sections,
                                                   const std::string& provenance_json);
 
+// Gives the numbers of a laid-out bundle's provenance their final values, where they are known only after the tensors:
+// the attributes are written in place, the section's text is ended by spaces. The JSON given to lay_out_bundle must
+// have had the same keys and texts, a number of the same kind (whole or not) for each, and room (spaces at its end) for
+// longer ones. Errors: OperationError (HDF5, disk), InputError (keys or kinds that differ, no room).
+void finish_provenance(const std::filesystem::path& file, const std::vector<formats::SectionEntry>& entries,
+                       const std::string& provenance_json);
+
 // Plain positioned write into a section; any process may write any part. Errors: OperationError; a range outside the
 // section is a programming error and throws std::logic_error.
 class SectionWriter {

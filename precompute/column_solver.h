@@ -1,0 +1,62 @@
+// K x = b for blocks of columns: PETSc's conjugate gradients on K (x) I, each column's true residual measured.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "precompute/elastic_body.h"
+#include "precompute/stiffness.h"
+
+namespace palpate {
+
+struct ColumnSolverOptions {
+  double tolerance = 1e-9;  // on ||K x - b|| / ||b|| of every column
+  int width = 96;           // columns at a time; rounded up to a multiple of 8
+  bool cholesky = true;     // the default preconditioner, else algebraic multigrid; PETSc options override it
+  int most_restarts = 12;   // on the true residual, before a column is given up
+};
+
+struct ColumnReport {
+  double residual = 0;  // true relative residual; 0 for a column of zeros
+  int iterations = 0;   // conjugate-gradient iterations of the column's block
+};
+
+// One rank's solver, with its own copy of the operator. PETSc options without a prefix reach the conjugate gradients
+// (-ksp_...), those with the prefix column_ the preconditioner of K (-column_pc_type, -column_mg_levels_...).
+class ColumnSolver {
+ public:
+  // Sets up the preconditioner (factors). matrix must outlive the solver; coordinates: of each block row's node, m.
+  // Errors: OperationError (memory, not positive definite); InputError for PETSc options that contradict one another.
+  ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
+               const ColumnSolverOptions& options);
+  ~ColumnSolver();
+  ColumnSolver(const ColumnSolver&) = delete;
+  ColumnSolver& operator=(const ColumnSolver&) = delete;
+
+  int width() const;
+  std::int64_t dofs() const;  // 3 * block rows
+
+  // b, x: [dofs][width]; x is overwritten. reports: [width]. Restarts on the true residual until every column holds the
+  // tolerance. Errors: NotConverged when one does not; OperationError for PETSc's own.
+  void solve(const double* b, double* x, std::span<ColumnReport> reports);
+
+  // "PETSc 3.18.5 cg + cholesky (cholmod)".
+  std::string description() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// The worst column of a block that did not converge, for the caller to name.
+struct NotConverged {
+  int column;
+  double residual;
+  double floor;  // what double precision allows: epsilon * ||K|| ||x|| / ||b||
+  std::string reason;
+};
+
+}  // namespace palpate

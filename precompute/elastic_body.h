@@ -1,0 +1,43 @@
+// An organ ready to assemble: metres, surface nodes first, a material per region, held and touchable places.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/organ_config.h"
+#include "formats/tetrahedral_mesh.h"
+
+namespace palpate {
+
+struct Material {
+  double young = 0;    // Pa
+  double poisson = 0;  // -1 < nu < 0.5
+  double density = 0;  // kg/m^3; 0: not given
+};
+
+// Node order: the nodes of the outer surface in the order of the mesh file, then the others in the order of the mesh
+// file. Tetrahedra keep the file's order.
+struct ElasticBody {
+  std::vector<std::array<double, 3>> nodes;  // m
+  std::int32_t surface_count = 0;            // nodes 0 .. surface_count - 1 are on the surface
+  std::vector<std::array<std::int32_t, 4>> tetrahedra;
+  std::vector<std::int32_t> region;  // per tetrahedron, index into materials
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  std::vector<Material> materials;
+  std::vector<std::string> region_names;
+  std::vector<std::array<std::uint8_t, 3>> fixed;  // per node: 1 where x, y or z is held at zero
+  std::vector<std::int32_t> touchable;             // ascending, each < surface_count, each with a free dof
+};
+
+// files are for the sentences of errors. Errors: InputError where mesh, organ and boundary contradict one another.
+struct BodyFiles {
+  std::filesystem::path mesh, organ, boundary;
+};
+ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& organ, const BoundaryConfig& boundary,
+                              const BodyFiles& files);
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+// palpate-precompute: tetrahedra -> tensors -> bundle. Also under mpiexec.
+#include <mpi.h>
+
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "formats/program.h"
+#include "precompute/petsc_session.h"
+#include "precompute/precompute.h"
+
+namespace palpate {
+namespace {
+
+void define_options(CLI::App& app, PrecomputeOptions& options) {
+  app.add_option("mesh", options.mesh, "tetrahedral mesh, MSH 2.2 or 4.1")->required()->option_text("MESH.msh");
+  app.add_option("--organ", options.organ, "materials and measured curve")->required()->option_text("organ.toml");
+  app.add_option("--boundary", options.boundary, "what is held, what may be touched")
+      ->required()
+      ->option_text("bc.toml");
+  app.add_option("-o,--output", options.bundle, "the tensor bundle to write")->required()->option_text("BUNDLE.h5");
+  app.add_option("--image", options.image, "the image the mesh came from; its hash is recorded")->option_text("FILE");
+  app.add_option("--tolerance", options.tolerance, "on the true relative residual of every column; default 1e-9")
+      ->check(CLI::Range(1e-15, 1e-2))
+      ->option_text("R");
+  app.add_option("--memory", options.memory_gigabytes,
+                 "what all ranks on one machine may take, in GB (1e9 bytes); default: what is free")
+      ->check(CLI::PositiveNumber)
+      ->option_text("GB");
+  app.add_option("--block", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 24")
+      ->check(CLI::Range(1, 4096))
+      ->option_text("P");
+  app.footer(
+      "Options after -- go to PETSc: without prefix for the conjugate gradients (-ksp_monitor), with column_ for the\n"
+      "preconditioner of the stiffness matrix (-column_pc_type gamg). One that PETSc does not use is an error.\n"
+      "Under mpiexec -n N each rank solves its share of the columns; the bundle is the same to the byte.");
+}
+
+int run(int argc, char** argv) {
+  int own = 0;
+  while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
+  const std::vector<std::string> petsc_options(argv + std::min(own + 1, argc), argv + argc);
+
+  Ranks ranks(MPI_COMM_WORLD);
+  // One voice: errors are shared by all ranks, and rank 0 tells them.
+  if (ranks.rank() != 0 && (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)))
+    return 1;
+  PrecomputeOptions options;
+  return run_program(
+      own, argv, "palpate-precompute", "Computes the elastic response of an organ: tetrahedra -> tensors -> bundle.",
+      [&options](CLI::App& app) { define_options(app, options); },
+      [&] {
+        const PetscSession session(petsc_options);
+        precompute(options, ranks);
+      });
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  if (MPI_Init(&argc, &argv) != MPI_SUCCESS) return 1;
+  const int code = palpate::run(argc, argv);
+  MPI_Finalize();
+  return code;
+}

@@ -1,0 +1,35 @@
+// PETSc and MPI for the life of a program, and PETSc's errors as ours. Included by this folder only.
+#pragma once
+
+#include <petscsys.h>
+
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+// Starts MPI (unless it runs already) and PETSc with these options and nobody's .petscrc; ends both.
+// Errors: OperationError.
+class PetscSession {
+ public:
+  explicit PetscSession(const std::vector<std::string>& options);
+  PetscSession(const PetscSession&) = delete;
+  PetscSession& operator=(const PetscSession&) = delete;
+  ~PetscSession();
+
+ private:
+  bool owns_mpi_ = false;
+  std::vector<std::string> texts_;
+  std::vector<char*> arguments_;
+};
+
+// Throws OperationError with PETSc's own sentence when code is not 0.
+void check(PetscErrorCode code);
+
+// The options that nothing has asked for so far, as "-name value"; empty when all were used.
+std::string unused_petsc_options();
+
+// All options in force, sorted, as one line.
+std::string petsc_options_in_force();
+
+}  // namespace palpate

@@ -1,0 +1,58 @@
+// Unit-force solves -> the tensors of the paper, for a run of nodes at a time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "precompute/column_solver.h"
+#include "precompute/elastic_body.h"
+#include "precompute/stiffness.h"
+
+namespace palpate {
+
+// Columns of C = K^-1 for a few nodes, and what follows from them. Eliminating the constraint from the paper's Lagrange
+// system (eq. 2) gives, exactly,
+//   T^u_nk = C_nk C_kk^-1,   T^f_k = C_kk^-1,
+// C_kk being inverted on the free dofs of k; its held dofs have zero rows and columns.
+class TensorBlock {
+ public:
+  explicit TensorBlock(ColumnSolver& solver) : solver_(solver) {}
+
+  // How many nodes one solve serves.
+  static int nodes_per_solve(const ColumnSolver& solver) { return solver.width() / 3; }
+
+  // Solves for nodes (at most nodes_per_solve, each with a free dof). Errors: OperationError that names the worst
+  // column when one does not converge.
+  void solve(const HeldStiffness& held, std::span<const std::array<std::uint8_t, 3>> fixed,
+             std::span<const std::int32_t> nodes);
+
+  // T^f of the i-th node, row-major, symmetric; N/m.
+  const std::array<double, 9>& force(std::size_t i) const { return force_[i]; }
+
+  // C_nk, row-major, of node n and the i-th node of the block; m/N.
+  std::array<double, 9> compliance(std::int32_t node, std::size_t i) const;
+
+  // Rows [i][j] of T^u for nodes first .. first + count - 1: out[3 * rows of the block][count][3]; identity at the node
+  // itself. Value: float for the bundle, double for checks.
+  template <class Value>
+  void displacement(std::int32_t first, std::int32_t count, Value* out) const;
+
+  // Of dof j of the i-th node.
+  ColumnReport report(std::size_t i, int j) const;
+
+  // Largest relative error (2-norm over all nodes of the range) of a column cast to float.
+  double cast_error(std::int32_t first, std::int32_t count) const;
+
+ private:
+  ColumnSolver& solver_;
+  const HeldStiffness* held_ = nullptr;
+  std::vector<std::int32_t> nodes_;
+  std::vector<std::array<std::uint8_t, 3>> held_dofs_;
+  std::vector<double> b_, x_;  // [dofs][width]; column 3 i + j is dof j of the i-th node
+  std::vector<ColumnReport> reports_;
+  std::vector<std::array<double, 9>> force_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,165 @@
+// The tensors against literal dense solves.
+#include "precompute/tensors.h"
+#include "precompute/precompute.h"
+#include "tests/precompute/support.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A box with a distorted inside, softer on one half, held at x = 0, with rollers on z = 0 and one node held in y alone.
+ElasticBody small_organ(double poisson) {
+  TetrahedralMesh mesh = box_mesh({3, 3, 3}, {0.06, 0.05, 0.04}, 0.15);
+  mesh.region_names = {"soft", "stiff"};
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+    double x = 0;
+    for (const auto n : mesh.tetrahedra[t]) x += mesh.nodes[n][0] / 4;
+    mesh.region[t] = x > 0.03;
+  }
+  ElasticBody body = body_of(mesh, {{3000, poisson, 0}, {20000, 0.3, 0}});
+  hold(body, [](const auto& p) {
+    if (p[0] == 0) return 7;
+    if (p[0] == 0.06 && p[1] == 0.05 && p[2] == 0.04) return 2;
+    return p[2] == 0 ? 4 : 0;
+  });
+  return body;
+}
+
+// Eq. 2 of the paper: [K G^T; G 0] [u; lambda] = [0; u*], one constraint per free dof of node k, the one of dof j moved
+// by 1. Returns u over the free dofs, then lambda.
+VectorXd lagrange(const MatrixXd& k_free, const std::vector<Eigen::Index>& dofs, std::int32_t k, int j) {
+  std::vector<Eigen::Index> constrained;
+  Eigen::Index moved = -1;
+  for (std::size_t f = 0; f < dofs.size(); ++f)
+    if (dofs[f] / 3 == k) {
+      if (dofs[f] % 3 == j) moved = static_cast<Eigen::Index>(constrained.size());
+      constrained.push_back(static_cast<Eigen::Index>(f));
+    }
+  const Eigen::Index n = k_free.rows(), c = static_cast<Eigen::Index>(constrained.size());
+  MatrixXd system = MatrixXd::Zero(n + c, n + c);
+  system.topLeftCorner(n, n) = k_free;
+  for (Eigen::Index i = 0; i < c; ++i) system(constrained[i], n + i) = system(n + i, constrained[i]) = 1;
+  VectorXd right = VectorXd::Zero(n + c);
+  if (moved >= 0) right[n + moved] = 1;
+  return system.fullPivLu().solve(right);
+}
+
+void expect_equal_to_lagrange(double poisson) {
+  const ElasticBody body = small_organ(poisson);
+  const auto dofs = free_dofs(body);
+  const MatrixXd k = dense(assemble_stiffness(body))(dofs, dofs);
+  // Nodes: one held in y alone, two on rollers, some free.
+  std::vector<std::int32_t> nodes;
+  for (const auto n : body.touchable)
+    if (body.fixed[n][1] || (body.fixed[n][2] && nodes.size() < 3) || n % 11 == 0) nodes.push_back(n);
+  ASSERT_GE(nodes.size(), 5u);
+  for (const auto& tensor : solve_node_tensors(body, nodes)) {
+    double force_scale = 0;
+    for (const double f : tensor.force) force_scale = std::max(force_scale, std::abs(f));
+    for (int j = 0; j < 3; ++j) {
+      const double* row = &tensor.displacement[3 * body.nodes.size() * static_cast<std::size_t>(j)];
+      if (body.fixed[tensor.node][j]) {
+        for (std::size_t i = 0; i < 3 * body.nodes.size(); ++i) ASSERT_EQ(row[i], 0.0);
+        continue;
+      }
+      const VectorXd exact = lagrange(k, dofs, tensor.node, j);
+      VectorXd whole = VectorXd::Zero(static_cast<Eigen::Index>(3 * body.nodes.size()));
+      for (std::size_t f = 0; f < dofs.size(); ++f) whole[dofs[f]] = exact[static_cast<Eigen::Index>(f)];
+      // Two solves in double of a matrix of condition 1e4 to 1e5: 1e-16 * 1e5, and room.
+      for (Eigen::Index i = 0; i < whole.size(); ++i) ASSERT_NEAR(row[i], whole[i], 1e-10) << tensor.node << ' ' << j;
+      // lambda = -T^f u*
+      Eigen::Index at = static_cast<Eigen::Index>(dofs.size());
+      for (int i = 0; i < 3; ++i) {
+        const double force = body.fixed[tensor.node][i] ? 0.0 : -exact[at++];
+        ASSERT_NEAR(tensor.force[static_cast<std::size_t>(3 * i + j)], force, 1e-10 * force_scale);
+      }
+    }
+  }
+}
+
+TEST(Tensors, EqualALiteralDenseSolveOfTheLagrangeSystemAlsoWhereSomeDofsAreHeld) {
+  expect_equal_to_lagrange(0.45);
+}
+TEST(Tensors, EqualALiteralDenseSolveOfTheLagrangeSystemNearIncompressibility) {
+  expect_equal_to_lagrange(0.499);
+}
+
+MatrixXd block_of(const NodeTensor& tensor, std::int32_t node, std::size_t node_count) {
+  MatrixXd t(3, 3);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      t(i, j) = tensor.displacement[3 * (node_count * static_cast<std::size_t>(j) + static_cast<std::size_t>(node)) +
+                                    static_cast<std::size_t>(i)];
+  return t;
+}
+
+TEST(Tensors, ComplianceIsReciprocal) {
+  const ElasticBody body = small_organ(0.45);
+  std::vector<std::int32_t> nodes;
+  for (const auto n : body.touchable)
+    if (!body.fixed[n][1] && !body.fixed[n][2]) nodes.push_back(n);
+  const auto tensors = solve_node_tensors(body, nodes);
+  for (const auto& a : tensors)
+    for (const auto& b : tensors) {
+      // C_ab = T^u_ab (T^f_b)^-1 and C_ba^T must agree (Betti and Maxwell).
+      const MatrixXd ab =
+          block_of(b, a.node, body.nodes.size()) * Eigen::Map<const Eigen::Matrix3d>(b.force.data()).inverse();
+      const MatrixXd ba =
+          block_of(a, b.node, body.nodes.size()) * Eigen::Map<const Eigen::Matrix3d>(a.force.data()).inverse();
+      // Condition 1e5 times 1e-16.
+      ASSERT_LE((ab - ba.transpose()).norm(), 1e-11 * ab.norm());
+    }
+}
+
+TEST(Tensors, SuperposedThroughTheSymmetricBlockEqualAFullDirichletSolve) {
+  const ElasticBody body = small_organ(0.45);
+  std::vector<std::int32_t> nodes;
+  for (const auto n : body.touchable)
+    if (body.nodes[n][0] > 0.03 && !body.fixed[n][1] && !body.fixed[n][2]) nodes.push_back(n);
+  ASSERT_GE(nodes.size(), 10u);
+  const auto tensors = solve_node_tensors(body, nodes);
+  const auto c = static_cast<Eigen::Index>(nodes.size());
+  const std::size_t n = body.nodes.size();
+  VectorXd target(3 * c);
+  for (Eigen::Index i = 0; i < target.size(); ++i) target[i] = 1e-3 * std::sin(1.0 + static_cast<double>(i));
+
+  // W f = u*, u~_j = (T^f_j)^-1 f_j, u = sum of T^u_j u~_j.
+  MatrixXd w(3 * c, 3 * c);
+  for (Eigen::Index j = 0; j < c; ++j) {
+    const Eigen::Matrix3d inverse = Eigen::Map<const Eigen::Matrix3d>(tensors[j].force.data()).inverse();
+    for (Eigen::Index i = 0; i < c; ++i) w.block<3, 3>(3 * i, 3 * j) = block_of(tensors[j], nodes[i], n) * inverse;
+  }
+  const VectorXd force = w.llt().solve(target);
+  VectorXd u = VectorXd::Zero(static_cast<Eigen::Index>(3 * n));
+  for (Eigen::Index j = 0; j < c; ++j) {
+    const Eigen::Vector3d modified =
+        Eigen::Map<const Eigen::Matrix3d>(tensors[j].force.data()).inverse() * force.segment<3>(3 * j);
+    for (std::size_t m = 0; m < n; ++m)
+      u.segment<3>(static_cast<Eigen::Index>(3 * m)) +=
+          block_of(tensors[j], static_cast<std::int32_t>(m), n) * modified;
+  }
+
+  // The same by elimination of all held and all imposed dofs at once.
+  const MatrixXd k = dense(assemble_stiffness(body));
+  VectorXd exact = VectorXd::Zero(u.size());
+  std::vector<char> imposed(static_cast<std::size_t>(u.size()), 0);
+  for (Eigen::Index j = 0; j < c; ++j)
+    for (int d = 0; d < 3; ++d) exact[3 * nodes[j] + d] = target[3 * j + d], imposed[3 * nodes[j] + d] = 1;
+  std::vector<Eigen::Index> open;
+  for (const auto f : free_dofs(body))
+    if (!imposed[f]) open.push_back(f);
+  const VectorXd load = -(k * exact)(open);
+  const VectorXd inner = MatrixXd(k(open, open)).llt().solve(load);
+  exact(open) = inner;
+  // Condition of W (hundreds) and of K (1e5) times 1e-16, relative to the imposed motion.
+  EXPECT_LE((u - exact).lpNorm<Eigen::Infinity>(), 1e-10 * target.lpNorm<Eigen::Infinity>());
+  // And the contact forces are the reactions.
+  const VectorXd reaction = k * exact;
+  for (Eigen::Index j = 0; j < c; ++j)
+    EXPECT_LE((reaction.segment<3>(3 * nodes[j]) - force.segment<3>(3 * j)).norm(), 1e-9 * force.norm());
+}
+
+}  // namespace
+}  // namespace palpate::tests
