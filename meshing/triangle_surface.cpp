@@ -7,7 +7,9 @@
 
 namespace palpate {
 
-double Box::diagonal() const { return std::sqrt(dot(high - low, high - low)); }
+double Box::diagonal() const {
+  return std::sqrt(dot(high - low, high - low));
+}
 
 Box bounding_box(const TriangleSurface& surface) {
   constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -11,14 +11,22 @@ using Point = std::array<double, 3>;
 using Triangle = std::array<std::int32_t, 3>;
 
 struct TriangleSurface {
-  std::vector<Point> points;  // mm
+  std::vector<Point> points;        // mm
   std::vector<Triangle> triangles;  // counter-clockwise from outside
 };
 
-inline Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline Point operator*(double s, const Point& a) { return {s * a[0], s * a[1], s * a[2]}; }
-inline double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline Point operator-(const Point& a, const Point& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline Point operator+(const Point& a, const Point& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+inline Point operator*(double s, const Point& a) {
+  return {s * a[0], s * a[1], s * a[2]};
+}
+inline double dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 inline Point cross(const Point& a, const Point& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
