@@ -1,0 +1,23 @@
+# Section 6.1 of the paper: a cylinder of brain whose corrected force and radial displacement lie on the measured curve,
+# at each of the three rates that were measured (a material file each: organ.toml is 500 mm/min).
+RESOLUTIONS := 3mm 1.5mm
+RESOLUTION ?= 3mm
+BC ?= compression
+MATERIALS ?= organ rate-5 rate-0.005
+SCENES ?= compress compress-linear
+
+GEOMETRY := $(PIPELINES)/brain-cylinder/cylinder.geo
+TETRAHEDRA_OPTIONS_3mm := --set edge=3 --set sides=32
+TETRAHEDRA_OPTIONS_1.5mm := --set edge=1.5 --set sides=64
+TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
+
+PICTURES = $(WORK)/pictures/cylinder.png
+CURVES := $(PIPELINES)/brain-cylinder/curves
+
+# Fails with exit code 3 when a simulated point is farther from the measured curve than its bound.
+$(WORK)/pictures/cylinder.png: $(foreach m,$(MATERIALS),$(SCENES:%=$(call case_of,$m)/scenes/%/summary.json)) \
+                               $(PIPELINES)/pictures/cylinder.py $(wildcard $(CURVES)/*.csv)
+	$(PYTHON) $(PIPELINES)/pictures/cylinder.py -o $@ \
+	    --case 500 $(call case_of,organ) $(CURVES)/swine-brain-500-mm-min.csv \
+	    --case 5 $(call case_of,rate-5) $(CURVES)/swine-brain-5-mm-min.csv \
+	    --case 0.005 $(call case_of,rate-0.005) $(CURVES)/swine-brain-0.005-mm-min.csv

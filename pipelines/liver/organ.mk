@@ -1,0 +1,31 @@
+# The default organ: a segmented liver.
+RESOLUTIONS := 1700 20000
+RESOLUTION ?= 1700
+BC ?= right-side
+SCENES ?= push push-response drag tools
+
+# About as many vertices as the resolution says; see the first lines of palpate-tetrahedra's report.
+IMAGE ?= $(DATA)/liver/liver.inr.gz
+SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
+SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
+SURFACE_OPTIONS ?= $(SURFACE_OPTIONS_$(RESOLUTION))
+TETRAHEDRA_OPTIONS ?= --region liver
+
+$(DATA)/liver/liver.inr.gz: $(PIPELINES)/liver/extract-image.sh
+	mkdir -p $(@D)
+	$< $@
+
+# ---- pictures ------------------------------------------------------------------------------------------------------
+
+PICTURES = $(addprefix $(CASE)/pictures/,mesh.png push.png drag.png tools.png force.png)
+
+$(CASE)/pictures/mesh.png: $(CASE)/bundle.h5 $(PIPELINES)/pictures/mesh.py $(PIPELINES)/pictures/offscreen.py
+	$(PYTHON) $(PIPELINES)/pictures/mesh.py $< -o $@
+
+$(CASE)/pictures/force.png: $(CASE)/scenes/push/summary.json $(CASE)/scenes/push-response/summary.json \
+                            $(PIPELINES)/pictures/force.py
+	$(PYTHON) $(PIPELINES)/pictures/force.py $(CASE)/scenes/push $(CASE)/scenes/push-response -o $@
+
+$(CASE)/pictures/%.png: $(CASE)/scenes/%/summary.json $(PIPELINES)/pictures/touched.py \
+                        $(PIPELINES)/pictures/offscreen.py
+	$(PYTHON) $(PIPELINES)/pictures/touched.py $(<D) -o $@

@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+"""force.py LINEAR_SCENE RESPONSE_SCENE -o PNG: force against indentation of one tool, linear and corrected."""
+import argparse
+import csv
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+
+def force_against_indentation(scene):
+    """(indentation mm, force N) of the first tool while it goes in: from the touch before its first contact to its deepest."""
+    with open(os.path.join(scene, "forces.csv"), newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    rows = [row for row in rows if row["tool"] == rows[0]["tool"]]
+    first = next(i for i, row in enumerate(rows) if int(row["contacts"]) > 0)
+    place = np.array([[float(row[a + "_m"]) for a in "xyz"] for row in rows]) * 1e3
+    depth = np.linalg.norm(place - place[max(first - 1, 0)], axis=1)
+    force = np.array([np.hypot(np.hypot(float(r["force_x_N"]), float(r["force_y_N"])), float(r["force_z_N"])) for r in rows])
+    deepest = first + int(np.argmax(depth[first:] * (force[first:] > 0)))
+    return depth[first:deepest + 1], force[first:deepest + 1]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("linear")
+    parser.add_argument("response")
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args()
+    figure, panel = plt.subplots(figsize=(8, 5.4))
+    for scene, label, style in ((arguments.linear, "linear", dict(color="0.45", linestyle="--")),
+                                (arguments.response, "corrected by the measured response", dict(color="#b2182b"))):
+        panel.plot(*force_against_indentation(scene), label=label, linewidth=2.5, **style)
+    panel.set_xlabel("indentation (mm)", fontsize=15)
+    panel.set_ylabel("force on the tool (N)", fontsize=15)
+    panel.tick_params(labelsize=13)
+    panel.set_xlim(left=0)
+    panel.set_ylim(bottom=0)
+    panel.grid(color="0.9")
+    panel.legend(fontsize=14, frameon=False)
+    for side in ("top", "right"):
+        panel.spines[side].set_visible(False)
+    figure.tight_layout()
+    os.makedirs(os.path.dirname(os.path.abspath(arguments.output)), exist_ok=True)
+    figure.savefig(arguments.output + ".part", format="png", dpi=120, metadata={"Software": None})
+    os.replace(arguments.output + ".part", arguments.output)
+
+
+if __name__ == "__main__":
+    main()

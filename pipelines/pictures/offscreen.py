@@ -1,0 +1,241 @@
+"""Renders VTK actors without a display into numpy images, which matplotlib then labels.
+
+Debian's python3-vtk9 renders through X only (it aborts without one), so a virtual X server is started for the process.
+"""
+import atexit
+import csv
+import json
+import os
+import subprocess
+import xml.etree.ElementTree
+
+import numpy as np
+
+MILLIMETRE = 1e-3
+
+
+def start_display():
+    """Starts Xvfb on a display number that it picks itself, so that pictures can be made in parallel."""
+    read_end, write_end = os.pipe()
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"],
+                              pass_fds=[write_end], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    os.close(write_end)
+    with os.fdopen(read_end) as pipe:
+        number = pipe.readline().strip()
+    if not number:
+        raise SystemExit("offscreen.py: Xvfb did not start; is Debian's package xvfb installed?")
+    os.environ["DISPLAY"] = ":" + number
+    atexit.register(server.terminate)
+
+
+start_display()
+import vtk  # noqa: E402
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy  # noqa: E402
+
+
+# ---- what a played scene wrote -------------------------------------------------------------------------------------
+
+
+def read_csv(file):
+    with open(file, newline="") as stream:
+        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+
+
+def vector(row, name, unit):
+    return np.array([float(row["%s_%s_%s" % (name, axis, unit)]) for axis in "xyz"])
+
+
+def read_summary(scene):
+    with open(os.path.join(scene, "summary.json")) as stream:
+        return json.load(stream)
+
+
+def read_frames(scene):
+    """[(time, organ file, tools file)] of shapes.pvd."""
+    files = {}
+    for entry in xml.etree.ElementTree.parse(os.path.join(scene, "shapes.pvd")).iter("DataSet"):
+        files.setdefault(float(entry.get("timestep")), {})[entry.get("part")] = os.path.join(scene, entry.get("file"))
+    return [(time, parts["0"], parts["1"]) for time, parts in sorted(files.items())]
+
+
+def read_grid(file):
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(file)
+    reader.Update()
+    return reader.GetOutput()
+
+
+def points_of(grid):
+    """[n, 3] in mm."""
+    if grid.GetNumberOfPoints() == 0:
+        return np.zeros((0, 3))
+    return vtk_to_numpy(grid.GetPoints().GetData()).astype(float) / MILLIMETRE
+
+
+def point_data(grid, name):
+    return vtk_to_numpy(grid.GetPointData().GetArray(name))
+
+
+def frame_of_peak(scene):
+    """The frame at which the tools' forces together are largest."""
+    total = {}
+    for row in read_csv(os.path.join(scene, "forces.csv")):
+        time = float(row["time_s"])
+        total[time] = total.get(time, 0) + np.linalg.norm(vector(row, "force", "N"))
+    return max(read_frames(scene), key=lambda frame: total[frame[0]])
+
+
+# ---- actors --------------------------------------------------------------------------------------------------------
+
+
+def set_points(grid, points):
+    copy = vtk.vtkPoints()
+    copy.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=1))
+    grid.SetPoints(copy)
+
+
+def surface_of(grid):
+    """Outer surface with smooth normals."""
+    surface = vtk.vtkDataSetSurfaceFilter()
+    surface.SetInputData(grid)
+    normals = vtk.vtkPolyDataNormals()
+    normals.SetInputConnection(surface.GetOutputPort())
+    normals.SetFeatureAngle(50)
+    normals.Update()
+    return normals.GetOutput()
+
+
+def plain_actor(data, colour, opacity=1.0, edges=None):
+    mapper = vtk.vtkDataSetMapper()
+    mapper.SetInputData(data)
+    mapper.ScalarVisibilityOff()
+    actor = vtk.vtkActor()
+    actor.SetMapper(mapper)
+    look = actor.GetProperty()
+    look.SetColor(*colour)
+    look.SetOpacity(opacity)
+    look.SetSpecular(0.15)
+    look.SetSpecularPower(20)
+    if edges:
+        look.EdgeVisibilityOn()
+        look.SetEdgeColor(*edges)
+        look.SetLineWidth(1.2)
+    return actor
+
+
+def coloured_actor(data, values, limits, colour_map, edges=None):
+    """values: one number per point of data."""
+    array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=1)
+    array.SetName("shown")
+    data.GetPointData().SetScalars(array)
+    table = vtk.vtkLookupTable()
+    table.SetNumberOfTableValues(256)
+    for i in range(256):
+        table.SetTableValue(i, *colour_map(i / 255.0))
+    table.SetRange(*limits)
+    actor = plain_actor(data, (1, 1, 1), edges=edges)
+    mapper = actor.GetMapper()
+    mapper.ScalarVisibilityOn()
+    mapper.SetLookupTable(table)
+    mapper.SetScalarRange(*limits)
+    mapper.InterpolateScalarsBeforeMappingOn()
+    return actor
+
+
+def sphere(centre, radius, colour):
+    source = vtk.vtkSphereSource()
+    source.SetCenter(*centre)
+    source.SetRadius(radius)
+    source.SetThetaResolution(32)
+    source.SetPhiResolution(32)
+    source.Update()
+    return plain_actor(source.GetOutput(), colour)
+
+
+def rod(start, end, radius, colour):
+    line = vtk.vtkLineSource()
+    line.SetPoint1(*start)
+    line.SetPoint2(*end)
+    tube = vtk.vtkTubeFilter()
+    tube.SetInputConnection(line.GetOutputPort())
+    tube.SetRadius(radius)
+    tube.SetNumberOfSides(32)
+    tube.CappingOn()
+    tube.Update()
+    return plain_actor(tube.GetOutput(), colour)
+
+
+def arrow(start, direction, length, radius, colour):
+    """Two actors: a shaft and a head whose tip is at start + length * direction."""
+    direction = np.asarray(direction) / np.linalg.norm(direction)
+    head = min(4 * radius, 0.5 * length)
+    cone = vtk.vtkConeSource()
+    cone.SetDirection(*direction)
+    cone.SetHeight(head)
+    cone.SetRadius(2.2 * radius)
+    cone.SetCenter(*(start + direction * (length - head / 2)))
+    cone.SetResolution(32)
+    cone.Update()
+    return [rod(start, start + direction * (length - head), radius, colour), plain_actor(cone.GetOutput(), colour)]
+
+
+# ---- image ---------------------------------------------------------------------------------------------------------
+
+
+def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), focus=None):
+    """Returns (image [rows, columns, 3] of bytes on white, function from a point in mm to its pixel (column, row)).
+
+    look_from: direction from the object to the camera. The window is rendered at twice the size and averaged.
+    """
+    renderer = vtk.vtkRenderer()
+    renderer.SetBackground(1, 1, 1)
+    for actor in actors:
+        renderer.AddActor(actor)
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetAlphaBitPlanes(1)
+    window.SetMultiSamples(0)
+    window.SetSize(2 * size[0], 2 * size[1])
+    renderer.SetUseDepthPeeling(1)
+    renderer.SetMaximumNumberOfPeels(8)
+    window.AddRenderer(renderer)
+
+    camera = renderer.GetActiveCamera()
+    camera.SetFocalPoint(0, 0, 0)
+    camera.SetPosition(*look_from)
+    camera.SetViewUp(*up)
+    camera.SetViewAngle(20)
+    renderer.ResetCamera()
+    if focus is not None:
+        shift = np.asarray(focus) - np.array(camera.GetFocalPoint())
+        camera.SetPosition(*(np.array(camera.GetPosition()) + shift))
+        camera.SetFocalPoint(*focus)
+    camera.Zoom(zoom)
+    renderer.ResetCameraClippingRange()
+    lights = vtk.vtkLightKit()
+    lights.AddLightsToRenderer(renderer)
+    window.Render()
+
+    grab = vtk.vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.Update()
+    columns, rows, _ = grab.GetOutput().GetDimensions()
+    pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).reshape(rows, columns, -1)[::-1, :, :3]
+    image = pixels.reshape(rows // 2, 2, columns // 2, 2, 3).mean(axis=(1, 3)).astype(np.uint8)
+
+    def pixel(point):
+        place = vtk.vtkCoordinate()
+        place.SetCoordinateSystemToWorld()
+        place.SetValue(*point)
+        column, row = place.GetComputedDoubleDisplayValue(renderer)
+        return column / 2, rows / 2 - row / 2
+
+    return image, pixel
+
+
+def save(figure, output):
+    """Writes a PNG at once: whole or absent. The same input gives the same bytes."""
+    os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
+    figure.savefig(output + ".part", format="png", dpi=120, facecolor="white", metadata={"Software": None})
+    os.replace(output + ".part", output)

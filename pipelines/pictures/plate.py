@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""plate.py SCENE_FOLDER ... -o PNG: the plate at each scene's last frame, a panel each, as in the paper's figure 5."""
+import argparse
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+import offscreen  # noqa: E402
+
+COLOURS = plt.get_cmap("coolwarm")
+EDGE, FORCE, ARROW = (0.25, 0.25, 0.25), "#111111", (0.07, 0.07, 0.07)
+
+
+def last_frame(scene):
+    time, organ_file, _ = offscreen.read_frames(scene)[-1]
+    return time, offscreen.read_grid(organ_file)
+
+
+def force_arrows(scene, time, organ, size):
+    """Forces of the tools on the plate, each ending (push) or starting (pull) at its contact; labels for them."""
+    points = offscreen.points_of(organ)
+    held = {}
+    for row in offscreen.read_csv(os.path.join(scene, "contacts.csv")):
+        if float(row["time_s"]) == time:
+            held.setdefault(row["tool"], []).append((points[int(row["node"])], offscreen.vector(row, "force", "N")))
+    actors, labels = [], []
+    for contacts in held.values():
+        weights = [np.linalg.norm(force) + 1e-12 for _, force in contacts]
+        place = np.average([p for p, _ in contacts], axis=0, weights=weights)
+        force = sum(f for _, f in contacts)
+        direction = force / np.linalg.norm(force)
+        reach = 0.17 * size
+        start = place - direction * reach if direction[2] < 0 else place
+        actors += offscreen.arrow(start, direction, reach, 0.006 * size, ARROW)
+        top = start if direction[2] < 0 else start + direction * reach
+        labels.append((top + np.array([0, 0, 0.035 * size]), "%.2f N" % np.linalg.norm(force)))
+    return actors, labels
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args()
+    frames = [last_frame(scene) for scene in arguments.scenes]
+    heights = [offscreen.point_data(organ, "displacement")[:, 2] / offscreen.MILLIMETRE for _, organ in frames]
+    largest = float(np.ceil(max(np.abs(h).max() for h in heights)))
+
+    figure, panels = plt.subplots(1, len(frames), figsize=(8 * len(frames), 5.4), squeeze=False)
+    for panel, scene, (time, organ) in zip(panels[0], arguments.scenes, frames):
+        offscreen.set_points(organ, offscreen.points_of(organ))
+        surface = offscreen.surface_of(organ)
+        shown = offscreen.point_data(surface, "displacement")[:, 2] / offscreen.MILLIMETRE
+        size = np.linalg.norm(np.ptp(offscreen.points_of(organ), axis=0))
+        arrows, labels = force_arrows(scene, time, organ, size)
+        actors = [offscreen.coloured_actor(surface, shown, (-largest, largest), COLOURS, edges=EDGE)] + arrows
+        image, pixel = offscreen.render(actors, (0.45, -1.0, 0.62), size=(1200, 780), zoom=1.3)
+        panel.imshow(image)
+        panel.axis("off")
+        panel.set_title("%s, %d under force" % (os.path.basename(scene.rstrip("/")).replace("-", " "), len(labels))
+                        if len(labels) > 1 else os.path.basename(scene.rstrip("/")).replace("-", " "), fontsize=17)
+        for point, text in labels:
+            panel.text(*pixel(point), text, color=FORCE, fontsize=14, ha="center", va="bottom")
+    bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(-largest, largest), COLOURS), ax=list(panels[0]),
+                          shrink=0.75, pad=0.01, fraction=0.03)
+    bar.set_label("vertical displacement (mm)", fontsize=15)
+    bar.ax.tick_params(labelsize=13)
+    offscreen.save(figure, arguments.output)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""touched.py SCENE_FOLDER -o PNG: the organ at the scene's largest force, coloured by displacement, with the tools and the
+forces that they feel."""
+import argparse
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+import offscreen  # noqa: E402
+
+COLOURS = plt.get_cmap("viridis")
+STEEL, FORCE, EDGE = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15)
+FORCE_HEX = "#d91a1a"
+
+
+def contact_centres(scene, time, organ):
+    """Where each tool holds the organ now, mm: the mean of its nodes under contact, weighted by their force."""
+    points = offscreen.points_of(organ)
+    nodes = {}
+    for row in offscreen.read_csv(os.path.join(scene, "contacts.csv")):
+        if float(row["time_s"]) == time:
+            weight = np.linalg.norm(offscreen.vector(row, "force", "N")) + 1e-12
+            nodes.setdefault(row["tool"], []).append((weight, points[int(row["node"])]))
+    return {tool: np.average([p for _, p in held], axis=0, weights=[w for w, _ in held])
+            for tool, held in nodes.items()}
+
+
+def tool_actors(tool, points, outward, size):
+    """A capsule as it is; a single point as the tip of a thin rod that leans away from the force; others as balls."""
+    if tool.get("capsule"):
+        capsule = tool["capsule"]
+        radius = capsule["radius_m"] / offscreen.MILLIMETRE
+        axis = np.array(capsule["axis"])
+        ends = points[-capsule["samples"]] + radius * axis, points[-1] - radius * axis
+        return [offscreen.rod(*ends, radius, STEEL)] + [offscreen.sphere(end, radius, STEEL) for end in ends]
+    radius = 0.012 * size
+    if len(points) == 1:
+        lean = outward + 0.9 * np.array([0.35, 0, 0.8])
+        start = points[0] + radius * outward
+        end = start + 0.42 * size * lean / np.linalg.norm(lean)
+        return [offscreen.sphere(start, radius, STEEL), offscreen.rod(start, end, radius, STEEL)]
+    return [offscreen.sphere(point + radius * outward, radius, STEEL) for point in points]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene")
+    parser.add_argument("-o", "--output", required=True)
+    parser.add_argument("--look-from", nargs=3, type=float, default=(0.75, -1.0, 0.45))
+    arguments = parser.parse_args()
+    summary = offscreen.read_summary(arguments.scene)
+    time, organ_file, tools_file = offscreen.frame_of_peak(arguments.scene)
+    organ, tools = offscreen.read_grid(organ_file), offscreen.read_grid(tools_file)
+    displacement = offscreen.point_data(organ, "displacement") / offscreen.MILLIMETRE
+    now = offscreen.points_of(organ)
+    offscreen.set_points(organ, now)
+    length = np.linalg.norm(displacement, axis=1)
+    size = np.linalg.norm(np.ptp(now, axis=0))
+    largest = float(np.ceil(length.max()))
+
+    surface = offscreen.surface_of(organ)
+    shown = np.linalg.norm(offscreen.point_data(surface, "displacement"), axis=1) / offscreen.MILLIMETRE
+    actors = [offscreen.coloured_actor(surface, shown, (0, largest), COLOURS, edges=EDGE)]
+
+    forces = {row["tool"]: offscreen.vector(row, "force", "N")
+              for row in offscreen.read_csv(os.path.join(arguments.scene, "forces.csv")) if float(row["time_s"]) == time}
+    strongest = max(np.linalg.norm(f) for f in forces.values())
+    centres = contact_centres(arguments.scene, time, organ)
+    owners = offscreen.point_data(tools, "tool") if tools.GetNumberOfPoints() else np.zeros(0)
+    tool_points = offscreen.points_of(tools)
+    labels = []
+    for index, tool in enumerate(summary["tools"]):
+        force = forces[tool["name"]]
+        strength = np.linalg.norm(force)
+        outward = force / strength if strength > 0 else np.array([0, -1.0, 0])
+        mine = tool_points[owners == index]
+        if len(mine):
+            actors += tool_actors(tool, mine, outward, size)
+        if strength > 0 and tool["name"] in centres:
+            start = centres[tool["name"]]
+            reach = size * (0.10 + 0.15 * strength / strongest)
+            actors += offscreen.arrow(start, outward, reach, 0.006 * size, FORCE)
+            labels.append((start + outward * reach * 1.12, "%.2f N" % strength))
+
+    image, pixel = offscreen.render(actors, arguments.look_from, size=(1500, 1050), zoom=1.15)
+    figure, panel = plt.subplots(figsize=(12, 7.6))
+    panel.imshow(image)
+    panel.axis("off")
+    for point, text in labels:
+        panel.text(*pixel(point), text, color=FORCE_HEX, fontsize=17, weight="bold", ha="center", va="center",
+                   bbox=dict(facecolor="white", edgecolor="none", alpha=0.75, pad=1.5))
+    bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(0, largest), COLOURS), ax=panel, shrink=0.72, pad=0.01)
+    bar.set_label("displacement (mm)", fontsize=16)
+    bar.ax.tick_params(labelsize=14)
+    panel.set_title("%s at %.2f s: what the organ does to the tool, in red" % (summary["scene"], time), fontsize=16)
+    figure.subplots_adjust(left=0.005, right=0.99, bottom=0.01, top=0.94)
+    offscreen.save(figure, arguments.output)
+
+
+if __name__ == "__main__":
+    main()

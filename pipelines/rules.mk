@@ -1,0 +1,76 @@
+# One rule per arrow: image -> surface -> tetrahedra -> bundle -> verified -> scene, and pictures of the results.
+#
+# Included by Makefile.data, which defines BIN, DATA, PYTHON, RANKS, LAUNCH and how the programs in BIN are built. Each
+# organ is a folder with an organ.mk that says where its mesh comes from and what its variables default to; its rules for
+# pictures are there too. Every program writes its output as NAME.part and renames it, so a killed run resumes where it was.
+PIPELINES := $(patsubst %/,%,$(dir $(lastword $(MAKEFILE_LIST))))
+ORGANS := $(patsubst $(PIPELINES)/%/organ.mk,%,$(wildcard $(PIPELINES)/*/organ.mk))
+
+ORGAN ?= liver
+RANKS ?= 1
+ifeq ($(filter $(ORGAN),$(ORGANS)),)
+$(error ORGAN=$(ORGAN): expected one of $(ORGANS))
+endif
+
+ORGAN_DIR := $(PIPELINES)/$(ORGAN)
+WORK = $(DATA)/$(ORGAN)/$(RESOLUTION)
+# The folder of a boundary set and a material file; plain BC for organ.toml.
+case_of = $(WORK)/$(BC)$(if $(filter-out organ,$1),-$1)
+CASE = $(call case_of,organ)
+MATERIALS ?= organ
+
+.PHONY: pipeline
+pipeline:
+
+include $(ORGAN_DIR)/organ.mk
+
+ifeq ($(wildcard $(ORGAN_DIR)/boundary/$(BC).toml),)
+$(error BC=$(BC): expected one of $(basename $(notdir $(wildcard $(ORGAN_DIR)/boundary/*.toml))))
+endif
+ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS)),)
+$(error RESOLUTION=$(RESOLUTION): expected one of $(RESOLUTIONS))
+endif
+
+pipeline: $(PICTURES) $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
+                                               $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json))
+
+# ---- image -> surface -> tetrahedra, or geometry -> tetrahedra -----------------------------------------------------
+
+ifdef IMAGE
+$(WORK)/surface.ply: $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
+	mkdir -p $(@D)
+	$(BIN)/palpate-surface $< -o $@ $(SURFACE_OPTIONS)
+
+$(WORK)/mesh.msh: $(WORK)/surface.ply $(BIN)/palpate-tetrahedra
+	$(BIN)/palpate-tetrahedra $< -o $@ $(TETRAHEDRA_OPTIONS)
+else
+$(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
+	mkdir -p $(@D)
+	$(BIN)/palpate-tetrahedra $< -o $@ $(TETRAHEDRA_OPTIONS)
+endif
+
+# ---- tetrahedra -> bundle -> verified -> scene ---------------------------------------------------------------------
+
+# LAUNCH alone (LAUNCH="srun -n 4") starts the ranks itself; RANKS=n starts them with mpiexec.
+MPIEXEC = OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpiexec --bind-to none --oversubscribe -n $(RANKS)
+RUN_RANKS = $(if $(filter-out 1,$(RANKS)),$(MPIEXEC)) $(LAUNCH)
+
+# $1: folder of the case; $2: its material file.
+define case_rules
+$1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $(wildcard $(ORGAN_DIR)/curves/*.csv) \
+              $(BIN)/palpate-precompute
+	mkdir -p $$(@D)
+	$(RUN_RANKS) $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
+	    $(if $(IMAGE),--image $(IMAGE)) -o $$@
+
+$1/verified.json: $1/bundle.h5 $(WORK)/mesh.msh $(BIN)/palpate-bundle
+	$(BIN)/palpate-bundle verify $$< --mesh $(WORK)/mesh.msh --organ $2 \
+	    --boundary $(ORGAN_DIR)/boundary/$(BC).toml --json > $$@.part
+	mv $$@.part $$@
+
+$1/scenes/%/summary.json: $(ORGAN_DIR)/scenes/%.toml $1/verified.json $(wildcard $(ORGAN_DIR)/scenes/*.csv) \
+                          $(BIN)/palpate-run
+	mkdir -p $1/scenes
+	$(BIN)/palpate-run $$< --bundle $1/bundle.h5 -o $$(@D)
+endef
+$(foreach m,$(MATERIALS),$(eval $(call case_rules,$(call case_of,$m),$(ORGAN_DIR)/$m.toml)))

@@ -1,0 +1,20 @@
+// What a played scene shows or records of a bundle beyond the runtime's API: read through the index, without HDF5.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+struct BundleFields {
+  std::string provenance;            // JSON object
+  std::vector<std::int32_t> region;  // [E]
+  std::vector<std::uint8_t> fixed;   // [N][3]
+};
+
+// Errors: InputError when the file is not a bundle, OperationError when it cannot be read.
+BundleFields read_bundle_fields(const std::filesystem::path& bundle);
+
+}  // namespace palpate

@@ -1,0 +1,104 @@
+// palpate-run: plays a scene headless and writes what the tools felt and how the organ looked.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "formats/atomic_file.h"
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "runtime/run/csv_files.h"
+#include "runtime/run/explain.h"
+#include "runtime/run/output_folder.h"
+#include "runtime/run/shape_files.h"
+#include "runtime/run/summary.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path scene, bundle, output;
+  bool explain = false;
+  unsigned every = 1;
+};
+
+fs::path bundle_of(const Options& options, const SceneConfig& scene) {
+  if (!options.bundle.empty()) return options.bundle;
+  if (scene.bundle.empty())
+    throw InputError(fmt::format("{}: the scene names no bundle; add bundle = \"FILE.h5\" or give --bundle FILE.h5",
+                                 scene.file.string()));
+  return scene.bundle;
+}
+
+// Prints the plan, then plays the scene and sets the measured halves beside the prediction.
+void explain(Player& player) {
+  int count = 0;
+  const palpate_plan_pass* passes = palpate_scene_plan(player.runtime_scene(), &count);
+  int most_contact_nodes = 0;
+  const Timing timing = player.play(
+      [&](const TouchRecord& touch) { most_contact_nodes = std::max(most_contact_nodes, touch.contacts.node_count); },
+      nullptr);
+  fmt::print("{}", plan_table(passes, count, std::max(1, most_contact_nodes), measure_read_rate()));
+  fmt::print(
+      "measured over the scene, median and 99th percentile: touch {:.2f} and {:.2f} us, shape {:.2f} and {:.2f} us\n",
+      percentile(timing.touch_us, .5), percentile(timing.touch_us, .99), percentile(timing.shape_us, .5),
+      percentile(timing.shape_us, .99));
+}
+
+void play(Player& player, const fs::path& bundle, const Options& options) {
+  const fs::path target = options.output.empty() ? fs::path(options.scene.stem()) : options.output;
+  OutputFolder folder(target, {"forces.csv", "contacts.csv", "shapes", "shapes.pvd", "summary.json"});
+  const BundleFields fields = read_bundle_fields(bundle);
+  CsvFiles csv(folder.part(), player.scene());
+  Summary summary(player);
+  const bool shaped = player.scene().shape != SceneConfig::Shape::off;
+  auto shapes = shaped ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
+  Progress progress("playing " + player.scene().name, player.touch_count());
+  std::uint64_t frame = 0;
+  const Timing timing = player.play(
+      [&](const TouchRecord& touch) {
+        csv.write(touch);
+        summary.add(touch);
+        progress.advance();
+      },
+      [&](const ShapeRecord& shape) {
+        summary.add(shape);
+        if (frame++ % options.every == 0) shapes->write(shape);
+      });
+  csv.close();
+  if (shapes) shapes->close();
+  write_text_atomically(folder.part() / "summary.json",
+                        summary.text(timing, fields, bundle, shapes ? shapes->written() : 0));
+  folder.commit();
+}
+
+void run(const Options& options) {
+  const SceneConfig scene = read_scene_config(options.scene);
+  const fs::path bundle = bundle_of(options, scene);
+  Player player(scene, bundle);
+  if (options.explain)
+    explain(player);
+  else
+    play(player, bundle, options);
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  palpate::Options options;
+  return palpate::run_program(
+      argc, argv, "palpate-run", "Plays a scene headless: forces, contacts and deformed shapes out.",
+      [&](CLI::App& app) {
+        app.add_option("SCENE.toml", options.scene, "the scene")->required();
+        app.add_option("-o,--output", options.output, "folder to write; default: the scene file's name, here");
+        app.add_option("--bundle", options.bundle, "bundle to touch instead of the one the scene names");
+        app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));
+        app.add_flag("--explain", options.explain,
+                     "print the plan, its predicted and its measured cost; write nothing");
+      },
+      [&] { palpate::run(options); });
+}

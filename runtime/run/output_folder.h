@@ -1,0 +1,28 @@
+// A folder of results that is whole or absent: written as NAME.part, then put in the place of NAME at once.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+class OutputFolder {
+ public:
+  // own: the entries that a finished folder may hold. A target that holds anything else is not ours to replace.
+  // Errors: InputError for such a target or one whose parent does not exist.
+  OutputFolder(std::filesystem::path target, const std::vector<std::string>& own);
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+  ~OutputFolder();
+
+  const std::filesystem::path& part() const { return part_; }
+
+  // Writes everything out to the disk, then swaps part() with the target. Errors: OperationError.
+  void commit();
+
+ private:
+  std::filesystem::path target_, part_;
+};
+
+}  // namespace palpate

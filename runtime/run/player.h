@@ -1,0 +1,74 @@
+// Plays a scene through the runtime's C API: touch at its rate, shape at its rate, each timed.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <palpate/palpate.h>
+#include "formats/scene_config.h"
+
+namespace palpate {
+
+// One touch. Everything is borrowed until the call returns.
+struct TouchRecord {
+  double time;                                        // s
+  palpate_step_flags flags;                           // of this touch
+  const std::vector<SceneConfig::Vector>& positions;  // [tool] origin, m
+  const palpate_contacts& contacts;
+};
+
+// One shape. Arrays have node_count rows of three, m.
+struct ShapeRecord {
+  double time;
+  palpate_step_flags flags;
+  const std::vector<std::vector<SceneConfig::Vector>>& points;  // [tool][point], m, where they are now
+  const palpate_contacts& contacts;
+  int node_count;
+  const float* displacements;
+  const float* positions;
+};
+
+struct Timing {
+  std::vector<double> touch_us, shape_us;  // one per step, in order
+};
+
+class Player {
+ public:
+  // Opens the bundle, finds the grips' nodes, creates the runtime's scene.
+  // Errors: InputError with the bundle's or the scene's place.
+  Player(SceneConfig scene, const std::filesystem::path& bundle);
+
+  const SceneConfig& scene() const { return scene_; }
+  const palpate_bundle* bundle() const { return bundle_.get(); }
+  const palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
+  double duration() const;            // s, the last key frame of all tools
+  std::uint64_t touch_count() const;  // steps of the whole scene, both ends included
+  int contact_node_limit() const { return contact_node_limit_; }
+
+  // From the start, as after create. Either callback may be empty. The timed calls are palpate_touch and palpate_shape
+  // alone.
+  Timing play(const std::function<void(const TouchRecord&)>& on_touch,
+              const std::function<void(const ShapeRecord&)>& on_shape);
+
+ private:
+  struct CloseBundle {
+    void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
+  };
+  struct DestroyScene {
+    void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
+  };
+
+  void move_tools(double time);
+
+  SceneConfig scene_;
+  std::unique_ptr<palpate_bundle, CloseBundle> bundle_;
+  std::unique_ptr<palpate_scene, DestroyScene> runtime_scene_;
+  int contact_node_limit_ = 0;
+  std::vector<std::vector<SceneConfig::Vector>> local_points_, points_;  // [tool][point]: own frame; now
+  std::vector<std::vector<palpate_grip>> grips_;                         // [tool][grip]
+  std::vector<SceneConfig::Vector> positions_;                           // [tool]
+  std::vector<palpate_tool> tools_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,38 @@
+// Deformed shapes for ParaView: shapes.pvd names, for each time, the organ and the tools as VTU files in shapes/.
+//
+// The organ's points are where the nodes are now, m; point data: displacement (m), contact_force (N, on the organ at
+// nodes under contact), fixed (0 or 1: all three axes held). SHAPE surface writes triangles, SHAPE volume tetrahedra
+// with their region. The tools are vertices; point data: tool (its index in the scene) and force (N, of the organ on
+// the tool, at each of its points).
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "runtime/run/bundle_fields.h"
+#include "runtime/run/player.h"
+
+namespace palpate {
+
+class ShapeFiles {
+ public:
+  // fields and player must outlive this.
+  ShapeFiles(const std::filesystem::path& folder, const Player& player, const BundleFields& fields);
+  ~ShapeFiles();
+  ShapeFiles(const ShapeFiles&) = delete;
+  ShapeFiles& operator=(const ShapeFiles&) = delete;
+
+  // Errors: OperationError (a full disk).
+  void write(const ShapeRecord& shape);
+  void close();
+  int written() const { return written_; }
+
+ private:
+  struct Organ;
+  std::filesystem::path folder_;
+  std::unique_ptr<Organ> organ_;
+  std::string entries_;  // of the PVD
+  int written_ = 0;
+};
+
+}  // namespace palpate
