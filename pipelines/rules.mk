@@ -17,12 +17,12 @@ WORK = $(DATA)/$(ORGAN)/$(RESOLUTION)
 # The folder of a boundary set and a material file; plain BC for organ.toml.
 case_of = $(WORK)/$(BC)$(if $(filter-out organ,$1),-$1)
 CASE = $(call case_of,organ)
-MATERIALS ?= organ
 
 .PHONY: pipeline
 pipeline:
 
 include $(ORGAN_DIR)/organ.mk
+MATERIALS ?= organ
 
 ifeq ($(wildcard $(ORGAN_DIR)/boundary/$(BC).toml),)
 $(error BC=$(BC): expected one of $(basename $(notdir $(wildcard $(ORGAN_DIR)/boundary/*.toml))))

@@ -95,7 +95,7 @@ def main():
     finish(force_panel, "force (N)")
     finish(radial_panel, "radial displacement at mid-height (mm)")
     force_panel.legend(fontsize=13, frameon=False, title="thin: simulated; wide: measured", title_fontsize=13)
-    figure.suptitle("Cylinder of swine brain, 30 mm wide and 13 mm high: worst distance from the curves %.2f %%"
+    figure.suptitle("Swine brain cylinder, 30 mm wide, 13 mm high (Miller and Chinzei 1997); at most %.2f %% from the curves"
                     % (100 * worst), fontsize=16)
     figure.tight_layout()
     offscreen.save(figure, arguments.output)

@@ -12,8 +12,8 @@ import numpy as np  # noqa: E402
 import offscreen  # noqa: E402
 from offscreen import vtk  # noqa: E402
 
-TISSUE, INSIDE, EDGE, HELD = (0.80, 0.42, 0.36), (0.97, 0.85, 0.70), (0.30, 0.14, 0.12), (0.20, 0.35, 0.70)
-LOOK_FROM = (0.35, -1.0, 0.30)  # from the front, a little from the patient's left and above (LPS axes)
+TISSUE, INSIDE, EDGE, HELD = (0.82, 0.45, 0.38), (0.98, 0.87, 0.72), (0.35, 0.18, 0.15), (0.35, 0.50, 0.78)
+LOOK_FROM = (-0.35, -1.0, 0.30)  # from the front, a little from the patient's right and above (LPS axes)
 
 
 def boundary_faces(tetrahedra):
@@ -33,18 +33,6 @@ def triangles_actor(nodes, triangles, colour):
     return offscreen.plain_actor(data, colour, edges=EDGE)
 
 
-def balls(points, radius, colour):
-    data = vtk.vtkPolyData()
-    offscreen.set_points(data, points)
-    ball = vtk.vtkSphereSource()
-    ball.SetRadius(radius)
-    glyphs = vtk.vtkGlyph3D()
-    glyphs.SetInputData(data)
-    glyphs.SetSourceConnection(ball.GetOutputPort())
-    glyphs.Update()
-    return offscreen.plain_actor(glyphs.GetOutput(), colour)
-
-
 def cut_actors(nodes, tetrahedra, outer):
     """The whole tetrahedra behind a plane across y; faces of the outer surface keep its colour."""
     cut_at = nodes[:, 1].min() + 0.38 * np.ptp(nodes[:, 1])
@@ -62,16 +50,15 @@ def main():
     with h5py.File(arguments.bundle, "r") as file:
         nodes, tetrahedra = file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/tetrahedra"][:]
         triangles, fixed = file["mesh/triangles"][:], file["boundary/fixed"][:].all(axis=1)
-    held = np.intersect1d(np.flatnonzero(fixed), triangles)
-    size = np.linalg.norm(np.ptp(nodes, axis=0))
-    whole = [triangles_actor(nodes, triangles, TISSUE), balls(nodes[held], 0.006 * size, HELD)]
+    held = fixed[triangles].all(axis=1)
+    whole = [triangles_actor(nodes, triangles[~held], TISSUE), triangles_actor(nodes, triangles[held], HELD)]
     cut = cut_actors(nodes, tetrahedra, triangles)
 
     figure, panels = plt.subplots(1, 2, figsize=(15, 6.2))
-    titles = ("surface: %s triangles; held nodes in blue" % format(len(triangles), ","),
+    titles = ("surface: %s triangles; held part in blue" % format(len(triangles), ","),
               "cut: %s tetrahedra, %s nodes" % (format(len(tetrahedra), ","), format(len(nodes), ",")))
     for panel, actors, title in zip(panels, (whole, cut), titles):
-        image, _ = offscreen.render(actors, LOOK_FROM, size=(900, 700), zoom=1.3)
+        image, _ = offscreen.render(actors, LOOK_FROM, size=(900, 700), zoom=1.45, bounds=offscreen.bounds_of(nodes))
         panel.imshow(image)
         panel.set_title(title, fontsize=16)
         panel.axis("off")

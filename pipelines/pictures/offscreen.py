@@ -114,7 +114,9 @@ def plain_actor(data, colour, opacity=1.0, edges=None):
     look = actor.GetProperty()
     look.SetColor(*colour)
     look.SetOpacity(opacity)
-    look.SetSpecular(0.15)
+    look.SetAmbient(0.25)
+    look.SetDiffuse(0.8)
+    look.SetSpecular(0.12)
     look.SetSpecularPower(20)
     if edges:
         look.EdgeVisibilityOn()
@@ -134,6 +136,8 @@ def coloured_actor(data, values, limits, colour_map, edges=None):
         table.SetTableValue(i, *colour_map(i / 255.0))
     table.SetRange(*limits)
     actor = plain_actor(data, (1, 1, 1), edges=edges)
+    actor.GetProperty().SetAmbient(0.45)  # colours must stay readable in the shade
+    actor.GetProperty().SetDiffuse(0.62)
     mapper = actor.GetMapper()
     mapper.ScalarVisibilityOn()
     mapper.SetLookupTable(table)
@@ -182,10 +186,11 @@ def arrow(start, direction, length, radius, colour):
 # ---- image ---------------------------------------------------------------------------------------------------------
 
 
-def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), focus=None):
+def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=None):
     """Returns (image [rows, columns, 3] of bytes on white, function from a point in mm to its pixel (column, row)).
 
-    look_from: direction from the object to the camera. The window is rendered at twice the size and averaged.
+    look_from: direction from the object to the camera. bounds: what the view is fitted to, (xmin, xmax, ymin, ...); None:
+    all actors. The window is rendered at twice the size and averaged.
     """
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1, 1, 1)
@@ -193,11 +198,8 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), focus=N
         renderer.AddActor(actor)
     window = vtk.vtkRenderWindow()
     window.SetOffScreenRendering(1)
-    window.SetAlphaBitPlanes(1)
     window.SetMultiSamples(0)
     window.SetSize(2 * size[0], 2 * size[1])
-    renderer.SetUseDepthPeeling(1)
-    renderer.SetMaximumNumberOfPeels(8)
     window.AddRenderer(renderer)
 
     camera = renderer.GetActiveCamera()
@@ -205,14 +207,12 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), focus=N
     camera.SetPosition(*look_from)
     camera.SetViewUp(*up)
     camera.SetViewAngle(20)
-    renderer.ResetCamera()
-    if focus is not None:
-        shift = np.asarray(focus) - np.array(camera.GetFocalPoint())
-        camera.SetPosition(*(np.array(camera.GetPosition()) + shift))
-        camera.SetFocalPoint(*focus)
+    renderer.ResetCamera(bounds) if bounds else renderer.ResetCamera()
     camera.Zoom(zoom)
     renderer.ResetCameraClippingRange()
     lights = vtk.vtkLightKit()
+    lights.SetKeyToFillRatio(2)
+    lights.SetKeyToBackRatio(2.5)
     lights.AddLightsToRenderer(renderer)
     window.Render()
 
@@ -224,14 +224,34 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), focus=N
     pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).reshape(rows, columns, -1)[::-1, :, :3]
     image = pixels.reshape(rows // 2, 2, columns // 2, 2, 3).mean(axis=(1, 3)).astype(np.uint8)
 
+    transform = camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
+    matrix = np.array([[transform.GetElement(i, j) for j in range(4)] for i in range(4)])
+
     def pixel(point):
-        place = vtk.vtkCoordinate()
-        place.SetCoordinateSystemToWorld()
-        place.SetValue(*point)
-        column, row = place.GetComputedDoubleDisplayValue(renderer)
-        return column / 2, rows / 2 - row / 2
+        x, y, _, w = matrix @ np.append(point, 1)
+        return (x / w + 1) / 2 * size[0], (1 - y / w) / 2 * size[1]
 
     return image, pixel
+
+
+def label_arrows(panel, pixel, labels, **style):
+    """labels: [(end at the organ, free end, text)]. Each text stands beyond its arrow's free end; two that would touch are
+    set to the left and to the right of theirs."""
+    placed = []
+    for inner, outer, text in labels:
+        at, away = np.array(pixel(outer)), np.array(pixel(outer)) - np.array(pixel(inner))
+        away = away / np.linalg.norm(away) if np.linalg.norm(away) > 1 else np.array([1.0, 0])
+        placed.append((at + 38 * away * np.array([1.5, 1]), text))
+    for i, (at, text) in enumerate(placed):
+        near = [other for j, (other, _) in enumerate(placed) if j != i and (abs(other - at) < (130, 45)).all()]
+        side = "center" if not near else "right" if at[0] <= near[0][0] else "left"
+        panel.text(*at, text, ha=side, va="center", bbox=dict(facecolor="white", edgecolor="none", alpha=0.7, pad=1.5),
+                   **style)
+
+
+def bounds_of(points):
+    low, high = points.min(axis=0), points.max(axis=0)
+    return [low[0], high[0], low[1], high[1], low[2], high[2]]
 
 
 def save(figure, output):

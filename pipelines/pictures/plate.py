@@ -20,9 +20,8 @@ def last_frame(scene):
     return time, offscreen.read_grid(organ_file)
 
 
-def force_arrows(scene, time, organ, size):
+def force_arrows(scene, time, points, size):
     """Forces of the tools on the plate, each ending (push) or starting (pull) at its contact; labels for them."""
-    points = offscreen.points_of(organ)
     held = {}
     for row in offscreen.read_csv(os.path.join(scene, "contacts.csv")):
         if float(row["time_s"]) == time:
@@ -33,11 +32,10 @@ def force_arrows(scene, time, organ, size):
         place = np.average([p for p, _ in contacts], axis=0, weights=weights)
         force = sum(f for _, f in contacts)
         direction = force / np.linalg.norm(force)
-        reach = 0.17 * size
-        start = place - direction * reach if direction[2] < 0 else place
-        actors += offscreen.arrow(start, direction, reach, 0.006 * size, ARROW)
-        top = start if direction[2] < 0 else start + direction * reach
-        labels.append((top + np.array([0, 0, 0.035 * size]), "%.2f N" % np.linalg.norm(force)))
+        reach = 0.17 * size * direction
+        start = place - reach if direction[2] < 0 else place
+        actors += offscreen.arrow(start, direction, 0.17 * size, 0.006 * size, ARROW)
+        labels.append((place, start if direction[2] < 0 else start + reach, "%.2f N" % np.linalg.norm(force)))
     return actors, labels
 
 
@@ -50,25 +48,26 @@ def main():
     heights = [offscreen.point_data(organ, "displacement")[:, 2] / offscreen.MILLIMETRE for _, organ in frames]
     largest = float(np.ceil(max(np.abs(h).max() for h in heights)))
 
-    figure, panels = plt.subplots(1, len(frames), figsize=(8 * len(frames), 5.4), squeeze=False)
+    figure, panels = plt.subplots(1, len(frames), figsize=(7.6 * len(frames), 5), squeeze=False)
     for panel, scene, (time, organ) in zip(panels[0], arguments.scenes, frames):
-        offscreen.set_points(organ, offscreen.points_of(organ))
+        points = offscreen.points_of(organ)
+        offscreen.set_points(organ, points)
         surface = offscreen.surface_of(organ)
         shown = offscreen.point_data(surface, "displacement")[:, 2] / offscreen.MILLIMETRE
-        size = np.linalg.norm(np.ptp(offscreen.points_of(organ), axis=0))
-        arrows, labels = force_arrows(scene, time, organ, size)
+        size = np.linalg.norm(np.ptp(points, axis=0))
+        arrows, labels = force_arrows(scene, time, points, size)
         actors = [offscreen.coloured_actor(surface, shown, (-largest, largest), COLOURS, edges=EDGE)] + arrows
-        image, pixel = offscreen.render(actors, (0.45, -1.0, 0.62), size=(1200, 780), zoom=1.3)
+        image, pixel = offscreen.render(actors, (0.45, -1.0, 0.62), size=(1200, 780), zoom=1.4,
+                                        bounds=offscreen.bounds_of(np.vstack([points] + [o for _, o, _ in labels])))
         panel.imshow(image)
         panel.axis("off")
-        panel.set_title("%s, %d under force" % (os.path.basename(scene.rstrip("/")).replace("-", " "), len(labels))
-                        if len(labels) > 1 else os.path.basename(scene.rstrip("/")).replace("-", " "), fontsize=17)
-        for point, text in labels:
-            panel.text(*pixel(point), text, color=FORCE, fontsize=14, ha="center", va="bottom")
-    bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(-largest, largest), COLOURS), ax=list(panels[0]),
-                          shrink=0.75, pad=0.01, fraction=0.03)
+        panel.set_title(os.path.basename(scene.rstrip("/")).replace("-", " "), fontsize=17)
+        offscreen.label_arrows(panel, pixel, labels, color=FORCE, fontsize=15)
+    bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(-largest, largest), COLOURS),
+                          cax=figure.add_axes([0.915, 0.15, 0.014, 0.68]))
     bar.set_label("vertical displacement (mm)", fontsize=15)
     bar.ax.tick_params(labelsize=13)
+    figure.subplots_adjust(left=0.005, right=0.9, bottom=0.01, top=0.92, wspace=0.01)
     offscreen.save(figure, arguments.output)
 
 
