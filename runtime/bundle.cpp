@@ -1,5 +1,6 @@
 #include "runtime/bundle.h"
 
+#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <type_traits>
@@ -12,6 +13,16 @@ namespace {
 
 using formats::SectionEntry;
 using formats::SectionId;
+
+// malloc, so that a C host needs no C++ runtime library.
+palpate_bundle* make_bundle() {
+  void* memory = std::malloc(sizeof(palpate_bundle));
+  return memory ? new (memory) palpate_bundle : nullptr;
+}
+void free_bundle(palpate_bundle* bundle) {
+  bundle->~palpate_bundle();
+  std::free(bundle);
+}
 
 // Maps one section for the time of a check.
 class SectionLook {
@@ -123,11 +134,11 @@ palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, palpate
   if (reinterpret_cast<std::uintptr_t>(bytes) % 64 != 0)
     return fail(error, PALPATE_ERROR_ARGUMENT, 0,
                 "the bundle's bytes must be aligned to 64; copy them to such a place");
-  palpate_bundle* opened = new (std::nothrow) palpate_bundle;
+  palpate_bundle* opened = palpate::make_bundle();
   if (!opened) return fail(error, PALPATE_ERROR_MEMORY, 0, "no memory for the bundle's index");
   formats::BundleError from;
   if (formats::read_bundle_index(bytes, byte_count, &opened->index, &from) != formats::BundleStatus::ok) {
-    delete opened;
+    palpate::free_bundle(opened);
     return fail(error, from);
   }
   opened->bytes = static_cast<const unsigned char*>(bytes);
@@ -141,7 +152,7 @@ palpate_status palpate_bundle_open_file(const char* path, palpate_bundle** bundl
   const char* reason = "";
   const int descriptor = palpate::open_for_map(path, &file_bytes, &reason);
   if (descriptor < 0) return fail(error, PALPATE_ERROR_FILE, 0, "\"%.150s\" cannot be opened: %s", path, reason);
-  palpate_bundle* opened = new (std::nothrow) palpate_bundle;
+  palpate_bundle* opened = palpate::make_bundle();
   if (!opened) {
     palpate::close_file(descriptor);
     return fail(error, PALPATE_ERROR_MEMORY, 0, "no memory for the bundle's index");
@@ -188,7 +199,7 @@ void palpate_bundle_close(palpate_bundle* bundle) {
   if (!bundle) return;
   for (palpate::FileMap& map : bundle->maps) palpate::unmap(&map);
   if (bundle->descriptor >= 0) palpate::close_file(bundle->descriptor);
-  delete bundle;
+  palpate::free_bundle(bundle);
 }
 
 palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {

@@ -1,0 +1,111 @@
+// palpate.hpp - palpate.h for C++17: owners that release what they own, and errors that can be thrown.
+//
+// Opening and creating throw palpate::Error, or return an empty owner when a palpate_error* is passed. A step never
+// throws, allocates or locks. Everything else is palpate.h.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+struct Error : std::runtime_error {
+  explicit Error(const palpate_error& from) : std::runtime_error(from.text), detail(from) {}
+  palpate_error detail;
+};
+
+// A tensor bundle; constant, may be shared between threads. Outlives its scenes.
+class Bundle {
+ public:
+  Bundle() = default;
+  // Throws Error.
+  explicit Bundle(const char* path)
+      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open_file(path, b, e); })) {}
+  // bytes: 64-byte aligned, borrowed, must outlive the bundle. Throws Error.
+  Bundle(const void* bytes, std::size_t count)
+      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open(bytes, count, b, e); })) {}
+  // The same without exceptions: an empty Bundle and *error.
+  static Bundle open_file(const char* path, palpate_error* error) noexcept {
+    palpate_bundle* opened = nullptr;
+    palpate_bundle_open_file(path, &opened, error);
+    return Bundle(opened);
+  }
+
+  explicit operator bool() const noexcept { return handle_ != nullptr; }
+  palpate_bundle* get() const noexcept { return handle_.get(); }
+  palpate_bundle_info describe() const noexcept { return palpate_bundle_describe(get()); }
+  const double* nodes() const noexcept { return palpate_bundle_nodes(get()); }                // [N][3] m
+  const std::int32_t* triangles() const noexcept { return palpate_bundle_triangles(get()); }  // [F][3]
+  const std::int32_t* touchable() const noexcept { return palpate_bundle_touchable(get()); }  // [S]
+
+ private:
+  struct Close {
+    void operator()(palpate_bundle* bundle) const noexcept { palpate_bundle_close(bundle); }
+  };
+  explicit Bundle(palpate_bundle* opened) noexcept : handle_(opened) {}
+  template <class Open>
+  static palpate_bundle* check(Open open) {
+    palpate_bundle* opened = nullptr;
+    palpate_error error = {};
+    if (open(&opened, &error) != PALPATE_OK) throw Error(error);
+    return opened;
+  }
+  std::unique_ptr<palpate_bundle, Close> handle_;
+};
+
+// What touch hands to shape: plain bytes, sized for one scene; copy used() bytes of them anywhere.
+class Contacts {
+ public:
+  explicit Contacts(std::size_t bytes) : words_(bytes / 8 + 1) {}
+  palpate_contacts* get() noexcept { return reinterpret_cast<palpate_contacts*>(words_.data()); }
+  const palpate_contacts* get() const noexcept { return reinterpret_cast<const palpate_contacts*>(words_.data()); }
+  const palpate_contacts* operator->() const noexcept { return get(); }
+  const palpate_contact_node* nodes() const noexcept { return palpate_contacts_nodes(get()); }  // [node_count]
+
+ private:
+  std::vector<std::uint64_t> words_;
+};
+
+// One organ under one set of effects. touch belongs to one thread and shape to one thread; they may differ.
+class Scene {
+ public:
+  // Throws Error.
+  explicit Scene(const Bundle& bundle, const palpate_scene_def& def = palpate_default_scene_def()) {
+    palpate_error error = {};
+    *this = create(bundle, def, &error);
+    if (!handle_) throw Error(error);
+  }
+  // The same without exceptions: an empty Scene and *error.
+  static Scene create(const Bundle& bundle, const palpate_scene_def& def, palpate_error* error) noexcept {
+    palpate_scene* created = nullptr;
+    palpate_scene_create(bundle.get(), &def, &created, error);
+    return Scene(created);
+  }
+
+  explicit operator bool() const noexcept { return handle_ != nullptr; }
+  palpate_scene* get() const noexcept { return handle_.get(); }
+  Contacts make_contacts() const { return Contacts(palpate_contacts_bytes(get())); }
+
+  palpate_step_flags touch(const palpate_tool* tools, std::int32_t count, double dt, Contacts& contacts) noexcept {
+    return palpate_touch(get(), tools, count, dt, contacts.get());
+  }
+  palpate_step_flags shape(const Contacts& contacts, palpate_shape_out& out) noexcept {
+    return palpate_shape(get(), contacts.get(), &out);
+  }
+  void reset() noexcept { palpate_reset(get()); }
+
+ private:
+  struct Destroy {
+    void operator()(palpate_scene* scene) const noexcept { palpate_scene_destroy(scene); }
+  };
+  explicit Scene(palpate_scene* created) noexcept : handle_(created) {}
+  std::unique_ptr<palpate_scene, Destroy> handle_;
+};
+
+}  // namespace palpate
