@@ -31,20 +31,34 @@ struct Point2 {
   double x, y;
 };
 
-// Side of the origin with respect to the directed line a -> b. Ties are broken as if the origin stood at (e, e^2) for
-// an infinitely small e, the same for every edge, so that neighbouring triangles never both take or both refuse the
-// line.
-int side_of_edge(Point2 a, Point2 b) {
-  if (const int sign = sign_of_cross(a.x, a.y, b.x, b.y)) return sign;
-  if (a.y != b.y) return a.y > b.y ? 1 : -1;
-  if (a.x != b.x) return b.x > a.x ? 1 : -1;
+// How ties are broken: as if every point that is asked about stood at its place + (e, e^2, e^3) for an infinitely small
+// e. A line is projected along its direction onto two axes u and v; the offset goes with it.
+struct LineTie {
+  int u, v, major;
+  double shear_u, shear_v;  // direction's u and v per unit of major
+};
+
+int sign(double x) {
+  return (x > 0) - (x < 0);
+}
+
+// Side of the origin, so displaced, with respect to the directed line a -> b.
+int side_of_edge(Point2 a, Point2 b, const LineTie& tie) {
+  if (const int decided = sign_of_cross(a.x, a.y, b.x, b.y)) return decided;
+  const Point2 run{b.x - a.x, b.y - a.y};
+  for (int axis = 0; axis < 3; ++axis) {  // powers of e in order
+    const int decided = axis == tie.u   ? sign(-run.y)
+                        : axis == tie.v ? sign(run.x)
+                                        : sign_of_cross(tie.shear_u, tie.shear_v, run.x, run.y);
+    if (decided) return decided;
+  }
   return 0;
 }
 
 // +1 or -1 when the line through the origin meets the projected triangle (counter-clockwise or clockwise), else 0.
-int meets(Point2 a, Point2 b, Point2 c) {
-  const int ab = side_of_edge(a, b);
-  if (ab == 0 || side_of_edge(b, c) != ab || side_of_edge(c, a) != ab) return 0;
+int meets(Point2 a, Point2 b, Point2 c, const LineTie& tie) {
+  const int ab = side_of_edge(a, b, tie);
+  if (ab == 0 || side_of_edge(b, c, tie) != ab || side_of_edge(c, a, tie) != ab) return 0;
   return ab;
 }
 
@@ -86,10 +100,14 @@ Vec3 SurfaceIndex::outward(std::int32_t triangle) const {
   return unit_or_zero(cross(corner(triangle, 1) - a, corner(triangle, 2) - a));
 }
 
-// Positive outside the triangle's plane; the same number for the same triangle and point whoever asks.
-double SurfaceIndex::side(std::int32_t triangle, Vec3 p) const {
-  const Vec3 a = corner(triangle, 0);
-  return dot(cross(corner(triangle, 1) - a, corner(triangle, 2) - a), p - a);
+// Distance from the triangle's plane times twice its area, and which side that is; the same answer for the same
+// triangle and point whoever asks. In the plane: as the displaced point would stand.
+SurfaceIndex::Side SurfaceIndex::side(std::int32_t triangle, Vec3 p) const {
+  const Vec3 a = corner(triangle, 0), normal = cross(corner(triangle, 1) - a, corner(triangle, 2) - a);
+  const double height = dot(normal, p - a);
+  for (const double decides : {height, normal.x, normal.y, normal.z})
+    if (decides != 0) return {height, decides < 0};
+  return {height, false};
 }
 
 int SurfaceIndex::cell_of(double x, int axis) const {
@@ -200,9 +218,9 @@ bool SurfaceIndex::inside(Vec3 p) {
   bool odd = false;
   const auto count = [&](std::int32_t t) {
     const Vec3 a = corner(t, 0) - p, b = corner(t, 1) - p, c = corner(t, 2) - p;
-    const int turn = meets({a.x, a.y}, {b.x, b.y}, {c.x, c.y});
+    const int turn = meets({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, {0, 1, 2, 0, 0});
     // The ray runs to +z: it meets an upward triangle from below its plane, a downward one from above.
-    if (turn != 0 && (side(t, p) < 0) == (turn > 0)) odd = !odd;
+    if (turn != 0 && side(t, p).below == (turn > 0)) odd = !odd;
   };
   const int i = cell_of(p.x, 0), j = cell_of(p.y, 1);
   for (int k = cell_of(p.z, 2); k < cells_[2]; ++k) visit_bucket(i, j, k, count);
@@ -262,13 +280,13 @@ int SurfaceIndex::crossings(Vec3 a, Vec3 b, Crossing* found) {
   next_stamp();
   int count = 0;
   walk(a, b, [&](std::int32_t t) {
-    const double from = side(t, a), to = side(t, b);
-    if ((from < 0) == (to < 0)) return;
+    const Side from = side(t, a), to = side(t, b);
+    if (from.below == to.below) return;
     const Point2 p = project(corner(t, 0)), q = project(corner(t, 1)), r = project(corner(t, 2));
-    if (meets(p, q, r) == 0) return;
+    if (meets(p, q, r, {u, v, major, shear_u, shear_v}) == 0) return;
     Crossing crossing;
-    crossing.time = from == to ? 0 : std::min(1.0, std::max(0.0, from / (from - to)));
-    crossing.entering = to < 0;
+    crossing.time = from.height == to.height ? 0 : std::clamp(from.height / (from.height - to.height), 0.0, 1.0);
+    crossing.entering = to.below;
     crossing.place.triangle = t;
     closest_on_triangle(a + crossing.time * run, corner(t, 0), corner(t, 1), corner(t, 2), crossing.place.barycentric);
     ++count;

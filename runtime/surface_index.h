@@ -37,8 +37,8 @@ class SurfaceIndex {
   // memory.
   bool build(SceneMemory& memory, const double* position, const std::int32_t* triangles, std::int32_t triangle_count);
 
-  // Parity along a ray; decided by exact signs, so it never contradicts itself. A point on the surface is outside.
-  // Cost: the buckets above p.
+  // Parity along a ray; decided by exact signs, so it never contradicts itself. A point exactly on the surface is
+  // judged as if it stood infinitely little towards +x (then +y, +z) of it. Cost: the buckets above p.
   bool inside(Vec3 p);
 
   // The crossings of the segment from a to b, in order of time, each once; returns how many (more than kMaxCrossings
@@ -72,7 +72,11 @@ class SurfaceIndex {
   template <class Visit>
   void walk(Vec3 a, Vec3 b, Visit visit);
   void next_stamp();
-  double side(std::int32_t triangle, Vec3 p) const;
+  struct Side {
+    double height;
+    bool below;
+  };
+  Side side(std::int32_t triangle, Vec3 p) const;
   void choose_cells();
 
   const double* position_ = nullptr;

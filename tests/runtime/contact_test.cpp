@@ -75,5 +75,258 @@ TEST_P(Superposition, OfNodeContactsEqualsAFullDirichletSolve) {
 }
 INSTANTIATE_TEST_SUITE_P(Contacts, Superposition, testing::Values(1, 4, 30, 1000));
 
+TEST(Contact, WithSingleFixedDofsEqualsAFullDirichletSolve) {
+  TinyBox form;
+  form.single_dof = true;
+  const TouchedBox box(form);
+  const ScenePointer scene = box.scene(unlimited_def());
+  // The last surface node is fixed in x alone; what is imposed there along x is ignored, y and z are held.
+  const std::int32_t held = box.body.surface_nodes - 1, other = box.touchable[3];
+  const std::vector<palpate_grip> grips = {grip_at_node(held, wave(held)), grip_at_node(other, wave(other))};
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  std::vector<std::pair<Eigen::Index, double>> imposed;
+  for (int d = 0; d < 3; ++d) {
+    if (d > 0) imposed.emplace_back(3 * held + d, wave(held)[d]);
+    imposed.emplace_back(3 * other + d, wave(other)[d]);
+  }
+  const Reference reference = dirichlet(box, imposed);
+  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  EXPECT_LT(relative_difference(u, reference.u.head(u.size())), 1e-6);  // two contacts: a few roundings of f32
+}
+
+TEST(Contact, LeavesTheAxesThatAGripDoesNotImposeForceFree) {
+  const TouchedBox box;
+  const ScenePointer scene = box.scene(unlimited_def());
+  const std::int32_t n = box.body.triangles[box.far_triangle()][0];
+  const std::vector<palpate_grip> grips = {grip_at_node(n, {9, 9, -0.003}, 4)};
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), 0u);
+  const Reference reference = dirichlet(box, {{3 * n + 2, -0.003}});
+  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  EXPECT_LT(relative_difference(u, reference.u.head(u.size())), 1e-6);
+  EXPECT_EQ(contacts.nodes()[0].force[0], 0);
+  EXPECT_EQ(contacts.nodes()[0].force[1], 0);
+  EXPECT_NEAR(contacts.nodes()[0].force[2], reference.force[3 * n + 2], 1e-6 * std::abs(reference.force[3 * n + 2]));
+}
+
+// Moves one place of a triangle by d under a contact model; returns the place's motion and the work d.F.
+struct PlaceMotion {
+  Eigen::Vector3d motion, force;
+  std::int32_t contact_nodes;
+};
+PlaceMotion move_place(const TouchedBox& box, palpate_contact_model model, Eigen::Vector3d k, Eigen::Vector3d d) {
+  palpate_scene_def def = unlimited_def();
+  def.contact = model;
+  const ScenePointer scene = box.scene(def);
+  const std::int32_t triangle = box.far_triangle();
+  const std::vector<palpate_grip> grips = {grip_at_place(triangle, k, d)};
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), 0u);
+  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  PlaceMotion result{Eigen::Vector3d::Zero(), -Eigen::Vector3d(contacts->tools[0].force_raw), contacts->node_count};
+  for (int v = 0; v < 3; ++v)
+    for (int i = 0; i < 3; ++i) result.motion[i] += k[v] * u[3 * box.body.triangles[triangle][v] + i];
+  return result;
+}
+
+// Twice the elastic energy of a shape, from the dense stiffness.
+double energy_of(const TouchedBox& box, palpate_contact_model model, Eigen::Vector3d k, Eigen::Vector3d d) {
+  palpate_scene_def def = unlimited_def();
+  def.contact = model, def.shape = PALPATE_SHAPE_VOLUME;
+  const ScenePointer scene = box.scene(def);
+  const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), k, d)};
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  const auto u = displacements(scene.get(), contacts.get(), static_cast<std::int32_t>(box.dofs() / 3));
+  const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXf>(u.data(), box.dofs()).cast<double>();
+  return v.dot(box.stiffness() * v);
+}
+
+TEST(Contact, MovesItsPlaceByTheImposedDisplacementUnderTriangleAndPoint) {
+  const TouchedBox box;
+  const Eigen::Vector3d d(-0.003, 0.001, 0.0005);
+  for (const auto model : {PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT})
+    for (const Eigen::Vector3d& k : {Eigen::Vector3d(.2, .3, .5), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(.5, .5, 0),
+                                     Eigen::Vector3d(.01, .01, .98)}) {
+      const PlaceMotion moved = move_place(box, model, k, d);
+      EXPECT_LT((moved.motion - d).norm(), 1e-6 * d.norm()) << "model " << model;  // f32 columns, three summed
+    }
+}
+
+TEST(Contact, OfAPointStoresLessEnergyThanThatOfATriangle) {
+  const TouchedBox box;
+  const Eigen::Vector3d d(-0.003, 0.001, 0.0005);
+  for (const Eigen::Vector3d& k :
+       {Eigen::Vector3d(.2, .3, .5), Eigen::Vector3d(.5, .5, 0), Eigen::Vector3d(.01, .01, .98)}) {
+    const double point = energy_of(box, PALPATE_CONTACT_POINT, k, d),
+                 triangle = energy_of(box, PALPATE_CONTACT_TRIANGLE, k, d);
+    EXPECT_LT(point, triangle);
+    // Clapeyron: twice the energy is force times displacement, for the point's single motion.
+    EXPECT_NEAR(point, move_place(box, PALPATE_CONTACT_POINT, k, d).force.dot(d), 1e-5 * point);  // f32 shape
+  }
+}
+
+TEST(Contact, ImposesThePapersAlphaOnTheThreeVertices) {
+  const TouchedBox box;
+  palpate_scene_def def = unlimited_def();
+  def.contact = PALPATE_CONTACT_TRIANGLE;
+  const ScenePointer scene = box.scene(def);
+  const Eigen::Vector3d k(.2, .3, .5), d(-0.003, 0.001, 0.0005);
+  const std::int32_t triangle = box.far_triangle();
+  const std::vector<palpate_grip> grips = {grip_at_place(triangle, k, d)};
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  double interpolated = 0;
+  for (int v = 0; v < 3; ++v) {
+    const double alpha = k[v] + 1 - k.squaredNorm();
+    interpolated += k[v] * alpha;
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(u[3 * box.body.triangles[triangle][v] + i], alpha * d[i], 1e-6 * d.norm());  // f32 columns
+  }
+  EXPECT_NEAR(interpolated, 1, 1e-15);
+}
+
+TEST(Contact, HoldsTheNearestVertexUnderNode) {
+  const TouchedBox box;
+  const Eigen::Vector3d d(-0.003, 0.001, 0.0005);
+  palpate_scene_def def = unlimited_def();
+  def.contact = PALPATE_CONTACT_NODE;
+  const ScenePointer scene = box.scene(def);
+  const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), {.2, .7, .1}, d)};
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  ASSERT_EQ(contacts->node_count, 1);
+  EXPECT_EQ(contacts.nodes()[0].node, box.body.triangles[box.far_triangle()][1]);
+}
+
+// ---- near-dependent and conflicting rows
+// --------------------------------------------------------------------------------
+
+TEST(Contact, ForceOfAConflictingPairGrowsAndStaysFiniteAsTheGapCloses) {
+  const TouchedBox box;
+  for (const auto model : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_TRIANGLE}) {
+    palpate_scene_def def = unlimited_def();
+    def.contact = model;
+    const std::int32_t triangle = box.far_triangle();
+    double before = 0, compliance = 0;
+    for (double gap = 1e-2; gap >= 0.9e-12; gap /= 10) {
+      const ScenePointer scene = box.scene(def);
+      const std::vector<palpate_grip> first = {grip_at_place(triangle, {.3, .3, .4}, {0.001, 0, 0})};
+      const std::vector<palpate_grip> second = {grip_at_place(triangle, {.3 + gap, .3 - gap, .4}, {-0.001, 0, 0})};
+      const palpate_tool tools[2] = {tool_of(first), tool_of(second)};
+      Contacts contacts(scene.get());
+      palpate_step_flags flags = palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+      const double force = Eigen::Vector3d(contacts->tools[0].force_raw).norm();
+      if (compliance == 0) {
+        Contacts alone(scene.get());
+        palpate_touch(scene.get(), tools, 1, 1e-3, alone.get());
+        compliance = 0.001 / Eigen::Vector3d(alone->tools[0].force_raw).norm();
+      }
+      ASSERT_TRUE(std::isfinite(force));
+      // Monotone up to the rounding of a system whose condition the solver holds at 1e6: 1e6 * 2.2e-16 * rows.
+      EXPECT_GE(force, before * (1 - 1e-8)) << "gap " << gap;
+      // The stated bound: |D^-1 r| <= |D d| / 1e-6, with D^2 the rows' own compliance, here within a factor 2 of its
+      // mean.
+      EXPECT_LE(force, 2 * std::sqrt(6.0) * 0.001 / compliance / 1e-6);
+      EXPECT_EQ((flags & PALPATE_STEP_REGULARISED) != 0, gap < 5e-3 || model == PALPATE_CONTACT_TRIANGLE) << gap;
+      before = force;
+      const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+      EXPECT_TRUE(std::all_of(u.begin(), u.end(), [](float x) { return std::isfinite(x); }));
+    }
+  }
+}
+
+TEST(Contact, HeldTwiceInTheSameNodeActsAsHeldOnceAtTheMean) {
+  const TouchedBox box;
+  const ScenePointer scene = box.scene(unlimited_def());
+  const std::int32_t n = box.touchable[5];
+  const Eigen::Vector3d d(0.001, -0.002, 0.0005), e(0.003, 0, 0.0001);
+  const std::vector<palpate_grip> twice = {grip_at_node(n, d), grip_at_node(n, e)},
+                                  once = {grip_at_node(n, 0.5 * (d + e))};
+  const palpate_tool both = tool_of(twice), single = tool_of(once);
+  Contacts contacts(scene.get()), reference(scene.get());
+  EXPECT_EQ(palpate_touch(scene.get(), &both, 1, 1e-3, contacts.get()), PALPATE_STEP_REGULARISED);
+  EXPECT_EQ(palpate_touch(scene.get(), &single, 1, 1e-3, reference.get()), 0u);
+  // The shift of 1e-6 on the diagonal is the whole difference of the mean's part.
+  const Eigen::Vector3d ours(contacts->tools[0].force_raw), expected(reference->tools[0].force_raw);
+  EXPECT_LT((ours - expected).norm(), 2e-6 * expected.norm());
+}
+
+TEST(Contact, AcceptsMoreThanThreePlacesInATriangle) {
+  const TouchedBox box;
+  const ScenePointer scene = box.scene(unlimited_def());
+  const Eigen::Vector3d d(-0.002, 0.001, 0);
+  std::vector<palpate_grip> grips;
+  for (const Eigen::Vector3d& k :
+       {Eigen::Vector3d(.6, .2, .2), Eigen::Vector3d(.2, .6, .2), Eigen::Vector3d(.2, .2, .6),
+        Eigen::Vector3d(.3, .3, .4), Eigen::Vector3d(.4, .4, .2)})
+    grips.push_back(grip_at_place(box.far_triangle(), k, d));
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_REGULARISED);
+  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  for (const std::int32_t n : box.body.triangles[box.far_triangle()])
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(u[3 * n + i], d[i], 1e-5 * d.norm());  // all agree: the triangle moves as one
+}
+
+TEST(Contact, DoesNotDependOnTheOrderOfTheTools) {
+  const TouchedBox box;
+  const ScenePointer scene = box.scene(unlimited_def());
+  std::vector<palpate_grip> grips;
+  for (int i = 0; i < 12; ++i) grips.push_back(grip_at_node(box.touchable[4 * i], wave(i)));
+  std::vector<palpate_grip> reversed(grips.rbegin(), grips.rend());
+  const palpate_tool one = tool_of(grips), other = tool_of(reversed);
+  Contacts a(scene.get()), b(scene.get());
+  palpate_touch(scene.get(), &one, 1, 1e-3, a.get());
+  palpate_touch(scene.get(), &other, 1, 1e-3, b.get());
+  for (int i = 0; i < 12; ++i)
+    for (int d = 0; d < 3; ++d)  // rounding times the condition of 36 rows
+      EXPECT_NEAR(a.nodes()[i].force[d], b.nodes()[11 - i].force[d],
+                  1e-12 * std::abs(a->tools[0].force_raw[0]) + 1e-13);
+}
+
+TEST(Contact, GivesAnUntouchableVertexsWeightToTheOthersAndSaysSo) {
+  const TouchedBox box;
+  const ScenePointer scene = box.scene(unlimited_def());
+  const Eigen::Vector3d d(0, 0, 0.002);
+  for (std::size_t t = 0; t < box.body.triangles.size(); ++t) {
+    int fixed_vertices = 0;
+    for (const std::int32_t n : box.body.triangles[t]) fixed_vertices += box.fixed[3 * n];
+    if (fixed_vertices == 0) continue;
+    const std::vector<palpate_grip> grips = {grip_at_place(static_cast<std::int32_t>(t), {.3, .3, .4}, d)};
+    const palpate_tool tool = tool_of(grips);
+    Contacts contacts(scene.get());
+    EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_NOT_TOUCHABLE);
+    EXPECT_EQ(contacts->node_count, 3 - fixed_vertices);
+    EXPECT_EQ(contacts->tools[0].contact_count, fixed_vertices < 3 ? 1 : 0);
+    if (fixed_vertices == 3) {
+      EXPECT_EQ(Eigen::Vector3d(contacts->tools[0].force).norm(), 0);
+    }
+  }
+}
+
+TEST(Contact, KeepsTheFirstOnesWhenThereAreTooMany) {
+  const TouchedBox box;
+  palpate_scene_def def = unlimited_def();
+  def.max_points = 6, def.max_contact_nodes = 4;
+  const ScenePointer scene = box.scene(def);
+  std::vector<palpate_grip> grips;
+  for (int i = 0; i < 9; ++i) grips.push_back(grip_at_node(box.touchable[4 * i], wave(i)));
+  const palpate_tool tool = tool_of(grips);
+  Contacts contacts(scene.get());
+  EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_CONTACTS_DROPPED);
+  ASSERT_EQ(contacts->node_count, 4);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(contacts.nodes()[i].node, grips[i].node);
+}
+
 }  // namespace
 }  // namespace palpate::tests

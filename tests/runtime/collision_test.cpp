@@ -1,0 +1,408 @@
+// No crossing of the closed surface is missed, at rest or deformed, and none is counted twice.
+#include <random>
+
+#include "runtime/surface_index.h"
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+namespace {
+
+Vec3 vec(const Eigen::Vector3d& v) {
+  return {v[0], v[1], v[2]};
+}
+
+// A surface index over a surface of the test's own.
+struct Surface {
+  Surface(std::vector<std::array<double, 3>> nodes, std::vector<std::array<std::int32_t, 3>> faces)
+      : position(std::move(nodes)), triangles(std::move(faces)), memory(palpate_allocator{}) {
+    EXPECT_TRUE(
+        index.build(memory, position[0].data(), triangles[0].data(), static_cast<std::int32_t>(triangles.size())));
+  }
+  ~Surface() { memory.release_all(); }
+  int crossings(Vec3 a, Vec3 b) {
+    Crossing found[SurfaceIndex::kMaxCrossings];
+    return index.crossings(a, b, found);
+  }
+  std::vector<std::array<double, 3>> position;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  SceneMemory memory;
+  SurfaceIndex index;
+};
+
+// An icosphere of radius 1 with bumps, so that segments cross it up to many times.
+std::unique_ptr<Surface> bumpy_sphere(int subdivisions, double bumps) {
+  const double g = (1 + std::sqrt(5.0)) / 2;
+  std::vector<std::array<double, 3>> nodes = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
+                                              {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
+                                              {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+  std::vector<std::array<std::int32_t, 3>> faces = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                                    {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                                    {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                                    {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+  for (int s = 0; s < subdivisions; ++s) {
+    std::map<std::pair<int, int>, int> middle;
+    const auto mid = [&](int a, int b) {
+      const auto key = std::minmax(a, b);
+      const auto [at, fresh] = middle.try_emplace(key, static_cast<int>(nodes.size()));
+      if (fresh) {
+        const std::array<double, 3> m = {(nodes[a][0] + nodes[b][0]) / 2, (nodes[a][1] + nodes[b][1]) / 2,
+                                         (nodes[a][2] + nodes[b][2]) / 2};
+        nodes.push_back(m);
+      }
+      return at->second;
+    };
+    std::vector<std::array<std::int32_t, 3>> finer;
+    for (const auto& [a, b, c] : faces) {
+      const int ab = mid(a, b), bc = mid(b, c), ca = mid(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    faces = finer;
+  }
+  for (auto& p : nodes) {
+    const Eigen::Vector3d unit = Eigen::Vector3d(p.data()).normalized();
+    const Eigen::Vector3d q = unit * (1 + bumps * std::sin(7 * unit[0]) * std::cos(6 * unit[1] + unit[2]));
+    p = {q[0], q[1], q[2]};
+  }
+  return std::make_unique<Surface>(nodes, faces);
+}
+
+// A box of two triangles a face: large against nothing, and axis-parallel, where ties are.
+std::unique_ptr<Surface> unit_box() {
+  return std::make_unique<Surface>(
+      std::vector<std::array<double, 3>>{
+          {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}},
+      std::vector<std::array<std::int32_t, 3>>{{0, 2, 1},
+                                               {0, 3, 2},
+                                               {4, 5, 6},
+                                               {4, 6, 7},
+                                               {0, 1, 5},
+                                               {0, 5, 4},
+                                               {2, 3, 7},
+                                               {2, 7, 6},
+                                               {1, 2, 6},
+                                               {1, 6, 5},
+                                               {0, 4, 7},
+                                               {0, 7, 3}});
+}
+
+TEST(Collision, FindsEveryCrossingOfAMillionRandomSegmentsOnce) {
+  const auto surface = bumpy_sphere(3, 0.3);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> at(-1.6, 1.6);
+  std::uniform_int_distribution<int> short_step(0, 1);
+  Crossing found[SurfaceIndex::kMaxCrossings];
+  long total = 0, inside = 0;
+  for (int i = 0; i < 1000000; ++i) {
+    const Vec3 a{at(random), at(random), at(random)};
+    Vec3 b{at(random), at(random), at(random)};
+    if (short_step(random)) b = a + 0.02 * b;  // as a haptic step
+    const int count = surface->index.crossings(a, b, found);
+    const bool a_inside = surface->index.inside(a), b_inside = surface->index.inside(b);
+    ASSERT_EQ(a_inside != b_inside, count % 2 == 1) << "segment " << i;
+    // In and out take turns, beginning from where the segment starts.
+    for (int c = 0; c < std::min(count, SurfaceIndex::kMaxCrossings); ++c)
+      ASSERT_EQ(found[c].entering, (c % 2 == 0) != a_inside) << "segment " << i;
+    total += count, inside += a_inside;
+  }
+  EXPECT_GT(total, 200000);
+  EXPECT_GT(inside, 100000);
+}
+
+TEST(Collision, AgreesWithTestingEveryTriangle) {
+  const auto surface = bumpy_sphere(2, 0.3);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> at(-1.6, 1.6);
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d a(at(random), at(random), at(random)), b(at(random), at(random), at(random));
+    int expected = 0;
+    for (const auto& t : surface->triangles) {
+      const Eigen::Vector3d p(surface->position[t[0]].data()), q(surface->position[t[1]].data()),
+          r(surface->position[t[2]].data());
+      Eigen::Matrix3d system;
+      system << q - p, r - p, a - b;
+      const Eigen::Vector3d x = system.partialPivLu().solve(a - p);
+      expected += x[0] >= 0 && x[1] >= 0 && x[0] + x[1] <= 1 && x[2] >= 0 && x[2] <= 1;
+    }
+    ASSERT_EQ(surface->crossings(vec(a), vec(b)), expected);
+  }
+}
+
+TEST(Collision, CountsVerticesAndEdgesOnce) {
+  const auto sphere = bumpy_sphere(2, 0);
+  for (const auto& p : sphere->position) {  // through every vertex, from the middle
+    const Vec3 out{1.5 * p[0], 1.5 * p[1], 1.5 * p[2]};
+    EXPECT_EQ(sphere->crossings({}, out), 1);
+    EXPECT_EQ(sphere->crossings(out, {}), 1);
+    EXPECT_EQ(sphere->crossings(out, {-out.x, -out.y, -out.z}), 2);
+  }
+  for (const auto& t : sphere->triangles)
+    for (int v = 0; v < 3; ++v) {
+      const auto &p = sphere->position[t[v]], &q = sphere->position[t[(v + 1) % 3]];
+      const Vec3 out{0.75 * (p[0] + q[0]), 0.75 * (p[1] + q[1]), 0.75 * (p[2] + q[2])};
+      EXPECT_EQ(sphere->crossings({}, out), 1);
+    }
+}
+
+TEST(Collision, HoldsParityInTheDegenerateCasesOfABox) {
+  const auto box = unit_box();
+  // Every pair of points of a lattice that lines up with the box: through corners, along edges, in faces, along
+  // diagonals. Points on the surface itself have no side; what a tool does there is held by the scene's state, below.
+  std::vector<Vec3> lattice;
+  const auto on_surface = [](Vec3 p) {
+    bool on = false, near = true;
+    for (int d = 0; d < 3; ++d) on = on || p[d] == 0 || p[d] == 1, near = near && p[d] >= 0 && p[d] <= 1;
+    return on && near;
+  };
+  for (double x = -0.5; x <= 1.5; x += 0.25)
+    for (double y = -0.5; y <= 1.5; y += 0.25)
+      for (double z = -0.5; z <= 1.5; z += 0.25)
+        if (!on_surface({x, y, z})) lattice.push_back({x, y, z});
+  for (const Vec3& a : lattice)
+    for (const Vec3& b : lattice) {
+      const bool changes = box->index.inside(a) != box->index.inside(b);
+      ASSERT_EQ(box->crossings(a, b) % 2 == 1, changes)
+          << a.x << ' ' << a.y << ' ' << a.z << " to " << b.x << ' ' << b.y << ' ' << b.z;
+    }
+  EXPECT_TRUE(box->index.inside({.5, .5, .5}));
+  EXPECT_EQ(box->crossings({.5, .5, 2}, {.5, .5, .5}), 1);  // on the diagonal of the top
+  EXPECT_EQ(box->crossings({.5, .5, 2}, {.5, .5, -1}), 2);
+  EXPECT_EQ(box->crossings({-1, .5, 1.0001}, {2, .5, 1.0001}), 0);  // grazing
+}
+
+TEST(Collision, FindsTrianglesThatAreLargeAgainstTheBuckets) {
+  // A fine sphere's worth of triangles beside a face a thousand times larger: the buckets follow the fine part.
+  const auto sphere = bumpy_sphere(3, 0);
+  auto nodes = sphere->position;
+  auto faces = sphere->triangles;
+  const auto first = static_cast<std::int32_t>(nodes.size());
+  nodes.insert(nodes.end(), {{-40, -40, -90}, {40, -40, -90}, {0, 50, -90}, {0, 0, -5}});
+  for (const auto& [a, b, c] : std::vector<std::array<std::int32_t, 3>>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}})
+    faces.push_back({first + a, first + b, first + c});
+  Surface both(nodes, faces);
+  EXPECT_EQ(both.crossings({0, 0, 10}, {0, 0, -100}), 4);
+  EXPECT_TRUE(both.index.inside({3, 2, -60}));
+  EXPECT_EQ(both.crossings({3, 2, -95}, {3, 2, -60}), 1);
+}
+
+// ---- tools on the scene
+// -------------------------------------------------------------------------------------------------
+
+// One tool of points, moved step by step.
+struct Hand {
+  Hand(const TouchedBox& box, const palpate_scene_def& def) : scene(box.scene(def)), contacts(scene.get()) {}
+  palpate_step_flags move(const std::vector<Eigen::Vector3d>& tools, int hold = 0) {
+    points.assign(tools.size(), {});
+    std::vector<palpate_tool> list(tools.size());
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      points[t] = {tools[t][0], tools[t][1], tools[t][2]};
+      list[t] = palpate_tool{points[t].data(), 1, nullptr, 0, hold};
+    }
+    return palpate_touch(scene.get(), list.data(), static_cast<std::int32_t>(list.size()), 1e-3, contacts.get());
+  }
+  bool touches(int tool = 0) { return contacts->tools[tool].contact_count > 0; }
+  Eigen::Vector3d force(int tool = 0) { return Eigen::Vector3d(contacts->tools[tool].force_raw); }
+
+  ScenePointer scene;
+  Contacts contacts;
+  std::vector<std::array<double, 3>> points;
+};
+
+TEST(Collision, MakesAContactOnTheWayInAndEndsItOnTheWayOut) {
+  const TouchedBox box;
+  Hand hand(box, unlimited_def());
+  const std::int32_t triangle = box.far_triangle(5);
+  const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
+  EXPECT_EQ(hand.move({place + 0.002 * out}), 0u);
+  EXPECT_FALSE(hand.touches());
+  for (int ms = 1; ms <= 40; ++ms) {  // 4 mm in, 0.1 mm a step from 2 mm above
+    hand.move({place + (0.002 - 0.0001 * ms) * out});
+    EXPECT_EQ(hand.touches(), ms > 20) << ms;
+  }
+  EXPECT_GT(hand.force().dot(out), 0);  // it is pushed out
+  const double pressed = hand.force().norm();
+  hand.move({place - 0.001 * out});
+  EXPECT_NEAR(hand.force().norm(), pressed / 2, 1e-9 * pressed);  // linear: from 2 mm back to 1 mm
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(hand.contacts.nodes()[0].tool, 0, 0);
+  hand.move({place + 0.0001 * out});
+  EXPECT_FALSE(hand.touches());
+  EXPECT_EQ(hand.force().norm(), 0);
+}
+
+TEST(Collision, SticksToItsMaterialPlace) {
+  const TouchedBox box;
+  Hand hand(box, unlimited_def());
+  const std::int32_t triangle = box.far_triangle(5);
+  const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle), side(0, 0.001, 0.0005);
+  hand.move({place + 0.001 * out});
+  hand.move({place - 0.001 * out});
+  hand.move({place - 0.001 * out + side});
+  ASSERT_TRUE(hand.touches());
+  // The place under the tool goes along with it, sideways as well.
+  const auto u = displacements(hand.scene.get(), hand.contacts.get(), box.body.surface_nodes);
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  for (int v = 0; v < 3; ++v)
+    for (int i = 0; i < 3; ++i) moved[i] += Eigen::Vector3d(.3, .3, .4)[v] * u[3 * box.body.triangles[triangle][v] + i];
+  EXPECT_LT((moved - (side - 0.001 * out)).norm(), 1e-6 * 0.0015);
+}
+
+TEST(Collision, FindsTheContactOfAToolThatStopsExactlyOnTheSurface) {
+  const TouchedBox box;
+  for (const std::int32_t n : box.touchable) {  // on every node, coming from outside, then going on to the middle
+    Hand hand(box, unlimited_def());
+    const Eigen::Vector3d middle(0.03, 0.025, 0.02), node = box.node(n);
+    hand.move({node + 0.5 * (node - middle)});
+    hand.move({node});
+    hand.move({node + 0.1 * (middle - node)});
+    EXPECT_TRUE(hand.touches()) << n;
+    hand.move({node});
+    hand.move({node + 0.5 * (node - middle)});
+    EXPECT_FALSE(hand.touches()) << n;
+  }
+}
+
+TEST(Collision, HoldsOnWhenAskedTo) {
+  const TouchedBox box;
+  Hand hand(box, unlimited_def());
+  const std::int32_t triangle = box.far_triangle(5);
+  const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
+  hand.move({place + 0.001 * out}, 1);
+  hand.move({place - 0.001 * out}, 1);
+  hand.move({place + 0.002 * out}, 1);
+  ASSERT_TRUE(hand.touches());
+  EXPECT_LT(hand.force().dot(out), 0);  // it pulls
+  hand.move({place + 0.002 * out}, 0);
+  EXPECT_FALSE(hand.touches());
+}
+
+TEST(Collision, TouchesNothingFromInsideUntilItHasBeenOutside) {
+  const TouchedBox box;
+  Hand hand(box, unlimited_def());
+  const std::int32_t triangle = box.far_triangle(5);
+  const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
+  hand.move({place - 0.002 * out});
+  hand.move({place - 0.001 * out});
+  EXPECT_FALSE(hand.touches());
+  hand.move({place + 0.001 * out});
+  EXPECT_FALSE(hand.touches());
+  hand.move({place - 0.001 * out});
+  EXPECT_TRUE(hand.touches());
+}
+
+TEST(Collision, CatchesAToolThatShootsThroughInOneStep) {
+  const TouchedBox box;  // 40 mm thick along z; 10 m/s for 10 ms is 100 mm
+  Hand hand(box, unlimited_def());
+  hand.move({{0.031, 0.022, 0.07}});
+  hand.move({{0.031, 0.022, -0.03}});
+  ASSERT_TRUE(hand.touches());
+  EXPECT_GT(hand.force()[2], 0);      // pushed back up, to where it came in
+  hand.move({{0.031, 0.022, 0.02}});  // back inside: still the same contact
+  EXPECT_TRUE(hand.touches());
+  hand.move({{0.031, 0.022, 0.05}});
+  EXPECT_FALSE(hand.touches());
+}
+
+TEST(Collision, LeavesAToolAloneThatClipsACornerInOneStep) {
+  const TouchedBox box;
+  Hand hand(box, unlimited_def());
+  hand.move({{0.055, 0.025, 0.045}});
+  hand.move({{0.065, 0.025, 0.035}});  // across the edge x = 60 mm, z = 40 mm
+  EXPECT_FALSE(hand.touches());
+}
+
+TEST(Collision, OfAToolThatLeavesSidewaysEnds) {
+  const TouchedBox box;
+  Hand hand(box, unlimited_def());
+  hand.move({{0.058, 0.025, 0.041}});
+  hand.move({{0.058, 0.025, 0.039}});
+  EXPECT_TRUE(hand.touches());
+  hand.move({{0.062, 0.025, 0.039}});  // out through the side x = 60 mm
+  EXPECT_FALSE(hand.touches());
+}
+
+TEST(Collision, GivesTwoToolsInOneTriangleTheirOwnForces) {
+  const TouchedBox box;
+  Hand hand(box, unlimited_def());
+  const std::int32_t triangle = box.far_triangle(5);
+  const Eigen::Vector3d out = box.outward(triangle), p = box.place(triangle, {.6, .2, .2}),
+                        q = box.place(triangle, {.2, .2, .6});
+  hand.move({p + 0.001 * out, q + 0.001 * out});
+  hand.move({p - 0.001 * out, q - 0.002 * out});
+  ASSERT_TRUE(hand.touches(0) && hand.touches(1));
+  // Action equals reaction: together the tools carry what the organ's nodes carry.
+  Eigen::Vector3d nodes = Eigen::Vector3d::Zero();
+  for (int e = 0; e < hand.contacts->node_count; ++e) nodes += Eigen::Vector3d(hand.contacts.nodes()[e].force);
+  EXPECT_LT((nodes + hand.force(0) + hand.force(1)).norm(), 1e-12 * nodes.norm());
+  EXPECT_GT(hand.force(1).dot(out), hand.force(0).dot(out));
+}
+
+// Presses one tool 4 mm into the face x = 60 mm and lowers a second one beside it.
+std::pair<double, double> onset_beside_a_dent(palpate_collision collision) {
+  const TouchedBox box({.cells = {4, 4, 4}});
+  palpate_scene_def def = unlimited_def();
+  def.collision = collision;
+  Hand hand(box, def);
+  const Eigen::Vector3d first(0.06, 0.024, 0.021), second(0.06, 0.029, 0.021), out(1, 0, 0);
+  for (int ms = 0; ms <= 50; ++ms) hand.move({first + (0.001 - 0.0001 * ms) * out, second + 0.002 * out});
+  // Where the deformed surface really is under the second tool: the displacement of its place.
+  const auto u = displacements(hand.scene.get(), hand.contacts.get(), box.body.surface_nodes);
+  double surface = 0;
+  for (std::size_t t = 0; t < box.body.triangles.size(); ++t) {
+    if (box.outward(static_cast<std::int32_t>(t))[0] < 0.99) continue;
+    double k[3];
+    const auto& nodes = box.body.triangles[t];
+    if (closest_on_triangle(vec(second), vec(box.node(nodes[0])), vec(box.node(nodes[1])), vec(box.node(nodes[2])), k) >
+        1e-20)
+      continue;
+    surface = 0;
+    for (int v = 0; v < 3; ++v) surface += k[v] * u[3 * nodes[v]];
+  }
+  for (int step = 0; step < 600; ++step) {
+    const double height = 0.002 - 1e-5 * step;
+    hand.move({first - 0.004 * out, second + height * out});
+    if (hand.touches(1)) return {height, surface};
+  }
+  return {NAN, surface};
+}
+
+TEST(Collision, MeetsTheRestSurfaceAtRestAndTheDeformedSurfaceWhenItFollows) {
+  const auto [rest_onset, depth] = onset_beside_a_dent(PALPATE_COLLISION_REST);
+  EXPECT_LT(depth, -0.001);  // the second place has gone down by over a millimetre
+  EXPECT_NEAR(rest_onset, 0, 1.1e-5);
+  const auto [deformed_onset, same_depth] = onset_beside_a_dent(PALPATE_COLLISION_DEFORMED);
+  EXPECT_EQ(depth, same_depth);
+  // The dent is inclined, so the place that meets the tool is not the one straight below: half a millimetre of slack,
+  // and one step of 10 micrometres.
+  EXPECT_NEAR(deformed_onset, depth, 5e-4);
+}
+
+TEST(Collision, DoesNotLetAMovingSurfacePassARestingPoint) {
+  const TouchedBox box({.cells = {4, 4, 4}});
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED;
+  const ScenePointer scene = box.scene(def);
+  Contacts contacts(scene.get());
+  // A grip pulls the face out past a point that rests 1 mm above it, a few mm beside the grip.
+  double point[3] = {0.061, 0.028, 0.022};
+  std::int32_t node = -1;
+  for (const std::int32_t n : box.touchable)
+    if ((box.node(n) - Eigen::Vector3d(0.06, 0.025, 0.02)).norm() < 1e-9) node = n;
+  ASSERT_GE(node, 0);
+  bool touched = false;
+  for (int ms = 0; ms <= 60; ++ms) {
+    const std::vector<palpate_grip> grips = {grip_at_node(node, {1e-4 * ms, 0, 0})};
+    const palpate_tool tools[2] = {tool_of(grips), {point, 1, nullptr, 0, 0}};
+    EXPECT_EQ(
+        palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get()) & ~static_cast<unsigned>(PALPATE_STEP_REGULARISED),
+        0u);
+    if (contacts->tools[1].contact_count > 0 && !touched) {
+      touched = true;
+      EXPECT_GT(ms, 10);  // the grip itself passes 1 mm at the tenth step
+    }
+    EXPECT_EQ(contacts->tools[1].contact_count > 0, touched) << ms;  // and is held down from then on
+  }
+  EXPECT_TRUE(touched);
+  EXPECT_GT(contacts->tools[1].force_raw[0], 0);  // the face presses against the point
+}
+
+}  // namespace
+}  // namespace palpate::tests
