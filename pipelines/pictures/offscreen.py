@@ -186,11 +186,12 @@ def arrow(start, direction, length, radius, colour):
 # ---- image ---------------------------------------------------------------------------------------------------------
 
 
-def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=None):
+def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=None, crop=None):
     """Returns (image [rows, columns, 3] of bytes on white, function from a point in mm to its pixel (column, row)).
 
     look_from: direction from the object to the camera. bounds: what the view is fitted to, (xmin, xmax, ymin, ...); None:
-    all actors. The window is rendered at twice the size and averaged.
+    all actors. crop: pixels of white to keep around what is shown; None: all. The window is rendered at twice the size and
+    averaged.
     """
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1, 1, 1)
@@ -227,9 +228,15 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=
     transform = camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
     matrix = np.array([[transform.GetElement(i, j) for j in range(4)] for i in range(4)])
 
+    left = top = 0
+    if crop is not None:
+        shown_rows, shown_columns = np.nonzero((image < 250).any(axis=2))
+        top, left = max(shown_rows.min() - crop, 0), max(shown_columns.min() - crop, 0)
+        image = image[top:shown_rows.max() + crop, left:shown_columns.max() + crop]
+
     def pixel(point):
         x, y, _, w = matrix @ np.append(point, 1)
-        return (x / w + 1) / 2 * size[0], (1 - y / w) / 2 * size[1]
+        return (x / w + 1) / 2 * size[0] - left, (1 - y / w) / 2 * size[1] - top
 
     return image, pixel
 

@@ -58,7 +58,7 @@ def main():
         arrows, labels = force_arrows(scene, time, points, size)
         actors = [offscreen.coloured_actor(surface, shown, (-largest, largest), COLOURS, edges=EDGE)] + arrows
         image, pixel = offscreen.render(actors, (0.45, -1.0, 0.62), size=(1200, 780), zoom=1.4,
-                                        bounds=offscreen.bounds_of(np.vstack([points] + [o for _, o, _ in labels])))
+                                        bounds=offscreen.bounds_of(np.vstack([points] + [o for _, o, _ in labels])), crop=60)
         panel.imshow(image)
         panel.axis("off")
         panel.set_title(os.path.basename(scene.rstrip("/")).replace("-", " "), fontsize=17)

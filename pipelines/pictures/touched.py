@@ -102,9 +102,9 @@ def main():
             actors += offscreen.arrow(start, direction, np.linalg.norm(reach), 0.006 * size, FORCE)
             labels.append((place, start + reach if start is place else start, "%.2f N" % strength))
 
-    image, pixel = offscreen.render(actors, arguments.look_from, size=(1500, 980), zoom=1.35,
-                                    bounds=offscreen.bounds_of(np.vstack([now] + [outer for _, outer, _ in labels])))
-    figure, panel = plt.subplots(figsize=(12, 7.4))
+    image, pixel = offscreen.render(actors, arguments.look_from, size=(1500, 1000), zoom=1.35,
+                                    bounds=offscreen.bounds_of(np.vstack([now] + [outer for _, outer, _ in labels])), crop=75)
+    figure, panel = plt.subplots(figsize=(11.5, 7.8))
     panel.imshow(image)
     panel.axis("off")
     offscreen.label_arrows(panel, pixel, labels, color=FORCE_HEX, fontsize=17, weight="bold")

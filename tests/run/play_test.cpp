@@ -1,0 +1,304 @@
+// palpate-run on a tiny bundle: what it writes is what the C API says.
+#include <gmock/gmock.h>
+#include <palpate/palpate.h>
+#include <vtkCellData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "runtime/run/explain.h"
+#include "runtime/run/summary.h"
+#include "tests/support/tiny_bundle.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+using Row = std::map<std::string, std::string>;
+std::vector<Row> read_rows(const fs::path& file) {
+  const auto split = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  const auto header = split(line);
+  std::vector<Row> rows;
+  while (std::getline(stream, line)) {
+    const auto cells = split(line);
+    EXPECT_EQ(cells.size(), header.size()) << line;
+    rows.emplace_back();
+    for (std::size_t i = 0; i < header.size() && i < cells.size(); ++i) rows.back()[header[i]] = cells[i];
+  }
+  return rows;
+}
+
+struct Ended {
+  int code;
+  std::string errors, output;
+};
+
+// The box of the bundle is 60 x 50 x 40 mm, held at x = 0. The probe comes down on its top.
+const std::string kProbe =
+    "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 41, 26, 44], [0.1, 41, 26, 35]]\n";
+
+class PlayedScene : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) /
+              ("play_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    tests::write_bundle(folder_ / "box.h5", tests::tiny_bundle());
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write_scene(const std::string& tools, const std::string& head = "") {
+    std::ofstream(folder_ / "scene.toml") << "name = \"test\"\nbundle = \"box.h5\"\nunit = \"mm\"\n" << head << tools;
+  }
+
+  Ended run(const std::string& arguments) {
+    const std::string command = std::string("cd '") + folder_.string() + "' && '" + PALPATE_RUN + "' " + arguments +
+                                " > stdout.txt 2> stderr.txt";
+    const int status = std::system(command.c_str());
+    return {WEXITSTATUS(status), read_text(folder_ / "stderr.txt"), read_text(folder_ / "stdout.txt")};
+  }
+
+  void expect_refused(const std::string& arguments, const std::string& part_of_sentence) {
+    const Ended ended = run(arguments);
+    EXPECT_EQ(ended.code, 2) << ended.errors;
+    EXPECT_THAT(ended.errors, HasSubstr(part_of_sentence));
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+    EXPECT_FALSE(fs::exists(folder_ / "out.part"));
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  const auto rows = read_rows(folder_ / "out/forces.csv");
+  ASSERT_EQ(rows.size(), 101u);
+
+  palpate_bundle* bundle = nullptr;
+  ASSERT_EQ(palpate_bundle_open_file((folder_ / "box.h5").c_str(), &bundle, nullptr), PALPATE_OK);
+  palpate_scene_def def = palpate_default_scene_def();
+  def.max_tools = 1;
+  palpate_scene* scene = nullptr;
+  ASSERT_EQ(palpate_scene_create(bundle, &def, &scene, nullptr), PALPATE_OK);
+  std::vector<double> memory(palpate_contacts_bytes(scene) / sizeof(double) + 1);
+  auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
+  double largest = 0;
+  for (int step = 0; step <= 100; ++step) {
+    const double share = step / 1000.0 / 0.1;  // the same straight line, in metres
+    const double point[3] = {0.041, 0.026, 0.044 + share * (0.035 - 0.044)};
+    const palpate_tool tool = {point, 1, nullptr, 0, 0};
+    const auto flags = palpate_touch(scene, &tool, 1, 1e-3, contacts);
+    const Row& row = rows[step];
+    EXPECT_EQ(std::stoul(row.at("flags")), flags);
+    EXPECT_EQ(std::stoi(row.at("contacts")), contacts->tools[0].contact_count);
+    const char* axes[3] = {"x", "y", "z"};
+    for (int d = 0; d < 3; ++d) {
+      // The path is evaluated in another order of roundings: 1e-15 of 0.04 m, over a displacement of 1e-5 m.
+      const double force = contacts->tools[0].force[d];
+      EXPECT_NEAR(std::stod(row.at(std::string("force_") + axes[d] + "_N")), force, 1e-9);
+      EXPECT_NEAR(std::stod(row.at(std::string("raw_") + axes[d] + "_N")), contacts->tools[0].force_raw[d], 1e-9);
+      EXPECT_NEAR(std::stod(row.at(std::string(axes[d]) + "_m")), point[d], 1e-15);
+      largest = std::max(largest, std::abs(force));
+    }
+  }
+  EXPECT_GT(largest, 0.01);  // the scene touches at all
+  palpate_scene_destroy(scene);
+  palpate_bundle_close(bundle);
+}
+
+TEST_F(PlayedScene, WritesTheSameBytesTwiceButForTimings) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o one").code, 0);
+  ASSERT_EQ(run("scene.toml -o two").code, 0);
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_ / "one")) {
+    if (!entry.is_regular_file() || entry.path().filename() == "summary.json") continue;
+    EXPECT_EQ(read_text(entry.path()), read_text(folder_ / "two" / fs::relative(entry.path(), folder_ / "one")));
+    ++files;
+  }
+  EXPECT_EQ(files, 3 + 2 * 7);  // two CSV, one PVD; 0.1 s at 60 Hz: frames 0 .. 6, organ and tools
+  auto one = nlohmann::json::parse(read_text(folder_ / "one/summary.json"));
+  auto two = nlohmann::json::parse(read_text(folder_ / "two/summary.json"));
+  EXPECT_GT(one["timing_us"]["touch"]["max"], 0);
+  one.erase("timing_us");
+  two.erase("timing_us");
+  EXPECT_EQ(one, two);
+}
+
+TEST_F(PlayedScene, WritesShapesThatVtkReadsWithThePositionsOfTheContact) {
+  write_scene(kProbe, "[effects]\nshape = \"volume\"\n");
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  const std::string pvd = read_text(folder_ / "out/shapes.pvd");
+  EXPECT_THAT(pvd, HasSubstr("<DataSet timestep=\"0.1\" part=\"0\" file=\"shapes/organ_000006.vtu\"/>"));
+
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName((folder_ / "out/shapes/organ_000006.vtu").c_str());
+  reader->Update();
+  vtkUnstructuredGrid* organ = reader->GetOutput();
+  const tests::BundleParts parts = tests::tiny_bundle();
+  const auto nodes = parts.get<double>(formats::SectionId::nodes);
+  ASSERT_EQ(organ->GetNumberOfPoints() * 3, static_cast<vtkIdType>(nodes.size()));
+  EXPECT_EQ(organ->GetNumberOfCells() * 4,
+            static_cast<vtkIdType>(parts.get<std::int32_t>(formats::SectionId::tetrahedra).size()));
+  EXPECT_EQ(organ->GetCellData()->GetArray("region")->GetNumberOfTuples(), organ->GetNumberOfCells());
+
+  auto* displacement = organ->GetPointData()->GetArray("displacement");
+  auto* fixed = organ->GetPointData()->GetArray("fixed");
+  double force[3] = {0, 0, 0}, largest = 0;
+  for (vtkIdType n = 0; n < organ->GetNumberOfPoints(); ++n) {
+    for (int d = 0; d < 3; ++d) {
+      // f32 positions of 0.06 m: half a unit in the last place is 2e-9 m.
+      EXPECT_NEAR(organ->GetPoint(n)[d], nodes[3 * n + d] + displacement->GetComponent(n, d), 8e-9);
+      force[d] += organ->GetPointData()->GetArray("contact_force")->GetComponent(n, d);
+      largest = std::max(largest, std::abs(displacement->GetComponent(n, d)));
+    }
+    EXPECT_EQ(fixed->GetTuple1(n), nodes[3 * n] == 0.0 ? 1 : 0);
+  }
+  EXPECT_GT(largest, 3e-3);  // the probe went about 5 mm in
+  const auto rows = read_rows(folder_ / "out/forces.csv");
+  EXPECT_NEAR(force[2], -std::stod(rows.back().at("raw_z_N")), 1e-12);  // the organ feels what the tool does not
+
+  reader->SetFileName((folder_ / "out/shapes/tools_000006.vtu").c_str());
+  reader->Update();
+  ASSERT_EQ(reader->GetOutput()->GetNumberOfPoints(), 1);
+  EXPECT_NEAR(reader->GetOutput()->GetPoint(0)[2], 0.035, 1e-15);
+  EXPECT_EQ(reader->GetOutput()->GetPointData()->GetArray("force")->GetComponent(0, 2),
+            std::stod(rows.back().at("force_z_N")));
+}
+
+TEST_F(PlayedScene, MovesGripsOnlyAlongTheirAxes) {
+  write_scene(
+      "[[tool]]\nname = \"plate\"\npath = [[0, 9, 9, 9], [0.1, 9, 9, 7]]\n[[tool.grip]]\n"
+      "box = { min = [50, -1, 39], max = [61, 51, 41] }\naxes = \"z\"\n",
+      "[effects]\ncollision = \"off\"\n[rate]\ntouch = 100\nshape = 10\n");
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  std::vector<Row> last;
+  for (const Row& row : read_rows(folder_ / "out/contacts.csv"))
+    if (row.at("time_s") == "0.1") last.push_back(row);
+  ASSERT_EQ(last.size(), 4u);  // the edge x = 60, z = 40 of a box of 3 x 3 x 3 cells
+  for (const Row& row : last) {
+    EXPECT_EQ(std::stod(row.at("force_x_N")), 0);
+    EXPECT_EQ(std::stod(row.at("force_y_N")), 0);
+    EXPECT_LT(std::stod(row.at("force_z_N")), 0);  // held down by 2 mm
+  }
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName((folder_ / "out/shapes/organ_000001.vtu").c_str());
+  reader->Update();
+  for (const Row& row : last)
+    EXPECT_NEAR(
+        reader->GetOutput()->GetPointData()->GetArray("displacement")->GetComponent(std::stoi(row.at("node")), 2),
+        -0.002, 2e-8);  // tensors in f32: 1e-5 of 2 mm
+}
+
+TEST_F(PlayedScene, WithoutShapeWritesNoShapes) {
+  write_scene(kProbe, "[effects]\nshape = \"off\"\n");
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out/shapes"));
+  EXPECT_EQ(read_rows(folder_ / "out/forces.csv").size(), 101u);
+}
+
+TEST_F(PlayedScene, WritesEveryNthShape) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o out --every 3").code, 0);
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["shapes"], 7);
+  EXPECT_EQ(summary["shapes_written"], 3);
+}
+
+TEST_F(PlayedScene, ReplacesAnEarlierRunsFolderAndNoOther) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  ASSERT_EQ(run("scene.toml -o out/").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out.part"));
+  std::ofstream(folder_ / "out/thesis.txt") << "mine";
+  const Ended ended = run("scene.toml -o out");
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_THAT(ended.errors, HasSubstr("thesis.txt"));
+  EXPECT_EQ(read_text(folder_ / "out/thesis.txt"), "mine");
+}
+
+TEST_F(PlayedScene, TakesUpAfterAKilledRun) {
+  write_scene(kProbe);
+  fs::create_directories(folder_ / "out.part/shapes");
+  std::ofstream(folder_ / "out.part/forces.csv") << "half";
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out.part"));
+}
+
+TEST_F(PlayedScene, RefusesWhatItCannotPlayInOneSentence) {
+  write_scene(kProbe);
+  expect_refused("none.toml -o out", "none.toml");
+  expect_refused("scene.toml -o out --bundle none.h5", "none.h5");
+  expect_refused("scene.toml -o out --bundle scene.toml", "scene.toml");
+  expect_refused("scene.toml -o nowhere/out", "nowhere");
+  write_scene(kProbe, "[effects]\nforce = \"response\"\n");
+  expect_refused("scene.toml -o out", "box.h5");  // the bundle has no measured response
+  write_scene(
+      "[[tool]]\nname = \"t\"\npath = [[0, 0, 0, 0]]\n[[tool.grip]]\nbox = { min = [90, 0, 0], max = [91, 1, 1] }\n");
+  expect_refused("scene.toml -o out", "scene.toml:7: [[tool.grip]]");
+  write_scene(kProbe + "points = [[0, 0, 0]]\n");
+  expect_refused("scene.toml -o out", "scene.toml:8");
+}
+
+TEST_F(PlayedScene, ExplainsItsPlanAndWritesNothing) {
+  write_scene(kProbe);
+  const Ended ended = run("scene.toml -o out --explain");
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.output, HasSubstr("collision"));
+  EXPECT_THAT(ended.output, HasSubstr("tensors/displacement_surface"));
+  EXPECT_THAT(ended.output, HasSubstr("predicted with 3 contact nodes"));
+  EXPECT_THAT(ended.output, HasSubstr("measured"));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+TEST(PlanTable, PredictsTheLongerOfReadingAndComputing) {
+  const palpate_plan_pass passes[] = {{"reads", "touch", "a", 1000, 4000, 1}, {"computes", "shape", "b", 0, 1, 6000}};
+  // 10 contact nodes: 40 kB at 2 GB/s are 20 us; 60 kflop at 2 Gflop/s are 30 us.
+  const std::string table = plan_table(passes, 2, 10, 2e9);
+  EXPECT_THAT(table, HasSubstr("touch 20.00 us, shape 30.00 us"));
+}
+
+TEST(Percentile, IsTheNearestRank) {
+  std::vector<double> values;
+  for (int i = 100; i >= 1; --i) values.push_back(i);
+  EXPECT_EQ(percentile(values, .5), 50);
+  EXPECT_EQ(percentile(values, .99), 99);
+  EXPECT_EQ(percentile(values, .999), 100);
+  EXPECT_EQ(percentile(values, 1), 100);
+  EXPECT_EQ(percentile({7}, .5), 7);
+  EXPECT_EQ(percentile({}, .5), 0);
+}
+
+TEST(Flags, HaveTheNamesOfTheApi) {
+  EXPECT_THAT(flag_names(PALPATE_STEP_REGULARISED | PALPATE_STEP_NOT_TOUCHABLE),
+              testing::ElementsAre("REGULARISED", "NOT_TOUCHABLE"));
+}
+
+}  // namespace
+}  // namespace palpate
