@@ -140,7 +140,6 @@ void ColumnSolver::State::set_near_nullspace(std::span<const std::array<double, 
 void ColumnSolver::State::create_inner(std::span<const std::array<double, 3>> coordinates) {
   const std::string type = option_or("-column_pc_type", options.cholesky ? PCCHOLESKY : PCGAMG);
   const bool direct = type == PCCHOLESKY || type == PCLU;
-  if (type == PCGAMG && options.cholesky) options.width = std::min(options.width, 24);
   create_scalar_matrix(!direct);
   if (!direct) set_near_nullspace(coordinates);
   // Chebyshev over Jacobi: the smoothers that PETSc or users would take otherwise (sor, pbjacobi) have diverged.

@@ -60,7 +60,7 @@ PetscSession::PetscSession(const std::vector<std::string>& options) {
 }
 
 PetscSession::~PetscSession() {
-  PetscOptionsClear(nullptr);  // else PetscFinalize warns of unused options after we have refused them
+  PetscOptionsSetValue(nullptr, "-options_left", "no");  // we have refused them ourselves
   PetscFinalize();
   if (owns_mpi_) MPI_Finalize();
 }

@@ -1,0 +1,249 @@
+// organ.toml and boundary/*.toml: what is read, and that every fault is one sentence with its line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <numeric>
+
+#include "formats/errors.h"
+#include "formats/organ_config.h"
+#include "tests/support/box_mesh.h"
+
+namespace palpate::tests {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const std::filesystem::path& file() {
+  static const auto path =
+      std::filesystem::temp_directory_path() / ("palpate_config_" + std::to_string(::getpid()) + ".toml");
+  return path;
+}
+
+template <class Read>
+auto read_text(Read read, const std::string& text) {
+  std::ofstream(file()) << text;
+  return read(file());
+}
+
+template <class Read>
+std::string refusal(Read read, const std::string& text) {
+  try {
+    read_text(read, text);
+  } catch (const InputError& error) {
+    const std::string sentence = error.what();
+    EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
+    EXPECT_THAT(sentence, HasSubstr(file().string()));
+    return sentence.substr(file().string().size());
+  }
+  return "";
+}
+
+const std::string kOrgan = R"(name = "liver"
+mesh_unit = "mm"
+frame = "LPS"
+element = "p1"
+[[region]]
+name = "liver"
+young = { value = 5.4, unit = "kPa", source = "a" }
+poisson = { value = 0.45, source = "b" }
+density = { value = 1.06, unit = "g/cm^3", source = "c" }
+[response]
+curve = "curves/c.csv"
+source = "d"
+height = { value = 13, unit = "mm" }
+radius = { value = 1.5, unit = "cm" }
+young = { value = 3156, unit = "Pa", source = "e" }
+poisson = { value = 0.3, source = "f" }
+degree = 7
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(OrganConfig, IsReadInSiUnits) {
+  const OrganConfig organ = read_text(read_organ_config, kOrgan);
+  EXPECT_EQ(organ.name, "liver");
+  EXPECT_EQ(organ.frame, "LPS");
+  EXPECT_EQ(organ.element, "p1");
+  EXPECT_EQ(organ.metres_per_mesh_unit, 1e-3);
+  ASSERT_EQ(organ.regions.size(), 1u);
+  EXPECT_DOUBLE_EQ(organ.regions[0].young.value, 5400);
+  EXPECT_EQ(organ.regions[0].young.source, "a");
+  EXPECT_EQ(organ.regions[0].poisson.value, 0.45);
+  ASSERT_TRUE(organ.regions[0].density.has_value());
+  EXPECT_DOUBLE_EQ(organ.regions[0].density->value, 1060);
+  ASSERT_TRUE(organ.response.has_value());
+  EXPECT_EQ(organ.response->curve, file().parent_path() / "curves/c.csv");
+  EXPECT_DOUBLE_EQ(organ.response->height, 0.013);
+  EXPECT_DOUBLE_EQ(organ.response->radius, 0.015);
+  EXPECT_EQ(organ.response->young, 3156);
+  EXPECT_EQ(organ.response->degree, 7);
+}
+
+TEST(OrganConfig, RefusesEachFaultInOneSentenceWithItsLine) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return refusal(read_organ_config, replaced(kOrgan, from, to));
+  };
+  EXPECT_THAT(with("element = \"p1\"", "element = \"p1\"\ncolour = 3"),
+              HasSubstr(":5: unknown key \"colour\"; the keys here are"));
+  EXPECT_THAT(with("name = \"liver\"\nmesh", "mesh"), HasSubstr("the key \"name\" is missing"));
+  EXPECT_THAT(with("\"mm\"", "\"inch\""), HasSubstr(":2: mesh_unit: expected one of m, cm, mm, um, found \"inch\""));
+  EXPECT_THAT(with("\"mm\"", "5"), HasSubstr(":2: mesh_unit: expected a string such as m, found 5"));
+  EXPECT_THAT(with("5.4", "-1"), HasSubstr(":7: [[region]] 1: young: expected a modulus above 0"));
+  EXPECT_THAT(with("5.4", "nan"), HasSubstr(":7: [[region]] 1.young: value: expected a finite number"));
+  EXPECT_THAT(with("5.4", "\"5.4\""), HasSubstr(":7: [[region]] 1.young: value: expected a finite number"));
+  EXPECT_THAT(with(", source = \"a\"", ""), HasSubstr(":7: [[region]] 1.young: the key \"source\" is missing"));
+  EXPECT_THAT(with("\"a\"", "\"\""), HasSubstr("source: expected a string that is not empty"));
+  EXPECT_THAT(with("0.45", "0.5"), HasSubstr(":8: [[region]] 1: poisson: expected a ratio with -1 < value < 0.5"));
+  EXPECT_THAT(with("0.45", "-1"), HasSubstr("poisson"));
+  EXPECT_THAT(with("1.06", "0"), HasSubstr("a density above 0"));
+  EXPECT_THAT(with("degree = 7", "degree = 11"),
+              HasSubstr(":17: response: degree: expected an integer from 4 to 10, found 11"));
+  EXPECT_THAT(with("value = 13", "value = 0"), HasSubstr("a length above 0"));
+  EXPECT_THAT(with("frame = ", "frame : "), HasSubstr(":3: not valid TOML"));
+  EXPECT_THAT(with("[[region]]\nname = \"liver\"", "[region]\nname = \"liver\""),
+              HasSubstr(":5: region: expected an array of tables"));
+  EXPECT_THAT(with("[response]",
+                   "[[region]]\nname = \"liver\"\nyoung = { value = 1, unit = \"Pa\", source = \"a\" }\n"
+                   "poisson = { value = 0.1, source = \"a\" }\n[response]"),
+              HasSubstr("a name that no other [[region]] has"));
+  EXPECT_THAT(refusal(read_organ_config, "name = \"a\"\nmesh_unit = \"m\"\nframe = \"none\"\nelement = \"p1\"\n"),
+              HasSubstr("at least one [[region]]"));
+  EXPECT_THROW(read_organ_config("/no/such/organ.toml"), InputError);
+}
+
+const std::string kBoundary = R"(name = "back"
+[[fixed]]
+dofs = "xz"
+select = { patch = "x0" }
+[[fixed]]
+dofs = "xyz"
+select = [ { sphere = { center = [0, 0, 0], radius = 2 } }, { everything = true, where = "all" } ]
+[touchable]
+select = { half_space = { point = [1, 2, 3], normal = [0, 0, 1] } }
+[preload]
+gravity = { value = [0, 0, -9.81], unit = "m/s^2" }
+[store]
+interior = true
+)";
+
+TEST(BoundaryConfig, IsRead) {
+  const BoundaryConfig boundary = read_text(read_boundary_config, kBoundary);
+  EXPECT_EQ(boundary.name, "back");
+  ASSERT_EQ(boundary.fixed.size(), 2u);
+  EXPECT_THAT(boundary.fixed[0].dofs, ElementsAre(true, false, true));
+  ASSERT_EQ(boundary.fixed[1].select.size(), 2u);
+  EXPECT_EQ(boundary.fixed[1].select[0].kind, Selector::Kind::sphere);
+  EXPECT_FALSE(boundary.fixed[1].select[0].whole_mesh);
+  EXPECT_TRUE(boundary.fixed[1].select[1].whole_mesh);
+  EXPECT_EQ(boundary.touchable.size(), 1u);
+  ASSERT_TRUE(boundary.gravity.has_value());
+  EXPECT_THAT(*boundary.gravity, ElementsAre(0, 0, -9.81));
+  EXPECT_TRUE(boundary.store_interior);
+}
+
+TEST(BoundaryConfig, RefusesEachFaultInOneSentenceWithItsLine) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return refusal(read_boundary_config, replaced(kBoundary, from, to));
+  };
+  EXPECT_THAT(with("\"xz\"", "\"xw\""),
+              HasSubstr(":3: [[fixed]] 1: dofs: expected some of the letters x, y, z, each once"));
+  EXPECT_THAT(with("\"xz\"", "\"xx\""), HasSubstr("each once"));
+  EXPECT_THAT(with("{ patch = \"x0\" }", "{ path = \"x0\" }"), HasSubstr(":4: select: expected exactly one of box"));
+  EXPECT_THAT(with("{ patch = \"x0\" }", "{ patch = \"x0\", everything = true }"),
+              HasSubstr("expected exactly one of"));
+  EXPECT_THAT(with("{ patch = \"x0\" }", "{ patch = \"x0\", size = 3 }"), HasSubstr("unknown key \"size\""));
+  EXPECT_THAT(with("{ patch = \"x0\" }", "[]"), HasSubstr(":4: [[fixed]] 1: select: expected"));
+  EXPECT_THAT(with("radius = 2", "radius = -2"), HasSubstr("a radius above 0"));
+  EXPECT_THAT(with("center = [0, 0, 0]", "center = [0, 0]"), HasSubstr("three numbers"));
+  EXPECT_THAT(with("where = \"all\"", "where = \"inside\""), HasSubstr("expected one of surface, all"));
+  EXPECT_THAT(with("normal = [0, 0, 1]", "normal = [0, 0, 0]"), HasSubstr("a vector that is not zero"));
+  EXPECT_THAT(with("interior = true", "interior = 1"),
+              HasSubstr(":13: store: interior: expected true or false, found 1"));
+  EXPECT_THAT(refusal(read_boundary_config, "name = \"a\"\n"), HasSubstr("at least one [[fixed]]"));
+}
+
+// Nodes are numbered x fastest; the box is 2 x 2 x 2 cells of size 1, node = i + 3 (j + 3 k); 13 is the inside one.
+class Selectors : public ::testing::Test {
+ protected:
+  std::vector<std::int32_t> select(const std::string& selector) {
+    const std::string text = "name = \"t\"\n[[fixed]]\ndofs = \"x\"\nselect = " + selector + "\n";
+    const BoundaryConfig boundary = read_text(read_boundary_config, text);
+    return select_nodes(boundary.fixed[0].select, mesh_, surface_, file());
+  }
+  std::string refused(const std::string& selector) {
+    try {
+      select(selector);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  void SetUp() override {
+    mesh_ = box_mesh({2, 2, 2}, {2, 2, 2});
+    mesh_.region_names = {"low", "high"};
+    for (std::size_t t = 0; t < mesh_.tetrahedra.size(); ++t) {
+      double z = 0;
+      for (const auto n : mesh_.tetrahedra[t]) z += mesh_.nodes[n][2] / 4;
+      mesh_.region[t] = z > 1;
+    }
+    for (std::int32_t n = 0; n < 27; ++n)
+      if (n != 13) surface_.push_back(n);
+  }
+  TetrahedralMesh mesh_;
+  std::vector<std::int32_t> surface_;
+};
+
+TEST_F(Selectors, BoxTakesItsBoundaryToo) {
+  EXPECT_THAT(select("{ box = { min = [0, 0, 0], max = [1, 1, 0] } }"), ElementsAre(0, 1, 3, 4));
+}
+TEST_F(Selectors, SphereTakesNodesWithinTheRadius) {
+  EXPECT_THAT(select("{ sphere = { center = [0, 0, 0], radius = 1 } }"), ElementsAre(0, 1, 3, 9));
+}
+TEST_F(Selectors, HalfSpaceTakesTheSideTheNormalPointsAwayFrom) {
+  EXPECT_THAT(select("{ half_space = { point = [0, 0, 0], normal = [2, 0, 0] } }"),
+              ElementsAre(0, 3, 6, 9, 12, 15, 18, 21, 24));
+}
+TEST_F(Selectors, NearestTakesOneNodeForEachPoint) {
+  EXPECT_THAT(select("{ nearest = { points = [[2.1, 2.2, 1.9], [-3, 0.1, 0]] } }"), ElementsAre(0, 26));
+}
+TEST_F(Selectors, BelowQuantileTakesTheShareOfNodesThatIsLowestAndThoseLevelWithIt) {
+  // 26 surface nodes, 9 of them at x = 0: a fifth is 6 nodes, all at that level.
+  EXPECT_THAT(select("{ below_quantile = { direction = [1, 0, 0], quantile = 0.2 } }"),
+              ElementsAre(0, 3, 6, 9, 12, 15, 18, 21, 24));
+  EXPECT_EQ(select("{ below_quantile = { direction = [0, 0, 1], quantile = 1 } }").size(), 26u);
+  EXPECT_THAT(select("{ below_quantile = { direction = [-1, -1, -1], quantile = 0.03 } }"), ElementsAre(26));
+}
+TEST_F(Selectors, PatchTakesTheNodesOfANamedSurface) {
+  EXPECT_THAT(select("{ patch = \"z1\" }"), ElementsAre(18, 19, 20, 21, 22, 23, 24, 25, 26));
+  EXPECT_THAT(refused("{ patch = \"top\" }"),
+              HasSubstr(":4: the mesh has no surface patch \"top\"; its patches are: \"x0\", \"x1\""));
+}
+TEST_F(Selectors, ContactTakesTheNodesThatTwoRegionsShareAlsoInside) {
+  EXPECT_THAT(select("{ contact = [\"low\", \"high\"] }"), ElementsAre(9, 10, 11, 12, 13, 14, 15, 16, 17));
+  EXPECT_THAT(select("{ contact = [\"low\", \"high\"], where = \"surface\" }"),
+              ElementsAre(9, 10, 11, 12, 14, 15, 16, 17));
+  EXPECT_THAT(refused("{ contact = [\"low\", \"bone\"] }"),
+              HasSubstr("no region \"bone\"; its regions are: \"low\", \"high\""));
+}
+TEST_F(Selectors, EverythingTakesTheSurfaceOrTheWholeMesh) {
+  EXPECT_EQ(select("{ everything = true }"), surface_);
+  EXPECT_EQ(select("{ everything = true, where = \"all\" }").size(), 27u);
+}
+TEST_F(Selectors, OfOneArrayAreUnited) {
+  EXPECT_THAT(select("[ { nearest = { points = [[0, 0, 0]] } }, { nearest = { points = [[2, 0, 0], [0, 0, 0]] } } ]"),
+              ElementsAre(0, 2));
+}
+TEST_F(Selectors, ThatPickNothingAreRefused) {
+  EXPECT_THAT(refused("{ sphere = { center = [9, 9, 9], radius = 1 } }"),
+              HasSubstr(":4: this selector picks none of the 26 surface nodes"));
+}
+
+}  // namespace
+}  // namespace palpate::tests

@@ -1,0 +1,269 @@
+// The program itself: its bundle, its refusals, its ranks. PALPATE_PRECOMPUTE is its path.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "formats/bundle_reader.h"
+#include "tests/support/box_mesh.h"
+
+namespace palpate::tests {
+namespace {
+
+using formats::SectionId;
+using ::testing::HasSubstr;
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const std::string kOrgan = R"(name = "box"
+mesh_unit = "mm"
+frame = "none"
+element = "p1"
+[[region]]
+name = "box"
+young = { value = 5.4, unit = "kPa", source = "test" }
+poisson = { value = 0.45, source = "test" }
+density = { value = 1060, unit = "kg/m^3", source = "test" }
+)";
+const std::string kBoundary = R"(name = "back"
+[[fixed]]
+dofs = "xyz"
+select = { patch = "x0" }
+[[fixed]]
+dofs = "z"
+select = { patch = "z0" }
+)";
+
+class Program : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // Open MPI refuses to start ranks as root unless told twice.
+    ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+    ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+    folder_ = std::filesystem::temp_directory_path() /
+              ("palpate_precompute_" + std::to_string(::getpid()) + "_" + test_name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    write_mesh(folder_ / "box.msh", box_mesh({6, 5, 4}, {60, 50, 40}, 0.15));
+    write("organ.toml", kOrgan);
+    write("bc.toml", kBoundary);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  static std::string test_name() { return ::testing::UnitTest::GetInstance()->current_test_info()->name(); }
+  void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
+
+  // Runs with the box's files; returns the exit code, stderr in said_.
+  int run(const std::string& bundle, const std::string& more = "", int ranks = 0) {
+    const std::string launch =
+        ranks > 0 ? "mpiexec --oversubscribe --bind-to none -n " + std::to_string(ranks) + " " : std::string();
+    const std::string command = "cd '" + folder_.string() + "' && " + launch + PALPATE_PRECOMPUTE +
+                                " box.msh --organ organ.toml --boundary bc.toml -o " + bundle + " " + more +
+                                " > said.txt 2>&1";
+    const int status = std::system(command.c_str());
+    said_ = content(folder_ / "said.txt");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  bool nothing_left(const std::string& bundle) {
+    return !std::filesystem::exists(folder_ / bundle) && !std::filesystem::exists(folder_ / (bundle + ".part"));
+  }
+
+  std::filesystem::path folder_;
+  std::string said_;
+};
+
+formats::BundleIndex index_of(const std::string& bytes) {
+  formats::BundleIndex index;
+  formats::BundleError error;
+  EXPECT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, &error), formats::BundleStatus::ok)
+      << error.text;
+  return index;
+}
+
+template <class Value>
+std::vector<Value> section(const std::string& bytes, SectionId id) {
+  const auto index = index_of(bytes);
+  const auto* entry = formats::find_section(index, id);
+  std::vector<Value> values;
+  if (!entry) return values;
+  values.resize(entry->bytes / sizeof(Value));
+  std::memcpy(values.data(), bytes.data() + entry->offset, entry->bytes);
+  return values;
+}
+
+TEST_F(Program, WritesABundleThatTheReaderAccepts) {
+  ASSERT_EQ(run("a.h5", "--image box.msh"), 0) << said_;
+  const std::string bytes = content(folder_ / "a.h5");
+  const auto index = index_of(bytes);
+  EXPECT_EQ(index.counts.nodes, 7u * 6 * 5);
+  EXPECT_EQ(index.counts.surface_nodes, 210u - 5 * 4 * 3);
+  EXPECT_EQ(index.counts.touchable, index.counts.surface_nodes - 6 * 5);  // all but the clamped face
+  EXPECT_EQ(formats::find_section(index, SectionId::displacement_interior), nullptr);
+  // Metres, surface first, in the file's order.
+  const auto nodes = section<double>(bytes, SectionId::nodes);
+  EXPECT_DOUBLE_EQ(nodes[3], 0.01);
+  for (const double r : section<double>(bytes, SectionId::residual)) EXPECT_LE(r, 1e-9);
+  const auto provenance = section<char>(bytes, SectionId::provenance);
+  const std::string text(provenance.begin(), provenance.end());
+  for (const char* key : {"\"solver\":\"PETSc", "\"reciprocity_error\":", "\"cast_error\":", "\"image_sha256\":\"",
+                          "\"young_source box\":\"test\""})
+    EXPECT_THAT(text, HasSubstr(key));
+  // T^u of a node on itself is the identity on its free dofs.
+  const auto touchable = section<std::int32_t>(bytes, SectionId::touchable);
+  const auto fixed = section<std::uint8_t>(bytes, SectionId::fixed);
+  const auto rows = section<float>(bytes, SectionId::displacement_surface);
+  const std::size_t surface = index.counts.surface_nodes;
+  for (std::size_t k = 0; k < touchable.size(); ++k)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto n = static_cast<std::size_t>(touchable[k]);
+        ASSERT_EQ(rows[((3 * k + j) * surface + n) * 3 + i], i == j && !fixed[3 * n + j] ? 1.0f : 0.0f);
+      }
+}
+
+TEST_F(Program, GivesTheSameBytesFromOneTwoAndThreeRanksAndAgain) {
+  ASSERT_EQ(run("one.h5", "--block 24"), 0) << said_;
+  ASSERT_EQ(run("again.h5", "--block 24"), 0) << said_;
+  ASSERT_EQ(run("two.h5", "--block 24", 2), 0) << said_;
+  ASSERT_EQ(run("three.h5", "--block 24", 3), 0) << said_;
+  const std::string one = content(folder_ / "one.h5");
+  ASSERT_FALSE(one.empty());
+  EXPECT_TRUE(one == content(folder_ / "again.h5"));
+  EXPECT_TRUE(one == content(folder_ / "two.h5"));
+  EXPECT_TRUE(one == content(folder_ / "three.h5"));
+}
+
+TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
+  const std::string options = "--block 24 -- -column_pc_type gamg";
+  ASSERT_EQ(run("one.h5", options), 0) << said_;
+  ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
+  EXPECT_TRUE(content(folder_ / "one.h5") == content(folder_ / "two.h5"));
+}
+
+TEST_F(Program, GivesTheSameTensorsWithMultigridAsWithAFactor) {
+  ASSERT_EQ(run("factor.h5"), 0) << said_;
+  ASSERT_EQ(run("multigrid.h5", "--memory 0.0001 --tolerance 1e-11"), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("algebraic multigrid as preconditioner"));
+  const auto a = section<float>(content(folder_ / "factor.h5"), SectionId::displacement_surface);
+  const auto b = section<float>(content(folder_ / "multigrid.h5"), SectionId::displacement_surface);
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 2e-7);  // one rounding of f32 near 1, twice
+  for (const auto n : section<std::int32_t>(content(folder_ / "multigrid.h5"), SectionId::iterations))
+    ASSERT_LT(n, 200);
+}
+
+TEST_F(Program, StoresTheInteriorOnlyWhenAsked) {
+  ASSERT_EQ(run("surface.h5"), 0) << said_;
+  write("bc.toml", kBoundary + "[touchable]\nselect = { patch = \"x1\" }\n[store]\ninterior = true\n");
+  ASSERT_EQ(run("volume.h5"), 0) << said_;
+  const std::string bytes = content(folder_ / "volume.h5");
+  const auto index = index_of(bytes);
+  EXPECT_EQ(index.counts.touchable, 6u * 5);
+  const auto* interior = formats::find_section(index, SectionId::displacement_interior);
+  ASSERT_NE(interior, nullptr);
+  EXPECT_EQ(interior->shape[2], 5u * 4 * 3);
+  // A push of the end face along x drags the inside along, less than the touched node itself.
+  double most = 0;
+  for (const float u : section<float>(bytes, SectionId::displacement_interior))
+    most = std::max(most, std::abs(static_cast<double>(u)));
+  EXPECT_GT(most, 0.05);
+  EXPECT_LT(most, 1);
+}
+
+TEST_F(Program, StoresTheSagUnderGravity) {
+  // nu = 0, held in x at x = 0 and in y and z everywhere: a column under its own weight, u = rho g (L x - x^2 / 2) / E.
+  write("organ.toml", std::string(kOrgan).replace(kOrgan.find("0.45"), 4, "0.0"));
+  write("bc.toml",
+        "name = \"column\"\n[[fixed]]\ndofs = \"x\"\nselect = { patch = \"x0\" }\n"
+        "[[fixed]]\ndofs = \"yz\"\nselect = { everything = true, where = \"all\" }\n"
+        "[preload]\ngravity = { value = [9.81, 0, 0], unit = \"m/s^2\" }\n");
+  ASSERT_EQ(run("g.h5"), 0) << said_;
+  const std::string bytes = content(folder_ / "g.h5");
+  const auto u = section<double>(bytes, SectionId::preload_displacement);
+  const auto nodes = section<double>(bytes, SectionId::nodes);
+  ASSERT_EQ(u.size(), nodes.size());
+  const double scale = 1060 * 9.81 / 5400, length = 0.06;
+  double mean = 0;
+  int count = 0;
+  for (std::size_t n = 0; n < nodes.size() / 3; ++n)
+    if (nodes[3 * n] == 0.06) mean += u[3 * n], ++count;
+  // The end face moves by rho g L^2 / 2 E; 6 elements along leave (1/6)^2 of that at most.
+  EXPECT_NEAR(mean / count, scale * length * length / 2, scale * length * length / 2 / 36);
+  write("organ.toml", std::string(kOrgan).erase(kOrgan.find("density")));
+  EXPECT_EQ(run("none.h5"), 2);
+  EXPECT_THAT(said_, HasSubstr("gravity needs the density of every region"));
+}
+
+TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
+  const auto refused = [&](const std::string& more, const std::string& sentence, int ranks = 0) {
+    EXPECT_EQ(run("x.h5", more, ranks), 2) << said_;
+    EXPECT_THAT(said_, HasSubstr(sentence));
+    EXPECT_TRUE(nothing_left("x.h5"));
+  };
+  refused("--tolerance 2", "--tolerance");
+  refused("-- -ksp_monitr", "PETSc did not use the options after \"--\": -ksp_monitr");
+  refused("-- -ksp_monitr", "PETSc did not use the options after \"--\": -ksp_monitr", 2);
+  write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p9\""));
+  refused("", "element: expected \"p1\", the only one this version builds, found \"p9\"");
+  write("organ.toml", std::string(kOrgan).replace(kOrgan.rfind("name = \"box\""), 12, "name = \"liver\""));
+  refused("", "no [[region]] is named \"box\"");
+  write("organ.toml", kOrgan);
+  write("bc.toml", "name = \"loose\"\n[[fixed]]\ndofs = \"z\"\nselect = { patch = \"z0\" }\n");
+  refused("", "3 of its 6 rigid motions left");
+  refused("", "3 of its 6 rigid motions left", 2);
+  write("bc.toml", "name = \"all\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { everything = true }\n");
+  refused("", "no node can be touched");
+  write("bc.toml", kBoundary);
+  std::filesystem::remove(folder_ / "box.msh");
+  refused("", "box.msh");
+}
+
+TEST_F(Program, FailsWhenAColumnDoesNotConvergeAndNamesTheWorst) {
+  EXPECT_EQ(run("x.h5", "-- -column_pc_type jacobi -ksp_max_it 2"), 1);
+  EXPECT_THAT(said_, HasSubstr("the column of node"));
+  EXPECT_THAT(said_, HasSubstr("did not converge: true relative residual"));
+  EXPECT_TRUE(nothing_left("x.h5"));
+  EXPECT_EQ(run("x.h5", "-- -column_pc_type jacobi -ksp_max_it 2", 2), 1);
+  EXPECT_TRUE(nothing_left("x.h5"));
+}
+
+TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
+  write("x.h5", "the old bundle");
+  const auto part = folder_ / "x.h5.part";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::filesystem::current_path(folder_);
+    std::freopen("said.txt", "w", stderr);
+    ::execl(PALPATE_PRECOMPUTE, PALPATE_PRECOMPUTE, "box.msh", "--organ", "organ.toml", "--boundary", "bc.toml", "-o",
+            "x.h5", "--block", "8", "--", "-column_pc_type", "jacobi", "-ksp_rtol", "1e-14",
+            static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  // As soon as the part file is there the columns are being solved.
+  for (int wait = 0; wait < 2000 && !std::filesystem::exists(part); ++wait)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ::kill(child, SIGKILL);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status)) << "it finished before it was killed";
+  EXPECT_EQ(content(folder_ / "x.h5"), "the old bundle");
+  // And the next run is not hindered by what the killed one left.
+  ASSERT_EQ(run("x.h5"), 0) << said_;
+  index_of(content(folder_ / "x.h5"));
+}
+
+}  // namespace
+}  // namespace palpate::tests

@@ -1,0 +1,172 @@
+// Every support that leaves a motion is refused, with the part and the motion in the sentence.
+#include "precompute/support_check.h"
+
+#include <gmock/gmock.h>
+
+#include "formats/errors.h"
+#include "tests/precompute/support.h"
+
+namespace palpate::tests {
+namespace {
+
+using Point = std::array<double, 3>;
+using ::testing::HasSubstr;
+
+ElasticBody box() {
+  return body_of(box_mesh({2, 2, 2}, {2, 2, 2}), {{1000, 0.3, 0}});
+}
+
+// The sentence, or "" when the support holds.
+std::string refusal(const ElasticBody& body) {
+  try {
+    check_support(body, "bc.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string refusal_of_box(const std::function<int(const Point&)>& which) {
+  ElasticBody body = box();
+  hold(body, which);
+  return refusal(body);
+}
+
+bool is(const Point& p, double x, double y, double z) {
+  return p[0] == x && p[1] == y && p[2] == z;
+}
+
+TEST(Support, HoldsOnAFaceOrOnThreeNodesOrOnSixWellPlacedDofs) {
+  EXPECT_EQ(refusal_of_box([](const Point& p) { return p[0] == 0 ? 7 : 0; }), "");
+  EXPECT_EQ(refusal_of_box([](const Point& p) { return is(p, 0, 0, 0) || is(p, 2, 0, 0) || is(p, 0, 2, 0) ? 7 : 0; }),
+            "");
+  EXPECT_EQ(refusal_of_box([](const Point& p) {
+              return is(p, 0, 0, 0) ? 7 : is(p, 2, 0, 0) ? 6 : is(p, 0, 2, 0) ? 4 : 0;  // 3-2-1
+            }),
+            "");
+}
+
+TEST(Support, RefusesNothingHeld) {
+  const auto text = refusal_of_box([](const Point&) { return 0; });
+  EXPECT_THAT(text, HasSubstr("bc.toml"));
+  EXPECT_THAT(text, HasSubstr("6 of its 6 rigid motions left: nothing holds it at all"));
+}
+
+TEST(Support, RefusesOneNodeByItsThreeRotations) {
+  const auto text = refusal_of_box([](const Point& p) { return is(p, 0, 0, 0) ? 7 : 0; });
+  EXPECT_THAT(text, HasSubstr("3 of its 6 rigid motions left: it can still rotate about"));
+}
+
+TEST(Support, RefusesTwoNodesByTheAxisThroughThem) {
+  const auto text = refusal_of_box([](const Point& p) { return is(p, 0, 2, 0) || is(p, 2, 2, 0) ? 7 : 0; });
+  EXPECT_THAT(
+      text,
+      HasSubstr(
+          "1 of its 6 rigid motions left: it can still rotate about the axis through (1, 2, 0) m along (1, 0, 0)"));
+}
+
+TEST(Support, RefusesAnyNumberOfNodesOnOneLine) {
+  const auto text = refusal_of_box([](const Point& p) { return p[1] == 0 && p[2] == 0 ? 7 : 0; });
+  EXPECT_THAT(text, HasSubstr("1 of its 6 rigid motions left"));
+  EXPECT_THAT(text, HasSubstr("along (1, 0, 0)"));
+}
+
+TEST(Support, RefusesASlidingFaceByItsTwoSlidesAndItsTurn) {
+  const auto text = refusal_of_box([](const Point& p) { return p[2] == 0 ? 4 : 0; });
+  EXPECT_THAT(text, HasSubstr("3 of its 6 rigid motions left"));
+  EXPECT_THAT(text, HasSubstr("slide along"));
+  EXPECT_THAT(text, HasSubstr("rotate about the axis through"));
+  EXPECT_THAT(text, HasSubstr("along (0, 0, 1)"));
+}
+
+TEST(Support, RefusesRollersThatLeaveOneSlide) {
+  const auto text = refusal_of_box([](const Point& p) { return (p[2] == 0 ? 4 : 0) | (p[1] == 0 ? 2 : 0); });
+  EXPECT_THAT(text, HasSubstr("1 of its 6 rigid motions left: it can still slide along (1, 0, 0)"));
+}
+
+TEST(Support, RefusesSixDofsThatAllMeetOneAxis) {
+  // Six held dofs, as many as motions, but none of them stops the turn about z through (1, 1).
+  const auto text = refusal_of_box([](const Point& p) {
+    return (p[2] == 0 && p[0] != 1 && p[1] != 1 ? 4 : 0) | (is(p, 1, 1, 0) || is(p, 1, 1, 2) ? 3 : 0);
+  });
+  EXPECT_THAT(
+      text,
+      HasSubstr(
+          "1 of its 6 rigid motions left: it can still rotate about the axis through (1, 1, 1) m along (0, 0, 1)"));
+}
+
+// The same box again, shifted, its nodes joined to those it meets.
+TetrahedralMesh two_boxes(const Point& shift) {
+  TetrahedralMesh mesh = box_mesh({2, 2, 2}, {2, 2, 2});
+  const TetrahedralMesh other = mesh;
+  std::vector<std::int32_t> place;
+  for (const auto& p : other.nodes) {
+    const Point moved = {p[0] + shift[0], p[1] + shift[1], p[2] + shift[2]};
+    const auto at = std::find(mesh.nodes.begin(), mesh.nodes.end(), moved);
+    place.push_back(static_cast<std::int32_t>(at - mesh.nodes.begin()));
+    if (at == mesh.nodes.end()) mesh.nodes.push_back(moved);
+  }
+  for (auto t : other.tetrahedra) {
+    for (auto& n : t) n = place[n];
+    mesh.tetrahedra.push_back(t);
+  }
+  mesh.region.assign(mesh.tetrahedra.size(), 0);
+  mesh.patches.clear();
+  return mesh;
+}
+
+std::string refusal_of_two(const Point& shift, const std::function<int(const Point&)>& which) {
+  ElasticBody body = body_of(two_boxes(shift), {{1000, 0.3, 0}});
+  hold(body, which);
+  return refusal(body);
+}
+
+TEST(Support, RefusesASecondPartThatNothingHolds) {
+  const auto first = [](const Point& p) { return p[0] == 0 ? 7 : 0; };
+  const auto text = refusal_of_two({5, 0, 0}, first);
+  EXPECT_THAT(text, HasSubstr("part 2 of 2"));
+  EXPECT_THAT(text, HasSubstr("around (6, 1, 1) m"));
+  EXPECT_THAT(text, HasSubstr("nothing holds it at all"));
+  EXPECT_EQ(refusal_of_two({5, 0, 0}, [](const Point& p) { return p[0] == 0 || p[0] == 7 ? 7 : 0; }), "");
+}
+
+TEST(Support, HoldsASecondPartThroughASharedFace) {
+  EXPECT_EQ(refusal_of_two({2, 0, 0}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }), "");
+}
+
+TEST(Support, RefusesAPartThatHangsOnOneVertex) {
+  const auto text = refusal_of_two({2, 2, 2}, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
+  EXPECT_THAT(text, HasSubstr("part 2 of 2"));
+  EXPECT_THAT(text, HasSubstr("hinged to others at 1 nodes"));
+  EXPECT_THAT(text, HasSubstr("3 of its 6 rigid motions left: it can still rotate"));
+}
+
+TEST(Support, RefusesAPartThatHangsOnOneEdge) {
+  const auto text = refusal_of_two({2, 2, 0}, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
+  EXPECT_THAT(text, HasSubstr("hinged to others at 3 nodes"));
+  EXPECT_THAT(
+      text,
+      HasSubstr(
+          "1 of its 6 rigid motions left: it can still rotate about the axis through (2, 2, 1) m along (0, 0, 1)"));
+}
+
+TEST(Support, HoldsTwoHingedPartsThatOnlyHoldTogether) {
+  // Each part alone has one or two motions left; the hinge along z at (2, 2) joins them: a three-hinged arch.
+  const auto arch = [](const Point& p) { return (p[0] == 0 && p[1] == 0) || (p[0] == 4 && p[1] == 2) ? 7 : 0; };
+  EXPECT_EQ(refusal_of_two({2, 2, 0}, arch), "");
+  // With both outer hinges and the middle one on one line the arch snaps through: one motion at first order.
+  const auto straight = [](const Point& p) { return (p[0] == 0 && p[1] == 0) || (p[0] == 4 && p[1] == 4) ? 7 : 0; };
+  EXPECT_THAT(refusal_of_two({2, 2, 0}, straight), HasSubstr("rigid motions left"));
+}
+
+TEST(Support, IsJudgedFarFromTheOriginAsNearIt) {
+  ElasticBody body = box();
+  for (auto& p : body.nodes) p[0] += 1e4;  // metres: four orders beyond the body's size
+  hold(body, [](const Point& p) { return p[1] == 0 && p[2] == 0 ? 7 : 0; });
+  EXPECT_THAT(refusal(body), HasSubstr("1 of its 6 rigid motions left"));
+  hold(body, [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+  EXPECT_EQ(refusal(body), "");
+}
+
+}  // namespace
+}  // namespace palpate::tests
