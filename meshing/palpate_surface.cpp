@@ -9,6 +9,7 @@
 #include "formats/program.h"
 #include "meshing/extract_surface.h"
 #include "meshing/label_image.h"
+#include "meshing/repair_surface.h"
 #include "meshing/surface_file.h"
 #include "meshing/surface_report.h"
 #include "meshing/voxel_mask.h"
@@ -23,13 +24,14 @@ struct Options {
   std::vector<double> spacing;
   std::optional<double> smooth_mm;
   SurfaceTarget target;
-  std::string spread = "even", components = "1%", cavities;
+  std::string spread = "even", components = "1%", cavities, unit = "mm";
 };
 
 void define(CLI::App& app, Options& options) {
   app.add_option(
          "input", options.inputs,
-         "Label image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd) or PNG slices (a folder, a glob or a list)")
+         "Label image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd), PNG slices (a folder, a glob or a list), or "
+         "segmented surface (.off .obj .ply .stl .vtp)")
       ->required();
   app.add_option("-o,--output", options.output, "Surface to write: .off .ply .stl .obj")->required();
   auto* labels = app.add_option("--labels", options.selection.labels, "Values of the organ, united: 255 or 255,127")
@@ -38,7 +40,8 @@ void define(CLI::App& app, Options& options) {
   app.add_option("--spacing", options.spacing, "Voxel size x,y,z in mm, for PNG slices")->delimiter(',')->expected(3);
   app.add_option("--smooth", options.smooth_mm, "Gaussian width in mm; 0 for none (default: 1.5 mean voxel sides)")
       ->check(CLI::NonNegativeNumber);
-  auto* triangles = app.add_option("--triangles", options.target.triangles, "How many triangles (default: 2000)")
+  auto* triangles = app.add_option("--triangles", options.target.triangles,
+                                   "How many triangles (default: 2000 of an image, a surface's own)")
                         ->check(CLI::Range(40, 20'000'000));
   app.add_option("--edge-mm", options.target.edge_mm, "Or their edge length in mm")
       ->check(CLI::PositiveNumber)
@@ -49,8 +52,12 @@ void define(CLI::App& app, Options& options) {
   app.add_option("--components", options.components,
                  "Pieces to keep: all, largest, a count, a volume (2.5mm3, 1cm3) or a share of the largest (1%)")
       ->capture_default_str();
-  app.add_option("--cavities", options.cavities, "keep or fill holes inside (default: fill)")
+  app.add_option("--cavities", options.cavities,
+                 "keep or fill holes inside (default: fill those of an image, keep those of a surface)")
       ->check(CLI::IsMember({"keep", "fill"}));
+  app.add_option("--unit", options.unit, "Unit of a surface's coordinates; images have their own")
+      ->check(CLI::IsMember({"m", "cm", "mm", "um"}))
+      ->capture_default_str();
   app.add_option("--report", options.report, "Also write the quality report as JSON");
 }
 
@@ -131,9 +138,55 @@ void from_image(const Options& options) {
   fmt::print("{}", report_text(quality, distance, voxels_mm3, "voxels"));
 }
 
+double millimetres(const std::string& unit) {
+  return unit == "m" ? 1000 : unit == "cm" ? 10 : unit == "um" ? 1e-3 : 1;
+}
+
+void from_surface(const Options& options) {
+  const std::string& name = options.inputs.front();
+  if (options.inputs.size() > 1) throw InputError(fmt::format("{}: one surface at a time", options.inputs[1]));
+  if (!options.selection.labels.empty() || options.selection.threshold || options.smooth_mm ||
+      !options.spacing.empty()) {
+    throw InputError(fmt::format("{}: --labels, --threshold, --spacing and --smooth are for images", name));
+  }
+  TriangleSurface soup = read_surface(name, millimetres(options.unit));
+  const double diagonal = bounding_box(soup).diagonal();
+  if (!(diagonal < 1e150)) throw InputError(fmt::format("{}: expected an organ, found a box of {} mm", name, diagonal));
+  RepairedSurface repaired =
+      repair_surface(std::move(soup), parse_piece_filter(options.components), options.cavities, name);
+  for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", name, repair));
+
+  TriangleSurface surface = repaired.surface;
+  int attempts = 0;
+  if (options.target.triangles || options.target.edge_mm) {
+    const std::vector<TriangleSurface> shells = split_shells(surface);
+    std::vector<std::size_t> groups;
+    std::vector<double> volumes;
+    for (const TriangleSurface& shell : shells) {
+      groups.push_back(groups.size());
+      volumes.push_back(enclosed_volume(shell));
+    }
+    surface = remesh_shells(shells, groups, volumes, options.target, name, &attempts);
+  }
+
+  const SurfaceQuality quality = measure_quality(surface);
+  const double input_mm3 = enclosed_volume(repaired.surface);
+  const SurfaceDistance distance = measure_distance(repaired.surface, surface);
+  write_surface(options.output, surface);
+  if (!options.report.empty()) {
+    nlohmann::ordered_json json = report_json(quality, distance, input_mm3, "input");
+    json["repairs"] = repaired.repairs;
+    json["attempts"] = attempts;
+    write_text_atomically(options.report, json.dump(2) + "\n");
+  }
+  fmt::print("{}", report_text(quality, distance, input_mm3, "input"));
+}
+
 void run(Options& options) {
   check_output_name(options.output);
   if (options.spread == "curvature") options.target.spread = SurfaceTarget::Spread::curvature;
+  const bool image = is_image_name(options.inputs.front());
+  if (!image) return from_surface(options);
   if (!options.target.triangles && !options.target.edge_mm) options.target.triangles = 2000;
   from_image(options);
 }

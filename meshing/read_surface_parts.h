@@ -1,0 +1,44 @@
+// What the readers of surface files share; surface_file.h is what callers use.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "meshing/triangle_surface.h"
+
+namespace palpate {
+
+// Errors: InputError.
+std::string read_whole(const std::filesystem::path& file);
+
+// Lines of a text with their numbers; blank lines and what follows a '#' are skipped. Errors: InputError with the line.
+class TextLines {
+ public:
+  TextLines(const std::filesystem::path& file, const std::string& text, std::size_t start = 0);
+  bool advance();                        // to the next line; false at the end
+  void expect(const std::string& what);  // advance, or fail because the file ends
+  std::string_view word();               // the next of this line; empty at its end
+  double coordinate();                   // finite
+  std::int64_t integer(const std::string& what);
+  bool at_end() const { return line_.find_first_not_of(" \t\r") == std::string_view::npos; }
+  std::size_t number() const { return number_; }
+  [[noreturn]] void fail(const std::string& expected, std::string_view found) const;
+
+ private:
+  const std::filesystem::path& file_;
+  const std::string& text_;
+  std::string_view line_;
+  std::size_t next_ = 0, number_ = 0;
+};
+
+// Appends a polygon as a fan after checking its indices against the number of points. place is for the sentence.
+void add_polygon(const std::filesystem::path& file, const std::string& place, const std::vector<std::int64_t>& corners,
+                 std::size_t points, TriangleSurface& surface);
+
+TriangleSurface read_ply(const std::filesystem::path& file, const std::string& bytes);
+TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& bytes);
+
+}  // namespace palpate
