@@ -14,6 +14,7 @@
 #include <cstring>
 
 #include "formats/errors.h"
+#include "meshing/repeatable_heap.h"
 
 namespace palpate {
 namespace {
@@ -37,6 +38,7 @@ void write_all(int descriptor, const std::string& bytes) {
   const int silence = open("/dev/null", O_WRONLY);
   dup2(silence, STDOUT_FILENO);
   dup2(silence, STDERR_FILENO);
+  use_repeatable_heap();
   std::string answer;
   try {
     answer = static_cast<char>(done) + work();

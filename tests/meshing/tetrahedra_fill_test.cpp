@@ -75,6 +75,18 @@ TEST(FillWithTetrahedra, LeavesACavityEmpty) {
   EXPECT_EQ(mesh.patches[1].name, "body-cavity");
 }
 
+TEST(FillWithTetrahedra, GivesTheSameMeshTwiceWhateverTheHeapLooksLike) {
+  const VolumeBoundary boundary = one_region(sphere_surface(3, 50));
+  const TetrahedralMesh one = fill_with_tetrahedra(boundary, {});
+  // Holes of many sizes, so that malloc hands out other addresses than before.
+  std::vector<std::string> blocks;
+  for (int i = 0; i < 20000; ++i) blocks.emplace_back(20 + (i * 37) % 200, 'x');
+  for (std::size_t i = 0; i < blocks.size(); i += 2) blocks[i] = std::string();
+  const TetrahedralMesh two = fill_with_tetrahedra(boundary, {});
+  EXPECT_TRUE(one.nodes == two.nodes);
+  EXPECT_TRUE(one.tetrahedra == two.tetrahedra);
+}
+
 TEST(VerifyBoundaryKept, NamesATriangleThatNoElementHas) {
   const VolumeBoundary boundary = one_region(box_surface(2, {0, 0, 0}, {1, 1, 1}));
   TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
