@@ -50,6 +50,9 @@ std::string text_of(const MeshReport& r) {
     if (!r.region_volume_of_surface.empty())
       text += fmt::format(" (surface {:.6g}, difference {:.1e})", r.region_volume_of_surface[i],
                           q.region_volume[i] / r.region_volume_of_surface[i] - 1);
+    if (!r.region_volume_of_voxels.empty())
+      text += fmt::format(" (voxels {:.6g}, {:+.2f} %)", r.region_volume_of_voxels[i],
+                          100 * (q.region_volume[i] / r.region_volume_of_voxels[i] - 1));
     text += '\n';
   }
   for (const auto& patch : mesh.patches)
@@ -76,6 +79,7 @@ std::string json_of(const MeshReport& r) {
     ordered_json region = {
         {"name", r.mesh.region_names[i]}, {"tetrahedra", elements_of(r.mesh, i)}, {"volume", q.region_volume[i]}};
     if (!r.region_volume_of_surface.empty()) region["surface_volume"] = r.region_volume_of_surface[i];
+    if (!r.region_volume_of_voxels.empty()) region["voxel_volume"] = r.region_volume_of_voxels[i];
     json["regions"].push_back(region);
   }
   json["patches"] = ordered_json::array();

@@ -17,6 +17,7 @@ struct MeshReport {
   MeshQuality quality;
   std::size_t surface_triangles = 0, kept_triangles = 0;  // 0: the input was no surface
   std::vector<double> region_volume_of_surface;           // per region, or empty
+  std::vector<double> region_volume_of_voxels;            // mm^3, likewise
 };
 
 // What each region's triangles enclose, by the divergence theorem.

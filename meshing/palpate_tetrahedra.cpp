@@ -13,7 +13,9 @@
 #include "formats/program.h"
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/fill_with_tetrahedra.h"
+#include "meshing/label_image.h"
 #include "meshing/mesh_geometry.h"
+#include "meshing/mesh_label_image.h"
 #include "meshing/mesh_quality.h"
 #include "meshing/mesh_report.h"
 #include "meshing/read_closed_surface.h"
@@ -23,23 +25,42 @@ namespace palpate {
 namespace {
 
 struct Options {
-  std::vector<std::string> inputs, regions, assignments;
+  std::vector<std::string> inputs, regions, assignments, labels;
   std::string output, report;
   NestedShells nested = NestedShells::by_orientation;
   FillOptions fill;
+  LabelImageOptions image;
+  std::vector<double> spacing;
+  std::string cavities;
   QualityGate gate{10, 0.05};
 };
 
+void define_for_images(CLI::App& app, Options& o) {
+  const auto image = [&](CLI::Option* option) { return option->group("For a label image"); };
+  image(app.add_option("--labels", o.labels, "The tissues: 255=liver,127=kidney"))
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  image(app.add_option("--edge-mm", o.image.edge_mm, "Longest edge of surface triangles, mm"))
+      ->check(CLI::PositiveNumber);
+  image(app.add_option("--facet-distance", o.image.facet_distance, "Farthest a triangle may be from the border, mm"))
+      ->check(CLI::PositiveNumber);
+  image(app.add_option("--smooth", o.image.smooth_mm, "Gaussian width, mm (default: 1.5 mean voxel sides)"))
+      ->check(CLI::NonNegativeNumber);
+  image(app.add_option("--components", o.image.components, "Pieces of each tissue to keep, as in palpate-surface"))
+      ->capture_default_str();
+  image(app.add_option("--cavities", o.cavities, "keep or fill holes inside a tissue (default: fill)"))
+      ->check(CLI::IsMember({"keep", "fill"}));
+  image(app.add_option("--spacing", o.spacing, "Voxel size x,y,z in mm, for PNG slices"))->delimiter(',')->expected(3);
+  image(app.add_option("--fill", o.image.fill, "Interior: hxt, or mesh_3 (CGAL's own, with smaller angles)"))
+      ->transform(CLI::CheckedTransformer(std::map<std::string, LabelImageOptions::Fill>{
+          {"hxt", LabelImageOptions::Fill::hxt}, {"mesh_3", LabelImageOptions::Fill::mesh_3}}));
+}
+
 void define(CLI::App& app, Options& o) {
-  app.add_option("INPUT", o.inputs, "Closed surfaces (a region each), or one gmsh geometry (.geo)")->required();
+  app.add_option("INPUT", o.inputs, "Closed surfaces, or a label image (with --labels), or a gmsh geometry (.geo)")
+      ->required();
   app.add_option("-o,--output", o.output, "Mesh to write, MSH 4.1")->required();
-  app.add_option("--region", o.regions, "NAME: name the regions in order; NAME=FILE: name all of a file's shells");
-  app.add_option("--nested", o.nested, "What a shell inside another of its file is, where its orientation does not say")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, NestedShells>{{"orientation", NestedShells::by_orientation},
-                                                                      {"regions", NestedShells::regions},
-                                                                      {"cavities", NestedShells::cavities}}));
-  app.add_option("--set", o.assignments, "NAME=NUMBER: a DefineConstant parameter of the geometry");
+  app.add_option("--report", o.report, "Also write the quality report as JSON");
   app.add_option("--size", o.fill.size,
                  "Largest edge inside, in the unit of the input (default: as the surface nearby)")
       ->check(CLI::PositiveNumber);
@@ -56,7 +77,19 @@ void define(CLI::App& app, Options& o) {
   app.add_option("--time-limit", o.fill.time_limit, "Stop the mesher after this many seconds")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--report", o.report, "Also write the quality report as JSON");
+  app.add_option("--region", o.regions, "NAME: name the regions in order; NAME=FILE: name all of a file's shells")
+      ->allow_extra_args(false)
+      ->group("For surfaces");
+  app.add_option("--nested", o.nested, "What a shell inside another of its file is, where its orientation does not say")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, NestedShells>{{"orientation", NestedShells::by_orientation},
+                                                                      {"regions", NestedShells::regions},
+                                                                      {"cavities", NestedShells::cavities}}))
+      ->group("For surfaces");
+  define_for_images(app, o);
+  app.add_option("--set", o.assignments, "NAME=NUMBER: a DefineConstant parameter of the geometry")
+      ->allow_extra_args(false)
+      ->group("For a geometry");
 }
 
 // --region NAME=FILE becomes the name of an input (added where it is not among them); NAME alone stays for the order.
@@ -102,24 +135,68 @@ MeshReport mesh_surfaces(const Options& o) {
   return report;
 }
 
-MeshReport mesh_input(const Options& o) {
+MeshReport mesh_image(Options& o) {
+  if (o.labels.empty())
+    throw InputError(
+        fmt::format("{} is a label image: say which tissues to mesh, as in --labels 255=liver,127=kidney; for one "
+                    "organ with a surface of chosen size use palpate-surface first",
+                    o.inputs.front()));
+  o.image.tissues = parse_tissues(o.labels);
+  o.image.keep_cavities = o.cavities == "keep";
+  if (!o.spacing.empty()) o.image.spacing = {o.spacing[0], o.spacing[1], o.spacing[2]};
+  return mesh_label_image(o.inputs, o.image, o.fill);
+}
+
+MeshReport mesh_one_geometry(const Options& o) {
+  if (o.inputs.size() != 1) throw InputError("a geometry (.geo) is meshed alone; give one input");
+  MeshReport report;
+  report.mesh = mesh_geometry(o.inputs.front(), o.assignments, o.fill);
+  return report;
+}
+
+enum class InputKind { surfaces, image, geometry };
+
+InputKind kind_of(const std::vector<std::string>& inputs) {
   const auto is_geometry = [](const std::string& file) { return std::filesystem::path(file).extension() == ".geo"; };
-  if (std::any_of(o.inputs.begin(), o.inputs.end(), is_geometry)) {
-    if (o.inputs.size() != 1) throw InputError("a geometry (.geo) is meshed alone; give one input");
-    if (!o.regions.empty())
-      throw InputError("--region: a geometry names its regions itself, with Physical Volume(\"NAME\")");
-    MeshReport report;
-    report.mesh = mesh_geometry(o.inputs.front(), o.assignments, o.fill);
-    return report;
+  if (std::any_of(inputs.begin(), inputs.end(), is_geometry)) return InputKind::geometry;
+  return is_image_name(inputs.front()) ? InputKind::image : InputKind::surfaces;
+}
+
+// An option that would be ignored is an error.
+void refuse_foreign_options(const CLI::App& app, InputKind kind) {
+  const std::pair<InputKind, const char*> groups[] = {{InputKind::surfaces, "For surfaces"},
+                                                      {InputKind::image, "For a label image"},
+                                                      {InputKind::geometry, "For a geometry"}};
+  for (const auto& [of, group] : groups)
+    for (const CLI::Option* option : app.get_options())
+      if (of != kind && option->get_group() == group && option->count() > 0)
+        throw InputError(
+            fmt::format("{} means nothing for this input (it is {}); leave it out", option->get_name(), group));
+}
+
+MeshReport mesh_input(const CLI::App& app, Options& o) {
+  const InputKind kind = kind_of(o.inputs);
+  refuse_foreign_options(app, kind);
+  switch (kind) {
+    case InputKind::geometry:
+      return mesh_one_geometry(o);
+    case InputKind::image:
+      return mesh_image(o);
+    case InputKind::surfaces:
+      break;
   }
-  if (!o.assignments.empty()) throw InputError("--set is for a geometry (.geo), and the input is none");
   return mesh_surfaces(o);
 }
 
-void run(const Options& o) {
+void run(const CLI::App& app, Options& o) {
   if (std::filesystem::path(o.output).extension() != ".msh")
     throw InputError(fmt::format("{}: the output is a gmsh mesh; give it a name ending in .msh", o.output));
-  MeshReport report = mesh_input(o);
+  // A folder that cannot be written is found now, not after an hour of meshing.
+  { const AtomicFile probe(o.output); }
+  if (!o.report.empty()) {
+    const AtomicFile probe(o.report);
+  }
+  MeshReport report = mesh_input(app, o);
   report.inputs = o.inputs;
   report.quality = measure_quality(report.mesh);
   fmt::print("{}", text_of(report));
@@ -133,8 +210,12 @@ void run(const Options& o) {
 
 int main(int argc, char** argv) {
   palpate::Options options;
-  return palpate::run_program(
-      argc, argv, "palpate-tetrahedra",
-      "Fills closed surfaces with tetrahedra that keep every triangle; writes MSH 4.1.",
-      [&](CLI::App& app) { palpate::define(app, options); }, [&] { palpate::run(options); });
+  const CLI::App* parsed = nullptr;
+  const auto define = [&](CLI::App& app) {
+    palpate::define(app, options);
+    parsed = &app;
+  };
+  return palpate::run_program(argc, argv, "palpate-tetrahedra",
+                              "Surfaces, label image or geometry -> tetrahedra that passed a quality gate (MSH 4.1)",
+                              define, [&] { palpate::run(*parsed, options); });
 }

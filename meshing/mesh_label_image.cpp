@@ -1,0 +1,147 @@
+#include "meshing/mesh_label_image.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "meshing/label_image.h"
+#include "meshing/tetrahedra_from_labels.h"
+#include "meshing/voxel_mask.h"
+
+namespace palpate {
+namespace {
+
+void clean(VoxelMask& mask, const Tissue& tissue, const LabelImageOptions& o, const std::string& image_name) {
+  const PieceChanges changes = filter_pieces(mask, parse_piece_filter(o.components), !o.keep_cavities, image_name);
+  if (changes.dropped > 0)
+    warn(fmt::format("{}: dropped {} of {} pieces, {:.4g} mm3 in all (--components {}; all keeps them)", tissue.name,
+                     changes.dropped, changes.pieces, changes.dropped_mm3, o.components));
+  if (changes.filled > 0)
+    warn(fmt::format("{}: filled {} cavities, {:.4g} mm3 in all (--cavities keep keeps them)", tissue.name,
+                     changes.filled, changes.filled_mm3));
+}
+
+// What filled a cavity of one tissue may have been another tissue: that one keeps its voxels.
+void give_back(std::vector<VoxelMask>& masks, const std::vector<VoxelMask>& before) {
+  for (std::size_t t = 0; t < masks.size(); ++t)
+    for (std::size_t v = 0; v < masks[t].inside.size(); ++v)
+      if (before[t].inside[v])
+        for (std::size_t other = 0; other < masks.size(); ++other)
+          if (other != t && masks[t].inside[v]) masks[other].inside[v] = 0;
+}
+
+double twelfth_of_size(const std::vector<VoxelMask>& masks) {
+  double volume = 0;
+  for (const VoxelMask& mask : masks) volume += static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume();
+  return std::cbrt(volume) / 12;
+}
+
+struct Attempt {
+  TetrahedralMesh mesh;
+  VolumeBoundary boundary;
+};
+
+// Mesh_3 gives each tissue a good surface but does not promise that the whole's is a manifold; a slightly smaller edge
+// moves every vertex, so it is tried a few times.
+Attempt manifold_mesh(const TissueMap& map, const std::vector<Tissue>& tissues, const std::vector<TissuePiece>& pieces,
+                      LabelMeshOptions options) {
+  constexpr int kAttempts = 4;
+  NonManifoldEdges bad;
+  for (int attempt = 0; attempt < kAttempts; ++attempt, options.edge *= 0.96) {
+    Attempt result;
+    result.mesh = mesh_tissues(map, tissues, pieces, options);
+    result.boundary = boundary_of(result.mesh);
+    bad = non_manifold_edges(result.boundary);
+    if (bad.count == 0) return result;
+    note(fmt::format(
+        "{} non-manifold edges on the outer surface, the first at ({:.5g}, {:.5g}, {:.5g}) mm; trying edges of "
+        "{:.4g} mm",
+        bad.count, bad.place[0], bad.place[1], bad.place[2], 0.96 * options.edge));
+  }
+  throw VerificationError(
+      fmt::format("the outer surface has {} edges with more than two triangles in each of {} attempts, one "
+                  "at ({:.5g}, {:.5g}, {:.5g}) mm; change --edge-mm or --smooth",
+                  bad.count, kAttempts, bad.place[0], bad.place[1], bad.place[2]));
+}
+
+void compare_volumes(const MeshReport& report, const std::vector<double>& voxels_mm3, const LabelImageOptions& o) {
+  for (std::size_t t = 0; t < o.tissues.size(); ++t) {
+    const double share = report.region_volume_of_surface[t] / voxels_mm3[t];
+    if (share < 0.5)
+      throw InputError(
+          fmt::format("tissue \"{}\" (label {}): its mesh holds {:.4g} mm3 of its voxels' {:.4g} mm3; make triangles "
+                      "smaller with --edge-mm, or --smooth less",
+                      o.tissues[t].name, o.tissues[t].label, report.region_volume_of_surface[t], voxels_mm3[t]));
+  }
+}
+
+}  // namespace
+
+std::vector<Tissue> parse_tissues(const std::vector<std::string>& texts) {
+  std::vector<Tissue> tissues;
+  std::set<double> labels;
+  std::set<std::string> names;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    const std::string number = text.substr(0, equals);
+    Tissue tissue;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), tissue.label);
+    tissue.name = equals == std::string::npos ? "label " + number : text.substr(equals + 1);
+    if (error != std::errc() || end != number.data() + number.size() || !std::isfinite(tissue.label) ||
+        tissue.name.empty())
+      throw InputError(
+          fmt::format("--labels: expected VALUE=NAME,VALUE=NAME (255=liver,127=kidney), found \"{}\"", text));
+    if (!labels.insert(tissue.label).second || !names.insert(tissue.name).second)
+      throw InputError(fmt::format("--labels: \"{}\" repeats a value or a name; every tissue needs its own", text));
+    tissues.push_back(tissue);
+  }
+  return tissues;
+}
+
+MeshReport mesh_label_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,
+                            const FillOptions& fill) {
+  const std::string& name = inputs.front();
+  const LabelImage image = read_label_image(inputs, options.spacing);
+  const double smooth = options.smooth_mm.value_or(1.5 * std::cbrt(image.grid.voxel_volume()));
+  std::vector<VoxelMask> masks = tissue_masks(image, options.tissues, 3 * smooth, name);
+  const std::vector<VoxelMask> before = masks;
+  std::vector<double> voxels_mm3;
+  for (std::size_t t = 0; t < masks.size(); ++t) clean(masks[t], options.tissues[t], options, name);
+  give_back(masks, before);
+  for (const VoxelMask& mask : masks)
+    voxels_mm3.push_back(static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume());
+
+  LabelMeshOptions mesh_options;
+  mesh_options.edge = options.edge_mm > 0 ? options.edge_mm : twelfth_of_size(masks);
+  mesh_options.facet_distance = options.facet_distance > 0 ? options.facet_distance : mesh_options.edge / 8;
+  mesh_options.time_limit = fill.time_limit;
+  const bool by_mesh_3 = options.fill == LabelImageOptions::Fill::mesh_3;
+  if (by_mesh_3) mesh_options.interior = fill.size > 0 ? fill.size : mesh_options.edge;
+  const TissueMap map(masks, smooth);
+  const std::vector<TissuePiece> pieces = pieces_of(map, name);
+  note(fmt::format("meshing {} tissues in {} pieces with triangles of {:.4g} mm", options.tissues.size(), pieces.size(),
+                   mesh_options.edge));
+  Attempt attempt = manifold_mesh(map, options.tissues, pieces, mesh_options);
+
+  MeshReport report;
+  if (by_mesh_3) {
+    report.mesh = std::move(attempt.mesh);
+    for (const auto& patch : attempt.boundary.patches)
+      report.mesh.patches.push_back({patch_name(attempt.boundary, patch), patch.triangles});
+  } else {
+    attempt.boundary = without_unused_points(attempt.boundary);
+    report.mesh = fill_with_tetrahedra(attempt.boundary, fill);
+  }
+  for (const auto& patch : attempt.boundary.patches) report.surface_triangles += patch.triangles.size();
+  report.kept_triangles = verify_boundary_kept(attempt.boundary, report.mesh);
+  report.region_volume_of_surface = enclosed_volumes(attempt.boundary);
+  report.region_volume_of_voxels = voxels_mm3;
+  compare_volumes(report, voxels_mm3, options);
+  return report;
+}
+
+}  // namespace palpate
