@@ -78,8 +78,12 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
 }
 
 Progress::Progress(std::string what, std::uint64_t total)
-    : what_(std::move(what)), total_(total), started_(seconds_now()), terminal_(::isatty(STDERR_FILENO) == 1) {
-  advance(0);
+    : what_(std::move(what)),
+      total_(total),
+      started_(seconds_now()),
+      shown_(started_),
+      terminal_(::isatty(STDERR_FILENO) == 1) {
+  if (terminal_) advance(0);
 }
 
 Progress::~Progress() {
@@ -90,26 +94,27 @@ void Progress::advance(std::uint64_t by) {
   done_ += by;
   const double share = total_ == 0 ? 1.0 : std::min(1.0, static_cast<double>(done_) / static_cast<double>(total_));
   const double now = seconds_now();
-  const double left = done_ == 0 ? 0.0 : (now - started_) * (1.0 - share) / share;
-  const std::string rest = share >= 1.0 ? "took " + duration_text(now - started_)
-                           : done_ == 0 ? std::string("...")
-                                        : duration_text(left) + " left";
-  if (terminal_) {
-    // Ten pictures a second are enough; the last one is always shown.
-    if (now - shown_ < 0.1 && share < 1.0) return;
-    shown_ = now;
-    constexpr int kWidth = 30;
-    const int filled = static_cast<int>(share * kWidth);
-    fmt::print(stderr, "\r{} [{:#>{}}{:.>{}}] {:3.0f} % {}\033[K", what_, "", filled, "", kWidth - filled, 100 * share,
-               rest);
-    std::fflush(stderr);
-    bar_is_open = true;
+  const int tenth = static_cast<int>(share * 10);
+  // Ten pictures a second on a terminal; elsewhere lines at tenths, one a second at most. The last is always shown.
+  const bool early = terminal_ ? now - shown_ < 0.1 : tenth == tenth_ || now - shown_ < 1.0;
+  if (done_ > 0 && (share < 1.0 ? early : tenth == tenth_)) return;
+  shown_ = now;
+  tenth_ = tenth;
+
+  const double spent = now - started_;
+  const std::string rest = share >= 1.0 ? "took " + duration_text(spent)
+                           : share <= 0 ? std::string("...")
+                                        : duration_text(spent * (1.0 - share) / share) + " left";
+  if (!terminal_) {
+    fmt::print(stderr, "{}: {} % ({} of {}), {}\n", what_, 10 * tenth, std::min(done_, total_), total_, rest);
     return;
   }
-  const int tenth = static_cast<int>(share * 10);
-  if (tenth == tenth_) return;
-  tenth_ = tenth;
-  fmt::print(stderr, "{}: {} % ({} of {}), {}\n", what_, 10 * tenth, std::min(done_, total_), total_, rest);
+  constexpr int kWidth = 30;
+  const int filled = static_cast<int>(share * kWidth);
+  fmt::print(stderr, "\r{} [{:#>{}}{:.>{}}] {:3.0f} % {}\033[K", what_, "", filled, "", kWidth - filled, 100 * share,
+             rest);
+  std::fflush(stderr);
+  bar_is_open = true;
 }
 
 void note(const std::string& text) {

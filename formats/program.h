@@ -14,7 +14,7 @@ namespace palpate {
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& define, const std::function<void()>& body);
 
-// A progress bar with time left on a terminal; elsewhere a plain line at each tenth. stderr.
+// A progress bar with time left on a terminal; elsewhere plain lines at tenths, at most one a second and the last. stderr.
 class Progress {
  public:
   Progress(std::string what, std::uint64_t total);

@@ -1,14 +1,21 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
 
 #include "formats/errors.h"
 #include "formats/msh_reader.h"
 #include "tests/support/box_mesh.h"
+#include "tests/support/msh_files.h"
 
 namespace palpate {
 namespace {
 
+using testing::HasSubstr;
+
 void expect_equal(const TetrahedralMesh& a, const TetrahedralMesh& b) {
-  EXPECT_EQ(a.nodes, b.nodes);
+  EXPECT_EQ(a.nodes, b.nodes);  // bit for bit: 17 digits are enough for a double
   EXPECT_EQ(a.tetrahedra, b.tetrahedra);
   EXPECT_EQ(a.region, b.region);
   EXPECT_EQ(a.region_names, b.region_names);
@@ -19,11 +26,201 @@ void expect_equal(const TetrahedralMesh& a, const TetrahedralMesh& b) {
   }
 }
 
+// Two regions, six patches, coordinates that no short decimal holds.
+TetrahedralMesh two_regions() {
+  auto mesh = tests::box_mesh({3, 2, 2}, {1.0, 0.7, 1.0 / 3.0}, 0.1);
+  mesh.region_names = {"liver", "a tumour"};
+  for (std::size_t e = mesh.tetrahedra.size() / 2; e < mesh.tetrahedra.size(); ++e) mesh.region[e] = 1;
+  return mesh;
+}
+
+std::filesystem::path scratch(const std::string& name) {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  return std::filesystem::path(testing::TempDir()) / (std::string(test->name()) + "." + name);
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// What a reader says when it refuses; empty when it does not.
+std::string refusal(const std::string& bytes) {
+  try {
+    parse_mesh(bytes, "a.msh");
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
 TEST(MeshFile, ReadsBackWhatItWrote) {
-  const auto mesh = tests::box_mesh({3, 2, 2}, {1.0, 0.7, 1.0 / 3.0}, 0.1);
-  const auto file = std::filesystem::path(testing::TempDir()) / "MeshFile.ReadsBackWhatItWrote.msh";
-  write_mesh(file, mesh);
-  expect_equal(read_mesh(file), mesh);
+  const auto file = scratch("msh");
+  write_mesh(file, two_regions());
+  expect_equal(read_mesh(file), two_regions());
+}
+
+TEST(MeshFile, IsTheSameBytesWhenWrittenTwice) {
+  write_mesh(scratch("a.msh"), two_regions());
+  write_mesh(scratch("b.msh"), two_regions());
+  EXPECT_EQ(bytes_of(scratch("a.msh")), bytes_of(scratch("b.msh")));
+}
+
+TEST(MeshFile, ReadsTheSameMeshFromEveryVersion) {
+  expect_equal(parse_mesh(tests::msh2_ascii(two_regions()), "2.2"), two_regions());
+  expect_equal(parse_mesh(tests::msh2_binary(two_regions()), "2.2 binary"), two_regions());
+  expect_equal(parse_mesh(tests::msh4_binary(two_regions()), "4.1 binary"), two_regions());
+}
+
+TEST(MeshFile, ReadsLinesThatEndTheWayOfWindows) {
+  std::string windows;
+  for (const char c : tests::msh2_ascii(two_regions())) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  expect_equal(parse_mesh(windows, "2.2"), two_regions());
+}
+
+// One tetrahedron; each test changes a part.
+struct Small {
+  std::string names;
+  std::string nodes = "4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n";
+  std::string elements = "1\n1 4 2 7 9 1 2 3 4\n";
+  std::string rest;
+  std::string text() const {
+    return "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + names + "$Nodes\n" + nodes + "$EndNodes\n$Elements\n" + elements +
+           "$EndElements\n" + rest;
+  }
+};
+
+TEST(MeshFile, NamesRegionsByTheirPhysicalGroupThenByTheirEntity) {
+  Small small;
+  EXPECT_EQ(parse_mesh(small.text(), "x").region_names, std::vector<std::string>{"region 7"});
+  small.elements = "1\n1 4 2 0 9 1 2 3 4\n";
+  EXPECT_EQ(parse_mesh(small.text(), "x").region_names, std::vector<std::string>{"region 9"});
+  small.names = "$PhysicalNames\n1\n3 7 \"the liver\"\n$EndPhysicalNames\n";
+  small.elements = "1\n1 4 2 7 9 1 2 3 4\n";
+  EXPECT_EQ(parse_mesh(small.text(), "x").region_names, std::vector<std::string>{"the liver"});
+}
+
+TEST(MeshFile, SkipsSectionsAndElementsItDoesNotUseAndSaysSo) {
+  Small small;
+  small.names = "$Comments\nanything $ at all\n$EndComments\n";
+  small.elements = "3\n1 15 2 0 1 1\n2 1 2 0 1 1 2\n3 4 2 7 9 1 2 3 4\n";
+  small.rest = "$NodeData\n1\n$EndNodeData\n";
+  testing::internal::CaptureStderr();
+  const auto mesh = parse_mesh(small.text(), "a.msh");
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("a.msh: 2 elements"));
+  EXPECT_EQ(mesh.tetrahedra.size(), 1u);
+}
+
+TEST(MeshFile, DropsNodesThatNoTetrahedronUsesAndSaysSo) {
+  Small small;
+  small.nodes = "6\n10 5 5 5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n11 6 6 6\n";
+  small.elements = "2\n1 4 2 7 9 1 2 3 4\n2 2 2 5 5 1 2 11\n";
+  testing::internal::CaptureStderr();
+  const auto mesh = parse_mesh(small.text(), "a.msh");
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr("2 nodes that no tetrahedron uses"));
+  EXPECT_THAT(said, HasSubstr("1 triangles of named surfaces"));
+  ASSERT_EQ(mesh.nodes.size(), 4u);
+  EXPECT_EQ(mesh.nodes[1], (std::array<double, 3>{1, 0, 0}));
+  EXPECT_EQ(mesh.tetrahedra[0], (std::array<std::int32_t, 4>{0, 1, 2, 3}));
+  EXPECT_TRUE(mesh.patches.empty());
+}
+
+TEST(MeshFile, ErrorsNameFilePlaceAndFinding) {
+  const auto with = [](auto change) {
+    Small small;
+    change(small);
+    return refusal(small.text());
+  };
+  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 nan 0 0\n3 0 1 0\n4 0 0 1\n"; }),
+              HasSubstr("a.msh: line 7: node 2"));
+  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 x 0 0\n3 0 1 0\n4 0 0 1\n"; }), HasSubstr("found 'x'"));
+  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 1e999 0 0\n3 0 1 0\n4 0 0 1\n"; }),
+              HasSubstr("found '1e999'"));
+  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n1 1 0 0\n3 0 1 0\n4 0 0 1\n"; }),
+              HasSubstr("node 1 is listed twice"));
+  EXPECT_THAT(with([](Small& s) { s.nodes = "99999999999\n1 0 0 0\n"; }), HasSubstr("cannot hold"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "99999999999\n1 4 2 7 9 1 2 3 4\n"; }), HasSubstr("cannot hold"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "-1\n"; }), HasSubstr("cannot hold"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2000000000 7 9 1 2 3 4\n"; }), HasSubstr("cannot hold"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 5\n"; }),
+              HasSubstr("line 13: element 1 uses node 5"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 0\n"; }), HasSubstr("positive node number"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n8 4 2 7 9 1 3 2 4\n"; }),
+              HasSubstr("tetrahedron 8 has volume -0.167"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 3\n"; }), HasSubstr("volume 0"));
+  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 1e200 0 0\n3 0 1e200 0\n4 0 0 1e200\n"; }),
+              HasSubstr("volume"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 11 2 7 9 1 2 3 4 1 2 3 4 1 2\n"; }), HasSubstr("element order 1"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 5 2 7 9 1 2 3 4 1 2 3 4\n"; }), HasSubstr("element type 5"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 99 2 7 9 1\n"; }), HasSubstr("element type 99"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 2 2 7 9 1 2 3\n"; }), HasSubstr("no tetrahedra"));
+  EXPECT_THAT(with([](Small& s) { s.elements = "0\n"; }), HasSubstr("no tetrahedra"));
+  EXPECT_THAT(with([](Small& s) { s.rest = "$Nodes\n0\n$EndNodes\n"; }), HasSubstr("occurs twice"));
+  EXPECT_THAT(with([](Small& s) { s.rest = "$Other\n"; }), HasSubstr("$Other has no $EndOther"));
+  EXPECT_THAT(with([](Small& s) { s.rest = "text\n"; }), HasSubstr("found 'text'"));
+  EXPECT_THAT(refusal(""), HasSubstr("expected $MeshFormat, found the end of the file"));
+  EXPECT_THAT(refusal("$MeshFormat\n4 0 8\n$EndMeshFormat\n"), HasSubstr("found 4"));
+  EXPECT_THAT(refusal("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"), HasSubstr("without section $Nodes"));
+  EXPECT_THAT(refusal(std::string("$MeshFormat\n2.2 1 8\n\0\0\0\1", 25)), HasSubstr("byte order"));
+}
+
+TEST(MeshFile, IsRefusedWhereATetrahedronHasTwoMaterials) {
+  const std::string text =
+      "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 1 2 5 6 0\n$EndEntities\n"
+      "$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n"
+      "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";
+  EXPECT_THAT(refusal(text), HasSubstr("physical volumes 5 and 6"));
+}
+
+TEST(MeshFile, ReadsParametricNodesAndSurfacesInSeveralGroups) {
+  // gmsh writes u, v after the coordinates of a node on a surface when Mesh.SaveParametric is on.
+  const std::string text =
+      "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 5 \"top\"\n2 6 \"all\"\n$EndPhysicalNames\n"
+      "$Entities\n1 0 1 1\n1 0 0 0 0\n4 0 0 0 1 1 1 2 5 -6 0\n1 0 0 0 1 1 1 0 1 4\n$EndEntities\n"
+      "$Nodes\n2 4 1 4\n2 4 1 3\n1\n2\n3\n0 0 0 .1 .2\n1 0 0 .3 .4\n0 1 0 .5 .6\n3 1 0 1\n4\n0 0 1\n$EndNodes\n"
+      "$Elements\n2 2 1 2\n2 4 2 1\n1 1 3 2\n3 1 4 1\n2 1 2 3 4\n$EndElements\n";
+  const auto mesh = parse_mesh(text, "x");
+  EXPECT_EQ(mesh.nodes[3], (std::array<double, 3>{0, 0, 1}));
+  ASSERT_EQ(mesh.patches.size(), 2u);
+  EXPECT_EQ(mesh.patches[0].name, "top");
+  EXPECT_EQ(mesh.patches[1].name, "all");
+  EXPECT_EQ(mesh.patches[0].triangles, mesh.patches[1].triangles);
+}
+
+TEST(MeshFile, ThatIsMissingOrAFolderIsRefused) {
+  EXPECT_THROW(read_mesh(scratch("missing")), InputError);
+  EXPECT_THROW(read_mesh(testing::TempDir()), InputError);
+  EXPECT_THROW(read_mesh("/dev/zero"), InputError);
+}
+
+TEST(MeshFile, CannotHoldNamesWithQuotes) {
+  auto mesh = two_regions();
+  mesh.region_names[0] = "a \"b\"";
+  EXPECT_THROW(write_mesh(scratch("msh"), mesh), InputError);
+  EXPECT_FALSE(std::filesystem::exists(scratch("msh")));
+}
+
+TEST(BoundaryTriangles, EncloseTheVolumeOfTheTetrahedra) {
+  // Divergence theorem: the sum of x . n over outward triangles is three times the volume; inside faces would not
+  // cancel.
+  const auto mesh = two_regions();
+  double volume = 0;
+  for (const auto& t : boundary_triangles(mesh)) {
+    const auto &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+    volume +=
+        (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])) /
+        6;
+  }
+  EXPECT_NEAR(volume, 0.7 / 3, 1e-15);  // about 100 terms of 1e-3, each rounded at 1e-19
+  EXPECT_EQ(boundary_triangles(mesh).size(), 2u * 2 * (3 * 2 + 3 * 2 + 2 * 2));
+}
+
+TEST(BoundaryTriangles, RefuseAFaceOfThreeTetrahedra) {
+  TetrahedralMesh mesh;
+  mesh.nodes.resize(6);
+  mesh.tetrahedra = {{0, 1, 2, 3}, {0, 2, 1, 4}, {0, 1, 2, 5}};
+  EXPECT_THROW(boundary_triangles(mesh), InputError);
 }
 
 }  // namespace

@@ -1,0 +1,72 @@
+// A bundle opened for looking at: the index is checked, sections are read piece by piece. Never through libhdf5.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "formats/bundle_reader.h"
+#include "formats/errors.h"
+
+namespace palpate {
+
+// The index does not hold; status says how.
+struct BundleRefused : InputError {
+  BundleRefused(const std::string& sentence, formats::BundleStatus why) : InputError(sentence), status(why) {}
+  formats::BundleStatus status;
+};
+
+class BundleFile {
+ public:
+  // Errors: InputError when the file cannot be read, BundleRefused when its index does not hold.
+  explicit BundleFile(std::filesystem::path file);
+  BundleFile(const BundleFile&) = delete;
+  BundleFile& operator=(const BundleFile&) = delete;
+  ~BundleFile();
+
+  const std::filesystem::path& path() const { return path_; }
+  const formats::BundleIndex& index() const { return index_; }
+  const formats::SectionEntry* find(formats::SectionId id) const { return formats::find_section(index_, id); }
+
+  // Bytes first .. first + count - 1 of a section. Errors: OperationError.
+  void read(const formats::SectionEntry& entry, std::uint64_t first, void* bytes, std::uint64_t count) const;
+
+  // A whole section as it lies in the file; empty where the bundle has none. Number: of the section's element type.
+  template <class Number>
+  std::vector<Number> numbers(formats::SectionId id) const {
+    const formats::SectionEntry* entry = find(id);
+    if (!entry) return {};
+    std::vector<Number> values(entry->bytes / sizeof(Number));
+    read(*entry, 0, values.data(), values.size() * sizeof(Number));
+    return values;
+  }
+  std::string text(formats::SectionId id) const;
+
+  // The provenance section, when it is a flat JSON object; a null otherwise (the bytes are not trusted).
+  nlohmann::json provenance() const;
+
+  // The lines of material/names.
+  std::vector<std::string> region_names() const;
+
+  // XXH64 of the section's bytes as they are now.
+  std::uint64_t checksum(const formats::SectionEntry& entry) const;
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  formats::BundleIndex index_;
+};
+
+// "mesh/nodes", or "section 99" for one that this version does not know.
+std::string section_name(const formats::SectionEntry& entry);
+// "f64", ...; "type 9" for one that this version does not know.
+std::string type_name(std::uint32_t type);
+// "(6, 3)".
+std::string shape_text(const formats::SectionEntry& entry);
+// Text of a file for a terminal: control characters become '?'.
+std::string printable(const std::string& text);
+// JSON text; bytes that are not UTF-8 are replaced.
+std::string json_text(const nlohmann::json& json);
+
+}  // namespace palpate

@@ -1,0 +1,155 @@
+#include "formats/program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <iterator>
+#include <new>
+
+#include "formats/atomic_file.h"
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::filesystem::path scratch_folder() {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  auto folder = std::filesystem::path(testing::TempDir()) / (std::string(test->test_suite_name()) + "." + test->name());
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+struct Ended {
+  int code;
+  std::string out, err;
+};
+
+Ended run(std::vector<std::string> words, const std::function<void()>& body) {
+  std::vector<char*> arguments;
+  for (auto& word : words) arguments.push_back(word.data());
+  int number = 0;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  const int code = run_program(
+      static_cast<int>(arguments.size()), arguments.data(), "palpate-test", "A test",
+      [&](CLI::App& app) { app.add_option("--number", number, "A number"); }, body);
+  const std::string out = testing::internal::GetCapturedStdout(), err = testing::internal::GetCapturedStderr();
+  return {code, out, err};
+}
+
+TEST(Program, EndsWithTheCodeOfItsError) {
+  EXPECT_EQ(run({"x"}, [] {}).code, 0);
+  EXPECT_EQ(run({"x"}, [] { throw OperationError("a"); }).code, 1);
+  EXPECT_EQ(run({"x"}, [] { throw std::bad_alloc(); }).code, 1);
+  EXPECT_EQ(run({"x"}, [] { throw std::runtime_error("a"); }).code, 1);
+  EXPECT_EQ(run({"x"}, [] { throw 3; }).code, 1);
+  EXPECT_EQ(run({"x"}, [] { throw InputError("a"); }).code, 2);
+  EXPECT_EQ(run({"x"}, [] { throw VerificationError("a"); }).code, 3);
+}
+
+TEST(Program, SaysOneLineWhateverTheErrorHolds) {
+  const Ended ended = run({"x"}, [] { throw InputError("a.msh: line 3:\nexpected\n"); });
+  EXPECT_EQ(ended.err, "palpate-test: a.msh: line 3: expected\n");
+  EXPECT_EQ(ended.out, "");
+}
+
+TEST(Program, RefusesUnknownOptionsAndBadValuesWithoutRunning) {
+  bool ran = false;
+  const auto body = [&] { ran = true; };
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"x", "--nmber", "3"}, {"x", "--number", "three"}}) {
+    const Ended ended = run(words, body);
+    EXPECT_EQ(ended.code, 2);
+    EXPECT_THAT(ended.err, StartsWith("palpate-test: "));
+    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1);
+  }
+  EXPECT_FALSE(ran);
+}
+
+TEST(Program, AnswersHelpAndVersionOnStdout) {
+  const Ended help = run({"x", "--help"}, [] { FAIL(); });
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.out, HasSubstr("--number"));
+  const Ended version = run({"x", "--version"}, [] { FAIL(); });
+  EXPECT_EQ(version.code, 0);
+  EXPECT_EQ(version.out, std::string("palpate-test ") + PALPATE_VERSION + "\n");
+}
+
+TEST(Program, ReportsAShortJobInOneLineAwayFromATerminal) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("solve", 1000);
+    for (int i = 0; i < 1000; ++i) progress.advance();
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::MatchesRegex("solve: 100 % \\(1000 of 1000\\), took . s\n"));
+}
+
+TEST(Program, HashesAFileAsSha256sumDoes) {
+  const auto file = scratch_folder() / "abc";
+  write_text_atomically(file, "abc");  // the vector of FIPS 180-2, appendix B.1
+  EXPECT_EQ(sha256_of_file(file.string()), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_THROW(sha256_of_file((file.parent_path() / "missing").string()), InputError);
+  EXPECT_THROW(sha256_of_file(file.parent_path().string()), InputError);
+}
+
+TEST(AtomicFile, IsAbsentUntilCommittedAndLeavesNothingBehind) {
+  const auto folder = scratch_folder();
+  const auto target = folder / "a.txt";
+  {
+    AtomicFile file(target);
+    std::ofstream(file.part()) << "half";
+    EXPECT_TRUE(std::filesystem::exists(file.part()));
+    EXPECT_FALSE(std::filesystem::exists(target));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  {
+    AtomicFile file(target);
+    std::ofstream(file.part()) << "whole";
+    file.commit();
+  }
+  EXPECT_EQ(text_of(target), "whole");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.txt.part"));
+}
+
+TEST(AtomicFile, KeepsTheOldFileWhenTheNewOneFails) {
+  const auto target = scratch_folder() / "a.txt";
+  write_text_atomically(target, "old");
+  try {
+    AtomicFile file(target);
+    std::ofstream(file.part()) << "new";
+    throw OperationError("the disk is full");
+  } catch (const OperationError&) {
+  }
+  EXPECT_EQ(text_of(target), "old");
+}
+
+TEST(AtomicFile, NamesAFolderThatIsNotThere) {
+  const auto folder = scratch_folder();
+  try {
+    AtomicFile file(folder / "no" / "a.txt");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("does not exist"));
+  }
+  EXPECT_THROW(AtomicFile(folder.string()), InputError);  // a folder cannot be the file
+}
+
+TEST(AtomicFile, FailsAsAnOperationWhenThePartWasNeverWritten) {
+  AtomicFile file(scratch_folder() / "a.txt");
+  EXPECT_THROW(file.commit(), OperationError);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,334 @@
+// Bytes that are no bundle, a damaged one, or one made to harm. Copies have the exact size of what they hold, so that a
+// sanitizer sees one byte too far (cmake -DPALPATE_SANITIZE=address,undefined).
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <random>
+
+#include "formats/bundle_reader.h"
+#include "formats/checksum.h"
+#include "tests/support/tiny_bundle.h"
+
+namespace palpate {
+namespace {
+
+using namespace formats;
+
+std::string whole_bundle() {
+  static const std::string bytes = [] {
+    const auto file =
+        std::filesystem::path(testing::TempDir()) / ("bundle_hostile." + std::to_string(::getpid()) + ".h5");
+    write_bundle(file, tests::tiny_bundle({.cells = {2, 2, 2}}));
+    std::ifstream in(file, std::ios::binary);
+    std::string read{std::istreambuf_iterator<char>(in), {}};
+    in.close();
+    std::filesystem::remove(file);
+    return read;
+  }();
+  return bytes;
+}
+
+BundleStatus status_of(const std::string& head, std::uint64_t file_bytes, BundleError* error = nullptr) {
+  const std::size_t count = std::min<std::size_t>(head.size(), kUserBlockBytes);
+  const std::unique_ptr<char[]> exact(new char[count]);
+  std::memcpy(exact.get(), head.data(), count);
+  BundleIndex index;
+  BundleError unused;
+  const BundleStatus status = read_bundle_index(exact.get(), file_bytes, &index, error ? error : &unused);
+  EXPECT_EQ(read_bundle_index(exact.get(), file_bytes, &index, nullptr), status);  // the error may be null
+  return status;
+}
+
+// The index of a bundle, to be changed and given a checksum that fits.
+struct Forgery {
+  BundleHeader header;
+  std::vector<SectionEntry> entries;
+  std::string head = whole_bundle().substr(0, kUserBlockBytes);
+
+  Forgery() {
+    std::memcpy(&header, head.data(), sizeof header);
+    entries.resize(header.section_count);
+    std::memcpy(entries.data(), head.data() + sizeof header, entries.size() * sizeof(SectionEntry));
+  }
+  SectionEntry& entry(SectionId id) {
+    for (auto& e : entries)
+      if (e.id == static_cast<std::uint32_t>(id)) return e;
+    throw std::logic_error("no such section");
+  }
+  std::string sealed() {
+    std::string bytes(kUserBlockBytes, '\0');
+    header.section_count = static_cast<std::uint32_t>(entries.size());
+    std::memcpy(bytes.data() + sizeof header, entries.data(), entries.size() * sizeof(SectionEntry));
+    header.index_checksum = 0;
+    std::memcpy(bytes.data(), &header, sizeof header);
+    header.index_checksum = xxh64(bytes.data(), sizeof header + entries.size() * sizeof(SectionEntry));
+    std::memcpy(bytes.data(), &header, sizeof header);
+    return bytes;
+  }
+  BundleStatus status() {
+    BundleError error;
+    const BundleStatus found = status_of(sealed(), header.file_bytes, &error);
+    EXPECT_EQ(error.status, found);
+    EXPECT_EQ(error.text[0] == '\0', found == BundleStatus::ok);
+    return found;
+  }
+};
+
+TEST(HostileBundle, AForgeryThatChangesNothingIsAccepted) {
+  EXPECT_EQ(Forgery().status(), BundleStatus::ok);
+}
+
+TEST(HostileBundle, CutAtAnyByteIsRefused) {
+  const std::string whole = whole_bundle();
+  for (std::size_t n = 0; n < whole.size(); ++n)
+    ASSERT_NE(status_of(whole.substr(0, std::min<std::size_t>(n, kUserBlockBytes)), n), BundleStatus::ok) << n;
+}
+
+TEST(HostileBundle, WithAByteAddedIsRefused) {
+  const std::string whole = whole_bundle();
+  EXPECT_EQ(status_of(whole, whole.size()), BundleStatus::ok);
+  EXPECT_EQ(status_of(whole, whole.size() + 1), BundleStatus::truncated);
+}
+
+TEST(HostileBundle, WithAnyBitOfItsFirstBlockFlippedIsRefused) {
+  const std::string whole = whole_bundle();
+  for (std::size_t at = 0; at < kUserBlockBytes; ++at)
+    for (int bit = 0; bit < 8; ++bit) {
+      std::string head = whole.substr(0, kUserBlockBytes);
+      head[at] = static_cast<char>(head[at] ^ 1 << bit);
+      ASSERT_NE(status_of(head, whole.size()), BundleStatus::ok) << "byte " << at << " bit " << bit;
+    }
+}
+
+TEST(HostileBundle, WithAnyByteOfASectionFlippedMissesItsChecksum) {
+  // One byte in 97: every section and every place in a stripe of the hash is met.
+  const std::string whole = whole_bundle();
+  Forgery index;
+  for (const SectionEntry& entry : index.entries) {
+    std::string bytes = whole.substr(entry.offset, entry.bytes);
+    ASSERT_EQ(xxh64(bytes.data(), bytes.size()), entry.checksum);
+    for (std::size_t at = 0; at < bytes.size(); at += bytes.size() < 97 ? 1 : 97) {
+      bytes[at] = static_cast<char>(bytes[at] ^ 0x40);
+      ASSERT_NE(xxh64(bytes.data(), bytes.size()), entry.checksum) << describe_section(SectionId(entry.id))->path << at;
+      bytes[at] = static_cast<char>(bytes[at] ^ 0x40);
+    }
+  }
+}
+
+TEST(HostileBundle, SaysWhatWasFound) {
+  BundleError error;
+  EXPECT_EQ(status_of("", 0, &error), BundleStatus::truncated);
+  EXPECT_EQ(status_of("PALP", 4, &error), BundleStatus::truncated);
+  EXPECT_EQ(status_of("not", 3, &error), BundleStatus::magic);
+  EXPECT_EQ(status_of(std::string(kUserBlockBytes, '\0'), 10000, &error), BundleStatus::magic);
+  EXPECT_NE(std::string(error.text).find("not finished"), std::string::npos) << error.text;
+  EXPECT_EQ(status_of("\x89HDF\r\n\x1a\n" + std::string(kUserBlockBytes, '\0'), 10000, &error), BundleStatus::magic);
+  EXPECT_NE(std::string(error.text).find("HDF5"), std::string::npos) << error.text;
+  Forgery newer;
+  newer.header.layout_version = kLayoutVersion + 1;
+  EXPECT_EQ(newer.status(), BundleStatus::version);
+}
+
+// Each of these has a checksum that fits: only the checks of the index stand between it and the reader.
+TEST(HostileBundle, WithHostileValuesAndARightChecksumIsRefused) {
+  constexpr auto kSurface = SectionId::displacement_surface;
+  const std::pair<const char*, std::function<void(Forgery&)>> forgeries[] = {
+      {"offset + bytes overflows", [](Forgery& f) { f.entry(kSurface).offset = UINT64_MAX - 4095; }},
+      {"offset at the end", [](Forgery& f) { f.entry(kSurface).offset = (f.header.file_bytes / 4096 + 1) * 4096; }},
+      {"offset one page too far",
+       [](Forgery& f) {
+         auto& e = f.entry(kSurface);
+         e.offset = (f.header.file_bytes - e.bytes) / 4096 * 4096 + 4096;
+       }},
+      {"offset in the index", [](Forgery& f) { f.entry(SectionId::nodes).offset = 0; }},
+      {"offset misaligned by 64", [](Forgery& f) { f.entry(SectionId::young).offset += 64; }},
+      {"bytes beyond the file", [](Forgery& f) { f.entry(kSurface).bytes = UINT64_MAX; }},
+      {"no bytes", [](Forgery& f) { f.entry(kSurface).bytes = 0; }},
+      {"bytes less than the shape", [](Forgery& f) { f.entry(kSurface).bytes -= 4; }},
+      {"bytes more than the shape", [](Forgery& f) { f.entry(kSurface).bytes += 4; }},
+      {"shape that wraps to the right product",
+       [](Forgery& f) {
+         auto& e = f.entry(kSurface);  // 2^62 * 4 * 4 = 2^66 wraps to 0; times anything stays so
+         e.shape[0] = std::uint64_t{1} << 62;
+         e.shape[1] = 4;
+       }},
+      {"shape above 32-bit indices",
+       [](Forgery& f) { f.entry(SectionId::provenance).shape[0] = std::uint64_t{1} << 40; }},
+      {"shape of zero", [](Forgery& f) { f.entry(SectionId::touchable).shape[0] = 0; }},
+      {"unused dimension not one", [](Forgery& f) { f.entry(SectionId::region).shape[3] = 2; }},
+      {"nodes and fixed disagree",
+       [](Forgery& f) {
+         auto& e = f.entry(SectionId::fixed);
+         --e.shape[0];
+         e.bytes -= 3;
+       }},
+      {"columns and touchable disagree",
+       [](Forgery& f) {
+         auto& e = f.entry(SectionId::touchable);
+         --e.shape[0];
+         e.bytes -= 4;
+       }},
+      {"second dimension not 3",
+       [](Forgery& f) { std::swap(f.entry(SectionId::nodes).shape[0], f.entry(SectionId::nodes).shape[1]); }},
+      {"more surface nodes than nodes",
+       [](Forgery& f) {
+         auto& n = f.entry(SectionId::nodes);
+         auto& x = f.entry(SectionId::fixed);
+         n.shape[0] = x.shape[0] = 2;
+         n.bytes = 48;
+         x.bytes = 6;
+       }},
+      {"wrong type of the same size",
+       [](Forgery& f) { f.entry(SectionId::tetrahedra).type = static_cast<std::uint32_t>(ElementType::f32); }},
+      {"type unknown", [](Forgery& f) { f.entry(SectionId::tetrahedra).type = 77; }},
+      {"rank too large", [](Forgery& f) { f.entry(SectionId::nodes).rank = 5; }},
+      {"rank of 2^32 - 1", [](Forgery& f) { f.entry(SectionId::nodes).rank = UINT32_MAX; }},
+      {"rank of zero", [](Forgery& f) { f.entry(SectionId::nodes).rank = 0; }},
+      {"reserved word", [](Forgery& f) { f.entry(SectionId::nodes).reserved = 1; }},
+      {"two sections share all bytes",
+       [](Forgery& f) { f.entry(SectionId::poisson).offset = f.entry(SectionId::young).offset; }},
+      {"two sections share one page",
+       [](Forgery& f) { f.entry(SectionId::force).offset = f.entry(kSurface).offset + 4096; }},
+      {"an id twice",
+       [](Forgery& f) { f.entry(SectionId::poisson).id = static_cast<std::uint32_t>(SectionId::young); }},
+      {"no sections", [](Forgery& f) { f.entries.clear(); }},
+      {"reserved words of the header", [](Forgery& f) { f.header.reserved[1] = 1; }},
+      {"user block of another size", [](Forgery& f) { f.header.user_block_bytes = 8192; }},
+  };
+  for (const auto& [what, forge] : forgeries) {
+    Forgery forgery;
+    forge(forgery);
+    EXPECT_EQ(forgery.status(), BundleStatus::section) << what;
+  }
+}
+
+TEST(HostileBundle, WithMoreSectionsThanFitIsRefusedBeforeTheyAreRead) {
+  for (const std::uint32_t count : {kMaxSections + 1, std::uint32_t{1} << 31, UINT32_MAX}) {
+    std::string head = whole_bundle().substr(0, kUserBlockBytes);
+    std::memcpy(head.data() + offsetof(BundleHeader, section_count), &count, sizeof count);
+    EXPECT_EQ(status_of(head, whole_bundle().size()), BundleStatus::section);
+  }
+}
+
+TEST(HostileBundle, WithoutASectionThatMustBeThereIsRefused) {
+  std::size_t count = 0;
+  const SectionDescription* sections = section_descriptions(&count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Forgery forgery;
+    const auto removed = std::erase_if(
+        forgery.entries, [&](const SectionEntry& e) { return e.id == static_cast<std::uint32_t>(sections[i].id); });
+    EXPECT_EQ(removed, sections[i].always || sections[i].id == SectionId::displacement_interior);
+    EXPECT_EQ(forgery.status(), sections[i].always ? BundleStatus::section : BundleStatus::ok) << sections[i].path;
+  }
+}
+
+TEST(HostileBundle, WithASectionOfALaterVersionIsStillRead) {
+  // Layout 1 stays readable when optional sections are added: unknown ids are skipped, once they are in bounds.
+  Forgery forgery;
+  SectionEntry later{};
+  later.id = 5000;
+  later.type = 99;
+  later.rank = 17;
+  later.bytes = 8;
+  std::uint64_t end = 0;
+  for (const auto& e : forgery.entries) end = std::max(end, e.offset + e.bytes);
+  later.offset = (end + 4095) / 4096 * 4096;
+  forgery.header.file_bytes = later.offset + later.bytes;
+  forgery.entries.push_back(later);
+  EXPECT_EQ(forgery.status(), BundleStatus::ok);
+  forgery.entries.back().bytes = 9;
+  EXPECT_EQ(forgery.status(), BundleStatus::section);
+}
+
+TEST(HostileBundle, WithAnIndexOutsideItsTargetIsRefused) {
+  const std::string whole = whole_bundle();
+  BundleIndex index;
+  ASSERT_EQ(read_bundle_index(whole.data(), whole.size(), &index, nullptr), BundleStatus::ok);
+  const auto status = [&](SectionId id, std::size_t element, std::int32_t value) {
+    const SectionEntry* entry = find_section(index, id);
+    const bool bytes = id == SectionId::fixed;
+    std::vector<std::int32_t> numbers(bytes ? 0 : entry->bytes / 4);
+    std::vector<std::uint8_t> flags(bytes ? entry->bytes : 0);
+    std::memcpy(bytes ? static_cast<void*>(flags.data()) : numbers.data(), whole.data() + entry->offset, entry->bytes);
+    if (bytes)
+      flags[element] = static_cast<std::uint8_t>(value);
+    else
+      numbers[element] = value;
+    IndexedSections sections;
+    (id == SectionId::tetrahedra  ? sections.tetrahedra
+     : id == SectionId::region    ? sections.region
+     : id == SectionId::triangles ? sections.triangles
+                                  : sections.touchable) = bytes ? nullptr : numbers.data();
+    if (bytes) sections.fixed = flags.data();
+    BundleError error;
+    const BundleStatus found = check_stored_indices(index, sections, &error);
+    if (found != BundleStatus::ok) {
+      EXPECT_EQ(error.byte_offset, entry->offset + element * (bytes ? 1 : 4)) << error.text;
+    }
+    return found;
+  };
+  const auto nodes = static_cast<std::int32_t>(index.counts.nodes),
+             surface = static_cast<std::int32_t>(index.counts.surface_nodes);
+  EXPECT_EQ(status(SectionId::tetrahedra, 7, nodes - 1), BundleStatus::ok);
+  EXPECT_EQ(status(SectionId::tetrahedra, 7, nodes), BundleStatus::content);
+  EXPECT_EQ(status(SectionId::tetrahedra, 4 * index.counts.tetrahedra - 1, -1), BundleStatus::content);
+  EXPECT_EQ(status(SectionId::region, 0, 1), BundleStatus::content);
+  EXPECT_EQ(status(SectionId::region, 0, INT32_MIN), BundleStatus::content);
+  EXPECT_EQ(status(SectionId::triangles, 3 * index.counts.triangles - 1, surface), BundleStatus::content);
+  EXPECT_EQ(status(SectionId::touchable, index.counts.touchable - 1, surface), BundleStatus::content);
+  EXPECT_EQ(status(SectionId::touchable, 1, 0), BundleStatus::content);  // not ascending
+  EXPECT_EQ(status(SectionId::fixed, 3 * index.counts.nodes - 1, 2), BundleStatus::content);
+}
+
+TEST(HostileBundle, MutatedAtRandomNeverDescribesBytesOutsideTheFile) {
+  // A short fuzz that always runs: fields of the index overwritten with edge values, the checksum made to fit again.
+  const std::uint64_t edges[] = {0,
+                                 1,
+                                 2,
+                                 3,
+                                 4,
+                                 5,
+                                 63,
+                                 64,
+                                 4095,
+                                 4096,
+                                 8192,
+                                 INT32_MAX,
+                                 UINT32_MAX,
+                                 1ull << 32,
+                                 INT64_MAX,
+                                 UINT64_MAX,
+                                 UINT64_MAX - 4095,
+                                 1ull << 62};
+  std::mt19937_64 random(1);
+  for (int round = 0; round < 20000; ++round) {
+    Forgery forgery;
+    for (std::uint64_t changes = 1 + random() % 3; changes > 0; --changes) {
+      auto* words = reinterpret_cast<unsigned char*>(forgery.entries.data());
+      const std::size_t at = random() % (forgery.entries.size() * sizeof(SectionEntry) / 8) * 8;
+      std::uint64_t value = edges[random() % std::size(edges)];
+      if (random() % 2) std::memcpy(&value, words + random() % (forgery.entries.size() * 9) * 8, 8);
+      std::memcpy(words + at, &value, 8);
+    }
+    const std::string head = forgery.sealed();
+    BundleIndex index;
+    if (read_bundle_index(head.data(), forgery.header.file_bytes, &index, nullptr) != BundleStatus::ok) continue;
+    for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
+      const SectionEntry& e = index.entries[i];
+      ASSERT_LE(e.offset, forgery.header.file_bytes);
+      ASSERT_LE(e.bytes, forgery.header.file_bytes - e.offset);
+    }
+    const BundleCounts& n = index.counts;
+    ASSERT_EQ(find_section(index, SectionId::displacement_surface)->bytes, n.touchable * 9 * n.surface_nodes * 4);
+    ASSERT_EQ(find_section(index, SectionId::tetrahedra)->bytes, n.tetrahedra * 16);
+    ASSERT_EQ(find_section(index, SectionId::fixed)->bytes, n.nodes * 3);
+  }
+}
+
+}  // namespace
+}  // namespace palpate
