@@ -135,6 +135,14 @@ void write_json_attribute(hid_t object, const std::string& name, const nlohmann:
       fmt::format("provenance: expected a string, number or boolean for {}, found {}", name, value.dump()));
 }
 
+// What certifies the columns stands on the group certificate as well, where a reader of its datasets looks for it.
+constexpr const char* kCertificateKeys[] = {"solver",          "tolerance",         "element",   "worst_residual",
+                                            "most_iterations", "reciprocity_error", "cast_error"};
+
+Handle open_certificate(hid_t file) {
+  return Handle(H5Gopen2(file, "certificate", H5P_DEFAULT), &H5Gclose, "group certificate");
+}
+
 // In place: the attribute keeps its type and its bytes in the file.
 void replace_number(hid_t object, const std::string& name, const nlohmann::json& value) {
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), &H5Aclose, "attribute " + name);
@@ -146,6 +154,12 @@ void replace_number(hid_t object, const std::string& name, const nlohmann::json&
   const double number = value.get<double>();
   const void* bytes = value.is_number_integer() ? static_cast<const void*>(&whole) : &number;
   require(H5Awrite(attribute, type, bytes), "attribute " + name);
+}
+
+void finish_certificate(hid_t file, const nlohmann::json& provenance) {
+  const Handle certificate = open_certificate(file);
+  for (const char* key : kCertificateKeys)
+    if (provenance.contains(key) && provenance[key].is_number()) replace_number(certificate, key, provenance[key]);
 }
 
 nlohmann::json parse_provenance(const std::string& text) {
@@ -259,6 +273,11 @@ void create_file(const std::string& file, std::vector<SectionEntry>& entries, co
   Handle handle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access), &H5Fclose, "creating the file");
   for (const auto& [name, value] : provenance.items()) write_json_attribute(handle, name, value);
   for (SectionEntry& entry : entries) lay_out_section(handle, entry, dataset_properties, group_properties);
+  if (H5Lexists(handle, "certificate", H5P_DEFAULT) > 0) {
+    const Handle certificate = open_certificate(handle);
+    for (const char* key : kCertificateKeys)
+      if (provenance.contains(key)) write_json_attribute(certificate, key, provenance[key]);
+  }
   require(handle.close(), "closing the file");
 }
 
@@ -374,6 +393,7 @@ void finish_provenance(const std::filesystem::path& file, const std::vector<Sect
       Handle handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), &H5Fclose, "opening the file");
       for (const auto& [name, value] : provenance.items())
         if (value.is_number()) replace_number(handle, name, value);
+      finish_certificate(handle, provenance);
       require(handle.close(), "closing the file");
     } catch (const OperationError& error) {
       throw OperationError(fmt::format("{}: {}", file.string(), error.what()));

@@ -26,7 +26,10 @@ struct SectionShape {
 // provenance_json is a flat JSON object of strings, numbers and booleans. Keys that programs look for:
 //   format "palpate bundle" · version (layout, number) · program_version · element "p1" · units "m, N, Pa" · frame
 //   organ, boundary: their names · image_sha256 ("" where unknown), mesh_sha256, organ_sha256, boundary_sha256
-//   solver: what solved, in words · tolerance: on the true relative residual, number · preload: whether there is one
+//   preload: whether there is one
+//   solver: what solved, in words · tolerance: on the true relative residual · worst_residual · most_iterations
+//   reciprocity_error: largest |C_nk - C_kn^T| / |C_nk| of the pairs looked at · cast_error: largest relative error of
+//   a stored column. These and element stand on the group certificate as well.
 //
 // Errors: OperationError (HDF5, disk), InputError (a shape that contradicts the list, provenance that is not flat).
 std::vector<formats::SectionEntry> lay_out_bundle(const std::filesystem::path& file,

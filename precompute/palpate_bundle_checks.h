@@ -50,6 +50,11 @@ std::map<formats::SectionId, std::uint64_t> check_displacements(const BundleFile
 // Every section against its checksum; known holds those that were computed on the way.
 void check_checksums(const BundleFile& file, const std::map<formats::SectionId, std::uint64_t>& known, Checks& checks);
 
+// The hashes and the body of the inputs against the bundle's; then, when all checks held so far, a random sample of
+// columns solved again. Errors: InputError for inputs that cannot be read.
+void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
+                          Checks& checks);
+
 // count positions out of 0 .. from - 1, ascending; the same seed draws the same.
 std::vector<std::int32_t> draw(std::size_t from, std::size_t count, std::uint64_t seed);
 

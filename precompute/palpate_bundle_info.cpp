@@ -38,8 +38,9 @@ nlohmann::json certificate_json(const BundleFile& file) {
                          {"worst_residual_node", file.numbers<std::int32_t>(SectionId::touchable)[column / 3]},
                          {"worst_residual_dof", std::string(1, "xyz"[column % 3])},
                          {"most_iterations", *std::max_element(iterations.begin(), iterations.end())}};
-  if (file.find(SectionId::reciprocity)) json["reciprocity"] = file.numbers<double>(SectionId::reciprocity)[0];
-  if (file.find(SectionId::storage_error)) json["storage_error"] = file.numbers<double>(SectionId::storage_error)[0];
+  const nlohmann::json provenance = file.provenance();
+  for (const char* key : {"solver", "tolerance", "reciprocity_error", "cast_error"})
+    if (provenance.is_object() && provenance.contains(key)) json[key] = provenance[key];
   return json;
 }
 
@@ -75,6 +76,10 @@ std::string value_text(const nlohmann::json& provenance, const char* key) {
   return text.empty() ? "-" : printable(text);
 }
 
+bool has_number(const nlohmann::json& object, const char* key) {
+  return object.contains(key) && object[key].is_number();
+}
+
 void print_report(const BundleFile& file, const nlohmann::json& report) {
   const nlohmann::json& p = report["provenance"];
   const BundleCounts& n = file.index().counts;
@@ -96,8 +101,9 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
   fmt::print("certificate worst residual {:.2g} (node {}, {}), at most {} iterations",
              c["worst_residual"].get<double>(), c["worst_residual_node"].get<int>(),
              c["worst_residual_dof"].get<std::string>(), c["most_iterations"].get<int>());
-  if (c.contains("reciprocity")) fmt::print(", reciprocity error {:.2g}", c["reciprocity"].get<double>());
-  if (c.contains("storage_error")) fmt::print(", storage error {:.2g}", c["storage_error"].get<double>());
+  if (has_number(c, "reciprocity_error"))
+    fmt::print(", reciprocity error {:.2g}", c["reciprocity_error"].get<double>());
+  if (has_number(c, "cast_error")) fmt::print(", cast to f32 {:.2g}", c["cast_error"].get<double>());
   fmt::print("\nsha256      image    {}\n            mesh     {}\n            organ    {}\n            boundary {}\n",
              value_text(p, "image_sha256"), value_text(p, "mesh_sha256"), value_text(p, "organ_sha256"),
              value_text(p, "boundary_sha256"));

@@ -26,6 +26,7 @@ void run_checks(const BundleFile& file, const VerifyOptions& options, Checks& ch
   check_force(small, compliance, checks);
 
   check_checksums(file, check_displacements(file, small, compliance, options.seed, checks), checks);
+  if (!options.mesh.empty()) check_against_inputs(file, small, options, checks);
 }
 
 void print_report(const VerifyOptions& options, const Checks& checks) {

@@ -1,0 +1,151 @@
+// Solves a sample of columns again from the mesh and the configs, and compares.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/organ_config.h"
+#include "formats/program.h"
+#include "formats/tetrahedral_mesh.h"
+#include "precompute/elastic_body.h"
+#include "precompute/palpate_bundle_checks.h"
+#include "precompute/petsc_session.h"
+#include "precompute/precompute.h"
+
+namespace palpate {
+
+using namespace formats;
+
+namespace {
+
+// The hashes of the inputs against those the bundle recorded.
+void check_hashes(const BundleFile& file, const VerifyOptions& options, Checks& checks) {
+  const nlohmann::json provenance = file.provenance();
+  const std::pair<const char*, const std::filesystem::path&> inputs[] = {
+      {"mesh_sha256", options.mesh}, {"organ_sha256", options.organ}, {"boundary_sha256", options.boundary}};
+  std::string wrong;
+  for (const auto& [key, path] : inputs) {
+    const std::string hash = sha256_of_file(path.string());
+    if (!provenance.is_object() || !provenance.contains(key) || provenance[key] != hash)
+      wrong += fmt::format("{}{} is not the file it was made from", wrong.empty() ? "" : ", ", path.string());
+  }
+  checks.add("input hashes", wrong.empty(),
+             wrong.empty() ? "mesh, organ and boundary are the files it was made from" : wrong);
+}
+
+template <class Row, class Number>
+bool same(const std::vector<Row>& rows, const std::vector<Number>& flat) {
+  if (rows.size() * std::tuple_size_v<Row> != flat.size()) return false;
+  for (std::size_t i = 0; i < flat.size(); ++i)
+    if (rows[i / std::tuple_size_v<Row>][i % std::tuple_size_v<Row>] != flat[i]) return false;
+  return true;
+}
+
+// The bundle's nodes, elements, supports and materials are what the inputs give, bit for bit.
+void check_body(const ElasticBody& body, const SmallSections& small, Checks& checks) {
+  std::string wrong;
+  const auto require = [&](bool equal, const char* what) {
+    if (!equal) wrong += (wrong.empty() ? "" : ", ") + std::string(what);
+  };
+  require(same(body.nodes, small.nodes), "nodes");
+  require(same(body.tetrahedra, small.tetrahedra), "tetrahedra");
+  require(body.region == small.region, "regions");
+  require(same(body.triangles, small.triangles), "triangles");
+  require(same(body.fixed, small.fixed), "fixed dofs");
+  require(body.touchable == small.touchable, "touchable nodes");
+  bool materials = body.materials.size() == small.young.size();
+  for (std::size_t r = 0; materials && r < body.materials.size(); ++r)
+    materials = body.materials[r].young == small.young[r] && body.materials[r].poisson == small.poisson[r];
+  require(materials, "materials");
+  checks.add("same body", wrong.empty(),
+             wrong.empty() ? "mesh, supports and materials are those of the inputs" : "the inputs give other " + wrong);
+}
+
+// The stored displacement [3][N][3] of touchable node k; nodes that are not stored are left out by count.
+std::vector<float> stored_column(const BundleFile& file, SectionId id, std::size_t k) {
+  const SectionEntry* entry = file.find(id);
+  if (!entry) return {};
+  std::vector<float> rows(9 * entry->shape[2]);
+  file.read(*entry, k * rows.size() * sizeof(float), rows.data(), rows.size() * sizeof(float));
+  return rows;
+}
+
+// Sums over one row of the squares of the difference and of the solution.
+struct Squares {
+  double difference = 0, solution = 0;
+  void add(const std::vector<float>& stored, const std::vector<double>& solved, int j, std::size_t first,
+           std::size_t nodes) {
+    const std::size_t length = stored.size() / 3;
+    for (std::size_t i = 0; i < length; ++i) {
+      const double expected = solved[3 * (j * nodes + first) + i];
+      difference += (stored[j * length + i] - expected) * (stored[j * length + i] - expected);
+      solution += expected * expected;
+    }
+  }
+};
+
+struct ColumnErrors {
+  double displacement = 0, force = 0, residual = 0;  // relative, in 2-norms; of the new solve
+  std::int32_t node = -1;                            // of the worst displacement
+};
+
+ColumnErrors compare_columns(const BundleFile& file, const SmallSections& small, const std::vector<std::int32_t>& drawn,
+                             const std::vector<NodeTensor>& solved) {
+  ColumnErrors worst;
+  const auto& counts = file.index().counts;
+  for (std::size_t s = 0; s < drawn.size(); ++s) {
+    const auto k = static_cast<std::size_t>(drawn[s]);
+    const auto surface = stored_column(file, SectionId::displacement_surface, k);
+    const auto interior = stored_column(file, SectionId::displacement_interior, k);
+    for (int j = 0; j < 3; ++j) {
+      Squares sums;
+      sums.add(surface, solved[s].displacement, j, 0, counts.nodes);
+      sums.add(interior, solved[s].displacement, j, counts.surface_nodes, counts.nodes);
+      const double error = sums.difference == 0 ? 0 : std::sqrt(sums.difference / sums.solution);
+      if (!(error <= worst.displacement)) worst.displacement = error, worst.node = solved[s].node;
+    }
+    double difference = 0, size = 0;
+    for (int i = 0; i < 9; ++i) {
+      difference += std::pow(small.force[9 * k + i] - solved[s].force[i], 2);
+      size += std::pow(solved[s].force[i], 2);
+    }
+    worst.force = std::max(worst.force, std::sqrt(difference / size));
+    worst.residual = std::max(worst.residual, solved[s].residual);
+  }
+  return worst;
+}
+
+}  // namespace
+
+void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
+                          Checks& checks) {
+  check_hashes(file, options, checks);
+  const ElasticBody body =
+      make_elastic_body(read_mesh(options.mesh), read_organ_config(options.organ),
+                        read_boundary_config(options.boundary), {options.mesh, options.organ, options.boundary});
+  check_body(body, small, checks);
+  if (!checks.all_held()) return;
+
+  const auto drawn =
+      draw(small.touchable.size(), std::min<std::size_t>(small.touchable.size(), options.columns), options.seed);
+  std::vector<std::int32_t> nodes;
+  for (const auto k : drawn) nodes.push_back(small.touchable[k]);
+  const double stored_residual = *std::max_element(small.residual.begin(), small.residual.end());
+  const PetscSession session({});
+  const auto solved = solve_node_tensors(body, nodes, std::max(1e-12, std::min(1e-9, stored_residual)));
+  const ColumnErrors found = compare_columns(file, small, drawn, solved);
+
+  // A residual r leaves C r in a column C e: relative to it at most the largest eigenvalue of C over |C e|. A column
+  // that takes its share in the softest mode has |C e| of about that eigenvalue over sqrt(3 N); ten is for those that
+  // take less. Rounding to f32 adds 2^-24 of each entry, and so of the column.
+  const double amplification = 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size()));
+  const double solving = amplification * (stored_residual + found.residual);
+  checks.add_bounded("solved again", found.displacement <= 0x1p-23 + solving,
+                     fmt::format("largest relative error of {} columns (worst: node {})", 3 * drawn.size(), found.node),
+                     found.displacement, 0x1p-23 + solving);
+  // T^f is stored in double; 1e-12 is for the inverse of its 3 x 3 block.
+  checks.add_bounded("T^f solved again", found.force <= 1e-12 + solving,
+                     fmt::format("largest relative error of {} blocks", drawn.size()), found.force, 1e-12 + solving);
+}
+
+}  // namespace palpate

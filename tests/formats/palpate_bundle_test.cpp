@@ -1,0 +1,350 @@
+// palpate-bundle as its users run it: what it prints, how it ends.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "formats/checksum.h"
+#include "tests/support/tiny_bundle.h"
+
+namespace palpate {
+namespace {
+
+using namespace formats;
+using testing::HasSubstr;
+using tests::BundleParts;
+
+struct Ended {
+  int code;
+  std::string out, err;
+};
+
+std::filesystem::path scratch(const std::string& name) {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  return std::filesystem::path(testing::TempDir()) /
+         (std::string(test->test_suite_name()) + "." + test->name() + "." + name);
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_bytes(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+Ended run(const std::string& program, const std::string& arguments) {
+  const auto err = scratch("stderr");
+  const std::string command = program + " " + arguments + " 2>" + err.string();
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  std::string out;
+  char buffer[4096];
+  for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) out.append(buffer, n);
+  const int status = ::pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out, bytes_of(err)};
+}
+Ended palpate_bundle(const std::string& arguments) {
+  return run(PALPATE_BUNDLE_PROGRAM, arguments);
+}
+
+const BundleParts& box() {
+  static const BundleParts parts = tests::tiny_bundle({.single_dof = true});
+  return parts;
+}
+
+std::string box_file() {
+  const auto file = scratch("h5");
+  write_bundle(file, box());
+  return file.string();
+}
+
+// The check of that name in verify's report.
+nlohmann::json check_of(const std::string& file, const std::string& name, int expected_code) {
+  const Ended ended = palpate_bundle("verify --json " + file);
+  EXPECT_EQ(ended.code, expected_code) << ended.err;
+  const auto report = nlohmann::json::parse(ended.out);
+  EXPECT_EQ(report["held"], expected_code == 0);
+  for (const auto& check : report["checks"])
+    if (check["name"] == name) return check;
+  ADD_FAILURE() << "no check named " << name << " in " << ended.out;
+  return {};
+}
+
+TEST(PalpateBundleInfo, ShowsOneScreenAndTheSameAsJson) {
+  const std::string file = box_file();
+  const Ended text = palpate_bundle("info " + file);
+  EXPECT_EQ(text.code, 0) << text.err;
+  for (const char* shown : {"organ       box", "64 nodes, 56 on the surface", "Young 5400 Pa, Poisson 0.45",
+                            "worst residual 1e-15", "tensors/displacement_surface"})
+    EXPECT_THAT(text.out, HasSubstr(shown));
+  EXPECT_LE(std::count(text.out.begin(), text.out.end(), '\n'), 32);
+
+  const auto json = nlohmann::json::parse(palpate_bundle("info --json " + file).out);
+  EXPECT_EQ(json["counts"]["surface_nodes"], 56);
+  EXPECT_EQ(json["provenance"]["solver"], "dense Cholesky");
+  EXPECT_EQ(json["materials"][0]["young_pa"], 5400.0);
+  EXPECT_EQ(json["sections"].size(), box().sections.size() + 1);
+}
+
+TEST(PalpateBundleInfo, KeepsControlCharactersOfAHostileFileFromTheTerminal) {
+  BundleParts parts = box();
+  parts.set_text(SectionId::region_names, "\x1b[2Jbox\n");
+  const auto file = scratch("h5");
+  write_bundle(file, parts);
+  EXPECT_EQ(palpate_bundle("info " + file.string()).out.find('\x1b'), std::string::npos);
+}
+
+TEST(PalpateBundle, EndsWithTwoWhereThereIsNoBundle) {
+  write_bytes(scratch("text"), std::string(5000, 'x'));
+  write_bytes(scratch("empty"), "");
+  for (const std::string command : {"info ", "verify ", "diff "})
+    for (const std::string& file :
+         {scratch("text").string(), scratch("missing").string(), std::string("/tmp"), std::string("/dev/null")}) {
+      const Ended ended = palpate_bundle(command + file + (command == "diff " ? " " + file : ""));
+      EXPECT_EQ(ended.code, 2) << command << file << ended.err;
+      EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+      EXPECT_THAT(ended.err, HasSubstr(file));
+    }
+  EXPECT_EQ(palpate_bundle("").code, 2);
+  EXPECT_EQ(palpate_bundle("verify a.h5 --columns 3").code, 2);  // only of use with the mesh
+  EXPECT_EQ(palpate_bundle("verify a.h5 --mesh a.msh").code, 2);
+}
+
+TEST(PalpateBundleVerify, HoldsOnARealBundle) {
+  const Ended ended = palpate_bundle("verify " + box_file());
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
+  EXPECT_THAT(ended.out, HasSubstr("ok       reciprocity"));
+  EXPECT_THAT(ended.out, testing::Not(HasSubstr("NOT HELD")));
+}
+
+TEST(PalpateBundleVerify, HoldsWithoutTheInterior) {
+  const auto file = scratch("h5");
+  write_bundle(file, tests::tiny_bundle({.interior = false}));
+  const Ended ended = palpate_bundle("verify " + file.string());
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
+}
+
+TEST(PalpateBundleVerify, FindsAChangedByteInAnySection) {
+  const std::string file = box_file(), bytes = bytes_of(file);
+  const auto index = nlohmann::json::parse(palpate_bundle("info --json " + file).out);
+  for (const auto& section : index["sections"]) {
+    std::string damaged = bytes;
+    const std::size_t at = section["offset"].get<std::size_t>() + section["bytes"].get<std::size_t>() / 2;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    write_bytes(scratch("damaged"), damaged);
+    const auto check = check_of(scratch("damaged"), "checksums", 3);
+    EXPECT_FALSE(check["held"]);
+    EXPECT_THAT(check["detail"].get<std::string>(), HasSubstr(section["path"].get<std::string>()));
+  }
+}
+
+TEST(PalpateBundleVerify, EndsWithThreeOnACutBundle) {
+  const std::string bytes = bytes_of(box_file());
+  write_bytes(scratch("cut"), bytes.substr(0, bytes.size() / 2));
+  EXPECT_FALSE(check_of(scratch("cut"), "structure", 3)["held"]);
+}
+
+// A bundle whose checksums fit, but whose numbers break a law.
+template <class Number, class Change>
+std::string broken(SectionId id, const Change& change) {
+  BundleParts parts = box();
+  auto numbers = parts.get<Number>(id);
+  change(numbers);
+  parts.set(id, parts.sections.at(id).shape, numbers);
+  const auto file = scratch("broken");
+  write_bundle(file, parts);
+  return file.string();
+}
+
+TEST(PalpateBundleVerify, FindsNumbersThatAreNotFinite) {
+  const auto nan = [](auto& x) { x[x.size() / 2] = std::numeric_limits<double>::quiet_NaN(); };
+  const auto infinite = [](auto& x) { x.back() = -std::numeric_limits<float>::infinity(); };
+  EXPECT_FALSE(check_of(broken<double>(SectionId::nodes, nan), "finite numbers", 3)["held"]);
+  EXPECT_FALSE(check_of(broken<double>(SectionId::force, nan), "finite numbers", 3)["held"]);
+  EXPECT_FALSE(check_of(broken<float>(SectionId::displacement_surface, infinite), "finite displacements", 3)["held"]);
+  EXPECT_FALSE(check_of(broken<float>(SectionId::displacement_interior, infinite), "finite displacements", 3)["held"]);
+}
+
+TEST(PalpateBundleVerify, FindsIndicesAndMeshesThatDoNotHold) {
+  EXPECT_FALSE(
+      check_of(broken<std::int32_t>(SectionId::tetrahedra, [](auto& x) { x[5] = 64; }), "stored indices", 3)["held"]);
+  EXPECT_FALSE(check_of(broken<std::int32_t>(SectionId::tetrahedra, [](auto& x) { std::swap(x[0], x[1]); }), "volumes",
+                        3)["held"]);
+  EXPECT_FALSE(check_of(broken<std::int32_t>(SectionId::triangles, [](auto& x) { std::swap(x[0], x[1]); }), "surface",
+                        3)["held"]);
+  EXPECT_FALSE(check_of(broken<double>(SectionId::poisson, [](auto& x) { x[0] = 0.5; }), "materials", 3)["held"]);
+  EXPECT_FALSE(check_of(broken<double>(SectionId::residual, [](auto& x) { x[4] = 1e-6; }), "certificate", 3)["held"]);
+  EXPECT_FALSE(
+      check_of(broken<double>(SectionId::force, [](auto& x) { x[1] *= 1 + 1e-9; }), "symmetric T^f", 3)["held"]);
+  EXPECT_FALSE(check_of(broken<double>(SectionId::force, [](auto& x) { x[0] = -x[0]; }), "definite T^f", 3)["held"]);
+}
+
+TEST(PalpateBundleVerify, FindsDisplacementsThatBreakALaw) {
+  const auto touchable = box().get<std::int32_t>(SectionId::touchable);
+  const auto fixed = box().get<std::uint8_t>(SectionId::fixed);
+  const std::size_t ns = box().sections.at(SectionId::displacement_surface).shape[2];
+  const auto entry = [&](std::size_t k, std::size_t j, std::size_t n, std::size_t i) {
+    return ((k * 3 + j) * ns + n) * 3 + i;
+  };
+  const auto held = static_cast<std::size_t>(std::find(fixed.begin(), fixed.end(), 1) - fixed.begin());
+  const auto change = [&](std::size_t at, float factor, float sum) {
+    return broken<float>(SectionId::displacement_surface, [&](auto& x) { x[at] = x[at] * factor + sum; });
+  };
+  EXPECT_FALSE(check_of(change(entry(4, 1, held / 3, held % 3), 1, 1e-30f), "fixed nodes", 3)["held"]);
+  EXPECT_FALSE(check_of(change(entry(4, 1, touchable[4], 1), 1.00001f, 0), "own displacement", 3)["held"]);
+  // Far off the touched node, a change of a millionth of the largest displacement. The bound follows the pair, about
+  // 1e-7 of its own block.
+  const auto reciprocity = check_of(change(entry(0, 0, touchable.back(), 2), 1, 1e-6f), "reciprocity", 3);
+  EXPECT_FALSE(reciprocity["held"]);
+  EXPECT_GT(reciprocity["found"], 1.0);
+  // One column of the store scaled as a whole keeps its pattern, not its reciprocity.
+  const std::string scaled = broken<float>(SectionId::displacement_surface, [&](auto& x) {
+    for (std::size_t n = 0; n < ns; ++n)
+      for (std::size_t i = 0; i < 3; ++i)
+        if (n != static_cast<std::size_t>(touchable[7])) x[entry(7, 1, n, i)] *= 1.0001f;
+  });
+  EXPECT_FALSE(check_of(scaled, "reciprocity", 3)["held"]);
+}
+
+TEST(PalpateBundleDiff, SaysWhatDiffers) {
+  const std::string a = box_file();
+  EXPECT_EQ(palpate_bundle("diff " + a + " " + a).code, 0);
+
+  BundleParts parts = box();
+  parts.provenance.replace(parts.provenance.find("box"), 3, "cub");
+  auto young = parts.get<double>(SectionId::young);
+  young[0] *= 1.5;
+  parts.set(SectionId::young, {1}, young);
+  parts.sections.erase(SectionId::displacement_interior);
+  const std::string b = scratch("b.h5");
+  write_bundle(b, parts);
+  const Ended ended = palpate_bundle("diff --json " + a + " " + b);
+  EXPECT_EQ(ended.code, 3);
+  const auto report = nlohmann::json::parse(ended.out);
+  ASSERT_EQ(report["provenance"].size(), 1u);
+  EXPECT_EQ(report["provenance"][0]["b"], "cub");
+  ASSERT_EQ(report["sections"].size(), 2u);
+  EXPECT_EQ(report["sections"][0]["section"], "material/young");
+  EXPECT_EQ(report["sections"][0]["largest_difference"], 2700.0);
+  EXPECT_DOUBLE_EQ(report["sections"][0]["relative_difference"].get<double>(), 2700.0 / 8100.0);
+  EXPECT_EQ(report["sections"][1]["only_in"], "a");
+  const Ended text = palpate_bundle("diff " + a + " " + b);
+  EXPECT_THAT(text.out, HasSubstr("material/young: 1 of 1 elements differ"));
+}
+
+TEST(PalpateBundle, SurvivesDamageOfEveryKind) {
+  // Random bytes of the index and of small sections, index checksum made to fit: an exit code, never a signal.
+  const std::string file = box_file(), bytes = bytes_of(file);
+  std::mt19937_64 random(1);
+  for (int round = 0; round < 10; ++round) {
+    std::string damaged = bytes;
+    for (int change = 0; change < 4; ++change) {
+      const std::uint64_t at = round % 2 ? random() % (bytes.size() - 8) : 64 + random() % (15 * 72);
+      const std::uint64_t value = random() >> random() % 64;
+      std::memcpy(damaged.data() + at, &value, 1 + random() % 8);
+    }
+    BundleHeader header;
+    std::memcpy(&header, damaged.data(), sizeof header);
+    header.index_checksum = 0;
+    std::memcpy(damaged.data(), &header, sizeof header);
+    header.index_checksum =
+        xxh64(damaged.data(), sizeof header + header.section_count % kMaxSections * sizeof(SectionEntry));
+    std::memcpy(damaged.data(), &header, sizeof header);
+    write_bytes(scratch("damaged"), damaged);
+    for (const std::string& command : {std::string("info "), std::string("verify "), "diff " + file + " "}) {
+      const Ended ended = palpate_bundle(command + scratch("damaged").string());
+      EXPECT_TRUE(ended.code == 0 || ended.code == 2 || ended.code == 3)
+          << command << round << ": " << ended.code << ended.err;
+    }
+  }
+}
+
+// ---- with the inputs ------------------------------------------------------------------------------------------------
+
+void write_inputs() {
+  auto mesh = tests::box_mesh({4, 3, 3}, {60, 50, 40}, 0.1);
+  write_mesh(scratch("msh"), mesh);
+  write_bytes(scratch("organ.toml"), R"(
+name = "box"
+mesh_unit = "mm"
+frame = "none"
+element = "p1"
+[[region]]
+name = "box"
+young = { value = 5.4, unit = "kPa", source = "test" }
+poisson = { value = 0.45, source = "test" }
+)");
+  write_bytes(scratch("boundary.toml"), R"(
+name = "face"
+[[fixed]]
+dofs = "xyz"
+select = { patch = "x0" }
+[[fixed]]
+dofs = "y"
+select = { nearest = { points = [[60, 50, 40]] } }
+)");
+}
+
+std::string with_inputs(const std::string& bundle) {
+  return "verify --json " + bundle + " --mesh " + scratch("msh").string() + " --organ " +
+         scratch("organ.toml").string() + " --boundary " + scratch("boundary.toml").string() + " --columns 5 --seed 3";
+}
+
+std::string precompute() {
+  const std::string bundle = scratch("computed.h5");
+  const Ended ended =
+      run(PALPATE_PRECOMPUTE_PROGRAM, scratch("msh").string() + " --organ " + scratch("organ.toml").string() +
+                                          " --boundary " + scratch("boundary.toml").string() + " -o " + bundle);
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  return bundle;
+}
+
+TEST(PalpateBundleVerify, SolvesColumnsAgainFromTheInputs) {
+  write_inputs();
+  const Ended ended = palpate_bundle(with_inputs(precompute()));
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
+  for (const char* name : {"input hashes", "same body", "solved again", "T^f solved again"})
+    EXPECT_THAT(ended.out, HasSubstr(std::string("\"name\": \"") + name + "\""));
+}
+
+TEST(PalpateBundleVerify, FindsAColumnThatTheInputsDoNotGive) {
+  // All of T^u and T^f of a softer organ: every law holds, only solving again tells.
+  write_inputs();
+  const std::string bundle = precompute();
+  std::string bytes = bytes_of(bundle);
+  const auto info = nlohmann::json::parse(palpate_bundle("info --json " + bundle).out);
+  std::vector<SectionEntry> entries(info["sections"].size());
+  std::memcpy(entries.data(), bytes.data() + sizeof(BundleHeader), entries.size() * sizeof(SectionEntry));
+  for (const auto& entry : entries)
+    if (entry.id == static_cast<std::uint32_t>(SectionId::force))
+      for (std::uint64_t at = entry.offset; at < entry.offset + entry.bytes; at += 8) {
+        double force;
+        std::memcpy(&force, bytes.data() + at, 8);
+        force *= 0.5;
+        std::memcpy(bytes.data() + at, &force, 8);
+      }
+  write_bytes(bundle, bytes);
+  seal_bundle(bundle, entries);
+  EXPECT_EQ(palpate_bundle("verify " + bundle).code, 0);
+  const Ended ended = palpate_bundle(with_inputs(bundle));
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("T^f solved again does not hold"));
+}
+
+TEST(PalpateBundleVerify, FindsThatTheInputsAreOthers) {
+  write_inputs();
+  const std::string bundle = precompute();
+  write_bytes(scratch("organ.toml"), bytes_of(scratch("organ.toml")) + "# changed\n");
+  const Ended ended = palpate_bundle(with_inputs(bundle));
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("organ.toml is not the file it was made from"));
+}
+
+}  // namespace
+}  // namespace palpate
