@@ -1,6 +1,7 @@
 // The box bundle of tests/support in memory, open, with the dense stiffness it was solved from as the reference.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
