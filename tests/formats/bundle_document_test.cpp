@@ -1,0 +1,90 @@
+// formats/BUNDLE.md says what the code does: its tables are compared with the layout and the section list.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "formats/bundle_reader.h"
+
+namespace palpate::formats {
+namespace {
+
+std::string document() {
+  std::ifstream in(PALPATE_SOURCE_FOLDER "/formats/BUNDLE.md");
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const char* name_of(ElementType type) {
+  switch (type) {
+    case ElementType::f64:
+      return "f64";
+    case ElementType::f32:
+      return "f32";
+    case ElementType::i32:
+      return "i32";
+    case ElementType::u8:
+      return "u8";
+    case ElementType::text:
+      return "text";
+  }
+  return "";
+}
+
+TEST(BundleDocument, ListsEverySectionAsTheSectionListDoes) {
+  std::ostringstream table;
+  table << "| id | dataset | type | shape | unit | presence | meaning |\n|---|---|---|---|---|---|---|\n";
+  std::size_t count = 0;
+  const SectionDescription* sections = section_descriptions(&count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::string meaning = sections[i].meaning;
+    for (std::size_t at = 0; (at = meaning.find('|', at)) != std::string::npos; at += 2) meaning.insert(at, "\\");
+    table << "| " << static_cast<std::uint32_t>(sections[i].id) << " | `" << sections[i].path << "` | "
+          << name_of(sections[i].type) << " | " << sections[i].shape << " | " << sections[i].unit << " | "
+          << (sections[i].always ? "always" : "optional") << " | " << meaning << " |\n";
+  }
+  EXPECT_NE(document().find(table.str()), std::string::npos) << "formats/BUNDLE.md must hold this table:\n"
+                                                             << table.str();
+}
+
+TEST(BundleDocument, GivesTheOffsetsOfTheStructs) {
+  const auto row = [](const char* name, std::size_t offset, std::size_t bytes) {
+    std::ostringstream expected_row;
+    expected_row << "| " << offset << " | " << bytes << " | `" << name << "` |";
+    const std::string expected = expected_row.str();
+    EXPECT_NE(document().find(expected), std::string::npos) << expected;
+  };
+#define ROW(Struct, member) row(#member, offsetof(Struct, member), sizeof(Struct::member))
+  ROW(BundleHeader, magic);
+  ROW(BundleHeader, layout_version);
+  ROW(BundleHeader, section_count);
+  ROW(BundleHeader, file_bytes);
+  ROW(BundleHeader, user_block_bytes);
+  ROW(BundleHeader, index_checksum);
+  ROW(BundleHeader, reserved);
+  ROW(SectionEntry, id);
+  ROW(SectionEntry, type);
+  ROW(SectionEntry, rank);
+  ROW(SectionEntry, reserved);
+  ROW(SectionEntry, shape);
+  ROW(SectionEntry, offset);
+  ROW(SectionEntry, bytes);
+  ROW(SectionEntry, checksum);
+#undef ROW
+  EXPECT_NE(document().find("### Layout " + std::to_string(kLayoutVersion)), std::string::npos)
+      << "the history must tell of the layout that is written";
+}
+
+TEST(SectionList, NeverUsesAnIdOrAPathTwice) {
+  std::size_t count = 0;
+  const SectionDescription* sections = section_descriptions(&count);
+  ASSERT_LE(count, kMaxSections);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_NE(sections[i].id, sections[j].id) << sections[i].path;
+      EXPECT_STRNE(sections[i].path, sections[j].path);
+    }
+}
+
+}  // namespace
+}  // namespace palpate::formats

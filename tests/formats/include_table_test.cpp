@@ -1,0 +1,130 @@
+// Holds the table of what each folder may depend on, by looking at every #include of our sources.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+bool starts_with_any(const std::string& text, const Words& prefixes) {
+  return std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& p) { return text.rfind(p, 0) == 0; });
+}
+
+// What an #include <...> belongs to.
+std::string library_of(const std::string& include) {
+  static const std::vector<std::pair<std::string, Words>> libraries = {
+      {"system", {"assert.h", "dlfcn.h", "errno.h",   "fcntl.h", "float.h",  "glob.h",    "limits.h",
+                  "math.h",   "poll.h",  "pthread.h", "sched.h", "setjmp.h", "signal.h",  "std",
+                  "string.h", "sys/",    "termios.h", "time.h",  "unistd.h", "windows.h", "immintrin.h"}},
+      {"HDF5", {"hdf5", "H5"}},
+      {"MPI", {"mpi.h"}},
+      {"PETSc", {"petsc"}},
+      {"Eigen", {"Eigen/"}},
+      {"CGAL", {"CGAL/", "boost/"}},
+      {"gmsh", {"gmsh"}},
+      {"ITK", {"itk"}},
+      {"VTK", {"vtk"}},
+      {"zlib", {"zlib.h"}},
+      {"plumbing", {"fmt/", "spdlog/", "nlohmann/", "CLI/", "toml++/", "openssl/"}},
+      {"palpate", {"palpate/"}}};
+  for (const auto& [library, prefixes] : libraries)
+    if (starts_with_any(include, prefixes)) return library;
+  const bool standard = include.find_first_of("./") == std::string::npos;
+  return standard ? "system" : "a library this table does not know";
+}
+
+struct Rule {
+  std::string where;  // path prefix; the longest that fits decides
+  Words own;          // prefixes of our own headers
+  Words libraries;
+};
+
+// DESIGN: data flows one way, and the runtime needs a compiler, Eigen's headers and the bundle layout alone.
+const std::vector<Rule>& rules() {
+  static const Words layout = {"formats/bundle_layout.h", "formats/bundle_reader.h", "formats/bundle_sections.def",
+                               "formats/checksum.h"};
+  static const Words runtime_own = [] {
+    Words own = layout;
+    own.push_back("runtime/");
+    return own;
+  }();
+  static const std::vector<Rule> table = {
+      {"formats/", {"formats/"}, {"plumbing"}},
+      {"formats/bundle_writer.cpp", {"formats/"}, {"plumbing", "HDF5"}},
+      {"formats/bundle_layout.h", layout, {}},
+      {"formats/bundle_reader.", layout, {}},
+      {"formats/bundle_sections.def", layout, {}},
+      {"formats/checksum.", layout, {}},
+      {"meshing/", {"meshing/", "formats/"}, {"plumbing", "Eigen", "CGAL", "gmsh", "ITK", "VTK", "zlib"}},
+      {"precompute/", {"precompute/", "formats/"}, {"plumbing", "PETSc", "MPI", "Eigen"}},
+      {"runtime/", runtime_own, {"Eigen", "palpate"}},
+      {"runtime/include/", {}, {"palpate"}},
+      {"runtime/run/", {"runtime/run/", "runtime/include/", "formats/"}, {"plumbing", "VTK", "palpate"}},
+  };
+  return table;
+}
+
+const Rule& rule_of(const std::string& file) {
+  const Rule* longest = nullptr;
+  for (const Rule& rule : rules())
+    if (file.rfind(rule.where, 0) == 0 && (!longest || rule.where.size() > longest->where.size())) longest = &rule;
+  return *longest;
+}
+
+struct Include {
+  std::string file, name;
+  int line;
+  bool own;  // "..." and not <...>
+};
+
+std::vector<Include> includes_below(const std::filesystem::path& root, const std::string& folder) {
+  static const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::vector<Include> found;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
+    const std::string extension = entry.path().extension().string();
+    const Words sources = {".h", ".hpp", ".c", ".cpp", ".def"};
+    if (!entry.is_regular_file() || std::find(sources.begin(), sources.end(), extension) == sources.end()) continue;
+    std::ifstream in(entry.path());
+    std::string line;
+    for (int number = 1; std::getline(in, line); ++number)
+      if (std::smatch match; std::regex_search(line, match, pattern))
+        found.push_back(
+            {std::filesystem::relative(entry.path(), root).generic_string(), match[2], number, match[1] == "\""});
+  }
+  return found;
+}
+
+TEST(IncludeTable, HoldsInEveryFolder) {
+  const std::filesystem::path root = PALPATE_SOURCE_FOLDER;
+  for (const std::string folder : {"formats", "meshing", "precompute", "runtime"}) {
+    const auto includes = includes_below(root, folder);
+    EXPECT_GT(includes.size(), 10u) << folder;  // a table over no files would hold anything
+    for (const Include& include : includes) {
+      const Rule& rule = rule_of(include.file);
+      const std::string library = include.own ? "" : library_of(include.name);
+      const bool allowed = include.own ? starts_with_any(include.name, rule.own)
+                                       : library == "system" || std::find(rule.libraries.begin(), rule.libraries.end(),
+                                                                          library) != rule.libraries.end();
+      EXPECT_TRUE(allowed) << include.file << ":" << include.line << ": includes " << include.name
+                           << (include.own ? "" : ", which is of " + library) << "; " << rule.where << " may not";
+    }
+  }
+}
+
+TEST(IncludeTable, TellsLibrariesApart) {
+  EXPECT_EQ(library_of("vector"), "system");
+  EXPECT_EQ(library_of("sys/mman.h"), "system");
+  EXPECT_EQ(library_of("hdf5.h"), "HDF5");
+  EXPECT_EQ(library_of("petscksp.h"), "PETSc");
+  EXPECT_EQ(library_of("libfoo/foo.h"), "a library this table does not know");
+  EXPECT_EQ(rule_of("formats/bundle_reader.cpp").libraries, Words{});
+  EXPECT_EQ(rule_of("runtime/run/player.cpp").where, "runtime/run/");
+}
+
+}  // namespace
