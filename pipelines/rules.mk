@@ -51,9 +51,10 @@ endif
 
 # ---- tetrahedra -> bundle -> verified -> scene ---------------------------------------------------------------------
 
-# LAUNCH alone (LAUNCH="srun -n 4") starts the ranks itself; RANKS=n starts them with mpiexec.
-MPIEXEC = OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpiexec --bind-to none --oversubscribe -n $(RANKS)
-RUN_RANKS = $(if $(filter-out 1,$(RANKS)),$(MPIEXEC)) $(LAUNCH)
+# LAUNCH alone (LAUNCH="srun -n 4") starts the ranks itself; RANKS=n starts them with mpiexec, behind LAUNCH.
+MPIEXEC = env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
+          mpiexec --bind-to none --oversubscribe -n $(RANKS)
+RUN_RANKS = $(LAUNCH) $(if $(filter-out 1,$(RANKS)),$(MPIEXEC))
 
 # $1: folder of the case; $2: its material file.
 define case_rules

@@ -2,9 +2,10 @@
 """cylinder.py --case RATE FOLDER CURVE.csv ... -o PNG: the simulated cylinder's force and mid-height radial displacement
 over the measured curves. Exits with 3 when a simulated point is farther from its curve than the bound.
 
-Bound: 1 % of the curve's largest value. The corrected force is Q of the linear force of a prism whose section has the
-circle's area, so only the fit of Q (degree 8) and the 1e-9 of the solve separate the two; the radial displacement is read
-at the polygon's corners, 0.3 % (32 sides) farther out than the circle.
+Bounds, as shares of the curve's largest value. Force, 0.1 %: the prism's section has the circle's area, so its linear force
+is the round cylinder's to the 1e-9 of the solve and only the fit of Q (degree 8: 0.05 %) and the straight lines between the
+curve's rows (f'' h^2 / 8: 0.013 %) are left. Radial, 0.5 %: the ring's nodes are corners of a polygon of 32 sides, 0.32 %
+farther out than the circle, and P rises 1.3 times as fast there as on average.
 """
 import argparse
 import csv
@@ -20,7 +21,7 @@ import numpy as np  # noqa: E402
 import offscreen  # noqa: E402
 
 HEIGHT = 13.0  # mm
-BOUND = 0.01
+FORCE_BOUND, RADIAL_BOUND = 0.001, 0.005
 COLOURS = ("#b2182b", "#2166ac", "#4d9221")
 
 
@@ -74,7 +75,7 @@ def main():
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()
     figure, (force_panel, radial_panel) = plt.subplots(1, 2, figsize=(14, 5.6))
-    worst = 0.0
+    worst_force = worst_radial = 0.0
     for (rate, folder, curve), colour in zip(arguments.case, COLOURS):
         x, force, radial = read_curve(curve)
         played = played_force(os.path.join(folder, "scenes", "compress"))
@@ -85,7 +86,7 @@ def main():
         radial_distance = worst_distance(swollen, x, radial)
         print("%s mm/min: force within %.3f %%, radial within %.3f %% of the measured curve's largest value"
               % (rate, 100 * distance, 100 * radial_distance))
-        worst = max(worst, distance, radial_distance)
+        worst_force, worst_radial = max(worst_force, distance), max(worst_radial, radial_distance)
     linear = os.path.join(arguments.case[0][1], "scenes", "compress-linear")
     force_panel.plot(*played_force(linear), color="0.45", linestyle="--", linewidth=1.6, label="linear model")
     radial_panel.plot(x, radial, color=COLOURS[0], linewidth=7, alpha=0.3)
@@ -95,15 +96,15 @@ def main():
     finish(force_panel, "force (N)")
     finish(radial_panel, "radial displacement at mid-height (mm)")
     force_panel.legend(fontsize=13, frameon=False, title="thin: simulated; wide: measured", title_fontsize=13)
-    figure.suptitle("Swine brain cylinder, 30 mm wide, 13 mm high (Miller and Chinzei 1997); at most %.2f %% from the curves"
-                    % (100 * worst), fontsize=16)
+    figure.suptitle("Swine brain, cylinder of 30 mm diameter and 13 mm height: at most %.2f %% from the curves measured by "
+                    "Miller and Chinzei" % (100 * max(worst_force, worst_radial)), fontsize=15)
     figure.tight_layout()
-    offscreen.save(figure, arguments.output)
-    if worst > BOUND:
-        print("cylinder.py: expected every point within %g %% of the measured curve, found %.2f %%"
-              % (100 * BOUND, 100 * worst), file=sys.stderr)
-        os.remove(arguments.output)
+    if worst_force > FORCE_BOUND or worst_radial > RADIAL_BOUND:
+        print("cylinder.py: expected force and radial displacement within %g %% and %g %% of the measured curves, found "
+              "%.3f %% and %.3f %%" % (100 * FORCE_BOUND, 100 * RADIAL_BOUND, 100 * worst_force, 100 * worst_radial),
+              file=sys.stderr)
         return 3
+    offscreen.save(figure, arguments.output)
     return 0
 
 

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <numeric>
+
+#include "runtime/run/summary.h"
 
 namespace palpate {
 namespace {
-
-constexpr double kFlopRate = 2e9;  // a modest core on short dependent loops
 
 std::string amount(double value, const char* unit) {
   for (const auto& [scale, prefix] : {std::pair{1e9, "G"}, {1e6, "M"}, {1e3, "k"}})
@@ -17,23 +18,37 @@ std::string amount(double value, const char* unit) {
   return value > 0 ? fmt::format("{:.3g} {}", value, unit) : "-";
 }
 
-}  // namespace
-
-double measure_read_rate() {
+// Of three runs, s.
+template <typename Work>
+double shortest(const Work& work) {
   using Clock = std::chrono::steady_clock;
-  const std::vector<std::uint64_t> words(std::size_t{1} << 24, 1);  // 128 MiB
-  double best = 0;
-  std::uint64_t sum = 0;
-  for (int pass = 0; pass < 3; ++pass) {
+  double best = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < 3; ++run) {
     const auto start = Clock::now();
-    sum += std::accumulate(words.begin(), words.end(), std::uint64_t{0});
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    best = std::max(best, static_cast<double>(words.size() * sizeof(words[0])) / seconds);
+    work();
+    best = std::min(best, std::chrono::duration<double>(Clock::now() - start).count());
   }
-  return sum > 0 ? best : 1;  // the sum is used, so the reads happen
+  return std::max(best, 1e-9);
 }
 
-std::string plan_table(const palpate_plan_pass* passes, int count, int contact_nodes, double read_rate) {
+}  // namespace
+
+MachineRates measure_machine(std::uint64_t memory_bytes) {
+  const std::vector<std::uint64_t> words(std::max<std::uint64_t>(1, memory_bytes / sizeof(std::uint64_t)), 1);
+  std::uint64_t sum = 0;
+  const double read_seconds = shortest([&] { sum += std::accumulate(words.begin(), words.end(), std::uint64_t{0}); });
+
+  constexpr std::size_t count = 1024, repeats = 1000;
+  std::vector<double> x(count, 1e-9), y(count, 1);
+  const double add_seconds = shortest([&] {
+    for (std::size_t r = 0; r < repeats; ++r)
+      for (std::size_t i = 0; i < count; ++i) y[i] += x[i] * y[i];
+  });
+  if (sum == 0 || y[0] < 1) return {1, 1};  // the results are used, so the loops are not optimised away
+  return {static_cast<double>(words.size() * sizeof(words[0])) / read_seconds, 2.0 * count * repeats / add_seconds};
+}
+
+std::string plan_table(const palpate_plan_pass* passes, int count, int contact_nodes, const MachineRates& rates) {
   const auto row = [](auto... cells) {
     return fmt::format("{:<7} {:<28} {:>10} {:>10} {:>10} {:>10}  {}\n", cells...);
   };
@@ -43,16 +58,41 @@ std::string plan_table(const palpate_plan_pass* passes, int count, int contact_n
     const palpate_plan_pass& pass = passes[p];
     const double bytes = static_cast<double>(pass.bytes_per_contact_node) * contact_nodes;
     const double flops = static_cast<double>(pass.flops_per_contact_node) * contact_nodes;
-    const double seconds = std::max(bytes / read_rate, flops / kFlopRate);
+    const double seconds = std::max(bytes / rates.bytes_per_second, flops / rates.flops_per_second);
     const std::string half = pass.half;
     if (half == "touch") predicted[0] += seconds;
     if (half == "shape") predicted[1] += seconds;
     table += row(pass.half, pass.name, amount(static_cast<double>(pass.mapped_bytes), "B"), amount(bytes, "B"),
                  amount(flops, ""), seconds > 0 ? fmt::format("{:.2f} us", seconds * 1e6) : "-", pass.sections);
   }
-  table += fmt::format("predicted with {} contact nodes at {:.1f} GB/s: touch {:.2f} us, shape {:.2f} us\n",
-                       contact_nodes, read_rate / 1e9, predicted[0] * 1e6, predicted[1] * 1e6);
+  table += fmt::format(
+      "predicted with {} contact nodes at {:.1f} GB/s and {:.1f} Gflop/s: touch {:.2f} us, shape {:.2f} us\n",
+      contact_nodes, rates.bytes_per_second / 1e9, rates.flops_per_second / 1e9, predicted[0] * 1e6,
+      predicted[1] * 1e6);
   return table;
+}
+
+std::string explain(Player& player) {
+  std::vector<int> touch_nodes, shape_nodes;  // contact nodes of each step
+  const Timing timing =
+      player.play([&](const TouchRecord& touch) { touch_nodes.push_back(touch.contacts.node_count); },
+                  [&](const ShapeRecord& shape) { shape_nodes.push_back(shape.contacts.node_count); });
+  const int most = *std::max_element(touch_nodes.begin(), touch_nodes.end());
+  const auto median_at_most = [](const std::vector<double>& microseconds, const std::vector<int>& nodes) {
+    const int largest = nodes.empty() ? 0 : *std::max_element(nodes.begin(), nodes.end());
+    std::vector<double> chosen;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      if (nodes[i] == largest) chosen.push_back(microseconds[i]);
+    return percentile(chosen, .5);
+  };
+  int count = 0;
+  const palpate_plan_pass* passes = palpate_scene_plan(player.runtime_scene(), &count);
+  std::uint64_t mapped = 1 << 20;
+  for (int p = 0; p < count; ++p) mapped = std::max(mapped, passes[p].mapped_bytes);
+  const MachineRates rates = measure_machine(std::min<std::uint64_t>(mapped, 1 << 27));
+  return plan_table(passes, count, most, rates) +
+         fmt::format("measured there, median of the calls alone: touch {:.2f} us, shape {:.2f} us\n",
+                     median_at_most(timing.touch_us, touch_nodes), median_at_most(timing.shape_us, shape_nodes));
 }
 
 }  // namespace palpate

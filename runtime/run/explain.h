@@ -7,11 +7,19 @@
 
 namespace palpate {
 
-// Bytes per second of one plain read pass over memory larger than the caches, measured now (about 50 ms).
-double measure_read_rate();
+// What this machine does now in plain loops: bytes/s of one read pass over that much memory, and flop/s of
+// multiply-adds in cache. About 50 ms.
+struct MachineRates {
+  double bytes_per_second, flops_per_second;
+};
+MachineRates measure_machine(std::uint64_t memory_bytes);
 
-// contact_nodes: how many are under contact in one step. A pass is predicted to take the longer of reading its bytes at
-// read_rate and of one multiply-add a nanosecond; passes that do not grow with the contacts show no prediction.
-std::string plan_table(const palpate_plan_pass* passes, int count, int contact_nodes, double read_rate);
+// contact_nodes: how many are under contact in one step. A pass is predicted to take the longer of reading its bytes
+// and of doing its flops; passes that do not grow with the contacts show no prediction.
+std::string plan_table(const palpate_plan_pass* passes, int count, int contact_nodes, const MachineRates& rates);
+
+// Plays the scene. Returns the plan, its predicted cost at the most contact nodes that the scene reaches, and what
+// touch and shape took there.
+std::string explain(Player& player);
 
 }  // namespace palpate

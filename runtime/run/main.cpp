@@ -33,21 +33,6 @@ fs::path bundle_of(const Options& options, const SceneConfig& scene) {
   return scene.bundle;
 }
 
-// Prints the plan, then plays the scene and sets the measured halves beside the prediction.
-void explain(Player& player) {
-  int count = 0;
-  const palpate_plan_pass* passes = palpate_scene_plan(player.runtime_scene(), &count);
-  int most_contact_nodes = 0;
-  const Timing timing = player.play(
-      [&](const TouchRecord& touch) { most_contact_nodes = std::max(most_contact_nodes, touch.contacts.node_count); },
-      nullptr);
-  fmt::print("{}", plan_table(passes, count, std::max(1, most_contact_nodes), measure_read_rate()));
-  fmt::print(
-      "measured over the scene, median and 99th percentile: touch {:.2f} and {:.2f} us, shape {:.2f} and {:.2f} us\n",
-      percentile(timing.touch_us, .5), percentile(timing.touch_us, .99), percentile(timing.shape_us, .5),
-      percentile(timing.shape_us, .99));
-}
-
 void play(Player& player, const fs::path& bundle, const Options& options) {
   const fs::path target = options.output.empty() ? fs::path(options.scene.stem()) : options.output;
   OutputFolder folder(target, {"forces.csv", "contacts.csv", "shapes", "shapes.pvd", "summary.json"});
@@ -80,7 +65,7 @@ void run(const Options& options) {
   const fs::path bundle = bundle_of(options, scene);
   Player player(scene, bundle);
   if (options.explain)
-    explain(player);
+    fmt::print("{}", explain(player));
   else
     play(player, bundle, options);
 }

@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+"""Runs the pipelines' rules with the real programs on small inputs. Usage: pipeline_test.py BIN [TEST ...]"""
+import csv
+import glob
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import numpy as np
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
+BIN = os.path.abspath(sys.argv.pop(1))
+
+
+def write_ellipsoid(file):
+    """An organ where the liver is, of its size: label 255 in voxels of 6 mm, NRRD in LPS millimetres."""
+    spacing, shape = 6.0, (45, 40, 45)
+    x, y, z = np.meshgrid(*(spacing * np.arange(n) for n in shape), indexing="ij")
+    inside = ((x - 130) / 90) ** 2 + ((y - 100) / 72) ** 2 + ((z - 120) / 65) ** 2 < 1
+    header = ("NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: %d %d %d\n"
+              "space directions: (6,0,0) (0,6,0) (0,0,6)\nspace origin: (0,0,0)\nkinds: domain domain domain\n"
+              "encoding: raw\nendian: little\n\n" % shape)
+    with open(file, "wb") as out:
+        out.write(header.encode())
+        out.write((255 * inside).astype(np.uint8).tobytes(order="F"))
+
+
+def arguments(data, *more):
+    return ["make", "-C", ROOT, "-f", "tests/pipelines/pipeline.mk", "BIN=" + BIN, "DATA=" + data, *more]
+
+
+def make(data, *more):
+    run = subprocess.run(arguments(data, *more), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if run.returncode != 0:
+        raise AssertionError("make %s ended with %d:\n%s" % (" ".join(more), run.returncode, run.stdout[-3000:]))
+    return run.stdout
+
+
+def file_times(data):
+    files = [f for f in glob.glob(data + "/**", recursive=True) if os.path.isfile(f)]
+    return {f: os.stat(f).st_mtime_ns for f in files}
+
+
+def read_rows(file):
+    with open(file, newline="") as stream:
+        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+
+
+class Pipeline(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="palpate_pipeline_")
+        self.data = os.path.join(self.folder.name, "data")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def test_default_organ_from_image_to_pictures_and_again_nothing(self):
+        image = os.path.join(self.folder.name, "ellipsoid.nrrd")
+        write_ellipsoid(image)
+        case = os.path.join(self.data, "liver", "1700", "right-side")
+        pictures = [os.path.join(case, "pictures", name + ".png") for name in ("mesh", "push", "force")]
+        small = ["IMAGE=" + image, "SURFACE_OPTIONS=--labels 255 --smooth 4 --triangles 500",
+                 "TETRAHEDRA_OPTIONS=--region liver", "PICTURES=" + " ".join(pictures)]
+        make(self.data, "-j2", *small)
+        for picture in pictures:
+            with open(picture, "rb") as png:
+                self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
+        for scene, least in (("push", 0.05), ("push-response", 0.05), ("drag", 0.05), ("tools", 0.05)):
+            with open(os.path.join(case, "scenes", scene, "summary.json")) as file:
+                summary = json.load(file)
+            self.assertGreater(max(t["peak_force_N"] for t in summary["tools"]), least)  # the path meets the organ
+            self.assertNotIn("BAD_INPUT", summary["touches_with_flag"])
+        self.assertEqual(glob.glob(self.data + "/**/*.part", recursive=True), [])
+
+        before = file_times(self.data)
+        self.assertIn("Nothing to be done", make(self.data, "-j2", *small))
+        self.assertEqual(file_times(self.data), before)
+
+        # One scene's file changes: its run and its picture are redone, nothing else. (-W tells make that the file is new, so
+        # that the sources stay as they are.)
+        make(self.data, "-W", "pipelines/liver/scenes/push-response.toml", *small)
+        changed = {os.path.relpath(f, case) for f, t in file_times(self.data).items() if before.get(f) != t}
+        self.assertIn("pictures/force.png", changed)
+        self.assertTrue(all("push-response" in f or f == "pictures/force.png" for f in changed), changed)
+
+    def test_killed_run_resumes_where_it_was(self):
+        target = os.path.join(self.data, "plate", "5mm", "corners", "bundle.h5")
+        run = subprocess.Popen(arguments(self.data, "ORGAN=plate", target), stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL, start_new_session=True)
+        deadline = time.time() + 60
+        while not glob.glob(target + "*.part") and time.time() < deadline:
+            time.sleep(0.001)
+        os.killpg(run.pid, signal.SIGKILL)
+        run.wait()
+        self.assertFalse(os.path.exists(target))
+        mesh = os.path.join(self.data, "plate", "5mm", "mesh.msh")
+        written = os.stat(mesh).st_mtime_ns
+        make(self.data, "ORGAN=plate", target)
+        self.assertEqual(os.stat(mesh).st_mtime_ns, written)  # the mesh is not made again
+        with open(target, "rb") as bundle:
+            resumed = bundle.read()
+        os.remove(target)
+        make(self.data, "ORGAN=plate", target)
+        with open(target, "rb") as bundle:
+            self.assertEqual(bundle.read(), resumed)  # the bytes of a run that nobody killed
+
+    def test_plate_on_two_ranks_behind_a_launcher(self):
+        launcher = os.path.join(self.folder.name, "launcher")
+        log = os.path.join(self.folder.name, "launched")
+        with open(launcher, "w") as script:
+            script.write('#!/bin/sh\necho "$@" > "%s"\nexec "$@"\n' % log)
+        os.chmod(launcher, 0o755)
+        make(self.data, "ORGAN=plate", "RANKS=2", "LAUNCH=" + launcher)
+        with open(log) as launched:
+            self.assertIn("-n 2", launched.read())
+        corners = os.path.join(self.data, "plate", "5mm", "corners")
+        self.assertTrue(os.path.exists(os.path.join(corners, "pictures", "plate.png")))
+        last = read_rows(os.path.join(corners, "scenes", "one-contact", "forces.csv"))[-1]
+        self.assertEqual(int(last["contacts"]), 1)
+        self.assertGreater(float(last["force_z_N"]), 0.05)  # the plate pushes back up
+
+    def test_brain_cylinder_lies_on_the_measured_curves(self):
+        said = make(self.data, "-j2", "ORGAN=brain-cylinder")  # cylinder.py holds its bounds, or make fails
+        self.assertIn("0.005 mm/min: force within", said)
+        work = os.path.join(self.data, "brain-cylinder", "3mm")
+        curve = read_rows(os.path.join(ROOT, "pipelines", "brain-cylinder", "curves", "swine-brain-500-mm-min.csv"))
+        played = read_rows(os.path.join(work, "compression", "scenes", "compress", "forces.csv"))
+        for at in curve[::13]:  # 0.65 mm apart: 5 % of the height
+            row = min(played, key=lambda r: abs(13 - 1e3 * float(r["z_m"]) - float(at["displacement_mm"])))
+            # 0.1 % of the largest force, as in cylinder.py; sideways nothing pushes.
+            self.assertAlmostEqual(float(row["force_z_N"]), float(at["force_N"]), delta=0.001 * 2.7358)
+            self.assertAlmostEqual(float(row["force_x_N"]), 0, delta=1e-9)
+        # The check can fail: the curve of another rate is refused with exit code 3 and no picture.
+        picture = os.path.join(self.folder.name, "wrong.png")
+        refused = subprocess.run(
+            ["/usr/bin/python3", os.path.join(ROOT, "pipelines", "pictures", "cylinder.py"), "-o", picture, "--case", "500",
+             os.path.join(work, "compression"),
+             os.path.join(ROOT, "pipelines", "brain-cylinder", "curves", "swine-brain-5-mm-min.csv")],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(refused.returncode, 3)
+        self.assertIn("expected force", refused.stderr)
+        self.assertFalse(os.path.exists(picture))
+
+    def test_unknown_choices_are_refused_with_those_there_are(self):
+        for choice, answer in (("ORGAN=spleen", "brain-cylinder liver plate"), ("BC=none", "right-side"),
+                               ("RESOLUTION=7", "1700 20000")):
+            run = subprocess.run(arguments(self.data, choice), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            self.assertEqual(run.returncode, 2)
+            self.assertIn(answer, run.stdout)
+
+
+class Curves(unittest.TestCase):
+    FOLDER = os.path.join(ROOT, "pipelines", "brain-cylinder", "curves")
+
+    def test_curves_are_what_their_script_writes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run(["/usr/bin/python3", os.path.join(self.FOLDER, "make_curves.py"), folder], check=True)
+            files = sorted(os.listdir(folder))
+            self.assertEqual(len(files), 3)
+            for file in files:
+                with open(os.path.join(folder, file)) as new, open(os.path.join(self.FOLDER, file)) as kept:
+                    self.assertEqual(new.read(), kept.read())
+
+    def test_curves_have_the_stresses_of_the_published_constants(self):
+        # Nominal stress, Pa, at 5, 10 .. 30 % (computed from the same constants by another program, to 1 Pa).
+        table = {"500": (170, 394, 735, 1294, 2242, 3870), "5": (98, 219, 402, 703, 1213, 2089),
+                 "0.005": (33, 78, 148, 264, 460, 798)}
+        for rate, stresses in table.items():
+            rows = read_rows(os.path.join(self.FOLDER, "swine-brain-%s-mm-min.csv" % rate))
+            for stress, row in zip(stresses, rows[13::13]):
+                area = np.pi * 0.015**2
+                self.assertAlmostEqual(float(row["force_N"]) / area, stress, delta=0.5 + 0.001 * stress)
+
+
+if __name__ == "__main__":
+    unittest.main()
