@@ -14,12 +14,18 @@ namespace palpate {
 namespace {
 
 void define_options(CLI::App& app, PrecomputeOptions& options) {
-  app.add_option("mesh", options.mesh, "tetrahedral mesh, MSH 2.2 or 4.1")->required()->option_text("MESH.msh");
-  app.add_option("--organ", options.organ, "materials and measured curve")->required()->option_text("organ.toml");
+  app.add_option("mesh", options.mesh, "tetrahedral mesh, MSH 2.2 or 4.1")
+      ->required()
+      ->option_text("MESH.msh REQUIRED");
+  app.add_option("--organ", options.organ, "materials and measured curve")
+      ->required()
+      ->option_text("organ.toml REQUIRED");
   app.add_option("--boundary", options.boundary, "what is held, what may be touched")
       ->required()
-      ->option_text("bc.toml");
-  app.add_option("-o,--output", options.bundle, "the tensor bundle to write")->required()->option_text("BUNDLE.h5");
+      ->option_text("bc.toml REQUIRED");
+  app.add_option("-o,--output", options.bundle, "the tensor bundle to write")
+      ->required()
+      ->option_text("BUNDLE.h5 REQUIRED");
   app.add_option("--image", options.image, "the image the mesh came from; its hash is recorded")->option_text("FILE");
   app.add_option("--tolerance", options.tolerance, "on the true relative residual of every column; default 1e-9")
       ->check(CLI::Range(1e-15, 1e-2))

@@ -128,6 +128,10 @@ class Run {
  private:
   void read() {
     const Stopwatch watch(&seconds_.read);
+    // What would fail after minutes fails now.
+    if (ranks_.rank() == 0) file_ = std::make_unique<AtomicFile>(options_.bundle);
+    if (!options_.image.empty() && !std::filesystem::is_regular_file(options_.image))
+      throw InputError(fmt::format("{}: expected the image file, found none", options_.image.string()));
     organ_ = read_organ_config(options_.organ);
     if (organ_.element != "p1")
       throw InputError(fmt::format("{}: element: expected \"p1\", the only one this version builds, found \"{}\"",
@@ -211,7 +215,6 @@ class Run {
     provenance_ = provenance_of(options_, organ_, boundary_, content, solver_->description(), petsc_options_in_force(),
                                 solver_->width());
     const std::string text = provenance_text(provenance_, certificate_);
-    file_ = std::make_unique<AtomicFile>(options_.bundle);
     entries_ = lay_out_bundle(file_->part(), section_shapes(content), text + std::string(kRoomForNumbers, ' '));
     SectionWriter writer(file_->part());
     write_body_sections(writer, entries_, content);

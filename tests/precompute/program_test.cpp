@@ -66,12 +66,22 @@ class Program : public ::testing::Test {
 
   // Runs with the box's files; returns the exit code, stderr in said_.
   int run(const std::string& bundle, const std::string& more = "", int ranks = 0) {
-    const std::string launch =
-        ranks > 0 ? "mpiexec --oversubscribe --bind-to none -n " + std::to_string(ranks) + " " : std::string();
-    const std::string command = "cd '" + folder_.string() + "' && " + launch + PALPATE_PRECOMPUTE +
-                                " box.msh --organ organ.toml --boundary bc.toml -o " + bundle + " " + more +
-                                " > said.txt 2>&1";
-    const int status = std::system(command.c_str());
+    const std::string command = arguments(bundle, more);
+    return execute(ranks > 0 ? kLaunch + " -n " + std::to_string(ranks) + " " + command : command);
+  }
+
+  // Two ranks, the second with other options.
+  int run_unlike(const std::string& bundle, const std::string& more_of_second) {
+    return execute(kLaunch + " -n 1 " + arguments(bundle, "") + " : -n 1 " + arguments(bundle, more_of_second));
+  }
+
+  static std::string arguments(const std::string& bundle, const std::string& more) {
+    return std::string(PALPATE_PRECOMPUTE) + " box.msh --boundary bc.toml -o " + bundle +
+           (more.find("--organ") == std::string::npos ? " --organ organ.toml " : " ") + more;
+  }
+
+  int execute(const std::string& command) {
+    const int status = std::system(("cd '" + folder_.string() + "' && " + command + " > said.txt 2>&1").c_str());
     said_ = content(folder_ / "said.txt");
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
@@ -80,6 +90,7 @@ class Program : public ::testing::Test {
     return !std::filesystem::exists(folder_ / bundle) && !std::filesystem::exists(folder_ / (bundle + ".part"));
   }
 
+  const std::string kLaunch = "mpiexec --oversubscribe --bind-to none";
   std::filesystem::path folder_;
   std::string said_;
 };
@@ -215,6 +226,7 @@ TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
   refused("--tolerance 2", "--tolerance");
   refused("-- -ksp_monitr", "PETSc did not use the options after \"--\": -ksp_monitr");
   refused("-- -ksp_monitr", "PETSc did not use the options after \"--\": -ksp_monitr", 2);
+  refused("--image none.nrrd", "none.nrrd: expected the image file, found none");
   write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p9\""));
   refused("", "element: expected \"p1\", the only one this version builds, found \"p9\"");
   write("organ.toml", std::string(kOrgan).replace(kOrgan.rfind("name = \"box\""), 12, "name = \"liver\""));
@@ -236,6 +248,17 @@ TEST_F(Program, FailsWhenAColumnDoesNotConvergeAndNamesTheWorst) {
   EXPECT_THAT(said_, HasSubstr("did not converge: true relative residual"));
   EXPECT_TRUE(nothing_left("x.h5"));
   EXPECT_EQ(run("x.h5", "-- -column_pc_type jacobi -ksp_max_it 2", 2), 1);
+  EXPECT_TRUE(nothing_left("x.h5"));
+}
+
+TEST_F(Program, EndsOnAllRanksWhenOneFails) {
+  // Before the columns: the second rank alone cannot read its file.
+  EXPECT_EQ(run_unlike("x.h5", "--organ none.toml"), 2);
+  EXPECT_THAT(said_, HasSubstr("palpate-precompute: none.toml"));
+  EXPECT_TRUE(nothing_left("x.h5"));
+  // Among the columns: the second rank alone asks for what double precision cannot hold.
+  EXPECT_EQ(run_unlike("x.h5", "--tolerance 1e-15"), 1);
+  EXPECT_THAT(said_, HasSubstr("did not converge"));
   EXPECT_TRUE(nothing_left("x.h5"));
 }
 
