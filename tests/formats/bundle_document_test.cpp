@@ -38,7 +38,7 @@ TEST(BundleDocument, ListsEverySectionAsTheSectionListDoes) {
   const SectionDescription* sections = section_descriptions(&count);
   for (std::size_t i = 0; i < count; ++i) {
     std::string meaning = sections[i].meaning;
-    for (std::size_t at = 0; (at = meaning.find('|', at)) != std::string::npos; at += 2) meaning.insert(at, "\\");
+    for (std::size_t at = 0; (at = meaning.find('|', at)) != std::string::npos; at += 2) meaning.insert(at, 1, '\\');
     table << "| " << static_cast<std::uint32_t>(sections[i].id) << " | `" << sections[i].path << "` | "
           << name_of(sections[i].type) << " | " << sections[i].shape << " | " << sections[i].unit << " | "
           << (sections[i].always ? "always" : "optional") << " | " << meaning << " |\n";

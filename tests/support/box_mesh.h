@@ -12,7 +12,7 @@ namespace palpate::tests {
 // Sizes in the mesh's unit. jitter moves interior nodes by up to that share of a cell, the same way every time.
 inline TetrahedralMesh box_mesh(std::array<int, 3> cells, std::array<double, 3> size, double jitter = 0.0) {
   TetrahedralMesh mesh;
-  const auto [nx, ny, nz] = cells;
+  const int nx = cells[0], ny = cells[1], nz = cells[2];
   const auto node = [&](int i, int j, int k) { return i + (nx + 1) * (j + (ny + 1) * k); };
   const auto inside = [](int i, int n) { return i > 0 && i < n; };
   for (int k = 0; k <= nz; ++k)
