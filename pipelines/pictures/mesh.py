@@ -13,7 +13,8 @@ import offscreen  # noqa: E402
 from offscreen import vtk  # noqa: E402
 
 TISSUE, INSIDE, EDGE, HELD = (0.82, 0.45, 0.38), (0.98, 0.87, 0.72), (0.35, 0.18, 0.15), (0.35, 0.50, 0.78)
-LOOK_FROM = (-0.35, -1.0, 0.30)  # from the front, a little from the patient's right and above (LPS axes)
+# From the front or from behind, a little from the patient's right and above (LPS axes).
+FRONT, BEHIND = (-0.35, -1.0, 0.30), (-0.35, 1.0, 0.50)
 
 
 def boundary_faces(tetrahedra):
@@ -42,6 +43,13 @@ def cut_actors(nodes, tetrahedra, outer):
     return [triangles_actor(nodes, behind[is_outer], TISSUE), triangles_actor(nodes, behind[~is_outer], INSIDE)]
 
 
+def side_that_shows(nodes, triangles, held):
+    """FRONT, unless the held triangles face away from it."""
+    a, b, c = (nodes[triangles[held][:, i]] for i in range(3))
+    outward = np.cross(b - a, c - a).sum(axis=0)
+    return BEHIND if outward @ np.array(FRONT) < 0 else FRONT
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("bundle")
@@ -55,10 +63,12 @@ def main():
     cut = cut_actors(nodes, tetrahedra, triangles)
 
     figure, panels = plt.subplots(1, 2, figsize=(15, 6.2))
-    titles = ("surface: %s triangles; held part in blue" % format(len(triangles), ","),
+    side = side_that_shows(nodes, triangles, held)
+    seen = " from behind" if side is BEHIND else ""
+    titles = ("surface%s: %s triangles; held part in blue" % (seen, format(len(triangles), ",")),
               "cut: %s tetrahedra, %s nodes" % (format(len(tetrahedra), ","), format(len(nodes), ",")))
-    for panel, actors, title in zip(panels, (whole, cut), titles):
-        image, _ = offscreen.render(actors, LOOK_FROM, size=(900, 700), zoom=1.45, bounds=offscreen.bounds_of(nodes))
+    for panel, actors, title, look_from in zip(panels, (whole, cut), titles, (side, FRONT)):
+        image, _ = offscreen.render(actors, look_from, size=(900, 700), zoom=1.45, bounds=offscreen.bounds_of(nodes))
         panel.imshow(image)
         panel.set_title(title, fontsize=16)
         panel.axis("off")
