@@ -9,6 +9,8 @@ namespace {
 constexpr double kOppositeFaces = -0.5;
 // How far around a point the deformed surface is searched, in buckets.
 constexpr int kMaxReach = 8;
+// No place moves by more than this many times the largest imposed displacement (alpha_v of a triangle reaches 4/3).
+constexpr double kMargin = 1.5;
 
 }  // namespace
 
@@ -31,7 +33,7 @@ void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3
     stamp_ = 1;
   }
   largest_ = 0;
-  for (std::int32_t e = 0; e < count_; ++e) largest_ = std::max(largest_, length(at_node(entries_[e].node)));
+  for (std::int32_t p = 0; p < set.block_count; ++p) largest_ = std::max(largest_, length(set.target[p]));
 }
 
 Vec3 ContactField::entry_at(std::int32_t e, std::int32_t node) const {
@@ -75,15 +77,24 @@ Vec3 Collision::pull_back(const PointState& state, Vec3 p, std::int32_t tool, st
   // In contact: against the surface as it would be without this contact, at the place it holds.
   if (state.contact) return p - free_displacement(state.place, tool, point);
 
-  // Free: the nearest place of the deformed surface. It lies within the largest displacement of a bucket near p.
-  const int reach =
-      std::min(kMaxReach, 1 + static_cast<int>(std::min(1e6, field_->largest() / surface_->bucket_size())));
+  // Free. Further from the rest surface than any part of it moves, a point stands to both surfaces alike.
+  const double farthest = kMargin * field_->largest();
+  const int reach = std::min(kMaxReach, 1 + static_cast<int>(std::min(1e6, farthest / surface_->bucket_size())));
+  double rest_distance = INFINITY;
+  surface_->near(p, reach, [&](std::int32_t t) {
+    double k[3];
+    const Vec3 a = surface_->corner(t, 0), b = surface_->corner(t, 1), c = surface_->corner(t, 2);
+    rest_distance = std::min(rest_distance, closest_on_triangle(p, a, b, c, k));
+  });
+  if (rest_distance > farthest * farthest) return p;
+
+  // Near: the nearest place of the deformed surface is a place that lies near at rest.
   double best = INFINITY;
   Vec3 displacement;
   surface_->near(p, reach, [&](std::int32_t t) {
     const Vec3 a = surface_->corner(t, 0), b = surface_->corner(t, 1), c = surface_->corner(t, 2);
     double k[3];
-    const double bound = std::sqrt(closest_on_triangle(p, a, b, c, k)) - 1.5 * field_->largest();
+    const double bound = std::sqrt(closest_on_triangle(p, a, b, c, k)) - farthest;
     if (bound > 0 && bound * bound > best) return;
     const std::int32_t* corner = triangles_ + 3 * t;
     const Vec3 u[3] = {field_->at_node(corner[0]), field_->at_node(corner[1]), field_->at_node(corner[2])};

@@ -35,7 +35,7 @@ class ContactField {
   Vec3 at_node(std::int32_t node);
   // The same without what the contact (tool, point) itself does.
   Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point) const;
-  // About the largest displacement: that of the places under contact, m.
+  // About the largest displacement: the largest that a contact imposes, m.
   double largest() const { return largest_; }
 
  private:

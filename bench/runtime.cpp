@@ -1,0 +1,202 @@
+// What a step costs on a given bundle: touch and shape for 1, 4, 10 and 30 contact nodes; shape as a ratio against a
+// plain read of the same bytes in the same run.
+//
+//   runtime_bench BUNDLE.h5 [Google Benchmark options]
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "runtime/bundle.h"
+#include "runtime/include/palpate/palpate.h"
+
+namespace {
+
+palpate_bundle* bundle = nullptr;
+
+struct SceneDestroyer {
+  void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
+};
+using ScenePointer = std::unique_ptr<palpate_scene, SceneDestroyer>;
+
+ScenePointer make_scene(palpate_scene_def def) {
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  def.force_limit = def.force_slew = 1e300;
+  if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) {
+    std::fprintf(stderr, "runtime_bench: %s\n", error.text);
+    std::exit(2);
+  }
+  return ScenePointer(scene);
+}
+
+// count grips spread over the touchable nodes; `turn` moves all of them on, so that no column stays in the cache.
+std::vector<palpate_grip> grips(int count, int turn) {
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
+  std::vector<palpate_grip> list(static_cast<std::size_t>(count));
+  for (int g = 0; g < count; ++g) {
+    list[g] = palpate_grip{};
+    const std::int64_t at =
+        (static_cast<std::int64_t>(g) * info.touchable_count / count + 7 * turn) % info.touchable_count;
+    list[g].node = touchable[at], list[g].axes = 7;
+    list[g].displacement[2] = 1e-3 + 1e-5 * g;
+  }
+  return list;
+}
+
+void spread(benchmark::internal::Benchmark* b) {
+  for (const int count : {1, 4, 10, 30}) b->Arg(count);
+}
+
+// The same nodes are held step after step, as by a tool in contact: the factor is kept.
+void touch_held(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF;
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  auto list = grips(static_cast<int>(state.range(0)), 0);
+  const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0};
+  for (auto _ : state) {
+    list[0].displacement[0] += 1e-9;
+    benchmark::DoNotOptimize(
+        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+  }
+}
+BENCHMARK(touch_held)->Apply(spread)->Unit(benchmark::kMicrosecond);
+
+// Other nodes in every step: the contact block is read and factorised anew.
+void touch_changing(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF;
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  std::vector<std::vector<palpate_grip>> lists;
+  for (int turn = 0; turn < 50; ++turn) lists.push_back(grips(static_cast<int>(state.range(0)), turn));
+  std::size_t turn = 0;
+  for (auto _ : state) {
+    const auto& list = lists[turn++ % lists.size()];
+    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0};
+    benchmark::DoNotOptimize(
+        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+  }
+}
+BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
+
+// One tool point that goes in and out of the surface along a triangle's normal, collision included.
+void touch_colliding(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = static_cast<palpate_collision>(state.range(0));
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  const double* nodes = palpate_bundle_nodes(bundle);
+  const std::int32_t *t = palpate_bundle_triangles(bundle),
+                     k = palpate_bundle_touchable(bundle)[palpate_bundle_describe(bundle).touchable_count / 2];
+  while (t[0] != k && t[1] != k && t[2] != k) t += 3;
+  double place[3], normal[3], length = 0;
+  for (int d = 0; d < 3; ++d) {
+    const int e = (d + 1) % 3, f = (d + 2) % 3;
+    const double *a = nodes + 3 * t[0], *b = nodes + 3 * t[1], *c = nodes + 3 * t[2];
+    place[d] = (a[d] + b[d] + c[d]) / 3;
+    normal[d] = (b[e] - a[e]) * (c[f] - a[f]) - (b[f] - a[f]) * (c[e] - a[e]);
+    length += normal[d] * normal[d];
+  }
+  int step = 0, in_contact = 0;
+  for (auto _ : state) {
+    const double height = 0.004 - 1e-5 * std::abs(step++ % 1600 - 800);  // 4 mm above to 4 mm below, 10 mm/s
+    double point[3];
+    for (int d = 0; d < 3; ++d) point[d] = place[d] + height / std::sqrt(length) * normal[d];
+    const palpate_tool tool = {point, 1, nullptr, 0, 0};
+    auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
+    benchmark::DoNotOptimize(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts));
+    in_contact += contacts->tools[0].contact_count;
+  }
+  state.counters["contact_share"] = static_cast<double>(in_contact) / static_cast<double>(state.iterations());
+}
+BENCHMARK(touch_colliding)->Arg(PALPATE_COLLISION_REST)->Arg(PALPATE_COLLISION_DEFORMED)->Unit(benchmark::kMicrosecond);
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Reads every float of the run once, as fast as a plain loop does.
+float read_run(const float* run, std::size_t count) {
+  float sum[16] = {};
+  for (std::size_t i = 0; i + 16 <= count; i += 16)
+    for (int lane = 0; lane < 16; ++lane) sum[lane] += run[i + lane];
+  return sum[0] + sum[7] + sum[15];
+}
+
+// Superposition over the surface in turn with a plain read of the same columns. Between the two, and before each, the
+// contacts move on to other nodes, so neither finds its bytes in the cache unless the whole store fits there.
+void shape_against_read(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF;
+  const ScenePointer scene = make_scene(def);
+  const std::size_t floats = 3 * static_cast<std::size_t>(palpate_bundle_describe(bundle).surface_node_count);
+  palpate_error error = {};
+  const auto* tensors = palpate::section_as<float>(bundle, palpate::formats::SectionId::displacement_surface, &error);
+  std::vector<float> u(floats);
+  palpate_shape_out out = {u.data(), nullptr, static_cast<std::int32_t>(floats / 3), 0};
+  constexpr int kTurns = 200;
+  std::vector<std::vector<std::uint64_t>> contacts(kTurns);
+  for (int turn = 0; turn < kTurns; ++turn) {
+    contacts[turn].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
+    const auto list = grips(static_cast<int>(state.range(0)), turn);
+    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0};
+    palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()));
+  }
+  double shape_seconds = 0, read_seconds = 0;
+  int turn = 0;
+  float sum = 0;
+  for (auto _ : state) {
+    const auto* made = reinterpret_cast<const palpate_contacts*>(contacts[turn].data());
+    auto start = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(palpate_shape(scene.get(), made, &out));
+    const double spent = seconds_since(start);
+    shape_seconds += spent;
+    state.SetIterationTime(spent);
+    const auto* other = reinterpret_cast<const palpate_contacts*>(contacts[(turn + kTurns / 2) % kTurns].data());
+    start = std::chrono::steady_clock::now();
+    for (int e = 0; e < other->node_count; ++e)
+      sum += read_run(tensors + static_cast<std::size_t>(palpate_contacts_nodes(other)[e].column) * 3 * floats,
+                      3 * floats);
+    read_seconds += seconds_since(start);
+    turn = (turn + 1) % kTurns;
+  }
+  benchmark::DoNotOptimize(sum);
+  const double bytes = static_cast<double>(state.iterations() * state.range(0)) * 12.0 * static_cast<double>(floats);
+  state.counters["GB_per_s"] = bytes / shape_seconds * 1e-9;
+  state.counters["time_over_read"] = shape_seconds / read_seconds;
+}
+BENCHMARK(shape_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  palpate_error error = {};
+  if (argc < 2 || std::strncmp(argv[1], "--", 2) == 0) {
+    std::fprintf(stderr, "usage: runtime_bench BUNDLE.h5 [Google Benchmark options]\n");
+    return 2;
+  }
+  if (palpate_bundle_open_file(argv[1], &bundle, &error) != PALPATE_OK) {
+    std::fprintf(stderr, "runtime_bench: %s: %s\n", argv[1], error.text);
+    return 2;
+  }
+  argv[1] = argv[0];
+  --argc, ++argv;
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  std::printf("%d nodes, %d on the surface, %d touchable\n", info.node_count, info.surface_node_count,
+              info.touchable_count);
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  palpate_bundle_close(bundle);
+  return 0;
+}
