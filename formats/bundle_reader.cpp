@@ -154,11 +154,15 @@ BundleStatus check_range(const SectionEntry& entry, std::uint64_t at, std::uint6
 // Type, rank, shape and length of a section that bundle_sections.def lists.
 BundleStatus check_form(const SectionEntry& entry, const SectionDescription& section, std::uint64_t at,
                         BundleError* error) {
-  if (entry.type != static_cast<std::uint32_t>(section.type) || entry.rank != section.rank || entry.reserved != 0)
+  if (entry.type != static_cast<std::uint32_t>(section.type) || entry.rank != section.rank)
     return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, type),
                   "%s: expected element type %" PRIu32 " and rank %" PRIu32 ", found %" PRIu32 " and %" PRIu32
                   "; rebuild the bundle",
                   section.path, static_cast<std::uint32_t>(section.type), section.rank, entry.type, entry.rank);
+  if (entry.reserved != 0)
+    return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, reserved),
+                  "%s: expected 0 in the entry's reserved word, found %" PRIu32 "; rebuild the bundle", section.path,
+                  entry.reserved);
   std::uint64_t product = element_bytes(section.type);
   bool fits = true;
   for (std::uint32_t d = 0; d < kMaxRank; ++d) {

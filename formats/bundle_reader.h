@@ -7,7 +7,7 @@ namespace palpate::formats {
 
 enum class BundleStatus : std::uint32_t {
   ok = 0,
-  truncated = 1,  // fewer bytes than the header or the index says
+  truncated = 1,  // fewer bytes than an index has, or not as many as the index says
   magic = 2,      // not a bundle, or one that was not finished
   version = 3,    // a layout this reader does not know
   section = 4,    // an entry is missing, out of bounds, misaligned or of the wrong type or shape

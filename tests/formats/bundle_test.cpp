@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
@@ -82,6 +83,64 @@ TEST(Bundle, ReadsTheSameNumbersThroughHdf5) {
     H5Dclose(data);
   }
   H5Fclose(file);
+}
+
+// A number attribute of an object of the file; NaN when it is not there.
+double attribute(hid_t file, const char* object, const char* name) {
+  double value = std::nan("");
+  const hid_t attribute = H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT);
+  if (attribute < 0) return value;
+  H5Aread(attribute, H5T_NATIVE_DOUBLE, &value);
+  H5Aclose(attribute);
+  return value;
+}
+
+TEST(Bundle, TakesNumbersThatAreKnownOnlyAfterTheTensors) {
+  const auto path = scratch("h5");
+  std::vector<SectionShape> shapes;
+  for (const auto& [id, part] : box().sections) shapes.push_back({id, part.shape});
+  const std::string before = R"({"organ": "box", "worst_residual": 0.0, "most_iterations": 0})";
+  const std::string after = R"({"organ": "box", "worst_residual": 1.5e-13, "most_iterations": 2})";
+  const auto entries = lay_out_bundle(path, shapes, before + std::string(20, ' '));
+  const std::uintmax_t laid_out = std::filesystem::file_size(path);
+  finish_provenance(path, entries, after);
+  EXPECT_EQ(std::filesystem::file_size(path), laid_out);
+
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  for (const char* object : {".", "certificate"}) {
+    EXPECT_EQ(attribute(file, object, "worst_residual"), 1.5e-13);
+    EXPECT_EQ(attribute(file, object, "most_iterations"), 2.0);
+  }
+  H5Fclose(file);
+  for (const SectionEntry& entry : entries)
+    if (entry.id == static_cast<std::uint32_t>(SectionId::provenance)) {
+      EXPECT_EQ(bytes_of(path).substr(entry.offset, after.size()), after);
+    }
+  EXPECT_THROW(finish_provenance(path, entries, after + std::string(100, ' ')), InputError);
+}
+
+TEST(Bundle, IsNotLaidOutFromShapesOrTextsThatContradictTheList) {
+  const auto path = scratch("h5");
+  const std::string provenance = R"({"format": "palpate bundle"})";
+  const auto lay_out = [&](SectionShape shape, const std::string& text) {
+    lay_out_bundle(path, {std::move(shape)}, text);
+  };
+  EXPECT_THROW(lay_out({SectionId::nodes, {3}}, provenance), InputError);
+  EXPECT_THROW(lay_out({SectionId::nodes, {0, 3}}, provenance), InputError);
+  EXPECT_THROW(lay_out({SectionId::nodes, {std::uint64_t{1} << 32, 3}}, provenance), InputError);
+  EXPECT_THROW(lay_out({static_cast<SectionId>(999), {3}}, provenance), InputError);
+  EXPECT_THROW(lay_out({SectionId::nodes, {4, 3}}, "no json"), InputError);
+  EXPECT_THROW(lay_out({SectionId::nodes, {4, 3}}, R"({"list": [1, 2]})"), InputError);
+  EXPECT_THROW(lay_out_bundle("/nowhere/a.h5", {}, provenance), OperationError);
+}
+
+TEST(Bundle, IsNotSealedWhenItsSectionsDoNotHoldTogether) {
+  const auto path = scratch("h5");
+  const auto entries = lay_out_bundle(path, {{SectionId::nodes, {4, 3}}}, R"({"format": "palpate bundle"})");
+  EXPECT_THROW(seal_bundle(path, entries), OperationError);
+  BundleIndex index;
+  const std::string bytes = bytes_of(path);
+  EXPECT_EQ(read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), BundleStatus::magic);
 }
 
 }  // namespace
