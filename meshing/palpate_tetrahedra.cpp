@@ -12,14 +12,18 @@
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "formats/tetrahedral_mesh.h"
+#include "meshing/extract_surface.h"
 #include "meshing/fill_with_tetrahedra.h"
 #include "meshing/label_image.h"
 #include "meshing/mesh_geometry.h"
 #include "meshing/mesh_label_image.h"
 #include "meshing/mesh_quality.h"
 #include "meshing/mesh_report.h"
-#include "meshing/read_closed_surface.h"
+#include "meshing/repair_surface.h"
 #include "meshing/shells.h"
+#include "meshing/surface_checks.h"
+#include "meshing/surface_file.h"
+#include "meshing/voxel_mask.h"
 
 namespace palpate {
 namespace {
@@ -27,11 +31,12 @@ namespace {
 struct Options {
   std::vector<std::string> inputs, regions, assignments, labels;
   std::string output, report;
-  NestedShells nested = NestedShells::by_orientation;
+  bool nested_regions = false;
   FillOptions fill;
   LabelImageOptions image;
   std::vector<double> spacing;
-  std::string cavities;
+  std::string cavities;                   // empty: as the input says
+  std::optional<std::string> components;  // all of a surface, 1% of an image
   QualityGate gate{10, 0.05};
 };
 
@@ -46,10 +51,6 @@ void define_for_images(CLI::App& app, Options& o) {
       ->check(CLI::PositiveNumber);
   image(app.add_option("--smooth", o.image.smooth_mm, "Gaussian width, mm (default: 1.5 mean voxel sides)"))
       ->check(CLI::NonNegativeNumber);
-  image(app.add_option("--components", o.image.components, "Pieces of each tissue to keep, as in palpate-surface"))
-      ->capture_default_str();
-  image(app.add_option("--cavities", o.cavities, "keep or fill holes inside a tissue (default: fill)"))
-      ->check(CLI::IsMember({"keep", "fill"}));
   image(app.add_option("--spacing", o.spacing, "Voxel size x,y,z in mm, for PNG slices"))->delimiter(',')->expected(3);
   image(app.add_option("--fill", o.image.fill, "Interior: hxt, or mesh_3 (CGAL's own, with smaller angles)"))
       ->transform(CLI::CheckedTransformer(std::map<std::string, LabelImageOptions::Fill>{
@@ -80,12 +81,16 @@ void define(CLI::App& app, Options& o) {
   app.add_option("--region", o.regions, "NAME: name the regions in order; NAME=FILE: name all of a file's shells")
       ->allow_extra_args(false)
       ->group("For surfaces");
-  app.add_option("--nested", o.nested, "What a shell inside another of its file is, where its orientation does not say")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, NestedShells>{{"orientation", NestedShells::by_orientation},
-                                                                      {"regions", NestedShells::regions},
-                                                                      {"cavities", NestedShells::cavities}}))
+  app.add_flag("--nested-regions", o.nested_regions, "Shells inside others of their file are tissues of their own")
       ->group("For surfaces");
+  app.add_option("--cavities", o.cavities, "keep or fill: shells inside others, or holes inside a tissue of an image")
+      ->check(CLI::IsMember({"keep", "fill"}))
+      ->group("For surfaces and images");
+  app.add_option(
+         "--components", o.components,
+         "Pieces to keep: all, largest, a count, a volume (2.5mm3, 1cm3) or a share of the largest (default: all "
+         "shells of a surface, 1% of an image)")
+      ->group("For surfaces and images");
   define_for_images(app, o);
   app.add_option("--set", o.assignments, "NAME=NUMBER: a DefineConstant parameter of the geometry")
       ->allow_extra_args(false)
@@ -113,23 +118,40 @@ std::vector<ShellInput> named_inputs(const Options& o, std::vector<std::string>&
   return inputs;
 }
 
+TriangleSurface read_repaired(const std::string& file, const Options& o) {
+  const std::string cavities = o.nested_regions ? "keep" : o.cavities;
+  RepairedSurface repaired =
+      repair_surface(read_surface(file, 1), parse_piece_filter(o.components.value_or("all")), cavities, file);
+  for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", file, repair));
+  return std::move(repaired.surface);
+}
+
+// Each file is sound by itself; together they must keep apart as well.
+void refuse_contact(const std::vector<ShellInput>& inputs) {
+  std::vector<TriangleSurface> surfaces;
+  for (const ShellInput& input : inputs) surfaces.push_back(input.surface);
+  const SelfIntersections crossings = find_self_intersections(join_shells(surfaces));
+  if (crossings.pairs > 0)
+    throw InputError(fmt::format(
+        "the inputs cross or touch one another: {} pairs of triangles, the first near ({:.6g}, {:.6g}, {:.6g}); "
+        "expected surfaces apart or one inside another; mesh touching tissues from their label image with "
+        "--labels",
+        crossings.pairs, crossings.place[0], crossings.place[1], crossings.place[2]));
+}
+
 MeshReport mesh_surfaces(const Options& o) {
+  if (o.nested_regions && !o.cavities.empty())
+    throw InputError("--nested-regions leaves no cavities; leave out --cavities");
   std::vector<std::string> names;
   std::vector<ShellInput> inputs = named_inputs(o, names);
-  TriangleSurface all;
-  for (ShellInput& input : inputs) {
-    input.surface = read_closed_surface(input.file);
-    const auto first = static_cast<std::int32_t>(all.points.size());
-    all.points.insert(all.points.end(), input.surface.points.begin(), input.surface.points.end());
-    for (const Triangle& t : input.surface.triangles)
-      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
-  if (inputs.size() > 1) refuse_self_intersection(all, "the inputs together");
-  const VolumeBoundary boundary = regions_of_shells(inputs, o.nested, names);
-  note(fmt::format("filling {} region(s) inside {} triangles", boundary.region_names.size(), all.triangles.size()));
+  for (ShellInput& input : inputs) input.surface = read_repaired(input.file, o);
+  if (inputs.size() > 1) refuse_contact(inputs);
+  const VolumeBoundary boundary = regions_of_shells(inputs, o.nested_regions, names);
   MeshReport report;
+  for (const auto& patch : boundary.patches) report.surface_triangles += patch.triangles.size();
+  note(fmt::format("filling {} region{} inside {} triangles", boundary.region_names.size(),
+                   boundary.region_names.size() == 1 ? "" : "s", report.surface_triangles));
   report.mesh = fill_with_tetrahedra(boundary, o.fill);
-  report.surface_triangles = all.triangles.size();
   report.kept_triangles = verify_boundary_kept(boundary, report.mesh);
   report.region_volume_of_surface = enclosed_volumes(boundary);
   return report;
@@ -143,6 +165,7 @@ MeshReport mesh_image(Options& o) {
                     o.inputs.front()));
   o.image.tissues = parse_tissues(o.labels);
   o.image.keep_cavities = o.cavities == "keep";
+  o.image.components = o.components.value_or(o.image.components);
   if (!o.spacing.empty()) o.image.spacing = {o.spacing[0], o.spacing[1], o.spacing[2]};
   return mesh_label_image(o.inputs, o.image, o.fill);
 }
@@ -164,14 +187,17 @@ InputKind kind_of(const std::vector<std::string>& inputs) {
 
 // An option that would be ignored is an error.
 void refuse_foreign_options(const CLI::App& app, InputKind kind) {
-  const std::pair<InputKind, const char*> groups[] = {{InputKind::surfaces, "For surfaces"},
-                                                      {InputKind::image, "For a label image"},
-                                                      {InputKind::geometry, "For a geometry"}};
-  for (const auto& [of, group] : groups)
-    for (const CLI::Option* option : app.get_options())
-      if (of != kind && option->get_group() == group && option->count() > 0)
-        throw InputError(
-            fmt::format("{} means nothing for this input (it is {}); leave it out", option->get_name(), group));
+  const auto meant_for = [&](const std::string& group) {
+    if (group == "For surfaces") return kind == InputKind::surfaces;
+    if (group == "For a label image") return kind == InputKind::image;
+    if (group == "For a geometry") return kind == InputKind::geometry;
+    if (group == "For surfaces and images") return kind != InputKind::geometry;
+    return true;
+  };
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && !meant_for(option->get_group()))
+      throw InputError(fmt::format("{} means nothing for this input ({} only); leave it out", option->get_name(),
+                                   option->get_group()));
 }
 
 MeshReport mesh_input(const CLI::App& app, Options& o) {

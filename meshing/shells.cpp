@@ -70,18 +70,18 @@ std::string describe(const Shell& shell, const std::vector<ShellInput>& inputs) 
                      shell.volume, c[0], c[1], c[2]);
 }
 
-// A shell inside another of its own file is a cavity or a region; inside one of another file it is always a region.
-void find_cavities(std::vector<Shell>& shells, const std::vector<ShellInput>& inputs, NestedShells nested) {
+// Within one input shells come by falling volume, so parents before what lies in them.
+void find_cavities(std::vector<Shell>& shells, const std::vector<ShellInput>& inputs) {
   for (Shell& shell : shells) {
     if (shell.parent < 0) continue;
     const Shell& parent = shells[shell.parent];
-    if (parent.input != shell.input) continue;
-    if (nested == NestedShells::by_orientation && shell.was_inward == parent.was_inward)
+    if (parent.input != shell.input || parent.cavity) continue;
+    if (shell.was_inward == parent.was_inward)
       throw InputError(
-          fmt::format("{} lies inside another shell of the file and its normals point the same way, so it could "
-                      "be a cavity or a tissue of its own; say which with --nested cavities or --nested regions",
+          fmt::format("{} lies inside another shell of the file and its normals point the same way, so it could be a "
+                      "cavity or a tissue of its own; say which with --cavities keep or --nested-regions",
                       describe(shell, inputs)));
-    shell.cavity = nested != NestedShells::regions;
+    shell.cavity = true;
   }
 }
 
@@ -157,13 +157,13 @@ int winding_number(const TriangleSurface& surface, const Point& point) {
   return static_cast<int>(std::lround(angle / (4 * std::numbers::pi)));
 }
 
-VolumeBoundary regions_of_shells(const std::vector<ShellInput>& inputs, NestedShells nested,
+VolumeBoundary regions_of_shells(const std::vector<ShellInput>& inputs, bool nested_are_regions,
                                  const std::vector<std::string>& names) {
   std::vector<Shell> shells;
   for (std::size_t i = 0; i < inputs.size(); ++i)
     for (Shell& shell : split(inputs[i], static_cast<int>(i))) shells.push_back(std::move(shell));
   find_parents(shells);
-  find_cavities(shells, inputs, nested);
+  if (!nested_are_regions) find_cavities(shells, inputs);
   VolumeBoundary boundary;
   boundary.region_names = number_regions(shells, inputs, names);
   for (const Shell& shell : shells) {
@@ -174,7 +174,7 @@ VolumeBoundary regions_of_shells(const std::vector<ShellInput>& inputs, NestedSh
     if (!shell.cavity && around == shell.region)
       throw InputError(
           fmt::format("{} lies inside another shell of the same region \"{}\"; leave out the region's file "
-                      "name, so that each shell is a region, or use --nested cavities",
+                      "name, so that each shell is a region",
                       describe(shell, inputs), boundary.region_names[shell.region]));
     if (shell.cavity)
       append(boundary, shell, around, VolumeBoundary::kCavity, /*inward=*/true);

@@ -9,13 +9,6 @@
 
 namespace palpate {
 
-// What a shell inside another one of the same file means, where its orientation does not say so.
-enum class NestedShells {
-  by_orientation,  // normals against its parent's: a cavity; along them: ambiguous, refused
-  regions,
-  cavities,
-};
-
 // One input: its closed, oriented, disjoint shells. name: of its one region; empty: each shell is a region of its own.
 struct ShellInput {
   TriangleSurface surface;
@@ -23,11 +16,13 @@ struct ShellInput {
   std::string name;
 };
 
-// Shells are turned outward or inward as their place asks. A shell directly inside another one, from another input or
-// declared a region, is a region of its own and is cut out of the one around it. names: of the regions in order (inputs
-// in order, shells by falling volume), or empty for names made of the files'. Errors: InputError for ambiguous
-// orientation, for a name too many or too few (lists the shells), for a region twice.
-VolumeBoundary regions_of_shells(const std::vector<ShellInput>& inputs, NestedShells nested,
+// Shells are turned outward or inward as their place asks. A shell directly inside one of another input is a region of
+// its own, cut out of the one around it. Inside one of its own input it is an empty cavity when its normals run against
+// its parent's (a shell in a cavity is solid again), or, with nested_are_regions, always a region. names: of the
+// regions in order (inputs in order, shells by falling volume), or empty for names made of the files'. Errors:
+// InputError for a nested shell that points like its parent, for a name too many or too few (lists the shells), for a
+// region twice.
+VolumeBoundary regions_of_shells(const std::vector<ShellInput>& inputs, bool nested_are_regions,
                                  const std::vector<std::string>& names);
 
 // The winding number of a closed surface around a point not on it, rounded: 1 inside, 0 outside, -1 inside one turned

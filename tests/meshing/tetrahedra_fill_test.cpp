@@ -17,7 +17,7 @@ using tests::box_surface;
 using tests::sphere_surface;
 
 VolumeBoundary one_region(const TriangleSurface& surface) {
-  return regions_of_shells({{surface, "body.off", ""}}, NestedShells::by_orientation, {});
+  return regions_of_shells({{surface, "body.off", ""}}, false, {});
 }
 
 TEST(FillWithTetrahedra, KeepsEveryTriangleOfASphere) {
@@ -51,7 +51,7 @@ TEST(FillWithTetrahedra, MakesNestedTumoursRegionsOfTheirOwn) {
   const TriangleSurface liver = sphere_surface(3, 50), first = sphere_surface(2, 10, {20, 0, 0}),
                         second = sphere_surface(2, 8, {-20, 5, 0});
   const VolumeBoundary boundary =
-      regions_of_shells({{liver, "liver.off", ""}, {first, "a.off", ""}, {second, "b.off", "tumour"}}, {}, {});
+      regions_of_shells({{liver, "liver.off", ""}, {first, "a.off", ""}, {second, "b.off", "tumour"}}, false, {});
   const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
   EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"liver", "a", "tumour"}));
   const auto volume = measure_quality(mesh).region_volume;
@@ -99,13 +99,20 @@ TEST(RegionsOfShells, RefusesANestedShellThatCouldBeEither) {
   TriangleSurface both = sphere_surface(2, 50);
   tests::append(both, sphere_surface(1, 20));
   EXPECT_THROW(one_region(both), InputError);
-  const auto cavity = regions_of_shells({{both, "body.off", ""}}, NestedShells::cavities, {});
-  EXPECT_EQ(cavity.region_names.size(), 1u);
-  EXPECT_EQ(cavity.patches[1].ahead, VolumeBoundary::kCavity);
-  EXPECT_NEAR(enclosed_volumes(cavity)[0],
-              enclosed_volume(sphere_surface(2, 50)) - enclosed_volume(sphere_surface(1, 20)), 1e-9 * 5e5);
-  const auto regions = regions_of_shells({{both, "body.off", ""}}, NestedShells::regions, {"liver", "tumour"});
+  const auto regions = regions_of_shells({{both, "body.off", ""}}, true, {"liver", "tumour"});
   EXPECT_EQ(regions.region_names, (std::vector<std::string>{"liver", "tumour"}));
+  EXPECT_THROW(regions_of_shells({{both, "body.off", ""}}, true, {"liver"}), InputError);
+}
+
+TEST(RegionsOfShells, MakesAShellInACavitySolidAgain) {
+  TriangleSurface body = sphere_surface(2, 50), hole = sphere_surface(2, 30), island = sphere_surface(2, 10);
+  const double expected = enclosed_volume(body) - enclosed_volume(hole) + enclosed_volume(island);
+  tests::turn_inside_out(hole);
+  tests::append(body, hole);
+  tests::append(body, island);
+  const auto boundary = regions_of_shells({{body, "body.off", "body"}}, false, {});
+  EXPECT_EQ(boundary.region_names, (std::vector<std::string>{"body"}));
+  EXPECT_NEAR(enclosed_volumes(boundary)[0] / expected, 1, 1e-11);  // rounding of some 1,000 terms
 }
 
 TEST(RegionsOfShells, TurnsAnInvertedSurfaceOutward) {
