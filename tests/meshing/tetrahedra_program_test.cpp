@@ -1,0 +1,203 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "formats/errors.h"
+#include "formats/tetrahedral_mesh.h"
+#include "meshing/mesh_quality.h"
+#include "tests/meshing/run_tetrahedra.h"
+#include "tests/support/box_mesh.h"
+#include "tests/support/closed_surfaces.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using tests::box_surface;
+using tests::fresh_tetrahedra_folder;
+using tests::run_tetrahedra;
+using tests::sphere_surface;
+
+TEST(MeasureQuality, KnowsTheRegularTetrahedron) {
+  TetrahedralMesh mesh;
+  mesh.nodes = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+  mesh.tetrahedra = {{0, 2, 1, 3}};
+  mesh.region = {0};
+  mesh.region_names = {"one"};
+  if (measure_quality(mesh).volume.value < 0) std::swap(mesh.tetrahedra[0][0], mesh.tetrahedra[0][1]);
+  const MeshQuality quality = measure_quality(mesh);
+  // A dozen operations on numbers of order one.
+  EXPECT_NEAR(quality.volume.value, 8.0 / 3, 1e-14);
+  EXPECT_NEAR(quality.radius_ratio.value, 1, 1e-14);
+  EXPECT_NEAR(quality.dihedral.value, std::acos(1.0 / 3) * 180 / std::numbers::pi, 1e-12);
+  EXPECT_NEAR(quality.largest_dihedral.value, quality.dihedral.value, 1e-12);
+}
+
+TEST(MeasureQuality, KnowsTheCornerOfACube) {
+  TetrahedralMesh mesh;
+  mesh.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.tetrahedra = {{0, 1, 2, 3}};
+  mesh.region = {0};
+  mesh.region_names = {"one"};
+  const MeshQuality quality = measure_quality(mesh);
+  EXPECT_NEAR(quality.largest_dihedral.value, 90, 1e-12);
+  EXPECT_NEAR(quality.dihedral.value, std::acos(1 / std::sqrt(3.0)) * 180 / std::numbers::pi, 1e-12);
+  // r_in = 1 / (3 + sqrt 3), r_circ = sqrt 3 / 2
+  EXPECT_NEAR(quality.radius_ratio.value, 3 / (3 + std::sqrt(3.0)) / (std::sqrt(3.0) / 2), 1e-14);
+}
+
+TEST(PassGate, NamesTheWorstElement) {
+  TetrahedralMesh mesh = tests::box_mesh({2, 2, 2}, {2, 2, 2});
+  const auto sentence = [&](const QualityGate& gate) -> std::string {
+    try {
+      pass_gate(mesh, measure_quality(mesh), gate);
+    } catch (const VerificationError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(sentence({30, 0.1}), "");
+  // The middle node moved almost into a face of its neighbours' cells.
+  mesh.nodes[13] = {1.98, 1, 1};
+  const std::size_t worst = measure_quality(mesh).dihedral.tetrahedron;
+  EXPECT_THAT(sentence({30, 0}), AllOf(HasSubstr("tetrahedron " + std::to_string(worst) + " "), HasSubstr("\"box\""),
+                                       HasSubstr("--min-dihedral")));
+  EXPECT_THAT(sentence({0, 0.6}), HasSubstr("--min-radius-ratio"));
+  mesh.nodes[13] = {3, 1, 1};  // outside: inverted
+  EXPECT_THAT(sentence({0, 0}), HasSubstr("positive"));
+}
+
+TEST(PalpateTetrahedra, MeshesASurfaceAndReports) {
+  const auto folder = fresh_tetrahedra_folder();
+  tests::write_off(folder / "liver.off", sphere_surface(3, 50));
+  tests::write_off(folder / "tumour.off", sphere_surface(2, 10));
+  const auto run = run_tetrahedra(
+      folder,
+      "liver.off tumour.off --region liver=liver.off --region lesion=tumour.off -o body.msh --report body.json");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("surface triangles 1600 kept of 1600"));
+  const auto report = nlohmann::json::parse(tests::file_text(folder / "body.json"));
+  EXPECT_EQ(report["regions"][1]["name"], "lesion");
+  EXPECT_EQ(report["surface_triangles"]["kept"], 1600);
+  const TetrahedralMesh mesh = read_mesh(folder / "body.msh");
+  EXPECT_EQ(mesh.nodes.size(), report["vertices"]);
+  EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"liver", "lesion"}));
+  // Again, from another folder and environment: the same bytes.
+  fs::create_directories(folder / "elsewhere/with a longer name");
+  for (const char* file : {"liver.off", "tumour.off"}) fs::copy(folder / file, folder / "elsewhere/with a longer name");
+  const auto again =
+      run_tetrahedra(folder,
+                     "'elsewhere/with a longer name/liver.off' 'elsewhere/with a longer name/tumour.off' "
+                     "--region liver --region lesion -o again.msh");
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(tests::file_text(folder / "body.msh"), tests::file_text(folder / "again.msh"));
+}
+
+// One sentence, the exit code, and nothing left behind.
+void expect_refusal(const fs::path& folder, const std::string& arguments, int exit_code, const std::string& says) {
+  SCOPED_TRACE(arguments);
+  const auto run = run_tetrahedra(folder, arguments + " -o refused.msh");
+  EXPECT_EQ(run.exit_code, exit_code) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr(says));
+  EXPECT_FALSE(fs::exists(folder / "refused.msh"));
+  EXPECT_FALSE(fs::exists(folder / "refused.msh.part"));
+}
+
+TEST(PalpateTetrahedra, TheGateFailsWithExitCodeThreeAndWritesNothing) {
+  const auto folder = fresh_tetrahedra_folder();
+  tests::write_off(folder / "sphere.off", sphere_surface(2, 50));
+  expect_refusal(folder, "sphere.off --min-dihedral 60", 3, "has a dihedral angle of");
+  expect_refusal(folder, "sphere.off --min-radius-ratio 0.99", 3, "has a radius ratio of");
+}
+
+TEST(PalpateTetrahedra, DamagedSurfacesAreRefusedWithOneSentence) {
+  const auto folder = fresh_tetrahedra_folder();
+  const auto write = [&](const std::string& name, const std::string& text) { std::ofstream(folder / name) << text; };
+
+  TriangleSurface open = sphere_surface(2, 50);
+  open.triangles.pop_back();
+  tests::write_off(folder / "open.off", open);
+  expect_refusal(folder, "open.off", 2, "open loop");
+
+  TriangleSurface crossing = sphere_surface(2, 50);
+  tests::append(crossing, sphere_surface(2, 50, {60, 0, 0}));
+  tests::write_off(folder / "crossing.off", crossing);
+  expect_refusal(folder, "crossing.off", 2, "intersect");
+
+  tests::write_off(folder / "a.off", box_surface(2, {0, 0, 0}, {10, 10, 10}));
+  tests::write_off(folder / "b.off", box_surface(2, {10, 0, 0}, {20, 10, 10}));
+  expect_refusal(folder, "a.off b.off", 2, "cross or touch");
+
+  TriangleSurface nested = sphere_surface(2, 50);
+  tests::append(nested, sphere_surface(1, 20));
+  tests::write_off(folder / "nested.off", nested);
+  expect_refusal(folder, "nested.off", 2, "cavity");
+
+  write("nan.off", "OFF\n4 4 0\n0 0 nan\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+  expect_refusal(folder, "nan.off", 2, "nan.off");
+  write("range.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 9\n3 0 3 2\n");
+  expect_refusal(folder, "range.off", 2, "range.off");
+  write("huge.off", "OFF\n4000000000 4000000000 0\n0 0 0\n");
+  expect_refusal(folder, "huge.off", 2, "huge.off");
+  write("empty.stl", "");
+  expect_refusal(folder, "empty.stl", 2, "empty.stl");
+  expect_refusal(folder, "absent.off", 2, "absent.off");
+  write("flat.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 2 1\n");
+  expect_refusal(folder, "flat.off", 2, "flat.off");
+}
+
+TEST(PalpateTetrahedra, DamageThatHasOneCureIsRepairedAndReported) {
+  const auto folder = fresh_tetrahedra_folder();
+  // Binary STL is a soup of repeated points; this one's header begins as text files do.
+  const TriangleSurface sphere = sphere_surface(2, 50);
+  std::string stl(80, ' ');
+  stl.replace(0, 5, "solid");
+  const auto put = [&](const auto& value) { stl.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  put(static_cast<std::uint32_t>(sphere.triangles.size()));
+  for (const Triangle& t : sphere.triangles) {
+    for (int d = 0; d < 3; ++d) put(0.0f);
+    for (const auto v : {t[0], t[2], t[1]})  // inside out
+      for (const double x : sphere.points[v]) put(static_cast<float>(x));
+    put(std::uint16_t{0});
+  }
+  std::ofstream(folder / "soup.stl", std::ios::binary) << stl;
+  const auto run = run_tetrahedra(folder, "soup.stl -o soup.msh");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("points merged"), HasSubstr("inside out")));
+  EXPECT_THAT(run.output, HasSubstr("surface triangles 320 kept of 320"));
+}
+
+TEST(PalpateTetrahedra, NestedShellsOfOneFileAreWhatTheOptionsSay) {
+  const auto folder = fresh_tetrahedra_folder();
+  TriangleSurface nested = sphere_surface(2, 50);
+  tests::append(nested, sphere_surface(1, 20));
+  tests::write_off(folder / "nested.off", nested);
+  ASSERT_EQ(run_tetrahedra(folder, "nested.off --nested-regions --region liver --region tumour -o two.msh").exit_code,
+            0);
+  EXPECT_EQ(read_mesh(folder / "two.msh").region_names, (std::vector<std::string>{"liver", "tumour"}));
+  ASSERT_EQ(run_tetrahedra(folder, "nested.off --cavities keep -o hollow.msh").exit_code, 0);
+  EXPECT_EQ(read_mesh(folder / "hollow.msh").patches.size(), 2u);
+  ASSERT_EQ(run_tetrahedra(folder, "nested.off --cavities fill -o whole.msh").exit_code, 0);
+  EXPECT_EQ(read_mesh(folder / "whole.msh").patches.size(), 1u);
+}
+
+TEST(PalpateTetrahedra, UsageThatWouldBeIgnoredIsRefused) {
+  const auto folder = fresh_tetrahedra_folder();
+  tests::write_off(folder / "sphere.off", sphere_surface(1, 50));
+  expect_refusal(folder, "sphere.off --labels 255=liver", 2, "--labels means nothing");
+  expect_refusal(folder, "sphere.off --set h=1", 2, "--set means nothing");
+  expect_refusal(folder, "sphere.off --region a --region b", 2, "2 regions are named");
+  expect_refusal(folder, "sphere.off --region a=other.off", 2, "not among the inputs");
+  expect_refusal(folder, "", 2, "INPUT");
+  EXPECT_EQ(run_tetrahedra(folder, "sphere.off -o sphere.vtu").exit_code, 2);
+  EXPECT_EQ(run_tetrahedra(folder, "sphere.off -o nowhere/sphere.msh").exit_code, 2);
+  EXPECT_EQ(run_tetrahedra(folder, "--help").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace palpate
