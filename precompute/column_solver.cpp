@@ -46,12 +46,6 @@ double infinity_norm(const BlockMatrix& matrix) {
   return most;
 }
 
-void set_default_option(const char* name, const char* value) {
-  PetscBool given = PETSC_FALSE;
-  check(PetscOptionsHasName(nullptr, nullptr, name, &given));
-  if (!given) check(PetscOptionsSetValue(nullptr, name, value));
-}
-
 std::string option_or(const char* name, const char* otherwise) {
   char text[128] = {};
   PetscBool given = PETSC_FALSE;
@@ -143,7 +137,7 @@ void ColumnSolver::State::create_inner(std::span<const std::array<double, 3>> co
   create_scalar_matrix(!direct);
   if (!direct) set_near_nullspace(coordinates);
   // Chebyshev over Jacobi: the smoothers that PETSc or users would take otherwise (sor, pbjacobi) have diverged.
-  if (type == PCGAMG) set_default_option("-column_mg_levels_pc_type", PCJACOBI);
+  if (type == PCGAMG) set_default_petsc_option("-column_mg_levels_pc_type", PCJACOBI);
   check(PCCreate(PETSC_COMM_SELF, &inner));
   check(PCSetOptionsPrefix(inner, kPrefix));
   check(PCSetOperators(inner, scalar, scalar));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "formats/errors.h"
 
@@ -13,6 +14,11 @@ namespace {
 std::string& last_error() {
   static std::string text;
   return text;
+}
+
+std::set<std::string>& own_defaults() {
+  static std::set<std::string> names = {"-skip_petscrc"};
+  return names;
 }
 
 PetscErrorCode remember_error(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
@@ -65,6 +71,14 @@ PetscSession::~PetscSession() {
   if (owns_mpi_) MPI_Finalize();
 }
 
+void set_default_petsc_option(const std::string& name, const std::string& value) {
+  PetscBool given = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &given));
+  if (given) return;
+  check(PetscOptionsSetValue(nullptr, name.c_str(), value.c_str()));
+  own_defaults().insert(name);
+}
+
 std::string unused_petsc_options() {
   PetscInt count = 0;
   char **names = nullptr, **values = nullptr;
@@ -72,7 +86,7 @@ std::string unused_petsc_options() {
   std::string text;
   for (PetscInt i = 0; i < count; ++i) {
     const std::string name = names[i];
-    if (name == "skip_petscrc") continue;
+    if (own_defaults().count('-' + name)) continue;
     text += (text.empty() ? "-" : ", -") + name + (values[i] ? std::string(" ") + values[i] : "");
   }
   check(PetscOptionsLeftRestore(nullptr, &count, &names, &values));

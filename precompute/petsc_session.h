@@ -26,7 +26,10 @@ class PetscSession {
 // Throws OperationError with PETSc's own sentence when code is not 0.
 void check(PetscErrorCode code);
 
-// The options that nothing has asked for so far, as "-name value"; empty when all were used.
+// Sets an option that the user has not set; it does not count as unused.
+void set_default_petsc_option(const std::string& name, const std::string& value);
+
+// The user's options that nothing has asked for so far, as "-name value"; empty when all were used.
 std::string unused_petsc_options();
 
 // All options in force, sorted, as one line.

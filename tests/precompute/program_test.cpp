@@ -175,6 +175,12 @@ TEST_F(Program, GivesTheSameTensorsWithMultigridAsWithAFactor) {
     ASSERT_LT(n, 200);
 }
 
+TEST_F(Program, SolvesAMeshTooSmallForLevelsWithMultigrid) {
+  write_mesh(folder_ / "box.msh", box_mesh({1, 1, 1}, {10, 10, 10}));
+  write("bc.toml", "name = \"one\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"x0\" }\n");
+  EXPECT_EQ(run("x.h5", "-- -column_pc_type gamg"), 0) << said_;
+}
+
 TEST_F(Program, StoresTheInteriorOnlyWhenAsked) {
   ASSERT_EQ(run("surface.h5"), 0) << said_;
   write("bc.toml", kBoundary + "[touchable]\nselect = { patch = \"x1\" }\n[store]\ninterior = true\n");
@@ -263,6 +269,7 @@ TEST_F(Program, EndsOnAllRanksWhenOneFails) {
 }
 
 TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
+  write_mesh(folder_ / "box.msh", box_mesh({12, 10, 8}, {60, 50, 40}, 0.15));  // seconds of work the slow way below
   write("x.h5", "the old bundle");
   const auto part = folder_ / "x.h5.part";
   const pid_t child = ::fork();
