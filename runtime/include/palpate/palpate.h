@@ -180,7 +180,8 @@ typedef struct palpate_contact_node {
 typedef struct palpate_tool_state {
   double force[3];     /* N, what the organ does to the tool (the reaction), limited and slew-limited: send this to a device */
   double force_raw[3]; /* the same before the limits                                                                        */
-  double direction[3]; /* d_t: unit direction of the tool's imposed motion; zero without one                                */
+  double direction[3]; /* d_t: unit direction of the sum of the tool's imposed displacements; zero without one: P then
+                          leaves its contribution as it is, and Q acts by its slope at zero                                 */
   int32_t contact_count;
   uint32_t flags; /* the step flags that concern this tool */
 } palpate_tool_state;
@@ -219,7 +220,7 @@ typedef uint32_t palpate_step_flags;
 PALPATE_API palpate_step_flags palpate_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
                                              palpate_contacts* contacts);
 
-/* Forgets contacts, last positions and forces, as after create. */
+/* Forgets contacts, last positions and forces, as after create. Belongs to the thread of palpate_touch. */
 PALPATE_API void palpate_reset(palpate_scene* scene);
 
 /* ---- shape: the render half -------------------------------------------------------------------------------------- */
