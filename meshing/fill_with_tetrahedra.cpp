@@ -11,6 +11,7 @@
 #include "meshing/gmsh_session.h"
 #include "meshing/in_child_process.h"
 #include "meshing/mesh_bytes.h"
+#include "meshing/mesh_quality.h"
 
 namespace palpate {
 namespace {
@@ -194,13 +195,35 @@ double mean_edge(const VolumeBoundary& boundary) {
   return count == 0 ? 0 : sum / static_cast<double>(count);
 }
 
-TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillOptions& options) {
+namespace {
+
+TetrahedralMesh fill_once(const VolumeBoundary& boundary, const FillOptions& options) {
   TetrahedralMesh mesh =
       from_bytes(run_in_child("gmsh", options.time_limit, [&] { return fill_in_gmsh(boundary, options); }));
   mesh.region_names = boundary.region_names;
   for (const auto& patch : boundary.patches) mesh.patches.push_back({patch_name(boundary, patch), patch.triangles});
   verify_boundary_kept(boundary, mesh);
   return mesh;
+}
+
+}  // namespace
+
+TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillOptions& options) {
+  FillOptions gentler = options, finer = options;
+  gentler.optimize_below = 0.8 * options.optimize_below;
+  finer.size = 0.97 * (options.size > 0 ? options.size : mean_edge(boundary));
+  TetrahedralMesh best;
+  double best_dihedral = -1;
+  for (const FillOptions& tried : {options, gentler, finer}) {
+    TetrahedralMesh mesh = fill_once(boundary, tried);
+    const double dihedral = measure_quality(mesh).dihedral.value;
+    if (dihedral > best_dihedral) {
+      best_dihedral = dihedral;
+      best = std::move(mesh);
+    }
+    if (best_dihedral >= options.goal || options.optimize_below == 0) break;
+  }
+  return best;
 }
 
 std::size_t verify_boundary_kept(const VolumeBoundary& boundary, const TetrahedralMesh& mesh) {

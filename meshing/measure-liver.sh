@@ -7,15 +7,15 @@ image=$2
 out=${3:-$(mktemp -d)}
 
 # vertices wanted, triangles of the surface, Gaussian width in mm, largest edge inside in mm
-sizes="200:270:3:100 1700:1350:1.5:9 5000:2950:1.5:6.4 20000:7900:1:3.8 100000:24000:1:2.25"
+sizes="200:270:3:100 1700:1350:1.5:9 5000:2950:1.5:6.4 20000:7900:1:3.8 100000:24000:1:2.17"
 
-echo "| target | triangles | kept | vertices | tetrahedra | min dihedral | radius ratio mean / min | distance to voxels mean / p95 / max, mm | surface s | tetrahedra s | MB |"
+echo "| target | triangles | kept | vertices | tetrahedra | min dihedral | radius ratio mean / min | distance to voxels mean / p95 / max, mm | surface, CPU s | tetrahedra, CPU s | MB |"
 echo "|---|---|---|---|---|---|---|---|---|---|---|"
 for size in $sizes; do
   IFS=: read -r target triangles smooth edge <<<"$size"
-  /usr/bin/env time -f "%e" -o "$out/surface.time" "$bin/palpate-surface" "$image" --labels 255 --smooth "$smooth" \
+  /usr/bin/env time -f "%U" -o "$out/surface.time" "$bin/palpate-surface" "$image" --labels 255 --smooth "$smooth" \
     --triangles "$triangles" -o "$out/liver-$target.ply" --report "$out/surface-$target.json" >"$out/log" 2>&1
-  /usr/bin/env time -f "%e %M" -o "$out/mesh.time" "$bin/palpate-tetrahedra" "$out/liver-$target.ply" --region liver \
+  /usr/bin/env time -f "%U %M" -o "$out/mesh.time" "$bin/palpate-tetrahedra" "$out/liver-$target.ply" --region liver \
     --size "$edge" -o "$out/liver-$target.msh" --report "$out/mesh-$target.json" >>"$out/log" 2>&1
   /usr/bin/python3 - "$target" "$out" <<'PYTHON'
 import json, sys

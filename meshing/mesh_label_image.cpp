@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <set>
@@ -15,23 +16,46 @@
 namespace palpate {
 namespace {
 
-void clean(VoxelMask& mask, const Tissue& tissue, const LabelImageOptions& o, const std::string& image_name) {
-  const PieceChanges changes = filter_pieces(mask, parse_piece_filter(o.components), !o.keep_cavities, image_name);
+void drop_small_pieces(VoxelMask& mask, const Tissue& tissue, const LabelImageOptions& o,
+                       const std::string& image_name) {
+  const PieceChanges changes =
+      filter_pieces(mask, parse_piece_filter(o.components), /*fill_cavities=*/false, image_name);
   if (changes.dropped > 0)
     warn(fmt::format("{}: dropped {} of {} pieces, {:.4g} mm3 in all (--components {}; all keeps them)", tissue.name,
                      changes.dropped, changes.pieces, changes.dropped_mm3, o.components));
-  if (changes.filled > 0)
-    warn(fmt::format("{}: filled {} cavities, {:.4g} mm3 in all (--cavities keep keeps them)", tissue.name,
-                     changes.filled, changes.filled_mm3));
 }
 
-// What filled a cavity of one tissue may have been another tissue: that one keeps its voxels.
-void give_back(std::vector<VoxelMask>& masks, const std::vector<VoxelMask>& before) {
-  for (std::size_t t = 0; t < masks.size(); ++t)
-    for (std::size_t v = 0; v < masks[t].inside.size(); ++v)
-      if (before[t].inside[v])
-        for (std::size_t other = 0; other < masks.size(); ++other)
-          if (other != t && masks[t].inside[v]) masks[other].inside[v] = 0;
+// Holes inside all tissues together go to the tissue next to them, voxel layer by voxel layer.
+void fill_cavities(std::vector<VoxelMask>& masks, const std::string& image_name) {
+  VoxelMask all = masks.front();
+  for (const VoxelMask& mask : masks)
+    for (std::size_t v = 0; v < all.inside.size(); ++v) all.inside[v] |= mask.inside[v];
+  const std::vector<std::uint8_t> before = all.inside;
+  const PieceChanges changes = filter_pieces(all, parse_piece_filter("all"), /*fill_cavities=*/true, image_name);
+  if (changes.filled == 0) return;
+  warn(fmt::format("filled {} cavities, {:.4g} mm3 in all (--cavities keep keeps them)", changes.filled,
+                   changes.filled_mm3));
+  std::vector<std::size_t> left;
+  for (std::size_t v = 0; v < before.size(); ++v)
+    if (all.inside[v] && !before[v]) left.push_back(v);
+  const auto row = static_cast<std::ptrdiff_t>(all.grid.size[0]), slice = row * all.grid.size[1];
+  while (!left.empty()) {
+    std::vector<std::pair<std::size_t, std::size_t>> given;  // voxel, tissue
+    for (const std::size_t v : left)
+      for (std::size_t t = 0; t < masks.size(); ++t) {
+        bool beside = false;
+        for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, row, slice})
+          beside |= masks[t].inside[v + step] || masks[t].inside[v - step];  // padded: never beyond the grid
+        if (!beside) continue;
+        given.emplace_back(v, t);
+        break;
+      }
+    if (given.empty()) break;
+    for (const auto& [v, t] : given) masks[t].inside[v] = 1;
+    std::erase_if(left, [&](std::size_t v) {
+      return std::any_of(masks.begin(), masks.end(), [&](const VoxelMask& mask) { return mask.inside[v]; });
+    });
+  }
 }
 
 double twelfth_of_size(const std::vector<VoxelMask>& masks) {
@@ -108,10 +132,9 @@ MeshReport mesh_label_image(const std::vector<std::string>& inputs, const LabelI
   const LabelImage image = read_label_image(inputs, options.spacing);
   const double smooth = options.smooth_mm.value_or(1.5 * std::cbrt(image.grid.voxel_volume()));
   std::vector<VoxelMask> masks = tissue_masks(image, options.tissues, 3 * smooth, name);
-  const std::vector<VoxelMask> before = masks;
+  for (std::size_t t = 0; t < masks.size(); ++t) drop_small_pieces(masks[t], options.tissues[t], options, name);
+  if (!options.keep_cavities) fill_cavities(masks, name);
   std::vector<double> voxels_mm3;
-  for (std::size_t t = 0; t < masks.size(); ++t) clean(masks[t], options.tissues[t], options, name);
-  give_back(masks, before);
   for (const VoxelMask& mask : masks)
     voxels_mm3.push_back(static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume());
 

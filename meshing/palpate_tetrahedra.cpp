@@ -69,6 +69,9 @@ void define(CLI::App& app, Options& o) {
   app.add_option("--optimize-below", o.fill.optimize_below, "Improve elements of a gmsh quality below this; 0: none")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  app.add_option("--goal", o.fill.goal, "Try other settings while the smallest dihedral angle is below this, degrees")
+      ->check(CLI::Range(0.0, 70.0))
+      ->capture_default_str();
   app.add_option("--min-dihedral", o.gate.min_dihedral, "Refuse a mesh with a smaller dihedral angle, degrees")
       ->check(CLI::Range(0.0, 70.0))
       ->capture_default_str();
