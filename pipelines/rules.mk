@@ -33,6 +33,7 @@ endif
 
 pipeline: $(PICTURES) $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
                                                $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json))
+	@echo "$(ORGAN): results in $(WORK); pictures: $(PICTURES)"
 
 # ---- image -> surface -> tetrahedra, or geometry -> tetrahedra -----------------------------------------------------
 

@@ -25,9 +25,10 @@ static_assert(static_cast<int>(SceneConfig::Force::response) == PALPATE_FORCE_RE
 static_assert(static_cast<int>(SceneConfig::Shape::volume) == PALPATE_SHAPE_VOLUME);
 static_assert(static_cast<int>(SceneConfig::Radial::response) == PALPATE_RADIAL_RESPONSE);
 
-[[noreturn]] void refuse(const std::filesystem::path& bundle, const palpate_error& error) {
+[[noreturn]] void refuse(const SceneConfig& scene, const std::filesystem::path& bundle, const palpate_error& error) {
   const std::string at = error.byte_offset ? fmt::format("byte {}: ", error.byte_offset) : "";
-  const std::string text = fmt::format("{}: {}{}", bundle.string(), at, error.text);
+  const auto& file = error.status == PALPATE_ERROR_ARGUMENT ? scene.file : bundle;
+  const std::string text = fmt::format("{}: {}{}", file.string(), at, error.text);
   if (error.status == PALPATE_ERROR_MEMORY) throw OperationError(text);
   throw InputError(text);
 }
@@ -53,18 +54,18 @@ std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const pal
   const std::int32_t* touchable = palpate_bundle_touchable(bundle);
   const std::vector<std::int32_t> candidates(touchable, touchable + palpate_bundle_describe(bundle).touchable_count);
   std::vector<std::int32_t> nodes;
-  if (grip.nearest) {
+  if (grip.nearest && !candidates.empty()) {
     const auto nearer = [&](std::int32_t a, std::int32_t b) {
       return distance(node_position(bundle, a), *grip.nearest) < distance(node_position(bundle, b), *grip.nearest);
     };
     nodes.push_back(*std::min_element(candidates.begin(), candidates.end(), nearer));
-  } else {
+  } else if (!grip.nearest) {
     for (const std::int32_t node : candidates)
       if (inside(node_position(bundle, node), grip.box_min, grip.box_max)) nodes.push_back(node);
   }
   if (nodes.empty())
     throw InputError(
-        fmt::format("{}:{}: [[tool.grip]]: expected touchable nodes of the bundle in the box, found none; "
+        fmt::format("{}:{}: [[tool.grip]]: expected touchable nodes of the bundle there, found none; "
                     "compare with \"palpate-bundle info\"",
                     file.string(), grip.line));
   return nodes;
@@ -122,7 +123,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle) : scene_(
                                  kMostSteps, duration(), scene_.touch_hz));
   palpate_error error{};
   palpate_bundle* opened = nullptr;
-  if (palpate_bundle_open_file(bundle.c_str(), &opened, &error) != PALPATE_OK) refuse(bundle, error);
+  if (palpate_bundle_open_file(bundle.c_str(), &opened, &error) != PALPATE_OK) refuse(scene_, bundle, error);
   bundle_.reset(opened);
 
   std::size_t total = 0;
@@ -134,7 +135,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle) : scene_(
   const palpate_scene_def def = scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20)));
   contact_node_limit_ = def.max_contact_nodes;
   palpate_scene* created = nullptr;
-  if (palpate_scene_create(bundle_.get(), &def, &created, &error) != PALPATE_OK) refuse(bundle, error);
+  if (palpate_scene_create(bundle_.get(), &def, &created, &error) != PALPATE_OK) refuse(scene_, bundle, error);
   runtime_scene_.reset(created);
 
   points_ = local_points_;

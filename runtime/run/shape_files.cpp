@@ -6,6 +6,7 @@
 #include <vtkFloatArray.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
+#include <vtkObject.h>
 #include <vtkPointData.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
@@ -24,7 +25,8 @@ void write_grid(vtkUnstructuredGrid* grid, const std::filesystem::path& file) {
   writer->SetFileName(file.c_str());
   writer->SetInputData(grid);
   writer->SetDataModeToAppended();
-  if (writer->Write() != 1) throw OperationError(fmt::format("{}: cannot be written", file.string()));
+  if (writer->Write() != 1 || writer->GetErrorCode() != 0)
+    throw OperationError(fmt::format("{}: cannot be written; is the disk full?", file.string()));
 }
 
 template <typename Array>
@@ -125,6 +127,7 @@ struct ShapeFiles::Organ {
 
 ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player, const BundleFields& fields)
     : folder_(folder), organ_(std::make_unique<Organ>(player, fields)) {
+  vtkObject::GlobalWarningDisplayOff();  // failures are reported here, in one sentence
   std::filesystem::create_directory(folder_ / "shapes");
 }
 
