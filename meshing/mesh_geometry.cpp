@@ -31,7 +31,7 @@ std::string text_of(const std::filesystem::path& file) {
 // A geometry is a script; those commands that reach outside the mesher are not part of describing a shape.
 void refuse_side_effects(const std::filesystem::path& file, const std::string& text) {
   static const std::regex forbidden(
-      R"(\b(SystemCall|NonBlockingSystemCall|OnelabRun|Plugin|Include|Merge|MergeWithBoundingBox|ShapeFromFile|Save|Print|Printf|CreateDir|PurgeFile)\b)");
+      R"(\b(SystemCall|NonBlockingSystemCall|OnelabRun|Plugin|Include|Merge|MergeWithBoundingBox|ShapeFromFile|Save|Print|Printf|CreateDir|PurgeFile|Exit|Abort)\b)");
   std::istringstream lines(text);
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
@@ -39,8 +39,8 @@ void refuse_side_effects(const std::filesystem::path& file, const std::string& t
     const std::string code = line.substr(0, line.find("//"));
     if (std::regex_search(code, match, forbidden))
       throw InputError(
-          fmt::format("{}: line {}: \"{}\" reads or writes other files or runs programs and is refused; keep the "
-                      "geometry in one file without it",
+          fmt::format("{}: line {}: \"{}\" is refused, because it reaches other files or programs or ends the mesher; "
+                      "keep the geometry in one file without it",
                       file.string(), number, match.str()));
   }
 }

@@ -85,6 +85,7 @@ TEST(MeshGeometry, WhatIsNoSoundGeometryIsRefused) {
   EXPECT_THAT(refusal("Point(1) = {0,0,0"), HasSubstr("input: "));
   EXPECT_THAT(refusal("Point(1) = {0,0,0};"), HasSubstr("no volume"));
   EXPECT_THAT(refusal("// nothing\nSystemCall \"touch /tmp/x\";"), HasSubstr("line 2: \"SystemCall\""));
+  EXPECT_THAT(refusal("Exit;"), HasSubstr("refused"));
   EXPECT_THAT(refusal("Merge \"/etc/passwd\";"), HasSubstr("refused"));
   EXPECT_THAT(refusal(std::string(kTwoLayers) + "Physical Volume(\"again\") = {lower[1]};"),
               HasSubstr("two physical volumes"));
