@@ -105,7 +105,7 @@ void from_image(const Options& options) {
                    image.grid.size[1], image.grid.size[2], spacing[0], spacing[1], spacing[2]));
 
   const double smooth_mm = options.smooth_mm.value_or(1.5 * std::cbrt(image.grid.voxel_volume()));
-  VoxelMask mask = select_voxels(image, options.selection, 3 * smooth_mm, name);
+  VoxelMask mask = select_voxels(image, options.selection, 0, name);
   if (mask.touched_border) {
     warn("the label touches the image's border, where the organ may be cut off; padded and closed there");
   }

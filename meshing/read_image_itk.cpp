@@ -4,7 +4,6 @@
 #include <itkImage.h>
 #include <itkImageFileReader.h>
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkPNGImageIO.h>
 
@@ -83,11 +82,6 @@ LabelImage read_nrrd(const std::filesystem::path& file) {
 LabelImage read_meta(const std::filesystem::path& file) {
   check_meta_header(file);
   return read_with(itk::MetaImageIO::New(), file);
-}
-
-LabelImage read_nifti(const std::filesystem::path& file) {
-  check_nifti_header(file);
-  return read_with(itk::NiftiImageIO::New(), file);
 }
 
 LabelImage read_png_slice(const std::filesystem::path& file) {

@@ -1,11 +1,11 @@
-// The formats ITK decodes; label_image.h is what callers use.
+// The readers behind label_image.h, which is what callers use.
 #pragma once
 
 #include "meshing/label_image.h"
 
 namespace palpate {
 
-// Each checks the header (image_header.h) and then lets ITK read. Errors: InputError.
+// Each checks the header (image_header.h) and then reads: NRRD and MetaImage through ITK. Errors: InputError.
 LabelImage read_nrrd(const std::filesystem::path& file);
 LabelImage read_meta(const std::filesystem::path& file);
 LabelImage read_nifti(const std::filesystem::path& file);

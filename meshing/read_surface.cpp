@@ -60,6 +60,10 @@ std::string_view TextLines::word() {
 }
 
 void TextLines::fail(const std::string& expected, std::string_view found) const {
+  if (found.empty() && next_ >= text_.size()) {
+    throw InputError(
+        fmt::format("{}: the file ends in line {}, expected {}; it is cut off", file_.string(), number_, expected));
+  }
   throw InputError(
       fmt::format("{}: line {}: expected {}, found '{}'", file_.string(), number_, expected, found.substr(0, 40)));
 }

@@ -8,8 +8,8 @@
 namespace palpate {
 
 // Isotropic remeshing (Botsch and Kobbelt 2004, as in CGAL), vertices projected onto the input; the edge length is
-// searched until the count is within 0.5 % or six trials are over, and the nearest is returned. iterations: 3 is usual,
-// more regularises further.
+// searched until the count is within 0.5 % or eight trials are over, and the nearest is returned. iterations: 3 is
+// usual, more regularises further.
 TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triangles, unsigned iterations);
 
 // Edge collapse (Lindstrom and Turk 1998, as in CGAL) down to the count, refusing collapses that turn a normal too far.

@@ -22,8 +22,9 @@ struct LabelSelection {
   std::optional<double> threshold;  // or everything at or above it
 };
 
-// The selected voxels, cropped to their box and padded by padding_mm (at least a voxel). Without labels and threshold
-// the image must hold a single value beside 0. Errors: InputError when nothing is selected (lists the values present).
+// The selected voxels, cropped to their box and padded by padding_mm, rounded up, and a voxel on every side. For a
+// surface 0 is enough: a Gaussian leaves less than a half outside the box. Without labels and threshold the image must
+// hold a single value beside 0. Errors: InputError when nothing is selected (lists the values present).
 VoxelMask select_voxels(const LabelImage& image, const LabelSelection& selection, double padding_mm,
                         const std::string& image_name);
 

@@ -1,0 +1,274 @@
+// Damaged input through the real program: exit code 2, one sentence that says where and what, nothing left behind.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <chrono>
+#include <limits>
+#include <random>
+
+#include "meshing/surface_file.h"
+#include "tests/meshing/run_surface.h"
+#include "tests/meshing/surface_images.h"
+#include "tests/support/closed_surfaces.h"
+
+namespace palpate {
+namespace {
+
+using namespace tests;
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+class SurfaceDamage : public testing::Test {
+ protected:
+  const std::filesystem::path folder_ = fresh_folder();
+  const ShapeImage ball_ =
+      shape_image({24, 24, 24}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 0}, ellipsoid(9, 9, 9, 7));
+
+  template <class Matcher>
+  void expect_refused(const std::string& name, const std::string& bytes, const Matcher& says,
+                      const std::string& more = "") {
+    write_bytes(folder_ / name, bytes);
+    expect_refused_input(name, says, more);
+  }
+  template <class Matcher>
+  void expect_refused_input(const std::string& name, const Matcher& says, const std::string& more = "") {
+    const std::filesystem::path out = folder_ / "out.off";
+    const ProgramRun run =
+        run_surface(folder_, (folder_ / name).string() + " --triangles 200 -o " + out.string() + " " + more);
+    EXPECT_EQ(run.exit_code, 2) << name << ": " << run.errors;
+    std::string sentences;  // without notes and warnings about what went well before
+    std::istringstream lines(run.errors);
+    int errors = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("note: ") || line.starts_with("warning: ")) continue;
+      sentences += line;
+      ++errors;
+    }
+    EXPECT_EQ(errors, 1) << run.errors;
+    EXPECT_THAT(sentences, AllOf(HasSubstr(name), says));
+    EXPECT_FALSE(std::filesystem::exists(out));
+    EXPECT_FALSE(std::filesystem::exists(out.string() + ".part"));
+  }
+};
+
+TEST_F(SurfaceDamage, AbsentLabelListsThoseThereAre) {
+  expect_refused("a.nrrd", as_nrrd(ball_, false, false), AllOf(HasSubstr("label 255"), HasSubstr("7 (")),
+                 "--labels 255");
+}
+
+TEST_F(SurfaceDamage, LabelsOfTheWrongByteOrderGetAHint) {
+  ShapeImage shape = ball_;
+  std::string text = replaced(as_nrrd(shape, false, false), "unsigned char", "ushort");
+  text = replaced(text, "encoding: raw", "endian: big\nencoding: raw");
+  const std::size_t head = text.size() - shape.values.size();
+  std::string wide = text.substr(0, head);
+  for (const std::uint8_t v : shape.values) wide += {static_cast<char>(v), '\0'};  // little-endian
+  expect_refused("a.nrrd", wide, AllOf(HasSubstr("1792"), HasSubstr("byte order")), "--labels 7");
+}
+
+TEST_F(SurfaceDamage, EmptyAndForeignImagesAreRefused) {
+  ShapeImage zero = ball_;
+  std::fill(zero.values.begin(), zero.values.end(), std::uint8_t{0});
+  expect_refused("zero.nrrd", as_nrrd(zero, false, false), HasSubstr("0 everywhere"));
+  expect_refused("empty.nrrd", "", HasSubstr("empty"));
+  expect_refused("empty.inr.gz", "", HasSubstr("empty"));
+  for (const char* name : {"a.inr", "a.nrrd", "a.nii", "a.mha"}) {
+    expect_refused(name, "this is a letter, not an image\n", HasSubstr("expected"));
+  }
+  expect_refused_input("absent.nrrd", HasSubstr("nothing"));
+  expect_refused("notes.txt", "hello", HasSubstr(".nrrd"));
+}
+
+TEST_F(SurfaceDamage, SeveralLabelsAskForAChoice) {
+  ShapeImage two = ball_;
+  two.values[0] = 3;
+  expect_refused("two.nrrd", as_nrrd(two, false, false), AllOf(HasSubstr("3 (1 voxels)"), HasSubstr("--labels")));
+}
+
+TEST_F(SurfaceDamage, CutOffImagesAreRefusedInEveryFormat) {
+  const auto half = [](const std::string& bytes) { return bytes.substr(0, bytes.size() / 2); };
+  expect_refused("a.nrrd", half(as_nrrd(ball_, false, false)), HasSubstr("bytes"));
+  expect_refused("b.nrrd", half(as_nrrd(ball_, false, true)), HasSubstr("cut off"));
+  expect_refused("a.mha", half(as_meta(ball_)), HasSubstr("bytes"));
+  expect_refused("a.nii", half(as_nifti(ball_, 2)), HasSubstr("bytes"));
+  expect_refused("a.nii.gz", half(gzipped(as_nifti(ball_, 2))), HasSubstr("cut off"));
+  expect_refused("a.inr", half(as_inr(ball_)), HasSubstr("bytes"));
+  expect_refused("a.inr.gz", half(gzipped(as_inr(ball_))), HasSubstr("cut off"));
+  std::string corrupt = gzipped(as_inr(ball_));
+  for (std::size_t b = 40; b < 60; ++b) corrupt[b] = static_cast<char>(~corrupt[b]);
+  expect_refused("b.inr.gz", corrupt, HasSubstr("corrupt"));
+}
+
+TEST_F(SurfaceDamage, DimensionsThatNoFileHoldsAreRefusedBeforeMemoryIsTaken) {
+  expect_refused("a.nrrd", replaced(as_nrrd(ball_, false, false), "sizes: 24 24 24", "sizes: 99999 99999 99999"),
+                 HasSubstr("bytes"));
+  expect_refused("b.nrrd",
+                 replaced(as_nrrd(ball_, false, false), "sizes: 24 24 24", "sizes: 2000000000 2000000000 2000000000"),
+                 HasSubstr("dimensions"));
+  expect_refused("c.nrrd", replaced(as_nrrd(ball_, false, true), "sizes: 24 24 24", "sizes: 9999 9999 9999"),
+                 HasSubstr("bytes"));
+  expect_refused("d.nrrd", replaced(as_nrrd(ball_, false, false), "sizes: 24 24 24", "sizes: 24 -24 24"),
+                 HasSubstr("dimensions"));
+  expect_refused("a.mha", replaced(as_meta(ball_), "DimSize = 24 24 24", "DimSize = 24 0 24"), HasSubstr("dimensions"));
+  expect_refused("b.mha", replaced(as_meta(ball_), "NDims = 3", "NDims = 1000000"), HasSubstr("NDims"));
+  expect_refused("a.inr.gz", gzipped(replaced(as_inr(ball_), "XDIM=24", "XDIM=4294967295")), HasSubstr("dimensions"));
+  expect_refused("b.inr", replaced(as_inr(ball_), "XDIM=24", "XDIM=24\nXDIM=99999999"), HasSubstr("twice"));
+  std::string nifti = as_nifti(ball_, 2);
+  const std::int16_t huge = 32767;
+  for (std::size_t d = 0; d < 3; ++d) std::memcpy(nifti.data() + 42 + 2 * d, &huge, 2);
+  expect_refused("a.nii", nifti, HasSubstr("bytes"));
+  expect_refused("b.nii.gz", gzipped(nifti), HasSubstr("bytes"));
+}
+
+TEST_F(SurfaceDamage, VoxelSizesMustBeAboveZero) {
+  expect_refused("a.inr", replaced(as_inr(ball_), "VY=1", "VY=0"), HasSubstr("voxel sizes above 0"));
+  expect_refused("b.inr", replaced(as_inr(ball_), "VY=1", "VY=-1"), HasSubstr("voxel sizes above 0"));
+  expect_refused("c.inr", replaced(as_inr(ball_), "VY=1", "VY=nan"), HasSubstr("voxel sizes above 0"));
+  expect_refused("a.mha", replaced(as_meta(ball_), "ElementSpacing = 1 1 1", "ElementSpacing = 1 0 1"),
+                 HasSubstr("voxel sizes above 0"));
+  expect_refused("a.nrrd", replaced(as_nrrd(ball_, false, false), "(0,1,0)", "(0,0,0)"), HasSubstr("a.nrrd"));
+  expect_refused("b.nrrd", replaced(as_nrrd(ball_, false, false), "(0,1,0)", "(nan,1,0)"), HasSubstr("b.nrrd"));
+  std::string nifti = as_nifti(ball_, 2);
+  const float zero = 0;
+  std::memcpy(nifti.data() + 84, &zero, 4);
+  expect_refused("a.nii", nifti, HasSubstr("voxel sizes above 0"));
+}
+
+TEST_F(SurfaceDamage, PngSlicesMustFitOneAnother) {
+  write_png_stack(folder_ / "slices", ball_);
+  expect_refused_input("slices", HasSubstr("--spacing"));
+  expect_refused_input("slices", HasSubstr("voxel sizes above 0"), "--spacing 1,0,1");
+  const std::vector<std::uint8_t> small(25, 7);
+  write_bytes(folder_ / "slices" / "slice12.png", as_png(5, 5, small.data()));
+  expect_refused_input("slices", AllOf(HasSubstr("slice12.png"), HasSubstr("24 x 24")), "--spacing 1,1,1");
+  const std::string whole = as_png(24, 24, ball_.values.data());
+  write_bytes(folder_ / "slices" / "slice12.png", whole.substr(0, whole.size() - 20));
+  expect_refused_input("slices", AllOf(HasSubstr("slice12.png"), HasSubstr("cut off")), "--spacing 1,1,1");
+  std::filesystem::create_directories(folder_ / "none");
+  expect_refused_input("none", HasSubstr("found none"), "--spacing 1,1,1");
+}
+
+TEST_F(SurfaceDamage, CheckerboardAndNoiseAreRefusedSoon) {
+  const auto started = std::chrono::steady_clock::now();
+  const std::array<Point, 3> axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  const ShapeImage board = shape_image({60, 60, 60}, axes, {0, 0, 0}, [](const Point& p) {
+    return static_cast<int>(std::floor(p[0]) + std::floor(p[1]) + std::floor(p[2]) + 300) % 2;
+  });
+  expect_refused("board.nrrd", as_nrrd(board, false, false), HasSubstr("pieces"));
+  std::mt19937 random(3);
+  const ShapeImage noise =
+      shape_image({60, 60, 60}, axes, {0, 0, 0}, [&](const Point&) { return static_cast<int>(random() % 2); });
+  expect_refused("noise.nrrd", as_nrrd(noise, false, false), HasSubstr("handles"), "--smooth 0.5");
+  // a bound on hanging, not on speed: refused before remeshing, which would take minutes
+  EXPECT_LT(std::chrono::steady_clock::now() - started, std::chrono::seconds(100));
+}
+
+// --- surfaces
+
+std::string as_off_text(const TriangleSurface& surface) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "OFF\n" << surface.points.size() << ' ' << surface.triangles.size() << " 0\n";
+  for (const auto& [x, y, z] : surface.points) text << x << ' ' << y << ' ' << z << '\n';
+  for (const auto& [a, b, c] : surface.triangles) text << "3 " << a << ' ' << b << ' ' << c << '\n';
+  return text.str();
+}
+
+std::string file_text(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+TEST_F(SurfaceDamage, OpenSurfaceSaysHowManyLoopsAndWhere) {
+  TriangleSurface sphere = sphere_surface(2, 10);
+  sphere.triangles.erase(sphere.triangles.begin() + 200);
+  sphere.triangles.erase(sphere.triangles.begin() + 10);
+  expect_refused("open.off", as_off_text(sphere),
+                 AllOf(HasSubstr("2 open loops"), HasSubstr("6 free edges"), HasSubstr("near (")));
+}
+
+TEST_F(SurfaceDamage, SelfIntersectionSaysHowManyPairsAndWhere) {
+  TriangleSurface a = sphere_surface(2, 10);
+  const TriangleSurface b = sphere_surface(2, 6, {10, 0, 0});
+  const auto first = static_cast<std::int32_t>(a.points.size());
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  for (const auto& [p, q, r] : b.triangles) a.triangles.push_back({first + p, first + q, first + r});
+  expect_refused("cross.off", as_off_text(a), AllOf(HasSubstr("pairs of triangles intersect"), HasSubstr("near (")));
+}
+
+TEST_F(SurfaceDamage, NestedShellsThatAllPointOutwardAskWhatTheyAre) {
+  TriangleSurface a = sphere_surface(2, 10);
+  const TriangleSurface b = sphere_surface(2, 5);
+  const auto first = static_cast<std::int32_t>(a.points.size());
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  for (const auto& [p, q, r] : b.triangles) a.triangles.push_back({first + p, first + q, first + r});
+  expect_refused("nested.off", as_off_text(a), AllOf(HasSubstr("cavity"), HasSubstr("--cavities")));
+}
+
+TEST_F(SurfaceDamage, BrokenSurfaceFilesNameTheLineOrByte) {
+  const TriangleSurface sphere = sphere_surface(1, 10);
+  const std::string off = as_off_text(sphere);  // 42 points, 80 triangles: faces from line 45
+  expect_refused("a.off", replaced(off, "42 80 0", "42 81 0"), HasSubstr("cut off"));
+  expect_refused("b.off", replaced(off, "42 80 0", "4000000000 80 0"), HasSubstr("do not fit"));
+  expect_refused("c.off", off.substr(0, off.size() - 30), HasSubstr("cut off"));
+  expect_refused("d.off", replaced(off, off.substr(12, off.find('\n', 12) - 12), "nan 0 0"),
+                 AllOf(HasSubstr("line 3"), HasSubstr("nan")));
+  expect_refused("e.off", off.substr(0, off.rfind("\n3 ")) + "\n3 0 1 42\n",
+                 AllOf(HasSubstr("line 124"), HasSubstr("below 42")));
+
+  write_surface(folder_ / "good.stl", sphere);
+  const std::string stl = file_text(folder_ / "good.stl");
+  expect_refused("a.stl", stl.substr(0, stl.size() - 1), AllOf(HasSubstr("80 triangles"), HasSubstr("4084 bytes")));
+  std::string nan = stl;
+  const float bad = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(nan.data() + 84 + 50 * 3 + 12, &bad, 4);
+  expect_refused("b.stl", nan, AllOf(HasSubstr("triangle 3"), HasSubstr("byte 234")));
+  expect_refused("c.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n",
+                 HasSubstr("cut off"));
+
+  write_surface(folder_ / "good.ply", sphere);
+  const std::string ply = file_text(folder_ / "good.ply");
+  expect_refused("a.ply", ply.substr(0, ply.size() - 7), HasSubstr("cut off"));
+  expect_refused("b.ply", replaced(ply, "element vertex 42", "element vertex 99999999999"), HasSubstr("do not fit"));
+  std::string out_of_range = ply;
+  const std::int32_t far_index = 1000;
+  std::memcpy(out_of_range.data() + ply.size() - 4, &far_index, 4);
+  expect_refused("c.ply", out_of_range, AllOf(HasSubstr("face 79"), HasSubstr("1000")));
+
+  expect_refused("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", AllOf(HasSubstr("line 4"), HasSubstr("below 3")));
+  expect_refused("b.obj", "v 0 0 0\nv 1 0 inf\n", AllOf(HasSubstr("line 2"), HasSubstr("inf")));
+  expect_refused("c.obj", "v 0 0 0\n", HasSubstr("no triangles"));
+
+  const std::string vtp =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n"
+      "<Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+      "NumberOfPolys=\"1\">\n<Points>\n"
+      "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 "
+      "0</DataArray>\n</Points>\n<Polys>\n"
+      "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray>\n"
+      "<DataArray type=\"Int32\" Name=\"offsets\" "
+      "format=\"ascii\">3</DataArray>\n</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
+  expect_refused("open.vtp", vtp, HasSubstr("1 open loop"));
+  expect_refused("a.vtp", replaced(vtp, ">0 1 2<", ">0 1 9<"), HasSubstr("below 3"));
+  expect_refused("b.vtp", replaced(vtp, "NumberOfPoints=\"3\"", "NumberOfPoints=\"99999999999\""),
+                 HasSubstr("does not fit"));
+  expect_refused("c.vtp", vtp.substr(0, vtp.size() / 2), HasSubstr("cut off"));
+}
+
+TEST_F(SurfaceDamage, OptionsThatDoNotFitTheInputAreRefused) {
+  write_surface(folder_ / "good.off", sphere_surface(2, 10));
+  expect_refused_input("good.off", HasSubstr("for images"), "--labels 1");
+  expect_refused("a.nrrd", as_nrrd(ball_, false, false), HasSubstr("--spacing is for PNG"), "--spacing 1,1,1");
+  expect_refused("a.nrrd", as_nrrd(ball_, false, false), HasSubstr("leaves nothing"), "--smooth 60");
+}
+
+}  // namespace
+}  // namespace palpate
