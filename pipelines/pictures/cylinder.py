@@ -95,9 +95,9 @@ def main():
     radial_panel.plot(*played_radius(linear), color="0.45", linestyle="--", linewidth=1.6)
     finish(force_panel, "force (N)")
     finish(radial_panel, "radial displacement at mid-height (mm)")
-    force_panel.legend(fontsize=13, frameon=False, title="thin: simulated; wide: measured", title_fontsize=13)
-    figure.suptitle("Swine brain, cylinder of 30 mm diameter and 13 mm height: at most %.2f %% from the curves measured by "
-                    "Miller and Chinzei" % (100 * max(worst_force, worst_radial)), fontsize=15)
+    force_panel.legend(fontsize=13, frameon=False, title="thin: simulated; wide: measured (model)", title_fontsize=13)
+    figure.suptitle("Swine brain cylinder, 30 mm wide, 13 mm high: at most %.2f %% from Miller and Chinzei's curves "
+                    "(their model of the measurements)" % (100 * max(worst_force, worst_radial)), fontsize=14)
     figure.tight_layout()
     if worst_force > FORCE_BOUND or worst_radial > RADIAL_BOUND:
         print("cylinder.py: expected force and radial displacement within %g %% and %g %% of the measured curves, found "

@@ -32,7 +32,7 @@ def main():
     arguments = parser.parse_args()
     figure, panel = plt.subplots(figsize=(8, 5.4))
     for scene, label, style in ((arguments.linear, "linear", dict(color="0.45", linestyle="--")),
-                                (arguments.response, "corrected by the measured response", dict(color="#b2182b"))):
+                                (arguments.response, "corrected by the response curve", dict(color="#b2182b"))):
         panel.plot(*force_against_indentation(scene), label=label, linewidth=2.5, **style)
     panel.set_xlabel("indentation (mm)", fontsize=15)
     panel.set_ylabel("force on the tool (N)", fontsize=15)
