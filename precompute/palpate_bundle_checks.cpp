@@ -153,6 +153,16 @@ void check_certificate(const BundleFile& file, const SmallSections& s, Checks& c
                      tolerance);
 }
 
+void check_preload(const BundleFile& file, const SmallSections& s, Checks& checks) {
+  const auto displacement = file.numbers<double>(SectionId::preload_displacement);
+  if (displacement.empty()) return;
+  std::string wrong;
+  for (std::size_t i = 0; i < displacement.size() && wrong.empty(); ++i)
+    if (s.fixed[i] && displacement[i] != 0)
+      wrong = fmt::format("fixed node {} moves by {} m under the body force", i / 3, displacement[i]);
+  checks.add("preload", wrong.empty(), wrong.empty() ? "fixed nodes have zero displacement" : wrong);
+}
+
 // T^f: zero on fixed dofs, symmetric and positive definite on the free ones. Fills compliance with C_kk = T^f_k^-1.
 void check_force(const SmallSections& s, std::vector<Matrix3>& compliance, Checks& checks) {
   double asymmetry = 0;

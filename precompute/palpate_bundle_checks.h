@@ -36,6 +36,7 @@ void check_indices(const BundleFile& file, const SmallSections& small, Checks& c
 void check_materials(const BundleFile& file, const SmallSections& small, Checks& checks);
 void check_mesh(const BundleFile& file, const SmallSections& small, Checks& checks);
 void check_certificate(const BundleFile& file, const SmallSections& small, Checks& checks);
+void check_preload(const BundleFile& file, const SmallSections& small, Checks& checks);  // where there is one
 
 // T^f: zero on fixed dofs, symmetric and positive definite on the free ones. Fills compliance with C_kk = T^f_k^-1, in
 // the order of small.touchable.

@@ -22,6 +22,7 @@ void run_checks(const BundleFile& file, const VerifyOptions& options, Checks& ch
   check_materials(file, small, checks);
   check_mesh(file, small, checks);
   check_certificate(file, small, checks);
+  check_preload(file, small, checks);
   std::vector<Matrix3> compliance;
   check_force(small, compliance, checks);
 

@@ -185,6 +185,20 @@ TEST(PalpateBundleVerify, FindsIndicesAndMeshesThatDoNotHold) {
   EXPECT_FALSE(check_of(broken<double>(SectionId::force, [](auto& x) { x[0] = -x[0]; }), "definite T^f", 3)["held"]);
 }
 
+TEST(PalpateBundleVerify, FindsAPreloadThatMovesAFixedNode) {
+  BundleParts parts = box();
+  const auto fixed = parts.get<std::uint8_t>(SectionId::fixed);
+  std::vector<double> displacement(fixed.size());
+  for (std::size_t i = 0; i < fixed.size(); ++i) displacement[i] = fixed[i] ? 0.0 : 1e-4;
+  const auto file = scratch("h5");
+  for (const bool moved : {false, true}) {
+    if (moved) displacement[static_cast<std::size_t>(std::find(fixed.begin(), fixed.end(), 1) - fixed.begin())] = 1e-9;
+    parts.set(SectionId::preload_displacement, {fixed.size() / 3, 3}, displacement);
+    write_bundle(file, parts);
+    EXPECT_EQ(check_of(file, "preload", moved ? 3 : 0)["held"], !moved);
+  }
+}
+
 TEST(PalpateBundleVerify, FindsDisplacementsThatBreakALaw) {
   const auto touchable = box().get<std::int32_t>(SectionId::touchable);
   const auto fixed = box().get<std::uint8_t>(SectionId::fixed);
