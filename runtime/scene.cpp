@@ -13,8 +13,13 @@ namespace {
 
 using formats::SectionId;
 
-bool is_one_of(int value, int last) {
-  return value >= 0 && value <= last;
+// By its bits: a caller in C may have stored any number in an enum.
+template <class Enum>
+bool is_one_of(const Enum& value, int last) {
+  int number = 0;
+  static_assert(sizeof value == sizeof number);
+  std::memcpy(&number, &value, sizeof number);
+  return number >= 0 && number <= last;
 }
 
 palpate_status check_def(const palpate_scene_def& def, palpate_error* error) {
