@@ -4,8 +4,10 @@ Debian's python3-vtk9 renders through X only (it aborts without one), so a virtu
 """
 import atexit
 import csv
+import ctypes
 import json
 import os
+import signal
 import subprocess
 import xml.etree.ElementTree
 
@@ -14,11 +16,16 @@ import numpy as np
 MILLIMETRE = 1e-3
 
 
+def end_with_parent():
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG: a killed script leaves no server behind
+
+
 def start_display():
     """Starts Xvfb on a display number that it picks itself, so that pictures can be made in parallel."""
     read_end, write_end = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"],
-                              pass_fds=[write_end], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                              pass_fds=[write_end], preexec_fn=end_with_parent,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     os.close(write_end)
     with os.fdopen(read_end) as pipe:
         number = pipe.readline().strip()
