@@ -239,9 +239,7 @@ TriangleSurface remesh_shells(const std::vector<TriangleSurface>& shells, const 
     for (std::size_t s = 0; s < shells.size(); ++s) {
       // each further attempt is a little denser and more regular
       const std::size_t count = counts[s] + 2 * (counts[s] * static_cast<std::size_t>(*attempts - 1) / 40);
-      if (count >= shells[s].triangles.size() && target.spread == SurfaceTarget::Spread::curvature) {
-        remeshed.push_back(shells[s]);
-      } else if (target.spread == SurfaceTarget::Spread::even) {
+      if (target.spread == SurfaceTarget::Spread::even) {
         remeshed.push_back(remesh_evenly(shells[s], count, static_cast<unsigned>(1 + 2 * *attempts)));
       } else {
         remeshed.push_back(simplify_by_curvature(shells[s], count));

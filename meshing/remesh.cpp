@@ -7,14 +7,21 @@
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/LindstromTurk_placement.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "meshing/improve_triangles.h"
 #include "meshing/surface_mesh.h"
 
 namespace palpate {
 
 namespace {
+
+// Radius ratios when triangles follow curvature: what no collapse may fall below (at 0.5 no angle is below 16 degrees)
+// and what needs no improving. Higher ones cost distance: stretched triangles follow a bend better.
+constexpr double kLeastRatio = 0.5, kGoodRatio = 0.6;
+constexpr int kImprovingPasses = 5;
 
 TriangleSurface isotropic(const TriangleSurface& surface, double edge_mm, unsigned iterations,
                           unsigned relaxation_steps) {
@@ -32,6 +39,34 @@ TriangleSurface split(const TriangleSurface& surface, double edge_mm) {
   CGAL::Polygon_mesh_processing::split_long_edges(mesh.edges(), edge_mm, mesh);
   return from_cgal(mesh);
 }
+
+// Refuses a collapse that leaves a triangle below the radius ratio, unless the worst triangle around gets no worse.
+class ShapeFilter {
+ public:
+  explicit ShapeFilter(double least_ratio) : least_ratio_(least_ratio) {}
+
+  // profile.triangles() has the two that vanish first; in the others v1 is the vertex that is placed.
+  template <typename Profile>
+  boost::optional<typename Profile::Point> operator()(const Profile& profile,
+                                                      boost::optional<typename Profile::Point> placed) const {
+    if (!placed) return placed;
+    const auto point = [](const auto& p) { return Point{p.x(), p.y(), p.z()}; };
+    const auto at = [&](const auto& vertex) { return point(get(profile.vertex_point_map(), vertex)); };
+    const int vanishing = (profile.left_face_exists() ? 1 : 0) + (profile.right_face_exists() ? 1 : 0);
+    double before = 1, after = 1;
+    int t = 0;
+    for (const auto& triangle : profile.triangles()) {
+      const Point p = at(triangle.v0), r = at(triangle.v2);
+      before = std::min(before, radius_ratio(p, at(triangle.v1), r));
+      if (t++ >= vanishing) after = std::min(after, radius_ratio(p, point(*placed), r));
+    }
+    if (after < least_ratio_ && after < before) return boost::none;
+    return placed;
+  }
+
+ private:
+  double least_ratio_;
+};
 
 }  // namespace
 
@@ -60,12 +95,21 @@ TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triang
 TriangleSurface simplify_by_curvature(const TriangleSurface& surface, std::size_t triangles) {
   namespace simplification = CGAL::Surface_mesh_simplification;
   CgalMesh mesh = to_cgal(surface);
-  // closed: E = 3 F / 2
-  simplification::edge_collapse(mesh, simplification::Count_stop_predicate<CgalMesh>(triangles / 2 * 3 + 1),
-                                CGAL::parameters::get_cost(simplification::LindstromTurk_cost<CgalMesh>())
-                                    .get_placement(simplification::LindstromTurk_placement<CgalMesh>())
-                                    .filter(simplification::Bounded_normal_change_filter<>()));
-  return from_cgal(mesh);
+  const std::size_t edges = triangles / 2 * 3 + 1;  // closed: E = 3 F / 2
+  // a bound that leaves nothing to collapse before the count is reached is lowered
+  for (double least_ratio = kLeastRatio; mesh.number_of_edges() >= edges; least_ratio /= 2) {
+    if (least_ratio < 0.01) least_ratio = 0;
+    const simplification::Bounded_normal_change_filter<ShapeFilter> filter{ShapeFilter(least_ratio)};
+    simplification::edge_collapse(mesh, simplification::Count_stop_predicate<CgalMesh>(edges),
+                                  CGAL::parameters::get_cost(simplification::LindstromTurk_cost<CgalMesh>())
+                                      .get_placement(simplification::LindstromTurk_placement<CgalMesh>())
+                                      .filter(filter));
+    mesh.collect_garbage();
+    if (least_ratio == 0) break;
+  }
+  TriangleSurface result = from_cgal(mesh);
+  improve_triangles(result, surface, kGoodRatio, kImprovingPasses);
+  return result;
 }
 
 double edge_for_count(double area_mm2, double count) {

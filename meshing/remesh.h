@@ -12,7 +12,9 @@ namespace palpate {
 // usual, more regularises further.
 TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triangles, unsigned iterations);
 
-// Edge collapse (Lindstrom and Turk 1998, as in CGAL) down to the count, refusing collapses that turn a normal too far.
+// Edge collapse (Lindstrom and Turk 1998, as in CGAL) down to the count, refusing collapses that turn a triangle over
+// or leave one with a radius ratio below 0.5, or lower where nothing else is left; then improve_triangles. A surface
+// that has no more than the count keeps its triangles' number.
 TriangleSurface simplify_by_curvature(const TriangleSurface& surface, std::size_t triangles);
 
 // The edge of equilateral triangles when count of them cover the area, mm.

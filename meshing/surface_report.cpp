@@ -52,8 +52,7 @@ SurfaceQuality measure_quality(const TriangleSurface& closed) {
       const double x = side[(s + 1) % 3], y = side[(s + 2) % 3];
       least_angle = std::min(least_angle, std::asin(std::clamp(twice_area / (x * y), 0.0, 1.0)));
     }
-    // 2 r / R = 16 A^2 / (a b c (a + b + c))
-    ratios.add(4 * twice_area * twice_area / (side[0] * side[1] * side[2] * (side[0] + side[1] + side[2])));
+    ratios.add(radius_ratio(p, q, r));
   }
   quality.edge_mm = edges.spread();
   quality.radius_ratio = ratios.spread();

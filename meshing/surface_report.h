@@ -17,7 +17,7 @@ struct SurfaceQuality {
   std::size_t triangles = 0, points = 0, shells = 0;
   std::int64_t handles = 0;
   Spread edge_mm;
-  Spread radius_ratio;  // 2 r / R of each triangle's inscribed and circumscribed circles: 1 is equilateral, 0 is flat
+  Spread radius_ratio;  // of each triangle, as in triangle_surface.h
   double least_angle_deg = 0;
   double area_mm2 = 0, volume_mm3 = 0;
   Point centroid{};  // of the volume

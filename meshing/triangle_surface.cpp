@@ -27,6 +27,15 @@ void translate(TriangleSurface& surface, const Point& by) {
   for (Point& point : surface.points) point = point + by;
 }
 
+double radius_ratio(const Point& p, const Point& q, const Point& r) {
+  const Point n = cross(q - p, r - p);
+  const auto length = [](const Point& side) { return std::sqrt(dot(side, side)); };
+  const double a = length(r - q), b = length(p - r), c = length(q - p);
+  // 16 A^2 / (a b c (a + b + c)); 0 of a point
+  const double below = a * b * c * (a + b + c);
+  return below > 0 ? 4 * dot(n, n) / below : 0;
+}
+
 double area(const TriangleSurface& surface) {
   double sum = 0;
   for (const auto& [a, b, c] : surface.triangles) {

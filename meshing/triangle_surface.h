@@ -39,6 +39,10 @@ struct Box {
 Box bounding_box(const TriangleSurface& surface);
 void translate(TriangleSurface& surface, const Point& by);
 
+// 2 r / R of a triangle's inscribed and circumscribed circles: 1 is equilateral, 0 is flat. Where it is q, no angle is
+// below the a with 8 sin(a / 2) sin(45 - a / 4 degrees)^2 = q: 10 degrees at 0.32, 16.8 at 0.5.
+double radius_ratio(const Point& p, const Point& q, const Point& r);
+
 double area(const TriangleSurface& surface);
 // Signed volume, positive when triangles point outward; sums of several shells. Taken about the box's centre, so that a
 // surface far from the origin loses no digits.
