@@ -172,13 +172,14 @@ TEST(SurfaceImage, CurvatureSpreadMakesEdgesLongerWhereASurfaceIsFlatAndEvenDoes
   const LabelImage image{shape.grid, {shape.values.begin(), shape.values.end()}};
   const ExtractedSurface curved = surface_of(image, 2, 1200, SurfaceTarget::Spread::curvature);
   const ExtractedSurface even = surface_of(image, 2, 1200, SurfaceTarget::Spread::even);
-  // measured 1.83 and 0.92: even remeshing cuts the bends' corners, so fewer and longer edges lie there
+  // measured 1.83 and 0.92 with kGoodRatio 0.6: even remeshing cuts the bends' corners, so fewer and longer edges lie
+  // there
   EXPECT_GT(RoundedBox::flat_over_bent(curved.surface), 1.5);
   EXPECT_LT(RoundedBox::flat_over_bent(even.surface), 1.1);
 
   const SurfaceQuality quality = measure_quality(curved.surface);
-  // measured 21.5 degrees and 0.83 (1.6 and 0.60 without the shape bound); collapses keep 16, less what the
-  // offset to the volume turns
+  // measured 21.5 degrees and 0.83 with kGoodRatio 0.6 (1.6 and 0.60 without the bound); collapses keep 16, less what
+  // the offset to the volume turns
   EXPECT_GT(quality.least_angle_deg, 15);
   EXPECT_GT(quality.radius_ratio.mean, 0.75);
   EXPECT_EQ(first_defect(curved.surface), "");
