@@ -7,8 +7,9 @@ namespace palpate {
 
 struct Vec3 {
   double x = 0, y = 0, z = 0;
-  double& operator[](int i) { return (&x)[i]; }
-  double operator[](int i) const { return (&x)[i]; }
+  // By name: (&x)[i] leaves the member x, which is undefined; clang -O2 then found other crossings.
+  double& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
+  double operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
 };
 
 inline Vec3 operator+(Vec3 a, Vec3 b) {

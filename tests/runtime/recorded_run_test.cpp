@@ -1,0 +1,118 @@
+// A recorded run hashes the same in every build: unoptimised, optimised, for this machine's instructions, by another
+// compiler. Bundle and path are written once, here, so that all builds read the same bytes.
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "tests/runtime/recorded_path.h"
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+namespace {
+
+std::vector<std::string> builds() {
+  std::istringstream names(PALPATE_RECORDED_BUILDS);
+  return {std::istream_iterator<std::string>(names), {}};
+}
+
+void write_recorded_bundle(const std::filesystem::path& file) {
+  using formats::SectionId;
+  BundleParts parts = tiny_bundle();
+  const auto nodes = parts.get<double>(SectionId::nodes);
+  std::vector<double> preload(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.01 * nodes[i - 2] : 0;
+  parts.set(SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
+  // Monotone on their ranges: the terms above the first are small.
+  parts.set(SectionId::response_radial, {4}, std::vector<double>{1.1e-3, 1.2e-3, 2e-4, 3e-5});
+  parts.set(SectionId::response_force, {5}, std::vector<double>{0.3, 0.34, 0.05, 0.01, 1e-3});
+  parts.set(SectionId::response_range, {2}, std::vector<double>{0.002, 0.5});
+  write_bundle(file, parts);
+}
+
+// 400 steps of 1 ms over the 60 x 50 x 40 mm box. Three points go in and out of the face x = 60 mm and slide; two come
+// down on the face z = 40 mm and close until they conflict; a grip pulls.
+std::vector<RecordedStep> recorded_path() {
+  std::vector<RecordedStep> path;
+  for (int s = 0; s < 400; ++s) {
+    RecordedStep step;
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d p(0.0601 + 0.004 * std::cos(0.05 * s), 0.02 + 0.005 * i + 0.003 * std::sin(0.031 * s),
+                              0.012 + 0.004 * i * i + 0.002 * std::sin(0.017 * s));
+      std::copy(p.begin(), p.end(), step.press[i]);
+    }
+    const double gap = 0.01 * std::exp(-0.03 * s);
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::Vector3d p(0.035 + (i - 0.5) * gap, 0.027 + 0.001 * i,
+                              0.0415 - 0.00003 * (1 + i) * std::min(s, 300));
+      std::copy(p.begin(), p.end(), step.pinch[i]);
+    }
+    step.pull[0] = 0.002 * std::sin(0.02 * s), step.pull[1] = 0, step.pull[2] = 0.001 * std::sin(0.07 * s);
+    path.push_back(step);
+  }
+  return path;
+}
+void write_path(const std::filesystem::path& file, const std::vector<RecordedStep>& path) {
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(path.data()), static_cast<std::streamsize>(path.size() * sizeof path[0]));
+}
+
+std::string output_of(const std::string& build, const std::filesystem::path& bundle,
+                      const std::filesystem::path& path) {
+  const std::string command =
+      std::string("'") + PALPATE_RECORDED_RUN + build + "' '" + bundle.string() + "' '" + path.string() + "'";
+  std::string output;
+  std::FILE* pipe = popen(command.c_str(), "r");
+  if (!pipe) return {};
+  for (char buffer[4096]; const std::size_t count = std::fread(buffer, 1, sizeof buffer, pipe);)
+    output.append(buffer, count);
+  return pclose(pipe) == 0 ? output : "failed: " + output;
+}
+
+class RecordedRun : public testing::Test {
+ protected:
+  void SetUp() override {
+    write_recorded_bundle(bundle_);
+    write_path(path_, recorded_path());
+  }
+  void TearDown() override {
+    std::filesystem::remove(bundle_);
+    std::filesystem::remove(path_);
+  }
+  const std::filesystem::path bundle_ = scratch_file("bundle.h5"), path_ = scratch_file("path");
+};
+
+TEST_F(RecordedRun, HashesTheSameInEveryBuild) {
+  ASSERT_GE(builds().size(), 3u);
+  const std::string expected = output_of("configured", bundle_, path_);
+  ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), 12) << expected;
+  for (const auto& build : builds()) EXPECT_EQ(output_of(build, bundle_, path_), expected) << build;
+}
+
+TEST_F(RecordedRun, MeetsContactsCorrectionsConflictsAndLimits) {
+  std::istringstream lines(output_of("configured", bundle_, path_));
+  unsigned flags = 0;
+  int scenes = 0;
+  for (std::string line; std::getline(lines, line); ++scenes) {
+    long contact_nodes = 0;
+    unsigned scene_flags = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%*[^:]: contact_nodes %ld flags %u", &contact_nodes, &scene_flags), 2) << line;
+    EXPECT_GT(contact_nodes, 3 * 400) << line;  // more than the grip and the two pinching points alone
+    flags |= scene_flags;
+  }
+  EXPECT_EQ(scenes, 12);
+  for (const unsigned flag : {PALPATE_STEP_REGULARISED, PALPATE_STEP_RESPONSE_RANGE, PALPATE_STEP_FORCE_LIMITED})
+    EXPECT_TRUE(flags & flag) << flag;
+  EXPECT_FALSE(flags & (PALPATE_STEP_BAD_INPUT | PALPATE_STEP_CONTACTS_DROPPED | PALPATE_STEP_UNSOLVED)) << flags;
+}
+
+TEST_F(RecordedRun, HashesOtherwiseWhenOneStepDiffersByOneBit) {
+  const std::string before = output_of("configured", bundle_, path_);
+  auto path = recorded_path();
+  double& x = path[70].press[1][0];  // inside the organ
+  x = std::nextafter(x, 1.0);
+  write_path(path_, path);
+  EXPECT_NE(output_of("configured", bundle_, path_), before);
+}
+
+}  // namespace
+}  // namespace palpate::tests
