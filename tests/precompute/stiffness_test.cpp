@@ -2,43 +2,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "precompute/column_solver.h"
-#include "tests/precompute/support.h"
+#include "tests/precompute/imposed.h"
 
 namespace palpate::tests {
 namespace {
-
-using Point = std::array<double, 3>;
-using Field = std::function<Point(const Point&)>;
-
-// Displacement of all nodes where the held ones take their value from field and the others carry load ([3 N], N),
-// solved as the program does: K u = load - K u_held on the free dofs.
-std::vector<double> solve_with_imposed(const ElasticBody& body, const Field& field, const std::vector<double>& load) {
-  const BlockMatrix all = assemble_stiffness(body);
-  const HeldStiffness held = eliminate_held(all, body.fixed);
-  std::vector<double> u(3 * body.nodes.size(), 0.0);
-  for (std::size_t n = 0; n < body.nodes.size(); ++n)
-    for (int d = 0; d < 3; ++d)
-      if (body.fixed[n][d]) u[3 * n + d] = field(body.nodes[n])[d];
-  const std::vector<double> reaction = multiply(all, u);
-  std::vector<Point> coordinates;
-  for (const auto n : held.node_of_row) coordinates.push_back(body.nodes[n]);
-  ColumnSolver solver(held.matrix, coordinates, {.tolerance = 1e-12, .width = 8});
-  std::vector<double> b(8 * static_cast<std::size_t>(solver.dofs()), 0.0), x(b.size());
-  for (std::size_t row = 0; row < held.node_of_row.size(); ++row)
-    for (std::size_t d = 0; d < 3; ++d) {
-      const auto dof = 3 * static_cast<std::size_t>(held.node_of_row[row]) + d;
-      if (!body.fixed[dof / 3][d]) b[8 * (3 * row + d)] = load[dof] - reaction[dof];
-    }
-  std::vector<ColumnReport> reports(8);
-  solver.solve(b.data(), x.data(), reports);
-  for (std::size_t row = 0; row < held.node_of_row.size(); ++row)
-    for (std::size_t d = 0; d < 3; ++d) {
-      const auto dof = 3 * static_cast<std::size_t>(held.node_of_row[row]) + d;
-      if (!body.fixed[dof / 3][d]) u[dof] = x[8 * (3 * row + d)];
-    }
-  return u;
-}
 
 int hold_surface_of_unit_box(const Point& p) {
   for (int d = 0; d < 3; ++d)
