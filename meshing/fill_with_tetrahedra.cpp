@@ -208,7 +208,8 @@ TetrahedralMesh fill_once(const VolumeBoundary& boundary, const FillOptions& opt
 
 }  // namespace
 
-TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillOptions& options) {
+TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillOptions& options,
+                                     Improvement* improvement) {
   FillOptions gentler = options, finer = options;
   gentler.optimize_below = 0.8 * options.optimize_below;
   finer.size = 0.97 * (options.size > 0 ? options.size : mean_edge(boundary));
@@ -216,10 +217,12 @@ TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillO
   double best_dihedral = -1;
   for (const FillOptions& tried : {options, gentler, finer}) {
     TetrahedralMesh mesh = fill_once(boundary, tried);
+    const Improvement tried_improvement = improve_worst_elements(mesh, options.goal);
     const double dihedral = measure_quality(mesh).dihedral.value;
     if (dihedral > best_dihedral) {
       best_dihedral = dihedral;
       best = std::move(mesh);
+      if (improvement) *improvement = tried_improvement;
     }
     if (best_dihedral >= options.goal || options.optimize_below == 0) break;
   }

@@ -155,9 +155,10 @@ MeshReport mesh_label_image(const std::vector<std::string>& inputs, const LabelI
     report.mesh = std::move(attempt.mesh);
     for (const auto& patch : attempt.boundary.patches)
       report.mesh.patches.push_back({patch_name(attempt.boundary, patch), patch.triangles});
+    report.improvement = improve_worst_elements(report.mesh, fill.goal);
   } else {
     attempt.boundary = without_unused_points(attempt.boundary);
-    report.mesh = fill_with_tetrahedra(attempt.boundary, fill);
+    report.mesh = fill_with_tetrahedra(attempt.boundary, fill, &report.improvement);
   }
   for (const auto& patch : attempt.boundary.patches) report.surface_triangles += patch.triangles.size();
   report.kept_triangles = verify_boundary_kept(attempt.boundary, report.mesh);

@@ -14,10 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Shape {
-  double volume, smallest_dihedral, largest_dihedral, radius_ratio;
-};
-
 Vector3d node(const TetrahedralMesh& mesh, std::size_t e, int corner) {
   return Vector3d::Map(mesh.nodes[mesh.tetrahedra[e][corner]].data());
 }
@@ -32,11 +28,19 @@ double radius_ratio(const Vector3d& a, const Vector3d& b, const Vector3d& c, dou
   return 108 * volume * std::abs(volume) / (areas * circumsphere);
 }
 
-Shape shape_of(const TetrahedralMesh& mesh, std::size_t e) {
+std::string describe(const TetrahedralMesh& mesh, std::size_t e) {
+  const Vector3d centroid = (node(mesh, e, 0) + node(mesh, e, 1) + node(mesh, e, 2) + node(mesh, e, 3)) / 4;
+  return fmt::format("tetrahedron {} (counted from 0) of region \"{}\" at ({:.6g}, {:.6g}, {:.6g})", e,
+                     mesh.region_names[mesh.region[e]], centroid.x(), centroid.y(), centroid.z());
+}
+
+}  // namespace
+
+ElementShape shape_of(const TetrahedralMesh& mesh, std::size_t e) {
   const Vector3d p[4] = {node(mesh, e, 0), node(mesh, e, 1), node(mesh, e, 2), node(mesh, e, 3)};
   const Vector3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
   const double volume = a.dot(b.cross(c)) / 6;
-  Shape shape = {volume, 0, 180, radius_ratio(a, b, c, volume)};
+  ElementShape shape = {volume, 0, 180, radius_ratio(a, b, c, volume)};
   if (!(volume > 0)) return shape;
   // Outward normal of the face opposite each corner; the dihedral at an edge is pi minus the angle between two of them.
   Vector3d normal[4];
@@ -57,19 +61,11 @@ Shape shape_of(const TetrahedralMesh& mesh, std::size_t e) {
   return shape;
 }
 
-std::string describe(const TetrahedralMesh& mesh, std::size_t e) {
-  const Vector3d centroid = (node(mesh, e, 0) + node(mesh, e, 1) + node(mesh, e, 2) + node(mesh, e, 3)) / 4;
-  return fmt::format("tetrahedron {} (counted from 0) of region \"{}\" at ({:.6g}, {:.6g}, {:.6g})", e,
-                     mesh.region_names[mesh.region[e]], centroid.x(), centroid.y(), centroid.z());
-}
-
-}  // namespace
-
 MeshQuality measure_quality(const TetrahedralMesh& mesh) {
   MeshQuality quality;
   quality.region_volume.assign(mesh.region_names.size(), 0.0);
   for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) {
-    const Shape shape = shape_of(mesh, e);
+    const ElementShape shape = shape_of(mesh, e);
     const bool first = e == 0;
     if (first || shape.volume < quality.volume.value) quality.volume = {shape.volume, e};
     if (first || shape.smallest_dihedral < quality.dihedral.value) quality.dihedral = {shape.smallest_dihedral, e};

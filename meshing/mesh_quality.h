@@ -9,6 +9,14 @@
 
 namespace palpate {
 
+struct ElementShape {
+  double volume;                               // signed
+  double smallest_dihedral, largest_dihedral;  // degrees; 0 and 180 unless the volume is positive
+  double radius_ratio;                         // 3 r_in / r_circ: 1 for the regular tetrahedron, 0 for a flat one
+};
+
+ElementShape shape_of(const TetrahedralMesh& mesh, std::size_t element);
+
 struct MeshQuality {
   struct Worst {
     double value = 0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -20,6 +21,10 @@ std::size_t elements_of(const TetrahedralMesh& mesh, std::size_t region) {
   std::size_t count = 0;
   for (const std::int32_t r : mesh.region) count += r == static_cast<std::int32_t>(region);
   return count;
+}
+
+std::size_t improved(const MeshReport& r) {
+  return r.improvement.below_before - std::min(r.improvement.below_before, r.improvement.below_after);
 }
 
 }  // namespace
@@ -61,6 +66,12 @@ std::string text_of(const MeshReport& r) {
     text += fmt::format("surface triangles {} kept of {}\n", r.kept_triangles, r.surface_triangles);
   text += fmt::format("dihedral angle    min {:.2f}, mean of smallest {:.2f}, max {:.2f} degrees\n", q.dihedral.value,
                       q.mean_smallest_dihedral, q.largest_dihedral.value);
+  if (r.improvement.below_before > 0)
+    text += fmt::format("improved          {} of {} elements below {:g} degrees, by moving {} interior vertices\n",
+                        improved(r), r.improvement.below_before, r.goal, r.improvement.vertices_moved);
+  if (r.improvement.out_of_reach > 0)
+    text += fmt::format("out of reach      {} elements below {:g} degrees have all their corners on surfaces\n",
+                        r.improvement.out_of_reach, r.goal);
   text += fmt::format("radius ratio      mean {:.3f}, min {:.3f}\n", q.mean_radius_ratio, q.radius_ratio.value);
   text += fmt::format("smallest volume   {:.3g}\n", q.volume.value);
   return text;
@@ -92,6 +103,11 @@ std::string json_of(const MeshReport& r) {
   json["min_dihedral_degrees"] = worst(q.dihedral);
   json["max_dihedral_degrees"] = worst(q.largest_dihedral);
   json["mean_smallest_dihedral_degrees"] = q.mean_smallest_dihedral;
+  json["improvement"] = {{"goal_degrees", r.goal},
+                         {"below_before", r.improvement.below_before},
+                         {"below_after", r.improvement.below_after},
+                         {"out_of_reach", r.improvement.out_of_reach},
+                         {"vertices_moved", r.improvement.vertices_moved}};
   json["min_radius_ratio"] = worst(q.radius_ratio);
   json["mean_radius_ratio"] = q.mean_radius_ratio;
   json["min_volume"] = worst(q.volume);

@@ -7,6 +7,7 @@
 
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/mesh_quality.h"
+#include "meshing/relocate_vertices.h"
 #include "meshing/volume_boundary.h"
 
 namespace palpate {
@@ -15,6 +16,8 @@ struct MeshReport {
   std::vector<std::string> inputs;
   TetrahedralMesh mesh;
   MeshQuality quality;
+  double goal = 0;  // degrees, of the improvement
+  Improvement improvement;
   std::size_t surface_triangles = 0, kept_triangles = 0;  // 0: the input was no surface
   std::vector<double> region_volume_of_surface;           // per region, or empty
   std::vector<double> region_volume_of_voxels;            // mm^3, likewise

@@ -69,7 +69,8 @@ void define(CLI::App& app, Options& o) {
   app.add_option("--optimize-below", o.fill.optimize_below, "Improve elements of a gmsh quality below this; 0: none")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  app.add_option("--goal", o.fill.goal, "Try other settings while the smallest dihedral angle is below this, degrees")
+  app.add_option("--goal", o.fill.goal,
+                 "Move interior vertices, then try other settings, while a dihedral angle is below this, degrees")
       ->check(CLI::Range(0.0, 70.0))
       ->capture_default_str();
   app.add_option("--min-dihedral", o.gate.min_dihedral, "Refuse a mesh with a smaller dihedral angle, degrees")
@@ -155,7 +156,7 @@ MeshReport mesh_surfaces(const Options& o) {
   for (const auto& patch : boundary.patches) report.surface_triangles += patch.triangles.size();
   note(fmt::format("filling {} region{} inside {} triangles", boundary.region_names.size(),
                    boundary.region_names.size() == 1 ? "" : "s", report.surface_triangles));
-  report.mesh = fill_with_tetrahedra(boundary, o.fill);
+  report.mesh = fill_with_tetrahedra(boundary, o.fill, &report.improvement);
   report.kept_triangles = verify_boundary_kept(boundary, report.mesh);
   report.region_volume_of_surface = enclosed_volumes(boundary);
   return report;
@@ -179,6 +180,7 @@ MeshReport mesh_one_geometry(const Options& o) {
   if (o.inputs.size() != 1) throw InputError("a geometry (.geo) is meshed alone; give one input");
   MeshReport report;
   report.mesh = mesh_geometry(o.inputs.front(), o.assignments, o.fill);
+  report.improvement = improve_worst_elements(report.mesh, o.fill.goal);
   return report;
 }
 
@@ -229,6 +231,7 @@ void run(const CLI::App& app, Options& o) {
   }
   MeshReport report = mesh_input(app, o);
   report.inputs = o.inputs;
+  report.goal = o.fill.goal;
   report.quality = measure_quality(report.mesh);
   fmt::print("{}", text_of(report));
   pass_gate(report.mesh, report.quality, o.gate);

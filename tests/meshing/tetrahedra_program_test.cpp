@@ -98,6 +98,25 @@ TEST(PalpateTetrahedra, MeshesASurfaceAndReports) {
   EXPECT_EQ(tests::file_text(folder / "body.msh"), tests::file_text(folder / "again.msh"));
 }
 
+TEST(PalpateTetrahedra, ImprovesTheWorstElementsAndSaysSo) {
+  const auto folder = fresh_tetrahedra_folder();
+  tests::write_off(folder / "sphere.off", sphere_surface(3, 50));
+  const auto report_of = [&](const std::string& options) {
+    const auto run =
+        run_tetrahedra(folder, "sphere.off --optimize-below 0 --min-dihedral 0 --min-radius-ratio 0 --report r.json " +
+                                   options + " -o sphere.msh");
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return nlohmann::json::parse(tests::file_text(folder / "r.json"));
+  };
+  const auto as_filled = report_of("--goal 0"), improved = report_of("--goal 20");
+  EXPECT_EQ(as_filled["improvement"]["vertices_moved"], 0);
+  EXPECT_GT(improved["improvement"]["vertices_moved"], 0);
+  EXPECT_LT(improved["improvement"]["below_after"], improved["improvement"]["below_before"]);
+  EXPECT_GT(improved["min_dihedral_degrees"]["value"], as_filled["min_dihedral_degrees"]["value"]);
+  EXPECT_EQ(improved["surface_triangles"]["kept"], 1280);
+  EXPECT_EQ(improved["tetrahedra"], as_filled["tetrahedra"]);
+}
+
 // One sentence, the exit code, and nothing left behind.
 void expect_refusal(const fs::path& folder, const std::string& arguments, int exit_code, const std::string& says) {
   SCOPED_TRACE(arguments);
