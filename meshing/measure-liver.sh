@@ -7,7 +7,7 @@ image=$2
 out=${3:-$(mktemp -d)}
 
 # vertices wanted, triangles of the surface, Gaussian width in mm, largest edge inside in mm
-sizes="200:270:3:100 1700:1350:1.5:9 5000:2950:1.5:6.4 20000:7900:1:3.8 100000:24000:1:2.25"
+sizes="200:270:3:100 1700:1350:1.5:9 5000:2950:1.5:6.4 20000:7900:1:3.8 100000:24000:1:2.17"
 
 echo "| target | triangles | kept | vertices | tetrahedra | min dihedral | radius ratio mean / min | distance to voxels mean / p95 / max, mm | surface, CPU s | tetrahedra, CPU s | MB |"
 echo "|---|---|---|---|---|---|---|---|---|---|---|"
