@@ -112,6 +112,7 @@ struct Selector {
 // The selected nodes of the mesh, ascending, without repeats. Errors: InputError when a selector picks nothing or names
 // a patch or region the mesh has not (lists those it has). file is for the sentence.
 std::vector<std::int32_t> select_nodes(const std::vector<Selector>& selectors, const TetrahedralMesh& mesh,
-                                       const std::vector<std::int32_t>& surface_nodes, const std::filesystem::path& file);
+                                       const std::vector<std::int32_t>& surface_nodes,
+                                       const std::filesystem::path& file);
 
 }  // namespace palpate

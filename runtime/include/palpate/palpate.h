@@ -93,9 +93,21 @@ PALPATE_API const int32_t* palpate_bundle_touchable(const palpate_bundle* bundle
 
 /* ---- scene: only the effects it calls for ------------------------------------------------------------------------ */
 
-typedef enum palpate_collision { PALPATE_COLLISION_OFF, PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED } palpate_collision;
-typedef enum palpate_contact_model { PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT } palpate_contact_model;
-typedef enum palpate_force_model { PALPATE_FORCE_OFF, PALPATE_FORCE_LINEAR, PALPATE_FORCE_RESPONSE } palpate_force_model;
+typedef enum palpate_collision {
+  PALPATE_COLLISION_OFF,
+  PALPATE_COLLISION_REST,
+  PALPATE_COLLISION_DEFORMED
+} palpate_collision;
+typedef enum palpate_contact_model {
+  PALPATE_CONTACT_NODE,
+  PALPATE_CONTACT_TRIANGLE,
+  PALPATE_CONTACT_POINT
+} palpate_contact_model;
+typedef enum palpate_force_model {
+  PALPATE_FORCE_OFF,
+  PALPATE_FORCE_LINEAR,
+  PALPATE_FORCE_RESPONSE
+} palpate_force_model;
 typedef enum palpate_shape_model { PALPATE_SHAPE_OFF, PALPATE_SHAPE_SURFACE, PALPATE_SHAPE_VOLUME } palpate_shape_model;
 typedef enum palpate_radial_model { PALPATE_RADIAL_OFF, PALPATE_RADIAL_RESPONSE } palpate_radial_model;
 typedef enum palpate_preload_model { PALPATE_PRELOAD_OFF, PALPATE_PRELOAD_ON } palpate_preload_model;
@@ -108,17 +120,17 @@ typedef struct palpate_allocator {
 } palpate_allocator;
 
 typedef struct palpate_scene_def {
-  palpate_collision collision;      /* default REST                                                                  */
-  palpate_contact_model contact;    /* default POINT. How a tool point that meets a triangle holds it                */
-  palpate_force_model force;        /* default LINEAR                                                                */
-  palpate_shape_model shape;        /* default SURFACE                                                               */
-  palpate_radial_model radial;      /* default OFF                                                                   */
-  palpate_preload_model preload;    /* default OFF. ON: the rest shape is the one under the stored body force        */
-  int32_t max_tools;                /* default 4    [1 .. PALPATE_MAX_TOOLS]                                         */
-  int32_t max_points;               /* default 64   tool points and grips of all tools together                      */
-  int32_t max_contact_nodes;        /* default 192  nodes under contact, at most 3 per point or grip                 */
-  double force_limit;               /* default 50   N, on the length of each tool's force                            */
-  double force_slew;                /* default 1e4  N/s, on the change of each tool's force; INFINITY: none          */
+  palpate_collision collision;   /* default REST                                                                  */
+  palpate_contact_model contact; /* default POINT. How a tool point that meets a triangle holds it                */
+  palpate_force_model force;     /* default LINEAR                                                                */
+  palpate_shape_model shape;     /* default SURFACE                                                               */
+  palpate_radial_model radial;   /* default OFF                                                                   */
+  palpate_preload_model preload; /* default OFF. ON: the rest shape is the one under the stored body force        */
+  int32_t max_tools;             /* default 4    [1 .. PALPATE_MAX_TOOLS]                                         */
+  int32_t max_points;            /* default 64   tool points and grips of all tools together                      */
+  int32_t max_contact_nodes;     /* default 192  nodes under contact, at most 3 per point or grip                 */
+  double force_limit;            /* default 50   N, on the length of each tool's force                            */
+  double force_slew;             /* default 1e4  N/s, on the change of each tool's force; INFINITY: none          */
   palpate_allocator allocator;
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
@@ -126,8 +138,8 @@ typedef struct palpate_scene_def {
 PALPATE_API palpate_scene_def palpate_default_scene_def(void); /* start here, then change what you need */
 
 /* Builds the plan: maps the sections the effects need and no other, and takes all memory. */
-PALPATE_API palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
-                                                palpate_error* error);
+PALPATE_API palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def,
+                                                palpate_scene** scene, palpate_error* error);
 PALPATE_API void palpate_scene_destroy(palpate_scene* scene);
 
 /* One line of the plan: a pass, what it maps and what it costs per step at the scene's limits. */
@@ -178,10 +190,10 @@ typedef struct palpate_contact_node {
 } palpate_contact_node;
 
 typedef struct palpate_tool_state {
-  double force[3];     /* N, what the organ does to the tool (the reaction), limited and slew-limited: send this to a device */
-  double force_raw[3]; /* the same before the limits                                                                        */
+  double force[3];     /* N, what the organ does to the tool, limited and slew-limited: send this to a device */
+  double force_raw[3]; /* the same before the limits                                                            */
   double direction[3]; /* d_t: unit direction of the sum of the tool's imposed displacements; zero without one: P then
-                          leaves its contribution as it is, and Q acts by its slope at zero                                 */
+                          leaves its contribution as it is, and Q acts by its slope at zero */
   int32_t contact_count;
   uint32_t flags; /* the step flags that concern this tool */
 } palpate_tool_state;
@@ -202,23 +214,26 @@ typedef struct palpate_contacts {
 PALPATE_API size_t palpate_contacts_bytes(const palpate_scene* scene);
 PALPATE_API const palpate_contact_node* palpate_contacts_nodes(const palpate_contacts* contacts);
 
-enum { /* bits of a step's return value; 0 is a fully trusted step */
-  PALPATE_STEP_BAD_INPUT = 1 << 0,         /* NaN, infinity, negative count, unknown node: that tool kept its last good input */
-  PALPATE_STEP_CONTACTS_DROPPED = 1 << 1,  /* more contacts than the limits; the first ones kept                            */
-  PALPATE_STEP_REGULARISED = 1 << 2,       /* near-dependent or conflicting contacts: solved with a stated bound            */
-  PALPATE_STEP_RESPONSE_RANGE = 1 << 3,    /* a correction was used outside its measured range (continued linearly)         */
-  PALPATE_STEP_FORCE_LIMITED = 1 << 4,     /* a force was cut to force_limit or force_slew                                  */
-  PALPATE_STEP_BUNDLE_LOST = 1 << 5,       /* the bundle's file shrank: do not trust this step                              */
-  PALPATE_STEP_NOT_TOUCHABLE = 1 << 6,     /* a tool met the surface where the bundle has no tensor column: the contact acts on
-                                              the triangle's other nodes, or is not made where none of them has one          */
-  PALPATE_STEP_UNSOLVED = 1 << 7           /* no contact forces: the bundle's numbers are not finite there                  */
+/* Bits of a step's return value; 0 is a fully trusted step. */
+/* clang-format off */
+enum {
+  PALPATE_STEP_BAD_INPUT        = 1 << 0, /* NaN, infinity, negative count, unknown node: the tool kept its last good input */
+  PALPATE_STEP_CONTACTS_DROPPED = 1 << 1, /* more contacts than the limits; the first ones kept                             */
+  PALPATE_STEP_REGULARISED      = 1 << 2, /* near-dependent or conflicting contacts: solved with a stated bound             */
+  PALPATE_STEP_RESPONSE_RANGE   = 1 << 3, /* a correction was used outside its measured range (continued linearly)          */
+  PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force was cut to force_limit or force_slew                                   */
+  PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the bundle's file shrank: do not trust this step                               */
+  PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met the surface where the bundle has no tensor column: the contact acts
+                                             on the triangle's other nodes, or is not made where none has one               */
+  PALPATE_STEP_UNSOLVED         = 1 << 7  /* no contact forces: the bundle's numbers are not finite there                   */
 };
+/* clang-format on */
 typedef uint32_t palpate_step_flags;
 
 /* Collision, contact solve, force. tools: [tool_count], in the same order every step. dt: s since the last touch, > 0.
  * Always fills *contacts (of palpate_contacts_bytes). */
-PALPATE_API palpate_step_flags palpate_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
-                                             palpate_contacts* contacts);
+PALPATE_API palpate_step_flags palpate_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
+                                             double dt, palpate_contacts* contacts);
 
 /* Forgets contacts, last positions and forces, as after create. Belongs to the thread of palpate_touch. */
 PALPATE_API void palpate_reset(palpate_scene* scene);
@@ -234,7 +249,8 @@ typedef struct palpate_shape_out {
 } palpate_shape_out;
 
 /* Superposition (eq. 9) and radial correction of the contacts that touch made. */
-PALPATE_API palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* contacts, palpate_shape_out* out);
+PALPATE_API palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* contacts,
+                                             palpate_shape_out* out);
 
 #ifdef __cplusplus
 } /* extern "C" */
