@@ -4,7 +4,7 @@ RESOLUTION ?= 1700
 BC ?= right-side
 SCENES ?= push push-response drag tools
 
-# 1,709 and 19,653 vertices, smallest dihedral angle 25 and 23 degrees. --size: largest edge inside, mm.
+# 1,696 and 19,656 vertices, smallest dihedral angle 25 and 22 degrees. --size: largest edge inside, mm.
 IMAGE ?= $(DATA)/liver/liver.inr.gz
 SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
 SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
