@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tests/precompute/imposed.h"
+#include "tests/support/layered_tetrahedra.h"
 
 namespace palpate::tests {
 namespace {
@@ -56,20 +57,7 @@ TetrahedralMesh shell_octant(double a, double b, int n) {
       const Vector3d p = a * std::pow(b / a, static_cast<double>(layer) / n) * direction;
       mesh.nodes.push_back({p[0], p[1], p[2]});
     }
-  for (int layer = 0; layer < n; ++layer)
-    for (auto t : triangles) {
-      std::sort(t.begin(), t.end());  // the same diagonal on both sides of every side face
-      const std::int32_t low = count * layer, high = low + count;
-      for (std::array<std::int32_t, 4> e : {std::array{low + t[0], low + t[1], low + t[2], high + t[2]},
-                                            std::array{low + t[0], low + t[1], high + t[1], high + t[2]},
-                                            std::array{low + t[0], high + t[0], high + t[1], high + t[2]}}) {
-        const auto edge = [&](int v) {
-          return Vector3d(Vector3d(mesh.nodes[e[v]].data()) - Vector3d(mesh.nodes[e[0]].data()));
-        };
-        if (edge(1).cross(edge(2)).dot(edge(3)) < 0) std::swap(e[2], e[3]);
-        mesh.tetrahedra.push_back(e);
-      }
-    }
+  tests::fill_layers(triangles, count, n, mesh);
   mesh.region.assign(mesh.tetrahedra.size(), 0);
   mesh.region_names = {"shell"};
   return mesh;

@@ -10,6 +10,7 @@
 
 #include "precompute/precompute.h"
 #include "tests/precompute/support.h"
+#include "tests/support/layered_tetrahedra.h"
 
 namespace palpate::tests {
 namespace {
@@ -133,20 +134,7 @@ TetrahedralMesh cylinder_mesh(double radius, double height, int rings, int layer
   const auto count = static_cast<std::int32_t>(disc.size());
   for (int layer = 0; layer <= layers; ++layer)
     for (const auto& p : disc) mesh.nodes.push_back({p[0], p[1], height * layer / layers});
-  for (int layer = 0; layer < layers; ++layer)
-    for (auto t : triangles) {
-      std::sort(t.begin(), t.end());  // the same diagonal on both sides of every side face
-      const std::int32_t low = count * layer, high = low + count;
-      for (std::array<std::int32_t, 4> e : {std::array{low + t[0], low + t[1], low + t[2], high + t[2]},
-                                            std::array{low + t[0], low + t[1], high + t[1], high + t[2]},
-                                            std::array{low + t[0], high + t[0], high + t[1], high + t[2]}}) {
-        const auto edge = [&](int a) {
-          return Vector3d(Vector3d(mesh.nodes[e[a]].data()) - Vector3d(mesh.nodes[e[0]].data()));
-        };
-        if (edge(1).cross(edge(2)).dot(edge(3)) < 0) std::swap(e[2], e[3]);
-        mesh.tetrahedra.push_back(e);
-      }
-    }
+  tests::fill_layers(triangles, count, layers, mesh);
   mesh.region.assign(mesh.tetrahedra.size(), 0);
   mesh.region_names = {"brain"};
   return mesh;
