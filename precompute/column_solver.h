@@ -46,6 +46,10 @@ class ColumnSolver {
   // "PETSc 3.18.5 cg + cholesky (cholmod)".
   std::string description() const;
 
+  // Place of each block row in the preconditioner's elimination order; empty where it has none. A block of columns whose
+  // rows are close in it costs less.
+  std::span<const std::int32_t> row_order() const;
+
  private:
   struct State;
   std::unique_ptr<State> state_;
