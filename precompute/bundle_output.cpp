@@ -90,6 +90,25 @@ void write_body_sections(SectionWriter& writer, const std::vector<formats::Secti
   write_all(writer, entries, SectionId::touchable, body.touchable);
 }
 
+void write_column_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
+                           std::span<const ColumnBlock> blocks, std::span<const BlockRecord> records) {
+  std::size_t nodes = 0;
+  for (const auto& block : blocks) nodes += block.nodes.size();
+  std::vector<std::array<double, 9>> force(nodes);
+  std::vector<std::array<double, 3>> residual(nodes);
+  std::vector<std::array<std::int32_t, 3>> iterations(nodes);
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    for (std::size_t i = 0; i < blocks[b].places.size(); ++i) {
+      const auto place = static_cast<std::size_t>(blocks[b].places[i]);
+      force[place] = records[b].nodes[i].force;
+      residual[place] = records[b].nodes[i].residual;
+      iterations[place] = records[b].nodes[i].iterations;
+    }
+  write_all(writer, entries, SectionId::force, force);
+  write_all(writer, entries, SectionId::residual, residual);
+  write_all(writer, entries, SectionId::iterations, iterations);
+}
+
 nlohmann::json provenance_of(const PrecomputeOptions& options, const OrganConfig& organ, const BoundaryConfig& boundary,
                              const BundleContent& content, const std::string& solver, const std::string& petsc_options,
                              int columns_at_a_time) {

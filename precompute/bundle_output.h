@@ -10,22 +10,12 @@
 
 #include "formats/bundle_writer.h"
 #include "formats/organ_config.h"
+#include "precompute/certificate.h"
 #include "precompute/elastic_body.h"
 #include "precompute/precompute.h"
 #include "precompute/response_fit.h"
 
 namespace palpate {
-
-// The summary of all columns; its numbers reach the provenance.
-struct Certificate {
-  double worst_residual = 0;
-  std::int64_t worst_node = -1, worst_dof = 0;  // node in the bundle's order
-  std::int64_t most_iterations = 0;
-  double reciprocity_error = 0;  // largest |C_nk - C_kn^T| / |C_nk| over pairs of nodes far apart; Frobenius norm
-  std::int64_t reciprocity_pairs = 0;
-  double cast_error = 0;  // largest ||T stored - T solved|| / ||T solved|| of a column
-  double preload_residual = 0;
-};
 
 struct BundleContent {
   const ElasticBody& body;
@@ -39,6 +29,10 @@ std::vector<SectionShape> section_shapes(const BundleContent& content);
 // Every section that is known before the columns are solved.
 void write_body_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
                          const BundleContent& content);
+
+// Forces, residuals and iterations of every column.
+void write_column_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
+                           std::span<const ColumnBlock> blocks, std::span<const BlockRecord> records);
 
 const formats::SectionEntry& entry_of(const std::vector<formats::SectionEntry>& entries, formats::SectionId id);
 

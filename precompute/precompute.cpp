@@ -3,25 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "formats/atomic_file.h"
-#include "formats/bundle_writer.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "precompute/bundle_output.h"
-#include "precompute/column_solver.h"
 #include "precompute/petsc_session.h"
+#include "precompute/preload.h"
+#include "precompute/run_inputs.h"
+#include "precompute/solve_columns.h"
 #include "precompute/solver_choice.h"
-#include "precompute/stiffness.h"
-#include "precompute/support_check.h"
-#include "precompute/tensors.h"
+#include "precompute/stopwatch.h"
 
 namespace palpate {
 namespace {
-
-using formats::SectionId;
 
 // Longest text a number of the certificate takes in JSON; the provenance is laid out with room for all of them.
 constexpr std::size_t kRoomForNumbers = 8 * 32;
@@ -32,79 +28,12 @@ std::vector<std::array<double, 3>> row_coordinates(const ElasticBody& body, cons
   return result;
 }
 
-// Nodes spread over the touchable ones, whose mutual compliances are compared at the end.
-class ReciprocitySample {
- public:
-  explicit ReciprocitySample(const ElasticBody& body) : body_(body) {
-    const std::size_t count = std::min<std::size_t>(48, body.touchable.size());
-    for (std::size_t i = 0; i < count; ++i) nodes_.push_back(body.touchable[i * body.touchable.size() / count]);
-    compliance_.assign(9 * count * count, 0.0);
-  }
-
-  // Keeps C_nk for the sampled k among the nodes of a solved block.
-  void take(const TensorBlock& block, std::span<const std::int32_t> nodes) {
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const auto at = std::lower_bound(nodes_.begin(), nodes_.end(), nodes[i]);
-      if (at == nodes_.end() || *at != nodes[i]) continue;
-      for (std::size_t n = 0; n < nodes_.size(); ++n) {
-        const auto c = block.compliance(nodes_[n], i);
-        std::copy(c.begin(), c.end(), entry(n, static_cast<std::size_t>(at - nodes_.begin())));
-      }
-    }
-  }
-
-  // Collective. Far: farther apart than half the largest distance in the sample.
-  void finish(const Ranks& ranks, Certificate* certificate) {
-    MPI_Allreduce(MPI_IN_PLACE, compliance_.data(), static_cast<int>(compliance_.size()), MPI_DOUBLE, MPI_SUM,
-                  ranks.communicator());
-    double farthest = 0;
-    for (std::size_t a = 0; a < nodes_.size(); ++a)
-      for (std::size_t b = 0; b < a; ++b) farthest = std::max(farthest, distance(a, b));
-    for (std::size_t a = 0; a < nodes_.size(); ++a)
-      for (std::size_t b = 0; b < a; ++b) {
-        if (distance(a, b) < 0.5 * farthest) continue;
-        double difference = 0, size = 0;
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) {
-            // C_ab(i, j) = C_ba(j, i) where both dofs are free
-            if (body_.fixed[nodes_[a]][i] || body_.fixed[nodes_[b]][j]) continue;
-            const double ab = entry(a, b)[3 * i + j], ba = entry(b, a)[3 * j + i];
-            difference += (ab - ba) * (ab - ba), size += ab * ab;
-          }
-        if (size > 0)
-          certificate->reciprocity_error = std::max(certificate->reciprocity_error, std::sqrt(difference / size));
-        ++certificate->reciprocity_pairs;
-      }
-  }
-
- private:
-  double* entry(std::size_t n, std::size_t k) { return &compliance_[9 * (n * nodes_.size() + k)]; }
-  double distance(std::size_t a, std::size_t b) const {
-    const auto &p = body_.nodes[nodes_[a]], &q = body_.nodes[nodes_[b]];
-    return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-  }
-
-  const ElasticBody& body_;
-  std::vector<std::int32_t> nodes_;
-  std::vector<double> compliance_;  // [n][k][9]
-};
-
 struct Seconds {
-  double read = 0, assemble = 0, factor = 0, solve = 0, write = 0, seal = 0;
+  double read = 0, assemble = 0, factor = 0, preload = 0, seal = 0;
+  SolveSeconds columns;
 };
 
-class Stopwatch {
- public:
-  explicit Stopwatch(double* into) : into_(into), begun_(MPI_Wtime()) {}
-  ~Stopwatch() { *into_ += MPI_Wtime() - begun_; }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double* into_;
-  double begun_;
-};
-
+// The steps of a run, in the order of operator().
 class Run {
  public:
   Run(const PrecomputeOptions& options, Ranks& ranks) : options_(options), ranks_(ranks) {}
@@ -113,14 +42,15 @@ class Run {
     ranks_.together([this] { read(); });
     ranks_.together([this] { assemble(); });
     choose_and_factor();
+    ranks_.together([this] { block_columns(); });
     ranks_.together([this] {
-      if (ranks_.rank() == 0) solve_preload(), lay_out();
+      if (ranks_.rank() == 0) preload(), lay_out();
     });
     share_layout();
-    ranks_.together([this] { solve_columns(); });
-    reduce_certificate();
+    ranks_.together([this] { solve(); });
+    gather_records();
     ranks_.together([this] {
-      if (ranks_.rank() == 0) seal();
+      if (ranks_.rank() == 0) certify_and_seal();
     });
     report();
   }
@@ -130,34 +60,16 @@ class Run {
     const Stopwatch watch(&seconds_.read);
     // What would fail after minutes fails now.
     if (ranks_.rank() == 0) file_ = std::make_unique<AtomicFile>(options_.bundle);
-    if (!options_.image.empty() && !std::filesystem::is_regular_file(options_.image))
-      throw InputError(fmt::format("{}: expected the image file, found none", options_.image.string()));
-    organ_ = read_organ_config(options_.organ);
-    if (organ_.element != "p1")
-      throw InputError(fmt::format("{}: element: expected \"p1\", the only one this version builds, found \"{}\"",
-                                   options_.organ.string(), organ_.element));
-    boundary_ = read_boundary_config(options_.boundary);
-    if (organ_.response && ranks_.rank() == 0) fit_ = fit_responses(*organ_.response);
-    const TetrahedralMesh mesh = read_mesh(options_.mesh);
-    body_ = make_elastic_body(mesh, organ_, boundary_, {options_.mesh, options_.organ, options_.boundary});
-    if (boundary_.gravity)
-      for (std::size_t r = 0; r < body_.materials.size(); ++r)
-        if (body_.materials[r].density <= 0)
-          throw InputError(
-              fmt::format("{}: [preload] gravity needs the density of every region; [[region]] \"{}\" of {} has "
-                          "none",
-                          options_.boundary.string(), body_.region_names[r], options_.organ.string()));
-    check_support(body_, options_.boundary);
-    sample_.emplace(body_);
+    inputs_ = read_run_inputs(options_);
   }
 
   void assemble() {
     const Stopwatch watch(&seconds_.assemble);
-    held_ = eliminate_held(assemble_stiffness(body_), body_.fixed);
+    held_ = eliminate_held(assemble_stiffness(inputs_.body), inputs_.body.fixed);
   }
 
   void choose_and_factor() {
-    const auto columns = 3 * static_cast<std::int64_t>(body_.touchable.size());
+    const auto columns = 3 * static_cast<std::int64_t>(inputs_.body.touchable.size());
     const int widest = static_cast<int>(std::min<std::int64_t>(96, columns));
     const double memory = options_.memory_gigabytes > 0 ? 1e9 * options_.memory_gigabytes / ranks_.here()
                                                         : available_memory_bytes(ranks_.here());
@@ -166,8 +78,9 @@ class Run {
                        options_.columns_at_a_time > 0 ? options_.columns_at_a_time : widest);
     // The rank with the least memory decides for all, so that every column is solved alike.
     const SolverChoice choice = choose_solver(prediction, ranks_.least(memory), ranks_.count());
-    note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns; {}", body_.nodes.size(),
-                     body_.surface_count, body_.touchable.size(), body_.tetrahedra.size(), columns, choice.sentence));
+    note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns; {}", inputs_.body.nodes.size(),
+                     inputs_.body.surface_count, inputs_.body.touchable.size(), inputs_.body.tetrahedra.size(), columns,
+                     choice.sentence));
     ranks_.together([&] {
       const Stopwatch watch(&seconds_.factor);
       ColumnSolverOptions solver;
@@ -175,46 +88,32 @@ class Run {
       solver.cholesky = choice.cholesky;
       solver.width =
           options_.columns_at_a_time > 0 ? options_.columns_at_a_time : std::min(widest, choice.cholesky ? 96 : 24);
-      solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(body_, held_), solver);
+      solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(inputs_.body, held_), solver);
     });
   }
 
-  // K u = f of the body force; rank 0 alone.
-  void solve_preload() {
-    if (!boundary_.gravity) return;
-    const Stopwatch watch(&seconds_.solve);
-    const std::vector<double> load = gravity_load(body_, *boundary_.gravity);
-    const int width = solver_->width();
-    std::vector<double> b(static_cast<std::size_t>(solver_->dofs()) * width, 0.0), x(b.size());
-    for (std::size_t row = 0; row < held_.node_of_row.size(); ++row)
-      for (int d = 0; d < 3; ++d) {
-        const auto n = static_cast<std::size_t>(held_.node_of_row[row]);
-        if (!body_.fixed[n][d]) b[(3 * row + d) * width] = load[3 * n + d];
-      }
-    std::vector<ColumnReport> reports(width);
-    try {
-      solver_->solve(b.data(), x.data(), reports);
-    } catch (const NotConverged& worst) {
-      throw OperationError(
-          fmt::format("the preload did not converge: true relative residual {:.2g} (PETSc: {}); double "
-                      "precision allows about {:.1g} here",
-                      worst.residual, worst.reason, worst.floor));
-    }
-    certificate_.preload_residual = reports[0].residual;
-    preload_.assign(3 * body_.nodes.size(), 0.0);
-    for (std::size_t row = 0; row < held_.node_of_row.size(); ++row)
-      for (int d = 0; d < 3; ++d) preload_[3 * held_.node_of_row[row] + d] = x[(3 * row + d) * width];
+  void block_columns() {
+    const ElasticBody& body = inputs_.body;
+    std::vector<std::int32_t> order;
+    if (const auto order_of_row = solver_->row_order(); !order_of_row.empty())
+      for (const auto node : body.touchable) order.push_back(order_of_row[held_.row_of_node[node]]);
+    blocks_ = column_blocks(body.touchable, order, static_cast<std::size_t>(TensorBlock::nodes_per_solve(*solver_)));
+    sample_.emplace(body);
+    records_.resize(blocks_.size());
+  }
+
+  void preload() {
+    if (!inputs_.boundary.gravity) return;
+    const Stopwatch watch(&seconds_.preload);
+    preload_ = solve_preload(inputs_.body, held_, *inputs_.boundary.gravity, *solver_);
   }
 
   void lay_out() {
-    const Stopwatch watch(&seconds_.write);
-    const bool has_interior = body_.surface_count < static_cast<std::int32_t>(body_.nodes.size());
-    if (boundary_.store_interior && !has_interior)
-      warn("the mesh has no interior nodes; [store] interior has no effect");
-    const BundleContent content{body_, boundary_.store_interior && has_interior, preload_, fit_};
-    provenance_ = provenance_of(options_, organ_, boundary_, content, solver_->description(), petsc_options_in_force(),
-                                solver_->width());
-    const std::string text = provenance_text(provenance_, certificate_);
+    const Stopwatch watch(&seconds_.columns.write);
+    const BundleContent content{inputs_.body, inputs_.store_interior, preload_.displacement, inputs_.fit};
+    provenance_ = provenance_of(options_, inputs_.organ, inputs_.boundary, content, solver_->description(),
+                                petsc_options_in_force(), solver_->width());
+    const std::string text = provenance_text(provenance_, Certificate{});
     entries_ = lay_out_bundle(file_->part(), section_shapes(content), text + std::string(kRoomForNumbers, ' '));
     SectionWriter writer(file_->part());
     write_body_sections(writer, entries_, content);
@@ -228,112 +127,34 @@ class Run {
               ranks_.communicator());
   }
 
-  // Blocks of nodes are the same for any number of ranks; rank r takes blocks r, r + count, ...
-  void solve_columns() {
+  void solve() {
     auto part = options_.bundle;
     part += ".part";
-    SectionWriter writer(part);
-    TensorBlock block(*solver_);
-    const auto per_block = static_cast<std::size_t>(TensorBlock::nodes_per_solve(*solver_));
-    const auto stride = per_block * static_cast<std::size_t>(ranks_.count());
-    const std::size_t begin = per_block * static_cast<std::size_t>(ranks_.rank());
-    std::size_t mine = 0;
-    for (std::size_t at = begin; at < body_.touchable.size(); at += stride)
-      mine += std::min(per_block, body_.touchable.size() - at);
-    Progress progress("columns", 3 * mine);
-    for (std::size_t at = begin; at < body_.touchable.size(); at += stride) {
-      if (ranks_.someone_failed()) return;
-      const std::span<const std::int32_t> nodes(&body_.touchable[at], std::min(per_block, body_.touchable.size() - at));
-      {
-        const Stopwatch watch(&seconds_.solve);
-        block.solve(held_, body_.fixed, nodes);
-      }
-      if (at == begin) refuse_unused_options();
-      {
-        const Stopwatch watch(&seconds_.write);
-        write_block(writer, block, at, nodes);
-      }
-      sample_->take(block, nodes);
-      progress.advance(3 * nodes.size());
+    const auto sections = displacement_sections(entries_, inputs_.body);
+    const ColumnJob job{held_, inputs_.body, blocks_, *sample_, sections, part};
+    for (auto& [b, record] : solve_columns(job, ranks_, *solver_, &seconds_.columns)) records_[b] = std::move(record);
+  }
+
+  // Collective: every record to rank 0.
+  void gather_records() {
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      const int owner = static_cast<int>(b) % ranks_.count(),
+                bytes = static_cast<int>(record_bytes(blocks_[b], *sample_));
+      if (owner == 0) continue;
+      if (ranks_.rank() == owner) MPI_Send(to_bytes(records_[b]).data(), bytes, MPI_BYTE, 0, 0, ranks_.communicator());
+      if (ranks_.rank() != 0) continue;
+      std::vector<std::byte> received(static_cast<std::size_t>(bytes));
+      MPI_Recv(received.data(), bytes, MPI_BYTE, owner, 0, ranks_.communicator(), MPI_STATUS_IGNORE);
+      records_[b] = from_bytes(received, blocks_[b]);
     }
-    const Stopwatch watch(&seconds_.write);
-    writer.sync();
   }
 
-  static void refuse_unused_options() {
-    const std::string unused = unused_petsc_options();
-    if (!unused.empty())
-      throw InputError(
-          fmt::format("PETSc did not use the options after \"--\": {}; check their spelling and whether the "
-                      "chosen solver reads them",
-                      unused));
-  }
-
-  void write_block(SectionWriter& writer, const TensorBlock& block, std::size_t at,
-                   std::span<const std::int32_t> nodes) {
-    const auto all = static_cast<std::int32_t>(body_.nodes.size());
-    write_displacements(writer, SectionId::displacement_surface, block, at, nodes.size(), 0, body_.surface_count);
-    if (has(SectionId::displacement_interior))
-      write_displacements(writer, SectionId::displacement_interior, block, at, nodes.size(), body_.surface_count,
-                          all - body_.surface_count);
-    std::vector<double> force, residual;
-    std::vector<std::int32_t> iterations;
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      force.insert(force.end(), block.force(i).begin(), block.force(i).end());
-      for (int j = 0; j < 3; ++j) {
-        const ColumnReport report = block.report(i, j);
-        residual.push_back(report.residual);
-        iterations.push_back(report.iterations);
-        certificate_.most_iterations = std::max<std::int64_t>(certificate_.most_iterations, report.iterations);
-        if (report.residual > certificate_.worst_residual) {
-          certificate_.worst_residual = report.residual;
-          certificate_.worst_node = nodes[i];
-          certificate_.worst_dof = j;
-        }
-      }
-    }
-    writer.write(entry_of(entries_, SectionId::force), at * 72, force.data(), force.size() * 8);
-    writer.write(entry_of(entries_, SectionId::residual), at * 24, residual.data(), residual.size() * 8);
-    writer.write(entry_of(entries_, SectionId::iterations), at * 12, iterations.data(), iterations.size() * 4);
-    certificate_.cast_error =
-        std::max(certificate_.cast_error,
-                 block.cast_error(0, has(SectionId::displacement_interior) ? all : body_.surface_count));
-  }
-
-  void write_displacements(SectionWriter& writer, SectionId id, const TensorBlock& block, std::size_t at,
-                           std::size_t nodes, std::int32_t first, std::int32_t count) {
-    rows_.resize(nodes * 9 * static_cast<std::size_t>(count));
-    block.displacement(first, count, rows_.data());
-    const std::uint64_t node_bytes = 36 * static_cast<std::uint64_t>(count);
-    writer.write(entry_of(entries_, id), at * node_bytes, rows_.data(), nodes * node_bytes);
-  }
-
-  bool has(SectionId id) const {
-    return std::any_of(entries_.begin(), entries_.end(),
-                       [id](const auto& e) { return e.id == static_cast<std::uint32_t>(id); });
-  }
-
-  // Collective.
-  void reduce_certificate() {
-    sample_->finish(ranks_, &certificate_);
-    double numbers[2] = {static_cast<double>(certificate_.most_iterations), certificate_.cast_error};
-    MPI_Allreduce(MPI_IN_PLACE, numbers, 2, MPI_DOUBLE, MPI_MAX, ranks_.communicator());
-    certificate_.most_iterations = static_cast<std::int64_t>(numbers[0]);
-    certificate_.cast_error = numbers[1];
-    // Of equal residuals, the first node: the same answer for any number of ranks.
-    double worst = certificate_.worst_residual;
-    MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, ranks_.communicator());
-    long long place = certificate_.worst_residual == worst && certificate_.worst_node >= 0
-                          ? 3 * certificate_.worst_node + certificate_.worst_dof
-                          : std::numeric_limits<long long>::max();
-    MPI_Allreduce(MPI_IN_PLACE, &place, 1, MPI_LONG_LONG, MPI_MIN, ranks_.communicator());
-    certificate_.worst_residual = worst;
-    certificate_.worst_node = worst > 0 ? place / 3 : -1;
-    certificate_.worst_dof = worst > 0 ? place % 3 : 0;
-  }
-
-  void seal() {
+  void certify_and_seal() {
     const Stopwatch watch(&seconds_.seal);
+    certificate_ = certify(blocks_, records_, *sample_);
+    certificate_.preload_residual = preload_.residual;
+    SectionWriter writer(file_->part());
+    write_column_sections(writer, entries_, blocks_, records_);
     finish_provenance(file_->part(), entries_, provenance_text(provenance_, certificate_));
     seal_bundle(file_->part(), entries_);
     file_->commit();
@@ -346,31 +167,31 @@ class Run {
                     "iterations; reciprocity of far pairs {:.2g} ({} pairs); cast to f32 {:.2g}",
                     solver_->description(), c.worst_node, "xyz"[c.worst_dof], c.worst_residual, options_.tolerance,
                     c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
-    if (fit_) {
+    if (inputs_.fit) {
       const auto line = [](const char* name, const ResponsePolynomial& p) {
         return fmt::format("{} fitted to {:.2g} rms, {:.2g} at most, of the largest datum{}", name, p.rms, p.largest,
                            p.note.empty() ? "" : " (" + p.note + ")");
       };
-      note(line("Q", fit_->force) + (fit_->radial.coefficient.empty() ? "" : "; " + line("P", fit_->radial)));
+      note(line("Q", inputs_.fit->force) +
+           (inputs_.fit->radial.coefficient.empty() ? "" : "; " + line("P", inputs_.fit->radial)));
     }
     note(fmt::format("seconds: read {:.2f}, assemble {:.2f}, factor {:.2f}, solve {:.2f}, write {:.2f}, seal {:.2f}",
-                     seconds_.read, seconds_.assemble, seconds_.factor, seconds_.solve, seconds_.write, seconds_.seal));
+                     seconds_.read, seconds_.assemble, seconds_.factor, seconds_.preload + seconds_.columns.solve,
+                     seconds_.columns.write, seconds_.seal));
   }
 
   const PrecomputeOptions& options_;
   Ranks& ranks_;
-  OrganConfig organ_;
-  BoundaryConfig boundary_;
-  ElasticBody body_;
+  RunInputs inputs_;
   HeldStiffness held_;
   std::unique_ptr<ColumnSolver> solver_;
-  std::optional<ResponseFit> fit_;
-  std::vector<double> preload_;
-  std::unique_ptr<AtomicFile> file_;
-  std::vector<formats::SectionEntry> entries_;
-  nlohmann::json provenance_;
+  std::vector<ColumnBlock> blocks_;
   std::optional<ReciprocitySample> sample_;
-  std::vector<float> rows_;
+  Preload preload_;
+  std::unique_ptr<AtomicFile> file_;
+  nlohmann::json provenance_;
+  std::vector<formats::SectionEntry> entries_;
+  std::vector<BlockRecord> records_;
   Certificate certificate_;
   Seconds seconds_;
 };

@@ -1,0 +1,24 @@
+// All that a run reads, checked against one another before anything is computed.
+#pragma once
+
+#include <optional>
+
+#include "formats/organ_config.h"
+#include "precompute/elastic_body.h"
+#include "precompute/precompute.h"
+#include "precompute/response_fit.h"
+
+namespace palpate {
+
+struct RunInputs {
+  OrganConfig organ;
+  BoundaryConfig boundary;
+  ElasticBody body;
+  std::optional<ResponseFit> fit;
+  bool store_interior = false;
+};
+
+// Errors: InputError.
+RunInputs read_run_inputs(const PrecomputeOptions& options);
+
+}  // namespace palpate
