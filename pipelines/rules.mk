@@ -18,7 +18,7 @@ WORK = $(DATA)/$(ORGAN)/$(RESOLUTION)
 case_of = $(WORK)/$(BC)$(if $(filter-out organ,$1),-$1)
 CASE = $(call case_of,organ)
 
-.PHONY: pipeline
+.PHONY: pipeline mesh
 pipeline:
 
 include $(ORGAN_DIR)/organ.mk
@@ -50,12 +50,16 @@ $(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
 	$(BIN)/palpate-tetrahedra $< -o $@ $(TETRAHEDRA_OPTIONS)
 endif
 
+mesh: $(WORK)/mesh.msh
+
 # ---- tetrahedra -> bundle -> verified -> scene ---------------------------------------------------------------------
 
-# LAUNCH alone (LAUNCH="srun -n 4") starts the ranks itself; RANKS=n starts them with mpiexec, behind LAUNCH.
-MPIEXEC = env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
-          mpiexec --bind-to none --oversubscribe -n $(RANKS)
+# LAUNCH alone (LAUNCH="srun --mpi=pmix -n 4") starts the ranks itself; RANKS=n starts them with mpiexec, behind LAUNCH.
+MPIEXEC = mpiexec --bind-to none --oversubscribe -n $(RANKS)
 RUN_RANKS = $(LAUNCH) $(if $(filter-out 1,$(RANKS)),$(MPIEXEC))
+# In a container one is root, which Open MPI refuses unless told twice.
+export OMPI_ALLOW_RUN_AS_ROOT := 1
+export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 
 # $1: folder of the case; $2: its material file.
 define case_rules
@@ -63,7 +67,7 @@ $1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $(wildcard $(
               $(BIN)/palpate-precompute
 	mkdir -p $$(@D)
 	$(RUN_RANKS) $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
-	    $(if $(IMAGE),--image $(IMAGE)) -o $$@
+	    $(if $(IMAGE),--image $(IMAGE)) -o $$@ $(PRECOMPUTE_OPTIONS)
 
 $1/verified.json: $1/bundle.h5 $(WORK)/mesh.msh $(BIN)/palpate-bundle
 	$(BIN)/palpate-bundle verify $$< --mesh $(WORK)/mesh.msh --organ $2 \

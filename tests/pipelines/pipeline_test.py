@@ -31,7 +31,7 @@ def write_ellipsoid(file):
 
 
 def arguments(data, *more):
-    return ["make", "-C", ROOT, "-f", "tests/pipelines/pipeline.mk", "BIN=" + BIN, "DATA=" + data, *more]
+    return ["make", "-C", ROOT, "-f", "pipelines/built.mk", "BIN=" + BIN, "DATA=" + data, *more]
 
 
 def make(data, *more):
@@ -123,6 +123,22 @@ class Pipeline(unittest.TestCase):
         last = read_rows(os.path.join(corners, "scenes", "one-contact", "forces.csv"))[-1]
         self.assertEqual(int(last["contacts"]), 1)
         self.assertGreater(float(last["force_z_N"]), 0.05)  # the plate pushes back up
+
+    def test_any_launcher_gives_the_same_bytes_or_its_own_error(self):
+        target = os.path.join(self.data, "plate", "5mm", "corners", "bundle.h5")
+        bundles = []
+        for launcher, said in (("", "touchable"), ("nice -n 5", "touchable"),
+                               ("mpiexec --bind-to none --oversubscribe -n 2", "for each of 2 ranks")):
+            self.assertIn(said, make(self.data, "ORGAN=plate", "LAUNCH=" + launcher, target))
+            with open(target, "rb") as bundle:
+                bundles.append(bundle.read())
+            os.remove(target)
+        self.assertEqual(bundles, bundles[:1] * 3)
+        missing = subprocess.run(arguments(self.data, "ORGAN=plate", "LAUNCH=no-such-launcher -n 2", target),
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(missing.returncode, 2)
+        self.assertIn("no-such-launcher: command not found", missing.stdout)
+        self.assertFalse(os.path.exists(target))
 
     def test_brain_cylinder_lies_on_the_measured_curves(self):
         said = make(self.data, "-j2", "ORGAN=brain-cylinder")  # cylinder.py holds its bounds, or make fails

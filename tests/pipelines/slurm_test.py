@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""Runs pipelines/slurm on the Slurm of SLURM_CONF. Usage: one-machine-slurm.sh slurm_test.py BIN [TEST ...]"""
+import glob
+import os
+import subprocess
+import tempfile
+import time
+import unittest
+
+from pipeline_test import BIN, ROOT, make, write_ellipsoid  # takes BIN off the command line
+
+TWO_RANKS = ["--ntasks-per-node=2", "--mem=2G"]
+
+
+def output_of(*command):
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def read_bytes(file):
+    with open(file, "rb") as stream:
+        return stream.read()
+
+
+def wait_until(condition, what, seconds=120):
+    deadline = time.time() + seconds
+    while not condition():
+        if time.time() > deadline:
+            raise AssertionError("no %s within %d s" % (what, seconds))
+        time.sleep(0.05)
+
+
+class Job:
+    """A submitted job and its log, which all its runs write to."""
+
+    def __init__(self, data, options, case, **environment):
+        self.folder = os.path.dirname(data)
+        self.data = data
+        self.id = output_of("env", "-C", ROOT, "BIN=" + BIN, "DATA=" + data,
+                            *("%s=%s" % item for item in environment.items()), "sbatch", "--parsable", *options,
+                            "--output=" + os.path.join(self.folder, "%j.log"), "pipelines/slurm/organ.sbatch", *case).strip()
+
+    def field(self, name):
+        words = output_of("scontrol", "show", "job", "--oneliner", self.id).split()
+        return [word.split("=", 1)[1] for word in words if word.startswith(name + "=")]
+
+    def start_now(self):
+        """Slurm lets a requeued job wait for two minutes."""
+        wait_until(lambda: self.field("JobState") == ["PENDING"], "requeued job", 20)
+        subprocess.run(["scontrol", "update", "JobId=" + self.id, "StartTime=now"], check=True)
+
+    def wait(self):
+        """The states of the job or of an array's tasks, once all have ended."""
+        ended = {"COMPLETED", "FAILED", "CANCELLED", "TIMEOUT", "NODE_FAIL"}
+        wait_until(lambda: ended.issuperset(self.field("JobState")), "end of the job", 300)
+        return self.field("JobState")
+
+    def log(self):
+        return "".join(read_bytes(file).decode() for file in sorted(glob.glob(self.folder + "/*.log")))
+
+
+class Slurm(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="palpate_slurm_test_")
+        self.data = os.path.join(self.folder.name, "data")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def plain(self, bundle, *more):
+        """The bytes of the same bundle without Slurm, on one rank."""
+        make(self.data + "-plain", *more, os.path.join(self.data + "-plain", bundle))
+        return read_bytes(os.path.join(self.data + "-plain", bundle))
+
+    def ellipsoid(self):
+        image = os.path.join(self.folder.name, "ellipsoid.nrrd")
+        write_ellipsoid(image)
+        return ["IMAGE=" + image, "SURFACE_OPTIONS=--labels 255 --smooth 4 --triangles 500",
+                "TETRAHEDRA_OPTIONS=--region liver"]
+
+    def test_a_job_on_two_ranks_gives_the_bytes_of_a_plain_run(self):
+        job = Job(self.data, TWO_RANKS, ["plate", "corners", "5mm"])
+        self.assertEqual(job.wait(), ["COMPLETED"], job.log())
+        self.assertIn("for each of 2 ranks", job.log())
+        self.assertEqual(read_bytes(self.data + "/plate/5mm/corners/bundle.h5"),
+                         self.plain("plate/5mm/corners/bundle.h5", "ORGAN=plate"))
+        self.assertTrue(os.path.exists(self.data + "/plate/5mm/corners/scenes/one-contact/summary.json"))
+
+    def test_ranks_started_by_mpiexec_inside_the_allocation(self):
+        job = Job(self.data, TWO_RANKS, ["plate", "corners", "5mm"], LAUNCH="mpiexec --bind-to none")
+        self.assertEqual(job.wait(), ["COMPLETED"], job.log())
+        self.assertIn("for each of 2 ranks", job.log())  # as many as Slurm allotted, without -n
+
+    def test_an_array_of_boundary_sets_makes_their_mesh_once(self):
+        cases = os.path.join(self.folder.name, "cases")
+        image = self.ellipsoid()[0]
+        with open(cases, "w") as file:
+            for boundary in ("right-side", "diaphragm"):
+                file.write("liver %s 1700 %s SURFACE_OPTIONS=--triangles=500\n" % (boundary, image))
+        job = Job(self.data, [*TWO_RANKS, "--array=1-2"], [cases])
+        self.assertEqual(job.wait(), ["COMPLETED"] * 2, job.log())
+        self.assertEqual(len(glob.glob(self.data + "/liver/1700/*/verified.json")), 2)
+        self.assertEqual(job.log().count("palpate-tetrahedra %s/liver" % self.data), 1)
+
+    def test_requeued_in_the_middle_it_resumes_to_the_same_bytes(self):
+        # One column after another through CG and multigrid: slow enough to be met in the middle.
+        slow = [*self.ellipsoid(), "PRECOMPUTE_OPTIONS=--block 24 -- -column_pc_type gamg"]
+        bundle = "liver/1700/right-side/bundle.h5"
+        job = Job(self.data, TWO_RANKS, ["liver", "right-side", "1700", *slow])
+        # An operator's, and the job's own, when its time is nearly up.
+        for requeue in (["scontrol", "requeue", job.id], ["scancel", "--signal=USR1", "--batch", job.id]):
+            wait_until(lambda: "left" in job.log().rpartition("srun --mpi")[2], "solved columns")
+            subprocess.run(requeue, check=True)
+            job.start_now()
+        self.assertEqual(job.wait(), ["COMPLETED"], job.log())
+        self.assertEqual(job.field("Restarts"), ["2"])
+        self.assertEqual(read_bytes(os.path.join(self.data, bundle)), self.plain(bundle, *slow))
+
+    def test_bad_input_fails_the_job_with_a_sentence(self):
+        for case, sentence in ((["plate", "nowhere", "5mm"], "expected one of corners"),
+                               (["plate", "corners"], "expected ORGAN BC RESOLUTION"),
+                               (["plate"], "which of its lines?")):
+            job = Job(self.data, TWO_RANKS, case)
+            self.assertEqual(job.wait(), ["FAILED"])
+            self.assertIn(sentence, job.log())
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
