@@ -10,12 +10,12 @@
 namespace palpate::formats {
 
 inline constexpr char kBundleMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\n'};
-inline constexpr std::uint32_t kLayoutVersion = 1;
+inline constexpr std::uint32_t kLayoutVersion = 2;
 inline constexpr std::uint64_t kUserBlockBytes = 4096;    // HDF5 asks for a power of two >= 512
 inline constexpr std::uint64_t kSectionAlignment = 4096;  // a page, so that one section can be mapped alone
 inline constexpr std::uint32_t kMaxRank = 4;
 
-enum class ElementType : std::uint32_t { f64 = 1, f32 = 2, i32 = 3, u8 = 4, text = 5 };
+enum class ElementType : std::uint32_t { f64 = 1, f32 = 2, i32 = 3, u8 = 4, text = 5, f16 = 6 };
 
 struct BundleHeader {
   char magic[8];                   // offset 0
@@ -45,7 +45,7 @@ inline constexpr std::uint32_t kMaxSections = (kUserBlockBytes - sizeof(BundleHe
 
 // The section ids by name: SectionId::nodes == 10 and so on.
 enum class SectionId : std::uint32_t {
-#define PALPATE_SECTION(identifier, id, path, type, rank, shape, unit, presence, meaning) identifier = id,
+#define PALPATE_SECTION(identifier, id, path, types, rank, shape, unit, presence, meaning) identifier = id,
 #include "formats/bundle_sections.def"
 #undef PALPATE_SECTION
 };
@@ -62,6 +62,8 @@ constexpr std::uint64_t element_bytes(ElementType type) {
       return 1;
     case ElementType::text:
       return 1;
+    case ElementType::f16:
+      return 2;
   }
   return 0;
 }

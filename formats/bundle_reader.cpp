@@ -5,6 +5,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <initializer_list>
 
 #include "formats/checksum.h"
 
@@ -16,9 +17,19 @@ static_assert(std::endian::native == std::endian::little, "the index is read as 
 
 enum class Presence { optional, always };
 
+// The types column of the list: one name, or several joined by |.
+namespace type_bits {
+constexpr std::uint32_t bit(ElementType type) {
+  return 1u << static_cast<std::uint32_t>(type);
+}
+constexpr std::uint32_t f64 = bit(ElementType::f64), f32 = bit(ElementType::f32), f16 = bit(ElementType::f16),
+                        i32 = bit(ElementType::i32), u8 = bit(ElementType::u8), text = bit(ElementType::text);
+}  // namespace type_bits
+using namespace type_bits;
+
 constexpr SectionDescription kSections[] = {
-#define PALPATE_SECTION(identifier, id, path, type, rank, shape, unit, presence, meaning) \
-  {SectionId::identifier, path, ElementType::type, rank, #shape, unit, Presence::presence == Presence::always, meaning},
+#define PALPATE_SECTION(identifier, id, path, types, rank, shape, unit, presence, meaning) \
+  {SectionId::identifier, path, types, rank, #shape, unit, Presence::presence == Presence::always, meaning},
 #include "formats/bundle_sections.def"
 #undef PALPATE_SECTION
 };
@@ -154,16 +165,16 @@ BundleStatus check_range(const SectionEntry& entry, std::uint64_t at, std::uint6
 // Type, rank, shape and length of a section that bundle_sections.def lists.
 BundleStatus check_form(const SectionEntry& entry, const SectionDescription& section, std::uint64_t at,
                         BundleError* error) {
-  if (entry.type != static_cast<std::uint32_t>(section.type) || entry.rank != section.rank)
+  if (!may_have(section, entry.type) || entry.rank != section.rank)
     return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, type),
-                  "%s: expected element type %" PRIu32 " and rank %" PRIu32 ", found %" PRIu32 " and %" PRIu32
-                  "; rebuild the bundle",
-                  section.path, static_cast<std::uint32_t>(section.type), section.rank, entry.type, entry.rank);
+                  "%s: found element type %" PRIu32 " and rank %" PRIu32 ", expected rank %" PRIu32
+                  " and a type that formats/BUNDLE.md lists; rebuild the bundle",
+                  section.path, entry.type, entry.rank, section.rank);
   if (entry.reserved != 0)
     return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, reserved),
                   "%s: expected 0 in the entry's reserved word, found %" PRIu32 "; rebuild the bundle", section.path,
                   entry.reserved);
-  std::uint64_t product = element_bytes(section.type);
+  std::uint64_t product = element_bytes(static_cast<ElementType>(entry.type));
   bool fits = true;
   for (std::uint32_t d = 0; d < kMaxRank; ++d) {
     const bool in_range = entry.shape[d] >= 1 && entry.shape[d] <= kMaxCount;
@@ -267,6 +278,19 @@ BundleStatus check_shape(const BundleIndex& index, std::uint32_t position, Bundl
   return BundleStatus::ok;
 }
 
+// Halves are of no use without their scales.
+BundleStatus check_scale(const BundleIndex& index, BundleError* error) {
+  for (const SectionId id : {SectionId::displacement_surface, SectionId::displacement_interior}) {
+    const SectionEntry* entry = find_section(index, id);
+    if (entry && entry->type == static_cast<std::uint32_t>(ElementType::f16) &&
+        !find_section(index, SectionId::displacement_scale))
+      return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                    "%s has element type f16, but section %s is missing; rebuild the bundle",
+                    describe_section(id)->path, describe_section(SectionId::displacement_scale)->path);
+  }
+  return BundleStatus::ok;
+}
+
 BundleStatus check_counts(const BundleCounts& counts, BundleError* error) {
   if (counts.surface_nodes > counts.nodes || counts.touchable > counts.surface_nodes)
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
@@ -315,6 +339,17 @@ BundleStatus check_zero_or_one(const BundleIndex& index, SectionId id, const std
   return BundleStatus::ok;
 }
 
+// Below 2^100, so that no product with a displacement overflows.
+BundleStatus check_scales(const BundleIndex& index, SectionId id, const float* values, std::uint64_t count,
+                          BundleError* error) {
+  for (std::uint64_t i = 0; i < count; ++i)
+    if (!(values[i] > 0 && values[i] < 0x1p100f))
+      return refuse(error, BundleStatus::content, stored_at(index, id, i),
+                    "%s: expected scales above 0, element %" PRIu64 " is %g; copy the bundle again or rebuild it",
+                    describe_section(id)->path, i, static_cast<double>(values[i]));
+  return BundleStatus::ok;
+}
+
 }  // namespace
 
 BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, BundleIndex* index, BundleError* error) {
@@ -338,6 +373,7 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
   if (status != BundleStatus::ok) return status;
   index->counts = take_counts(*index);
   status = check_counts(index->counts, error);
+  if (status == BundleStatus::ok) status = check_scale(*index, error);
   for (std::uint32_t i = 0; i < index->header.section_count && status == BundleStatus::ok; ++i)
     status = check_shape(*index, i, error);
   if (status == BundleStatus::ok && error) *error = BundleError{};
@@ -365,6 +401,8 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
     if (ok()) status = check_ascending(index, SectionId::touchable, sections.touchable, n.touchable, error);
   }
   if (ok() && sections.fixed) status = check_zero_or_one(index, SectionId::fixed, sections.fixed, 3 * n.nodes, error);
+  if (ok() && sections.displacement_scale)
+    status = check_scales(index, SectionId::displacement_scale, sections.displacement_scale, 3 * n.touchable, error);
   if (ok() && error) *error = BundleError{};
   return status;
 }

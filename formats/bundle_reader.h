@@ -42,28 +42,32 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
 // The entry of a section, or nullptr where the bundle has none.
 const SectionEntry* find_section(const BundleIndex& index, SectionId id);
 
-// Checks every integer of the mapped sections that is used as an index, and region and fixed values. Each pointer is
-// the section's bytes or nullptr for "not looked at". Cost: one pass over those sections (small ones; not the tensors).
+// Checks every integer of the mapped sections that is used as an index, region and fixed values, and scales. Each pointer
+// is the section's bytes or nullptr for "not looked at". Cost: one pass over those sections (small ones; not the tensors).
 struct IndexedSections {
   const std::int32_t* tetrahedra = nullptr;
   const std::int32_t* region = nullptr;
   const std::int32_t* triangles = nullptr;
   const std::int32_t* touchable = nullptr;
   const std::uint8_t* fixed = nullptr;
+  const float* displacement_scale = nullptr;
 };
 BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);
 
-// Name, type, unit and meaning from bundle_sections.def; nullptr for an id it does not list.
+// Name, types, unit and meaning from bundle_sections.def; nullptr for an id it does not list.
 struct SectionDescription {
   SectionId id;
   const char* path;
-  ElementType type;
+  std::uint32_t types;  // bit 1 << t for each ElementType t it may have
   std::uint32_t rank;
   const char* shape;  // "(S, 3, Ns, 3)"
   const char* unit;
   bool always;
   const char* meaning;
 };
+constexpr bool may_have(const SectionDescription& section, std::uint32_t type) {
+  return type < 32 && (section.types >> type & 1u) != 0;
+}
 const SectionDescription* describe_section(SectionId id);
 const SectionDescription* section_descriptions(std::size_t* count);
 

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -187,6 +188,16 @@ const SectionDescription& description_of(SectionId id) {
   return *section;
 }
 
+// The type asked for, or the only one the list offers. Errors: InputError.
+ElementType type_of(const SectionShape& section, const SectionDescription& description) {
+  if (!section.type && std::has_single_bit(description.types))
+    return static_cast<ElementType>(std::countr_zero(description.types));
+  if (!section.type || !formats::may_have(description, static_cast<std::uint32_t>(*section.type)))
+    throw InputError(
+        fmt::format("{}: expected one of the element types that bundle_sections.def lists for it", description.path));
+  return *section.type;
+}
+
 // The entry of a section before it has a place. Errors: InputError.
 SectionEntry entry_of(const SectionShape& section) {
   const SectionDescription& description = description_of(section.id);
@@ -195,9 +206,10 @@ SectionEntry entry_of(const SectionShape& section) {
                                  description.rank, description.shape, section.shape.size()));
   SectionEntry entry{};
   entry.id = static_cast<std::uint32_t>(section.id);
-  entry.type = static_cast<std::uint32_t>(description.type);
+  const ElementType type = type_of(section, description);
+  entry.type = static_cast<std::uint32_t>(type);
   entry.rank = description.rank;
-  entry.bytes = formats::element_bytes(description.type);
+  entry.bytes = formats::element_bytes(type);
   std::fill(std::begin(entry.shape), std::end(entry.shape), 1);
   for (std::size_t d = 0; d < section.shape.size(); ++d) {
     const std::uint64_t length = section.shape[d];
@@ -210,23 +222,29 @@ SectionEntry entry_of(const SectionShape& section) {
   return entry;
 }
 
-// The HDF5 type and dataspace that give the natural reading: numbers as arrays, text as one string.
-hid_t number_type(ElementType type) {
-  switch (type) {
-    case ElementType::f64:
-      return H5T_IEEE_F64LE;
-    case ElementType::f32:
-      return H5T_IEEE_F32LE;
-    case ElementType::i32:
-      return H5T_STD_I32LE;
-    default:
-      return H5T_STD_U8LE;
-  }
+// IEEE half: HDF5 1.10 has no name for it; h5py reads this as float16.
+Handle half_type() {
+  Handle type(H5Tcopy(H5T_IEEE_F32LE), &H5Tclose, "a half-precision type");
+  require(H5Tset_fields(type, 15, 10, 5, 0, 10), "a half's fields");
+  require(H5Tset_size(type, 2), "a half's size");
+  require(H5Tset_ebias(type, 15), "a half's exponent");
+  return type;
+}
+
+// The HDF5 type that gives the natural reading of numbers.
+Handle number_type(ElementType type) {
+  if (type == ElementType::f16) return half_type();
+  const hid_t known = type == ElementType::f64   ? H5T_IEEE_F64LE
+                      : type == ElementType::f32 ? H5T_IEEE_F32LE
+                      : type == ElementType::i32 ? H5T_STD_I32LE
+                                                 : H5T_STD_U8LE;
+  return Handle(H5Tcopy(known), &H5Tclose, "a number type");
 }
 
 Handle create_dataset(hid_t file, const SectionEntry& entry, const SectionDescription& section, hid_t properties) {
   const std::string doing = std::string("dataset ") + section.path;
-  if (section.type == ElementType::text) {
+  const auto element = static_cast<ElementType>(entry.type);
+  if (element == ElementType::text) {
     const Handle type = text_type(entry.bytes);
     const Handle space(H5Screate(H5S_SCALAR), &H5Sclose, doing);
     return Handle(H5Dcreate2(file, section.path, type, space, H5P_DEFAULT, properties, H5P_DEFAULT), &H5Dclose, doing);
@@ -234,7 +252,7 @@ Handle create_dataset(hid_t file, const SectionEntry& entry, const SectionDescri
   hsize_t shape[formats::kMaxRank];
   std::copy(std::begin(entry.shape), std::end(entry.shape), shape);
   const Handle space(H5Screate_simple(static_cast<int>(entry.rank), shape, nullptr), &H5Sclose, doing);
-  return Handle(H5Dcreate2(file, section.path, number_type(section.type), space, H5P_DEFAULT, properties, H5P_DEFAULT),
+  return Handle(H5Dcreate2(file, section.path, number_type(element), space, H5P_DEFAULT, properties, H5P_DEFAULT),
                 &H5Dclose, doing);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,11 @@
 
 namespace palpate {
 
-// One section to lay out. shape has the rank of bundle_sections.def.
+// One section to lay out. shape has the rank of bundle_sections.def; type is needed where the list offers several.
 struct SectionShape {
   formats::SectionId id;
   std::vector<std::uint64_t> shape;
+  std::optional<formats::ElementType> type = {};
 };
 
 // Creates an HDF5 file with a user block and one contiguous, early-allocated, aligned dataset per section, the

@@ -58,8 +58,9 @@ std::vector<SectionShape> section_shapes(const BundleContent& content) {
   }
   if (!content.preload.empty()) shapes.push_back({SectionId::preload_displacement, {n, 3}});
   shapes.push_back({SectionId::touchable, {s}});
-  shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}});
-  if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}});
+  shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, formats::ElementType::f32});
+  if (content.interior)
+    shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, formats::ElementType::f32});
   shapes.push_back({SectionId::force, {s, 3, 3}});
   shapes.push_back({SectionId::residual, {s, 3}});
   shapes.push_back({SectionId::iterations, {s, 3}});

@@ -61,7 +61,7 @@ void check_finite_small(const BundleFile& file, Checks& checks) {
   for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
     const auto id = static_cast<SectionId>(index.entries[i].id);
     const SectionDescription* section = describe_section(id);
-    if (!section || section->type != ElementType::f64) continue;
+    if (!section || index.entries[i].type != static_cast<std::uint32_t>(ElementType::f64)) continue;
     const auto values = file.numbers<double>(id);
     const auto bad = std::find_if(values.begin(), values.end(), [](double x) { return !std::isfinite(x); });
     if (bad != values.end() && wrong.empty())

@@ -123,6 +123,8 @@ std::string type_name(std::uint32_t type) {
       return "u8";
     case ElementType::text:
       return "text";
+    case ElementType::f16:
+      return "f16";
   }
   return fmt::format("type {}", type);
 }

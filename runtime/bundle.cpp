@@ -70,6 +70,7 @@ palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
   if (status == PALPATE_OK) status = check(SectionId::triangles, &Sections::triangles);
   if (status == PALPATE_OK) status = check(SectionId::touchable, &Sections::touchable);
   if (status == PALPATE_OK) status = check(SectionId::fixed, &Sections::fixed);
+  if (status == PALPATE_OK) status = check(SectionId::displacement_scale, &Sections::displacement_scale);
   return status;
 }
 

@@ -37,12 +37,7 @@ void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3
 }
 
 Vec3 ContactField::entry_at(std::int32_t e, std::int32_t node) const {
-  Vec3 sum;
-  for (int j = 0; j < 3; ++j) {
-    const float* row = tensors_.row(entries_[e].column, j) + 3 * static_cast<std::size_t>(node);
-    sum += modified_[e][j] * Vec3{row[0], row[1], row[2]};
-  }
-  return sum;
+  return tensors_.displacement(node, entries_[e].column) * modified_[e];
 }
 
 Vec3 ContactField::at_node(std::int32_t node) {

@@ -116,13 +116,8 @@ bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity) {
 Mat3 ContactSolver::node_compliance(const Tensors& tensors, const ContactEntry& a, int a_index, const ContactEntry& b,
                                     int b_index) const {
   if (a.column == b.column) return self_[a_index];
-  Mat3 a_from_b, b_from_a;
-  for (int j = 0; j < 3; ++j) {
-    const float* row_b = tensors.row(b.column, j) + 3 * static_cast<std::size_t>(a.node);
-    const float* row_a = tensors.row(a.column, j) + 3 * static_cast<std::size_t>(b.node);
-    for (int i = 0; i < 3; ++i) a_from_b.m[i][j] = row_b[i], b_from_a.m[i][j] = row_a[i];
-  }
-  const Mat3 one = a_from_b * self_[b_index], other = b_from_a * self_[a_index];
+  const Mat3 one = tensors.displacement(a.node, b.column) * self_[b_index],
+             other = tensors.displacement(b.node, a.column) * self_[a_index];
   Mat3 mean;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) mean.m[i][j] = 0.5 * (one.m[i][j] + other.m[j][i]);

@@ -5,19 +5,9 @@
 
 #include "runtime/contact_set.h"
 #include "runtime/scene_memory.h"
+#include "runtime/tensors.h"
 
 namespace palpate {
-
-// The tensors that contacts read. Column k's row j is the surface field of a unit displacement of its dof j.
-struct Tensors {
-  const float* displacement_surface = nullptr;  // [S][3][Ns][3]
-  const double* force = nullptr;                // [S][3][3] N/m
-  std::int32_t surface_nodes = 0, columns = 0;
-
-  const float* row(std::int32_t column, int j) const {
-    return displacement_surface + (static_cast<std::size_t>(column) * 3 + j) * surface_nodes * 3;
-  }
-};
 
 // C_kk: the inverse of T^f_k on its free dofs, zero on the others. False when T^f_k is not positive definite there.
 bool self_compliance(const double force[9], Mat3* compliance);

@@ -123,8 +123,8 @@ class Builder {
                                                    &formats::IndexedSections::touchable, &scene_.touchable))
       return status;
     tensors.force = section<double>(SectionId::force);
-    tensors.displacement_surface = section<float>(SectionId::displacement_surface);
-    if (!tensors.force || !tensors.displacement_surface) return failed();
+    if (!tensors.force) return failed();
+    if (const palpate_status status = rows(SectionId::displacement_surface, &tensors.surface)) return status;
     for (std::int32_t k = 0; k < tensors.columns; ++k) {
       Mat3 compliance;
       const double* force = tensors.force + 9 * static_cast<std::size_t>(k);
@@ -132,6 +132,18 @@ class Builder {
       if (!finite || !self_compliance(force, &compliance)) return not_finite(SectionId::force, 9ull * k);
     }
     return PALPATE_OK;
+  }
+
+  // Displacement rows in the type they are stored in; f16 with its scales.
+  palpate_status rows(SectionId id, DisplacementRows* out) {
+    const formats::SectionEntry* entry = formats::find_section(bundle_.index, id);
+    out->numbers = section<void>(id);
+    if (!out->numbers) return failed();
+    out->type = static_cast<formats::ElementType>(entry->type);
+    out->nodes = static_cast<std::int32_t>(entry->shape[2]);
+    if (out->type != formats::ElementType::f16) return PALPATE_OK;
+    out->scale = section<float>(SectionId::displacement_scale);
+    return out->scale ? PALPATE_OK : failed();
   }
 
   palpate_status triangles() {
@@ -172,6 +184,16 @@ class Builder {
            (def_.preload == PALPATE_PRELOAD_ON ? bytes_of(SectionId::preload_displacement) : 0);
   }
 
+  // What the stored surface displacements are: their section names in the plan, the bytes of all and of one block.
+  const char* with_scale(const char* plain, const char* scaled) const {
+    return scene_.tensors.surface.scale ? scaled : plain;
+  }
+  std::uint64_t surface_bytes() const {
+    return bytes_of(SectionId::displacement_surface) +
+           (scene_.tensors.surface.scale ? bytes_of(SectionId::displacement_scale) : 0);
+  }
+  std::uint64_t block_bytes() const { return 9 * formats::element_bytes(scene_.tensors.surface.type); }
+
   palpate_status collision() {
     TouchHalf& touch = scene_.touch;
     if (const palpate_status status = rest_positions(counts_.surface_nodes, &touch.rest)) return status;
@@ -187,8 +209,10 @@ class Builder {
     add_pass({"rest surface in buckets", "create", rest_sections(true), rest_bytes(true), 0, 0});
     // Deformed: the nodes of about 30 triangles near a tool point, three floats of three columns each.
     add_pass({deformed ? "collision: deformed" : "collision: rest", "touch",
-              deformed ? "tensors/displacement_surface" : "", deformed ? bytes_of(SectionId::displacement_surface) : 0,
-              deformed ? 30ull * 36 : 0, deformed ? 30ull * 18 : 0});
+              deformed ? with_scale("tensors/displacement_surface",
+                                    "tensors/displacement_surface tensors/displacement_scale")
+                       : "",
+              deformed ? surface_bytes() : 0, deformed ? 30 * block_bytes() : 0, deformed ? 30ull * 18 : 0});
     return PALPATE_OK;
   }
 
@@ -214,9 +238,11 @@ class Builder {
     for (std::int32_t k = 0; k < scene_.tensors.columns; ++k) touch.column_of_node[scene_.touchable[k]] = k;
     static const char* const names[] = {"contact: node", "contact: triangle", "contact: point"};
     // Per contact node at the limit: a 3 x 3 block towards each other one, and its share of the factorisation.
-    add_pass({names[def_.contact], "touch", "tensors/nodes tensors/force tensors/displacement_surface",
-              bytes_of(SectionId::touchable) + bytes_of(SectionId::force) + bytes_of(SectionId::displacement_surface),
-              36ull * nodes + 72, 9ull * nodes * nodes});
+    add_pass({names[def_.contact], "touch",
+              with_scale("tensors/nodes tensors/force tensors/displacement_surface",
+                         "tensors/nodes tensors/force tensors/displacement_surface tensors/displacement_scale"),
+              bytes_of(SectionId::touchable) + bytes_of(SectionId::force) + surface_bytes(), block_bytes() * nodes + 72,
+              9ull * nodes * nodes});
     return PALPATE_OK;
   }
 
@@ -256,25 +282,31 @@ class Builder {
     if (volume && counts_.nodes > counts_.surface_nodes) {
       if (!formats::find_section(bundle_.index, SectionId::displacement_interior))
         return missing(error_, "shape VOLUME", SectionId::displacement_interior);
-      shape.interior = section<float>(SectionId::displacement_interior);
-      if (!shape.interior) return failed();
+      if (const palpate_status status = rows(SectionId::displacement_interior, &shape.interior)) return status;
     }
     if (const palpate_status status = rest_positions(static_cast<std::uint64_t>(shape.nodes), &shape.rest))
       return status;
     const std::size_t columns = 3 * static_cast<std::size_t>(def_.max_contact_nodes);
     shape.slot_of_column = memory.array<std::int32_t>(counts_.touchable);
     shape.sum = memory.array<double>(columns);
+    shape.row_scale = memory.array<float>(columns);
     shape.coefficient = memory.array<float>(columns);
-    shape.surface_column = memory.array<const float*>(columns);
-    shape.interior_column = memory.array<const float*>(columns);
+    shape.surface_column = memory.array<const void*>(columns);
+    shape.interior_column = memory.array<const void*>(columns);
     shape.field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
     shape.tool_field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
-    const std::uint64_t floats = 9ull * static_cast<std::uint64_t>(shape.nodes);
-    add_pass(
-        {volume ? "superposition: volume" : "superposition: surface", "shape",
-         shape.interior ? "tensors/displacement_surface tensors/displacement_interior" : "tensors/displacement_surface",
-         bytes_of(SectionId::displacement_surface) + (shape.interior ? bytes_of(SectionId::displacement_interior) : 0),
-         4 * floats, 2 * floats});
+    const bool interior = shape.interior.numbers != nullptr;
+    const std::uint64_t surface = 9 * counts_.surface_nodes, inside = 9 * (shape.nodes - counts_.surface_nodes);
+    add_pass({volume ? "superposition: volume" : "superposition: surface", "shape",
+              interior ? with_scale("tensors/displacement_surface tensors/displacement_interior",
+                                    "tensors/displacement_surface tensors/displacement_interior "
+                                    "tensors/displacement_scale")
+                       : with_scale("tensors/displacement_surface",
+                                    "tensors/displacement_surface tensors/displacement_scale"),
+              surface_bytes() + (interior ? bytes_of(SectionId::displacement_interior) : 0),
+              formats::element_bytes(scene_.tensors.surface.type) * surface +
+                  formats::element_bytes(shape.interior.type) * inside,
+              2 * (surface + inside)});
     add_pass({"positions", "shape", rest_sections(false), rest_bytes(false), 0, 0});
     return PALPATE_OK;
   }

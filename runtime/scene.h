@@ -36,17 +36,18 @@ struct TouchHalf {
 // What palpate_shape alone reads and writes.
 struct ShapeHalf {
   static constexpr std::int32_t kChunkNodes = 1024;
-  const float* interior = nullptr;  // displacement_interior [S][3][N-Ns][3]
-  const float* rest = nullptr;      // [nodes][3] m
-  std::int32_t nodes = 0;           // Ns or N
+  DisplacementRows interior;    // numbers is nullptr where the shape ends at the surface
+  const float* rest = nullptr;  // [nodes][3] m
+  std::int32_t nodes = 0;       // Ns or N
   ResponseCurve radial;
-  std::int32_t* slot_of_column = nullptr;   // [S] 1 + place in the group being gathered, 0 outside a call
-  double* sum = nullptr;                    // [3 max_contact_nodes]
-  float* coefficient = nullptr;             // [3 max_contact_nodes]
-  const float** surface_column = nullptr;   // [3 max_contact_nodes]
-  const float** interior_column = nullptr;  // [3 max_contact_nodes]
-  float* field = nullptr;                   // [kChunkNodes][3]
-  float* tool_field = nullptr;              // [kChunkNodes][3]
+  std::int32_t* slot_of_column = nullptr;  // [S] 1 + place in the group being gathered, 0 outside a call
+  double* sum = nullptr;                   // [3 max_contact_nodes]
+  float* row_scale = nullptr;              // [3 max_contact_nodes]
+  float* coefficient = nullptr;            // [3 max_contact_nodes]
+  const void** surface_column = nullptr;   // [3 max_contact_nodes]
+  const void** interior_column = nullptr;  // [3 max_contact_nodes]
+  float* field = nullptr;                  // [kChunkNodes][3]
+  float* tool_field = nullptr;             // [kChunkNodes][3]
 };
 
 }  // namespace palpate

@@ -71,7 +71,10 @@ class Shape {
       const bool interior = n >= surface;
       const std::int32_t end = interior ? wanted : std::min(wanted, surface);
       const std::int32_t count = std::min(ShapeHalf::kChunkNodes, end - n);
-      chunk(interior ? half_.interior_column : half_.surface_column, interior ? n - surface : n, n, count);
+      if (interior)
+        chunk(half_.interior.type, half_.interior_column, n - surface, n, count);
+      else
+        chunk(scene_.tensors.surface.type, half_.surface_column, n, n, count);
       n += count;
     }
     out_.node_count = wanted;
@@ -141,7 +144,7 @@ class Shape {
       for (int j = 0; j < 3; ++j) half_.sum[slot - 1 + j] += node.modified_displacement[j];
     }
     for (int c = group.first; c < group.first + group.count; ++c)
-      half_.coefficient[c] = static_cast<float>(half_.sum[c]);
+      half_.coefficient[c] = static_cast<float>(half_.sum[c] * half_.row_scale[c]);
     for (std::int32_t e = 0; e < contacts.node_count; ++e)  // leave the map as it was found
       if (nodes[e].column >= 0 && nodes[e].column < scene_.tensors.columns) half_.slot_of_column[nodes[e].column] = 0;
     if (group.count > 0) groups_[group_count_++] = group;
@@ -149,13 +152,11 @@ class Shape {
 
   int add_columns(std::int32_t column, Group& group) {
     const int first = column_count_;
-    const std::size_t interior_nodes = static_cast<std::size_t>(half_.nodes - scene_.tensors.surface_nodes);
     for (int j = 0; j < 3; ++j) {
       half_.sum[column_count_] = 0;
-      half_.surface_column[column_count_] = scene_.tensors.row(column, j);
-      if (half_.interior)
-        half_.interior_column[column_count_] =
-            half_.interior + (3 * static_cast<std::size_t>(column) + j) * interior_nodes * 3;
+      half_.surface_column[column_count_] = scene_.tensors.surface.row(column, j);
+      if (half_.interior.numbers) half_.interior_column[column_count_] = half_.interior.row(column, j);
+      half_.row_scale[column_count_] = scene_.tensors.surface.row_scale(column, j);
       ++column_count_;
     }
     group.count += 3;
@@ -163,14 +164,15 @@ class Shape {
   }
 
   // Nodes out_first .. out_first + count - 1, whose numbers start at column_first in the columns.
-  void chunk(const float* const* column, std::int32_t column_first, std::int32_t out_first, std::int32_t count) {
+  void chunk(formats::ElementType type, const void* const* column, std::int32_t column_first, std::int32_t out_first,
+             std::int32_t count) {
     const std::size_t floats = 3 * static_cast<std::size_t>(count), from = 3 * static_cast<std::size_t>(column_first);
     float* field = out_.displacements ? out_.displacements + 3 * static_cast<std::size_t>(out_first) : half_.field;
     bool written = false;
     for (int g = 0; g < group_count_; ++g) {
       const Group& group = groups_[g];
       float* target = written ? half_.tool_field : field;
-      superpose(column + group.first, half_.coefficient + group.first, group.count, from, floats, target);
+      superpose(type, column + group.first, half_.coefficient + group.first, group.count, from, floats, target);
       if (group.corrected) correct(group.direction, count, target);
       if (written)
         for (std::size_t i = 0; i < floats; ++i) field[i] += half_.tool_field[i];

@@ -3,14 +3,18 @@
 
 #include <cstddef>
 
+#include "formats/bundle_layout.h"
+
 namespace palpate {
 
-/// out[i] = sum_j coefficient[j] * column[j][first + i], i in [0, count).
-/// @param column       column_count runs of at least first + count floats, any alignment
-/// @param coefficient  m per unit displacement of the column's degree of freedom
+/// out[i] = sum_j coefficient[j] * column[j][first + i], i in [0, count), summed in float, in the order of the columns.
+/// @param type         of the stored numbers: f32, f64 (rounded to float as they are read) or f16
+/// @param column       column_count runs of at least first + count numbers, any alignment
+/// @param coefficient  m per unit displacement of the column's degree of freedom, the column's scale included
 /// @param[out] out     overwritten; zero without columns; must not overlap a column
-/// Cost: reads each column once, in groups of twelve; no allocation.
-void superpose(const float* const* column, const float* coefficient, int column_count, std::size_t first,
-               std::size_t count, float* out);
+/// Cost: reads each column once, in groups of twelve; no allocation. f16 uses the processor's conversion where it has one;
+/// the result is the same to the bit without.
+void superpose(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
+               std::size_t first, std::size_t count, float* out);
 
 }  // namespace palpate

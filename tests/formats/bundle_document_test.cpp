@@ -15,20 +15,13 @@ std::string document() {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-const char* name_of(ElementType type) {
-  switch (type) {
-    case ElementType::f64:
-      return "f64";
-    case ElementType::f32:
-      return "f32";
-    case ElementType::i32:
-      return "i32";
-    case ElementType::u8:
-      return "u8";
-    case ElementType::text:
-      return "text";
-  }
-  return "";
+// "f64, f32, f16": what the section may have, in the order of the type numbers.
+std::string names_of(std::uint32_t types) {
+  constexpr const char* names[] = {"", "f64", "f32", "i32", "u8", "text", "f16"};
+  std::string list;
+  for (std::uint32_t t = 0; t < std::size(names); ++t)
+    if (types >> t & 1u) list += (list.empty() ? "" : ", ") + std::string(names[t]);
+  return list;
 }
 
 TEST(BundleDocument, ListsEverySectionAsTheSectionListDoes) {
@@ -40,7 +33,7 @@ TEST(BundleDocument, ListsEverySectionAsTheSectionListDoes) {
     std::string meaning = sections[i].meaning;
     for (std::size_t at = 0; (at = meaning.find('|', at)) != std::string::npos; at += 2) meaning.insert(at, 1, '\\');
     table << "| " << static_cast<std::uint32_t>(sections[i].id) << " | `" << sections[i].path << "` | "
-          << name_of(sections[i].type) << " | " << sections[i].shape << " | " << sections[i].unit << " | "
+          << names_of(sections[i].types) << " | " << sections[i].shape << " | " << sections[i].unit << " | "
           << (sections[i].always ? "always" : "optional") << " | " << meaning << " |\n";
   }
   EXPECT_NE(document().find(table.str()), std::string::npos) << "formats/BUNDLE.md must hold this table:\n"

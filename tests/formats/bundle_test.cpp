@@ -72,10 +72,10 @@ TEST(Bundle, ReadsTheSameNumbersThroughHdf5) {
     std::string bytes(H5Tget_size(type) * static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)), '\0');
     EXPECT_GE(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()), 0);
     EXPECT_EQ(bytes, part.bytes) << section->path;
-    if (section->type == ElementType::f64) {
+    if (part.type == ElementType::f64) {
       EXPECT_GT(H5Tequal(type, H5T_NATIVE_DOUBLE), 0);
     }
-    if (section->type == ElementType::i32) {
+    if (part.type == ElementType::i32) {
       EXPECT_GT(H5Tequal(type, H5T_NATIVE_INT32), 0);
     }
     H5Sclose(space);
@@ -98,7 +98,7 @@ double attribute(hid_t file, const char* object, const char* name) {
 TEST(Bundle, TakesNumbersThatAreKnownOnlyAfterTheTensors) {
   const auto path = scratch("h5");
   std::vector<SectionShape> shapes;
-  for (const auto& [id, part] : box().sections) shapes.push_back({id, part.shape});
+  for (const auto& [id, part] : box().sections) shapes.push_back({id, part.shape, part.type});
   const std::string before = R"({"organ": "box", "worst_residual": 0.0, "most_iterations": 0})";
   const std::string after = R"({"organ": "box", "worst_residual": 1.5e-13, "most_iterations": 2})";
   const auto entries = lay_out_bundle(path, shapes, before + std::string(20, ' '));

@@ -5,7 +5,9 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "formats/bundle_reader.h"
@@ -16,16 +18,29 @@ namespace palpate::tests {
 struct BundlePart {
   std::vector<std::uint64_t> shape;
   std::string bytes;
+  std::optional<formats::ElementType> type = {};
 };
 
+// The element type that numbers of a C++ type are stored as; a half is its bits.
+template <class Number>
+constexpr formats::ElementType element_type_of() {
+  using formats::ElementType;
+  if constexpr (std::is_same_v<Number, double>) return ElementType::f64;
+  if constexpr (std::is_same_v<Number, float>) return ElementType::f32;
+  if constexpr (std::is_same_v<Number, std::uint16_t>) return ElementType::f16;
+  if constexpr (std::is_same_v<Number, std::int32_t>) return ElementType::i32;
+  return ElementType::u8;
+}
+
 struct BundleParts {
-  std::string provenance = R"({"format": "palpate bundle", "version": 1})";
+  std::string provenance = R"({"format": "palpate bundle", "version": 2})";
   std::map<formats::SectionId, BundlePart> sections;
 
   template <class Number>
   void set(formats::SectionId id, std::vector<std::uint64_t> shape, const std::vector<Number>& numbers) {
     BundlePart& part = sections[id];
     part.shape = std::move(shape);
+    part.type = element_type_of<Number>();
     part.bytes.assign(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
   }
   void set_text(formats::SectionId id, const std::string& text) { sections[id] = {{text.size()}, text}; }
@@ -41,7 +56,7 @@ struct BundleParts {
 
 inline void write_bundle(const std::filesystem::path& file, const BundleParts& parts) {
   std::vector<SectionShape> shapes;
-  for (const auto& [id, part] : parts.sections) shapes.push_back({id, part.shape});
+  for (const auto& [id, part] : parts.sections) shapes.push_back({id, part.shape, part.type});
   const auto entries = lay_out_bundle(file, shapes, parts.provenance);
   {
     SectionWriter writer(file);

@@ -125,7 +125,7 @@ inline BundleParts tiny_bundle(const TinyBox& box = {}) {
   }
 
   BundleParts parts;
-  parts.provenance = R"({"format":"palpate bundle","version":1,"organ":"box","boundary":"face","element":"p1",)"
+  parts.provenance = R"({"format":"palpate bundle","version":2,"organ":"box","boundary":"face","element":"p1",)"
                      R"("frame":"none","length_unit":"m","mesh_sha256":"","solver":"dense Cholesky","tolerance":1e-12,)"
                      R"("program_version":"test","preload":false})";
   const auto flat = [](const auto& rows) {

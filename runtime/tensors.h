@@ -1,0 +1,58 @@
+// The stored tensors as the runtime reads them: whole rows for the shape, single 3 x 3 blocks for contacts.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "formats/bundle_layout.h"
+#include "runtime/half.h"
+#include "runtime/vec3.h"
+
+namespace palpate {
+
+// displacement_surface or displacement_interior: [S][3][nodes][3] numbers of one element type.
+struct DisplacementRows {
+  const void* numbers = nullptr;
+  formats::ElementType type = formats::ElementType::f32;
+  const float* scale = nullptr;  // [S][3] of f16; nullptr: 1
+  std::int32_t nodes = 0;
+
+  // The field of a unit displacement of dof j at the column's node, over its scale: [nodes][3].
+  const void* row(std::int32_t column, int j) const {
+    return static_cast<const unsigned char*>(numbers) + number(column, j) * formats::element_bytes(type);
+  }
+  float row_scale(std::int32_t column, int j) const {
+    return scale ? scale[static_cast<std::size_t>(column) * 3 + static_cast<std::size_t>(j)] : 1.0f;
+  }
+  // T^u of node and column: [i][j] is the displacement along i for a unit displacement of dof j.
+  Mat3 block(std::int32_t node, std::int32_t column) const {
+    Mat3 t;
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i < 3; ++i)
+        t.m[i][j] = value(number(column, j) + 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(i)) *
+                    row_scale(column, j);
+    return t;
+  }
+
+ private:
+  std::size_t number(std::int32_t column, int j) const {
+    return (static_cast<std::size_t>(column) * 3 + static_cast<std::size_t>(j)) * static_cast<std::size_t>(nodes) * 3;
+  }
+  double value(std::size_t at) const {
+    if (type == formats::ElementType::f32) return static_cast<const float*>(numbers)[at];
+    if (type == formats::ElementType::f64) return static_cast<const double*>(numbers)[at];
+    return float_of_half(static_cast<const std::uint16_t*>(numbers)[at]);
+  }
+};
+
+// What contacts and shape read of a bundle.
+struct Tensors {
+  DisplacementRows surface;
+  const double* force = nullptr;  // [S][3][3] N/m
+  std::int32_t surface_nodes = 0, columns = 0;
+
+  // T^u of a surface node and a column, whatever form it is stored in. Cost: three reads far apart.
+  Mat3 displacement(std::int32_t node, std::int32_t column) const { return surface.block(node, column); }
+};
+
+}  // namespace palpate
