@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "precompute/block_multigrid.h"
 #include "precompute/block_preconditioner.h"
 #include "precompute/petsc_preconditioner.h"
 #include "precompute/petsc_session.h"
@@ -81,7 +82,8 @@ namespace {
 std::unique_ptr<BlockPreconditioner> make_preconditioner(const BlockMatrix& matrix,
                                                          std::span<const std::array<double, 3>> coordinates,
                                                          const ColumnSolverOptions& options) {
-  const std::string type = option_or("-column_pc_type", options.cholesky ? PCCHOLESKY : PCGAMG);
+  const std::string type = option_or("-column_pc_type", options.cholesky ? PCCHOLESKY : "multigrid");
+  if (type == "multigrid") return std::make_unique<BlockMultigrid>(matrix, coordinates, options.width);
   return make_petsc_preconditioner(matrix, coordinates, options.width, type);
 }
 

@@ -34,7 +34,7 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
                  "what all ranks on one machine may take, in GB (1e9 bytes); default: what is free")
       ->check(CLI::PositiveNumber)
       ->option_text("GB");
-  app.add_option("--block", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 24")
+  app.add_option("--block", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 32")
       ->check(CLI::Range(1, 4096))
       ->option_text("P");
   app.footer(

@@ -4,10 +4,9 @@
 #include <petscksp.h>
 
 #include <algorithm>
-#include <limits>
-#include <vector>
 
 #include "formats/errors.h"
+#include "precompute/petsc_matrix.h"
 #include "precompute/petsc_session.h"
 
 namespace palpate {
@@ -30,8 +29,8 @@ class PetscPreconditioner final : public BlockPreconditioner {
                       const std::string& type)
       : dofs_(3 * static_cast<std::int64_t>(matrix.rows)), width_(width) {
     const bool direct = type == PCCHOLESKY || type == PCLU;
-    create_matrix(matrix, !direct);
-    if (!direct) set_near_nullspace(coordinates);
+    matrix_ = create_petsc_matrix(matrix, !direct);
+    if (!direct) set_rigid_near_nullspace(matrix_, coordinates);
     create(type);
     set_up(type);
     MatSolverType package = nullptr;
@@ -54,8 +53,6 @@ class PetscPreconditioner final : public BlockPreconditioner {
   std::string description() const override { return description_; }
 
  private:
-  void create_matrix(const BlockMatrix& matrix, bool blocked);
-  void set_near_nullspace(std::span<const std::array<double, 3>> coordinates);
   void create(const std::string& type);
   void set_up(const std::string& type);
 
@@ -66,53 +63,6 @@ class PetscPreconditioner final : public BlockPreconditioner {
   Mat in_ = nullptr, out_ = nullptr;  // one block, column after column
   std::string description_;
 };
-
-// The direct solvers want block size 1; multigrid wants 3, to aggregate nodes and not dofs.
-void PetscPreconditioner::create_matrix(const BlockMatrix& matrix, bool blocked) {
-  // PETSc counts with 32 bits.
-  constexpr auto most = std::numeric_limits<PetscInt>::max();
-  if (static_cast<std::int64_t>(matrix.column.size()) > most / 9)
-    throw OperationError(
-        fmt::format("the stiffness matrix has {} numbers, more than the {} that this PETSc can count; a "
-                    "coarser mesh is needed",
-                    9 * matrix.column.size(), most));
-  const auto n = static_cast<PetscInt>(dofs_);
-  std::vector<PetscInt> first(n + 1, 0), column;
-  std::vector<PetscScalar> value;
-  column.reserve(matrix.column.size() * 9);
-  value.reserve(matrix.column.size() * 9);
-  for (std::int32_t row = 0; row < matrix.rows; ++row)
-    for (int i = 0; i < 3; ++i) {
-      for (auto at = matrix.first[row]; at < matrix.first[row + 1]; ++at)
-        for (int j = 0; j < 3; ++j) {
-          column.push_back(3 * matrix.column[at] + j);
-          value.push_back(matrix.block[at][3 * i + j]);
-        }
-      first[3 * row + i + 1] = static_cast<PetscInt>(column.size());
-    }
-  check(MatCreate(PETSC_COMM_SELF, &matrix_));
-  check(MatSetSizes(matrix_, n, n, n, n));
-  check(MatSetType(matrix_, MATSEQAIJ));
-  if (blocked) check(MatSetBlockSize(matrix_, 3));
-  check(MatSeqAIJSetPreallocationCSR(matrix_, first.data(), column.data(), value.data()));
-  check(MatSetOption(matrix_, MAT_SPD, PETSC_TRUE));
-}
-
-void PetscPreconditioner::set_near_nullspace(std::span<const std::array<double, 3>> coordinates) {
-  Vec places = nullptr;
-  check(VecCreateSeq(PETSC_COMM_SELF, static_cast<PetscInt>(dofs_), &places));
-  check(VecSetBlockSize(places, 3));
-  PetscScalar* values = nullptr;
-  check(VecGetArray(places, &values));
-  for (std::size_t r = 0; r < coordinates.size(); ++r)
-    for (int d = 0; d < 3; ++d) values[3 * r + d] = coordinates[r][d];
-  check(VecRestoreArray(places, &values));
-  MatNullSpace rigid = nullptr;
-  check(MatNullSpaceCreateRigidBody(places, &rigid));
-  check(MatSetNearNullSpace(matrix_, rigid));
-  check(MatNullSpaceDestroy(&rigid));
-  check(VecDestroy(&places));
-}
 
 void PetscPreconditioner::create(const std::string& type) {
   // Chebyshev over Jacobi: the smoothers that PETSc or users would take otherwise (sor, pbjacobi) have diverged.

@@ -87,7 +87,7 @@ class Run {
       solver.tolerance = options_.tolerance;
       solver.cholesky = choice.cholesky;
       solver.width =
-          options_.columns_at_a_time > 0 ? options_.columns_at_a_time : std::min(widest, choice.cholesky ? 96 : 24);
+          options_.columns_at_a_time > 0 ? options_.columns_at_a_time : std::min(widest, choice.cholesky ? 96 : 32);
       solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(inputs_.body, held_), solver);
     });
   }

@@ -16,7 +16,7 @@ struct PrecomputeOptions {
   std::filesystem::path image;  // for its hash only; may be empty
   double memory_gigabytes = 0;  // what this machine's ranks may take together; 0: what is free
   double tolerance = 1e-9;      // on each column's true relative residual
-  int columns_at_a_time = 0;    // 0: 96 with a factor, 24 with multigrid
+  int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
 };
 
 // Collective. A PetscSession must be alive. Errors: InputError, OperationError; no bundle is left then, on any rank.

@@ -50,8 +50,8 @@ SolverPrediction predict_solver(std::int64_t rows, std::int64_t blocks, std::int
   result.factor_seconds = 2.7 * std::pow(n / 20000, 1.9);
   // Two triangular solves of 2 operations a number, at 13 Gflop/s for a block of columns.
   result.cholesky_seconds = result.factor_seconds + c * 4 * factor_numbers / 13e9;
-  // To 1e-9, about 1 s a column at 20,000 vertices and 6 s at 95,000.
-  result.multigrid_seconds = c * 1.0 * std::pow(n / 20000, 1.17);
+  // To 1e-9 at nu 0.45, blocks of 32: 45 ms a column at 20,000 vertices (bench/multigrid.cpp).
+  result.multigrid_seconds = c * 0.045 * std::pow(n / 20000, 1.17);
   // Blocks of ours and of PETSc's copy; x, r, p, w, b of the iteration, two transposed and two of the tensors.
   result.other_bytes = static_cast<double>(blocks) * (76 + 2 * 108) + 3 * n * width * 8 * 10;
   return result;
