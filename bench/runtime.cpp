@@ -52,7 +52,7 @@ std::vector<palpate_grip> grips(int count, int turn) {
 }
 
 void spread(benchmark::internal::Benchmark* b) {
-  for (const int count : {1, 4, 10, 30}) b->Arg(count);
+  for (const int count : {1, 4, 10, 30, 60}) b->Arg(count);
 }
 
 // The same nodes are held step after step, as by a tool in contact: the factor is kept.
@@ -88,6 +88,61 @@ void touch_changing(benchmark::State& state) {
   }
 }
 BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
+
+// An area contact that moves on: of `count` neighbouring nodes three leave and three come in every step.
+void touch_moving(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF;
+  def.max_points = 400, def.max_contact_nodes = 400;
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  const int count = static_cast<int>(state.range(0)), touchable = palpate_bundle_describe(bundle).touchable_count;
+  std::vector<palpate_grip> window(static_cast<std::size_t>(count));
+  int first = 0;
+  for (auto _ : state) {
+    for (int g = 0; g < count; ++g) {
+      window[g] = palpate_grip{};
+      // Grip g keeps its node for count / 3 steps.
+      const int turns = (first - g + 3 * touchable) / count;
+      window[g].node = palpate_bundle_touchable(bundle)[(g + turns * count) % touchable];
+      window[g].axes = 7, window[g].displacement[2] = 1e-3 + 1e-5 * g;
+    }
+    first += 3;
+    const palpate_tool tool = {nullptr, 0, window.data(), count, 0};
+    const auto start = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(
+        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+    state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+}
+BENCHMARK(touch_moving)->Arg(4)->Arg(30)->Arg(100)->Arg(200)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+// 350 places of one triangle, another displacement in every step; and the first touch of them.
+void touch_dependent(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.max_points = 350, def.max_contact_nodes = 1050;
+  std::vector<palpate_grip> list(350);
+  const std::int32_t k = palpate_bundle_touchable(bundle)[palpate_bundle_describe(bundle).touchable_count / 2];
+  const std::int32_t* t = palpate_bundle_triangles(bundle);
+  while (t[0] != k && t[1] != k && t[2] != k) t += 3;
+  for (int g = 0; g < 350; ++g) {
+    palpate_grip& grip = list[g] = palpate_grip{};
+    grip.node = -1, grip.triangle = static_cast<std::int32_t>((t - palpate_bundle_triangles(bundle)) / 3),
+    grip.axes = 7;
+    grip.barycentric[0] = 0.3 + 1e-3 * g, grip.barycentric[1] = 0.2, grip.barycentric[2] = 0.5 - 1e-3 * g;
+    grip.displacement[2] = 1e-3;
+  }
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  const palpate_tool tool = {nullptr, 0, list.data(), 350, 0};
+  for (auto _ : state) {
+    if (state.range(0) == 1) palpate_reset(scene.get());
+    list[0].displacement[0] += 1e-9;
+    benchmark::DoNotOptimize(
+        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+  }
+}
+BENCHMARK(touch_dependent)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 // One tool point that goes in and out of the surface along a triangle's normal, collision included.
 void touch_colliding(benchmark::State& state) {

@@ -10,21 +10,31 @@ namespace palpate {
 // One node under one contact: where a force acts. The same node may serve several contacts.
 struct ContactEntry {
   std::int32_t node, column, tool, point;
+  double weight;
 };
 
-// Rows H that hold the weighted mean of its entries at a target: up to three rows, one per imposed axis.
+// How the rows of a block bind. A block that is not sticking has its first row along the inward normal, the other two
+// across it.
+enum class ContactLaw : std::uint8_t { sticking, sliding, unilateral, coulomb };
+
+// Rows H that hold the weighted mean of its entries at a target: up to three rows, one per imposed axis of its frame.
 struct ContactBlock {
-  std::int32_t first_entry, entry_count;  // 1 .. 3
-  double weight[3];
-  std::uint32_t axes;  // bits 1, 2, 4
+  std::int32_t first_entry, entry_count;
+  std::uint32_t axes;              // bits 1, 2, 4: the frame's rows that are imposed
+  std::int32_t tool, point, part;  // whose it is; ascending through a set
+  ContactLaw law;
+  bool framed;      // false: frame is the identity
+  Mat3 frame;       // unit rows, orthogonal
+  Vec3 local;       // m/N, compliance of the place itself along each row, that the mesh does not resolve
+  double friction;  // coulomb
 };
 
 // Fixed capacity; all arrays belong to the scene.
 struct ContactSet {
   ContactEntry* entries = nullptr;  // [entry_capacity]
-  ContactBlock* blocks = nullptr;   // [entry_capacity]
-  Vec3* target = nullptr;           // [entry_capacity] per block, m; imposed axes only
-  std::int32_t entry_capacity = 0, entry_count = 0, block_count = 0;
+  ContactBlock* blocks = nullptr;   // [block_capacity]
+  Vec3* target = nullptr;           // [block_capacity] per block along its rows, m; imposed axes only
+  std::int32_t entry_capacity = 0, block_capacity = 0, entry_count = 0, block_count = 0;
 };
 
 }  // namespace palpate

@@ -3,237 +3,325 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/dense_rows.h"
+
 namespace palpate {
 namespace {
 
-// A = U^T U in place of factor's upper rows; rows apart by stride. Returns the least pivot, or -1 when one is not
-// positive. Four rows of U are applied at a time; every inner loop is a sum of whole rows, which compilers vectorise.
-double cholesky(const double* matrix, double shift, int n, int stride, double* factor) {
-  for (int i = 0; i < n; ++i) {
-    std::copy(matrix + i * stride + i, matrix + i * stride + n, factor + i * stride + i);
-    factor[i * stride + i] += shift;
-  }
-  double least = n > 0 ? INFINITY : 1;
-  for (int k = 0; k < n; k += 4) {
-    const int panel = std::min(4, n - k);
-    for (int p = 0; p < panel; ++p) {  // the panel's own rows
-      double* row = factor + (k + p) * stride;
-      for (int q = 0; q < p; ++q) {
-        const double* above = factor + (k + q) * stride;
-        const double c = above[k + p];
-        for (int j = k + p; j < n; ++j) row[j] -= c * above[j];
-      }
-      const double pivot = row[k + p];
-      if (!(pivot > 0) || !std::isfinite(pivot)) return -1;
-      least = std::min(least, pivot);
-      const double inverse = 1 / std::sqrt(pivot);
-      for (int j = k + p; j < n; ++j) row[j] *= inverse;
-    }
-    if (panel < 4) break;
-    const double *u0 = factor + k * stride, *u1 = u0 + stride, *u2 = u1 + stride, *u3 = u2 + stride;
-    for (int i = k + 4; i < n; ++i) {
-      double* __restrict row = factor + i * stride;
-      const double c0 = u0[i], c1 = u1[i], c2 = u2[i], c3 = u3[i];
-      for (int j = i; j < n; ++j) row[j] -= c0 * u0[j] + c1 * u1[j] + c2 * u2[j] + c3 * u3[j];
-    }
-  }
-  return least;
+// Refinement ends when the next one would change the scaled forces by less than this part of them.
+constexpr double kMet = 1e-9;
+// The targets conflict where one more refinement would still change the scaled forces by more than this part of them.
+constexpr double kConflict = 1e-6;
+// The factor is made anew when what it solves is off by this part of the largest scaled force: rounding adds up over
+// millions of updates.
+constexpr double kDrift = 1e-7;
+
+double largest(const double* x, std::int32_t count) {
+  double most = 0;
+  for (std::int32_t i = 0; i < count; ++i) most = std::max(most, std::fabs(x[i]));
+  return most;
 }
 
-// Solves U^T U x = b in place.
-void solve_factored(const double* factor, int n, int stride, double* x) {
-  for (int i = 0; i < n; ++i) {
-    const double* row = factor + i * stride;
-    x[i] /= row[i];
-    for (int j = i + 1; j < n; ++j) x[j] -= row[j] * x[i];
-  }
-  for (int i = n - 1; i >= 0; --i) {
-    const double* row = factor + i * stride;
-    double sum = x[i];
-    for (int j = i + 1; j < n; ++j) sum -= row[j] * x[j];
-    x[i] = sum / row[i];
-  }
+Mat3 times_transposed(const Mat3& a, const Mat3& b) {
+  Mat3 c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c.m[i][j] = a.m[i][0] * b.m[j][0] + a.m[i][1] * b.m[j][1] + a.m[i][2] * b.m[j][2];
+  return c;
 }
 
-// trace((U^T U)^-1) = sum of squares of U^-T, one column at a time.
-double trace_of_inverse(const double* factor, int n, int stride, double* column) {
-  double trace = 0;
-  for (int c = 0; c < n; ++c) {
-    std::fill(column + c, column + n, 0.0);
-    column[c] = 1;
-    for (int i = c; i < n; ++i) {
-      const double* row = factor + i * stride;
-      column[i] /= row[i];
-      trace += column[i] * column[i];
-      for (int j = i + 1; j < n; ++j) column[j] -= row[j] * column[i];
-    }
-  }
-  return trace;
+void add_scaled(Mat3& sum, double factor, const Mat3& a) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) sum.m[i][j] += factor * a.m[i][j];
+}
+
+bool comes_before(const ContactBlock& a, const ContactBlock& b) {
+  if (a.tool != b.tool) return a.tool < b.tool;
+  if (a.point != b.point) return a.point < b.point;
+  return a.part < b.part;
 }
 
 }  // namespace
 
-bool self_compliance(const double force[9], Mat3* compliance) {
-  double m[3][3];
-  bool moves[3];
-  for (int i = 0; i < 3; ++i) moves[i] = force[4 * i] != 0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      m[i][j] = 0.5 * (force[3 * i + j] + force[3 * j + i]);
-      if (!moves[i] || !moves[j]) m[i][j] = i == j ? 1 : 0;
-    }
-  // Adjugate over determinant; positive leading minors make it positive definite.
-  const double c00 = m[1][1] * m[2][2] - m[1][2] * m[1][2], c01 = m[0][2] * m[1][2] - m[0][1] * m[2][2],
-               c02 = m[0][1] * m[1][2] - m[0][2] * m[1][1], c11 = m[0][0] * m[2][2] - m[0][2] * m[0][2],
-               c12 = m[0][1] * m[0][2] - m[0][0] * m[1][2], c22 = m[0][0] * m[1][1] - m[0][1] * m[0][1];
-  const double determinant = m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02;
-  const double inverse[3][3] = {{c00, c01, c02}, {c01, c11, c12}, {c02, c12, c22}};
-  if (!(m[0][0] > 0 && c22 > 0 && determinant > 0 && std::isfinite(determinant))) return false;
-  bool finite = true;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      compliance->m[i][j] = moves[i] && moves[j] ? inverse[i][j] / determinant : 0;
-      finite = finite && std::isfinite(compliance->m[i][j]);
-    }
-  return finite;
-}
-
-bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity) {
-  capacity_ = entry_capacity;
-  const std::size_t rows = 3 * static_cast<std::size_t>(entry_capacity), entries = rows / 3;
+bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t block_capacity,
+                           std::int32_t columns) {
+  capacity_ = 3 * block_capacity;
+  const std::size_t rows = static_cast<std::size_t>(capacity_), entries = static_cast<std::size_t>(entry_capacity),
+                    blocks = static_cast<std::size_t>(block_capacity);
   matrix_ = memory.array<double>(rows * rows);
-  factor_ = memory.array<double>(rows * rows);
   scale_ = memory.array<double>(rows);
-  right_ = memory.array<double>(rows);
-  self_ = memory.array<Mat3>(entries);
-  row_of_ = memory.array<std::int32_t>(rows);
+  shift_ = memory.array<double>(rows);
+  target_ = memory.array<double>(rows);
+  reaction_ = memory.array<double>(rows);
+  work_ = memory.array<double>(UpdatedCholesky::kBatch * rows);
+  row_at_ = memory.array<std::int32_t>(rows);
+  list_ = memory.array<std::int32_t>(rows);
+  leaving_ = memory.array<std::int32_t>(rows);
+  spread_ = memory.array<Mat3>(entries);
+  rows_ = memory.array<Rows>(blocks);
+  kept_rows_ = memory.array<Rows>(blocks);
   kept_entry_ = memory.array<ContactEntry>(entries);
-  kept_block_ = memory.array<ContactBlock>(entries);
-  return !memory.failed();
+  kept_block_ = memory.array<ContactBlock>(blocks);
+  return nodes_.create(memory, entry_capacity, columns) && factor_.create(memory, capacity_) && !memory.failed();
 }
 
-// C_ab = T^u_ab C_bb, the mean of both ways of reading it: Betti's symmetry holds only as well as the store.
-Mat3 ContactSolver::node_compliance(const Tensors& tensors, const ContactEntry& a, int a_index, const ContactEntry& b,
-                                    int b_index) const {
-  if (a.column == b.column) return self_[a_index];
-  const Mat3 one = tensors.displacement(a.node, b.column) * self_[b_index],
-             other = tensors.displacement(b.node, a.column) * self_[a_index];
-  Mat3 mean;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) mean.m[i][j] = 0.5 * (one.m[i][j] + other.m[j][i]);
-  return mean;
+void ContactSolver::forget() {
+  nodes_.forget();
+  factor_.clear();
+  std::fill(scale_, scale_ + rows_end_, 0.0);
+  rows_end_ = kept_blocks_ = 0;
 }
 
-Mat3 ContactSolver::block_compliance(const Tensors& tensors, const ContactSet& set, int p, int q) const {
-  const ContactBlock &bp = set.blocks[p], &bq = set.blocks[q];
-  Mat3 sum;
-  for (int v = 0; v < bp.entry_count; ++v)
-    for (int w = 0; w < bq.entry_count; ++w) {
-      const int a = bp.first_entry + v, b = bq.first_entry + w;
-      const Mat3 c = node_compliance(tensors, set.entries[a], a, set.entries[b], b);
-      const double factor = bp.weight[v] * bq.weight[w];
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) sum.m[i][j] += factor * c.m[i][j];
-    }
-  return sum;
-}
+// ---- rows that stay, leave and come -------------------------------------------------------------------------------
 
-// H W H^T, upper part, scaled to a unit diagonal. False when a number is not finite.
-bool ContactSolver::assemble(const Tensors& tensors, const ContactSet& set) {
-  for (int e = 0; e < set.entry_count; ++e)
-    if (!self_compliance(tensors.force + 9 * static_cast<std::size_t>(set.entries[e].column), &self_[e])) return false;
-  rows_ = 0;
-  for (int p = 0; p < set.block_count; ++p)
-    for (int i = 0; i < 3; ++i) row_of_[3 * p + i] = set.blocks[p].axes >> i & 1u ? rows_++ : -1;
-  const int stride = 3 * capacity_;
-  for (int p = 0; p < set.block_count; ++p)
-    for (int q = p; q < set.block_count; ++q) {
-      const Mat3 c = block_compliance(tensors, set, p, q);
-      for (int i = 0; i < 3; ++i)
-        for (int j = p == q ? i : 0; j < 3; ++j) {
-          const int row = row_of_[3 * p + i], column = row_of_[3 * q + j];
-          if (row < 0 || column < 0) continue;
-          if (!std::isfinite(c.m[i][j])) return false;
-          matrix_[row * stride + column] = c.m[i][j];
-        }
-    }
-  // A row without compliance (all its dofs are fixed) cannot move: it carries no force.
-  for (int r = 0; r < rows_; ++r) {
-    const double diagonal = matrix_[r * stride + r];
-    scale_[r] = diagonal > 0 ? 1 / std::sqrt(diagonal) : 0;
+bool ContactSolver::same(const ContactSet& set, const ContactBlock& now, const ContactBlock& before) const {
+  if (now.entry_count != before.entry_count || now.axes != before.axes || now.framed != before.framed) return false;
+  for (int i = 0; i < 3; ++i) {
+    if (now.local[i] != before.local[i]) return false;
+    for (int j = 0; now.framed && j < 3; ++j)
+      if (now.frame.m[i][j] != before.frame.m[i][j]) return false;
   }
-  for (int r = 0; r < rows_; ++r) {
-    for (int c = r; c < rows_; ++c) matrix_[r * stride + c] *= scale_[r] * scale_[c];
-    matrix_[r * stride + r] = 1;
+  for (std::int32_t v = 0; v < now.entry_count; ++v) {
+    const ContactEntry &a = set.entries[now.first_entry + v], &b = kept_entry_[before.first_entry + v];
+    if (a.column != b.column || a.weight != b.weight) return false;
   }
   return true;
 }
 
-ContactSolver::Outcome ContactSolver::factorise(const Tensors& tensors, const ContactSet& set) {
-  if (!assemble(tensors, set)) return Outcome::unsolved;
-  const int stride = 3 * capacity_;
-  // The least pivot bounds the least eigenvalue from above, far from tightly only in contrived cases; the exact bound
-  // is computed when the pivots come near it.
-  const double least = cholesky(matrix_, 1e-14, rows_, stride, factor_);
-  if (least > 1e3 * kLeastEigenvalue) return Outcome::solved;
-  const double bound = least > 0 ? 1 / trace_of_inverse(factor_, rows_, stride, right_) : 0;
-  if (bound >= kLeastEigenvalue) return Outcome::solved;
-  // Rounding of the stored tensors may have pushed an eigenvalue below zero: then the shift grows until it is not.
-  double shift = kLeastEigenvalue - std::max(0.0, bound);
-  for (int attempt = 0; attempt < 12; ++attempt, shift *= 4)
-    if (cholesky(matrix_, shift, rows_, stride, factor_) >= 0.1 * kLeastEigenvalue) return Outcome::regularised;
-  return Outcome::unsolved;
+// Both sets are ascending by tool, point and part: one walk through the two. Rows of blocks that are gone are listed in
+// leaving_; blocks without rows are marked by first row -2.
+void ContactSolver::match(const ContactSet& set) {
+  leaving_count_ = 0;
+  const auto leave = [&](const Rows& rows) {
+    for (const std::int32_t row : rows.at)
+      if (row >= 0) leaving_[leaving_count_++] = row;
+  };
+  std::int32_t k = 0;
+  for (std::int32_t p = 0; p < set.block_count; ++p) {
+    const ContactBlock& block = set.blocks[p];
+    while (k < kept_blocks_ && comes_before(kept_block_[k], block)) leave(kept_rows_[k++]);
+    const bool known = k < kept_blocks_ && !comes_before(block, kept_block_[k]);
+    if (known && same(set, block, kept_block_[k])) {
+      rows_[p] = kept_rows_[k];
+    } else {
+      rows_[p] = {{-2, -1, -1}};
+      if (known) leave(kept_rows_[k]);
+    }
+    if (known) ++k;
+  }
+  while (k < kept_blocks_) leave(kept_rows_[k++]);
 }
 
-bool ContactSolver::structure_is_kept(const ContactSet& set) const {
-  if (set.block_count != kept_blocks_ || set.entry_count != kept_entries_) return false;
-  for (int e = 0; e < set.entry_count; ++e)
-    if (set.entries[e].column != kept_entry_[e].column) return false;
-  for (int p = 0; p < set.block_count; ++p) {
-    const ContactBlock &a = set.blocks[p], &b = kept_block_[p];
-    if (a.first_entry != b.first_entry || a.entry_count != b.entry_count || a.axes != b.axes) return false;
-    for (int v = 0; v < a.entry_count; ++v)
-      if (a.weight[v] != b.weight[v]) return false;
+void ContactSolver::drop_rows() {
+  if (leaving_count_ == 0) return;
+  for (std::int32_t l = 0; l < leaving_count_; ++l) scale_[leaving_[l]] = 0, reaction_[leaving_[l]] = 0;
+  std::int32_t stay = 0, positions = 0;
+  for (std::int32_t at = 0; at < factor_.size(); ++at) {
+    const std::int32_t row = row_at_[at];
+    if (scale_[row] == 0)
+      list_[positions++] = at;
+    else
+      row_at_[stay++] = row;
+  }
+  while (rows_end_ > 0 && scale_[rows_end_ - 1] == 0) --rows_end_;
+  // Beyond a sixth of the rows, a new factor costs less than taking them out.
+  if (6 * positions > factor_.size()) {
+    factor_.clear();
+    std::copy(row_at_, row_at_ + stay, list_);
+    append_rows(list_, stay);
+  } else {
+    factor_.remove(positions, list_);
+  }
+}
+
+std::int32_t ContactSolver::take_row() {
+  std::int32_t row = 0;
+  while (row < rows_end_ && scale_[row] != 0) ++row;
+  rows_end_ = std::max(rows_end_, row + 1);
+  return row;
+}
+
+// The rows of block p against those of all blocks that have rows. False when a number is not finite.
+bool ContactSolver::fill_rows(const ContactSet& set, std::int32_t p) {
+  const ContactBlock& block = set.blocks[p];
+  const std::int32_t slots = nodes_.slots();
+  for (std::int32_t v = 0; v < block.entry_count; ++v) {
+    const std::int32_t e = block.first_entry + v;
+    const double weight = set.entries[e].weight;
+    const Mat3* c = nodes_.at(nodes_.slot_of_entry(e));
+    for (std::int32_t b = 0; b < slots; ++b) {
+      if (!nodes_.in_use(b)) continue;
+      if (v == 0) spread_[b] = Mat3{};
+      add_scaled(spread_[b], weight, c[b]);
+    }
+  }
+  const auto between = [&](const ContactBlock& other) {
+    Mat3 sum;
+    for (std::int32_t w = 0; w < other.entry_count; ++w) {
+      const std::int32_t e = other.first_entry + w;
+      add_scaled(sum, set.entries[e].weight, spread_[nodes_.slot_of_entry(e)]);
+    }
+    if (block.framed) sum = block.frame * sum;
+    return other.framed ? times_transposed(sum, other.frame) : sum;
+  };
+
+  Mat3 own = between(block);
+  Rows& rows = rows_[p];
+  rows = {{-1, -1, -1}};
+  for (int i = 0; i < 3; ++i) {
+    own.m[i][i] += block.local[i];
+    // A row without compliance (all its dofs are fixed) cannot move: it carries no force.
+    if (!(block.axes >> i & 1u) || own.m[i][i] <= 0) continue;
+    if (!std::isfinite(own.m[i][i])) return false;
+    const std::int32_t row = rows.at[i] = take_row();
+    scale_[row] = 1 / std::sqrt(own.m[i][i]);
+    reaction_[row] = 0;
+  }
+  for (std::int32_t q = 0; q < set.block_count; ++q) {
+    if (q != p && rows_[q].at[0] < -1) continue;
+    const Mat3 c = q == p ? own : between(set.blocks[q]);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const std::int32_t row = rows.at[i], column = rows_[q].at[j];
+        if (row < 0 || column < 0) continue;
+        // Of its own block the upper half counts.
+        const double value = q == p && j < i ? c.m[j][i] : c.m[i][j];
+        if (!std::isfinite(value)) return false;
+        entry(row, column) = entry(column, row) = value;
+      }
   }
   return true;
 }
 
-void ContactSolver::keep_structure(const ContactSet& set) {
+// Adds rows of the matrix to the factor, several in one pass.
+bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
+  double* entries[UpdatedCholesky::kBatch];
+  double raised[UpdatedCholesky::kBatch];
+  for (std::int32_t begin = 0; begin < count; begin += UpdatedCholesky::kBatch) {
+    const int batch = std::min(UpdatedCholesky::kBatch, count - begin);
+    const std::int32_t size = factor_.size();
+    for (int q = 0; q < batch; ++q) {
+      const std::int32_t row = row_at_[size + q] = rows[begin + q];
+      entries[q] = work_ + static_cast<std::size_t>(q) * capacity_;
+      for (std::int32_t at = 0; at < size + q; ++at)
+        entries[q][at] = scale_[row] * scale_[row_at_[at]] * entry(row, row_at_[at]);
+      entries[q][size + q] = 1 + kShift;
+    }
+    // Rounding of the stored tensors may leave a pivot below what the shift guarantees.
+    if (!factor_.append(batch, entries, 0.5 * kShift, raised)) return false;
+    for (int q = 0; q < batch; ++q) shift_[rows[begin + q]] = kShift + raised[q];
+  }
+  return true;
+}
+
+bool ContactSolver::rebuild_factor() {
+  const std::int32_t count = factor_.size();
+  factor_.clear();
+  std::copy(row_at_, row_at_ + count, list_);
+  return append_rows(list_, count);
+}
+
+void ContactSolver::keep(const ContactSet& set) {
   std::copy(set.entries, set.entries + set.entry_count, kept_entry_);
   std::copy(set.blocks, set.blocks + set.block_count, kept_block_);
-  kept_entries_ = set.entry_count, kept_blocks_ = set.block_count;
+  std::copy(rows_, rows_ + set.block_count, kept_rows_);
+  kept_blocks_ = set.block_count;
+}
+
+bool ContactSolver::update(const Tensors& tensors, const ContactSet& set) {
+  if (!nodes_.hold(tensors, set)) return false;
+  match(set);
+  drop_rows();
+  std::int32_t count = 0;
+  for (std::int32_t p = 0; p < set.block_count; ++p) {
+    if (rows_[p].at[0] >= -1) continue;
+    if (!fill_rows(set, p)) return false;
+    for (const std::int32_t row : rows_[p].at)
+      if (row >= 0) list_[count++] = row;
+  }
+  if (!append_rows(list_, count)) return false;
+  keep(set);
+  return true;
+}
+
+// ---- solving ---------------------------------------------------------------------------------------------------------
+
+// reaction_ from target_ through the factor, refined; scaled: D r, position by position in work_.
+ContactSolver::Outcome ContactSolver::solve_factored() {
+  const std::int32_t rows = factor_.size();
+  double *change = work_, *sum = work_ + capacity_;
+  for (std::int32_t at = 0; at < rows; ++at) change[at] = scale_[row_at_[at]] * target_[row_at_[at]], sum[at] = 0;
+  double part = 1, next = 0;  // of the last change in the sum; of the one to come, as the changes shrink
+  for (int solve = 0; solve < kMostSolves; ++solve) {
+    factor_.solve(change);
+    for (std::int32_t at = 0; at < rows; ++at) sum[at] += change[at];
+    const double most = largest(sum, rows), before = part;
+    part = most > 0 ? largest(change, rows) / most : 0;
+    next = before > 0 ? part * part / before : 0;
+    // What A leaves of the target is the shift times the last change.
+    for (std::int32_t at = 0; at < rows; ++at) change[at] *= shift_[row_at_[at]];
+    if (solve > 0 && next <= kMet) break;
+  }
+  for (std::int32_t at = 0; at < rows; ++at) reaction_[row_at_[at]] = scale_[row_at_[at]] * sum[at];
+  return next > kConflict ? Outcome::regularised : Outcome::solved;
+}
+
+// True where the factor solves what it should: the residual of the matrix is the one that the shift leaves.
+bool ContactSolver::measure_residual() {
+  const std::int32_t rows = factor_.size();
+  const double* left = work_;  // scaled, as solve_factored leaves it
+  double off = 0, most = 0;
+  residual_ = {};
+  for (std::int32_t at = 0; at < rows; ++at) {
+    const std::int32_t row = row_at_[at];
+    const double missed = target_[row] - dot_rows(rows_end_, &entry(row, 0), reaction_);
+    residual_.displacement = std::max(residual_.displacement, std::fabs(missed));
+    residual_.force = std::max(residual_.force, std::fabs(missed) * scale_[row] * scale_[row]);
+    off = std::max(off, std::fabs(scale_[row] * missed - left[at]));
+    most = std::max(most, std::fabs(reaction_[row] / scale_[row]));
+  }
+  return off <= kDrift * most;
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactSet& set, Vec3* force,
                                             Vec3* modified) {
-  for (int e = 0; e < set.entry_count; ++e) force[e] = modified[e] = Vec3{};
-  if (set.block_count == 0) return Outcome::solved;
-  if (!structure_is_kept(set)) {
-    keep_structure(set);
-    kept_outcome_ = factorise(tensors, set);
-  }
-  if (kept_outcome_ == Outcome::unsolved) return kept_outcome_;
-
-  for (int p = 0; p < set.block_count; ++p)
+  for (std::int32_t e = 0; e < set.entry_count; ++e) force[e] = modified[e] = Vec3{};
+  residual_ = {};
+  const auto fail = [&] {
+    forget();
+    for (std::int32_t e = 0; e < set.entry_count; ++e) force[e] = modified[e] = Vec3{};
+    return Outcome::unsolved;
+  };
+  if (!update(tensors, set)) return fail();
+  for (std::int32_t p = 0; p < set.block_count; ++p)
     for (int i = 0; i < 3; ++i)
-      if (const int row = row_of_[3 * p + i]; row >= 0) right_[row] = scale_[row] * set.target[p][i];
-  solve_factored(factor_, rows_, 3 * capacity_, right_);
+      if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
+  Outcome outcome = solve_factored();
+  if (!measure_residual()) {
+    if (!rebuild_factor()) return fail();
+    outcome = solve_factored();
+    measure_residual();
+  }
 
-  for (int p = 0; p < set.block_count; ++p) {
+  for (std::int32_t p = 0; p < set.block_count; ++p) {
     const ContactBlock& block = set.blocks[p];
     Vec3 reaction;
-    for (int i = 0; i < 3; ++i)
-      if (const int row = row_of_[3 * p + i]; row >= 0) reaction[i] = scale_[row] * right_[row];
-    for (int v = 0; v < block.entry_count; ++v) force[block.first_entry + v] += block.weight[v] * reaction;
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = rows_[p].at[i];
+      if (row < 0) continue;
+      if (!block.framed)
+        reaction[i] = reaction_[row];
+      else
+        reaction += reaction_[row] * Vec3{block.frame.m[i][0], block.frame.m[i][1], block.frame.m[i][2]};
+    }
+    for (std::int32_t e = block.first_entry; e < block.first_entry + block.entry_count; ++e)
+      force[e] += set.entries[e].weight * reaction;
   }
   bool finite = true;
-  for (int e = 0; e < set.entry_count; ++e) {
-    modified[e] = self_[e] * force[e];
+  for (std::int32_t e = 0; e < set.entry_count; ++e) {
+    modified[e] = nodes_.self(nodes_.slot_of_entry(e)) * force[e];
     finite = finite && is_finite(force[e]) && is_finite(modified[e]);
   }
-  if (finite) return kept_outcome_;
-  for (int e = 0; e < set.entry_count; ++e) force[e] = modified[e] = Vec3{};
-  return Outcome::unsolved;
+  return finite ? outcome : fail();
 }
 
 }  // namespace palpate

@@ -1,64 +1,91 @@
-// Contact forces from imposed displacements: (H W H^T) r = d, f = H^T r, u~_j = (T^f_j)^-1 f_j.
+// Contact forces from imposed displacements: (H W H^T) r = d, f = H^T r, u~_j = (T^f_j)^-1 f_j; rows come and go.
 #pragma once
 
 #include <cstdint>
 
 #include "runtime/contact_set.h"
+#include "runtime/node_compliance.h"
 #include "runtime/scene_memory.h"
-#include "runtime/tensors.h"
+#include "runtime/updated_cholesky.h"
 
 namespace palpate {
 
-// C_kk: the inverse of T^f_k on its free dofs, zero on the others. False when T^f_k is not positive definite there.
-bool self_compliance(const double force[9], Mat3* compliance);
+// How well the last solve holds what was asked, at the row where it is held worst.
+struct ContactResidual {
+  double displacement = 0;  // m
+  double force = 0;         // N: the same, over the row's own compliance
+  std::int32_t sweeps = 0;  // of projected Gauss-Seidel; 0 where the factor alone solved
+};
 
 class ContactSolver {
  public:
   enum class Outcome { solved, regularised, unsolved };
 
-  // Least eigenvalue that the contact system, scaled to a unit diagonal, is given. Near-dependent rows (one node held
-  // twice, two places of a triangle a micron apart, more than three places in one) would send it to zero.
-  //
-  // With A = D H W H^T D (unit diagonal) the solver adds g = max(0, kLeastEigenvalue - 1 / trace(A^-1)) to the
-  // diagonal. 1 / trace(A^-1) never exceeds the least eigenvalue of A, so that of A + g is at least kLeastEigenvalue,
-  // and therefore
-  //     |D^-1 r| <= |D d| / kLeastEigenvalue:
-  // the force of two conflicting targets grows monotonically as their gap closes and stays finite. Well separated
-  // contacts have g = 0 and are not changed.
-  static constexpr double kLeastEigenvalue = 1e-6;
+  // Near-dependent rows (one node held twice, two places of a triangle a micron apart, more than three places in one)
+  // make A = D H W H^T D, D such that the diagonal is one, singular. The factor is that of A + kShift, and its solution
+  // is refined at most kMostSolves - 1 times (iterated Tikhonov): the part of the solution along an eigenvector of A
+  // with eigenvalue e becomes (1 - (kShift / (e + kShift))^kMostSolves) / e of that of D d. This falls with e and never
+  // exceeds kMostSolves / kShift, so
+  //     |D^-1 r| <= kMostSolves / kShift |D d|:
+  // the force of two conflicting targets grows monotonically as their gap closes and stays finite. Separated contacts
+  // are met to (kShift / e)^2 or better, which is below what single precision stores.
+  static constexpr double kShift = 1e-6;
+  static constexpr int kMostSolves = 4;
 
-  bool create(SceneMemory& memory, std::int32_t entry_capacity);
+  // Memory: 72 entries^2 + 16 (3 blocks)^2 bytes and less.
+  bool create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t block_capacity, std::int32_t columns);
 
-  // force[e], modified[e]: per entry of the set, N and m. The factor is kept while the set's structure stays the same.
+  // force[e], modified[e]: per entry of the set, N and m. Blocks that the set has in common with the last one keep their
+  // rows of the matrix and the factor. regularised: some targets conflict, residual() says by how much they are missed.
   // unsolved (numbers of the bundle are not finite): outputs are zero.
-  // Cost: rows^2 multiply-adds; when the structure changed, 9 reads per pair of entries and rows^3/6 more.
-  // Source: Cotin, Delingette and Ayache 1999, eqs 7-10, in the symmetric form of DESIGN section 4.
+  // Cost, in multiply-adds: 3 rows^2 or so; per block that changed 9 (its entries + 1) nodes, and per row of it
+  // rows^2 / 2 to come and up to rows^2 to leave; the tensors are read for new nodes alone.
+  // Source: Cotin, Delingette and Ayache 1999, eqs 7-10, in the symmetric form W f = u*.
   Outcome solve(const Tensors& tensors, const ContactSet& set, Vec3* force, Vec3* modified);
+  const ContactResidual& residual() const { return residual_; }
 
-  void forget() { kept_blocks_ = -1; }
+  void forget();
 
  private:
-  bool structure_is_kept(const ContactSet& set) const;
-  void keep_structure(const ContactSet& set);
-  Outcome factorise(const Tensors& tensors, const ContactSet& set);
-  bool assemble(const Tensors& tensors, const ContactSet& set);
-  Mat3 block_compliance(const Tensors& tensors, const ContactSet& set, int p, int q) const;
-  Mat3 node_compliance(const Tensors& tensors, const ContactEntry& a, int a_index, const ContactEntry& b,
-                       int b_index) const;
+  struct Rows {
+    std::int32_t at[3];  // row of each axis, or -1: not imposed, or it cannot move
+  };
+  bool update(const Tensors& tensors, const ContactSet& set);
+  void match(const ContactSet& set);
+  bool same(const ContactSet& set, const ContactBlock& now, const ContactBlock& before) const;
+  void keep(const ContactSet& set);
+  void drop_rows();
+  bool fill_rows(const ContactSet& set, std::int32_t p);
+  bool append_rows(const std::int32_t* rows, std::int32_t count);
+  bool rebuild_factor();
+  std::int32_t take_row();
+  double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * capacity_ + j]; }
 
-  std::int32_t capacity_ = 0;       // entries
-  double* matrix_ = nullptr;        // [rows][rows] A
-  double* factor_ = nullptr;        // [rows][rows] U of A + g = U^T U, upper part of each row
-  double* scale_ = nullptr;         // [rows] D; 0 for a row that cannot move
-  double* right_ = nullptr;         // [rows]
-  Mat3* self_ = nullptr;            // [entries] C_kk
-  std::int32_t* row_of_ = nullptr;  // [blocks][3] or -1
-  std::int32_t rows_ = 0;
+  Outcome solve_factored();
+  bool measure_residual();
 
+  NodeCompliance nodes_;
+  UpdatedCholesky factor_;
+  std::int32_t capacity_ = 0;        // rows
+  std::int32_t rows_end_ = 0;        // rows in use are below this
+  double* matrix_ = nullptr;         // [rows][rows] H W H^T, m/N
+  double* scale_ = nullptr;          // [rows] D; 0: the row is free
+  double* shift_ = nullptr;          // [rows] of the scaled diagonal
+  double* target_ = nullptr;         // [rows] m
+  double* reaction_ = nullptr;       // [rows] N
+  double* work_ = nullptr;           // [kBatch][rows]
+  std::int32_t* row_at_ = nullptr;   // [rows] row at each position of the factor
+  std::int32_t* list_ = nullptr;     // [rows]
+  std::int32_t* leaving_ = nullptr;  // [rows]
+  std::int32_t leaving_count_ = 0;
+  Mat3* spread_ = nullptr;  // [entries] H C of the block being filled
+
+  Rows* rows_ = nullptr;       // [blocks] of the present set
+  Rows* kept_rows_ = nullptr;  // [blocks] of the last one
   ContactEntry* kept_entry_ = nullptr;
   ContactBlock* kept_block_ = nullptr;
-  std::int32_t kept_entries_ = -1, kept_blocks_ = -1;
-  Outcome kept_outcome_ = Outcome::solved;
+  std::int32_t kept_blocks_ = 0;
+  ContactResidual residual_;
 };
 
 }  // namespace palpate

@@ -227,12 +227,15 @@ class Builder {
     limits.places_in_triangles = touch.triangles != nullptr;
     touch.column_of_node = memory.array<std::int32_t>(counts_.surface_nodes);
     touch.set.entries = memory.array<ContactEntry>(nodes);
-    touch.set.blocks = memory.array<ContactBlock>(nodes);
-    touch.set.target = memory.array<Vec3>(nodes);
-    touch.set.entry_capacity = def_.max_contact_nodes;
+    const std::int32_t per_point = def_.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1,
+                       blocks = std::min(def_.max_contact_nodes, per_point * def_.max_points);
+    touch.set.blocks = memory.array<ContactBlock>(static_cast<std::size_t>(blocks));
+    touch.set.target = memory.array<Vec3>(static_cast<std::size_t>(blocks));
+    touch.set.entry_capacity = def_.max_contact_nodes, touch.set.block_capacity = blocks;
     touch.force = memory.array<Vec3>(nodes);
     touch.modified = memory.array<Vec3>(nodes);
-    if (!touch.input.create(memory, limits) || !touch.solver.create(memory, def_.max_contact_nodes))
+    if (!touch.input.create(memory, limits) ||
+        !touch.solver.create(memory, def_.max_contact_nodes, blocks, scene_.tensors.columns))
       return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene's contacts");
     std::fill(touch.column_of_node, touch.column_of_node + counts_.surface_nodes, -1);
     for (std::int32_t k = 0; k < scene_.tensors.columns; ++k) touch.column_of_node[scene_.touchable[k]] = k;

@@ -43,7 +43,7 @@ class SceneMemory {
     failed_ = true;
     return nullptr;
   }
-  static constexpr int kMaxBlocks = 64;
+  static constexpr int kMaxBlocks = 128;
   palpate_allocator host_;
   void* blocks_[kMaxBlocks] = {};
   int block_count_ = 0;

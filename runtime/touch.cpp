@@ -121,33 +121,38 @@ class Touch {
   // The paper's three vertices, each imposed alpha_v d: then the place moves by sum_v k_v alpha_v d = d.
   void add_triangle(std::int32_t t, std::int32_t point, const std::int32_t* node, const double* k, int count,
                     Vec3 displacement, std::uint32_t axes) {
-    if (half_.set.entry_count + count > half_.set.entry_capacity) return raise(t, PALPATE_STEP_CONTACTS_DROPPED);
+    if (!has_room(count, count)) return raise(t, PALPATE_STEP_CONTACTS_DROPPED);
     double squares = 0;
     for (int v = 0; v < count; ++v) squares += k[v] * k[v];
     for (int v = 0; v < count; ++v) {
       const double whole[1] = {1};
-      add_block(t, point, node + v, whole, 1, (k[v] + 1 - squares) * displacement, axes);
+      add_block(t, point, v, node + v, whole, 1, (k[v] + 1 - squares) * displacement, axes);
     }
     count_contact(t, displacement);
+  }
+
+  bool has_room(std::int32_t blocks, std::int32_t entries) const {
+    const ContactSet& set = half_.set;
+    return set.block_count + blocks <= set.block_capacity && set.entry_count + entries <= set.entry_capacity;
   }
 
   void add_contact(std::int32_t t, std::int32_t point, const std::int32_t* node, const double* weight, int count,
                    Vec3 displacement, std::uint32_t axes) {
-    if (half_.set.entry_count + count > half_.set.entry_capacity) return raise(t, PALPATE_STEP_CONTACTS_DROPPED);
-    add_block(t, point, node, weight, count, displacement, axes);
+    if (!has_room(1, count)) return raise(t, PALPATE_STEP_CONTACTS_DROPPED);
+    add_block(t, point, 0, node, weight, count, displacement, axes);
     count_contact(t, displacement);
   }
 
-  void add_block(std::int32_t t, std::int32_t point, const std::int32_t* node, const double* weight, int count,
-                 Vec3 target, std::uint32_t axes) {
+  void add_block(std::int32_t t, std::int32_t point, std::int32_t part, const std::int32_t* node, const double* weight,
+                 int count, Vec3 target, std::uint32_t axes) {
     ContactSet& set = half_.set;
     ContactBlock& block = set.blocks[set.block_count];
-    block = ContactBlock{set.entry_count, count, {}, axes};
+    block = ContactBlock{};
+    block.first_entry = set.entry_count, block.entry_count = count, block.axes = axes;
+    block.tool = t, block.point = point, block.part = part;
     set.target[set.block_count++] = target;
-    for (int v = 0; v < count; ++v) {
-      block.weight[v] = weight[v];
-      set.entries[set.entry_count++] = ContactEntry{node[v], half_.column_of_node[node[v]], t, point};
-    }
+    for (int v = 0; v < count; ++v)
+      set.entries[set.entry_count++] = ContactEntry{node[v], half_.column_of_node[node[v]], t, point, weight[v]};
   }
 
   void count_contact(std::int32_t t, Vec3 displacement) {

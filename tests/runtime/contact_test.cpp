@@ -217,7 +217,7 @@ TEST(Contact, ForceOfAConflictingPairGrowsAndStaysFiniteAsTheGapCloses) {
     def.contact = model;
     const std::int32_t triangle = box.far_triangle();
     double before = 0, compliance = 0;
-    for (double gap = 1e-2; gap >= 0.9e-12; gap /= 10) {
+    for (double gap = 1e-1; gap >= 0.9e-12; gap /= 10) {
       const ScenePointer scene = box.scene(def);
       const std::vector<palpate_grip> first = {grip_at_place(triangle, {.3, .3, .4}, {0.001, 0, 0})};
       const std::vector<palpate_grip> second = {grip_at_place(triangle, {.3 + gap, .3 - gap, .4}, {-0.001, 0, 0})};
@@ -233,10 +233,10 @@ TEST(Contact, ForceOfAConflictingPairGrowsAndStaysFiniteAsTheGapCloses) {
       ASSERT_TRUE(std::isfinite(force));
       // Monotone up to the rounding of a system whose condition the solver holds at 1e6: 1e6 * 2.2e-16 * rows.
       EXPECT_GE(force, before * (1 - 1e-8)) << "gap " << gap;
-      // The stated bound: |D^-1 r| <= |D d| / 1e-6, with D^2 the rows' own compliance, here within a factor 2 of its
+      // The stated bound: |D^-1 r| <= 4 |D d| / 1e-6, with D^2 the rows' own compliance, here within a factor 2 of its
       // mean.
-      EXPECT_LE(force, 2 * std::sqrt(6.0) * 0.001 / compliance / 1e-6);
-      EXPECT_EQ((flags & PALPATE_STEP_REGULARISED) != 0, gap < 5e-3 || model == PALPATE_CONTACT_TRIANGLE) << gap;
+      EXPECT_LE(force, 2 * std::sqrt(6.0) * 0.001 / compliance * 4 / 1e-6);
+      EXPECT_EQ((flags & PALPATE_STEP_REGULARISED) != 0, gap < 5e-2 || model == PALPATE_CONTACT_TRIANGLE) << gap;
       before = force;
       const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
       EXPECT_TRUE(std::all_of(u.begin(), u.end(), [](float x) { return std::isfinite(x); }));
@@ -271,7 +271,8 @@ TEST(Contact, AcceptsMoreThanThreePlacesInATriangle) {
     grips.push_back(grip_at_place(box.far_triangle(), k, d));
   const palpate_tool tool = tool_of(grips);
   Contacts contacts(scene.get());
-  EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_REGULARISED);
+  // They do not conflict: nothing to say.
+  EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), 0u);
   const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
   for (const std::int32_t n : box.body.triangles[box.far_triangle()])
     for (int i = 0; i < 3; ++i)
@@ -327,6 +328,39 @@ TEST(Contact, KeepsTheFirstOnesWhenThereAreTooMany) {
   EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_CONTACTS_DROPPED);
   ASSERT_EQ(contacts->node_count, 4);
   for (int i = 0; i < 4; ++i) EXPECT_EQ(contacts.nodes()[i].node, grips[i].node);
+}
+
+// ---- contacts that come and go ----------------------------------------------------------------------------------
+
+// Every node of the face x = size and of the top: contacts that come and go at both ends of a list, one in the middle
+// that moves to another node, axes that change. After each step the answer is that of a scene that knows no other step.
+TEST(Contact, ThatComesAndGoesLeavesTheAnswerOfAFreshScene) {
+  const TouchedBox box;
+  palpate_scene_def def = unlimited_def();
+  def.max_points = def.max_contact_nodes = 60;
+  const ScenePointer scene = box.scene(def);
+  Contacts contacts(scene.get());
+  const int touchable = static_cast<int>(box.touchable.size());
+  for (int step = 0; step < 200; ++step) {
+    std::vector<palpate_grip> grips;
+    for (int g = step % 17; g < 12 + step % 23; ++g) {
+      const std::int32_t n = box.touchable[(g == 15 ? 30 + step : g) % touchable];
+      grips.push_back(grip_at_node(n, wave(n), g == 14 && step % 3 == 0 ? 5u : 7u));
+    }
+    const palpate_tool tool = tool_of(grips);
+    const palpate_step_flags flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    const ScenePointer fresh = box.scene(def);
+    Contacts expected(fresh.get());
+    EXPECT_EQ(palpate_touch(fresh.get(), &tool, 1, 1e-3, expected.get()), flags);
+    ASSERT_EQ(contacts->node_count, expected->node_count);
+    double largest = 0, off = 0;
+    for (int e = 0; e < expected->node_count; ++e)
+      for (int i = 0; i < 3; ++i) {
+        largest = std::max(largest, std::abs(expected.nodes()[e].force[i]));
+        off = std::max(off, std::abs(contacts.nodes()[e].force[i] - expected.nodes()[e].force[i]));
+      }
+    EXPECT_LE(off, 1e-10 * largest) << step;  // rounding times a condition of some thousand
+  }
 }
 
 }  // namespace

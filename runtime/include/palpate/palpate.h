@@ -219,7 +219,7 @@ PALPATE_API const palpate_contact_node* palpate_contacts_nodes(const palpate_con
 enum {
   PALPATE_STEP_BAD_INPUT        = 1 << 0, /* NaN, infinity, negative count, unknown node: the tool kept its last good input */
   PALPATE_STEP_CONTACTS_DROPPED = 1 << 1, /* more contacts than the limits; the first ones kept                             */
-  PALPATE_STEP_REGULARISED      = 1 << 2, /* near-dependent or conflicting contacts: solved with a stated bound             */
+  PALPATE_STEP_REGULARISED      = 1 << 2, /* contacts conflict: some miss their displacement, the force has a stated bound  */
   PALPATE_STEP_RESPONSE_RANGE   = 1 << 3, /* a correction was used outside its measured range (continued linearly)          */
   PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force was cut to force_limit or force_slew                                   */
   PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the bundle's file shrank: do not trust this step                               */

@@ -1,0 +1,119 @@
+#include "runtime/updated_cholesky.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/dense_rows.h"
+
+namespace palpate {
+
+bool UpdatedCholesky::create(SceneMemory& memory, std::int32_t capacity) {
+  capacity_ = capacity;
+  const std::size_t rows = static_cast<std::size_t>(capacity);
+  factor_ = memory.array<double>(rows * rows);
+  leaving_ = memory.array<double>(kBatch * rows);
+  return !memory.failed();
+}
+
+bool UpdatedCholesky::append(int count, double* const* entries, double least, double* raised) {
+  // U^-T times each new row, row by row of U.
+  for (std::int32_t i = 0; i < size_; ++i) {
+    const double* u = row(i);
+    const double inverse = 1 / u[i];
+    const std::int32_t rest = size_ - i - 1;
+    double factor[kBatch];
+    for (int q = 0; q < count; ++q) factor[q] = -(entries[q][i] *= inverse);
+    int q = 0;
+    for (; q + 3 <= count; q += 3)
+      add_row_to_three(rest, factor + q, u + i + 1, entries[q] + i + 1, entries[q + 1] + i + 1, entries[q + 2] + i + 1);
+    for (; q < count; ++q) add_row(rest, factor[q], u + i + 1, entries[q] + i + 1);
+  }
+  // The corner between the new rows.
+  for (int q = 0; q < count; ++q) {
+    double* x = entries[q];
+    for (int p = 0; p <= q; ++p) {
+      const double* above = entries[p];
+      double entry = x[size_ + p] - dot_rows(size_, x, above);
+      for (int o = 0; o < p; ++o) entry -= x[size_ + o] * above[size_ + o];
+      if (p < q) {
+        x[size_ + p] = entry / above[size_ + p];
+      } else {
+        if (!std::isfinite(entry)) return false;
+        raised[q] = std::max(0.0, least - entry);
+        x[size_ + q] = std::sqrt(std::max(least, entry));
+      }
+    }
+  }
+  for (int q = 0; q < count; ++q)
+    for (std::int32_t i = 0; i <= size_ + q; ++i) row(i)[size_ + q] = entries[q][i];
+  size_ += count;
+  return true;
+}
+
+void UpdatedCholesky::remove(int count, const std::int32_t* positions) {
+  // The last ones first: the positions of the others then stay what they are.
+  while (count > 0) {
+    const int batch = std::min(count, kBatch);
+    count -= batch;
+    remove_batch(batch, positions + count);
+  }
+}
+
+// One pass: every row that stays is moved to its new place without the columns that leave, and takes up the rows above
+// it that left.
+void UpdatedCholesky::remove_batch(int count, const std::int32_t* positions) {
+  double* below[kBatch];
+  int left = 0;  // rows that have left so far
+  for (std::int32_t i = positions[0]; i < size_; ++i) {
+    const bool leaves = left < count && positions[left] == i;
+    const double* from = row(i);
+    double* to = leaves ? leaving_ + static_cast<std::size_t>(left) * capacity_ : row(i - left);
+    // Columns i .. of the old numbering, without those that leave, at their new numbers.
+    std::int32_t column = leaves ? i + 1 : i, place = i - left;
+    for (int k = leaves ? left + 1 : left; k <= count; ++k) {
+      const std::int32_t end = k < count ? positions[k] : size_;
+      std::copy(from + column, from + end, to + place);
+      place += end - column;
+      column = end + 1;
+    }
+    if (leaves) {
+      below[left++] = to;
+      continue;
+    }
+    const std::int32_t pivot = i - left;
+    double tail = 0, v[kBatch];
+    for (int k = 0; k < left; ++k) tail += below[k][pivot] * below[k][pivot];
+    if (!(tail > 0)) continue;
+    // The reflection that leaves the pivot positive and nothing below it.
+    const double head = to[pivot], size = std::sqrt(head * head + tail), v0 = -tail / (head + size);
+    for (int k = 0; k < left; ++k) v[k] = below[k][pivot] / v0;
+    const double tau = 2 * v0 * v0 / (v0 * v0 + tail);
+    to[pivot] = size;
+    double* rest[kBatch];
+    for (int k = 0; k < left; ++k) rest[k] = below[k] + pivot + 1;
+    reflect_rows(size_ - count - pivot - 1, left, tau, v, to + pivot + 1, rest);
+  }
+  // Rows above all that left only lose their columns.
+  for (std::int32_t i = 0; i < positions[0]; ++i) {
+    double* u = row(i);
+    for (int k = 0; k < count; ++k) {
+      const std::int32_t end = k + 1 < count ? positions[k + 1] : size_;
+      std::copy(u + positions[k] + 1, u + end, u + positions[k] - k);
+    }
+  }
+  size_ -= count;
+}
+
+void UpdatedCholesky::solve(double* x) const {
+  for (std::int32_t i = 0; i < size_; ++i) {
+    const double* u = row(i);
+    x[i] /= u[i];
+    add_row(size_ - i - 1, -x[i], u + i + 1, x + i + 1);
+  }
+  for (std::int32_t i = size_ - 1; i >= 0; --i) {
+    const double* u = row(i);
+    x[i] = (x[i] - dot_rows(size_ - i - 1, u + i + 1, x + i + 1)) / u[i];
+  }
+}
+
+}  // namespace palpate
