@@ -7,6 +7,13 @@
 
 namespace palpate {
 
+// A number of the right-hand sides b, [dofs][width], that is not zero.
+struct Load {
+  std::int64_t dof;
+  std::int32_t column;
+  double value;
+};
+
 class BlockPreconditioner {
  public:
   virtual ~BlockPreconditioner() = default;
@@ -15,6 +22,9 @@ class BlockPreconditioner {
   // columns of one dof side by side; distinct arrays. M^-1 is linear, symmetric and positive definite, and the same
   // input gives the same bytes.
   virtual void apply(const double* r, double* z) = 0;
+
+  // x = K^-1 b, from the numbers of b that are not zero. Where M only approximates K: false, and nothing is done.
+  virtual bool solve(std::span<const Load>, double*) { return false; }
 
   // "cholesky (cholmod)".
   virtual std::string description() const = 0;

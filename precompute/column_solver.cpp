@@ -11,8 +11,10 @@
 
 #include "precompute/block_multigrid.h"
 #include "precompute/block_preconditioner.h"
+#include "precompute/block_residual.h"
 #include "precompute/petsc_preconditioner.h"
 #include "precompute/petsc_session.h"
+#include "precompute/supernodal_factor.h"
 
 namespace palpate {
 namespace {
@@ -22,6 +24,13 @@ std::vector<double> column_norms(const double* x, std::int64_t dofs, int width) 
   std::vector<double> sum(width, 0.0);
   for (std::int64_t i = 0; i < dofs; ++i)
     for (int c = 0; c < width; ++c) sum[c] += x[i * width + c] * x[i * width + c];
+  for (double& s : sum) s = std::sqrt(s);
+  return sum;
+}
+
+std::vector<double> load_norms(std::span<const Load> loads, int width) {
+  std::vector<double> sum(width, 0.0);
+  for (const auto& load : loads) sum[load.column] += load.value * load.value;
   for (double& s : sum) s = std::sqrt(s);
   return sum;
 }
@@ -59,7 +68,7 @@ struct ColumnSolver::State {
   Vec b = nullptr, x = nullptr;
   PetscBool rtol_given = PETSC_FALSE;  // then the user decides how far each run goes; restarts do the rest
   std::exception_ptr thrown;           // by the preconditioner, carried through PETSc
-  std::string description;
+  bool ksp_given = false;              // the user set the iteration, so it runs from zero
 
   explicit State(const BlockMatrix& m) : matrix(m) {}
   ~State() {
@@ -70,7 +79,9 @@ struct ColumnSolver::State {
   }
 
   void create_iteration();
-  void run(double relative_tolerance, int* iterations, std::string* reason);
+  bool start(std::span<const Load> loads, double* start_x);
+  void run(const double* right, double* solution, double relative_tolerance, int* iterations, std::string* reason);
+  void residual(std::span<const Load> loads, const double* solution, double* r) const;
 
   static PetscErrorCode apply_operator(Mat shell, Vec in, Vec out);
   static PetscErrorCode apply_preconditioner(PC pc, Vec in, Vec out);
@@ -78,11 +89,14 @@ struct ColumnSolver::State {
 
 namespace {
 
-// The user's -column_pc_type before everything; else what was chosen for this mesh and memory.
+// What was chosen for this mesh and memory, unless the user names one of ours or PETSc's, or sets PETSc's.
 std::unique_ptr<BlockPreconditioner> make_preconditioner(const BlockMatrix& matrix,
                                                          std::span<const std::array<double, 3>> coordinates,
                                                          const ColumnSolverOptions& options) {
-  const std::string type = option_or("-column_pc_type", options.cholesky ? PCCHOLESKY : "multigrid");
+  const char* factor = petsc_option_given("-column_") ? PCCHOLESKY : "supernodal";
+  const std::string type = option_or("-column_pc_type", options.cholesky ? factor : "multigrid");
+  if (type == "supernodal")
+    return std::make_unique<SupernodalFactor>(matrix, analyse_elimination(matrix), options.width);
   if (type == "multigrid") return std::make_unique<BlockMultigrid>(matrix, coordinates, options.width);
   return make_petsc_preconditioner(matrix, coordinates, options.width, type);
 }
@@ -109,11 +123,12 @@ void ColumnSolver::State::create_iteration() {
   check(PetscOptionsHasName(nullptr, nullptr, "-ksp_rtol", &rtol_given));
   check(KSPSetFromOptions(ksp));
   check(KSPSetUp(ksp));
-  KSPType type = nullptr;
-  check(KSPGetType(ksp, &type));
-  PetscInt major = 0, minor = 0, patch = 0;
-  check(PetscGetVersionNumber(&major, &minor, &patch, nullptr));
-  description = fmt::format("PETSc {}.{}.{} {} + {}", major, minor, patch, type, preconditioner->description());
+}
+
+// The conjugate gradients start from K^-1 b where the preconditioner gives it, and most columns end there: their true
+// residual is already rounding. Their vectors are made only when a column needs them or the user sets the iteration.
+bool ColumnSolver::State::start(std::span<const Load> loads, double* start_x) {
+  return !ksp_given && preconditioner->solve(loads, start_x);
 }
 
 PetscErrorCode ColumnSolver::State::apply_operator(Mat shell, Vec in, Vec out) {
@@ -150,10 +165,16 @@ PetscErrorCode ColumnSolver::State::apply_preconditioner(PC pc, Vec in, Vec out)
   PetscFunctionReturn(state->thrown ? PETSC_ERR_LIB : 0);
 }
 
-// One run of the iteration on the arrays placed in b and x.
-void ColumnSolver::State::run(double relative_tolerance, int* iterations, std::string* reason) {
+// One run of the iteration from zero.
+void ColumnSolver::State::run(const double* right, double* solution, double relative_tolerance, int* iterations,
+                              std::string* reason) {
+  if (!ksp) create_iteration();
   if (!rtol_given) check(KSPSetTolerances(ksp, relative_tolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  check(VecPlaceArray(b, right));
+  check(VecPlaceArray(x, solution));
   const PetscErrorCode code = KSPSolve(ksp, b, x);
+  check(VecResetArray(b));
+  check(VecResetArray(x));
   if (thrown) std::rethrow_exception(std::exchange(thrown, nullptr));
   check(code);
   KSPConvergedReason why = KSP_CONVERGED_ITERATING;
@@ -162,6 +183,18 @@ void ColumnSolver::State::run(double relative_tolerance, int* iterations, std::s
   check(KSPGetIterationNumber(ksp, &done));
   *iterations = static_cast<int>(done);
   *reason = KSPConvergedReasons[why];
+}
+
+// r = b - K x; b alone where there is no x yet.
+void ColumnSolver::State::residual(std::span<const Load> loads, const double* solution, double* r) const {
+  const std::int64_t size = dofs * options.width;
+  if (solution) {
+    multiply(matrix, solution, r, options.width);
+    for (std::int64_t i = 0; i < size; ++i) r[i] = -r[i];
+  } else {
+    std::fill_n(r, size, 0.0);
+  }
+  for (const auto& load : loads) r[load.dof * options.width + load.column] += load.value;
 }
 
 ColumnSolver::ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
@@ -175,7 +208,8 @@ ColumnSolver::ColumnSolver(const BlockMatrix& matrix, std::span<const std::array
     state_->options.width -= 8;
   state_->norm = infinity_norm(matrix);
   state_->preconditioner = make_preconditioner(matrix, coordinates, state_->options);
-  state_->create_iteration();
+  state_->ksp_given = petsc_option_given("-ksp_");
+  if (state_->ksp_given) state_->create_iteration();
 }
 
 ColumnSolver::~ColumnSolver() = default;
@@ -186,60 +220,69 @@ std::int64_t ColumnSolver::dofs() const {
   return state_->dofs;
 }
 std::string ColumnSolver::description() const {
-  return state_->description;
+  KSPType type = KSPCG;
+  if (state_->ksp) check(KSPGetType(state_->ksp, &type));
+  PetscInt major = 0, minor = 0, patch = 0;
+  check(PetscGetVersionNumber(&major, &minor, &patch, nullptr));
+  return fmt::format("PETSc {}.{}.{} {} + {}", major, minor, patch, type, state_->preconditioner->description());
 }
 std::span<const std::int32_t> ColumnSolver::row_order() const {
   return state_->preconditioner->row_order();
 }
 
 void ColumnSolver::solve(const double* b, double* x, std::span<ColumnReport> reports) {
+  std::vector<Load> loads;
+  const int width = state_->options.width;
+  for (std::int64_t i = 0; i < state_->dofs; ++i)
+    for (int c = 0; c < width; ++c)
+      if (b[i * width + c] != 0) loads.push_back({i, c, b[i * width + c]});
+  solve(loads, x, reports);
+}
+
+void ColumnSolver::solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports) {
   const int width = state_->options.width;
   const std::int64_t dofs = state_->dofs, size = dofs * width;
   const double tolerance = state_->options.tolerance;
-  const std::vector<double> loads = column_norms(b, dofs, width);
-  std::vector<double> residual(size), step;
-  std::string reason;
-  int iterations = 0;
-  check(VecPlaceArray(state_->b, b));
-  check(VecPlaceArray(state_->x, x));
-  state_->run(0.5 * tolerance, &iterations, &reason);
-  check(VecResetArray(state_->b));
-  check(VecResetArray(state_->x));
-  for (auto& report : reports) report = {0, iterations};
+  const std::vector<double> load = load_norms(loads, width);
+  bool started = state_->start(loads, x);
+  for (auto& report : reports) report = {0, started ? 1 : 0};
+  std::vector<double> right, step;
+  std::string reason = "no iteration";
 
-  for (int restart = 0;; ++restart) {
-    multiply(state_->matrix, x, residual.data(), width);
-    for (std::int64_t i = 0; i < size; ++i) residual[i] = b[i] - residual[i];
-    const std::vector<double> left = column_norms(residual.data(), dofs, width);
+  for (int run = 0;; ++run, started = true) {
+    const std::vector<double> left = started ? residual_norms(state_->matrix, loads, x, width) : load;
     int worst = 0;
     for (int c = 0; c < width; ++c) {
-      reports[c].residual = loads[c] > 0 ? left[c] / loads[c] : 0.0;
+      reports[c].residual = load[c] > 0 ? left[c] / load[c] : 0.0;
       if (!(reports[c].residual <= reports[worst].residual)) worst = c;  // a NaN is the worst
     }
     if (reports[worst].residual <= tolerance) break;
-    const double x_norm = column_norms(x, dofs, width)[worst];
-    if (restart == state_->options.most_restarts || !std::isfinite(reports[worst].residual))
-      throw NotConverged{worst, reports[worst].residual,
-                         std::numeric_limits<double>::epsilon() * state_->norm * x_norm / loads[worst], reason};
+    if (run > state_->options.most_restarts || !std::isfinite(reports[worst].residual))
+      throw NotConverged{
+          worst, reports[worst].residual,
+          std::numeric_limits<double>::epsilon() * state_->norm * column_norms(x, dofs, width)[worst] / load[worst],
+          reason};
     // K d = r for the columns that need it, each scaled to the same weight.
-    for (int c = 0; c < width; ++c) {
-      const double scale = reports[c].residual > tolerance ? 1 / left[c] : 0.0;
-      for (std::int64_t i = 0; i < dofs; ++i) residual[i * width + c] *= scale;
-    }
-    step.resize(size);
-    check(VecPlaceArray(state_->b, residual.data()));
-    check(VecPlaceArray(state_->x, step.data()));
-    state_->run(std::clamp(0.1 * tolerance / reports[worst].residual, 1e-12, 0.1), &iterations, &reason);
-    check(VecResetArray(state_->b));
-    check(VecResetArray(state_->x));
-    for (int c = 0; c < width; ++c) {
-      if (!(reports[c].residual > tolerance)) continue;
-      reports[c].iterations += iterations;
-      for (std::int64_t i = 0; i < dofs; ++i) x[i * width + c] += left[c] * step[i * width + c];
-    }
+    right.resize(size);
+    state_->residual(loads, started ? x : nullptr, right.data());
+    std::vector<double> scale(width);
+    for (int c = 0; c < width; ++c) scale[c] = reports[c].residual > tolerance ? left[c] : 0.0;
+    for (std::int64_t i = 0; i < dofs; ++i)
+      for (int c = 0; c < width; ++c) right[i * width + c] = scale[c] > 0 ? right[i * width + c] / scale[c] : 0.0;
+    if (started) step.resize(size);
+    double* d = started ? step.data() : x;
+    const double share = run == 0 ? 0.5 : 0.1;
+    int iterations = 0;
+    state_->run(right.data(), d, std::clamp(share * tolerance / reports[worst].residual, 1e-12, 0.1), &iterations,
+                &reason);
+    for (std::int64_t i = 0; i < dofs; ++i)
+      for (int c = 0; c < width; ++c)
+        x[i * width + c] = (started ? x[i * width + c] : 0.0) + scale[c] * d[i * width + c];
+    for (int c = 0; c < width; ++c)
+      if (scale[c] > 0) reports[c].iterations += iterations;
   }
   for (int c = 0; c < width; ++c)
-    if (loads[c] == 0) reports[c] = {};
+    if (load[c] == 0) reports[c] = {};
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "precompute/block_preconditioner.h"
 #include "precompute/elastic_body.h"
 #include "precompute/stiffness.h"
 
@@ -21,7 +22,7 @@ struct ColumnSolverOptions {
 
 struct ColumnReport {
   double residual = 0;  // true relative residual; 0 for a column of zeros
-  int iterations = 0;   // conjugate-gradient iterations of the column's block
+  int iterations = 0;   // of its block: 1 where the preconditioner alone solved it, else conjugate gradients
 };
 
 // One rank's solver, with its own copy of the operator. PETSc options without a prefix reach the conjugate gradients
@@ -39,8 +40,12 @@ class ColumnSolver {
   int width() const;
   std::int64_t dofs() const;  // 3 * block rows
 
-  // b, x: [dofs][width]; x is overwritten. reports: [width]. Restarts on the true residual until every column holds the
-  // tolerance. Errors: NotConverged when one does not; OperationError for PETSc's own.
+  // loads: b, dofs ascending; x: [dofs][width], overwritten; reports: [width]. The true residual of every column is
+  // measured, and the iteration restarts on it until all hold the tolerance. Errors: NotConverged when one does not;
+  // OperationError for PETSc's own.
+  void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports);
+
+  // The same with b: [dofs][width].
   void solve(const double* b, double* x, std::span<ColumnReport> reports);
 
   // "PETSc 3.18.5 cg + cholesky (cholmod)".

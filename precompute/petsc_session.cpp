@@ -93,7 +93,9 @@ std::string unused_petsc_options() {
   return text;
 }
 
-std::string petsc_options_in_force() {
+namespace {
+
+std::vector<std::string> all_options() {  // "-name value", sorted
   char* text = nullptr;
   check(PetscOptionsGetAll(nullptr, &text));
   std::vector<std::string> options;
@@ -109,8 +111,20 @@ std::string petsc_options_in_force() {
   }
   PetscFree(text);
   std::sort(options.begin(), options.end());
+  return options;
+}
+
+}  // namespace
+
+bool petsc_option_given(std::string_view beginning) {
+  for (const auto& option : all_options())
+    if (option.starts_with(beginning) && !own_defaults().count(option.substr(0, option.find(' ')))) return true;
+  return false;
+}
+
+std::string petsc_options_in_force() {
   std::string line;
-  for (const auto& option : options)
+  for (const auto& option : all_options())
     if (option != "-skip_petscrc") line += (line.empty() ? "" : " ") + option;
   return line;
 }

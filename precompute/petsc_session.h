@@ -4,6 +4,7 @@
 #include <petscsys.h>
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace palpate {
@@ -28,6 +29,9 @@ void check(PetscErrorCode code);
 
 // Sets an option that the user has not set; it does not count as unused.
 void set_default_petsc_option(const std::string& name, const std::string& value);
+
+// Whether the user gave an option whose name begins so ("-ksp_").
+bool petsc_option_given(std::string_view beginning);
 
 // The user's options that nothing has asked for so far, as "-name value"; empty when all were used.
 std::string unused_petsc_options();

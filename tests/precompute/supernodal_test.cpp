@@ -1,0 +1,172 @@
+// The supernodal factor and the residual of a block against dense arithmetic.
+#include <random>
+
+#include "formats/errors.h"
+#include "precompute/block_residual.h"
+#include "precompute/elimination.h"
+#include "precompute/supernodal_factor.h"
+#include "tests/precompute/support.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::MatrixXd;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+BlockMatrix box_stiffness(std::array<int, 3> cells, double contrast = 1) {
+  TetrahedralMesh mesh = box_mesh(cells, {1, 1, 1}, 0.2);
+  mesh.region_names = {"soft", "stiff"};
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) mesh.region[t] = t % 3 == 0;
+  ElasticBody body = body_of(mesh, {{1000, 0.45, 0}, {1000 * contrast, 0.3, 0}});
+  hold(body, [](const auto& p) { return p[0] == 0 ? 7 : p[1] == 0 ? 2 : 0; });
+  return eliminate_held(assemble_stiffness(body), body.fixed).matrix;
+}
+
+BlockMatrix from_dense(const MatrixXd& k) {  // every block that is not zero
+  BlockMatrix result;
+  result.rows = static_cast<std::int32_t>(k.rows() / 3);
+  result.first = {0};
+  for (std::int32_t i = 0; i < result.rows; ++i) {
+    for (std::int32_t j = 0; j < result.rows; ++j) {
+      const RowMajor block = k.block<3, 3>(3 * i, 3 * j);
+      if (block.isZero(0) && i != j) continue;
+      result.column.push_back(j);
+      result.block.emplace_back();
+      std::copy(block.data(), block.data() + 9, result.block.back().begin());
+    }
+    result.first.push_back(static_cast<std::int64_t>(result.column.size()));
+  }
+  return result;
+}
+
+// The neighbours of neighbours as well: the pattern of nodal averages.
+BlockMatrix wider(const BlockMatrix& k) {
+  const MatrixXd d = dense(k);
+  return from_dense(d + d * d / d.norm());
+}
+
+RowMajor random_block(Eigen::Index rows, int width, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> some(-1, 1);
+  RowMajor b(rows, width);
+  for (Eigen::Index i = 0; i < b.size(); ++i) b.data()[i] = some(generator);
+  return b;
+}
+
+// || K x - b || over what a backward stable solve leaves: a small multiple of rounding, the row count within it.
+double backward_error(const MatrixXd& k, const RowMajor& x, const RowMajor& b) {
+  return (k * x - b).norm() / (k.norm() * x.norm() + b.norm());
+}
+constexpr double kRounding = 1e-14;  // 45 epsilon; sums of a few hundred terms stay below 10
+
+void expect_solves(const BlockMatrix& matrix, int width) {
+  const MatrixXd k = dense(matrix);
+  SupernodalFactor factor(matrix, analyse_elimination(matrix), width);
+  const RowMajor b = random_block(k.rows(), width, 7);
+  RowMajor x(b.rows(), width), again(b.rows(), width);
+  factor.apply(b.data(), x.data());
+  EXPECT_LE(backward_error(k, x, b), kRounding) << matrix.rows << " rows, width " << width;
+  factor.apply(b.data(), again.data());
+  EXPECT_EQ(x, again);
+
+  // Unit forces here and there, given by their nonzeros: the same bits as through the dense block.
+  std::vector<Load> loads;
+  RowMajor unit = RowMajor::Zero(b.rows(), width);
+  for (int c = 0; c < width; ++c) {
+    const Eigen::Index dof = (17 * c) % b.rows();
+    unit(dof, c) = 1;
+  }
+  for (Eigen::Index i = 0; i < unit.rows(); ++i)
+    for (int c = 0; c < width; ++c)
+      if (unit(i, c) != 0) loads.push_back({i, c, unit(i, c)});
+  factor.apply(unit.data(), x.data());
+  EXPECT_LE(backward_error(k, x, unit), kRounding);
+  again.setConstant(std::numeric_limits<double>::quiet_NaN());  // what it held before must not matter
+  ASSERT_TRUE(factor.solve(loads, again.data()));
+  EXPECT_EQ(x, again);
+
+  const auto norms = residual_norms(matrix, loads, x.data(), width);
+  const Eigen::RowVectorXd expected = (k * x - unit).colwise().norm();
+  for (int c = 0; c < width; ++c) EXPECT_NEAR(norms[c], expected[c], kRounding * k.norm() * x.col(c).norm());
+  // And of an x that solves nothing, where rounding does not hide a mistake.
+  const auto off = residual_norms(matrix, loads, b.data(), width);
+  const Eigen::RowVectorXd far = (k * b - unit).colwise().norm();
+  for (int c = 0; c < width; ++c) EXPECT_NEAR(off[c], far[c], 1e-13 * far[c]);
+}
+
+TEST(Supernodal, SolvesAsADenseFactorDoesForAnyWidth) {
+  const BlockMatrix k = box_stiffness({4, 4, 4});
+  for (const int width : {8, 16, 24, 40, 48, 72, 96, 104}) expect_solves(k, width);
+}
+
+TEST(Supernodal, SolvesOneRowTwoRowsAndManySupernodes) {
+  MatrixXd one(3, 3);
+  one << 4, 1, 0, 1, 5, 2, 0, 2, 6;
+  expect_solves(from_dense(one), 8);
+  MatrixXd two = MatrixXd::Identity(6, 6) * 7;
+  two.topRightCorner(3, 3) = one / 2;
+  two.bottomLeftCorner(3, 3) = one / 2;
+  expect_solves(from_dense(two), 8);
+  expect_solves(box_stiffness({9, 5, 5}), 24);
+}
+
+TEST(Supernodal, SolvesPartsThatAreNotConnected) {
+  const MatrixXd part = dense(box_stiffness({2, 2, 2}));
+  MatrixXd both = MatrixXd::Zero(2 * part.rows() + 3, 2 * part.rows() + 3);
+  both.topLeftCorner(part.rows(), part.rows()) = part;
+  both.block(part.rows(), part.rows(), part.rows(), part.rows()) = 10 * part;
+  both.bottomRightCorner(3, 3).setIdentity();
+  expect_solves(from_dense(both), 16);
+}
+
+TEST(Supernodal, SolvesTheWiderPatternOfNodalAverages) {
+  expect_solves(wider(box_stiffness({4, 3, 3})), 24);
+}
+
+TEST(Supernodal, StaysBackwardStableAtAContrastOfAMillion) {
+  expect_solves(box_stiffness({4, 4, 4}, 1e6), 8);
+}
+
+TEST(Supernodal, TakesAMatrixInEliminationOrderWithoutMovingIt) {
+  const BlockMatrix k = box_stiffness({5, 4, 4});
+  const Elimination first = analyse_elimination(k);
+  const RowMajor d = dense(k);
+  MatrixXd permuted(d.rows(), d.cols());
+  for (std::int32_t i = 0; i < k.rows; ++i)
+    for (std::int32_t j = 0; j < k.rows; ++j)
+      permuted.block<3, 3>(3 * first.place[i], 3 * first.place[j]) = d.block<3, 3>(3 * i, 3 * j);
+  expect_solves(from_dense(permuted), 16);
+}
+
+TEST(Supernodal, CountsWhatItStores) {
+  const BlockMatrix k = box_stiffness({6, 6, 6});
+  const Elimination e = analyse_elimination(k);
+  // The factor of the permuted matrix, entry by entry: supernodes may add zeros, and must not lack an entry.
+  MatrixXd permuted(3 * k.rows, 3 * k.rows);
+  const MatrixXd d = dense(k);
+  for (std::int32_t i = 0; i < k.rows; ++i)
+    for (std::int32_t j = 0; j < k.rows; ++j)
+      permuted.block<3, 3>(3 * e.place[i], 3 * e.place[j]) = d.block<3, 3>(3 * i, 3 * j);
+  const MatrixXd l = Eigen::LLT<MatrixXd>(permuted).matrixL();
+  const auto filled = ((l.array().abs() > 1e-14 * l.cwiseAbs().maxCoeff()).cast<double>().sum());
+  EXPECT_GE(static_cast<double>(e.numbers()), filled);
+  EXPECT_LE(static_cast<double>(e.numbers()), 1.5 * filled);  // amalgamation's zeros, 5 to 20 % on meshes
+  const SupernodalFactor factor(k, e, 8);
+  const double ratio = l.diagonal().minCoeff() / l.diagonal().maxCoeff();
+  EXPECT_NEAR(factor.reciprocal_condition(), ratio * ratio, 1e-9 * ratio * ratio);  // rounding of the factors
+}
+
+TEST(Supernodal, RefusesAMatrixThatIsNotPositiveDefinite) {
+  MatrixXd d = dense(box_stiffness({3, 3, 3}));
+  d -= 0.5 * d.diagonal().maxCoeff() * MatrixXd::Identity(d.rows(), d.cols());
+  const BlockMatrix k = from_dense(d);
+  try {
+    SupernodalFactor(k, analyse_elimination(k), 8);
+    FAIL() << "an indefinite matrix was factored";
+  } catch (const OperationError& error) {
+    EXPECT_NE(std::string(error.what()).find("not positive definite"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tests
