@@ -6,10 +6,17 @@
 
 namespace palpate {
 
+// What would fail at the end fails now. Errors: InputError when the target is a folder, or its own folder does not exist
+// or cannot be written.
+void check_target(const std::filesystem::path& target);
+
+// fsyncs part, renames it onto the target, fsyncs the folder. Errors: OperationError.
+void replace_durably(const std::filesystem::path& part, const std::filesystem::path& target);
+
 // Where to write; nothing exists under target until commit(). Leaving scope without commit removes the part file.
 class AtomicFile {
  public:
-  // Errors: InputError when the target's folder does not exist or cannot be written.
+  // Errors: those of check_target.
   explicit AtomicFile(std::filesystem::path target);
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -17,7 +24,7 @@ class AtomicFile {
 
   const std::filesystem::path& part() const { return part_; }
 
-  // fsyncs part(), renames it onto the target, fsyncs the folder. Errors: OperationError.
+  // Errors: OperationError.
   void commit();
 
  private:

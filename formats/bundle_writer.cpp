@@ -3,12 +3,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -301,61 +298,16 @@ void create_file(const std::string& file, std::vector<SectionEntry>& entries, co
 
 // ---- plain files ----------------------------------------------------------------------------------------------------
 
-class Descriptor {
- public:
-  Descriptor(const std::filesystem::path& file, int flags) : file_(file), id_(::open(file.c_str(), flags | O_CLOEXEC)) {
-    if (id_ < 0) fail("cannot be opened");
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { ::close(id_); }
-  operator int() const { return id_; }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw OperationError(fmt::format("{}: {}: {}", file_.string(), what, std::strerror(errno)));
-  }
-  std::uint64_t size() const {
-    struct stat status {};
-    if (::fstat(id_, &status) != 0) fail("its size cannot be found");
-    return static_cast<std::uint64_t>(status.st_size);
-  }
-
- private:
-  std::filesystem::path file_;
-  int id_;
-};
-
-// A run of hours must not end at a full disk: takes the blocks at once where the file system can.
-void reserve_disk(const std::filesystem::path& file) {
-  const Descriptor descriptor(file, O_RDWR);
-  const std::uint64_t bytes = descriptor.size();
-  if (::fallocate(descriptor, 0, 0, static_cast<off_t>(bytes)) != 0 && (errno == ENOSPC || errno == EDQUOT))
-    descriptor.fail(fmt::format("needs {} bytes; free some space", bytes));
-}
-
-void write_all(int descriptor, const char* bytes, std::uint64_t count, std::uint64_t offset) {
-  while (count > 0) {
-    const ssize_t written =
-        ::pwrite(descriptor, bytes, std::min<std::uint64_t>(count, 1u << 30), static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0)
-      throw OperationError(fmt::format("writing the bundle at byte {} failed: {}", offset, std::strerror(errno)));
-    bytes += written;
-    offset += static_cast<std::uint64_t>(written);
-    count -= static_cast<std::uint64_t>(written);
-  }
-}
-
-std::uint64_t checksum_of(const Descriptor& file, const SectionEntry& entry, std::vector<char>& buffer) {
+std::uint64_t checksum_of(const PlainFile& file, const SectionEntry& entry, std::vector<char>& buffer,
+                          const SectionReader& also) {
   formats::Xxh64 checksum;
   for (std::uint64_t done = 0; done < entry.bytes;) {
     const auto wanted = std::min<std::uint64_t>(buffer.size(), entry.bytes - done);
-    const ssize_t count = ::pread(file, buffer.data(), wanted, static_cast<off_t>(entry.offset + done));
-    if (count < 0 && errno == EINTR) continue;
-    if (count == 0) throw OperationError(fmt::format("the bundle ends inside section {}", entry.id));
-    if (count < 0) file.fail("cannot be read back");
-    checksum.update(buffer.data(), static_cast<std::size_t>(count));
-    done += static_cast<std::uint64_t>(count);
+    if (file.read(entry.offset + done, buffer.data(), wanted) < wanted)
+      throw OperationError(fmt::format("{}: ends inside section {}", file.path().string(), entry.id));
+    checksum.update(buffer.data(), static_cast<std::size_t>(wanted));
+    if (also) also(entry, done, buffer.data(), static_cast<std::size_t>(wanted));
+    done += wanted;
   }
   return checksum.digest();
 }
@@ -385,7 +337,6 @@ std::vector<SectionEntry> lay_out_bundle(const std::filesystem::path& file, cons
       throw OperationError(fmt::format("{}: {}", file.string(), error.what()));
     }
   }
-  reserve_disk(file);
   SectionWriter writer(file);
   for (const SectionEntry& entry : entries)
     if (entry.id == static_cast<std::uint32_t>(SectionId::provenance)) {
@@ -422,39 +373,30 @@ void finish_provenance(const std::filesystem::path& file, const std::vector<Sect
   SectionWriter(file).write(*entry, 0, text.data(), text.size());
 }
 
-SectionWriter::SectionWriter(const std::filesystem::path& file) {
-  descriptor_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
-  if (descriptor_ < 0)
-    throw OperationError(fmt::format("{}: cannot be opened for writing: {}", file.string(), std::strerror(errno)));
-}
-
-SectionWriter::~SectionWriter() {
-  ::close(descriptor_);
-}
+SectionWriter::SectionWriter(const std::filesystem::path& file) : file_(file, O_WRONLY) {}
 
 void SectionWriter::write(const SectionEntry& entry, std::uint64_t first_byte, const void* bytes, std::uint64_t count) {
   if (first_byte > entry.bytes || count > entry.bytes - first_byte)
     throw std::logic_error(
         fmt::format("section {} has {} bytes; tried to write {} at {}", entry.id, entry.bytes, count, first_byte));
-  write_all(descriptor_, static_cast<const char*>(bytes), count, entry.offset + first_byte);
+  file_.write(entry.offset + first_byte, bytes, count);
 }
 
 void SectionWriter::sync() {
-  if (::fdatasync(descriptor_) != 0)
-    throw OperationError(fmt::format("the bundle cannot be made safe on the disk: {}", std::strerror(errno)));
+  file_.sync_data();
 }
 
-void seal_bundle(const std::filesystem::path& file, std::vector<SectionEntry> entries) {
+void seal_bundle(const std::filesystem::path& path, std::vector<SectionEntry> entries, const SectionReader& also) {
   if (entries.size() > formats::kMaxSections) throw std::logic_error("more sections than a bundle can hold");
-  const Descriptor descriptor(file, O_RDWR);
+  const PlainFile file(path, O_RDWR);
   std::vector<char> buffer(1 << 20);
-  for (SectionEntry& entry : entries) entry.checksum = checksum_of(descriptor, entry, buffer);
+  for (SectionEntry& entry : entries) entry.checksum = checksum_of(file, entry, buffer, also);
 
   formats::BundleHeader header{};
   std::memcpy(header.magic, formats::kBundleMagic, sizeof header.magic);
   header.layout_version = formats::kLayoutVersion;
   header.section_count = static_cast<std::uint32_t>(entries.size());
-  header.file_bytes = descriptor.size();
+  header.file_bytes = file.size();
   header.user_block_bytes = formats::kUserBlockBytes;
   formats::Xxh64 checksum;
   checksum.update(&header, sizeof header);
@@ -469,12 +411,12 @@ void seal_bundle(const std::filesystem::path& file, std::vector<SectionEntry> en
   formats::BundleIndex index;
   formats::BundleError error;
   if (formats::read_bundle_index(block.data(), header.file_bytes, &index, &error) != formats::BundleStatus::ok)
-    throw OperationError(fmt::format("{}: the bundle does not hold together: {}", file.string(), error.text));
+    throw OperationError(fmt::format("{}: the bundle does not hold together: {}", path.string(), error.text));
 
   // Sections first, index last: a bundle with an index is complete even after a power cut.
-  if (::fsync(descriptor) != 0) descriptor.fail("cannot be made safe on the disk");
-  write_all(descriptor, block.data(), block.size(), 0);
-  if (::fsync(descriptor) != 0) descriptor.fail("cannot be made safe on the disk");
+  file.sync();
+  file.write(0, block.data(), block.size());
+  file.sync();
 }
 
 }  // namespace palpate

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "formats/bundle_layout.h"
+#include "formats/plain_file.h"
 
 namespace palpate {
 
@@ -22,8 +24,8 @@ struct SectionShape {
 // attributes of provenance_json on the root group and the unit, shape and meaning on the datasets, and closes it.
 // Writes the section "provenance", which need not be in the list. Returns each section's entry, in the order of the
 // list, with offset and bytes filled (checksum 0). The file is not a bundle until seal_bundle. The same arguments give
-// the same bytes (no times are stored). Text sections become one fixed-length string. Takes the disk space at once
-// where the file system can.
+// the same bytes (no times are stored). Text sections become one fixed-length string. The file is sparse:
+// PlainFile::reserve takes its disk space.
 //
 // provenance_json is a flat JSON object of strings, numbers and booleans. Keys that programs look for:
 //   format "palpate bundle" · version (layout, number) · program_version · element "p1" · units "m, N, Pa" · frame
@@ -50,18 +52,20 @@ void finish_provenance(const std::filesystem::path& file, const std::vector<form
 class SectionWriter {
  public:
   explicit SectionWriter(const std::filesystem::path& file);
-  ~SectionWriter();
-  SectionWriter(const SectionWriter&) = delete;
-  SectionWriter& operator=(const SectionWriter&) = delete;
   void write(const formats::SectionEntry& entry, std::uint64_t first_byte, const void* bytes, std::uint64_t count);
   void sync();
 
  private:
-  int descriptor_ = -1;
+  PlainFile file_;
 };
 
+// Sees a section's bytes as they are read: those from first_byte on.
+using SectionReader = std::function<void(const formats::SectionEntry& entry, std::uint64_t first_byte,
+                                         const char* bytes, std::size_t count)>;
+
 // Reads every section back, computes its checksum, writes header and index into the user block, fsyncs. The caller
-// renames the file into place (AtomicFile). Errors: OperationError.
-void seal_bundle(const std::filesystem::path& file, std::vector<formats::SectionEntry> entries);
+// renames the file into place (AtomicFile). also sees all that is read and may throw. Errors: OperationError.
+void seal_bundle(const std::filesystem::path& path, std::vector<formats::SectionEntry> entries,
+                 const SectionReader& also = {});
 
 }  // namespace palpate

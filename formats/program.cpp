@@ -21,23 +21,10 @@ namespace {
 
 enum ExitCode { kDone = 0, kOperation = 1, kInput = 2, kVerification = 3 };
 
-// One line on stderr, whatever the text holds.
-int fail(const std::string& name, std::string text, ExitCode code) {
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  fmt::print(stderr, "{}: {}\n", name, text);
-  return code;
-}
+bool quiet = false;
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-std::string duration_text(double seconds) {
-  const auto whole = static_cast<std::uint64_t>(seconds + 0.5);
-  if (whole < 60) return fmt::format("{} s", whole);
-  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
-  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
 }
 
 // While a bar stands on the terminal, other lines must begin on a line of their own.
@@ -47,6 +34,11 @@ void close_bar() {
   bar_is_open = false;
 }
 
+int fail(const std::string& name, const std::string& text, ExitCode code) {
+  say_failure(name, text);
+  return code;
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
@@ -54,6 +46,9 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
   try {
     CLI::App app(description, name);
     app.set_version_flag("--version", name + " " + PALPATE_VERSION);
+    quiet = false;
+    app.add_flag("--quiet", quiet, "Errors and warnings only");
+    app.fallthrough();  // also after a subcommand
     define(app);
     try {
       app.parse(argc, argv);
@@ -65,21 +60,23 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
     body();
     return kDone;
   } catch (const InputError& error) {
-    return close_bar(), fail(name, error.what(), kInput);
+    return fail(name, error.what(), kInput);
   } catch (const VerificationError& error) {
-    return close_bar(), fail(name, error.what(), kVerification);
+    return fail(name, error.what(), kVerification);
   } catch (const std::bad_alloc&) {
-    return close_bar(), fail(name, "out of memory; use a smaller input or a larger machine", kOperation);
+    return fail(name, "out of memory; use a smaller input or a larger machine", kOperation);
   } catch (const std::exception& error) {
-    return close_bar(), fail(name, error.what(), kOperation);
+    return fail(name, error.what(), kOperation);
   } catch (...) {
-    return close_bar(), fail(name, "stopped by an error without a description", kOperation);
+    return fail(name, "stopped by an error without a description", kOperation);
   }
 }
 
-Progress::Progress(std::string what, std::uint64_t total)
+Progress::Progress(std::string what, std::uint64_t total, std::uint64_t begun)
     : what_(std::move(what)),
       total_(total),
+      begun_(begun),
+      done_(begun),
       started_(seconds_now()),
       shown_(started_),
       terminal_(::isatty(STDERR_FILENO) == 1) {
@@ -92,19 +89,21 @@ Progress::~Progress() {
 
 void Progress::advance(std::uint64_t by) {
   done_ += by;
+  if (quiet) return;
   const double share = total_ == 0 ? 1.0 : std::min(1.0, static_cast<double>(done_) / static_cast<double>(total_));
+  const double begun_share = total_ == 0 ? 0.0 : static_cast<double>(begun_) / static_cast<double>(total_);
   const double now = seconds_now();
   const int tenth = static_cast<int>(share * 10);
   // Ten pictures a second on a terminal; elsewhere lines at tenths, one a second at most. The last is always shown.
   const bool early = terminal_ ? now - shown_ < 0.1 : tenth == tenth_ || now - shown_ < 1.0;
-  if (done_ > 0 && (share < 1.0 ? early : tenth == tenth_)) return;
+  if (done_ > begun_ && (share < 1.0 ? early : tenth == tenth_)) return;
   shown_ = now;
   tenth_ = tenth;
 
   const double spent = now - started_;
-  const std::string rest = share >= 1.0 ? "took " + duration_text(spent)
-                           : share <= 0 ? std::string("...")
-                                        : duration_text(spent * (1.0 - share) / share) + " left";
+  const std::string rest = share >= 1.0      ? "took " + duration_text(spent)
+                           : done_ == begun_ ? std::string("...")
+                                             : duration_text(spent * (1.0 - share) / (share - begun_share)) + " left";
   if (!terminal_) {
     fmt::print(stderr, "{}: {} % ({} of {}), {}\n", what_, 10 * tenth, std::min(done_, total_), total_, rest);
     return;
@@ -117,7 +116,14 @@ void Progress::advance(std::uint64_t by) {
   bar_is_open = true;
 }
 
+void say(const std::string& text) {
+  if (quiet) return;
+  close_bar();
+  fmt::print(stderr, "{}\n", text);
+}
+
 void note(const std::string& text) {
+  if (quiet) return;
   close_bar();
   fmt::print(stderr, "note: {}\n", text);
 }
@@ -125,6 +131,20 @@ void note(const std::string& text) {
 void warn(const std::string& text) {
   close_bar();
   fmt::print(stderr, "warning: {}\n", text);
+}
+
+void say_failure(const std::string& name, std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  close_bar();
+  fmt::print(stderr, "{}: {}\n", name, text);
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<std::uint64_t>(seconds + 0.5);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
 }
 
 std::string sha256_of_file(const std::string& file) {

@@ -1,8 +1,12 @@
 #include "precompute/displacement_sections.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <map>
 
 #include "formats/checksum.h"
+#include "formats/errors.h"
 #include "precompute/bundle_output.h"
 
 namespace palpate {
@@ -47,6 +51,64 @@ void write_rows(const std::vector<DisplacementSection>& sections, const ColumnBl
                    &rows[s][i * node_bytes], run * node_bytes);
     }
   }
+}
+
+bool rows_hold(const std::vector<DisplacementSection>& sections, const ColumnBlock& block, const BlockRecord& record,
+               const PlainFile& part) {
+  std::vector<char> rows;
+  for (std::size_t s = 0; s < sections.size(); ++s) {
+    rows.resize(sections[s].node_bytes());
+    for (std::size_t i = 0; i < block.places.size(); ++i) {
+      const std::uint64_t at = sections[s].entry.offset + static_cast<std::uint64_t>(block.places[i]) * rows.size();
+      if (part.read(at, rows.data(), rows.size()) < rows.size() ||
+          formats::xxh64(rows.data(), rows.size()) != record.nodes[i].rows[s])
+        return false;
+    }
+  }
+  return true;
+}
+
+namespace {
+
+// Of one section, whose nodes' rows come by in the order of their places.
+struct PassingRows {
+  std::uint64_t node_bytes;
+  std::vector<std::uint64_t> expected;  // by place
+  formats::Xxh64 checksum;
+
+  void take(std::uint64_t first_byte, const char* bytes, std::size_t count, const std::filesystem::path& part) {
+    while (count > 0) {
+      const std::uint64_t place = first_byte / node_bytes, end = (place + 1) * node_bytes;
+      const auto some = static_cast<std::size_t>(std::min<std::uint64_t>(count, end - first_byte));
+      checksum.update(bytes, some);
+      first_byte += some, bytes += some, count -= some;
+      if (first_byte < end) return;
+      if (checksum.digest() != expected[place])
+        throw OperationError(
+            fmt::format("{}: the rows of touchable node {} changed on the disk after they were written; run the same "
+                        "command again, which solves their block anew",
+                        part.string(), place));
+      checksum = {};
+    }
+  }
+};
+
+}  // namespace
+
+SectionReader check_rows(const std::vector<DisplacementSection>& sections, const std::vector<ColumnBlock>& blocks,
+                         const std::vector<BlockRecord>& records, const std::filesystem::path& part) {
+  std::map<std::uint32_t, PassingRows> passing;
+  for (std::size_t s = 0; s < sections.size(); ++s) {
+    PassingRows rows{sections[s].node_bytes(), std::vector<std::uint64_t>(sections[s].entry.shape[0]), {}};
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      for (std::size_t i = 0; i < blocks[b].places.size(); ++i)
+        rows.expected[blocks[b].places[i]] = records[b].nodes[i].rows[s];
+    passing.emplace(sections[s].entry.id, std::move(rows));
+  }
+  return [passing, part](const formats::SectionEntry& entry, std::uint64_t first, const char* bytes,
+                         std::size_t count) mutable {
+    if (const auto rows = passing.find(entry.id); rows != passing.end()) rows->second.take(first, bytes, count, part);
+  };
 }
 
 }  // namespace palpate

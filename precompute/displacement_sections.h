@@ -31,4 +31,13 @@ void take_rows(const std::vector<DisplacementSection>& sections, const TensorBlo
 void write_rows(const std::vector<DisplacementSection>& sections, const ColumnBlock& block,
                 const DisplacementRows& rows, SectionWriter& writer);
 
+// Whether a block's rows on the disk are those that the record speaks of. Errors: OperationError (reading).
+bool rows_hold(const std::vector<DisplacementSection>& sections, const ColumnBlock& block, const BlockRecord& record,
+               const PlainFile& part);
+
+// The same for all blocks, of bytes that come by in order: a SectionReader for seal_bundle. Throws OperationError at the
+// first row that does not hold.
+SectionReader check_rows(const std::vector<DisplacementSection>& sections, const std::vector<ColumnBlock>& blocks,
+                         const std::vector<BlockRecord>& records, const std::filesystem::path& part);
+
 }  // namespace palpate

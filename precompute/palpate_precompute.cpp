@@ -37,10 +37,14 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
   app.add_option("--block", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 32")
       ->check(CLI::Range(1, 4096))
       ->option_text("P");
+  app.add_option("--json", options.json, "what was done and what it took, as JSON; - is standard output")
+      ->option_text("FILE");
   app.footer(
       "Options after -- go to PETSc: without prefix for the conjugate gradients (-ksp_monitor), with column_ for the\n"
       "preconditioner of the stiffness matrix (-column_pc_type gamg). One that PETSc does not use is an error.\n"
-      "Under mpiexec -n N each rank solves its share of the columns; the bundle is the same to the byte.");
+      "Under mpiexec -n N each rank solves its share of the columns; the bundle is the same to the byte.\n"
+      "A run that was stopped, killed or failed leaves BUNDLE.h5.part and BUNDLE.h5.journal; the same command "
+      "resumes.");
 }
 
 int run(int argc, char** argv) {
@@ -48,6 +52,7 @@ int run(int argc, char** argv) {
   while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
   const std::vector<std::string> petsc_options(argv + std::min(own + 1, argc), argv + argc);
 
+  StopSignals signals;
   Ranks ranks(MPI_COMM_WORLD);
   // One voice: errors are shared by all ranks, and rank 0 tells them.
   if (ranks.rank() != 0 && (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)))
@@ -58,7 +63,7 @@ int run(int argc, char** argv) {
       [&options](CLI::App& app) { define_options(app, options); },
       [&] {
         const PetscSession session(petsc_options);
-        precompute(options, ranks);
+        precompute(options, ranks, signals);
       });
 }
 
@@ -66,7 +71,10 @@ int run(int argc, char** argv) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  if (MPI_Init(&argc, &argv) != MPI_SUCCESS) return 1;
+  palpate::block_stop_signals();
+  // The threads that write and that wait for signals leave MPI alone.
+  int threads = MPI_THREAD_SINGLE;
+  if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &threads) != MPI_SUCCESS) return 1;
   const int code = palpate::run(argc, argv);
   MPI_Finalize();
   return code;

@@ -11,10 +11,12 @@
 #include "precompute/bundle_output.h"
 #include "precompute/petsc_session.h"
 #include "precompute/preload.h"
+#include "precompute/resumable_part.h"
 #include "precompute/run_inputs.h"
+#include "precompute/run_report.h"
+#include "precompute/run_summary.h"
 #include "precompute/solve_columns.h"
 #include "precompute/solver_choice.h"
-#include "precompute/stopwatch.h"
 
 namespace palpate {
 namespace {
@@ -22,74 +24,102 @@ namespace {
 // Longest text a number of the certificate takes in JSON; the provenance is laid out with room for all of them.
 constexpr std::size_t kRoomForNumbers = 8 * 32;
 
+// In the fingerprint: which of the two preconditioners solves.
+constexpr const char *kPreconditioner = "preconditioner", *kFactor = "factor", *kMultigrid = "multigrid";
+
 std::vector<std::array<double, 3>> row_coordinates(const ElasticBody& body, const HeldStiffness& held) {
   std::vector<std::array<double, 3>> result;
   for (const auto n : held.node_of_row) result.push_back(body.nodes[n]);
   return result;
 }
 
-struct Seconds {
-  double read = 0, assemble = 0, factor = 0, preload = 0, seal = 0;
-  SolveSeconds columns;
-};
-
 // The steps of a run, in the order of operator().
 class Run {
  public:
-  Run(const PrecomputeOptions& options, Ranks& ranks) : options_(options), ranks_(ranks) {}
+  Run(const PrecomputeOptions& options, Ranks& ranks, StopSignals& signals)
+      : options_(options), ranks_(ranks), signals_(signals), report_(ranks) {}
+  ~Run() { signals_.on_stop({}); }
 
   void operator()() {
-    ranks_.together([this] { read(); });
-    ranks_.together([this] { assemble(); });
-    choose_and_factor();
-    ranks_.together([this] { block_columns(); });
-    ranks_.together([this] {
-      if (ranks_.rank() == 0) preload(), lay_out();
-    });
-    share_layout();
-    ranks_.together([this] { solve(); });
-    gather_records();
-    ranks_.together([this] {
-      if (ranks_.rank() == 0) certify_and_seal();
-    });
-    report();
+    try {
+      stage("read", [this] { read(); });
+      stage("assemble", [this] { assemble(); });
+      choose_solver_of_all_ranks();
+      stage("factor", [this] { factor(); });
+      if (inputs_.boundary.gravity) stage("preload", [this] { preload(); });
+      stage("lay out", [this] { begin_part(); });
+      share_layout();
+      stage("look for what is done", [this] { find_safe(); });
+      agree_on_what_is_left();
+      stage("columns", [this] { solve(); });
+      stage("seal", [this] { certify_and_seal(); });
+    } catch (const OperationError& error) {
+      const std::string kept = part_ ? part_->leave() : "";
+      throw OperationError(error.what() + (kept.empty() ? "" : "; " + kept));
+    }
+    summarise();
   }
 
  private:
+  void stage(const char* name, const std::function<void()>& work) {
+    report_.stage(name, [&] { ranks_.together(work); });
+  }
+  bool is_first() const { return ranks_.rank() == 0; }
+
   void read() {
-    const Stopwatch watch(&seconds_.read);
     // What would fail after minutes fails now.
-    if (ranks_.rank() == 0) file_ = std::make_unique<AtomicFile>(options_.bundle);
+    if (is_first()) claim_output();
     inputs_ = read_run_inputs(options_);
   }
 
-  void assemble() {
-    const Stopwatch watch(&seconds_.assemble);
-    held_ = eliminate_held(assemble_stiffness(inputs_.body), inputs_.body.fixed);
+  void claim_output() {
+    if (!options_.json.empty() && options_.json != "-") check_target(options_.json);
+    part_.emplace(options_.bundle);
+    signals_.on_stop([this](const std::string& signal) {
+      const std::string kept = part_->leave();
+      say_failure("palpate-precompute",
+                  fmt::format("stopped by {}; {}", signal, kept.empty() ? "nothing was begun that is left" : kept));
+    });
   }
 
-  void choose_and_factor() {
-    const auto columns = 3 * static_cast<std::int64_t>(inputs_.body.touchable.size());
-    const int widest = static_cast<int>(std::min<std::int64_t>(96, columns));
+  void assemble() { held_ = eliminate_held(assemble_stiffness(inputs_.body), inputs_.body.fixed); }
+
+  // Collective.
+  void choose_solver_of_all_ranks() {
+    const ElasticBody& body = inputs_.body;
+    const auto columns = 3 * static_cast<std::int64_t>(body.touchable.size());
+    widest_ = static_cast<int>(std::min<std::int64_t>(96, columns));
     const double memory = options_.memory_gigabytes > 0 ? 1e9 * options_.memory_gigabytes / ranks_.here()
                                                         : available_memory_bytes(ranks_.here());
-    const auto prediction =
-        predict_solver(held_.matrix.rows, static_cast<std::int64_t>(held_.matrix.column.size()), columns,
-                       options_.columns_at_a_time > 0 ? options_.columns_at_a_time : widest);
+    prediction_ = predict_solver(held_.matrix.rows, static_cast<std::int64_t>(held_.matrix.column.size()), columns,
+                                 options_.columns_at_a_time > 0 ? options_.columns_at_a_time : widest_);
     // The rank with the least memory decides for all, so that every column is solved alike.
-    const SolverChoice choice = choose_solver(prediction, ranks_.least(memory), ranks_.count());
-    note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns; {}", inputs_.body.nodes.size(),
-                     inputs_.body.surface_count, inputs_.body.touchable.size(), inputs_.body.tetrahedra.size(), columns,
-                     choice.sentence));
-    ranks_.together([&] {
-      const Stopwatch watch(&seconds_.factor);
-      ColumnSolverOptions solver;
-      solver.tolerance = options_.tolerance;
-      solver.cholesky = choice.cholesky;
-      solver.width =
-          options_.columns_at_a_time > 0 ? options_.columns_at_a_time : std::min(widest, choice.cholesky ? 96 : 32);
-      solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(inputs_.body, held_), solver);
-    });
+    choice_ = choose_solver(prediction_, ranks_.least(memory), ranks_.count());
+    keep_earlier_choice();
+    note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns; {}", body.nodes.size(),
+                     body.surface_count, body.touchable.size(), body.tetrahedra.size(), columns, choice_.sentence));
+  }
+
+  // What is free now does not decide over columns that are solved already; --memory does.
+  void keep_earlier_choice() {
+    double earlier = -1;
+    if (part_ && part_->earlier() && options_.memory_gigabytes == 0)
+      earlier = part_->earlier()->value(kPreconditioner, "") == kFactor ? 1 : 0;
+    earlier = ranks_.most(earlier);
+    if (earlier < 0 || choice_.cholesky == (earlier == 1)) return;
+    choice_.cholesky = earlier == 1;
+    choice_.sentence += fmt::format("; but {} was begun with the {} and keeps it (--memory decides anew)",
+                                    part_of(options_.bundle).string(), choice_.cholesky ? kFactor : kMultigrid);
+  }
+
+  void factor() {
+    ColumnSolverOptions solver;
+    solver.tolerance = options_.tolerance;
+    solver.cholesky = choice_.cholesky;
+    solver.width =
+        options_.columns_at_a_time > 0 ? options_.columns_at_a_time : std::min(widest_, choice_.cholesky ? 96 : 32);
+    solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(inputs_.body, held_), solver);
+    block_columns();
   }
 
   void block_columns() {
@@ -99,107 +129,120 @@ class Run {
       for (const auto node : body.touchable) order.push_back(order_of_row[held_.row_of_node[node]]);
     blocks_ = column_blocks(body.touchable, order, static_cast<std::size_t>(TensorBlock::nodes_per_solve(*solver_)));
     sample_.emplace(body);
-    records_.resize(blocks_.size());
   }
 
   void preload() {
-    if (!inputs_.boundary.gravity) return;
-    const Stopwatch watch(&seconds_.preload);
-    preload_ = solve_preload(inputs_.body, held_, *inputs_.boundary.gravity, *solver_);
+    if (is_first()) preload_ = solve_preload(inputs_.body, held_, *inputs_.boundary.gravity, *solver_);
   }
 
-  void lay_out() {
-    const Stopwatch watch(&seconds_.columns.write);
+  // Rank 0 alone writes what is known before the columns.
+  void begin_part() {
+    if (!is_first()) return;
     const BundleContent content{inputs_.body, inputs_.store_interior, preload_.displacement, inputs_.fit};
     provenance_ = provenance_of(options_, inputs_.organ, inputs_.boundary, content, solver_->description(),
                                 petsc_options_in_force(), solver_->width());
-    const std::string text = provenance_text(provenance_, Certificate{});
-    entries_ = lay_out_bundle(file_->part(), section_shapes(content), text + std::string(kRoomForNumbers, ' '));
-    SectionWriter writer(file_->part());
-    write_body_sections(writer, entries_, content);
+    const auto shapes = section_shapes(content);
+    Fingerprint fingerprint = fingerprint_of(provenance_, shapes, blocks_);
+    fingerprint[kPreconditioner] = choice_.cholesky ? kFactor : kMultigrid;
+    const std::string text = provenance_text(provenance_, Certificate{}) + std::string(kRoomForNumbers, ' ');
+    entries_ = part_->begin(
+        fingerprint,
+        {shapes, text, [&](SectionWriter& writer, const auto& at) { write_body_sections(writer, at, content); }},
+        blocks_, *sample_);
   }
 
+  // Collective.
   void share_layout() {
     int count = static_cast<int>(entries_.size());
     MPI_Bcast(&count, 1, MPI_INT, 0, ranks_.communicator());
     entries_.resize(static_cast<std::size_t>(count));
     MPI_Bcast(entries_.data(), static_cast<int>(count * sizeof(formats::SectionEntry)), MPI_BYTE, 0,
               ranks_.communicator());
+    sections_ = displacement_sections(entries_, inputs_.body);
   }
 
-  void solve() {
-    auto part = options_.bundle;
-    part += ".part";
-    const auto sections = displacement_sections(entries_, inputs_.body);
-    const ColumnJob job{held_, inputs_.body, blocks_, *sample_, sections, part};
-    for (auto& [b, record] : solve_columns(job, ranks_, *solver_, &seconds_.columns)) records_[b] = std::move(record);
+  ColumnJob job() const {
+    return {held_, inputs_.body, blocks_, *sample_, sections_, part_of(options_.bundle), journal_of(options_.bundle)};
   }
 
-  // Collective: every record to rank 0.
-  void gather_records() {
-    for (std::size_t b = 0; b < blocks_.size(); ++b) {
-      const int owner = static_cast<int>(b) % ranks_.count(),
-                bytes = static_cast<int>(record_bytes(blocks_[b], *sample_));
-      if (owner == 0) continue;
-      if (ranks_.rank() == owner) MPI_Send(to_bytes(records_[b]).data(), bytes, MPI_BYTE, 0, 0, ranks_.communicator());
-      if (ranks_.rank() != 0) continue;
-      std::vector<std::byte> received(static_cast<std::size_t>(bytes));
-      MPI_Recv(received.data(), bytes, MPI_BYTE, owner, 0, ranks_.communicator(), MPI_STATUS_IGNORE);
-      records_[b] = from_bytes(received, blocks_[b]);
-    }
+  void find_safe() {
+    if (!is_first()) rank_lock_.emplace(RunLock::of_rank(journal_of(options_.bundle), ranks_.rank()));
+    safe_ = find_safe_blocks(job(), ranks_);
   }
+
+  // Collective.
+  void agree_on_what_is_left() {
+    MPI_Allreduce(MPI_IN_PLACE, safe_.data(), static_cast<int>(safe_.size()), MPI_CHAR, MPI_MAX, ranks_.communicator());
+    blocks_found_ = static_cast<std::size_t>(std::count(safe_.begin(), safe_.end(), 1));
+    if (part_ && part_->resumes())
+      note(fmt::format("{} is resumed: {} of {} blocks of columns are done", part_of(options_.bundle).string(),
+                       blocks_found_, blocks_.size()));
+  }
+
+  void solve() { solve_columns(job(), safe_, ranks_, *solver_, &seconds_); }
 
   void certify_and_seal() {
-    const Stopwatch watch(&seconds_.seal);
-    certificate_ = certify(blocks_, records_, *sample_);
+    if (!is_first()) return;
+    const auto part = part_of(options_.bundle);
+    const std::vector<BlockRecord> records = all_records();
+    certificate_ = certify(blocks_, records, *sample_);
     certificate_.preload_residual = preload_.residual;
-    SectionWriter writer(file_->part());
-    write_column_sections(writer, entries_, blocks_, records_);
-    finish_provenance(file_->part(), entries_, provenance_text(provenance_, certificate_));
-    seal_bundle(file_->part(), entries_);
-    file_->commit();
+    SectionWriter writer(part);
+    write_column_sections(writer, entries_, blocks_, records);
+    finish_provenance(part, entries_, provenance_text(provenance_, certificate_));
+    seal_bundle(part, entries_, check_rows(sections_, blocks_, records, part));
+    part_->commit();
   }
 
-  void report() const {
-    const auto& c = certificate_;
-    note(
-        fmt::format("{}; worst column: node {} dof {}, true relative residual {:.2g} (tolerance {:.2g}); at most {} "
-                    "iterations; reciprocity of far pairs {:.2g} ({} pairs); cast to f32 {:.2g}",
-                    solver_->description(), c.worst_node, "xyz"[c.worst_dof], c.worst_residual, options_.tolerance,
-                    c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
-    if (inputs_.fit) {
-      const auto line = [](const char* name, const ResponsePolynomial& p) {
-        return fmt::format("{} fitted to {:.2g} rms, {:.2g} at most, of the largest datum{}", name, p.rms, p.largest,
-                           p.note.empty() ? "" : " (" + p.note + ")");
-      };
-      note(line("Q", inputs_.fit->force) +
-           (inputs_.fit->radial.coefficient.empty() ? "" : "; " + line("P", inputs_.fit->radial)));
+  // Opened anew, so that a network file system shows what the other ranks have written.
+  std::vector<BlockRecord> all_records() const {
+    const ColumnJournal journal(journal_of(options_.bundle), blocks_, *sample_);
+    std::vector<BlockRecord> records;
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      auto record = journal.read(b);
+      if (!record)
+        throw OperationError(
+            fmt::format("{}: what was written of block {} is not there", journal_of(options_.bundle).string(), b));
+      records.push_back(std::move(*record));
     }
-    note(fmt::format("seconds: read {:.2f}, assemble {:.2f}, factor {:.2f}, solve {:.2f}, write {:.2f}, seal {:.2f}",
-                     seconds_.read, seconds_.assemble, seconds_.factor, seconds_.preload + seconds_.columns.solve,
-                     seconds_.columns.write, seconds_.seal));
+    return records;
+  }
+
+  void summarise() const {
+    RunOutcome outcome{options_,         inputs_,        certificate_, solver_->description(),
+                       choice_.sentence, blocks_.size(), blocks_found_};
+    tell(outcome, report_);
+    if (is_first() && !options_.json.empty()) write_json(json_of(outcome, report_), options_.json);
   }
 
   const PrecomputeOptions& options_;
   Ranks& ranks_;
+  StopSignals& signals_;
+  RunReport report_;
   RunInputs inputs_;
   HeldStiffness held_;
+  int widest_ = 0;
+  SolverPrediction prediction_;
+  SolverChoice choice_;
   std::unique_ptr<ColumnSolver> solver_;
   std::vector<ColumnBlock> blocks_;
   std::optional<ReciprocitySample> sample_;
   Preload preload_;
-  std::unique_ptr<AtomicFile> file_;
   nlohmann::json provenance_;
+  std::optional<ResumablePart> part_;  // of rank 0
+  std::optional<RunLock> rank_lock_;   // of the others
   std::vector<formats::SectionEntry> entries_;
-  std::vector<BlockRecord> records_;
+  std::vector<DisplacementSection> sections_;
+  std::vector<char> safe_;  // by block: solved before this run
+  std::size_t blocks_found_ = 0;
+  SolveSeconds seconds_;
   Certificate certificate_;
-  Seconds seconds_;
 };
 
 }  // namespace
 
-void precompute(const PrecomputeOptions& options, Ranks& ranks) {
-  Run(options, ranks)();
+void precompute(const PrecomputeOptions& options, Ranks& ranks, StopSignals& signals) {
+  Run(options, ranks, signals)();
 }
 
 std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, std::span<const std::int32_t> nodes,

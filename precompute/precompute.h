@@ -8,6 +8,7 @@
 
 #include "precompute/elastic_body.h"
 #include "precompute/ranks.h"
+#include "precompute/stop_signals.h"
 
 namespace palpate {
 
@@ -17,10 +18,12 @@ struct PrecomputeOptions {
   double memory_gigabytes = 0;  // what this machine's ranks may take together; 0: what is free
   double tolerance = 1e-9;      // on each column's true relative residual
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
+  std::string json;             // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
-// Collective. A PetscSession must be alive. Errors: InputError, OperationError; no bundle is left then, on any rank.
-void precompute(const PrecomputeOptions& options, Ranks& ranks);
+// Collective. A PetscSession must be alive. Resumes where a part of the same run lies beside the bundle. Errors: InputError,
+// OperationError; no bundle is left then, and of the part only what a rerun resumes from.
+void precompute(const PrecomputeOptions& options, Ranks& ranks, StopSignals& signals);
 
 // The tensors of a few nodes, solved anew by one process: what a bundle must hold. Needs a PetscSession. body.touchable
 // and body.triangles are not used. Errors: InputError (a node without a free dof), OperationError.

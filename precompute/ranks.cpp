@@ -10,12 +10,18 @@ namespace palpate {
 namespace {
 
 enum Kind { kFine = 0, kOperation = 1, kInput = 2, kVerification = 3 };
-constexpr int kFailedTag = 71;
+constexpr int kFailedTag = 71, kProgressTag = 72;
 
 [[noreturn]] void throw_as(int kind, const std::string& text) {
   if (kind == kInput) throw InputError(text);
   if (kind == kVerification) throw VerificationError(text);
   throw OperationError(text);
+}
+
+double reduce(double value, MPI_Op operation, MPI_Comm communicator) {
+  double result = value;
+  MPI_Allreduce(&value, &result, 1, MPI_DOUBLE, operation, communicator);
+  return result;
 }
 
 }  // namespace
@@ -66,10 +72,29 @@ bool Ranks::someone_failed() const {
   return waiting != 0;
 }
 
+void Ranks::tell_progress(std::uint64_t done) {
+  if (done > 0) MPI_Send(&done, 1, MPI_UINT64_T, 0, kProgressTag, communicator_);  // short: never blocks
+}
+
+std::uint64_t Ranks::progress_of_others() {
+  std::uint64_t sum = 0;
+  for (int waiting = 0;
+       MPI_Iprobe(MPI_ANY_SOURCE, kProgressTag, communicator_, &waiting, MPI_STATUS_IGNORE), waiting;) {
+    std::uint64_t done = 0;
+    MPI_Recv(&done, 1, MPI_UINT64_T, MPI_ANY_SOURCE, kProgressTag, communicator_, MPI_STATUS_IGNORE);
+    sum += done;
+  }
+  return sum;
+}
+
 double Ranks::least(double value) const {
-  double result = value;
-  MPI_Allreduce(&value, &result, 1, MPI_DOUBLE, MPI_MIN, communicator_);
-  return result;
+  return reduce(value, MPI_MIN, communicator_);
+}
+double Ranks::most(double value) const {
+  return reduce(value, MPI_MAX, communicator_);
+}
+double Ranks::sum(double value) const {
+  return reduce(value, MPI_SUM, communicator_);
 }
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 
 #include <mpi.h>
 
+#include <cstdint>
 #include <functional>
 
 namespace palpate {
@@ -23,7 +24,13 @@ class Ranks {
   // useless.
   bool someone_failed() const;
 
+  // Beside together(), for a count that rank 0 shows while the others work: never blocks.
+  void tell_progress(std::uint64_t done);  // on the other ranks
+  std::uint64_t progress_of_others();      // on rank 0: what was told since the last call
+
   double least(double value) const;  // collective
+  double most(double value) const;   // collective
+  double sum(double value) const;    // collective
 
  private:
   MPI_Comm communicator_;

@@ -1,6 +1,12 @@
 #include "precompute/solve_columns.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <thread>
 
 #include "formats/errors.h"
 #include "formats/program.h"
@@ -19,36 +25,85 @@ void refuse_unused_options() {
         unused));
 }
 
+// Of all ranks' columns; those that were safe before count as done.
+class SharedProgress {
+ public:
+  SharedProgress(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks) : ranks_(ranks) {
+    std::uint64_t all = 0, before = 0;
+    for (std::size_t b = 0; b < job.blocks.size(); ++b) {
+      all += 3 * job.blocks[b].nodes.size();
+      if (safe[b]) before += 3 * job.blocks[b].nodes.size();
+    }
+    left_ = all - before;
+    if (ranks.rank() == 0) shown_.emplace("columns", all, before);
+  }
+
+  // mine: this rank's safe columns so far.
+  void update(std::uint64_t mine) {
+    const std::uint64_t news = mine - mine_;
+    mine_ = mine;
+    if (ranks_.rank() != 0) return ranks_.tell_progress(news);
+    const std::uint64_t done = news + ranks_.progress_of_others();
+    left_ -= done;
+    if (done > 0) shown_->advance(done);
+  }
+
+  // Rank 0, when its own columns are done: shows those of the others.
+  void follow_others() {
+    while (ranks_.rank() == 0 && left_ > 0 && !ranks_.someone_failed()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      update(mine_);
+    }
+  }
+
+ private:
+  Ranks& ranks_;
+  std::uint64_t mine_ = 0, left_ = 0;
+  std::optional<Progress> shown_;
+};
+
 }  // namespace
 
-std::map<std::size_t, BlockRecord> solve_columns(const ColumnJob& job, const Ranks& ranks, ColumnSolver& solver,
-                                                 SolveSeconds* seconds) {
-  SectionWriter writer(job.part);
+std::vector<char> find_safe_blocks(const ColumnJob& job, const Ranks& ranks) {
+  const ColumnJournal journal(job.journal, job.blocks, job.sample);
+  const PlainFile part(job.part, O_RDONLY);
+  std::vector<char> safe(job.blocks.size(), 0);
+  for (auto b = static_cast<std::size_t>(ranks.rank()); b < safe.size(); b += static_cast<std::size_t>(ranks.count()))
+    if (const auto record = journal.read(b)) safe[b] = rows_hold(job.sections, job.blocks[b], *record, part);
+  return safe;
+}
+
+void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, ColumnSolver& solver,
+                   SolveSeconds* seconds) {
+  std::vector<std::size_t> left;
+  for (std::size_t b = 0; b < safe.size(); ++b)
+    if (!safe[b]) left.push_back(b);
+  SharedProgress progress(job, safe, ranks);
+  BlockWriter writer(job.part, job.journal, job.sections, job.blocks, job.sample);
   TensorBlock solved(solver);
-  DisplacementRows rows;
-  std::map<std::size_t, BlockRecord> records;
+  SolvedBlock block;
   const auto first = static_cast<std::size_t>(ranks.rank()), step = static_cast<std::size_t>(ranks.count());
-  std::uint64_t mine = 0;
-  for (std::size_t b = first; b < job.blocks.size(); b += step) mine += 3 * job.blocks[b].nodes.size();
-  Progress progress("columns", mine);
-  for (std::size_t b = first; b < job.blocks.size(); b += step) {
-    if (ranks.someone_failed()) return records;
-    const ColumnBlock& block = job.blocks[b];
+  for (std::size_t i = first; i < left.size(); i += step) {
+    if (ranks.someone_failed()) return;
+    block.index = left[i];
+    const ColumnBlock& columns = job.blocks[block.index];
     {
       const Stopwatch watch(&seconds->solve);
-      solved.solve(job.held, job.body.fixed, block.nodes);
+      solved.solve(job.held, job.body.fixed, columns.nodes);
+      if (i == first) refuse_unused_options();
+      block.record = record_of(solved, columns, job.sample);
+      take_rows(job.sections, solved, block.rows, block.record);
     }
-    if (b == first) refuse_unused_options();
-    const Stopwatch watch(&seconds->write);
-    BlockRecord record = record_of(solved, block, job.sample);
-    take_rows(job.sections, solved, rows, record);
-    write_rows(job.sections, block, rows, writer);
-    records[b] = std::move(record);
-    progress.advance(3 * block.nodes.size());
+    const Stopwatch watch(&seconds->wait);
+    writer.put(block);
+    progress.update(writer.safe_columns());
   }
-  const Stopwatch watch(&seconds->write);
-  writer.sync();
-  return records;
+  {
+    const Stopwatch watch(&seconds->wait);
+    writer.finish();
+  }
+  progress.update(writer.safe_columns());
+  progress.follow_others();
 }
 
 }  // namespace palpate

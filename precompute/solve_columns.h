@@ -1,11 +1,10 @@
-// The columns of one rank: solve a block, write its rows, keep its record.
+// The columns of one rank: solve a block, hand it to the disk, solve the next.
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <vector>
 
-#include "precompute/displacement_sections.h"
+#include "precompute/block_writer.h"
 #include "precompute/ranks.h"
 
 namespace palpate {
@@ -16,16 +15,20 @@ struct ColumnJob {
   const std::vector<ColumnBlock>& blocks;
   const ReciprocitySample& sample;
   const std::vector<DisplacementSection>& sections;
-  std::filesystem::path part;  // the laid-out file
+  std::filesystem::path part, journal;  // begun or resumed
 };
+
+// Collective: of every block whether its slot and its rows hold. Each rank reads its share.
+std::vector<char> find_safe_blocks(const ColumnJob& job, const Ranks& ranks);
 
 struct SolveSeconds {
-  double solve = 0, write = 0;
+  double solve = 0;
+  double wait = 0;  // for the disk
 };
 
-// Rank r takes blocks r, r + count, ... Returns the records of this rank's blocks; stops early when another rank has
-// failed. Errors: OperationError; InputError when PETSc did not use some of its options.
-std::map<std::size_t, BlockRecord> solve_columns(const ColumnJob& job, const Ranks& ranks, ColumnSolver& solver,
-                                                 SolveSeconds* seconds);
+// The blocks that are not safe are divided among the ranks in turn; stops early when another rank has failed. Errors:
+// OperationError; InputError when PETSc did not use some of its options.
+void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, ColumnSolver& solver,
+                   SolveSeconds* seconds);
 
 }  // namespace palpate

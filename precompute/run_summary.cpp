@@ -1,0 +1,76 @@
+#include "precompute/run_summary.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "formats/atomic_file.h"
+#include "formats/program.h"
+
+namespace palpate {
+namespace {
+
+std::string fitted(const char* name, const ResponsePolynomial& p) {
+  return fmt::format("{} fitted to {:.2g} rms, {:.2g} at most, of the largest datum{}", name, p.rms, p.largest,
+                     p.note.empty() ? "" : " (" + p.note + ")");
+}
+
+std::uint64_t bundle_bytes(const RunOutcome& outcome) {
+  std::error_code ignored;
+  return std::filesystem::file_size(outcome.options.bundle, ignored);
+}
+
+}  // namespace
+
+void tell(const RunOutcome& outcome, const RunReport& report) {
+  const Certificate& c = outcome.certificate;
+  if (const auto& fit = outcome.inputs.fit)
+    note(fitted("Q", fit->force) + (fit->radial.coefficient.empty() ? "" : "; " + fitted("P", fit->radial)));
+  note(
+      fmt::format("{}; worst column: node {} dof {}, true relative residual {:.2g} (tolerance {:.2g}); at most {} "
+                  "iterations; reciprocity of far pairs {:.2g} ({} pairs); stored to {:.2g}",
+                  outcome.solver, c.worst_node, "xyz"[c.worst_dof], c.worst_residual, outcome.options.tolerance,
+                  c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
+  say(fmt::format("{}: {} columns, {:.4g} MB, in {}; peak memory {:.2g} GB", outcome.options.bundle.string(),
+                  3 * outcome.inputs.body.touchable.size(), static_cast<double>(bundle_bytes(outcome)) / 1e6,
+                  duration_text(report.seconds()), report.peak_bytes() / 1e9));
+}
+
+nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& report) {
+  const Certificate& c = outcome.certificate;
+  const ElasticBody& body = outcome.inputs.body;
+  nlohmann::ordered_json json;
+  json["program"] = "palpate-precompute";
+  json["program_version"] = PALPATE_VERSION;
+  json["bundle"] = outcome.options.bundle.string();
+  json["bundle_bytes"] = bundle_bytes(outcome);
+  json["nodes"] = body.nodes.size();
+  json["surface_nodes"] = body.surface_count;
+  json["touchable_nodes"] = body.touchable.size();
+  json["tetrahedra"] = body.tetrahedra.size();
+  json["columns"] = 3 * body.touchable.size();
+  json["blocks_of_columns"] = outcome.blocks;
+  json["blocks_of_earlier_runs"] = outcome.resumed;
+  json["solver"] = outcome.solver;
+  json["choice"] = outcome.choice;
+  json["tolerance"] = outcome.options.tolerance;
+  json["certificate"] = {{"worst_residual", c.worst_residual},
+                         {"worst_column_node", c.worst_node},
+                         {"worst_column_dof", c.worst_dof},
+                         {"most_iterations", c.most_iterations},
+                         {"reciprocity_error", c.reciprocity_error},
+                         {"reciprocity_pairs", c.reciprocity_pairs},
+                         {"cast_error", c.cast_error}};
+  json.update(report.json());
+  return json;
+}
+
+void write_json(const nlohmann::ordered_json& report, const std::string& where) {
+  const std::string text = report.dump(2) + "\n";
+  if (where == "-")
+    fmt::print("{}", text);
+  else
+    write_text_atomically(where, text);
+}
+
+}  // namespace palpate

@@ -1,0 +1,28 @@
+// The end of a run: what was written, how good it is, what it took. In words, and as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "precompute/certificate.h"
+#include "precompute/run_inputs.h"
+#include "precompute/run_report.h"
+
+namespace palpate {
+
+struct RunOutcome {
+  const PrecomputeOptions& options;
+  const RunInputs& inputs;
+  const Certificate& certificate;
+  std::string solver, choice;  // what solved; why it was chosen
+  std::size_t blocks = 0;      // of columns
+  std::size_t resumed = 0;     // of them, solved by an earlier run
+};
+
+void tell(const RunOutcome& outcome, const RunReport& report);
+nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& report);
+
+// "-": standard output. Errors: OperationError, InputError where it cannot be written.
+void write_json(const nlohmann::ordered_json& report, const std::string& where);
+
+}  // namespace palpate
