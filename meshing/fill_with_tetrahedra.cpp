@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "formats/errors.h"
+#include "meshing/connected_volumes.h"
 #include "meshing/gmsh_session.h"
 #include "meshing/in_child_process.h"
 #include "meshing/mesh_bytes.h"
@@ -49,38 +50,13 @@ Frame unit_frame(const std::vector<Point>& points) {
   return frame;
 }
 
-// One surface loop per connected, closed set of patches: patches that share a point belong together.
-std::vector<std::vector<int>> loops_around(const VolumeBoundary& boundary, std::int32_t region) {
-  std::vector<std::vector<int>> loops;
-  std::vector<std::int32_t> loop_of_point(boundary.points.size(), -1);
-  for (int p = 0; p < static_cast<int>(boundary.patches.size()); ++p) {
-    const auto& patch = boundary.patches[p];
-    if (patch.behind != region && patch.ahead != region) continue;
-    const auto mine = static_cast<std::int32_t>(loops.size());
-    loops.push_back({p});
-    for (const Triangle& t : patch.triangles)
-      for (const std::int32_t v : t) {
-        const std::int32_t other = loop_of_point[v];
-        if (other >= 0 && other != mine) {  // the older loop joins this one
-          loops[mine].insert(loops[mine].end(), loops[other].begin(), loops[other].end());
-          loops[other].clear();
-          std::replace(loop_of_point.begin(), loop_of_point.end(), other, mine);
-        }
-        loop_of_point[v] = mine;
-      }
-  }
-  std::erase_if(loops, [](const auto& loop) { return loop.empty(); });
-  return loops;
-}
-
-void describe_to_gmsh(const VolumeBoundary& boundary, const Frame& frame) {
-  // Each point belongs to one entity: that of the first patch using it.
+void describe_to_gmsh(const VolumeBoundary& boundary, const ConnectedVolumes& parts, const Frame& frame) {
+  // Each point belongs to one entity: that of the first surface using it.
   std::vector<bool> given(boundary.points.size(), false);
-  for (int p = 0; p < static_cast<int>(boundary.patches.size()); ++p) {
-    const auto& patch = boundary.patches[p];
+  for (int s = 0; s < static_cast<int>(parts.surfaces.size()); ++s) {
     std::vector<std::size_t> tags, corners;
     std::vector<double> coordinates;
-    for (const Triangle& t : patch.triangles)
+    for (const Triangle& t : parts.surfaces[s])
       for (const std::int32_t v : t) {
         corners.push_back(v + 1);
         if (given[v]) continue;
@@ -88,21 +64,19 @@ void describe_to_gmsh(const VolumeBoundary& boundary, const Frame& frame) {
         tags.push_back(v + 1);
         for (const double x : frame.to(boundary.points[v])) coordinates.push_back(x);
       }
-    gmsh::model::addDiscreteEntity(2, p + 1);
-    gmsh::model::mesh::addNodes(2, p + 1, tags, coordinates);
-    gmsh::model::mesh::addElementsByType(p + 1, 2, {}, corners);
+    gmsh::model::addDiscreteEntity(2, s + 1);
+    gmsh::model::mesh::addNodes(2, s + 1, tags, coordinates);
+    gmsh::model::mesh::addElementsByType(s + 1, 2, {}, corners);
   }
-  int loop_tag = 0;
-  for (std::int32_t region = 0; region < static_cast<std::int32_t>(boundary.region_names.size()); ++region) {
+  int loop_tag = 0, volume_tag = 0;
+  for (const auto& volume : parts.volumes) {
     std::vector<int> loop_tags;
-    for (const auto& loop : loops_around(boundary, region)) {
-      std::vector<int> patches;
-      for (const int p : loop) patches.push_back(p + 1);
-      std::sort(patches.begin(), patches.end());
-      gmsh::model::geo::addSurfaceLoop(patches, ++loop_tag);
+    for (std::vector<int> surfaces : volume.loops) {
+      for (int& tag : surfaces) ++tag;
+      gmsh::model::geo::addSurfaceLoop(surfaces, ++loop_tag);
       loop_tags.push_back(loop_tag);
     }
-    gmsh::model::geo::addVolume(loop_tags, region + 1);
+    gmsh::model::geo::addVolume(loop_tags, ++volume_tag);
   }
   gmsh::model::geo::synchronize();
 }
@@ -110,9 +84,10 @@ void describe_to_gmsh(const VolumeBoundary& boundary, const Frame& frame) {
 // The child's work: everything that touches gmsh. Nodes of the boundary keep the index they had.
 std::string fill_in_gmsh(const VolumeBoundary& boundary, const FillOptions& options) {
   const Frame frame = unit_frame(boundary.points);
+  const ConnectedVolumes parts = connected_volumes(boundary);
   GmshSession session;
   session.use_hxt(options.size / frame.unit, options.optimize_below);
-  describe_to_gmsh(boundary, frame);
+  describe_to_gmsh(boundary, parts, frame);
   session.generate(3);
 
   TetrahedralMesh mesh;
@@ -121,21 +96,21 @@ std::string fill_in_gmsh(const VolumeBoundary& boundary, const FillOptions& opti
   for (std::size_t v = 0; v < boundary.points.size(); ++v) index[v + 1] = static_cast<std::int32_t>(v);
   std::vector<std::size_t> tags, corners;
   std::vector<double> xyz, unused;
-  for (std::int32_t region = 0; region < static_cast<std::int32_t>(boundary.region_names.size()); ++region) {
-    gmsh::model::mesh::getNodes(tags, xyz, unused, 3, region + 1, false, false);
+  for (int v = 0; v < static_cast<int>(parts.volumes.size()); ++v) {
+    gmsh::model::mesh::getNodes(tags, xyz, unused, 3, v + 1, false, false);
     for (std::size_t i = 0; i < tags.size(); ++i) {
       index[tags[i]] = static_cast<std::int32_t>(mesh.nodes.size());
       mesh.nodes.push_back(frame.back({xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}));
     }
   }
-  for (std::int32_t region = 0; region < static_cast<std::int32_t>(boundary.region_names.size()); ++region) {
+  for (int v = 0; v < static_cast<int>(parts.volumes.size()); ++v) {
     tags.clear();  // what is not empty counts as preallocated
     corners.clear();
-    gmsh::model::mesh::getElementsByType(4, tags, corners, region + 1);
+    gmsh::model::mesh::getElementsByType(4, tags, corners, v + 1);
     for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
       mesh.tetrahedra.push_back(
           {index.at(corners[i]), index.at(corners[i + 1]), index.at(corners[i + 2]), index.at(corners[i + 3])});
-      mesh.region.push_back(region);
+      mesh.region.push_back(parts.volumes[v].region);
     }
   }
   return to_bytes(mesh);

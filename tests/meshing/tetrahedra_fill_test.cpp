@@ -64,6 +64,36 @@ TEST(FillWithTetrahedra, MakesNestedTumoursRegionsOfTheirOwn) {
   EXPECT_EQ(patches, (std::vector<std::string>{"liver-outside", "a-liver", "tumour-liver"}));
 }
 
+TEST(FillWithTetrahedra, MakesTwoTumoursOfOneFileOneRegion) {
+  const TriangleSurface liver = sphere_surface(3, 50);
+  TriangleSurface tumours = sphere_surface(2, 10, {20, 0, 0});
+  tests::append(tumours, sphere_surface(1, 6, {-20, 5, 0}));
+  const VolumeBoundary boundary =
+      regions_of_shells({{liver, "liver.off", ""}, {tumours, "tumours.off", "tumour"}}, false, {});
+  const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
+  EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"liver", "tumour"}));
+  EXPECT_EQ(verify_boundary_kept(boundary, mesh), liver.triangles.size() + tumours.triangles.size());
+  const auto volume = measure_quality(mesh).region_volume;
+  EXPECT_NEAR(volume[0] / (enclosed_volume(liver) - enclosed_volume(tumours)), 1, 1e-11);  // rounding of sums, as above
+  EXPECT_NEAR(volume[1] / enclosed_volume(tumours), 1, 1e-11);
+}
+
+// A large piece with two cavities, one holding a solid again, beside a small piece with one of its own.
+TEST(FillWithTetrahedra, FillsARegionInSeveralPiecesWithSeveralCavities) {
+  TriangleSurface body = sphere_surface(3, 50);
+  for (const auto& [radius, centre] : {std::pair<double, Point>{15, {25, 0, 0}}, {9, {-25, 0, 0}}, {12, {90, 0, 0}}}) {
+    TriangleSurface hole = sphere_surface(2, radius, centre);
+    tests::turn_inside_out(hole);
+    tests::append(body, hole);
+  }
+  tests::append(body, sphere_surface(1, 7, {25, 0, 0}));
+  tests::append(body, sphere_surface(2, 25, {90, 0, 0}));
+  const VolumeBoundary boundary = regions_of_shells({{body, "body.off", "body"}}, false, {});
+  const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
+  EXPECT_EQ(verify_boundary_kept(boundary, mesh), body.triangles.size());
+  EXPECT_NEAR(measure_quality(mesh).region_volume[0] / enclosed_volume(body), 1, 1e-11);
+}
+
 TEST(FillWithTetrahedra, LeavesACavityEmpty) {
   TriangleSurface shell = sphere_surface(3, 50), hole = sphere_surface(2, 20);
   tests::turn_inside_out(hole);
