@@ -13,7 +13,6 @@
 #include "precompute/column_solver.h"
 #include "precompute/petsc_matrix.h"
 #include "precompute/petsc_session.h"
-#include "precompute/solver_choice.h"
 #include "precompute/stiffness.h"
 
 namespace palpate {

@@ -96,7 +96,10 @@ std::unique_ptr<BlockPreconditioner> make_preconditioner(const BlockMatrix& matr
   const char* factor = petsc_option_given("-column_") ? PCCHOLESKY : "supernodal";
   const std::string type = option_or("-column_pc_type", options.cholesky ? factor : "multigrid");
   if (type == "supernodal")
-    return std::make_unique<SupernodalFactor>(matrix, analyse_elimination(matrix), options.width);
+    return std::make_unique<SupernodalFactor>(
+        matrix,
+        options.elimination ? options.elimination : std::make_shared<const Elimination>(analyse_elimination(matrix)),
+        options.width);
   if (type == "multigrid") return std::make_unique<BlockMultigrid>(matrix, coordinates, options.width);
   return make_petsc_preconditioner(matrix, coordinates, options.width, type);
 }

@@ -9,6 +9,7 @@
 
 #include "precompute/block_preconditioner.h"
 #include "precompute/elastic_body.h"
+#include "precompute/elimination.h"
 #include "precompute/stiffness.h"
 
 namespace palpate {
@@ -18,6 +19,7 @@ struct ColumnSolverOptions {
   int width = 96;           // columns at a time; rounded up to a multiple of 8
   bool cholesky = true;     // the default preconditioner, else algebraic multigrid; PETSc options override it
   int most_restarts = 12;   // on the true residual, before a column is given up
+  std::shared_ptr<const Elimination> elimination = nullptr;  // of this matrix where the plan has it; else found again
 };
 
 struct ColumnReport {

@@ -16,7 +16,7 @@
 #include "precompute/run_report.h"
 #include "precompute/run_summary.h"
 #include "precompute/solve_columns.h"
-#include "precompute/solver_choice.h"
+#include "precompute/solver_plan.h"
 
 namespace palpate {
 namespace {
@@ -87,17 +87,18 @@ class Run {
   // Collective.
   void choose_solver_of_all_ranks() {
     const ElasticBody& body = inputs_.body;
-    const auto columns = 3 * static_cast<std::int64_t>(body.touchable.size());
-    widest_ = static_cast<int>(std::min<std::int64_t>(96, columns));
-    const double memory = options_.memory_gigabytes > 0 ? 1e9 * options_.memory_gigabytes / ranks_.here()
-                                                        : available_memory_bytes(ranks_.here());
-    prediction_ = predict_solver(held_.matrix.rows, static_cast<std::int64_t>(held_.matrix.column.size()), columns,
-                                 options_.columns_at_a_time > 0 ? options_.columns_at_a_time : widest_);
+    std::vector<std::int32_t> column_rows;
+    for (const auto node : body.touchable) column_rows.push_back(held_.row_of_node[node]);
+    const auto stored = inputs_.store_interior ? static_cast<std::int64_t>(body.nodes.size()) : body.surface_count;
     // The rank with the least memory decides for all, so that every column is solved alike.
-    choice_ = choose_solver(prediction_, ranks_.least(memory), ranks_.count());
+    plan_ =
+        make_plan({held_.matrix, column_rows, stored, options_.columns_at_a_time,
+                   ranks_.least(memory_left_bytes(options_.memory_gigabytes, ranks_.here())),
+                   36.0 * static_cast<double>(stored) * static_cast<double>(body.touchable.size()), ranks_.count()});
     keep_earlier_choice();
-    note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns; {}", body.nodes.size(),
-                     body.surface_count, body.touchable.size(), body.tetrahedra.size(), columns, choice_.sentence));
+    note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns", body.nodes.size(),
+                     body.surface_count, body.touchable.size(), body.tetrahedra.size(), plan_.columns));
+    note(plan_text(plan_));
   }
 
   // What is free now does not decide over columns that are solved already; --memory does.
@@ -106,18 +107,18 @@ class Run {
     if (part_ && part_->earlier() && options_.memory_gigabytes == 0)
       earlier = part_->earlier()->value(kPreconditioner, "") == kFactor ? 1 : 0;
     earlier = ranks_.most(earlier);
-    if (earlier < 0 || choice_.cholesky == (earlier == 1)) return;
-    choice_.cholesky = earlier == 1;
-    choice_.sentence += fmt::format("; but {} was begun with the {} and keeps it (--memory decides anew)",
-                                    part_of(options_.bundle).string(), choice_.cholesky ? kFactor : kMultigrid);
+    if (earlier < 0 || plan_.cholesky == (earlier == 1)) return;
+    plan_.cholesky = earlier == 1;
+    plan_.why += fmt::format("; but {} was begun with the {} and keeps it (--memory decides anew)",
+                             part_of(options_.bundle).string(), plan_.cholesky ? kFactor : kMultigrid);
   }
 
   void factor() {
     ColumnSolverOptions solver;
     solver.tolerance = options_.tolerance;
-    solver.cholesky = choice_.cholesky;
-    solver.width =
-        options_.columns_at_a_time > 0 ? options_.columns_at_a_time : std::min(widest_, choice_.cholesky ? 96 : 32);
+    solver.cholesky = plan_.cholesky;
+    solver.width = plan_.width();
+    solver.elimination = plan_.elimination;
     solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(inputs_.body, held_), solver);
     block_columns();
   }
@@ -143,7 +144,7 @@ class Run {
                                 petsc_options_in_force(), solver_->width());
     const auto shapes = section_shapes(content);
     Fingerprint fingerprint = fingerprint_of(provenance_, shapes, blocks_);
-    fingerprint[kPreconditioner] = choice_.cholesky ? kFactor : kMultigrid;
+    fingerprint[kPreconditioner] = plan_.cholesky ? kFactor : kMultigrid;
     const std::string text = provenance_text(provenance_, Certificate{}) + std::string(kRoomForNumbers, ' ');
     entries_ = part_->begin(
         fingerprint,
@@ -209,8 +210,8 @@ class Run {
   }
 
   void summarise() const {
-    RunOutcome outcome{options_,         inputs_,        certificate_, solver_->description(),
-                       choice_.sentence, blocks_.size(), blocks_found_};
+    RunOutcome outcome{options_,  inputs_,        certificate_, solver_->description(),
+                       plan_.why, blocks_.size(), blocks_found_};
     tell(outcome, report_);
     if (is_first() && !options_.json.empty()) write_json(json_of(outcome, report_), options_.json);
   }
@@ -221,9 +222,7 @@ class Run {
   RunReport report_;
   RunInputs inputs_;
   HeldStiffness held_;
-  int widest_ = 0;
-  SolverPrediction prediction_;
-  SolverChoice choice_;
+  SolverPlan plan_;
   std::unique_ptr<ColumnSolver> solver_;
   std::vector<ColumnBlock> blocks_;
   std::optional<ReciprocitySample> sample_;
@@ -255,10 +254,12 @@ std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, std::span<co
   const HeldStiffness held = eliminate_held(assemble_stiffness(body), body.fixed);
   ColumnSolverOptions options;
   options.tolerance = tolerance;
-  options.width = static_cast<int>(std::min<std::size_t>(96, 3 * nodes.size()));
-  const auto prediction = predict_solver(held.matrix.rows, static_cast<std::int64_t>(held.matrix.column.size()),
-                                         3 * static_cast<std::int64_t>(nodes.size()), options.width);
-  options.cholesky = choose_solver(prediction, available_memory_bytes(1), 1).cholesky;
+  std::vector<std::int32_t> column_rows;
+  for (const auto n : nodes) column_rows.push_back(held.row_of_node[n]);
+  const SolverPlan plan = make_plan({held.matrix, column_rows, held.matrix.rows, 0, memory_left_bytes(0, 1), 0, 1});
+  options.width = plan.width();
+  options.cholesky = plan.cholesky;
+  options.elimination = plan.elimination;
   ColumnSolver solver(held.matrix, row_coordinates(body, held), options);
   TensorBlock block(solver);
   const auto per_block = static_cast<std::size_t>(TensorBlock::nodes_per_solve(solver));

@@ -94,9 +94,9 @@ cholmod_factor* symbolic(const Elimination& e, cholmod_common* common) {
 
 }  // namespace
 
-SupernodalFactor::SupernodalFactor(const BlockMatrix& matrix, Elimination elimination, int width)
+SupernodalFactor::SupernodalFactor(const BlockMatrix& matrix, std::shared_ptr<const Elimination> elimination, int width)
     : elimination_(std::move(elimination)), width_(width) {
-  const auto& e = elimination_;
+  const auto& e = *elimination_;
   const std::size_t supernodes = e.first.size() - 1;
   supernode_of_.resize(e.order.size());
   begin_.assign(1, 0);
@@ -118,13 +118,13 @@ void SupernodalFactor::compute(const BlockMatrix& matrix) {
   cholmod_common& common = session.common;
   common.supernodal = CHOLMOD_SUPERNODAL;
   common.quick_return_if_not_posdef = true;
-  session.sparse = lower_triangle(matrix, elimination_, &common);
-  if (session.sparse) session.factor = symbolic(elimination_, &common);
+  session.sparse = lower_triangle(matrix, *elimination_, &common);
+  if (session.sparse) session.factor = symbolic(*elimination_, &common);
   if (session.factor && common.status == CHOLMOD_OK) cholmod_l_factorize(session.sparse, session.factor, &common);
   if (common.status == CHOLMOD_NOT_POSDEF)
     throw OperationError(fmt::format(
         "the stiffness matrix is not positive definite to working precision: elimination fails at row {} of {}",
-        elimination_.order[session.factor->minor / 3], matrix.rows));
+        elimination_->order[session.factor->minor / 3], matrix.rows));
   if (common.status != CHOLMOD_OK || !session.factor || !session.factor->x)
     throw OperationError(fmt::format(
         "the Cholesky factor of {} degrees of freedom ({:.3g} GB) cannot be computed: {} (CHOLMOD's status {}); try "
@@ -139,7 +139,7 @@ void SupernodalFactor::compute(const BlockMatrix& matrix) {
 // CHOLMOD's supernodes, whole rectangles column after column, into panels: in place, for a panel is never longer than
 // what it was made from.
 void SupernodalFactor::pack(double* values) {
-  const auto& e = elimination_;
+  const auto& e = *elimination_;
   double least = INFINITY, largest = 0;
   std::vector<double> rectangle;
   const double* from = values;
@@ -168,11 +168,11 @@ void SupernodalFactor::pack(double* values) {
 
 void SupernodalFactor::apply(const double* r, double* z) {
   const auto run = 3 * static_cast<std::int64_t>(width_);
-  const auto places = static_cast<std::int32_t>(elimination_.order.size());
+  const auto places = static_cast<std::int32_t>(elimination_->order.size());
   double* y = in_order_ ? z : work_.get();
   std::fill(touched_.begin(), touched_.end(), 0);
   for (std::int32_t place = 0; place < places; ++place) {
-    const double* from = r + elimination_.order[place] * run;
+    const double* from = r + elimination_->order[place] * run;
     std::copy_n(from, run, y + place * run);
     if (!touched_[supernode_of_[place]])
       touched_[supernode_of_[place]] = std::any_of(from, from + run, [](double value) { return value != 0; });
@@ -183,7 +183,7 @@ void SupernodalFactor::apply(const double* r, double* z) {
 }
 
 bool SupernodalFactor::solve(std::span<const Load> loads, double* x) {
-  const auto& e = elimination_;
+  const auto& e = *elimination_;
   const auto run = 3 * static_cast<std::int64_t>(width_);
   double* y = in_order_ ? x : work_.get();
   std::fill(touched_.begin(), touched_.end(), 0);
@@ -204,7 +204,7 @@ void SupernodalFactor::touch_ancestors() {
 
 // y: in elimination order; read in the touched supernodes alone.
 void SupernodalFactor::solve_triangles(double* y) const {
-  const auto& e = elimination_;
+  const auto& e = *elimination_;
   const SupernodalKernels kernels = supernodal_kernels();
   const auto part = [&](std::size_t s) {
     return Supernode{e.first[s], e.first[s + 1] - e.first[s],
@@ -219,8 +219,8 @@ void SupernodalFactor::solve_triangles(double* y) const {
 void SupernodalFactor::to_caller(const double* y, double* x) const {
   const auto run = 3 * static_cast<std::int64_t>(width_);
   if (in_order_) return;
-  for (std::size_t place = 0; place < elimination_.order.size(); ++place)
-    std::copy_n(y + static_cast<std::int64_t>(place) * run, run, x + elimination_.order[place] * run);
+  for (std::size_t place = 0; place < elimination_->order.size(); ++place)
+    std::copy_n(y + static_cast<std::int64_t>(place) * run, run, x + elimination_->order[place] * run);
 }
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,12 +20,12 @@ namespace palpate {
 class SupernodalFactor final : public BlockPreconditioner {
  public:
   // Errors: OperationError (memory, not positive definite: the block row is named).
-  SupernodalFactor(const BlockMatrix& matrix, Elimination elimination, int width);
+  SupernodalFactor(const BlockMatrix& matrix, std::shared_ptr<const Elimination> elimination, int width);
 
   void apply(const double* r, double* z) override;
   bool solve(std::span<const Load> loads, double* x) override;
   std::string description() const override { return "cholesky (cholmod, supernodal blocks)"; }
-  std::span<const std::int32_t> row_order() const override { return elimination_.place; }
+  std::span<const std::int32_t> row_order() const override { return elimination_->place; }
 
   // (least / largest diagonal of the factor)^2: an upper bound of 1 / condition of K.
   double reciprocal_condition() const { return reciprocal_condition_; }
@@ -36,7 +37,7 @@ class SupernodalFactor final : public BlockPreconditioner {
   void solve_triangles(double* y) const;
   void to_caller(const double* y, double* x) const;
 
-  Elimination elimination_;
+  std::shared_ptr<const Elimination> elimination_;
   int width_;
   bool in_order_ = false;                   // the matrix came in elimination order
   std::vector<std::int32_t> parent_;        // supernode of the first row below, -1 for a root

@@ -53,6 +53,10 @@ RowMajor random_block(Eigen::Index rows, int width, unsigned seed) {
   return b;
 }
 
+std::shared_ptr<const Elimination> eliminated(const BlockMatrix& matrix) {
+  return std::make_shared<const Elimination>(analyse_elimination(matrix));
+}
+
 // || K x - b || over what a backward stable solve leaves: a small multiple of rounding, the row count within it.
 double backward_error(const MatrixXd& k, const RowMajor& x, const RowMajor& b) {
   return (k * x - b).norm() / (k.norm() * x.norm() + b.norm());
@@ -61,7 +65,7 @@ constexpr double kRounding = 1e-14;  // 45 epsilon; sums of a few hundred terms 
 
 void expect_solves(const BlockMatrix& matrix, int width) {
   const MatrixXd k = dense(matrix);
-  SupernodalFactor factor(matrix, analyse_elimination(matrix), width);
+  SupernodalFactor factor(matrix, eliminated(matrix), width);
   const RowMajor b = random_block(k.rows(), width, 7);
   RowMajor x(b.rows(), width), again(b.rows(), width);
   factor.apply(b.data(), x.data());
@@ -151,7 +155,7 @@ TEST(Supernodal, CountsWhatItStores) {
   const auto filled = ((l.array().abs() > 1e-14 * l.cwiseAbs().maxCoeff()).cast<double>().sum());
   EXPECT_GE(static_cast<double>(e.numbers()), filled);
   EXPECT_LE(static_cast<double>(e.numbers()), 1.5 * filled);  // amalgamation's zeros, 5 to 20 % on meshes
-  const SupernodalFactor factor(k, e, 8);
+  const SupernodalFactor factor(k, std::make_shared<const Elimination>(e), 8);
   const double ratio = l.diagonal().minCoeff() / l.diagonal().maxCoeff();
   EXPECT_NEAR(factor.reciprocal_condition(), ratio * ratio, 1e-9 * ratio * ratio);  // rounding of the factors
 }
@@ -161,7 +165,7 @@ TEST(Supernodal, RefusesAMatrixThatIsNotPositiveDefinite) {
   d -= 0.5 * d.diagonal().maxCoeff() * MatrixXd::Identity(d.rows(), d.cols());
   const BlockMatrix k = from_dense(d);
   try {
-    SupernodalFactor(k, analyse_elimination(k), 8);
+    SupernodalFactor(k, eliminated(k), 8);
     FAIL() << "an indefinite matrix was factored";
   } catch (const OperationError& error) {
     EXPECT_NE(std::string(error.what()).find("not positive definite"), std::string::npos) << error.what();

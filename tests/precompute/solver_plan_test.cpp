@@ -1,0 +1,99 @@
+// What the plan predicts against what happens.
+#include "precompute/solver_plan.h"
+
+#include <nlohmann/json.hpp>
+
+#include "precompute/column_solver.h"
+#include "precompute/supernodal_factor.h"
+#include "tests/precompute/support.h"
+
+namespace palpate::tests {
+namespace {
+
+struct Case {
+  BlockMatrix matrix;
+  std::vector<std::int32_t> rows;  // of the columns
+
+  explicit Case(int cells) {
+    ElasticBody body = body_of(box_mesh({cells, cells, cells}, {1, 1, 1}, 0.2), {{5400, 0.45, 0}});
+    hold(body, [](const auto& p) { return p[0] == 0 ? 7 : 0; });
+    HeldStiffness held = eliminate_held(assemble_stiffness(body), body.fixed);
+    for (const auto n : body.touchable) rows.push_back(held.row_of_node[n]);
+    matrix = std::move(held.matrix);
+  }
+
+  SolverPlan plan(double available_bytes, int columns_at_a_time = 0, int ranks = 1) const {
+    return make_plan({matrix, rows, matrix.rows, columns_at_a_time, available_bytes, 1e6, ranks});
+  }
+};
+
+TEST(SolverPlan, TakesTheFactorWhereItFitsAndMultigridWhereItDoesNot) {
+  const Case box(8);
+  const SolverPlan roomy = box.plan(1e10), tight = box.plan(1e6);
+  EXPECT_TRUE(roomy.cholesky);
+  EXPECT_EQ(roomy.width(), 96);
+  EXPECT_FALSE(tight.cholesky);
+  EXPECT_EQ(tight.width(), 32);
+  EXPECT_NE(tight.why.find("needs"), std::string::npos) << tight.why;
+  EXPECT_EQ(roomy.factor.bytes, tight.factor.bytes);
+  // The choice turns exactly where the factor's prediction meets the memory.
+  EXPECT_TRUE(box.plan(roomy.factor.bytes).cholesky);
+  EXPECT_FALSE(box.plan(roomy.factor.bytes - 1).cholesky);
+}
+
+TEST(SolverPlan, CountsWhatTheFactorThenStores) {
+  const Case box(7);
+  const SolverPlan plan = box.plan(1e10);
+  EXPECT_EQ(plan.elimination->numbers(), analyse_elimination(box.matrix).numbers());
+  EXPECT_EQ(plan.columns, 3 * static_cast<std::int64_t>(box.rows.size()));
+  EXPECT_GE(plan.factor.bytes, 8.0 * static_cast<double>(plan.elimination->numbers()));
+}
+
+TEST(SolverPlan, PredictsTheMemoryOfFactorAndBlockWithinATenthAndABit) {
+  // Large enough for the process's growth to stand out of allocator slack: 12 million numbers, 0.1 GB.
+  const Case box(20);
+  const SolverPlan plan = box.plan(1e11);
+  const double before = resident_bytes();
+  ColumnSolverOptions options;
+  options.width = plan.width();
+  options.elimination = plan.elimination;
+  ColumnSolver solver(box.matrix, {}, options);
+  std::vector<double> x(static_cast<std::size_t>(solver.dofs()) * static_cast<std::size_t>(solver.width()));
+  std::vector<Load> loads = {{3 * static_cast<std::int64_t>(box.rows[0]), 0, 1.0}};
+  std::vector<ColumnReport> reports(static_cast<std::size_t>(solver.width()));
+  solver.solve(loads, x.data(), reports);
+  const double grown = peak_resident_bytes() - before;
+  // The prediction also holds the rows to be written. Other tests of this program may have left memory for reuse.
+  EXPECT_LE(grown, 1.1 * plan.factor.bytes + 20e6);
+  EXPECT_GE(grown, 0.5 * plan.factor.bytes - 20e6);
+}
+
+TEST(SolverPlan, DividesTheColumnsAmongTheRanksAndNotTheFactor) {
+  const Case box(6);
+  const SolverPlan one = box.plan(1e10), four = box.plan(1e10, 0, 4);
+  EXPECT_EQ(one.factor.bytes, four.factor.bytes);
+  const auto columns_of_one = [](const SolverPlan& plan) {
+    return (plan.seconds() - plan.factor.setup_seconds) / plan.factor.column_seconds;
+  };
+  EXPECT_NEAR(columns_of_one(one), static_cast<double>(one.columns), 1e-6 * static_cast<double>(one.columns));
+  EXPECT_NEAR(columns_of_one(four), std::ceil(static_cast<double>(four.columns) / 4), 1e-3);
+}
+
+TEST(SolverPlan, SaysTheSameInTextAndJson) {
+  const SolverPlan plan = Case(5).plan(1e10, 24);
+  const nlohmann::json json = plan_json(plan);
+  EXPECT_EQ(json["solver"], "supernodal");
+  EXPECT_EQ(json["columns_at_a_time"], 24);
+  EXPECT_EQ(json["factor_numbers"], plan.elimination->numbers());
+  EXPECT_EQ(json["bytes"], plan.factor.bytes);
+  EXPECT_GT(json["seconds"], 0.0);
+  const std::string text = plan_text(plan);
+  for (const char* word : {"Cholesky", "24 columns", "memory", "time", "bundle", "multigrid"})
+    EXPECT_NE(text.find(word), std::string::npos) << word << " in\n" << text;
+  const nlohmann::json outcome = outcome_json(plan, {2.5, 3e8, 1e6});
+  EXPECT_EQ(outcome["seconds"]["took"], 2.5);
+  EXPECT_EQ(outcome["bytes"]["predicted"], plan.factor.bytes);
+}
+
+}  // namespace
+}  // namespace palpate::tests
