@@ -2,16 +2,19 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
 
-#include "tests/support/box_mesh.h"
+#include "tests/precompute/box_files.h"
 
 namespace palpate::tests {
 
@@ -19,25 +22,6 @@ inline std::string content(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
-
-inline const std::string kOrgan = R"(name = "box"
-mesh_unit = "mm"
-frame = "none"
-element = "p1"
-[[region]]
-name = "box"
-young = { value = 5.4, unit = "kPa", source = "test" }
-poisson = { value = 0.45, source = "test" }
-density = { value = 1060, unit = "kg/m^3", source = "test" }
-)";
-inline const std::string kBoundary = R"(name = "back"
-[[fixed]]
-dofs = "xyz"
-select = { patch = "x0" }
-[[fixed]]
-dofs = "z"
-select = { patch = "z0" }
-)";
 
 class ProgramFixture : public ::testing::Test {
  protected:
@@ -49,9 +33,7 @@ class ProgramFixture : public ::testing::Test {
               ("palpate_precompute_" + std::to_string(::getpid()) + "_" + test_name());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
-    write_mesh(folder_ / "box.msh", box_mesh({6, 5, 4}, {60, 50, 40}, 0.15));
-    write("organ.toml", kOrgan);
-    write("bc.toml", kBoundary);
+    write_box_files(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -78,6 +60,32 @@ class ProgramFixture : public ::testing::Test {
     const int status = std::system(("cd '" + folder_.string() + "' && " + command + " > said.txt 2>&1").c_str());
     said_ = content(folder_ / "said.txt");
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  // Starts a run of seconds, on a finer box and the slow way, and returns when its first columns are written.
+  pid_t start_slow(const std::string& bundle, const std::string& more = "") {
+    write_mesh(folder_ / "box.msh", box_mesh({12, 10, 8}, {60, 50, 40}, 0.15));
+    const std::string command = "cd '" + folder_.string() + "' && exec " + arguments(bundle, more) +
+                                " --block 8 -- -column_pc_type jacobi -ksp_rtol 1e-14 2> slow.txt";
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+    const auto has_slot = [&] {
+      const std::string journal = content(folder_ / (bundle + ".journal"));
+      return journal.find_first_not_of('\0', 4096) != std::string::npos;  // the first page is the header's
+    };
+    for (int wait = 0; wait < 10000 && !has_slot(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return child;
+  }
+
+  // Ends it; the signal that it ended by, 0 when it had ended before.
+  static int stop(pid_t child, int signal) {
+    ::kill(child, signal);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   }
 
   bool nothing_left(const std::string& bundle) {

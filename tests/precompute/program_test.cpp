@@ -1,11 +1,8 @@
 // The program itself: its bundle, its refusals, its ranks. PALPATE_PRECOMPUTE is its path.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 
-#include <chrono>
 #include <cstring>
-#include <thread>
 
 #include "formats/bundle_reader.h"
 #include "tests/precompute/program_fixture.h"
@@ -192,26 +189,8 @@ TEST_F(Program, EndsOnAllRanksWhenOneFails) {
 }
 
 TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
-  write_mesh(folder_ / "box.msh", box_mesh({12, 10, 8}, {60, 50, 40}, 0.15));  // seconds of work the slow way below
   write("x.h5", "the old bundle");
-  const auto part = folder_ / "x.h5.part";
-  const pid_t child = ::fork();
-  if (child == 0) {
-    std::filesystem::current_path(folder_);
-    std::freopen("said.txt", "w", stderr);
-    ::execl(PALPATE_PRECOMPUTE, PALPATE_PRECOMPUTE, "box.msh", "--organ", "organ.toml", "--boundary", "bc.toml", "-o",
-            "x.h5", "--block", "8", "--", "-column_pc_type", "jacobi", "-ksp_rtol", "1e-14",
-            static_cast<char*>(nullptr));
-    ::_exit(127);
-  }
-  // As soon as the part file is there the columns are being solved.
-  for (int wait = 0; wait < 2000 && !std::filesystem::exists(part); ++wait)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  ::kill(child, SIGKILL);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFSIGNALED(status)) << "it finished before it was killed";
+  ASSERT_EQ(stop(start_slow("x.h5"), SIGKILL), SIGKILL) << "it finished before it was killed";
   EXPECT_EQ(content(folder_ / "x.h5"), "the old bundle");
   // And the next run is not hindered by what the killed one left.
   ASSERT_EQ(run("x.h5"), 0) << said_;

@@ -1,0 +1,238 @@
+// What a run leaves when it is killed, stopped or fails, and what the next one makes of it: the same bytes, or a sentence.
+// PALPATE_FAULT_INJECTOR is the library of fault_injector.c.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "tests/precompute/program_fixture.h"
+
+namespace palpate::tests {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr int kBlocks = 15;  // of 8 nodes each, of the box's 120 touchable nodes
+const std::string kOptions = "--block 24 ";
+
+class Resume : public ProgramFixture {
+ protected:
+  void SetUp() override {
+    ProgramFixture::SetUp();
+    ASSERT_EQ(run("whole.h5", kOptions), 0) << said_;
+    whole_ = content(folder_ / "whole.h5");
+  }
+
+  // With a fault; the exit code, 137 for SIGKILL.
+  int run_with(const std::string& fault, const std::string& options = kOptions, int ranks = 0) {
+    const std::string set =
+        "PALPATE_FAULT=" + fault + " LD_PRELOAD=" + PALPATE_FAULT_INJECTOR + " ASAN_OPTIONS=verify_asan_link_order=0 ";
+    const std::string launch = ranks > 0 ? kLaunch + " -n " + std::to_string(ranks) + " env " + set : "exec env " + set;
+    return execute("(" + launch + arguments("x.h5", options) + ")");
+  }
+
+  // A run that is killed when its k-th block of columns is to be vouched for: k - 1 are safe.
+  void kill_at_block(int k, int ranks = 0) {
+    constexpr int kWritesOfHeader = 2;
+    std::filesystem::remove(folder_ / "x.h5");
+    ASSERT_NE(run_with("torn:" + std::to_string(kWritesOfHeader + k) + ":.journal", kOptions, ranks), 0);
+    ASSERT_TRUE(exists(".part") && exists(".journal") && !exists("")) << said_;
+  }
+
+  // The run that must succeed; how many blocks it found.
+  int resume(const std::string& options = kOptions, int ranks = 0) {
+    EXPECT_EQ(run("x.h5", "--json report.json " + options, ranks), 0) << said_;
+    EXPECT_TRUE(exists("") && !exists(".part") && !exists(".part.new") && !exists(".journal"));
+    const auto report = nlohmann::json::parse(content(folder_ / "report.json"), nullptr, false);
+    return report.value("blocks_of_earlier_runs", -1);
+  }
+  bool same() const { return content(folder_ / "x.h5") == whole_; }
+  bool exists(const std::string& ending) const { return std::filesystem::exists(folder_ / ("x.h5" + ending)); }
+
+  void keep_aside() {
+    for (const char* ending : {".part", ".journal"})
+      std::filesystem::copy_file(folder_ / ("x.h5" + std::string(ending)), folder_ / ("kept" + std::string(ending)));
+  }
+  void bring_back() {
+    for (const char* ending : {".part", ".journal"})
+      std::filesystem::copy_file(folder_ / ("kept" + std::string(ending)), folder_ / ("x.h5" + std::string(ending)),
+                                 std::filesystem::copy_options::overwrite_existing);
+  }
+
+  std::string whole_;
+};
+
+TEST_F(Resume, RepeatsOnlyTheBlockThatWasNotSafe) {
+  for (const int k : {2, 9, kBlocks}) {
+    kill_at_block(k);
+    EXPECT_EQ(resume(), k - 1);
+    EXPECT_THAT(said_,
+                HasSubstr("x.h5.part is resumed: " + std::to_string(k - 1) + " of 15 blocks of columns are done"));
+    EXPECT_TRUE(same());
+  }
+}
+
+TEST_F(Resume, GivesTheSameBytesWhereverARunIsKilled) {
+  // At calls from the first to the last: layout, rows, slots, seal, rename, removal of the journal.
+  int killed = 0;
+  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5") != 0; n += n < 12 ? 3 : 5) {
+    ++killed;
+    resume();
+    ASSERT_TRUE(same()) << "killed at call " << n;
+    std::filesystem::remove(folder_ / "x.h5");
+  }
+  EXPECT_GT(killed, 8);
+}
+
+TEST_F(Resume, GivesTheSameBytesWhenKilledBetweenSealAndEnd) {
+  // The last calls on these names: the renaming to the bundle, the removal of the journal.
+  for (const char* fault : {"kill:5:x.h5.part", "kill:1:x.h5.part.new", "kill:6:.journal"}) {
+    std::filesystem::remove(folder_ / "x.h5");
+    run_with(fault);
+    resume();
+    ASSERT_TRUE(same()) << fault;
+  }
+}
+
+TEST_F(Resume, DoesNotCareForTheNumberOfRanks) {
+  kill_at_block(4, 2);
+  EXPECT_GE(resume(kOptions, 3), 3);
+  EXPECT_TRUE(same());
+  kill_at_block(9);
+  EXPECT_EQ(resume(kOptions, 2), 8);
+  EXPECT_TRUE(same());
+  kill_at_block(4, 2);
+  EXPECT_GE(resume(), 3);
+  EXPECT_TRUE(same());
+}
+
+TEST_F(Resume, NeverTrustsWhatIsTorn) {
+  kill_at_block(12);
+  keep_aside();
+  std::mt19937 random(1);
+  for (int damage = 0; damage < 8; ++damage) {
+    bring_back();
+    const auto file = folder_ / (damage % 2 ? "x.h5.journal" : "x.h5.part");
+    const auto size = std::filesystem::file_size(file);
+    const auto at = std::uniform_int_distribution<std::uint64_t>(0, size - 1)(random);
+    if (damage % 4 < 2) {
+      std::filesystem::resize_file(file, at);
+    } else {
+      std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
+      out.seekp(static_cast<std::streamoff>(at));
+      out << "torn torn torn torn";
+    }
+    EXPECT_LE(resume(), 11);
+    ASSERT_TRUE(same()) << file << (damage % 4 < 2 ? " cut" : " garbled") << " at " << at << " of " << size;
+  }
+  // Each of the two alone.
+  bring_back();
+  std::filesystem::remove(folder_ / "x.h5.part");
+  EXPECT_EQ(resume(), 0);
+  EXPECT_TRUE(same());
+  bring_back();
+  std::filesystem::remove(folder_ / "x.h5.journal");
+  EXPECT_EQ(resume(), 0);
+  EXPECT_THAT(said_, HasSubstr("x.h5.part is begun anew: its journal is missing or damaged"));
+  EXPECT_TRUE(same());
+}
+
+TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
+  kill_at_block(9);
+  keep_aside();
+  const auto anew = [&](const std::string& options, const std::string& why) {
+    bring_back();
+    EXPECT_EQ(resume(options), 0);
+    EXPECT_THAT(said_, HasSubstr("x.h5.part is begun anew: " + why));
+    EXPECT_FALSE(same());
+  };
+  anew("--block 24 --tolerance 1e-8", "tolerance was 1e-09, is 1e-08");
+  anew("--block 48", "");
+  anew("--block 24 --memory 0.0001", "");
+  anew("--block 24 -- -ksp_type fcg", "");
+  write("organ.toml", std::string(kOrgan).replace(kOrgan.find("5.4"), 3, "5.5"));
+  anew(kOptions, "organ_sha256 was ");
+  write("organ.toml", kOrgan);
+  write("bc.toml", kBoundary + "# another comment\n");
+  anew(kOptions, "boundary_sha256 was ");
+  write("bc.toml", kBoundary);
+  write_mesh(folder_ / "box.msh", box_mesh({6, 5, 4}, {60, 50, 41}, 0.15));
+  anew(kOptions, "mesh_sha256 was ");
+  ASSERT_EQ(run("other.h5", kOptions), 0) << said_;
+  EXPECT_TRUE(content(folder_ / "x.h5") == content(folder_ / "other.h5"));
+}
+
+TEST_F(Resume, LeavesTheOldBundleAloneUntilTheEnd) {
+  write("x.h5", "the old bundle");
+  EXPECT_NE(run_with("torn:11:.journal"), 0);
+  EXPECT_EQ(content(folder_ / "x.h5"), "the old bundle");
+  EXPECT_EQ(resume(), 8);
+  EXPECT_TRUE(same());
+}
+
+TEST_F(Resume, KeepsWhatIsSafeWhenTheDiskIsFullOrFails) {
+  // Where space can be reserved, a disk that is too small is found before any column is solved.
+  EXPECT_EQ(run_with("reserve:1:x.h5"), 1);
+  EXPECT_THAT(said_, HasSubstr("free some space: No space left on device"));
+  EXPECT_TRUE(nothing_left("x.h5"));
+  // Where it cannot, a write fails.
+  EXPECT_EQ(run_with("full:15:.journal"), 1);
+  EXPECT_THAT(said_,
+              HasSubstr("No space left on device; 12 of 15 blocks of columns are safe in x.h5.part: the same command "
+                        "resumes there"));
+  EXPECT_EQ(resume(), 12);
+  EXPECT_TRUE(same());
+  std::filesystem::remove(folder_ / "x.h5");
+  EXPECT_EQ(run_with("full:7:.journal", kOptions, 2), 1);
+  EXPECT_THAT(said_, HasSubstr("No space left on device; "));
+  EXPECT_GE(resume(kOptions, 2), 4);
+  EXPECT_TRUE(same());
+  std::filesystem::remove(folder_ / "x.h5");
+  // The last sync of the rows.
+  EXPECT_EQ(run_with("eio:2:x.h5.part"), 1);
+  EXPECT_THAT(said_, HasSubstr("x.h5.part: cannot be made safe on the disk: Input/output error"));
+  EXPECT_THAT(said_, HasSubstr("the same command resumes there"));
+  resume();
+  EXPECT_TRUE(same());
+}
+
+TEST_F(Resume, RefusesASecondRunOnTheSameOutput) {
+  const pid_t first = start_slow("x.h5");
+  EXPECT_EQ(run("x.h5"), 1);
+  EXPECT_EQ(said_, "palpate-precompute: x.h5: another run is writing it; wait for its end or name another output\n");
+  EXPECT_TRUE(exists(".part") && exists(".journal"));
+  EXPECT_EQ(run("y.h5", kOptions), 0) << said_;  // another output in the same folder is free
+  EXPECT_EQ(stop(first, SIGKILL), SIGKILL);
+  EXPECT_EQ(run("x.h5"), 0) << said_;  // the lock died with its process
+}
+
+TEST_F(Resume, WarnsWhereTheFileSystemHasNoLocks) {
+  EXPECT_EQ(run_with("locks:1:.journal"), 0) << said_;
+  EXPECT_THAT(said_,
+              HasSubstr("warning: x.h5.journal: this file system has no locks (No locks available); a second run "
+                        "on it would not be noticed"));
+  EXPECT_TRUE(same());
+}
+
+TEST_F(Resume, StopsAtASignalWithASentence) {
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    ASSERT_EQ(stop(start_slow("x.h5", "--quiet"), signal), signal) << "it finished before it was stopped";
+    EXPECT_THAT(
+        content(folder_ / "slow.txt"),
+        ::testing::MatchesRegex("palpate-precompute: stopped by SIG[A-Z]+; [0-9]+ of [0-9]+ blocks of columns are "
+                                "safe in x.h5.part: the same command resumes there\n"));
+  }
+}
+
+TEST_F(Resume, SaysInOneSentenceThatAFolderCannotBeWritten) {
+  std::filesystem::create_directory(folder_ / "locked");
+  std::filesystem::permissions(folder_ / "locked", std::filesystem::perms(0555));
+  std::filesystem::permissions(folder_, std::filesystem::perms(0777));
+  const std::string as_nobody = ::geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups " : "";
+  EXPECT_EQ(execute(as_nobody + arguments("locked/x.h5", kOptions)), 2);
+  EXPECT_THAT(said_, HasSubstr("locked/x.h5: the folder locked cannot be written: Permission denied"));
+}
+
+}  // namespace
+}  // namespace palpate::tests
