@@ -1,0 +1,312 @@
+// The same push as a user would do it without Palpate, in the same run: time, and how far each answer is from the exact
+// one. CHOLMOD with the factor kept, Eigen's conjugate gradients, Bullet's deformable body.
+//
+//   peers_bench MESH.msh --organ organ.toml --boundary bc.toml --bundle BUNDLE.h5
+#include <fmt/format.h>
+#include <palpate/palpate.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+
+#include "bench/peers/peers.h"
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "runtime/run/summary.h"
+
+namespace palpate::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Options {
+  std::filesystem::path mesh, organ, boundary, bundle;
+  double seconds = 20;
+};
+
+// Per system: the time of each tick, and each answer's relative L2 distance from the exact one.
+struct Measured {
+  std::vector<double> seconds, error, force_error;
+  void add(double spent, const Answer& answer, const Answer& exact) {
+    seconds.push_back(spent);
+    error.push_back((answer.surface - exact.surface).norm() / exact.surface.norm());
+    force_error.push_back((answer.force - exact.force).norm() / exact.force.norm());
+  }
+  double median() const { return percentile(seconds, .5); }
+};
+
+// ---- palpate itself ------------------------------------------------------------------------------------------------
+
+class Palpate {
+ public:
+  Palpate(const Options& options, const Push& push) : push_(push) {
+    palpate_error error = {};
+    palpate_bundle* opened = nullptr;
+    if (palpate_bundle_open_file(options.bundle.c_str(), &opened, &error) != PALPATE_OK)
+      throw InputError(fmt::format("{}: {}", options.bundle.string(), error.text));
+    bundle_.reset(opened);
+    const palpate_bundle_info info = palpate_bundle_describe(opened);
+    if (info.node_count != static_cast<int>(push.body.nodes.size()) ||
+        info.surface_node_count != push.body.surface_count)
+      throw InputError(
+          fmt::format("{}: expected the bundle of this mesh, with {} nodes, found {}; precompute it with this mesh, "
+                      "organ and boundary",
+                      options.bundle.string(), push.body.nodes.size(), info.node_count));
+    palpate_scene_def def = palpate_default_scene_def();
+    def.contact = PALPATE_CONTACT_NODE;
+    def.force_limit = def.force_slew = 1e300;
+    palpate_scene* created = nullptr;
+    if (palpate_scene_create(opened, &def, &created, &error) != PALPATE_OK)
+      throw InputError(fmt::format("{}: {}", options.bundle.string(), error.text));
+    scene_.reset(created);
+    memory_.resize(palpate_contacts_bytes(created) / 8 + 1);
+    surface_.resize(3 * static_cast<std::size_t>(info.surface_node_count));
+    outside_ = push.place + 1e-3 * push.outward;
+  }
+
+  // Collision included: a tool point enters the triangle at push.place and goes on from there.
+  // between runs before each tick, outside the clock.
+  template <typename Between>
+  void play(Measured& touch, Measured& frame, const Exact& exact, const Between& between) {
+    palpate_reset(scene_.get());
+    touch_point(outside_);
+    for (const Eigen::Vector3d& displacement : push_.displacements) {
+      between();
+      const auto start = Clock::now();
+      touch_point(push_.place + displacement);
+      const double touched = seconds_since(start);
+      shape();
+      const double shaped = seconds_since(start);
+      const palpate_contact_node* node = palpate_contacts_nodes(contacts());
+      const Eigen::Map<const Eigen::Vector3d> held(node->modified_displacement);
+      if (contacts()->node_count != 1 || node->node != push_.node ||
+          !((held - displacement).norm() < 1e-6 * displacement.norm()))
+        throw VerificationError("palpate_touch does not hold the pushed node at the push's displacement");
+      touch.add(touched, answer(), exact.at(displacement));
+      frame.add(shaped, answer(), exact.at(displacement));
+    }
+  }
+
+  // The node held by a grip: the same without collision, and at any node.
+  std::pair<double, double> grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out) {
+    palpate_grip grip = {};
+    grip.node = node, grip.triangle = -1, grip.axes = 7;
+    Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
+    const palpate_tool tool = {nullptr, 0, &grip, 1, 0};
+    const auto start = Clock::now();
+    palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
+    const double touched = seconds_since(start);
+    shape();
+    const double shaped = seconds_since(start);
+    out = answer();
+    return {touched, shaped};
+  }
+
+  std::string description() const {
+    const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
+    return fmt::format("{} nodes, {} on the surface, {} touchable, {} tetrahedra", info.node_count,
+                       info.surface_node_count, info.touchable_count, info.tetrahedron_count);
+  }
+
+ private:
+  struct Close {
+    void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
+    void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
+  };
+  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
+  void touch_point(const Eigen::Vector3d& point) {
+    const palpate_tool tool = {point.data(), 1, nullptr, 0, 0};
+    palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
+  }
+  void shape() {
+    palpate_shape_out out = {surface_.data(), nullptr, push_.body.surface_count, 0};
+    palpate_shape(scene_.get(), contacts(), &out);
+  }
+  Answer answer() {
+    return {
+        Eigen::Map<const Eigen::VectorXf>(surface_.data(), static_cast<Eigen::Index>(surface_.size())).cast<double>(),
+        -Eigen::Vector3d(contacts()->tools[0].force_raw)};
+  }
+
+  const Push& push_;
+  std::unique_ptr<palpate_bundle, Close> bundle_;
+  std::unique_ptr<palpate_scene, Close> scene_;
+  std::vector<std::uint64_t> memory_;
+  std::vector<float> surface_;
+  Eigen::Vector3d outside_;
+};
+
+// ---- the table -----------------------------------------------------------------------------------------------------
+
+constexpr std::size_t kOthersBytes = 64 << 20;  // more than the caches hold: what a program does between two ticks
+
+class Table {
+ public:
+  Table(Palpate& palpate, const Exact& exact) : palpate_(palpate), exact_(exact) {
+    fmt::print("{:<48} {:>11} {:>9} {:>9} {:>9} {:>10} {:>10} {:>6}\n", "", "ms", "error", "worst", "force", "per tick",
+               "per frame", "ticks");
+  }
+
+  // The references of the next rows: palpate is measured again before each peer.
+  void palpate() {
+    Measured touch, frame;
+    palpate_.play(touch, frame, exact_, [] {});
+    touch_ = touch.median(), frame_ = frame.median();
+    if (shown_) return;
+    shown_ = true;
+    row("palpate_touch, collision included", touch);
+    row("palpate_touch + palpate_shape", frame);
+    const std::vector<std::uint64_t> others(kOthersBytes / 8, 1);
+    std::uint64_t sum = 0;
+    Measured cold_touch, cold_frame;
+    palpate_.play(cold_touch, cold_frame, exact_, [&] { sum += std::accumulate(others.begin(), others.end(), sum); });
+    row("  touch, 64 MB of other reads before each tick", cold_touch);
+    row("  touch + shape, the same", cold_frame);
+    if (sum == 0) fmt::print("\n");  // so that the reads are not optimised away
+  }
+  void changing(double touch, double frame) { touch_ = touch, frame_ = frame; }
+
+  void row(const std::string& name, const Measured& m) {
+    const double median = m.median();
+    fmt::print("{:<48} {:>11.5f} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1f}x {:>9.1f}x {:>6}\n", name, median * 1e3,
+               percentile(m.error, .5), percentile(m.error, 1), percentile(m.force_error, .5), median / touch_,
+               median / frame_, m.seconds.size());
+    std::fflush(stdout);
+  }
+
+ private:
+  Palpate& palpate_;
+  const Exact& exact_;
+  double touch_ = 1, frame_ = 1;
+  bool shown_ = false;
+};
+
+// Ticks along the push until the time is up; the first, cold one is not counted.
+template <typename Tick>
+Measured follow(const Push& push, const Exact& exact, double budget, const Tick& tick) {
+  Measured measured;
+  Answer answer;
+  answer.surface.resize(3 * push.body.surface_count);
+  const auto start = Clock::now();
+  tick(push.displacements[0], answer);
+  for (std::size_t at = 1; at < push.displacements.size(); ++at) {
+    const auto begin = Clock::now();
+    tick(push.displacements[at], answer);
+    measured.add(seconds_since(begin), answer, exact.at(push.displacements[at]));
+    if (seconds_since(start) > budget) break;
+  }
+  return measured;
+}
+
+// Another node in every tick; palpate's answer and the kept factor's are compared with each other.
+void measure_changing_contact(const Push& push, KeptFactor& kept, Palpate& palpate, Table& table, double budget) {
+  Measured factor, touch, frame;
+  Answer peer, ours;
+  peer.surface.resize(3 * push.body.surface_count);
+  const auto start = Clock::now();
+  for (int turn = 0; turn < 50 && seconds_since(start) < budget; ++turn) {
+    const auto& touchable = push.body.touchable;
+    const std::int32_t node = touchable[(static_cast<std::size_t>(turn) * 7919) % touchable.size()];
+    const auto& fixed = push.body.fixed[node];
+    if (fixed[0] || fixed[1] || fixed[2]) continue;
+    const Eigen::Vector3d displacement = push.displacements[static_cast<std::size_t>(turn)];
+    const auto begin = Clock::now();
+    kept.tick_at_new_node(node, displacement, peer);
+    const double spent = seconds_since(begin);
+    const auto [touched, shaped] = palpate.grip(node, displacement, ours);
+    factor.add(spent, peer, peer);
+    touch.add(touched, ours, peer);
+    frame.add(shaped, ours, peer);
+  }
+  table.changing(touch.median(), frame.median());
+  fmt::print("another node in every tick (error: palpate against the kept factor)\n");
+  table.row("  palpate_touch", touch);
+  table.row("  palpate_touch + palpate_shape", frame);
+  table.row("  CHOLMOD, factor kept, 3 right-hand sides", factor);
+}
+
+#ifdef PALPATE_PEERS_BULLET
+// Frames of 1/60 s along the push, 50/3 ticks each; then the end is held for what remains of the budget, at most 10 s of
+// simulated time. The held row's error is the last frame's.
+void measure_bullet(const Push& push, const Exact& exact, Table& table, double budget) {
+  BulletBody bullet(push, 1.0 / 60);
+  table.palpate();
+  Measured moving, held;
+  Answer answer;
+  answer.surface.resize(3 * push.body.surface_count);
+  const std::size_t last = push.displacements.size() - 1;
+  const auto start = Clock::now();
+  for (std::size_t frame = 0; seconds_since(start) < budget && held.seconds.size() < 600; ++frame) {
+    const std::size_t tick = std::min(frame * 50 / 3, last);
+    const auto begin = Clock::now();
+    bullet.tick(push.displacements[tick], answer);
+    (tick < last ? moving : held).add(seconds_since(begin), answer, exact.at(push.displacements[tick]));
+  }
+  table.row("Bullet deformable, implicit, 1/60 s, moving", moving);
+  if (held.seconds.empty()) return;
+  held.error = {held.error.back()};
+  table.row(fmt::format("Bullet deformable, after {:.1f} s held", static_cast<double>(held.seconds.size()) / 60), held);
+}
+#endif
+
+void measure(const Options& options) {
+  const TetrahedralMesh mesh = read_mesh(options.mesh);
+  const OrganConfig organ = read_organ_config(options.organ);
+  const BoundaryConfig boundary = read_boundary_config(options.boundary);
+  const Push push =
+      make_push(make_elastic_body(mesh, organ, boundary, {options.mesh, options.organ, options.boundary}));
+  Palpate palpate(options, push);
+  const Exact exact(push);
+  fmt::print("{}; node {} pushed 2.5 to 5 mm at 10 mm/s\n", palpate.description(), push.node);
+  fmt::print(
+      "ms: median of a tick; error: relative L2 of the surface against a direct solve, median and worst tick;\n");
+  fmt::print(
+      "force: the same of the contact's force; per tick, per frame: time over palpate_touch, over touch + shape\n");
+  Table table(palpate, exact);
+  table.palpate();
+  {
+    const FreeSystem system(push);
+    const auto start = Clock::now();
+    KeptFactor kept(push, system);
+    kept.hold(push.node);
+    const double factored = seconds_since(start);
+    table.palpate();
+    table.row("CHOLMOD, factor kept, 1 back-substitution",
+              follow(push, exact, options.seconds, [&](const auto& d, Answer& a) { kept.tick(d, a); }));
+    fmt::print("  (factor: {:.2f} s, once)\n", factored);
+    for (const double tolerance : {1e-3, 1e-6}) {
+      ConjugateGradients gradients(push, tolerance);
+      table.palpate();
+      table.row(fmt::format("Eigen CG, Jacobi, warm, {:.0e}", tolerance),
+                follow(push, exact, options.seconds, [&](const auto& d, Answer& a) { gradients.tick(d, a); }));
+    }
+    measure_changing_contact(push, kept, palpate, table, options.seconds);
+  }
+#ifdef PALPATE_PEERS_BULLET
+  measure_bullet(push, exact, table, 2 * options.seconds);
+#else
+  fmt::print("Bullet was not found when this was built: no row of it\n");
+#endif
+}
+
+}  // namespace
+}  // namespace palpate::bench
+
+int main(int argc, char** argv) {
+  palpate::bench::Options options;
+  return palpate::run_program(
+      argc, argv, "peers_bench", "The same push with Palpate and with what a user would write without it.",
+      [&](CLI::App& app) {
+        app.add_option("MESH.msh", options.mesh, "the mesh the bundle was computed from")->required();
+        app.add_option("--organ", options.organ, "its organ.toml")->required();
+        app.add_option("--boundary", options.boundary, "its boundary set")->required();
+        app.add_option("--bundle", options.bundle, "the bundle")->required();
+        app.add_option("--seconds", options.seconds, "most time per system, s")->check(CLI::Range(0.1, 3600.0));
+      },
+      [&] { palpate::bench::measure(options); });
+}

@@ -1,0 +1,110 @@
+#include "bench/peers/push.h"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "bench/peers/cholmod_factor.h"
+
+namespace palpate::bench {
+namespace {
+
+Eigen::Vector3d position(const ElasticBody& body, std::int32_t node) {
+  return Eigen::Vector3d(body.nodes[node].data());
+}
+
+bool is_held(const ElasticBody& body, std::int32_t node) {
+  return body.fixed[node][0] || body.fixed[node][1] || body.fixed[node][2];
+}
+
+std::int32_t node_at_median_distance(const ElasticBody& body) {
+  std::vector<Eigen::Vector3d> held;
+  for (std::size_t n = 0; n < body.nodes.size(); ++n)
+    if (is_held(body, static_cast<std::int32_t>(n))) held.push_back(position(body, static_cast<std::int32_t>(n)));
+  std::vector<std::pair<double, std::int32_t>> candidates;
+  for (const std::int32_t node : body.touchable) {
+    if (is_held(body, node)) continue;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& p : held) nearest = std::min(nearest, (p - position(body, node)).squaredNorm());
+    candidates.emplace_back(nearest, node);
+  }
+  if (candidates.empty()) throw std::runtime_error("no touchable node is free in all directions");
+  const auto middle = candidates.begin() + static_cast<std::ptrdiff_t>(candidates.size() / 2);
+  std::nth_element(candidates.begin(), middle, candidates.end());
+  return middle->second;
+}
+
+}  // namespace
+
+Push make_push(ElasticBody body) {
+  Push push;
+  push.body = std::move(body);
+  push.stiffness = assemble_stiffness(push.body);
+  push.node = node_at_median_distance(push.body);
+  auto triangle = std::find_if(push.body.triangles.begin(), push.body.triangles.end(),
+                               [&](const auto& t) { return std::find(t.begin(), t.end(), push.node) != t.end(); });
+  std::array<std::int32_t, 3> corner = *triangle;
+  std::rotate(corner.begin(), std::find(corner.begin(), corner.end(), push.node), corner.end());
+  const Eigen::Vector3d a = position(push.body, corner[0]), b = position(push.body, corner[1]),
+                        c = position(push.body, corner[2]);
+  push.place = 0.9 * a + 0.05 * b + 0.05 * c;
+  push.outward = (b - a).cross(c - a).normalized();
+  const Eigen::Vector3d along = (b - a).normalized(), across = push.outward.cross(along);
+  for (int tick = 0; tick < 250; ++tick) {
+    const double time = tick * kTick, angle = 4 * std::numbers::pi * time;
+    push.displacements.push_back(-(2.5e-3 + 1e-2 * time) * push.outward +
+                                 1e-3 * ((std::cos(angle) - 1) * along + std::sin(angle) * across));
+  }
+  return push;
+}
+
+SparseMatrix sparse(const BlockMatrix& matrix) {
+  SparseMatrix result(3 * matrix.rows, 3 * matrix.rows);
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(9 * matrix.block.size());
+  for (std::int32_t row = 0; row < matrix.rows; ++row)
+    for (std::int64_t at = matrix.first[row]; at < matrix.first[row + 1]; ++at)
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          if (const double value = matrix.block[at][3 * i + j]; value != 0)
+            entries.emplace_back(3 * row + i, 3 * matrix.column[at] + j, value);
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
+Exact::Exact(const Push& push) {
+  const ElasticBody& body = push.body;
+  auto fixed = body.fixed;
+  fixed[push.node] = {1, 1, 1};
+  const HeldStiffness held = eliminate_held(push.stiffness, fixed);
+  CholmodFactor factor(sparse(held.matrix));
+  surface_.setZero(3 * body.surface_count, 3);
+  for (int j = 0; j < 3; ++j) {
+    std::vector<double> unit(3 * body.nodes.size(), 0.0);
+    unit[3 * static_cast<std::size_t>(push.node) + static_cast<std::size_t>(j)] = 1;
+    const std::vector<double> reaction = multiply(push.stiffness, unit);
+    Eigen::VectorXd load(3 * held.matrix.rows);
+    for (std::int32_t row = 0; row < held.matrix.rows; ++row)
+      for (int i = 0; i < 3; ++i) {
+        const std::size_t dof = 3 * static_cast<std::size_t>(held.node_of_row[row]) + static_cast<std::size_t>(i);
+        load[3 * row + i] = fixed[dof / 3][i] ? 0 : -reaction[dof];
+      }
+    const Eigen::MatrixXd& solved = factor.solve(load);
+    std::vector<double> field = unit;
+    for (std::int32_t row = 0; row < held.matrix.rows; ++row)
+      for (int i = 0; i < 3; ++i)
+        field[3 * static_cast<std::size_t>(held.node_of_row[row]) + static_cast<std::size_t>(i)] =
+            solved(3 * row + i, 0);
+    const std::vector<double> forces = multiply(push.stiffness, field);
+    for (int i = 0; i < 3; ++i)
+      force_(i, j) = forces[3 * static_cast<std::size_t>(push.node) + static_cast<std::size_t>(i)];
+    surface_.col(j) = Eigen::Map<const Eigen::VectorXd>(field.data(), surface_.rows());
+  }
+}
+
+Answer Exact::at(const Eigen::Vector3d& displacement) const {
+  return {surface_ * displacement, force_ * displacement};
+}
+
+}  // namespace palpate::bench
