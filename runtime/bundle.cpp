@@ -196,6 +196,28 @@ palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error*
   return palpate::succeed(error);
 }
 
+palpate_status palpate_bundle_prefault(palpate_bundle* bundle, int32_t lock, palpate_error* error) {
+  if (!bundle) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle must not be NULL");
+  std::uint64_t limit = 0, refused = 0;
+  for (const palpate::FileMap& map : bundle->maps) {
+    palpate::FileMap mapped;
+    {
+      const palpate::MapLock own(bundle);
+      mapped = map;
+    }
+    if (!mapped.data) continue;
+    palpate::read_pages(mapped);
+    if (lock && !palpate::lock_pages(mapped, &limit)) refused += mapped.bytes;
+  }
+  if (bundle->lost.load()) return palpate::file_was_cut(error);
+  if (refused == 0) return palpate::succeed(error);
+  return fail(
+      error, PALPATE_ERROR_LOCK, 0,
+      "%llu bytes of the bundle were read but not locked: this process may lock %llu bytes; raise RLIMIT_MEMLOCK "
+      "(ulimit -l), or expect a page to be taken back when memory is short",
+      static_cast<unsigned long long>(refused), static_cast<unsigned long long>(limit));
+}
+
 void palpate_bundle_close(palpate_bundle* bundle) {
   if (!bundle) return;
   for (palpate::FileMap& map : bundle->maps) palpate::unmap(&map);

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -154,6 +155,20 @@ void unmap(FileMap* map) {
   *map = FileMap{};
 }
 
+void read_pages(const FileMap& map) {
+  const std::size_t page = page_bytes.load();
+  for (std::size_t at = 0; at < map.bytes; at += page)
+    static_cast<void>(*(static_cast<const volatile unsigned char*>(map.base) + at));
+}
+
+bool lock_pages(const FileMap& map, std::uint64_t* limit) {
+  if (mlock(map.base, map.bytes) == 0) return true;
+  struct rlimit allowed = {};
+  getrlimit(RLIMIT_MEMLOCK, &allowed);
+  *limit = allowed.rlim_cur;
+  return false;
+}
+
 }  // namespace palpate
 
 #else  // no POSIX maps: the host reads the bytes itself and uses palpate_bundle_open
@@ -174,6 +189,10 @@ bool map_range(int, std::uint64_t, std::uint64_t, std::atomic<bool>*, FileMap*) 
   return false;
 }
 void unmap(FileMap*) {}
+void read_pages(const FileMap&) {}
+bool lock_pages(const FileMap&, std::uint64_t*) {
+  return false;
+}
 }  // namespace palpate
 
 #endif

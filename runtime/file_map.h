@@ -30,4 +30,9 @@ bool read_head(int descriptor, void* out, std::size_t count);
 bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::atomic<bool>* lost, FileMap* map);
 void unmap(FileMap* map);
 
+// Reads every page of a map once.
+void read_pages(const FileMap& map);
+// Asks the system to keep a map in memory until it is unmapped. False with *limit, bytes, where it refuses.
+bool lock_pages(const FileMap& map, std::uint64_t* limit);
+
 }  // namespace palpate

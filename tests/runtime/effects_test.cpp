@@ -4,103 +4,21 @@
 #include <regex>
 #include <thread>
 
-#include "tests/runtime/touched_box.h"
-
-// Every allocation of the process is counted while a step runs, from malloc as well as from operator new. Sanitizers
-// bring their own malloc; then nothing is counted and the test is skipped.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kCounts = false;
-#else
-constexpr bool kCounts = true;
-#endif
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-}  // namespace
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-void* malloc(std::size_t bytes) {
-  allocations += counting;
-  return __libc_malloc(bytes);
-}
-void* calloc(std::size_t count, std::size_t bytes) {
-  allocations += counting;
-  return __libc_calloc(count, bytes);
-}
-void* realloc(void* memory, std::size_t bytes) {
-  allocations += counting;
-  return __libc_realloc(memory, bytes);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t bytes) {
-  allocations += counting;
-  return __libc_memalign(alignment, bytes);
-}
-}
-#endif
+#include "tests/runtime/played_box.h"
 
 namespace palpate::tests {
 namespace {
 
 using formats::SectionId;
 
-void add_everything(BundleParts& parts) {
-  const auto nodes = parts.get<double>(SectionId::nodes);
-  std::vector<double> preload(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.001 * nodes[i - 2] : 0;
-  parts.set(SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
-  parts.set(SectionId::response_radial, {2}, std::vector<double>{0.5, 0.5});
-  parts.set(SectionId::response_force, {2}, std::vector<double>{0.5, 0.5});
-  parts.set(SectionId::response_range, {2}, std::vector<double>{1, 1});
-}
 const TouchedBox& box() {
   static const TouchedBox shared({}, add_everything);
   return shared;
 }
 
-// A tool that comes down on the far face, slides a little and goes out again, and a grip beside it.
 template <class Each>
 void play(palpate_scene* scene, Contacts& contacts, int steps, Each each) {
-  const std::int32_t triangle = box().far_triangle(5);
-  const Eigen::Vector3d place = box().place(triangle, {.3, .3, .4}), out = box().outward(triangle);
-  for (int s = 0; s < steps; ++s) {
-    const Eigen::Vector3d p =
-        place + (0.002 * std::cos(0.05 * s)) * out + Eigen::Vector3d(0, 0.0005 * std::sin(0.03 * s), 0);
-    const palpate_grip grip = grip_at_node(box().touchable[4], {0, 0, 0.001 * std::sin(0.02 * s)});
-    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0}, {nullptr, 0, &grip, 1, 0}};
-    each(palpate_touch(scene, tools, 2, 1e-3, contacts.get()));
-  }
-}
-
-TEST(Step, AllocatesNothing) {
-  if (!kCounts) GTEST_SKIP() << "a sanitizer's malloc is not counted";
-  for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
-      palpate_scene_def def = palpate_default_scene_def();
-      def.collision = collision, def.contact = contact;
-      def.shape = PALPATE_SHAPE_VOLUME, def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE;
-      const ScenePointer scene = box().scene(def);
-      Contacts contacts(scene.get());
-      std::vector<float> u(static_cast<std::size_t>(box().dofs()));
-      palpate_shape_out out = {u.data(), nullptr, static_cast<std::int32_t>(box().dofs() / 3), 0};
-      allocations = 0;
-      counting = true;
-      int contact_steps = 0;
-      play(scene.get(), contacts, 200, [&](palpate_step_flags) {
-        palpate_shape(scene.get(), contacts.get(), &out);
-        contact_steps += contacts->tools[0].contact_count;
-      });
-      counting = false;
-      EXPECT_EQ(allocations, 0);
-      EXPECT_GT(contact_steps, 20);
-    }
-  counting = true;
-  std::free(std::malloc(1));
-  counting = false;
-  EXPECT_EQ(allocations, 1) << "the counter does not count";
+  play(box(), scene, contacts, steps, each);
 }
 
 TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {

@@ -1,15 +1,27 @@
-/* The header is C11 and needs nothing else; this file is compiled with -std=c11 -Wpedantic -Werror and linked as C. */
+/* The headers are C11 and need nothing else; this file is compiled with -std=c11 -Wpedantic -Werror and linked as C. */
 #include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_mailbox.h"
 
 _Static_assert(sizeof(palpate_contact_node) == 64,
                "contacts are plain data that crosses sockets: their layout is fixed");
 _Static_assert(sizeof(palpate_tool_state) == 80, "as above");
 _Static_assert(sizeof(palpate_contacts) == 32 + PALPATE_MAX_TOOLS * sizeof(palpate_tool_state), "as above");
 
+static int mailbox_works(void) {
+  static _Alignas(64) unsigned char memory[8192];
+  const size_t bytes = palpate_contacts_bytes(0);
+  palpate_mailbox* box = palpate_mailbox_create(memory, bytes);
+  if (palpate_mailbox_bytes(bytes) > sizeof memory || !box || palpate_mailbox_newest(box, 0)) return 0;
+  palpate_mailbox_slot(box)->step = 42;
+  palpate_mailbox_publish(box);
+  return palpate_mailbox_newest(box, 0)->step == 42;
+}
+
 int main(void) {
   palpate_error error;
   palpate_bundle* bundle = 0;
   const palpate_scene_def def = palpate_default_scene_def();
   if (palpate_bundle_open("", 0, &bundle, &error) == PALPATE_OK || bundle != 0 || error.text[0] == 0) return 1;
+  if (!mailbox_works()) return 1;
   return def.max_tools == 4 && palpate_touch(0, 0, 0, 0.001, 0) == PALPATE_STEP_BAD_INPUT ? 0 : 1;
 }

@@ -44,7 +44,8 @@ typedef enum palpate_status {
   PALPATE_ERROR_ARGUMENT = 7,  /* a null pointer, a bad enum, a limit of zero         */
   PALPATE_ERROR_MEMORY = 8,    /* the allocator returned NULL                         */
   PALPATE_ERROR_FILE = 9,      /* the file cannot be opened or mapped                 */
-  PALPATE_ERROR_EFFECT = 10    /* an effect needs a section this bundle does not have */
+  PALPATE_ERROR_EFFECT = 10,   /* an effect needs a section this bundle does not have */
+  PALPATE_ERROR_LOCK = 11      /* the system does not lock that much memory           */
 } palpate_status;
 
 typedef struct palpate_error {
@@ -67,6 +68,14 @@ PALPATE_API palpate_status palpate_bundle_open_file(const char* path, palpate_bu
 
 /* Compares every section with its checksum; reads the whole bundle. */
 PALPATE_API palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error* error);
+
+/* For loops with deadlines: reads every page of the sections that the bundle's scenes have mapped, so that no step waits for
+ * the disk or takes a page fault on them; lock: also asks the system to keep them in memory (mlock), without which it may
+ * take pages back when memory is short. Call it after palpate_scene_create, not in a step. Cost: one read of those sections,
+ * and as much memory for as long as the bundle is open. A bundle opened from bytes is in the host's memory: nothing is done.
+ * Returns PALPATE_ERROR_LOCK when the system refuses to lock (its limit is RLIMIT_MEMLOCK, `ulimit -l`): the pages have been
+ * read all the same and the scene works as before. */
+PALPATE_API palpate_status palpate_bundle_prefault(palpate_bundle* bundle, int32_t lock, palpate_error* error);
 
 /* NULL is allowed. Scenes of the bundle must be destroyed first. */
 PALPATE_API void palpate_bundle_close(palpate_bundle* bundle);

@@ -1,0 +1,31 @@
+// The box with every optional section, and a run that uses all of a scene's effects.
+#pragma once
+
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+
+inline void add_everything(BundleParts& parts) {
+  const auto nodes = parts.get<double>(formats::SectionId::nodes);
+  std::vector<double> preload(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.001 * nodes[i - 2] : 0;
+  parts.set(formats::SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
+  parts.set(formats::SectionId::response_radial, {2}, std::vector<double>{0.5, 0.5});
+  parts.set(formats::SectionId::response_force, {2}, std::vector<double>{0.5, 0.5});
+  parts.set(formats::SectionId::response_range, {2}, std::vector<double>{1, 1});
+}
+// A tool that comes down on the far face, slides a little and goes out again, and a grip beside it.
+template <class Each>
+void play(const TouchedBox& box, palpate_scene* scene, Contacts& contacts, int steps, Each each) {
+  const std::int32_t triangle = box.far_triangle(5);
+  const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
+  for (int s = 0; s < steps; ++s) {
+    const Eigen::Vector3d p =
+        place + (0.002 * std::cos(0.05 * s)) * out + Eigen::Vector3d(0, 0.0005 * std::sin(0.03 * s), 0);
+    const palpate_grip grip = grip_at_node(box.touchable[4], {0, 0, 0.001 * std::sin(0.02 * s)});
+    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0}, {nullptr, 0, &grip, 1, 0}};
+    each(palpate_touch(scene, tools, 2, 1e-3, contacts.get()));
+  }
+}
+
+}  // namespace palpate::tests

@@ -1,0 +1,294 @@
+// What a loop with deadlines needs of a step: no allocation, no lock, no system call, no page fault, with every effect.
+#include <dlfcn.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstddef>
+
+#include "tests/runtime/played_box.h"
+
+// Every allocation and every lock of this program is counted while a step runs. Sanitizers bring their own malloc and
+// make system calls of their own; then there is nothing to count.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kCounts = false;
+#else
+constexpr bool kCounts = true;
+#endif
+namespace {
+thread_local bool counting = false;
+thread_local long allocations = 0, locks = 0;
+}  // namespace
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+void __libc_free(void*);
+void* malloc(std::size_t bytes) {
+  allocations += counting;
+  return __libc_malloc(bytes);
+}
+void* calloc(std::size_t count, std::size_t bytes) {
+  allocations += counting;
+  return __libc_calloc(count, bytes);
+}
+void* realloc(void* memory, std::size_t bytes) {
+  allocations += counting;
+  return __libc_realloc(memory, bytes);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t bytes) {
+  allocations += counting;
+  return __libc_memalign(alignment, bytes);
+}
+void free(void* memory) {
+  allocations += counting;
+  __libc_free(memory);
+}
+int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
+  static const auto real = reinterpret_cast<int (*)(pthread_mutex_t*)>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
+  locks += counting;
+  return real(mutex);
+}
+}
+#endif
+
+namespace palpate::tests {
+namespace {
+
+// The bundle of the box with everything, in a file: so large that its tensors are many pages.
+class FileBox {
+ public:
+  FileBox() : box(kForm, add_everything) {
+    BundleParts parts = tiny_bundle(kForm);
+    add_everything(parts);
+    file_ = scratch_file("bundle.h5");
+    write_bundle(file_, parts);
+    open();
+  }
+  ~FileBox() { std::filesystem::remove(file_); }
+  // Maps nothing that was mapped before.
+  void open() {
+    palpate_bundle* opened = nullptr;
+    palpate_error error = {};
+    if (palpate_bundle_open_file(file_.c_str(), &opened, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    bundle.reset(opened);
+  }
+  ScenePointer scene(const palpate_scene_def& def) const {
+    palpate_scene* created = nullptr;
+    palpate_error error = {};
+    if (palpate_scene_create(bundle.get(), &def, &created, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    return ScenePointer(created);
+  }
+  TouchedBox box;
+  BundlePointer bundle;
+
+ private:
+  static constexpr TinyBox kForm = {{5, 4, 4}, {0.06, 0.05, 0.04}};
+  std::filesystem::path file_;
+};
+
+// Every value of every effect, each collision with each contact model; the others are all on, or all off.
+std::vector<palpate_scene_def> every_effect() {
+  std::vector<palpate_scene_def> all;
+  for (const auto collision : {PALPATE_COLLISION_OFF, PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
+    for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT})
+      for (const bool on : {false, true}) {
+        palpate_scene_def def = palpate_default_scene_def();
+        def.collision = collision, def.contact = contact;
+        if (on) {
+          def.shape = PALPATE_SHAPE_VOLUME, def.radial = PALPATE_RADIAL_RESPONSE;
+          def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
+        }
+        all.push_back(def);
+      }
+  return all;
+}
+
+// A scene with the arrays its steps need, so that nothing else than steps happens in run().
+struct Running {
+  Running(const FileBox& from, const palpate_scene_def& def)
+      : scene(from.scene(def)),
+        contacts(scene.get()),
+        u(static_cast<std::size_t>(from.box.dofs())),
+        out{u.data(), nullptr, static_cast<std::int32_t>(from.box.dofs() / 3), 0},
+        box(from.box) {}
+
+  // Both halves; every touchable node is held at some time, so that every column of the tensors is read.
+  void run(int steps) {
+    contact_steps = 0;
+    play(box, scene.get(), contacts, steps, [&](palpate_step_flags) {
+      contact_steps += contacts->tools[0].contact_count > 0;
+      palpate_shape(scene.get(), contacts.get(), &out);
+    });
+    for (const std::int32_t node : box.touchable) {
+      const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
+      const palpate_tool tool = {nullptr, 0, &grip, 1, 0};
+      palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      palpate_shape(scene.get(), contacts.get(), &out);
+    }
+  }
+
+  ScenePointer scene;
+  Contacts contacts;
+  std::vector<float> u;
+  palpate_shape_out out;
+  const TouchedBox& box;
+  int contact_steps = 0;
+};
+
+TEST(Step, AllocatesAndLocksNothing) {
+  if (!kCounts) GTEST_SKIP() << "a sanitizer's malloc is not counted";
+  const FileBox file;
+  for (const palpate_scene_def& def : every_effect()) {
+    Running running(file, def);
+    allocations = locks = 0;
+    counting = true;
+    running.run(1000);
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+    EXPECT_EQ(locks, 0);
+    EXPECT_TRUE(def.collision == PALPATE_COLLISION_OFF || running.contact_steps > 20);
+  }
+  allocations = locks = 0;
+  pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+  counting = true;
+  std::free(std::malloc(1));
+  pthread_mutex_lock(&mutex);
+  counting = false;
+  pthread_mutex_unlock(&mutex);
+  EXPECT_EQ(allocations, 2) << "the counter does not count";
+  EXPECT_EQ(locks, 1) << "the counter does not count";
+}
+
+// From here on this process may only end: any other system call ends it with the call's number (of all but the largest,
+// which come back as 255).
+void forbid_system_calls() {
+  struct sigaction action = {};
+  action.sa_flags = SA_SIGINFO;
+  action.sa_sigaction = [](int, siginfo_t* info, void*) { _exit(info->si_syscall < 255 ? info->si_syscall : 255); };
+  sigaction(SIGSYS, &action, nullptr);
+  sock_filter filter[] = {
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_exit_group, 0, 1),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_TRAP),
+  };
+  const sock_fprog program = {std::size(filter), filter};
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)
+    _exit(254);
+}
+
+// What a child process that ran `work` under that rule ended with; 0: it made no system call.
+template <class Work>
+int in_child_without_system_calls(const Work& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    forbid_system_calls();
+    work();
+    _exit(0);
+  }
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+}
+
+TEST(Step, MakesNoSystemCall) {
+  if (!kCounts) GTEST_SKIP() << "a sanitizer makes system calls of its own";
+  if (in_child_without_system_calls([] {}) == 254) GTEST_SKIP() << "this system has no seccomp filters";
+  EXPECT_EQ(in_child_without_system_calls([] { getppid(); }), SYS_getppid) << "the filter does not filter";
+  const FileBox file;
+  for (const palpate_scene_def& def : every_effect()) {
+    Running running(file, def);
+    EXPECT_EQ(in_child_without_system_calls([&] { running.run(1000); }), 0)
+        << "collision " << def.collision << ", contact " << def.contact;
+  }
+}
+
+long page_faults() {
+  rusage usage = {};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+TEST(Step, TakesNoPageFaultOncePrefaulted) {
+  if (!kCounts) GTEST_SKIP() << "a sanitizer's shadow takes page faults of its own";
+  FileBox file;
+  for (const palpate_scene_def& def : every_effect()) {
+    // The system may move a page at any time, though not three times running: one clean run of three shows the steps'.
+    long least = 1000;
+    for (int attempt = 0; attempt < 3 && least > 0; ++attempt) {
+      file.open();
+      Running running(file, def);
+      palpate_error error = {};
+      EXPECT_EQ(palpate_bundle_prefault(file.bundle.get(), 0, &error), PALPATE_OK) << error.text;
+      running.run(0);  // the caller's own pages: stack, arrays, code
+      play(file.box, running.scene.get(), running.contacts, 100, [](palpate_step_flags) {});
+      const long before = page_faults();
+      running.run(1000);
+      least = std::min(least, page_faults() - before);
+    }
+    EXPECT_EQ(least, 0) << "collision " << def.collision << ", contact " << def.contact;
+  }
+  file.open();
+  Running cold(file, palpate_default_scene_def());
+  const long before = page_faults();
+  cold.run(0);
+  EXPECT_GT(page_faults() - before, 0) << "without prefault the first steps bring the pages in, and this would show it";
+}
+
+std::uint64_t locked_bytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.rfind("VmLck:", 0) == 0) return 1024 * std::stoull(line.substr(6));
+  return 0;
+}
+
+TEST(Prefault, LocksWhatIsMappedUntilTheBundleIsClosed) {
+  FileBox file;
+  palpate_error error = {};
+  EXPECT_EQ(palpate_bundle_prefault(nullptr, 1, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_bundle_prefault(file.bundle.get(), 1, &error), PALPATE_OK) << "nothing is mapped yet";
+  const std::uint64_t before = locked_bytes();
+  {
+    Running running(file, palpate_default_scene_def());
+    const palpate_status status = palpate_bundle_prefault(file.bundle.get(), 1, &error);
+    if (status == PALPATE_ERROR_LOCK) GTEST_SKIP() << error.text;
+    ASSERT_EQ(status, PALPATE_OK) << error.text;
+    const std::size_t tensors = 36 * file.box.touchable.size() * static_cast<std::size_t>(file.box.body.surface_nodes);
+    EXPECT_GE(locked_bytes() - before, tensors);
+  }
+  file.open();
+  EXPECT_EQ(locked_bytes(), before);
+  EXPECT_EQ(palpate_bundle_prefault(file.box.bundle(), 1, &error), PALPATE_OK) << "the host's bytes are left alone";
+}
+
+TEST(Prefault, SaysWhenTheSystemDoesNotLockAndTheSceneWorksOn) {
+  const FileBox file;
+  Running running(file, palpate_default_scene_def());
+  const pid_t child = fork();
+  if (child == 0) {  // nobody, who may lock nothing
+    const rlimit none = {0, 0};
+    if (setrlimit(RLIMIT_MEMLOCK, &none) != 0 || (geteuid() == 0 && setuid(65534) != 0)) _exit(9);
+    palpate_error error = {};
+    if (palpate_bundle_prefault(file.bundle.get(), 1, &error) != PALPATE_ERROR_LOCK) _exit(1);
+    if (error.status != PALPATE_ERROR_LOCK || !std::strstr(error.text, "RLIMIT_MEMLOCK")) _exit(2);
+    if (palpate_bundle_prefault(file.bundle.get(), 0, &error) != PALPATE_OK) _exit(3);
+    running.run(200);
+    _exit(running.contact_steps > 0 ? 0 : 4);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+}  // namespace
+}  // namespace palpate::tests
