@@ -11,6 +11,7 @@
 #include "runtime/run/csv_files.h"
 #include "runtime/run/explain.h"
 #include "runtime/run/output_folder.h"
+#include "runtime/run/realtime.h"
 #include "runtime/run/shape_files.h"
 #include "runtime/run/summary.h"
 
@@ -21,7 +22,9 @@ namespace fs = std::filesystem;
 
 struct Options {
   fs::path scene, bundle, output;
-  bool explain = false;
+  bool explain = false, realtime = false;
+  double seconds = 5;
+  std::vector<double> rates = {1000, 4000, 10000};
   unsigned every = 1;
 };
 
@@ -33,9 +36,12 @@ fs::path bundle_of(const Options& options, const SceneConfig& scene) {
   return scene.bundle;
 }
 
+fs::path target_of(const Options& options) {
+  return options.output.empty() ? fs::path(options.scene.stem()) : options.output;
+}
+
 void play(Player& player, const fs::path& bundle, const Options& options) {
-  const fs::path target = options.output.empty() ? fs::path(options.scene.stem()) : options.output;
-  OutputFolder folder(target, {"forces.csv", "contacts.csv", "shapes", "shapes.pvd", "summary.json"});
+  OutputFolder folder(target_of(options), {"forces.csv", "contacts.csv", "shapes", "shapes.pvd", "summary.json"});
   const BundleFields fields = read_bundle_fields(bundle);
   CsvFiles csv(folder.part(), player.scene());
   Summary summary(player);
@@ -60,12 +66,25 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
   folder.commit();
 }
 
+void play_against_the_clock(Player& player, const fs::path& bundle, const Options& options) {
+  OutputFolder folder(target_of(options), {"summary.json"});
+  std::vector<RealtimeRun> runs;
+  for (const double rate : options.rates) {
+    runs.push_back(run_realtime(player, rate, options.seconds));
+    fmt::print("{}{}", runs.size() > 1 ? "\n" : "", realtime_table(runs.back()));
+  }
+  write_text_atomically(folder.part() / "summary.json", realtime_summary(runs, player, bundle));
+  folder.commit();
+}
+
 void run(const Options& options) {
   const SceneConfig scene = read_scene_config(options.scene);
   const fs::path bundle = bundle_of(options, scene);
   Player player(scene, bundle);
   if (options.explain)
     fmt::print("{}", explain(player));
+  else if (options.realtime)
+    play_against_the_clock(player, bundle, options);
   else
     play(player, bundle, options);
 }
@@ -82,8 +101,18 @@ int main(int argc, char** argv) {
         app.add_option("-o,--output", options.output, "folder to write; default: the scene file's name, here");
         app.add_option("--bundle", options.bundle, "bundle to touch instead of the one the scene names");
         app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));
-        app.add_flag("--explain", options.explain,
-                     "print the plan, its predicted and its measured cost; write nothing");
+        auto* explain = app.add_flag("--explain", options.explain,
+                                     "print the plan, its predicted and its measured cost; write nothing");
+        auto* realtime = app.add_flag("--realtime", options.realtime,
+                                      "play the scene over and over against the clock, touch and shape on two threads; "
+                                      "writes summary.json alone");
+        realtime->excludes(explain);
+        app.add_option("--seconds", options.seconds, "how long, per rate")
+            ->check(CLI::Range(0.01, 3600.0))
+            ->needs(realtime);
+        app.add_option("--rate", options.rates, "touches per second; default: 1000, 4000 and 10000 in turn")
+            ->check(CLI::Range(1.0, 100000.0))
+            ->needs(realtime);
       },
       [&] { palpate::run(options); });
 }

@@ -156,6 +156,12 @@ std::uint64_t Player::touch_count() const {
   return static_cast<std::uint64_t>(std::floor(duration() * scene_.touch_hz * (1 + rounding))) + 1;
 }
 
+int Player::shape_node_count() const {
+  if (scene_.shape == SceneConfig::Shape::off) return 0;
+  const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
+  return scene_.shape == SceneConfig::Shape::surface ? info.surface_node_count : info.node_count;
+}
+
 void Player::move_tools(double time) {
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const auto& path = scene_.tools[t].path;
@@ -170,11 +176,8 @@ void Player::move_tools(double time) {
 Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
                     const std::function<void(const ShapeRecord&)>& on_shape) {
   palpate_reset(runtime_scene_.get());
-  const auto info = palpate_bundle_describe(bundle_.get());
   const bool shaped = scene_.shape != SceneConfig::Shape::off;
-  const int node_count = !shaped                                       ? 0
-                         : scene_.shape == SceneConfig::Shape::surface ? info.surface_node_count
-                                                                       : info.node_count;
+  const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());
   // 8-byte aligned, as the API asks.
   std::vector<std::uint64_t> memory((palpate_contacts_bytes(runtime_scene_.get()) + 7) / 8);
@@ -187,10 +190,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
   for (std::uint64_t step = 0; step < steps; ++step) {
     const double time = static_cast<double>(step) / scene_.touch_hz;
     move_tools(time);
-    const auto touch_flags = timed(timing.touch_us, [&] {
-      return palpate_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()),
-                           1 / scene_.touch_hz, contacts);
-    });
+    const auto touch_flags = timed(timing.touch_us, [&] { return touch(1 / scene_.touch_hz, contacts); });
     if (on_touch) on_touch({time, touch_flags, positions_, *contacts});
     if (!shaped || step < step_of_frame(frame, scene_)) continue;
     ++frame;

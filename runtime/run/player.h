@@ -40,11 +40,19 @@ class Player {
   Player(SceneConfig scene, const std::filesystem::path& bundle);
 
   const SceneConfig& scene() const { return scene_; }
-  const palpate_bundle* bundle() const { return bundle_.get(); }
-  const palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
+  palpate_bundle* bundle() const { return bundle_.get(); }
+  palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
   double duration() const;            // s, the last key frame of all tools
   std::uint64_t touch_count() const;  // steps of the whole scene, both ends included
   int contact_node_limit() const { return contact_node_limit_; }
+
+  int shape_node_count() const;  // nodes that palpate_shape fills
+
+  // For a loop of the caller's: puts the tools where they are at a time, and touches with them. Neither allocates.
+  void move_tools(double time);
+  palpate_step_flags touch(double dt, palpate_contacts* contacts) {
+    return palpate_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt, contacts);
+  }
 
   // From the start, as after create. Either callback may be empty. The timed calls are palpate_touch and palpate_shape
   // alone.
@@ -58,8 +66,6 @@ class Player {
   struct DestroyScene {
     void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
   };
-
-  void move_tools(double time);
 
   SceneConfig scene_;
   std::unique_ptr<palpate_bundle, CloseBundle> bundle_;

@@ -9,9 +9,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED", "REGULARISED",  "RESPONSE_RANGE",
-                                      "FORCE_LIMITED", "BUNDLE_LOST",      "NOT_TOUCHABLE"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_NOT_TOUCHABLE);
+constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED", "REGULARISED",   "RESPONSE_RANGE",
+                                      "FORCE_LIMITED", "BUNDLE_LOST",      "NOT_TOUCHABLE", "UNSOLVED"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_UNSOLVED);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;

@@ -277,6 +277,35 @@ TEST_F(PlayedScene, ExplainsItsPlanAndWritesNothing) {
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
+TEST_F(PlayedScene, RunsBothLoopsAgainstTheClock) {
+  write_scene(kProbe);
+  const Ended ended = run("scene.toml -o out --realtime --seconds 0.3 --rate 500 --rate 2000");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.output, HasSubstr("missed deadlines"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out" / "summary.json"));
+  ASSERT_EQ(summary["realtime"].size(), 2u);
+  const double rates[2] = {500, 2000};
+  for (int r = 0; r < 2; ++r) {
+    const auto& entry = summary["realtime"][r];
+    const auto& touch = entry["touch"];
+    EXPECT_EQ(entry["touch_hz"], rates[r]);
+    // Every step was made or counted as missed, however busy the machine; a late step counts once and what it left out too.
+    const int steps = touch["steps"], missed = touch["missed_deadlines"], wanted = static_cast<int>(0.3 * rates[r]);
+    EXPECT_LE(steps, wanted);
+    EXPECT_GE(steps + missed, wanted);
+    EXPECT_GT(steps, 0);
+    for (const char* name : {"p50", "p90", "p99", "p99.9", "p99.99", "max"}) {
+      EXPECT_GT(touch["work_us"][name], 0);
+      EXPECT_GT(touch["wake_up_us"][name], 0) << "woken before it was due";
+    }
+    EXPECT_GT(entry["shape"]["steps"], 0);
+    EXPECT_GT(entry["contacts_age_us"]["max"], 0);
+  }
+  EXPECT_EQ(run("scene.toml -o out --realtime --explain").code, 2);
+  EXPECT_EQ(run("scene.toml -o out --realtime --rate 0").code, 2);
+  EXPECT_EQ(run("scene.toml -o out --seconds 3").code, 2);
+}
+
 TEST(PlanTable, PredictsTheLongerOfReadingAndComputing) {
   const palpate_plan_pass passes[] = {{"reads", "touch", "a", 1000, 4000, 1}, {"computes", "shape", "b", 0, 1, 6000}};
   // 10 contact nodes: 40 kB at 2 GB/s are 20 us; 60 kflop at 2 Gflop/s are 30 us.
