@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "precompute/column_solver.h"
+#include "precompute/discretisation.h"
 #include "precompute/petsc_matrix.h"
 #include "precompute/petsc_session.h"
-#include "precompute/stiffness.h"
 
 namespace palpate {
 namespace {
@@ -124,9 +124,9 @@ void run(const std::vector<std::string>& words) {
   const OrganConfig organ = read_organ_config(words[1]);
   const ElasticBody body =
       make_elastic_body(read_mesh(words[0]), organ, read_boundary_config(words[2]), {words[0], words[1], words[2]});
-  const HeldStiffness held = eliminate_held(assemble_stiffness(body), body.fixed);
-  std::vector<std::array<double, 3>> coordinates;
-  for (const auto n : held.node_of_row) coordinates.push_back(body.nodes[n]);
+  const Discretisation discretisation = discretise(body, organ.element);
+  const HeldStiffness held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+  const std::vector<std::array<double, 3>> coordinates = row_coordinates(discretisation, held);
   const int columns = words.size() > 3 ? std::stoi(words[3]) : 6;
   std::vector<int> widths;
   for (std::size_t i = 4; i < words.size(); ++i) widths.push_back(std::stoi(words[i]));

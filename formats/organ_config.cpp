@@ -6,6 +6,7 @@ namespace palpate {
 namespace {
 
 using Units = std::vector<std::pair<std::string, double>>;
+const std::vector<std::pair<std::string, Element>> kElements = {{"p1", Element::p1}, {"p1-anp", Element::p1_anp}};
 const Units kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
 const Units kPressures = {{"Pa", 1}, {"kPa", 1e3}, {"MPa", 1e6}, {"GPa", 1e9}};
 const Units kDensities = {{"kg/m^3", 1}, {"g/cm^3", 1e3}};
@@ -163,6 +164,12 @@ BoundaryConfig::Fixed fixed(TomlTable& table) {
 
 }  // namespace
 
+const char* name_of(Element element) {
+  for (const auto& [name, value] : kElements)
+    if (value == element) return name.c_str();
+  return "";
+}
+
 OrganConfig read_organ_config(const std::filesystem::path& file) {
   const toml::table parsed = parse_toml(file);
   TomlTable table(file, parsed, "");
@@ -170,7 +177,7 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
   result.name = table.text("name", "\"liver\"");
   result.metres_per_mesh_unit = table.choice("mesh_unit", kLengths);
   result.frame = table.choice<std::string>("frame", {{"LPS", "LPS"}, {"RAS", "RAS"}, {"none", "none"}});
-  result.element = table.text("element", "\"p1\"");
+  result.element = table.choice("element", kElements);
   for (auto& item : table.tables("region")) {
     result.regions.push_back(region(item));
     for (std::size_t r = 0; r + 1 < result.regions.size(); ++r)

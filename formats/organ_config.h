@@ -18,12 +18,17 @@ struct SourcedValue {
   std::string source;
 };
 
+// What the displacement is between the vertices: linear, as in the paper; linear with the dilatation averaged over nodes,
+// for nearly incompressible tissue.
+enum class Element { p1, p1_anp };
+const char* name_of(Element element);  // "p1", "p1-anp"
+
 // organ.toml
 //
 //   name = "liver"
 //   mesh_unit = "mm"             # of the mesh file: m, cm, mm, um
 //   frame = "LPS"                # what the axes mean: LPS, RAS or "none"
-//   element = "p1"
+//   element = "p1-anp"           # p1, p1-anp
 //
 //   [[region]]                   # one per region of the mesh, found by name
 //   name = "liver"
@@ -51,7 +56,8 @@ struct OrganConfig {
     double young = 0, poisson = 0;
     int degree = 5;
   };
-  std::string name, frame, element;
+  std::string name, frame;
+  Element element = Element::p1;
   double metres_per_mesh_unit = 1;
   std::vector<Region> regions;
   std::optional<Response> response;

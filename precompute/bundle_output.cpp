@@ -118,7 +118,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const OrganConfig
   p["version"] = formats::kLayoutVersion;
   p["program"] = "palpate-precompute";
   p["program_version"] = PALPATE_VERSION;
-  p["element"] = organ.element;
+  p["element"] = name_of(organ.element);
   p["units"] = "m, N, Pa";
   p["frame"] = organ.frame;
   p["organ"] = organ.name;

@@ -10,7 +10,7 @@
 #include "precompute/elastic_body.h"
 #include "precompute/palpate_bundle_checks.h"
 #include "precompute/petsc_session.h"
-#include "precompute/precompute.h"
+#include "precompute/probe_columns.h"
 
 namespace palpate {
 
@@ -120,9 +120,9 @@ ColumnErrors compare_columns(const BundleFile& file, const SmallSections& small,
 void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
                           Checks& checks) {
   check_hashes(file, options, checks);
-  const ElasticBody body =
-      make_elastic_body(read_mesh(options.mesh), read_organ_config(options.organ),
-                        read_boundary_config(options.boundary), {options.mesh, options.organ, options.boundary});
+  const OrganConfig organ = read_organ_config(options.organ);
+  const ElasticBody body = make_elastic_body(read_mesh(options.mesh), organ, read_boundary_config(options.boundary),
+                                             {options.mesh, options.organ, options.boundary});
   check_body(body, small, checks);
   if (!checks.all_held()) return;
 
@@ -132,7 +132,7 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
   for (const auto k : drawn) nodes.push_back(small.touchable[k]);
   const double stored_residual = *std::max_element(small.residual.begin(), small.residual.end());
   const PetscSession session({});
-  const auto solved = solve_node_tensors(body, nodes, std::max(1e-12, std::min(1e-9, stored_residual)));
+  const auto solved = solve_node_tensors(body, organ.element, nodes, std::max(1e-12, std::min(1e-9, stored_residual)));
   const ColumnErrors found = compare_columns(file, small, drawn, solved);
 
   // A residual r leaves C r in a column C e: relative to it at most the largest eigenvalue of C over |C e|. A column

@@ -27,12 +27,6 @@ constexpr std::size_t kRoomForNumbers = 8 * 32;
 // In the fingerprint: which of the two preconditioners solves.
 constexpr const char *kPreconditioner = "preconditioner", *kFactor = "factor", *kMultigrid = "multigrid";
 
-std::vector<std::array<double, 3>> row_coordinates(const ElasticBody& body, const HeldStiffness& held) {
-  std::vector<std::array<double, 3>> result;
-  for (const auto n : held.node_of_row) result.push_back(body.nodes[n]);
-  return result;
-}
-
 // The steps of a run, in the order of operator().
 class Run {
  public:
@@ -82,7 +76,11 @@ class Run {
     });
   }
 
-  void assemble() { held_ = eliminate_held(assemble_stiffness(inputs_.body), inputs_.body.fixed); }
+  void assemble() {
+    discretisation_ = discretise(inputs_.body, inputs_.organ.element);
+    held_ = eliminate_held(discretisation_.stiffness, discretisation_.fixed);
+    discretisation_.stiffness = {};
+  }
 
   // Collective.
   void choose_solver_of_all_ranks() {
@@ -119,7 +117,7 @@ class Run {
     solver.cholesky = plan_.cholesky;
     solver.width = plan_.width();
     solver.elimination = plan_.elimination;
-    solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(inputs_.body, held_), solver);
+    solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(discretisation_, held_), solver);
     block_columns();
   }
 
@@ -133,7 +131,7 @@ class Run {
   }
 
   void preload() {
-    if (is_first()) preload_ = solve_preload(inputs_.body, held_, *inputs_.boundary.gravity, *solver_);
+    if (is_first()) preload_ = solve_preload(discretisation_, held_, *inputs_.boundary.gravity, *solver_);
   }
 
   // Rank 0 alone writes what is known before the columns.
@@ -163,7 +161,8 @@ class Run {
   }
 
   ColumnJob job() const {
-    return {held_, inputs_.body, blocks_, *sample_, sections_, part_of(options_.bundle), journal_of(options_.bundle)};
+    return {
+        discretisation_, held_, blocks_, *sample_, sections_, part_of(options_.bundle), journal_of(options_.bundle)};
   }
 
   void find_safe() {
@@ -221,6 +220,7 @@ class Run {
   StopSignals& signals_;
   RunReport report_;
   RunInputs inputs_;
+  Discretisation discretisation_;
   HeldStiffness held_;
   SolverPlan plan_;
   std::unique_ptr<ColumnSolver> solver_;
@@ -242,42 +242,6 @@ class Run {
 
 void precompute(const PrecomputeOptions& options, Ranks& ranks, StopSignals& signals) {
   Run(options, ranks, signals)();
-}
-
-std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, std::span<const std::int32_t> nodes,
-                                           double tolerance) {
-  for (const auto n : nodes)
-    if (n < 0 || static_cast<std::size_t>(n) >= body.nodes.size() ||
-        (body.fixed[n][0] && body.fixed[n][1] && body.fixed[n][2]))
-      throw InputError(
-          fmt::format("node {}: expected one of the {} nodes with a free degree of freedom", n, body.nodes.size()));
-  const HeldStiffness held = eliminate_held(assemble_stiffness(body), body.fixed);
-  ColumnSolverOptions options;
-  options.tolerance = tolerance;
-  std::vector<std::int32_t> column_rows;
-  for (const auto n : nodes) column_rows.push_back(held.row_of_node[n]);
-  const SolverPlan plan = make_plan({held.matrix, column_rows, held.matrix.rows, 0, memory_left_bytes(0, 1), 0, 1});
-  options.width = plan.width();
-  options.cholesky = plan.cholesky;
-  options.elimination = plan.elimination;
-  ColumnSolver solver(held.matrix, row_coordinates(body, held), options);
-  TensorBlock block(solver);
-  const auto per_block = static_cast<std::size_t>(TensorBlock::nodes_per_solve(solver));
-  const auto all = static_cast<std::int32_t>(body.nodes.size());
-  std::vector<NodeTensor> result;
-  for (std::size_t at = 0; at < nodes.size(); at += per_block) {
-    const auto some = nodes.subspan(at, std::min(per_block, nodes.size() - at));
-    block.solve(held, body.fixed, some);
-    std::vector<double> rows(some.size() * 9 * body.nodes.size());
-    block.displacement(0, all, rows.data());
-    for (std::size_t i = 0; i < some.size(); ++i) {
-      const auto from = rows.begin() + static_cast<std::ptrdiff_t>(9 * body.nodes.size() * i);
-      NodeTensor tensor{some[i], block.force(i), {from, from + static_cast<std::ptrdiff_t>(9 * body.nodes.size())}, 0};
-      for (int j = 0; j < 3; ++j) tensor.residual = std::max(tensor.residual, block.report(i, j).residual);
-      result.push_back(std::move(tensor));
-    }
-  }
-  return result;
 }
 
 }  // namespace palpate

@@ -25,15 +25,4 @@ struct PrecomputeOptions {
 // OperationError; no bundle is left then, and of the part only what a rerun resumes from.
 void precompute(const PrecomputeOptions& options, Ranks& ranks, StopSignals& signals);
 
-// The tensors of a few nodes, solved anew by one process: what a bundle must hold. Needs a PetscSession. body.touchable
-// and body.triangles are not used. Errors: InputError (a node without a free dof), OperationError.
-struct NodeTensor {
-  std::int32_t node;
-  std::array<double, 9> force;       // T^f, row-major, N/m
-  std::vector<double> displacement;  // T^u, [3][N][3]: row j is the displacement of all nodes for a unit of dof j
-  double residual;                   // largest true relative residual of its columns
-};
-std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, std::span<const std::int32_t> nodes,
-                                           double tolerance = 1e-9);
-
 }  // namespace palpate

@@ -6,15 +6,14 @@
 
 namespace palpate {
 
-Preload solve_preload(const ElasticBody& body, const HeldStiffness& held, const std::array<double, 3>& gravity,
-                      ColumnSolver& solver) {
-  const std::vector<double> load = gravity_load(body, gravity);
+Preload solve_preload(const Discretisation& discretisation, const HeldStiffness& held,
+                      const std::array<double, 3>& gravity, ColumnSolver& solver) {
   const int width = solver.width();
   std::vector<double> b(static_cast<std::size_t>(solver.dofs()) * width, 0.0), x(b.size());
   for (std::size_t row = 0; row < held.node_of_row.size(); ++row)
     for (int d = 0; d < 3; ++d) {
-      const auto n = static_cast<std::size_t>(held.node_of_row[row]);
-      if (!body.fixed[n][d]) b[(3 * row + d) * width] = load[3 * n + d];
+      const auto n = held.node_of_row[row];
+      if (!discretisation.fixed[n][d]) b[(3 * row + d) * width] = discretisation.mass[n] * gravity[d];
     }
   std::vector<ColumnReport> reports(width);
   try {
@@ -25,10 +24,10 @@ Preload solve_preload(const ElasticBody& body, const HeldStiffness& held, const 
                     "about {:.1g} here",
                     worst.residual, worst.reason, worst.floor));
   }
-  Preload preload{std::vector<double>(3 * body.nodes.size(), 0.0), reports[0].residual};
+  std::vector<double> nodes(3 * discretisation.coordinates.size(), 0.0);
   for (std::size_t row = 0; row < held.node_of_row.size(); ++row)
-    for (int d = 0; d < 3; ++d) preload.displacement[3 * held.node_of_row[row] + d] = x[(3 * row + d) * width];
-  return preload;
+    for (int d = 0; d < 3; ++d) nodes[3 * held.node_of_row[row] + d] = x[(3 * row + d) * width];
+  return {read_vertices(discretisation, nodes), reports[0].residual};
 }
 
 }  // namespace palpate

@@ -24,9 +24,6 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
   if (!options.image.empty() && !std::filesystem::is_regular_file(options.image))
     throw InputError(fmt::format("{}: expected the image file, found none", options.image.string()));
   inputs.organ = read_organ_config(options.organ);
-  if (inputs.organ.element != "p1")
-    throw InputError(fmt::format("{}: element: expected \"p1\", the only one this version builds, found \"{}\"",
-                                 options.organ.string(), inputs.organ.element));
   inputs.boundary = read_boundary_config(options.boundary);
   if (inputs.organ.response) inputs.fit = fit_responses(*inputs.organ.response);
   inputs.body = make_elastic_body(read_mesh(options.mesh), inputs.organ, inputs.boundary,

@@ -80,7 +80,7 @@ void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& r
     if (!safe[b]) left.push_back(b);
   SharedProgress progress(job, safe, ranks);
   BlockWriter writer(job.part, job.journal, job.sections, job.blocks, job.sample);
-  TensorBlock solved(solver);
+  TensorBlock solved(solver, job.discretisation, job.held);
   SolvedBlock block;
   const auto first = static_cast<std::size_t>(ranks.rank()), step = static_cast<std::size_t>(ranks.count());
   for (std::size_t i = first; i < left.size(); i += step) {
@@ -89,7 +89,7 @@ void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& r
     const ColumnBlock& columns = job.blocks[block.index];
     {
       const Stopwatch watch(&seconds->solve);
-      solved.solve(job.held, job.body.fixed, columns.nodes);
+      solved.solve(columns.nodes);
       if (i == first) refuse_unused_options();
       block.record = record_of(solved, columns, job.sample);
       take_rows(job.sections, solved, block.rows, block.record);

@@ -10,8 +10,8 @@
 namespace palpate {
 
 struct ColumnJob {
+  const Discretisation& discretisation;
   const HeldStiffness& held;
-  const ElasticBody& body;
   const std::vector<ColumnBlock>& blocks;
   const ReciprocitySample& sample;
   const std::vector<DisplacementSection>& sections;

@@ -1,4 +1,4 @@
-// Tetrahedra and materials -> the stiffness matrix, as sparse 3 x 3 blocks.
+// The stiffness matrix as sparse 3 x 3 blocks, whatever the element, and what is done with it.
 #pragma once
 
 #include <array>
@@ -6,11 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "precompute/elastic_body.h"
-
 namespace palpate {
 
-// Square, symmetric, one 3 x 3 block (row-major, N/m) per pair of nodes that share a tetrahedron; columns ascending.
+// Square, symmetric, one 3 x 3 block (row-major, N/m) per pair of coupled nodes; columns ascending.
 struct BlockMatrix {
   std::int32_t rows = 0;             // block rows
   std::vector<std::int64_t> first;   // [rows + 1] into column
@@ -18,13 +16,26 @@ struct BlockMatrix {
   std::vector<std::array<double, 9>> block;
 };
 
-// The 4 x 4 blocks of a linear tetrahedron, K_ab(i, j) = V (lambda g_a,i g_b,j + mu g_a,j g_b,i + mu delta_ij g_a.g_b),
-// g the gradients of the shape functions. points in m. Symmetric to the last bit.
-using ElementStiffness = std::array<std::array<std::array<double, 9>, 4>, 4>;
-ElementStiffness element_stiffness(const std::array<std::array<double, 3>, 4>& points, const Material& material);
+// Lists of small numbers: list i is item[first[i]] .. item[first[i + 1] - 1].
+struct Lists {
+  std::vector<std::int64_t> first = {0};
+  std::vector<std::int32_t> item;
 
-// K over all nodes, nothing held. The sum runs over the tetrahedra in their order: same input, same bits.
-BlockMatrix assemble_stiffness(const ElasticBody& body);
+  std::size_t size() const { return first.size() - 1; }
+  std::span<const std::int32_t> operator[](std::size_t i) const {
+    return {item.data() + first[i], item.data() + first[i + 1]};
+  }
+  void append(std::span<const std::int32_t> list);
+};
+
+// For each number below count, the lists that hold it, ascending.
+Lists lists_around(const Lists& lists, std::int32_t count);
+
+// Zero blocks for all pairs of nodes that stand in a list together, for nodes 0 .. rows - 1.
+BlockMatrix coupled_blocks(const Lists& coupled, std::int32_t rows);
+
+// Where column is in row; it must be there.
+std::int64_t place_of(const BlockMatrix& matrix, std::int32_t row, std::int32_t column);
 
 // K with the held dofs eliminated. Nodes without a free dof have no row. A node that is held in part keeps its three
 // rows; the held ones are uncoupled and have the mean of the diagonal on it, so that every block stays 3 x 3.
@@ -41,9 +52,5 @@ void multiply(const BlockMatrix& matrix, const double* x, double* y, int width);
 
 // The same for one vector of 3 * rows numbers.
 std::vector<double> multiply(const BlockMatrix& matrix, std::span<const double> x);
-
-// Nodal forces of a body force: density * gravity * a quarter of each tetrahedron's volume at each of its nodes; [3 N],
-// N.
-std::vector<double> gravity_load(const ElasticBody& body, const std::array<double, 3>& gravity);
 
 }  // namespace palpate

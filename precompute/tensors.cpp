@@ -29,20 +29,59 @@ std::array<double, 9> inverse_on_free(Matrix3 c, const std::array<std::uint8_t, 
 
 }  // namespace
 
-void TensorBlock::solve(const HeldStiffness& held, std::span<const std::array<std::uint8_t, 3>> fixed,
-                        std::span<const std::int32_t> nodes) {
+// A unit force on each dof of each node, spread by its functional over the nodes that are not held.
+void TensorBlock::set_loads() {
   const int width = solver_.width();
-  held_ = &held;
+  b_.assign(static_cast<std::size_t>(solver_.dofs()) * width, 0.0);
+  const auto& touch = discretisation_.touch;
+  const auto add = [&](std::int32_t node, double weight, std::size_t i) {
+    const auto row = held_.row_of_node[node];
+    for (int j = 0; j < 3; ++j)
+      if (!held_dofs_[i][j] && !discretisation_.fixed[node][j])
+        b_[(3 * static_cast<std::size_t>(row) + j) * width + 3 * i + j] = weight;
+  };
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    if (touch.weight.empty()) {
+      add(nodes_[i], 1, i);
+      continue;
+    }
+    for (auto at = touch.nodes.first[nodes_[i]]; at < touch.nodes.first[nodes_[i] + 1]; ++at)
+      add(touch.nodes.item[at], touch.weight[at], i);
+  }
+}
+
+// The columns at the vertices: those of the solution, or their sums by the functionals, zero where a vertex is held.
+void TensorBlock::read_vertices() {
+  const auto& touch = discretisation_.touch;
+  columns_ = x_.data();
+  row_of_vertex_ = held_.row_of_node;
+  if (touch.weight.empty()) return;
+  const auto width = static_cast<std::size_t>(solver_.width());
+  read_.assign(3 * width * static_cast<std::size_t>(discretisation_.vertices), 0.0);
+  read_row_.resize(static_cast<std::size_t>(discretisation_.vertices));
+  for (std::int32_t v = 0; v < discretisation_.vertices; ++v) {
+    read_row_[v] = v;
+    for (auto at = touch.nodes.first[v]; at < touch.nodes.first[v + 1]; ++at) {
+      const auto row = held_.row_of_node[touch.nodes.item[at]];
+      for (std::size_t d = 0; row >= 0 && d < 3; ++d) {
+        if (discretisation_.fixed[v][d]) continue;
+        const double* from = &x_[(3 * static_cast<std::size_t>(row) + d) * width];
+        double* to = &read_[(3 * static_cast<std::size_t>(v) + d) * width];
+        for (std::size_t c = 0; c < width; ++c) to[c] += touch.weight[at] * from[c];
+      }
+    }
+  }
+  columns_ = read_.data();
+  row_of_vertex_ = read_row_;
+}
+
+void TensorBlock::solve(std::span<const std::int32_t> nodes) {
   nodes_.assign(nodes.begin(), nodes.end());
   held_dofs_.clear();
-  for (const auto n : nodes) held_dofs_.push_back(fixed[n]);
-  b_.assign(static_cast<std::size_t>(solver_.dofs()) * width, 0.0);
+  for (const auto n : nodes) held_dofs_.push_back(discretisation_.fixed[n]);
+  set_loads();
   x_.resize(b_.size());
-  reports_.assign(width, {});
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (int j = 0; j < 3; ++j)
-      if (!fixed[nodes[i]][j])
-        b_[(3 * static_cast<std::size_t>(held.row_of_node[nodes[i]]) + j) * width + 3 * i + j] = 1;
+  reports_.assign(solver_.width(), {});
   try {
     solver_.solve(b_.data(), x_.data(), reports_);
   } catch (const NotConverged& worst) {
@@ -52,6 +91,7 @@ void TensorBlock::solve(const HeldStiffness& held, std::span<const std::array<st
                     "about {:.1g} here; raise --tolerance, or try another solver with \"-- -column_pc_type ...\"",
                     nodes_[worst.column / 3], "xyz"[worst.column % 3], worst.residual, worst.reason, worst.floor));
   }
+  read_vertices();
   force_.clear();
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const auto c = compliance(nodes_[i], i);
@@ -61,11 +101,11 @@ void TensorBlock::solve(const HeldStiffness& held, std::span<const std::array<st
 
 std::array<double, 9> TensorBlock::compliance(std::int32_t node, std::size_t i) const {
   std::array<double, 9> c{};
-  const auto row = held_->row_of_node[node];
+  const auto row = row_of_vertex_[node];
   const int width = solver_.width();
   if (row >= 0)
     for (int d = 0; d < 3; ++d)
-      for (int j = 0; j < 3; ++j) c[3 * d + j] = x_[(3 * static_cast<std::size_t>(row) + d) * width + 3 * i + j];
+      for (int j = 0; j < 3; ++j) c[3 * d + j] = columns_[(3 * static_cast<std::size_t>(row) + d) * width + 3 * i + j];
   return c;
 }
 
@@ -78,11 +118,11 @@ void TensorBlock::displacement(std::int32_t first, std::int32_t count, Value* ou
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const auto& f = force_[i];
       for (std::int32_t n = tile; n < std::min(tile + kTile, count); ++n) {
-        const auto row = held_->row_of_node[first + n];
+        const auto row = row_of_vertex_[first + n];
         Value* to = out + 3 * i * run + 3 * static_cast<std::size_t>(n);
         for (int d = 0; d < 3; ++d) {
           double c[3] = {0, 0, 0};
-          if (row >= 0) std::copy_n(&x_[(3 * static_cast<std::size_t>(row) + d) * width + 3 * i], 3, c);
+          if (row >= 0) std::copy_n(&columns_[(3 * static_cast<std::size_t>(row) + d) * width + 3 * i], 3, c);
           for (int j = 0; j < 3; ++j)
             to[j * run + d] = static_cast<Value>(c[0] * f[j] + c[1] * f[3 + j] + c[2] * f[6 + j]);
         }
@@ -108,11 +148,11 @@ double TensorBlock::cast_error(std::int32_t first, std::int32_t count) const {
   const int width = solver_.width();
   std::vector<double> whole(3 * nodes_.size(), 0.0), lost(3 * nodes_.size(), 0.0);
   for (std::int32_t n = first; n < first + count; ++n) {
-    const auto row = held_->row_of_node[n];
+    const auto row = row_of_vertex_[n];
     if (row < 0) continue;
     for (std::size_t i = 0; i < nodes_.size(); ++i)
       for (int d = 0; d < 3; ++d) {
-        const double* c = &x_[(3 * static_cast<std::size_t>(row) + d) * width + 3 * i];
+        const double* c = &columns_[(3 * static_cast<std::size_t>(row) + d) * width + 3 * i];
         const auto& f = force_[i];
         for (int j = 0; j < 3; ++j) {
           const double value = c[0] * f[j] + c[1] * f[3 + j] + c[2] * f[6 + j];

@@ -7,26 +7,27 @@
 #include <vector>
 
 #include "precompute/column_solver.h"
-#include "precompute/elastic_body.h"
-#include "precompute/stiffness.h"
+#include "precompute/discretisation.h"
 
 namespace palpate {
 
-// Columns of C = K^-1 for a few nodes, and what follows from them. Eliminating the constraint from the paper's Lagrange
+// Columns of C = P^T K^-1 P for a few vertices, P the functionals through which vertices are touched (the identity for
+// linear elements), and what follows from them. Eliminating the constraint from the paper's Lagrange
 // system (eq. 2) gives, exactly,
 //   T^u_nk = C_nk C_kk^-1,   T^f_k = C_kk^-1,
 // C_kk being inverted on the free dofs of k; its held dofs have zero rows and columns.
 class TensorBlock {
  public:
-  explicit TensorBlock(ColumnSolver& solver) : solver_(solver) {}
+  // All three must outlive the block; discretisation.stiffness is not used.
+  TensorBlock(ColumnSolver& solver, const Discretisation& discretisation, const HeldStiffness& held)
+      : solver_(solver), discretisation_(discretisation), held_(held) {}
 
   // How many nodes one solve serves.
   static int nodes_per_solve(const ColumnSolver& solver) { return solver.width() / 3; }
 
-  // Solves for nodes (at most nodes_per_solve, each with a free dof). Errors: OperationError that names the worst
-  // column when one does not converge.
-  void solve(const HeldStiffness& held, std::span<const std::array<std::uint8_t, 3>> fixed,
-             std::span<const std::int32_t> nodes);
+  // Solves for nodes, vertices of the body (at most nodes_per_solve, each with a free dof). Errors: OperationError that
+  // names the worst column when one does not converge.
+  void solve(std::span<const std::int32_t> nodes);
 
   // T^f of the i-th node, row-major, symmetric; N/m.
   const std::array<double, 9>& force(std::size_t i) const { return force_[i]; }
@@ -46,11 +47,21 @@ class TensorBlock {
   double cast_error(std::int32_t first, std::int32_t count) const;
 
  private:
+  void set_loads();
+  void read_vertices();
+
   ColumnSolver& solver_;
-  const HeldStiffness* held_ = nullptr;
+  const Discretisation& discretisation_;
+  const HeldStiffness& held_;
   std::vector<std::int32_t> nodes_;
   std::vector<std::array<std::uint8_t, 3>> held_dofs_;
   std::vector<double> b_, x_;  // [dofs][width]; column 3 i + j is dof j of the i-th node
+  // C, [3 rows][width], and the row of each vertex, -1 where it is held. x_ and the held stiffness's own unless vertices
+  // are touched through functionals.
+  std::vector<double> read_;
+  std::vector<std::int32_t> read_row_;
+  const double* columns_ = nullptr;
+  std::span<const std::int32_t> row_of_vertex_;
   std::vector<ColumnReport> reports_;
   std::vector<std::array<double, 9>> force_;
 };

@@ -40,7 +40,7 @@ std::int32_t node_at_median_distance(const ElasticBody& body) {
 Push make_push(ElasticBody body) {
   Push push;
   push.body = std::move(body);
-  push.stiffness = assemble_stiffness(push.body);
+  push.stiffness = linear_stiffness(push.body);
   push.node = node_at_median_distance(push.body);
   auto triangle = std::find_if(push.body.triangles.begin(), push.body.triangles.end(),
                                [&](const auto& t) { return std::find(t.begin(), t.end(), push.node) != t.end(); });

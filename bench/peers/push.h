@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "precompute/elastic_body.h"
-#include "precompute/stiffness.h"
+#include "precompute/linear_tetrahedra.h"
 
 namespace palpate::bench {
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "precompute/precompute.h"
+#include "precompute/probe_columns.h"
 #include "tests/precompute/support.h"
 #include "tests/support/layered_tetrahedra.h"
 
@@ -87,7 +87,7 @@ void expect_agreement_with_calculix(double poisson) {
   ASSERT_EQ(std::system(command.c_str()), 0) << "CalculiX did not run: install calculix-ccx; see " << folder;
   const auto reference = read_calculix_displacements(folder / "box.dat", body.nodes.size());
 
-  const auto tensors = solve_node_tensors(body, std::vector<std::int32_t>{node});
+  const auto tensors = solve_node_tensors(body, Element::p1, std::vector<std::int32_t>{node});
   double largest = 0, worst = 0;
   for (std::size_t n = 0; n < body.nodes.size(); ++n) {
     const Vector3d u = displacement_under(tensors[0], force, static_cast<std::int32_t>(n), body.nodes.size());
@@ -153,7 +153,7 @@ TEST(Reference, ACompressedCylinderHasItsClosedForm) {
   std::vector<std::int32_t> top;
   for (std::int32_t n = 0; n < body.surface_count; ++n)
     if (std::abs(body.nodes[n][2] - height) < 1e-12) top.push_back(n);
-  const auto tensors = solve_node_tensors(body, top);
+  const auto tensors = solve_node_tensors(body, Element::p1, top);
 
   // Only the axial dofs of the top are imposed: W f = u*, W_ij = the zz entry of C_{k_i k_j}.
   const auto count = static_cast<Eigen::Index>(top.size());

@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
+#include "precompute/discretisation.h"
 #include "precompute/elastic_body.h"
 #include "precompute/petsc_session.h"
-#include "precompute/stiffness.h"
 #include "tests/support/box_mesh.h"
 
 namespace palpate::tests {
@@ -44,6 +44,10 @@ inline void hold(ElasticBody& body, const std::function<int(const std::array<dou
     if (static_cast<std::int32_t>(n) < body.surface_count && !(f[0] && f[1] && f[2]))
       body.touchable.push_back(static_cast<std::int32_t>(n));
   }
+}
+
+inline BlockMatrix assemble_stiffness(const ElasticBody& body, Element element = Element::p1) {
+  return discretise(body, element).stiffness;
 }
 
 inline Eigen::MatrixXd dense(const BlockMatrix& k) {

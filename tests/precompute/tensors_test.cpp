@@ -1,6 +1,6 @@
 // The tensors against literal dense solves.
 #include "precompute/tensors.h"
-#include "precompute/precompute.h"
+#include "precompute/probe_columns.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {
@@ -46,16 +46,16 @@ VectorXd lagrange(const MatrixXd& k_free, const std::vector<Eigen::Index>& dofs,
   return system.fullPivLu().solve(right);
 }
 
-void expect_equal_to_lagrange(double poisson) {
+void expect_equal_to_lagrange(double poisson, Element element) {
   const ElasticBody body = small_organ(poisson);
   const auto dofs = free_dofs(body);
-  const MatrixXd k = dense(assemble_stiffness(body))(dofs, dofs);
+  const MatrixXd k = dense(assemble_stiffness(body, element))(dofs, dofs);
   // Nodes: one held in y alone, two on rollers, some free.
   std::vector<std::int32_t> nodes;
   for (const auto n : body.touchable)
     if (body.fixed[n][1] || (body.fixed[n][2] && nodes.size() < 3) || n % 11 == 0) nodes.push_back(n);
   ASSERT_GE(nodes.size(), 5u);
-  for (const auto& tensor : solve_node_tensors(body, nodes)) {
+  for (const auto& tensor : solve_node_tensors(body, element, nodes)) {
     double force_scale = 0;
     for (const double f : tensor.force) force_scale = std::max(force_scale, std::abs(f));
     for (int j = 0; j < 3; ++j) {
@@ -80,10 +80,12 @@ void expect_equal_to_lagrange(double poisson) {
 }
 
 TEST(Tensors, EqualALiteralDenseSolveOfTheLagrangeSystemAlsoWhereSomeDofsAreHeld) {
-  expect_equal_to_lagrange(0.45);
+  expect_equal_to_lagrange(0.45, Element::p1);
+  expect_equal_to_lagrange(0.45, Element::p1_anp);
 }
 TEST(Tensors, EqualALiteralDenseSolveOfTheLagrangeSystemNearIncompressibility) {
-  expect_equal_to_lagrange(0.499);
+  expect_equal_to_lagrange(0.499, Element::p1);
+  expect_equal_to_lagrange(0.499, Element::p1_anp);
 }
 
 MatrixXd block_of(const NodeTensor& tensor, std::int32_t node, std::size_t node_count) {
@@ -100,7 +102,7 @@ TEST(Tensors, ComplianceIsReciprocal) {
   std::vector<std::int32_t> nodes;
   for (const auto n : body.touchable)
     if (!body.fixed[n][1] && !body.fixed[n][2]) nodes.push_back(n);
-  const auto tensors = solve_node_tensors(body, nodes);
+  const auto tensors = solve_node_tensors(body, Element::p1, nodes);
   for (const auto& a : tensors)
     for (const auto& b : tensors) {
       // C_ab = T^u_ab (T^f_b)^-1 and C_ba^T must agree (Betti and Maxwell).
@@ -119,7 +121,7 @@ TEST(Tensors, SuperposedThroughTheSymmetricBlockEqualAFullDirichletSolve) {
   for (const auto n : body.touchable)
     if (body.nodes[n][0] > 0.03 && !body.fixed[n][1] && !body.fixed[n][2]) nodes.push_back(n);
   ASSERT_GE(nodes.size(), 10u);
-  const auto tensors = solve_node_tensors(body, nodes);
+  const auto tensors = solve_node_tensors(body, Element::p1, nodes);
   const auto c = static_cast<Eigen::Index>(nodes.size());
   const std::size_t n = body.nodes.size();
   VectorXd target(3 * c);

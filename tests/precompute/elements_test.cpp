@@ -1,0 +1,128 @@
+// The laws every element holds: affine fields, rigid motions, symmetry, tensors against a literal dense solve.
+#include <cmath>
+
+#include "precompute/probe_columns.h"
+#include "tests/precompute/imposed.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+class EveryElement : public ::testing::TestWithParam<Element> {};
+INSTANTIATE_TEST_SUITE_P(Elements, EveryElement, ::testing::Values(Element::p1, Element::p1_anp),
+                         [](const auto& instance) {
+                           std::string name = name_of(instance.param);
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+int hold_surface_of_unit_box(const Point& p) {
+  for (int d = 0; d < 3; ++d)
+    if (p[d] == 0 || p[d] == 1) return 7;
+  return 0;
+}
+
+// Regions "left" and "right" of x = half.
+void part_in_two(TetrahedralMesh& mesh, double half) {
+  mesh.region_names = {"left", "right"};
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+    double x = 0;
+    for (const auto n : mesh.tetrahedra[t]) x += mesh.nodes[n][0] / 4;
+    mesh.region[t] = x > half;
+  }
+}
+
+TEST_P(EveryElement, ReproducesAffineFieldsOnADistortedBox) {
+  for (const double poisson : {0.0, 0.3, 0.49, 0.4999}) {
+    ElasticBody body = body_of(box_mesh({4, 4, 4}, {1, 1, 1}, 0.2), {{5400, poisson, 0}});
+    hold(body, hold_surface_of_unit_box);
+    const Field affine = [](const Point& p) {
+      return Point{0.1 + 0.3 * p[0] - 0.2 * p[1] + 0.05 * p[2], -0.4 + 0.15 * p[0] + 0.25 * p[1] - 0.1 * p[2],
+                   0.2 - 0.35 * p[0] + 0.1 * p[1] + 0.45 * p[2]};
+    };
+    const Discretisation discretisation = discretise(body, GetParam());
+    const auto u =
+        solve_with_imposed(discretisation, affine, std::vector<double>(3 * discretisation.coordinates.size(), 0.0));
+    // A direct solve leaves 1e-16 times the condition (1e5 at 0.4999).
+    for (std::size_t n = 0; n < discretisation.coordinates.size(); ++n)
+      for (std::size_t d = 0; d < 3; ++d)
+        ASSERT_NEAR(u[3 * n + d], affine(discretisation.coordinates[n])[d], 1e-10) << poisson;
+  }
+}
+
+TEST_P(EveryElement, StoresNoEnergyInARigidMotionAndIsSymmetricToTheLastBit) {
+  TetrahedralMesh mesh = box_mesh({4, 3, 5}, {0.3, 0.2, 0.4}, 0.2);
+  part_in_two(mesh, 0.15);
+  const ElasticBody body = body_of(mesh, {{5400, 0.499, 0}, {1e5, 0.3, 0}});
+  const Discretisation discretisation = discretise(body, GetParam());
+  const BlockMatrix& k = discretisation.stiffness;
+  double largest = 0;
+  for (const auto& block : k.block)
+    for (const double v : block) largest = std::max(largest, std::abs(v));
+  for (int motion = 0; motion < 6; ++motion) {
+    std::vector<double> u(3 * discretisation.coordinates.size(), 0.0);
+    for (std::size_t n = 0; n < discretisation.coordinates.size(); ++n) {
+      const auto& p = discretisation.coordinates[n];
+      const std::size_t a = static_cast<std::size_t>(motion) % 3, b = (a + 1) % 3, c = (a + 2) % 3;
+      if (motion < 3)
+        u[3 * n + a] = 1;
+      else
+        u[3 * n + b] = -p[c], u[3 * n + c] = p[b];
+    }
+    // Sums of about 400 products of size largest * 1 that cancel: each within half an ulp.
+    for (const double f : multiply(k, u)) ASSERT_LE(std::abs(f), 4e-13 * largest) << motion;
+  }
+  const MatrixXd matrix = dense(k);
+  EXPECT_EQ(matrix, matrix.transpose());
+}
+
+TEST(NodalDilatation, IsTheSumOverNodesAndRegionsThatDefinesIt) {
+  // K = K_dev + sum over (n, m) of kappa_m V_nm theta_nm^T theta_nm, theta_nm the mean divergence over the tetrahedra of
+  // region m at node n, each weighted with its volume: the definition, written out densely.
+  TetrahedralMesh mesh = box_mesh({3, 2, 2}, {0.3, 0.2, 0.25}, 0.2);
+  part_in_two(mesh, 0.15);
+  const ElasticBody body = body_of(mesh, {{5400, 0.499, 0}, {1e5, 0.3, 0}});
+  const auto size = static_cast<Eigen::Index>(3 * body.nodes.size());
+  MatrixXd expected = MatrixXd::Zero(size, size);
+  std::vector<VectorXd> divergence;
+  std::vector<double> volume;
+  for (std::size_t t = 0; t < body.tetrahedra.size(); ++t) {
+    Eigen::Matrix4d lift;  // u = a + G x on the tetrahedron: rows (1, x, y, z) of its corners, inverted
+    for (int a = 0; a < 4; ++a)
+      lift.row(a) << 1, body.nodes[body.tetrahedra[t][a]][0], body.nodes[body.tetrahedra[t][a]][1],
+          body.nodes[body.tetrahedra[t][a]][2];
+    const Eigen::Matrix4d coefficients = lift.inverse();
+    volume.push_back(std::abs(lift.determinant()) / 6);
+    divergence.push_back(VectorXd::Zero(size));
+    MatrixXd strain = MatrixXd::Zero(9, size);  // all nine entries of the symmetric gradient
+    for (int a = 0; a < 4; ++a)
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+          const Eigen::Index dof = 3 * body.tetrahedra[t][a];
+          strain(3 * i + j, dof + i) += coefficients(j + 1, a) / 2;
+          strain(3 * i + j, dof + j) += coefficients(i + 1, a) / 2;
+        }
+    divergence.back() = strain.row(0) + strain.row(4) + strain.row(8);
+    for (const int i : {0, 4, 8}) strain.row(i) -= divergence.back().transpose() / 3;
+    const Material& m = body.materials[body.region[t]];
+    expected += volume.back() * m.young / (1 + m.poisson) * strain.transpose() * strain;
+  }
+  for (std::size_t n = 0; n < body.nodes.size(); ++n)
+    for (int region = 0; region < 2; ++region) {
+      VectorXd sum = VectorXd::Zero(size);
+      double around = 0;
+      for (std::size_t t = 0; t < body.tetrahedra.size(); ++t)
+        if (body.region[t] == region)
+          for (const auto corner : body.tetrahedra[t])
+            if (corner == static_cast<std::int32_t>(n)) sum += volume[t] / 4 * divergence[t], around += volume[t] / 4;
+      const Material& m = body.materials[region];
+      if (around > 0) expected += m.young / (3 * (1 - 2 * m.poisson)) / around * sum * sum.transpose();
+    }
+  const MatrixXd found = dense(assemble_stiffness(body, Element::p1_anp));
+  EXPECT_LE((found - expected).lpNorm<Eigen::Infinity>(), 1e-13 * expected.lpNorm<Eigen::Infinity>());  // rounding
+}
+
+}  // namespace
+}  // namespace palpate::tests
