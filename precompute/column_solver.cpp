@@ -12,6 +12,7 @@
 #include "precompute/block_multigrid.h"
 #include "precompute/block_preconditioner.h"
 #include "precompute/block_residual.h"
+#include "precompute/elimination.h"
 #include "precompute/petsc_preconditioner.h"
 #include "precompute/petsc_session.h"
 #include "precompute/supernodal_factor.h"

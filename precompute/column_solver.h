@@ -9,10 +9,11 @@
 
 #include "precompute/block_preconditioner.h"
 #include "precompute/elastic_body.h"
-#include "precompute/elimination.h"
 #include "precompute/stiffness.h"
 
 namespace palpate {
+
+struct Elimination;
 
 struct ColumnSolverOptions {
   double tolerance = 1e-9;  // on ||K x - b|| / ||b|| of every column

@@ -27,17 +27,16 @@ std::vector<DisplacementSection> displacement_sections(const std::vector<formats
 void take_rows(const std::vector<DisplacementSection>& sections, const TensorBlock& solved, DisplacementRows& rows,
                BlockRecord& record) {
   rows.resize(sections.size());
-  std::int32_t stored = 0;
+  CastLoss loss;
   for (std::size_t s = 0; s < sections.size(); ++s) {
     const auto& section = sections[s];
     const std::uint64_t node_bytes = section.node_bytes();
     rows[s].resize(record.nodes.size() * node_bytes);
-    solved.displacement(section.first, section.count, reinterpret_cast<float*>(rows[s].data()));
+    solved.displacement(section.first, section.count, reinterpret_cast<float*>(rows[s].data()), &loss);
     for (std::size_t i = 0; i < record.nodes.size(); ++i)
       record.nodes[i].rows[s] = formats::xxh64(&rows[s][i * node_bytes], node_bytes);
-    stored = section.first + section.count;
   }
-  record.cast_error = solved.cast_error(0, stored);
+  record.cast_error = loss.worst();
 }
 
 void write_rows(const std::vector<DisplacementSection>& sections, const ColumnBlock& block,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "formats/errors.h"
 #include "precompute/cholmod_session.h"
@@ -76,6 +77,34 @@ Elimination analyse_elimination(const BlockMatrix& matrix) {
     result.rows.insert(result.rows.end(), rows + pi[s] + (super[s + 1] - super[s]), rows + pi[s + 1]);
     result.row_begin.push_back(static_cast<std::int64_t>(result.rows.size()));
   }
+  return result;
+}
+
+std::shared_ptr<const Elimination> put_in_order(HeldStiffness& held, const Elimination& elimination) {
+  const BlockMatrix& old = held.matrix;
+  BlockMatrix matrix;
+  matrix.rows = old.rows;
+  matrix.first.assign(1, 0);
+  matrix.column.reserve(old.column.size());
+  matrix.block.reserve(old.block.size());
+  std::vector<std::pair<std::int32_t, std::int64_t>> blocks;  // place of the column, where the block is
+  std::vector<std::int32_t> node_of_row;
+  for (const auto row : elimination.order) {
+    blocks.clear();
+    for (auto at = old.first[row]; at < old.first[row + 1]; ++at)
+      blocks.emplace_back(elimination.place[old.column[at]], at);
+    std::sort(blocks.begin(), blocks.end());
+    for (const auto& [place, at] : blocks) matrix.column.push_back(place), matrix.block.push_back(old.block[at]);
+    matrix.first.push_back(static_cast<std::int64_t>(matrix.column.size()));
+    node_of_row.push_back(held.node_of_row[row]);
+  }
+  held.matrix = std::move(matrix);
+  held.node_of_row = std::move(node_of_row);
+  for (std::size_t row = 0; row < held.node_of_row.size(); ++row)
+    held.row_of_node[held.node_of_row[row]] = static_cast<std::int32_t>(row);
+  auto result = std::make_shared<Elimination>(elimination);
+  std::iota(result->order.begin(), result->order.end(), 0);
+  result->place = result->order;
   return result;
 }
 

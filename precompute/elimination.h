@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "precompute/stiffness.h"
@@ -26,5 +27,9 @@ struct Elimination {
 
 // Same pattern, same order. Errors: OperationError (memory).
 Elimination analyse_elimination(const BlockMatrix& matrix);
+
+// Renumbers the rows of held in the order of elimination, so that its solves and products go through memory in order;
+// returns the elimination of the renumbered matrix.
+std::shared_ptr<const Elimination> put_in_order(HeldStiffness& held, const Elimination& elimination);
 
 }  // namespace palpate

@@ -93,6 +93,7 @@ class Run {
         make_plan({held_.matrix, column_rows, stored, options_.columns_at_a_time,
                    ranks_.least(memory_left_bytes(options_.memory_gigabytes, ranks_.here())),
                    36.0 * static_cast<double>(stored) * static_cast<double>(body.touchable.size()), ranks_.count()});
+    plan_.elimination = put_in_order(held_, *plan_.elimination);
     keep_earlier_choice();
     note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns", body.nodes.size(),
                      body.surface_count, body.touchable.size(), body.tetrahedra.size(), plan_.columns));

@@ -16,16 +16,18 @@
 namespace palpate {
 namespace {
 
-// Fitted by bench/precompute over boxes and livers of 200 to 100,000 vertices, as multiples of the kernel's rate where
-// they are arithmetic, so that a slower machine predicts longer times.
-constexpr double kSolveShare = 0.80;         // of the kernel's rate, over the whole factor
-constexpr double kFactorShare = 0.40;        // CHOLMOD's factor, through BLAS
-constexpr double kFactorPerNumber = 10e-9;   // s: its assembly and our packing
+// Fitted with bench/precompute and bench/multigrid, 200 to 100,000 vertices: as shares of the kernel's rate where they are
+// arithmetic, so that a slower machine predicts longer times.
+constexpr double kSolveShare = 0.62;         // of the kernel's rate, over the whole factor
+constexpr double kFactorShare = 0.33;        // CHOLMOD's factor, through BLAS
+constexpr double kFactorPerRow = 10e-6;      // s: its assembly
+constexpr double kFactorPerNumber = 5e-9;    // s: our packing
 constexpr double kProductShare = 0.45;       // K x, with the certificate
-constexpr double kPerStoredNumber = 1.0e-9;  // s: conversion to f32, its error, the write
-constexpr double kMultigridProducts = 260;   // V-cycles times products with K, to 1e-9
-constexpr double kMultigridSetup = 60e-6;    // s per block of K
-constexpr double kMultigridBytes = 700;      // per block of K while PETSc builds the levels
+constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error, the write
+constexpr double kFactorBytes = 3e6;         // CHOLMOD's and BLAS's own
+constexpr double kMultigridProducts = 300;   // V-cycles times products with K, to 1e-9
+constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
+constexpr double kMultigridBytes = 200;      // per block of K while PETSc builds the levels
 
 double processor_seconds() {
   timespec time{};
@@ -104,8 +106,9 @@ SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& reques
   result.width = width;
   const double triangle = 16 * (9 * blocks + dofs) / 2;  // indices of 64 bits
   const double columns = width * (8 * dofs + 2 * 4 * stored);
-  result.bytes = std::max(8 * factoring_numbers(e) + triangle, 8 * numbers + columns);
-  result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second) + kFactorPerNumber * numbers;
+  result.bytes = kFactorBytes + std::max(8 * factoring_numbers(e) + triangle, 8 * numbers + columns);
+  result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second) +
+                         kFactorPerRow * static_cast<double>(plan.rows) + kFactorPerNumber * numbers;
   result.column_seconds =
       2 * (forward_numbers(e, request.column_rows, width) + numbers) / (kSolveShare * plan.flops_per_second) +
       18 * blocks / (kProductShare * plan.flops_per_second) + kPerStoredNumber * stored;
@@ -117,7 +120,7 @@ SolverEstimate estimate_multigrid(const SolverPlan& plan, const PlanRequest& req
   const double stored = 3.0 * static_cast<double>(request.stored_rows);
   SolverEstimate result;
   result.width = width;
-  result.bytes = kMultigridBytes * blocks + width * (10 * 8 * dofs + 2 * 4 * stored);
+  result.bytes = kMultigridBytes * blocks + width * (8 * 8 * dofs + 2 * 4 * stored);
   result.setup_seconds = kMultigridSetup * blocks;
   result.column_seconds =
       kMultigridProducts * 18 * blocks / (kProductShare * plan.flops_per_second) + kPerStoredNumber * stored;

@@ -1,7 +1,5 @@
 #include "precompute/supernodal_kernels.h"
 
-#include "precompute/vector_registers.h"
-
 namespace palpate {
 namespace {
 
@@ -229,10 +227,10 @@ void backward_128(const Supernode& s, bool from_zero, double* y, int width) {
 
 }  // namespace
 
-SupernodalKernels supernodal_kernels() {
+SupernodalKernels supernodal_kernels([[maybe_unused]] int lanes) {
 #if defined(__x86_64__)
-  if (lanes_here() == 8) return {forward_512, backward_512};
-  if (lanes_here() == 4) return {forward_256, backward_256};
+  if (lanes == 8) return {forward_512, backward_512};
+  if (lanes == 4) return {forward_256, backward_256};
 #endif
   return {forward_128, backward_128};
 }

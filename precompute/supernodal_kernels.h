@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "precompute/vector_registers.h"
+
 namespace palpate {
 
 // A supernode's part of the factor. Its columns are cut into panels of six (the last may have three); a panel holds its
@@ -32,6 +34,8 @@ struct SupernodalKernels {
   // own = L11^-T (own - L21^T below); from_zero takes own for zero without reading it.
   void (*backward)(const Supernode& supernode, bool from_zero, double* y, int width);
 };
-SupernodalKernels supernodal_kernels();
+// lanes: doubles in a register; 8, 4 and 2 are there, and the processor must have them. Fused multiply-adds with 8 and 4:
+// the same bits.
+SupernodalKernels supernodal_kernels(int lanes = lanes_here());
 
 }  // namespace palpate

@@ -6,8 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "precompute/block.h"
 #include "precompute/column_solver.h"
 #include "precompute/discretisation.h"
+#include "precompute/displacement_rows.h"
 
 namespace palpate {
 
@@ -36,18 +38,15 @@ class TensorBlock {
   std::array<double, 9> compliance(std::int32_t node, std::size_t i) const;
 
   // Rows [i][j] of T^u for nodes first .. first + count - 1: out[3 * rows of the block][count][3]; identity at the node
-  // itself. Value: float for the bundle, double for checks.
+  // itself. Value: float for the bundle, double for checks. What a cast to float takes from them is added to loss.
   template <class Value>
-  void displacement(std::int32_t first, std::int32_t count, Value* out) const;
+  void displacement(std::int32_t first, std::int32_t count, Value* out, CastLoss* loss = nullptr) const;
 
   // Of dof j of the i-th node.
   ColumnReport report(std::size_t i, int j) const;
 
-  // Largest relative error (2-norm over all nodes of the range) of a column cast to float.
-  double cast_error(std::int32_t first, std::int32_t count) const;
-
  private:
-  void set_loads();
+  std::vector<Load> loads() const;
   void read_vertices();
 
   ColumnSolver& solver_;
@@ -55,7 +54,7 @@ class TensorBlock {
   const HeldStiffness& held_;
   std::vector<std::int32_t> nodes_;
   std::vector<std::array<std::uint8_t, 3>> held_dofs_;
-  std::vector<double> b_, x_;  // [dofs][width]; column 3 i + j is dof j of the i-th node
+  Block x_;  // [dofs][width]; column 3 i + j is dof j of the i-th node
   // C, [3 rows][width], and the row of each vertex, -1 where it is held. x_ and the held stiffness's own unless vertices
   // are touched through functionals.
   std::vector<double> read_;

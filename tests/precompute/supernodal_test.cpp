@@ -5,6 +5,7 @@
 #include "precompute/block_residual.h"
 #include "precompute/elimination.h"
 #include "precompute/supernodal_factor.h"
+#include "precompute/supernodal_kernels.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {
@@ -98,6 +99,62 @@ void expect_solves(const BlockMatrix& matrix, int width) {
   for (int c = 0; c < width; ++c) EXPECT_NEAR(off[c], far[c], 1e-13 * far[c]);
 }
 
+// A supernode of five block columns with four block rows below among rows 0 .. 19, its columns being rows 3 .. 7.
+struct OneSupernode {
+  static constexpr std::int32_t kFirst = 3, kColumns = 5, kBelow = 4, kRows = 20;
+  std::vector<std::int32_t> rows = {9, 12, 13, 19};
+  MatrixXd l = MatrixXd(random_block(3 * (kColumns + kBelow), 3 * kColumns, 3));
+  std::vector<double> values;
+
+  OneSupernode() {
+    l.topRows(3 * kColumns) = MatrixXd(l.topRows(3 * kColumns).triangularView<Eigen::Lower>());
+    l.diagonal().array() += 4;
+    for (Eigen::Index panel = 0; panel < l.cols(); panel += 6)
+      for (Eigen::Index i = panel; i < l.rows(); ++i)
+        for (Eigen::Index j = panel; j < std::min<Eigen::Index>(panel + 6, l.cols()); ++j)
+          values.push_back(i == j ? 1 / l(i, j) : l(i, j));
+  }
+  Supernode part() const { return {kFirst, kColumns, kBelow, rows.data(), values.data()}; }
+  RowMajor below(const RowMajor& y) const {
+    RowMajor result(3 * kBelow, y.cols());
+    for (std::int32_t i = 0; i < kBelow; ++i) result.middleRows(3 * i, 3) = y.middleRows(3 * rows[i], 3);
+    return result;
+  }
+};
+
+TEST(Supernodal, KernelsOfEveryRegisterWidthAgreeWithDenseArithmetic) {
+  const OneSupernode supernode;
+  ASSERT_EQ(static_cast<std::int64_t>(supernode.values.size()),
+            supernode_numbers(OneSupernode::kColumns, OneSupernode::kBelow));
+  const MatrixXd l11 = supernode.l.topRows(15), l21 = supernode.l.bottomRows(12);
+  for (const int lanes : {2, 4, 8}) {
+    if (lanes > lanes_here()) continue;
+    const SupernodalKernels kernels = supernodal_kernels(lanes);
+    for (const int width : {8, 24, 56, 96}) {
+      const RowMajor y = random_block(3 * OneSupernode::kRows, width, 11);
+      const MatrixXd own = y.middleRows(9, 15), below = supernode.below(y);
+      RowMajor z = y;
+      kernels.forward(supernode.part(), z.data(), width);
+      const MatrixXd solved = l11.triangularView<Eigen::Lower>().solve(own);
+      // Sums of at most 30 products of numbers below 10: some tens of rounding errors.
+      EXPECT_LE((z.middleRows(9, 15) - solved).lpNorm<Eigen::Infinity>(), 1e-13) << lanes << ' ' << width;
+      EXPECT_LE((supernode.below(z) - (below - l21 * solved)).lpNorm<Eigen::Infinity>(), 1e-13) << lanes;
+      for (const std::int32_t other : {0, 1, 2, 8, 10, 11, 14, 15, 16, 17, 18})
+        EXPECT_EQ(z.middleRows(3 * other, 3), y.middleRows(3 * other, 3)) << other;
+
+      z = y;
+      kernels.backward(supernode.part(), false, z.data(), width);
+      const MatrixXd back = l11.transpose().triangularView<Eigen::Upper>().solve(own - l21.transpose() * below);
+      EXPECT_LE((z.middleRows(9, 15) - back).lpNorm<Eigen::Infinity>(), 1e-13) << lanes << ' ' << width;
+      z = y;
+      z.middleRows(9, 15).setConstant(std::numeric_limits<double>::quiet_NaN());
+      kernels.backward(supernode.part(), true, z.data(), width);
+      const MatrixXd from_zero = l11.transpose().triangularView<Eigen::Upper>().solve(-(l21.transpose() * below));
+      EXPECT_LE((z.middleRows(9, 15) - from_zero).lpNorm<Eigen::Infinity>(), 1e-13) << lanes << ' ' << width;
+    }
+  }
+}
+
 TEST(Supernodal, SolvesAsADenseFactorDoesForAnyWidth) {
   const BlockMatrix k = box_stiffness({4, 4, 4});
   for (const int width : {8, 16, 24, 40, 48, 72, 96, 104}) expect_solves(k, width);
@@ -112,6 +169,18 @@ TEST(Supernodal, SolvesOneRowTwoRowsAndManySupernodes) {
   two.bottomLeftCorner(3, 3) = one / 2;
   expect_solves(from_dense(two), 8);
   expect_solves(box_stiffness({9, 5, 5}), 24);
+}
+
+TEST(Supernodal, AColumnHasTheSameBitsInAnyBlock) {
+  const BlockMatrix k = box_stiffness({6, 6, 6});
+  SupernodalFactor narrow(k, eliminated(k), 8), wide(k, eliminated(k), 96);
+  const std::int64_t dofs = 3 * static_cast<std::int64_t>(k.rows);
+  RowMajor alone(dofs, 8), among(dofs, 96);
+  narrow.solve(std::vector<Load>{{100, 0, 1.0}}, alone.data());
+  std::vector<Load> loads;
+  for (std::int32_t c = 0; c < 96; ++c) loads.push_back({c == 61 ? 100 : (37 * c) % dofs, c, 1.0});
+  wide.solve(loads, among.data());
+  EXPECT_EQ(alone.col(0), among.col(61));
 }
 
 TEST(Supernodal, SolvesPartsThatAreNotConnected) {

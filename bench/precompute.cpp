@@ -1,0 +1,355 @@
+// Processor time of all that a column takes, against CHOLMOD on blocks of 64 dense columns over the same matrix, in turns
+// in the same run; and what the plan predicts against what happens.
+//   precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [blocks to sample; all]
+//   precompute_bench model [p1|p1-anp] [most vertices]
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <memory>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "precompute/block.h"
+#include "precompute/block_residual.h"
+#include "precompute/cholmod_session.h"
+#include "precompute/discretisation.h"
+#include "precompute/displacement_rows.h"
+#include "precompute/solver_plan.h"
+#include "precompute/supernodal_factor.h"
+#include "tests/support/box_mesh.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kWidth = 96, kReferenceWidth = 64;
+
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// A body's held stiffness and the block rows of its touchable vertices.
+struct Problem {
+  ElasticBody body;
+  HeldStiffness held;
+  std::vector<std::int32_t> column_rows;
+
+  Problem(ElasticBody b, Element element) : body(std::move(b)) {
+    const Discretisation discretisation = discretise(body, element);
+    held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+    for (const auto node : body.touchable) column_rows.push_back(held.row_of_node[node]);
+  }
+  std::int64_t dofs() const { return 3 * static_cast<std::int64_t>(held.matrix.rows); }
+};
+
+Element element_named(const std::string& name) {
+  return name == "p1-anp" ? Element::p1_anp : Element::p1;
+}
+
+// METIS on the dofs, supernodal factor, cholmod_l_solve2: what a user would write.
+class Reference {
+ public:
+  explicit Reference(const BlockMatrix& k) : n_(3 * static_cast<std::size_t>(k.rows)) {
+    session_.common.nmethods = 1;
+    session_.common.method[0].ordering = CHOLMOD_METIS;
+    session_.common.supernodal = CHOLMOD_SUPERNODAL;
+    session_.sparse = cholmod_l_allocate_sparse(n_, n_, (9 * k.column.size() + n_) / 2, true, true, 1, CHOLMOD_REAL,
+                                                &session_.common);
+    fill(k);
+    const double begun = processor_seconds();
+    session_.factor = cholmod_l_analyze(session_.sparse, &session_.common);
+    const double ordered = processor_seconds();
+    cholmod_l_factorize(session_.sparse, session_.factor, &session_.common);
+    order_seconds = ordered - begun, factor_seconds = processor_seconds() - ordered;
+    numbers = session_.common.lnz;
+    b_ = cholmod_l_zeros(n_, kReferenceWidth, CHOLMOD_REAL, &session_.common);
+  }
+  ~Reference() {
+    for (auto* dense : {&b_, &x_, &y_, &e_}) cholmod_l_free_dense(dense, &session_.common);
+  }
+
+  // Seconds of one block of unit forces, the right-hand side being there already.
+  double solve(const std::vector<std::int64_t>& dofs) {
+    auto* values = static_cast<double*>(b_->x);
+    std::fill_n(values, n_ * kReferenceWidth, 0.0);
+    for (std::size_t c = 0; c < kReferenceWidth; ++c)
+      values[c * n_ + static_cast<std::size_t>(dofs[c % dofs.size()])] = 1;
+    const double begun = processor_seconds();
+    cholmod_l_solve2(CHOLMOD_A, session_.factor, b_, nullptr, &x_, nullptr, &y_, &e_, &session_.common);
+    return processor_seconds() - begun;
+  }
+
+  double order_seconds = 0, factor_seconds = 0, numbers = 0;
+
+ private:
+  void fill(const BlockMatrix& k) {  // the upper triangle
+    auto* first = static_cast<SuiteSparse_long*>(session_.sparse->p);
+    auto* row = static_cast<SuiteSparse_long*>(session_.sparse->i);
+    auto* value = static_cast<double*>(session_.sparse->x);
+    SuiteSparse_long count = 0;
+    for (std::int32_t j = 0; j < k.rows; ++j)
+      for (int c = 0; c < 3; ++c) {
+        first[3 * j + c] = count;
+        for (auto at = k.first[j]; at < k.first[j + 1]; ++at)
+          for (int r = 0; r < 3; ++r)
+            if (3 * k.column[at] + r <= 3 * j + c) {
+              row[count] = 3 * static_cast<SuiteSparse_long>(k.column[at]) + r;
+              value[count++] = k.block[at][3 * c + r];
+            }
+      }
+    first[n_] = count;
+  }
+
+  CholmodSession session_;
+  std::size_t n_;
+  cholmod_dense *b_ = nullptr, *x_ = nullptr, *y_ = nullptr, *e_ = nullptr;
+};
+
+// The blocks of unit forces that the program would solve together: neighbours in the elimination order.
+std::vector<std::vector<std::int32_t>> blocks_of(const Problem& problem, const Elimination& elimination) {
+  std::vector<std::int32_t> rows = problem.column_rows;
+  std::sort(rows.begin(), rows.end(), [&](auto a, auto b) { return elimination.place[a] < elimination.place[b]; });
+  std::vector<std::vector<std::int32_t>> blocks;
+  for (std::size_t at = 0; at < rows.size(); at += kWidth / 3)
+    blocks.emplace_back(rows.begin() + static_cast<std::ptrdiff_t>(at),
+                        rows.begin() + static_cast<std::ptrdiff_t>(std::min(at + kWidth / 3, rows.size())));
+  return blocks;
+}
+
+// Seconds, summed over blocks; columns counts what they hold.
+struct Shares {
+  double solve = 0, certify = 0, rows = 0, write = 0, columns = 0, worst_residual = 0;
+  double all() const { return solve + certify + rows + write; }
+};
+
+// Solves a block, certifies it, turns it into rows of T^u and writes them, as the program does.
+class Ours {
+ public:
+  Ours(const Problem& problem, SupernodalFactor& factor)
+      : problem_(problem), factor_(factor), x_(make_block(problem.dofs(), kWidth)), file_(std::tmpfile()) {
+    const auto stored = static_cast<std::size_t>(problem.body.surface_count);
+    for (std::size_t v = 0; v < stored; ++v) vertex_rows_.push_back(problem.held.row_of_node[v]);
+    rows_.resize(3 * stored * kWidth);
+  }
+  ~Ours() { std::fclose(file_); }
+
+  void block(const std::vector<std::int32_t>& nodes, Shares& shares) {
+    std::vector<Load> loads;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (int j = 0; j < 3; ++j)
+        loads.push_back({3 * static_cast<std::int64_t>(nodes[i]) + j, static_cast<std::int32_t>(3 * i) + j, 1.0});
+    std::sort(loads.begin(), loads.end(), [](const Load& a, const Load& b) { return a.dof < b.dof; });
+    const double begun = processor_seconds();
+    factor_.solve(loads, x_.get());
+    const double solved = processor_seconds();
+    const auto norms = residual_norms(problem_.held.matrix, loads, x_.get(), kWidth);
+    const double certified = processor_seconds();
+    std::vector<std::array<double, 9>> force(nodes.size(), {1, 2, 3, 4, 5, 6, 7, 8, 9});  // any numbers take as long
+    CastLoss loss;
+    displacement_rows(x_.get(), kWidth, vertex_rows_, force, rows_.data(), &loss);
+    const double converted = processor_seconds();
+    const std::size_t bytes = 9 * nodes.size() * vertex_rows_.size() * sizeof(float);
+    if (pwrite(fileno(file_), rows_.data(), bytes, 0) != static_cast<ssize_t>(bytes)) throw std::bad_alloc();
+    shares.write += processor_seconds() - converted;
+    shares.rows += converted - certified, shares.certify += certified - solved, shares.solve += solved - begun;
+    shares.columns += 3.0 * static_cast<double>(nodes.size());
+    shares.worst_residual = std::max(shares.worst_residual, *std::max_element(norms.begin(), norms.end()));
+  }
+
+ private:
+  const Problem& problem_;
+  SupernodalFactor& factor_;
+  Block x_;
+  std::FILE* file_;
+  std::vector<std::int32_t> vertex_rows_;
+  std::vector<float> rows_;
+};
+
+void compare(Problem problem, const char* element, std::size_t most_blocks) {
+  auto reference = std::make_unique<Reference>(problem.held.matrix);
+  double begun = processor_seconds();
+  std::shared_ptr<const Elimination> elimination =
+      std::make_shared<const Elimination>(analyse_elimination(problem.held.matrix));
+  const double order_seconds = processor_seconds() - begun;
+  const auto blocks_before = blocks_of(problem, *elimination);
+  const auto old_place = elimination->place;
+  const double numbers = static_cast<double>(elimination->numbers());
+  elimination = put_in_order(problem.held, *elimination);
+  for (auto& row : problem.column_rows) row = old_place[row];
+  begun = processor_seconds();
+  SupernodalFactor factor(problem.held.matrix, elimination, kWidth);
+  const double factor_seconds = processor_seconds() - begun;
+
+  Ours ours(problem, factor);
+  const auto blocks = blocks_of(problem, *elimination);
+  const std::size_t sampled = std::min(most_blocks, blocks.size());
+  Shares shares, warm_up;
+  ours.block(blocks[0], warm_up);
+  double reference_seconds = 0, reference_columns = 0;
+  for (std::size_t i = 0; i < sampled; ++i) {
+    const std::size_t b = i * blocks.size() / sampled;
+    ours.block(blocks[b], shares);
+    std::vector<std::int64_t> dofs;
+    for (const auto row : blocks_before[b])
+      for (int j = 0; j < 3; ++j) dofs.push_back(3 * static_cast<std::int64_t>(row) + j);
+    if (i == 0) reference->solve(dofs);
+    reference_seconds += reference->solve(dofs);
+    reference_columns += kReferenceWidth;
+  }
+  const double columns = 3.0 * static_cast<double>(problem.column_rows.size());
+  const double ms = 1e3 / shares.columns, reference_ms = 1e3 * reference_seconds / reference_columns;
+  fmt::print("{} vertices, {} stored, {}, {} columns, {} of {} blocks of {} sampled\n", problem.body.nodes.size(),
+             problem.body.surface_count, element, columns, sampled, blocks.size(), kWidth);
+  const auto line = [](const char* what, double mine, double theirs) {
+    fmt::print("{:34} {:10.3f} {:10.3f} {:8.2f}\n", what, mine, theirs, mine / theirs);
+  };
+  fmt::print("{:34} {:>10} {:>10} {:>8}\n", "processor time", "ours", "CHOLMOD", "ratio");
+  line("order, s", order_seconds, reference->order_seconds);
+  line("factor, s", factor_seconds, reference->factor_seconds);
+  line("numbers of the factor, 1e6", 1e-6 * numbers, 1e-6 * reference->numbers);
+  line("solve, ms a column", shares.solve * ms, reference_ms);
+  fmt::print("{:34} {:10.3f}   {:.0f} % of our solve\n", "product and certificate, ms", shares.certify * ms,
+             100 * shares.certify / shares.solve);
+  fmt::print("{:34} {:10.3f}\n{:34} {:10.3f}\n", "rows of T^u and their error, ms", shares.rows * ms, "write, ms",
+             shares.write * ms);
+  line("column certified and written, ms", shares.all() * ms, reference_ms);
+  line("all columns against its solve, s", 1e-3 * shares.all() * ms * columns, 1e-3 * reference_ms * columns);
+  fmt::print("largest residual of a unit force {:.2g}\n", shares.worst_residual);
+}
+
+ElasticBody box_body(int cells) {
+  OrganConfig organ;
+  organ.regions.push_back({"box", {5400, "bench"}, {0.45, "bench"}, {}});
+  ElasticBody body = make_elastic_body(tests::box_mesh({cells, cells, cells}, {1, 1, 1}, 0.2), organ, {}, {});
+  body.touchable.clear();
+  for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+    if (body.nodes[n][0] == 0) body.fixed[n] = {1, 1, 1};
+    if (static_cast<std::int32_t>(n) < body.surface_count && !body.fixed[n][0])
+      body.touchable.push_back(static_cast<std::int32_t>(n));
+  }
+  return body;
+}
+
+// One size, in a process of its own, so that its peak of memory is its own: vertices, columns, numbers, then predicted
+// and measured bytes, setup and milliseconds of a column.
+struct ModelPoint {
+  double vertices, columns, numbers, bytes[2], setup[2], column_ms[2], sampled;
+};
+
+ModelPoint measure_point(int cells, const char* element) {
+  Problem problem(box_body(cells), element_named(element));
+  const double before = resident_bytes();
+  const SolverPlan plan =
+      make_plan({problem.held.matrix, problem.column_rows, problem.body.surface_count, 0, 1e13, 0, 1});
+  const std::vector<std::int32_t> place = plan.elimination->place;
+  const auto elimination = put_in_order(problem.held, *plan.elimination);
+  for (auto& row : problem.column_rows) row = place[row];
+  const double begun = processor_seconds();
+  SupernodalFactor factor(problem.held.matrix, elimination, kWidth);
+  const double setup = processor_seconds() - begun;
+  Ours ours(problem, factor);
+  const auto blocks = blocks_of(problem, *elimination);
+  const std::size_t sampled = std::min<std::size_t>(blocks.size(), 6);
+  Shares shares, warm_up;
+  ours.block(blocks[0], warm_up);
+  for (std::size_t i = 0; i < sampled; ++i) ours.block(blocks[i * blocks.size() / sampled], shares);
+  return {static_cast<double>(problem.body.nodes.size()),
+          static_cast<double>(plan.columns),
+          static_cast<double>(plan.elimination->numbers()),
+          {plan.factor.bytes, peak_resident_bytes() - before},
+          {plan.factor.setup_seconds, setup},
+          {1e3 * plan.factor.column_seconds, 1e3 * shares.all() / shares.columns},
+          shares.columns};
+}
+
+ModelPoint in_own_process(int cells, const char* element) {
+  int ends[2];
+  ModelPoint point{};
+  if (pipe(ends) != 0) throw std::bad_alloc();
+  std::fflush(stdout);
+  if (const pid_t child = fork(); child == 0) {
+    point = measure_point(cells, element);
+    _exit(write(ends[1], &point, sizeof point) == sizeof point ? 0 : 1);
+  } else {
+    close(ends[1]);
+    if (read(ends[0], &point, sizeof point) != sizeof point) fmt::print("the process of {} cells failed\n", cells);
+    close(ends[0]);
+    waitpid(child, nullptr, 0);
+  }
+  return point;
+}
+
+// Slope and constant of log y over log x.
+std::pair<double, double> power_law(const std::vector<ModelPoint>& points, double (*y)(const ModelPoint&)) {
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (const auto& p : points) {
+    const double lx = std::log(p.vertices), ly = std::log(y(p));
+    n += 1, sx += lx, sy += ly, sxx += lx * lx, sxy += lx * ly;
+  }
+  const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  return {slope, std::exp((sy - slope * sx) / n)};
+}
+
+void model(const char* element, double most_vertices) {
+  fmt::print("boxes, {}, one side held, the surface stored; predicted / measured, columns a sample of those written\n",
+             element);
+  fmt::print("{:>9} {:>8} {:>8} {:>9}  {:>19}  {:>19}  {:>19}\n", "vertices", "columns", "sampled", "1e6 of L",
+             "memory, MB", "set up, s", "ms a column");
+  std::vector<ModelPoint> points;
+  double worst_bytes = 1, worst_seconds = 1;
+  for (const int cells : {5, 7, 10, 14, 18, 22, 26, 32, 38, 46}) {
+    if (std::pow(cells + 1, 3) > most_vertices) break;
+    const ModelPoint p = in_own_process(cells, element);
+    if (p.vertices == 0) return;
+    fmt::print("{:9.0f} {:8.0f} {:8.0f} {:9.3g}  {:8.0f} / {:8.0f}  {:8.3g} / {:8.3g}  {:8.3g} / {:8.3g}\n", p.vertices,
+               p.columns, p.sampled, 1e-6 * p.numbers, 1e-6 * p.bytes[0], 1e-6 * p.bytes[1], p.setup[0], p.setup[1],
+               p.column_ms[0], p.column_ms[1]);
+    points.push_back(p);
+    const auto off = [](double a, double b) { return std::max(a / b, b / a); };
+    worst_bytes = std::max(worst_bytes, off(p.bytes[0], p.bytes[1]));
+    worst_seconds = std::max(worst_seconds, off(p.setup[0] + 1e-3 * p.columns * p.column_ms[0],
+                                                p.setup[1] + 1e-3 * p.columns * p.column_ms[1]));
+  }
+  const auto law = [&](const char* what, double (*y)(const ModelPoint&)) {
+    const auto [slope, constant] = power_law(points, y);
+    fmt::print("{:28} = {:.3g} x vertices^{:.2f}\n", what, constant, slope);
+  };
+  law("numbers of the factor", [](const ModelPoint& p) { return p.numbers; });
+  law("bytes", [](const ModelPoint& p) { return p.bytes[1]; });
+  law("set up, s", [](const ModelPoint& p) { return p.setup[1]; });
+  law("a column, s", [](const ModelPoint& p) { return 1e-3 * p.column_ms[1]; });
+  fmt::print("bundle, bytes: 36 x touchable x stored vertices\n");
+  fmt::print("predictions within a factor of {:.2f} for memory and {:.2f} for time\n", worst_bytes, worst_seconds);
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int count, char** arguments) {
+  using namespace palpate;
+  const std::vector<std::string> given(arguments + 1, arguments + count);
+  if (!given.empty() && given[0] == "model") {
+    model(given.size() > 1 ? given[1].c_str() : "p1", given.size() > 2 ? std::stod(given[2]) : 110000);
+    return 0;
+  }
+  if (given.size() < 3) {
+    fmt::print(stderr,
+               "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [blocks]\n"
+               "precompute_bench model [p1|p1-anp] [most vertices]\n");
+    return 2;
+  }
+  const char* element = given.size() > 3 ? given[3].c_str() : "p1";
+  compare(Problem(make_elastic_body(read_mesh(given[0]), read_organ_config(given[1]), read_boundary_config(given[2]),
+                                    {given[0], given[1], given[2]}),
+                  element_named(element)),
+          element, given.size() > 4 ? std::stoul(given[4]) : static_cast<std::size_t>(-1));
+  return 0;
+}
