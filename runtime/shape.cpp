@@ -85,7 +85,9 @@ class Shape {
  private:
   // Contacts may have come through a socket: nothing in them is trusted.
   bool is_sound(const palpate_contacts* contacts) const {
-    if (!contacts || contacts->node_count < 0 || contacts->node_count > scene_.def.max_contact_nodes) return false;
+    if (!contacts || !is_aligned(contacts) || contacts->node_count < 0 ||
+        contacts->node_count > scene_.def.max_contact_nodes)
+      return false;
     const std::size_t bytes =
         sizeof(palpate_contacts) + static_cast<std::size_t>(contacts->node_count) * sizeof(palpate_contact_node);
     return contacts->used_bytes == bytes && contacts->tool_count >= 0 && contacts->tool_count <= PALPATE_MAX_TOOLS;
@@ -205,6 +207,7 @@ palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* c
   if (!scene || !out) return PALPATE_STEP_BAD_INPUT;
   out->node_count = 0;
   if (scene->def.shape == PALPATE_SHAPE_OFF || out->node_capacity < 0) return PALPATE_STEP_BAD_INPUT;
+  if (!palpate::is_aligned(out->displacements) || !palpate::is_aligned(out->positions)) return PALPATE_STEP_BAD_INPUT;
   if (!out->displacements && !out->positions) return 0;
   return palpate::Shape(*scene, *out).step(contacts);
 }

@@ -43,6 +43,7 @@ void ToolInput::forget() {
 bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const {
   if (tool.point_count < 0 || tool.grip_count < 0) return false;
   if ((tool.point_count > 0 && !tool.points) || (tool.grip_count > 0 && !tool.grips)) return false;
+  if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
     if (!is_sound_point(tool.points + 3 * static_cast<std::size_t>(i))) return false;
   for (std::int32_t i = 0; i < grips; ++i)
@@ -57,7 +58,7 @@ std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count
   else
     flags |= PALPATE_STEP_BAD_INPUT;
   for (Tool& tool : tools_) tool.flags = 0;
-  if (tool_count < 0 || (tool_count > 0 && !tools)) {
+  if (tool_count < 0 || (tool_count > 0 && !tools) || !is_aligned(tools)) {
     for (std::int32_t t = 0; t < count_; ++t) tools_[t].flags |= PALPATE_STEP_BAD_INPUT;
     return flags | PALPATE_STEP_BAD_INPUT;
   }

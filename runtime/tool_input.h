@@ -9,6 +9,11 @@
 
 namespace palpate {
 
+template <class T>
+bool is_aligned(const T* pointer) {
+  return reinterpret_cast<std::uintptr_t>(pointer) % alignof(T) == 0;
+}
+
 // What the checks need to know of the bundle.
 struct InputLimits {
   std::int32_t surface_nodes = 0, triangles = 0, max_tools = 0, max_points = 0;

@@ -7,6 +7,8 @@
 namespace palpate {
 namespace {
 
+constexpr double kLongestSlew = 0.02;  // s of slew in one step: the period of the slowest loop that still feels
+
 // What the step gathers per tool on the way.
 struct ToolSum {
   Vec3 imposed;               // sum of the imposed displacements of its contacts, m
@@ -231,7 +233,8 @@ class Touch {
     state.flags = half_.input.tool(t).flags;
   }
 
-  // What a device may be sent: no longer than force_limit, no faster than force_slew.
+  // What a device may be sent: no longer than force_limit, no faster than force_slew. A clock that claims a long time, or a
+  // loop that stood still, does not buy a jump.
   Vec3 safe_force(std::int32_t t, Vec3 raw) {
     const palpate_scene_def& def = scene_.def;
     Vec3& last = half_.last_force[t];
@@ -245,7 +248,7 @@ class Touch {
       raise(t, PALPATE_STEP_FORCE_LIMITED);
     }
     const Vec3 change = force - last;
-    const double most = def.force_slew * half_.input.dt();
+    const double most = def.force_slew * std::min(half_.input.dt(), kLongestSlew);
     if (const double size = length(change); size > most) {
       force = last + (most / size) * change;
       raise(t, PALPATE_STEP_FORCE_LIMITED);
@@ -275,7 +278,7 @@ const palpate_contact_node* palpate_contacts_nodes(const palpate_contacts* conta
 
 palpate_step_flags palpate_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
                                  palpate_contacts* contacts) {
-  if (!scene || !contacts) return PALPATE_STEP_BAD_INPUT;
+  if (!scene || !contacts || !palpate::is_aligned(contacts)) return PALPATE_STEP_BAD_INPUT;
   return palpate::Touch(*scene, *contacts).step(tools, tool_count, dt);
 }
 

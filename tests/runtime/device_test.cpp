@@ -104,6 +104,149 @@ TEST(Device, IsNotSentAForceAboveTheLimitNorAJump) {
   EXPECT_TRUE(limited);
 }
 
+// One kind of nonsense, and the flag that a step with it must raise.
+struct BadInput {
+  const char* name;
+  palpate_step_flags flag;
+  std::function<palpate_step_flags(Pressed&)> send;
+  int steps = 1;  // that send makes
+};
+
+TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
+  constexpr double kLimit = 0.5, kSlew = 5, kMostDt = 0.02;
+  const double denormal = 5e-324, metre = 1;
+  const auto at = [](Pressed& tool, double depth) { return Eigen::Vector3d(tool.place - depth * tool.out); };
+  const auto step = [&](Pressed& tool, const palpate_tool* tools, std::int32_t count, double dt = 1e-3) {
+    return palpate_touch(tool.scene.get(), tools, count, dt, tool.contacts.get());
+  };
+  static double unaligned[4] = {};  // a device's packed record
+  const auto* odd = reinterpret_cast<const double*>(reinterpret_cast<const char*>(unaligned) + 4);
+  const palpate_step_flags bad = PALPATE_STEP_BAD_INPUT, limited = PALPATE_STEP_FORCE_LIMITED;
+  std::vector<BadInput> kinds;
+  for (const double x : {double(NAN), double(INFINITY), -double(INFINITY), 1e300, -1e300, 1.1e6})
+    kinds.push_back({"coordinate", bad, [=](Pressed& tool) { return tool.move({0, x, 0}); }});
+  for (const double dt : {0.0, -1e-3, -denormal, double(NAN), double(INFINITY), 1e300})
+    kinds.push_back({"time step", bad, [=](Pressed& tool) { return tool.move(at(tool, 0.001), dt); }});
+  kinds.push_back({"tiny time step", limited, [=](Pressed& tool) { return tool.move(at(tool, 0.004), denormal); }});
+  kinds.push_back(
+      {"time step of a stalled loop", limited, [=](Pressed& tool) { return tool.move(at(tool, 0.009), 1e5); }});
+  kinds.push_back({"denormal coordinates", 0, [=](Pressed& tool) {
+                     return tool.move({denormal, -denormal, denormal});
+                   }});
+  kinds.push_back({"jump through the organ and back", limited,
+                   [=](Pressed& tool) {
+                     return tool.move(at(tool, metre)) | tool.move(at(tool, -metre)) | tool.move(at(tool, 0.05));
+                   },
+                   3});
+  kinds.push_back({"no tools where some are announced", bad, [=](Pressed& tool) { return step(tool, nullptr, 1); }});
+  for (const std::int32_t count : {-1, INT32_MIN}) {
+    kinds.push_back({"tool count", bad, [=](Pressed& tool) {
+                       const palpate_tool one = {tool.place.data(), 1, nullptr, 0, 0};
+                       return step(tool, &one, count);
+                     }});
+    kinds.push_back({"point count", bad, [=](Pressed& tool) {
+                       const palpate_tool one = {tool.place.data(), count, nullptr, 0, 0};
+                       return step(tool, &one, 1);
+                     }});
+  }
+  kinds.push_back({"more tools than the scene has", PALPATE_STEP_CONTACTS_DROPPED, [=](Pressed& tool) {
+                     const Eigen::Vector3d p = at(tool, 0.001);
+                     const std::vector<palpate_tool> many(20, palpate_tool{p.data(), 1, nullptr, 0, 0});
+                     return step(tool, many.data(), 20);
+                   }});
+  kinds.push_back({"more points than the scene has", PALPATE_STEP_CONTACTS_DROPPED, [=](Pressed& tool) {
+                     const std::vector<Eigen::Vector3d> p(50, at(tool, 0.001));
+                     const palpate_tool one = {p[0].data(), 50, nullptr, 0, 0};
+                     return step(tool, &one, 1);
+                   }});
+  kinds.push_back({"points at an odd address", bad, [=](Pressed& tool) {
+                     const palpate_tool one = {odd, 1, nullptr, 0, 0};
+                     return step(tool, &one, 1);
+                   }});
+  kinds.push_back({"tools at an odd address", bad,
+                   [=](Pressed& tool) { return step(tool, reinterpret_cast<const palpate_tool*>(odd), 1); }});
+
+  palpate_scene_def def = palpate_default_scene_def();
+  def.force_limit = kLimit, def.force_slew = kSlew, def.max_points = 8;
+  for (const BadInput& kind : kinds)
+    for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
+      SCOPED_TRACE(kind.name);
+      def.collision = collision;
+      Pressed tool(def);
+      for (int s = 0; s < 20; ++s) tool.move(at(tool, 0.001));
+      Eigen::Vector3d last = tool.force();
+      palpate_step_flags raised = 0;
+      for (int s = 0; s < 10; ++s) {
+        raised |= kind.send(tool);
+        ASSERT_LE((tool.force() - last).norm(), kind.steps * kSlew * kMostDt * (1 + 1e-12));
+        ASSERT_TRUE(tool.force().allFinite());
+        ASSERT_LE(tool.force().norm(), kLimit * (1 + 1e-12));
+        last = tool.force();
+      }
+      EXPECT_EQ(raised & kind.flag, kind.flag);
+      // Out, in again: as if nothing had been.
+      tool.move(at(tool, -0.001));
+      for (int s = 0; s < 100; ++s) tool.move(at(tool, 0.001));
+      EXPECT_EQ(tool.move(at(tool, 0.001)), 0u);
+      EXPECT_EQ(tool.contacts->tools[0].contact_count, 1);
+      EXPECT_LT((tool.force() - tool.raw()).norm(), 1e-12);
+    }
+}
+
+TEST(Device, HoldsAFrozenPointWithASteadyForce) {
+  for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
+    palpate_scene_def def = unlimited_def();
+    def.collision = collision;
+    Pressed tool(def);
+    for (int s = 0; s < 10; ++s) tool.move(tool.place - 0.001 * tool.out);
+    const Eigen::Vector3d held = tool.force();
+    ASSERT_GT(held.norm(), 0);
+    for (int s = 0; s < 5000; ++s) {
+      EXPECT_EQ(tool.move(tool.place - 0.001 * tool.out), 0u);
+      ASSERT_EQ(tool.force(), held);
+    }
+  }
+}
+
+TEST(Device, IsNotSentASpikeWhenTheContactBudgetIsExhausted) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.force_limit = 0.5, def.force_slew = 20, def.max_contact_nodes = 3;
+  const ScenePointer scene = box().scene(def);
+  Contacts contacts(scene.get());
+  std::vector<std::int32_t> triangles;
+  for (int which = 0; which < 6; ++which) triangles.push_back(box().far_triangle(which));
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  bool dropped = false;
+  for (int s = 0; s < 400; ++s) {  // points that come and go, at most one of which has room
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      points.push_back(box().place(triangles[t], {.3, .3, .4}) +
+                       0.002 * std::cos(0.1 * s + static_cast<double>(t)) * box().outward(triangles[t]));
+    const palpate_tool tool = {points[0].data(), static_cast<std::int32_t>(points.size()), nullptr, 0, 0};
+    dropped = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()) & PALPATE_STEP_CONTACTS_DROPPED || dropped;
+    const Eigen::Vector3d force(contacts->tools[0].force);
+    ASSERT_LE(contacts->node_count, 3);
+    ASSERT_LE(force.norm(), 0.5 * (1 + 1e-12));
+    ASSERT_LE((force - last).norm(), 20 * 1e-3 * (1 + 1e-12));
+    last = force;
+  }
+  EXPECT_TRUE(dropped);
+}
+
+TEST(Device, DoesNothingWithOutputsThatAreNotAligned) {
+  Pressed tool(unlimited_def());
+  const auto before = tool.contacts.memory;
+  auto* odd = reinterpret_cast<palpate_contacts*>(reinterpret_cast<char*>(tool.contacts.get()) + 4);
+  EXPECT_EQ(palpate_touch(tool.scene.get(), nullptr, 0, 1e-3, odd), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(tool.contacts.memory, before);
+  float u[64] = {};
+  palpate_shape_out out = {reinterpret_cast<float*>(reinterpret_cast<char*>(u) + 2), nullptr, 4, 0};
+  EXPECT_EQ(palpate_shape(tool.scene.get(), tool.contacts.get(), &out), PALPATE_STEP_BAD_INPUT);
+  out.displacements = u;
+  EXPECT_EQ(palpate_shape(tool.scene.get(), odd, &out), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_shape(tool.scene.get(), tool.contacts.get(), &out), 0u);
+}
+
 TEST(Device, FeelsNothingWhenTheToolIsGone) {
   Pressed tool(unlimited_def());
   EXPECT_EQ(palpate_touch(tool.scene.get(), nullptr, 0, 1e-3, tool.contacts.get()), 0u);

@@ -239,8 +239,9 @@ enum {
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
 
-/* Collision, contact solve, force. tools: [tool_count], in the same order every step. dt: s since the last touch, > 0.
- * Always fills *contacts (of palpate_contacts_bytes). */
+/* Collision, contact solve, force. tools: [tool_count], in the same order every step. dt: s since the last touch, > 0; more
+ * than 20 ms counts as 20 ms for force_slew. Always fills *contacts (of palpate_contacts_bytes, 8-byte aligned; NULL or not
+ * aligned: bad input, and nothing is done). A tool that is not sent, tool_count 0 included, has no force from that step on. */
 PALPATE_API palpate_step_flags palpate_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
                                              double dt, palpate_contacts* contacts);
 
