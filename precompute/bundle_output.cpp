@@ -26,10 +26,6 @@ void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& 
   writer.write(entry_of(entries, id), 0, values.data(), values.size() * sizeof(Value));
 }
 
-std::string hash_or_nothing(const std::filesystem::path& file) {
-  return file.empty() ? std::string() : sha256_of_file(file.string());
-}
-
 }  // namespace
 
 const formats::SectionEntry& entry_of(const std::vector<formats::SectionEntry>& entries, SectionId id) {
@@ -58,9 +54,8 @@ std::vector<SectionShape> section_shapes(const BundleContent& content) {
   }
   if (!content.preload.empty()) shapes.push_back({SectionId::preload_displacement, {n, 3}});
   shapes.push_back({SectionId::touchable, {s}});
-  shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, formats::ElementType::f32});
-  if (content.interior)
-    shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, formats::ElementType::f32});
+  shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, content.store});
+  if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store});
   shapes.push_back({SectionId::force, {s, 3, 3}});
   shapes.push_back({SectionId::residual, {s, 3}});
   shapes.push_back({SectionId::iterations, {s, 3}});
@@ -110,9 +105,10 @@ void write_column_sections(SectionWriter& writer, const std::vector<formats::Sec
   write_all(writer, entries, SectionId::iterations, iterations);
 }
 
-nlohmann::json provenance_of(const PrecomputeOptions& options, const OrganConfig& organ, const BoundaryConfig& boundary,
-                             const BundleContent& content, const std::string& solver, const std::string& petsc_options,
-                             int columns_at_a_time) {
+nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
+                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time) {
+  const OrganConfig& organ = inputs.organ;
+  const BoundaryConfig& boundary = inputs.boundary;
   nlohmann::json p;
   p["format"] = "palpate bundle";
   p["version"] = formats::kLayoutVersion;
@@ -124,10 +120,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const OrganConfig
   p["organ"] = organ.name;
   p["boundary"] = boundary.name;
   p["node_order"] = "surface nodes, then interior nodes, each in the order of the mesh file";
-  p["image_sha256"] = hash_or_nothing(options.image);
-  p["mesh_sha256"] = hash_or_nothing(options.mesh);
-  p["organ_sha256"] = hash_or_nothing(options.organ);
-  p["boundary_sha256"] = hash_or_nothing(options.boundary);
+  p.update(inputs.hashes);
   p["solver"] = solver;
   p["petsc_options"] = petsc_options;
   p["columns_at_a_time"] = columns_at_a_time;
@@ -142,7 +135,6 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const OrganConfig
     for (int d = 0; d < 3; ++d) p[std::string("gravity_") + "xyz"[d]] = (*boundary.gravity)[d];
   if (content.response) {
     const auto& fit = *content.response;
-    p["curve_sha256"] = hash_or_nothing(organ.response->curve);
     p["curve_source"] = organ.response->source;
     p["response_force_rms"] = fit.force.rms;
     p["response_force_note"] = fit.force.note;

@@ -14,6 +14,7 @@
 #include "precompute/elastic_body.h"
 #include "precompute/precompute.h"
 #include "precompute/response_fit.h"
+#include "precompute/run_inputs.h"
 
 namespace palpate {
 
@@ -22,6 +23,7 @@ struct BundleContent {
   bool interior = false;
   std::vector<double> preload;  // [3 N] m; empty: none
   std::optional<ResponseFit> response;
+  formats::ElementType store = formats::ElementType::f32;  // of the displacements; f64 as well
 };
 
 std::vector<SectionShape> section_shapes(const BundleContent& content);
@@ -38,9 +40,8 @@ const formats::SectionEntry& entry_of(const std::vector<formats::SectionEntry>& 
 
 // Keys of the provenance that describe inputs and solver; the certificate's numbers are added by the second function
 // under the same keys before (all zero) and after the solve.
-nlohmann::json provenance_of(const PrecomputeOptions& options, const OrganConfig& organ, const BoundaryConfig& boundary,
-                             const BundleContent& content, const std::string& solver, const std::string& petsc_options,
-                             int columns_at_a_time);
+nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
+                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time);
 std::string provenance_text(nlohmann::json provenance, const Certificate& certificate);
 
 }  // namespace palpate

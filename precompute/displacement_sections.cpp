@@ -13,6 +13,14 @@ namespace palpate {
 
 using formats::SectionId;
 
+namespace {
+
+bool is_double(const DisplacementSection& section) {
+  return section.entry.type == static_cast<std::uint32_t>(formats::ElementType::f64);
+}
+
+}  // namespace
+
 std::vector<DisplacementSection> displacement_sections(const std::vector<formats::SectionEntry>& entries,
                                                        const ElasticBody& body) {
   const auto all = static_cast<std::int32_t>(body.nodes.size());
@@ -32,11 +40,14 @@ void take_rows(const std::vector<DisplacementSection>& sections, const TensorBlo
     const auto& section = sections[s];
     const std::uint64_t node_bytes = section.node_bytes();
     rows[s].resize(record.nodes.size() * node_bytes);
-    solved.displacement(section.first, section.count, reinterpret_cast<float*>(rows[s].data()), &loss);
+    if (is_double(section))
+      solved.displacement(section.first, section.count, reinterpret_cast<double*>(rows[s].data()), nullptr);
+    else
+      solved.displacement(section.first, section.count, reinterpret_cast<float*>(rows[s].data()), &loss);
     for (std::size_t i = 0; i < record.nodes.size(); ++i)
       record.nodes[i].rows[s] = formats::xxh64(&rows[s][i * node_bytes], node_bytes);
   }
-  record.cast_error = loss.worst();
+  record.cast_error = is_double(sections[0]) ? 0 : loss.worst();
 }
 
 void write_rows(const std::vector<DisplacementSection>& sections, const ColumnBlock& block,

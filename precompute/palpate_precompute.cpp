@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,9 +24,8 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
   app.add_option("--boundary", options.boundary, "what is held, what may be touched")
       ->required()
       ->option_text("bc.toml REQUIRED");
-  app.add_option("-o,--output", options.bundle, "the tensor bundle to write")
-      ->required()
-      ->option_text("BUNDLE.h5 REQUIRED");
+  auto* bundle = app.add_option("-o,--output", options.bundle, "the tensor bundle to write")
+                     ->option_text("BUNDLE.h5 REQUIRED but for --plan");
   app.add_option("--image", options.image, "the image the mesh came from; its hash is recorded")->option_text("FILE");
   app.add_option("--tolerance", options.tolerance, "on the true relative residual of every column; default 1e-9")
       ->check(CLI::Range(1e-15, 1e-2))
@@ -37,8 +37,16 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
   app.add_option("--block", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 32")
       ->check(CLI::Range(1, 4096))
       ->option_text("P");
+  app.add_option("--store", options.store, "numbers of the stored displacements: f32 (default) or f64")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, formats::ElementType>{
+          {"f32", formats::ElementType::f32}, {"f64", formats::ElementType::f64}}))
+      ->option_text("TYPE");
+  app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");
   app.add_option("--json", options.json, "what was done and what it took, as JSON; - is standard output")
       ->option_text("FILE");
+  app.callback([bundle, &options] {
+    if (bundle->empty() && !options.plan_only) throw CLI::RequiredError("--output");
+  });
   app.footer(
       "Options after -- go to PETSc: without prefix for the conjugate gradients (-ksp_monitor), with column_ for the\n"
       "preconditioner of the stiffness matrix (-column_pc_type gamg). One that PETSc does not use is an error.\n"

@@ -38,7 +38,11 @@ class Run {
     try {
       stage("read", [this] { read(); });
       stage("assemble", [this] { assemble(); });
-      choose_solver_of_all_ranks();
+      const double memory = ranks_.least(memory_left_bytes(options_.memory_gigabytes, ranks_.here()));
+      stage("plan", [&] { plan(memory); });
+      keep_earlier_choice();
+      tell_plan();
+      if (options_.plan_only) return;
       stage("factor", [this] { factor(); });
       if (inputs_.boundary.gravity) stage("preload", [this] { preload(); });
       stage("lay out", [this] { begin_part(); });
@@ -51,7 +55,7 @@ class Run {
       const std::string kept = part_ ? part_->leave() : "";
       throw OperationError(error.what() + (kept.empty() ? "" : "; " + kept));
     }
-    summarise();
+    if (!options_.plan_only) summarise();
   }
 
  private:
@@ -62,7 +66,7 @@ class Run {
 
   void read() {
     // What would fail after minutes fails now.
-    if (is_first()) claim_output();
+    if (is_first() && !options_.plan_only) claim_output();
     inputs_ = read_run_inputs(options_);
   }
 
@@ -82,34 +86,42 @@ class Run {
     discretisation_.stiffness = {};
   }
 
-  // Collective.
-  void choose_solver_of_all_ranks() {
+  // memory: that of the rank with the least, which decides for all, so that every column is solved alike.
+  void plan(double memory) {
     const ElasticBody& body = inputs_.body;
     std::vector<std::int32_t> column_rows;
     for (const auto node : body.touchable) column_rows.push_back(held_.row_of_node[node]);
     const auto stored = inputs_.store_interior ? static_cast<std::int64_t>(body.nodes.size()) : body.surface_count;
-    // The rank with the least memory decides for all, so that every column is solved alike.
-    plan_ =
-        make_plan({held_.matrix, column_rows, stored, options_.columns_at_a_time,
-                   ranks_.least(memory_left_bytes(options_.memory_gigabytes, ranks_.here())),
-                   36.0 * static_cast<double>(stored) * static_cast<double>(body.touchable.size()), ranks_.count()});
+    const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(options_.store));
+    resident_at_plan_ = resident_bytes();
+    plan_ = make_plan({held_.matrix, column_rows, stored, options_.columns_at_a_time, memory,
+                       row_bytes * static_cast<double>(body.touchable.size()), ranks_.count()});
     plan_.elimination = put_in_order(held_, *plan_.elimination);
-    keep_earlier_choice();
-    note(fmt::format("{} nodes ({} surface, {} touchable), {} tetrahedra, {} columns", body.nodes.size(),
-                     body.surface_count, body.touchable.size(), body.tetrahedra.size(), plan_.columns));
-    note(plan_text(plan_));
   }
 
-  // What is free now does not decide over columns that are solved already; --memory does.
+  // Collective. What is free now does not decide over columns of the same input that are solved already; --memory does.
   void keep_earlier_choice() {
     double earlier = -1;
-    if (part_ && part_->earlier() && options_.memory_gigabytes == 0)
-      earlier = part_->earlier()->value(kPreconditioner, "") == kFactor ? 1 : 0;
+    if (part_ && part_->earlier() && part_->earlier()->contains(kPreconditioner) && options_.memory_gigabytes == 0) {
+      bool same = part_->earlier()->value("tolerance", 0.0) == options_.tolerance;
+      for (const auto& [key, hash] : inputs_.hashes.items()) same = same && part_->earlier()->value(key, "") == hash;
+      if (same) earlier = (*part_->earlier())[kPreconditioner] == kFactor ? 1 : 0;
+    }
     earlier = ranks_.most(earlier);
     if (earlier < 0 || plan_.cholesky == (earlier == 1)) return;
     plan_.cholesky = earlier == 1;
     plan_.why += fmt::format("; but {} was begun with the {} and keeps it (--memory decides anew)",
                              part_of(options_.bundle).string(), plan_.cholesky ? kFactor : kMultigrid);
+  }
+
+  void tell_plan() const {
+    const ElasticBody& body = inputs_.body;
+    const std::string text =
+        fmt::format("mesh    {} nodes ({} surface, {} touchable), {} tetrahedra\n{}", body.nodes.size(),
+                    body.surface_count, body.touchable.size(), body.tetrahedra.size(), plan_text(plan_));
+    if (!options_.plan_only) return say(text);
+    if (options_.json != "-" && is_first()) fmt::print("{}\n", text);
+    if (!options_.json.empty() && is_first()) write_json(plan_json(plan_), options_.json);
   }
 
   void factor() {
@@ -138,9 +150,10 @@ class Run {
   // Rank 0 alone writes what is known before the columns.
   void begin_part() {
     if (!is_first()) return;
-    const BundleContent content{inputs_.body, inputs_.store_interior, preload_.displacement, inputs_.fit};
-    provenance_ = provenance_of(options_, inputs_.organ, inputs_.boundary, content, solver_->description(),
-                                petsc_options_in_force(), solver_->width());
+    const BundleContent content{inputs_.body, inputs_.store_interior, preload_.displacement, inputs_.fit,
+                                options_.store};
+    provenance_ =
+        provenance_of(options_, inputs_, content, solver_->description(), petsc_options_in_force(), solver_->width());
     const auto shapes = section_shapes(content);
     Fingerprint fingerprint = fingerprint_of(provenance_, shapes, blocks_);
     fingerprint[kPreconditioner] = plan_.cholesky ? kFactor : kMultigrid;
@@ -209,11 +222,17 @@ class Run {
     return records;
   }
 
+  // Collective.
   void summarise() const {
-    RunOutcome outcome{options_,  inputs_,        certificate_, solver_->description(),
-                       plan_.why, blocks_.size(), blocks_found_};
+    PlanOutcome took;
+    took.seconds = report_.seconds_of("factor") + report_.seconds_of("columns");
+    took.bytes = ranks_.most(peak_resident_bytes() - resident_at_plan_);
+    if (!is_first()) return;
+    took.bundle_bytes = static_cast<double>(std::filesystem::file_size(options_.bundle));
+    const RunOutcome outcome{options_, inputs_, certificate_,   solver_->description(),
+                             plan_,    took,    blocks_.size(), blocks_found_};
     tell(outcome, report_);
-    if (is_first() && !options_.json.empty()) write_json(json_of(outcome, report_), options_.json);
+    if (!options_.json.empty()) write_json(json_of(outcome, report_), options_.json);
   }
 
   const PrecomputeOptions& options_;
@@ -224,6 +243,7 @@ class Run {
   Discretisation discretisation_;
   HeldStiffness held_;
   SolverPlan plan_;
+  double resident_at_plan_ = 0;
   std::unique_ptr<ColumnSolver> solver_;
   std::vector<ColumnBlock> blocks_;
   std::optional<ReciprocitySample> sample_;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/bundle_layout.h"
 #include "precompute/elastic_body.h"
 #include "precompute/ranks.h"
 #include "precompute/stop_signals.h"
@@ -18,7 +19,9 @@ struct PrecomputeOptions {
   double memory_gigabytes = 0;  // what this machine's ranks may take together; 0: what is free
   double tolerance = 1e-9;      // on each column's true relative residual
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
-  std::string json;             // where the report goes as JSON; "-": standard output; empty: nowhere
+  formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
+  bool plan_only = false;  // tell what the run would take, and write nothing; bundle may be empty
+  std::string json;        // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
 // Collective. A PetscSession must be alive. Resumes where a part of the same run lies beside the bundle. Errors: InputError,

@@ -17,6 +17,19 @@ void check_densities(const RunInputs& inputs, const PrecomputeOptions& options) 
                       options.boundary.string(), inputs.body.region_names[r], options.organ.string()));
 }
 
+std::string hash_or_nothing(const std::filesystem::path& file) {
+  return file.empty() ? std::string() : sha256_of_file(file.string());
+}
+
+nlohmann::json hashes_of(const PrecomputeOptions& options, const OrganConfig& organ) {
+  nlohmann::json hashes = {{"image_sha256", hash_or_nothing(options.image)},
+                           {"mesh_sha256", hash_or_nothing(options.mesh)},
+                           {"organ_sha256", hash_or_nothing(options.organ)},
+                           {"boundary_sha256", hash_or_nothing(options.boundary)}};
+  if (organ.response) hashes["curve_sha256"] = hash_or_nothing(organ.response->curve);
+  return hashes;
+}
+
 }  // namespace
 
 RunInputs read_run_inputs(const PrecomputeOptions& options) {
@@ -26,6 +39,7 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
   inputs.organ = read_organ_config(options.organ);
   inputs.boundary = read_boundary_config(options.boundary);
   if (inputs.organ.response) inputs.fit = fit_responses(*inputs.organ.response);
+  inputs.hashes = hashes_of(options, inputs.organ);
   inputs.body = make_elastic_body(read_mesh(options.mesh), inputs.organ, inputs.boundary,
                                   {options.mesh, options.organ, options.boundary});
   if (inputs.boundary.gravity) check_densities(inputs, options);

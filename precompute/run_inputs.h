@@ -1,6 +1,7 @@
 // All that a run reads, checked against one another before anything is computed.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "formats/organ_config.h"
@@ -16,6 +17,7 @@ struct RunInputs {
   ElasticBody body;
   std::optional<ResponseFit> fit;
   bool store_interior = false;
+  nlohmann::json hashes;  // "mesh_sha256" and so on of every file that was read; "" where there is none
 };
 
 // Errors: InputError.

@@ -34,6 +34,13 @@ double RunReport::seconds() const {
   return sum;
 }
 
+double RunReport::seconds_of(const std::string& name) const {
+  double sum = 0;
+  for (const auto& stage : stages_)
+    if (stage.name == name) sum += stage.seconds;
+  return sum;
+}
+
 nlohmann::ordered_json RunReport::json() const {
   nlohmann::ordered_json report;
   report["ranks"] = ranks_.count();

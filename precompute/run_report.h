@@ -17,7 +17,8 @@ class RunReport {
   // Collective: work, then its line: how long it took and how much memory all ranks have had at most so far.
   void stage(const std::string& name, const std::function<void()>& work);
 
-  double seconds() const;
+  double seconds() const;                            // of all stages
+  double seconds_of(const std::string& name) const;  // of one
   double peak_bytes() const { return peak_bytes_; }
 
   // Stages, seconds and bytes as JSON, for the report to add to.

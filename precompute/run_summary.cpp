@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "formats/atomic_file.h"
 #include "formats/program.h"
 
@@ -13,11 +11,6 @@ namespace {
 std::string fitted(const char* name, const ResponsePolynomial& p) {
   return fmt::format("{} fitted to {:.2g} rms, {:.2g} at most, of the largest datum{}", name, p.rms, p.largest,
                      p.note.empty() ? "" : " (" + p.note + ")");
-}
-
-std::uint64_t bundle_bytes(const RunOutcome& outcome) {
-  std::error_code ignored;
-  return std::filesystem::file_size(outcome.options.bundle, ignored);
 }
 
 }  // namespace
@@ -31,8 +24,9 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
                   "iterations; reciprocity of far pairs {:.2g} ({} pairs); stored to {:.2g}",
                   outcome.solver, c.worst_node, "xyz"[c.worst_dof], c.worst_residual, outcome.options.tolerance,
                   c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
+  say(outcome_text(outcome.plan, outcome.took));
   say(fmt::format("{}: {} columns, {:.4g} MB, in {}; peak memory {:.2g} GB", outcome.options.bundle.string(),
-                  3 * outcome.inputs.body.touchable.size(), static_cast<double>(bundle_bytes(outcome)) / 1e6,
+                  3 * outcome.inputs.body.touchable.size(), outcome.took.bundle_bytes / 1e6,
                   duration_text(report.seconds()), report.peak_bytes() / 1e9));
 }
 
@@ -43,7 +37,7 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
   json["program"] = "palpate-precompute";
   json["program_version"] = PALPATE_VERSION;
   json["bundle"] = outcome.options.bundle.string();
-  json["bundle_bytes"] = bundle_bytes(outcome);
+  json["bundle_bytes"] = static_cast<std::uint64_t>(outcome.took.bundle_bytes);
   json["nodes"] = body.nodes.size();
   json["surface_nodes"] = body.surface_count;
   json["touchable_nodes"] = body.touchable.size();
@@ -52,7 +46,8 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
   json["blocks_of_columns"] = outcome.blocks;
   json["blocks_of_earlier_runs"] = outcome.resumed;
   json["solver"] = outcome.solver;
-  json["choice"] = outcome.choice;
+  json["plan"] = plan_json(outcome.plan);
+  json["predicted_and_took"] = outcome_json(outcome.plan, outcome.took);
   json["tolerance"] = outcome.options.tolerance;
   json["certificate"] = {{"worst_residual", c.worst_residual},
                          {"worst_column_node", c.worst_node},

@@ -7,6 +7,7 @@
 #include "precompute/certificate.h"
 #include "precompute/run_inputs.h"
 #include "precompute/run_report.h"
+#include "precompute/solver_plan.h"
 
 namespace palpate {
 
@@ -14,9 +15,11 @@ struct RunOutcome {
   const PrecomputeOptions& options;
   const RunInputs& inputs;
   const Certificate& certificate;
-  std::string solver, choice;  // what solved; why it was chosen
-  std::size_t blocks = 0;      // of columns
-  std::size_t resumed = 0;     // of them, solved by an earlier run
+  std::string solver;  // what solved
+  const SolverPlan& plan;
+  PlanOutcome took;
+  std::size_t blocks = 0;   // of columns
+  std::size_t resumed = 0;  // of them, solved by an earlier run
 };
 
 void tell(const RunOutcome& outcome, const RunReport& report);

@@ -193,6 +193,7 @@ int run(int argc, char** argv) {
     write_box_files(options.folder);
     options.mesh = "box.msh", options.organ = "organ.toml", options.boundary = "bc.toml";
   } else {
+    options.more = "--block 8";
     for (auto* file : {&options.mesh, &options.organ, &options.boundary}) *file = fs::absolute(*file).string();
   }
   const int code = KillTest(options)();
