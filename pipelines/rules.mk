@@ -4,7 +4,7 @@
 # organ is a folder with an organ.mk that says where its mesh comes from and what its variables default to; its rules for
 # pictures are there too. Every program writes its output as NAME.part and renames it, so a killed run resumes where it was.
 PIPELINES := $(patsubst %/,%,$(dir $(lastword $(MAKEFILE_LIST))))
-ORGANS := $(patsubst $(PIPELINES)/%/organ.mk,%,$(wildcard $(PIPELINES)/*/organ.mk))
+ORGANS := $(sort $(patsubst $(PIPELINES)/%/organ.mk,%,$(wildcard $(PIPELINES)/*/organ.mk)))
 
 ORGAN ?= liver
 RANKS ?= 1
@@ -42,8 +42,9 @@ $(WORK)/surface.ply: $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
 	mkdir -p $(@D)
 	$(BIN)/palpate-surface $< -o $@ $(SURFACE_OPTIONS)
 
-$(WORK)/mesh.msh: $(WORK)/surface.ply $(BIN)/palpate-tetrahedra
-	$(BIN)/palpate-tetrahedra $< -o $@ $(TETRAHEDRA_OPTIONS)
+# SHELLS: more surfaces of an organ.mk, nested in the first.
+$(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(BIN)/palpate-tetrahedra
+	$(BIN)/palpate-tetrahedra $< $(SHELLS) -o $@ $(TETRAHEDRA_OPTIONS)
 else
 $(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
 	mkdir -p $(@D)
@@ -67,7 +68,7 @@ $1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $(wildcard $(
               $(BIN)/palpate-precompute
 	mkdir -p $$(@D)
 	$(RUN_RANKS) $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
-	    $(if $(IMAGE),--image $(IMAGE)) -o $$@ $(PRECOMPUTE_OPTIONS)
+	    $(if $(IMAGE),--image $(IMAGE)) -o $$@ $(if $(MEMORY),--memory $(MEMORY)) $(PRECOMPUTE_OPTIONS)
 
 $1/verified.json: $1/bundle.h5 $(WORK)/mesh.msh $(BIN)/palpate-bundle
 	$(BIN)/palpate-bundle verify $$< --mesh $(WORK)/mesh.msh --organ $2 \

@@ -140,6 +140,27 @@ class Pipeline(unittest.TestCase):
         self.assertIn("no-such-launcher: command not found", missing.stdout)
         self.assertFalse(os.path.exists(target))
 
+    def test_tumour_is_felt_where_it_is(self):
+        image = os.path.join(self.folder.name, "ellipsoid.nrrd")
+        write_ellipsoid(image)
+        said = make(self.data, "-j2", "ORGAN=liver-tumour", "MATERIALS=organ healthy calcified", "IMAGE=" + image,
+                    "SURFACE_OPTIONS=--labels 255 --smooth 4 --triangles 500", "TUMOURS=115,50,118,12 145,50,118,12")
+        work = os.path.join(self.data, "liver-tumour", "1700")
+        self.assertIn("times that of", said)
+        with open(os.path.join(work, "right-side", "pictures", "palpate.png"), "rb") as png:
+            self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
+        force = {}
+        for case in ("right-side", "right-side-healthy", "right-side-calcified"):
+            self.assertTrue(os.path.exists(os.path.join(work, case, "verified.json")))
+            for row in read_rows(os.path.join(work, case, "scenes", "palpate", "forces.csv")):
+                if float(row["y_m"]) == 0.034:  # the end of a press
+                    force[case, round(1e3 * float(row["x_m"]))] = -float(row["force_y_N"])
+        for place in (115, 130, 145):
+            healthy, stiff, rigid = (force["right-side" + m, place] for m in ("-healthy", "", "-calcified"))
+            self.assertGreater(stiff, 1.05 * healthy)
+            # A million times instead of six times as stiff: an inclusion is nearly rigid already at ten.
+            self.assertTrue(stiff < rigid < 1.5 * stiff, (stiff, rigid))
+
     def test_brain_cylinder_lies_on_the_measured_curves(self):
         said = make(self.data, "-j2", "ORGAN=brain-cylinder")  # cylinder.py holds its bounds, or make fails
         self.assertIn("0.005 mm/min: force within", said)
@@ -163,7 +184,7 @@ class Pipeline(unittest.TestCase):
         self.assertFalse(os.path.exists(picture))
 
     def test_unknown_choices_are_refused_with_those_there_are(self):
-        for choice, answer in (("ORGAN=spleen", "brain-cylinder liver plate"), ("BC=none", "right-side"),
+        for choice, answer in (("ORGAN=spleen", "brain-cylinder liver liver-tumour plate"), ("BC=none", "right-side"),
                                ("RESOLUTION=7", "1700 20000")):
             run = subprocess.run(arguments(self.data, choice), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             self.assertEqual(run.returncode, 2)

@@ -2,6 +2,7 @@
 """Runs pipelines/slurm on the Slurm of SLURM_CONF. Usage: one-machine-slurm.sh slurm_test.py BIN [TEST ...]"""
 import glob
 import os
+import re
 import subprocess
 import tempfile
 import time
@@ -21,14 +22,6 @@ def read_bytes(file):
         return stream.read()
 
 
-def wait_until(condition, what, seconds=120):
-    deadline = time.time() + seconds
-    while not condition():
-        if time.time() > deadline:
-            raise AssertionError("no %s within %d s" % (what, seconds))
-        time.sleep(0.05)
-
-
 class Job:
     """A submitted job and its log, which all its runs write to."""
 
@@ -43,15 +36,28 @@ class Job:
         words = output_of("scontrol", "show", "job", "--oneliner", self.id).split()
         return [word.split("=", 1)[1] for word in words if word.startswith(name + "=")]
 
+    def wait_until(self, condition, what, seconds):
+        deadline = time.time() + seconds
+        while not condition():
+            if time.time() > deadline:
+                raise AssertionError("no %s within %d s; job %s is %s:\n%s"
+                                     % (what, seconds, self.id, self.field("JobState"), self.log()))
+            time.sleep(0.05)
+
+    def progress(self):
+        """What it said of the columns so far, percent."""
+        return [0] + [int(said) for said in re.findall(r"columns: (\d+) %", self.log())]
+
     def start_now(self):
-        """Slurm lets a requeued job wait for two minutes."""
-        wait_until(lambda: self.field("JobState") == ["PENDING"], "requeued job", 20)
+        """Slurm lets a requeued job wait for two minutes; here it may start after a few seconds."""
+        self.wait_until(lambda: self.field("JobState") == ["PENDING"], "requeued job", 20)
+        time.sleep(3)  # slurmd refuses a start within the second in which it revoked the last one's credential
         subprocess.run(["scontrol", "update", "JobId=" + self.id, "StartTime=now"], check=True)
 
     def wait(self):
         """The states of the job or of an array's tasks, once all have ended."""
         ended = {"COMPLETED", "FAILED", "CANCELLED", "TIMEOUT", "NODE_FAIL"}
-        wait_until(lambda: ended.issuperset(self.field("JobState")), "end of the job", 300)
+        self.wait_until(lambda: ended.issuperset(self.field("JobState")), "end of the job", 300)
         return self.field("JobState")
 
     def log(self):
@@ -71,15 +77,16 @@ class Slurm(unittest.TestCase):
         make(self.data + "-plain", *more, os.path.join(self.data + "-plain", bundle))
         return read_bytes(os.path.join(self.data + "-plain", bundle))
 
-    def ellipsoid(self):
+    def ellipsoid(self, triangles=500):
         image = os.path.join(self.folder.name, "ellipsoid.nrrd")
         write_ellipsoid(image)
-        return ["IMAGE=" + image, "SURFACE_OPTIONS=--labels 255 --smooth 4 --triangles 500",
+        return ["IMAGE=" + image, "SURFACE_OPTIONS=--labels 255 --smooth 4 --triangles %d" % triangles,
                 "TETRAHEDRA_OPTIONS=--region liver"]
 
     def test_a_job_on_two_ranks_gives_the_bytes_of_a_plain_run(self):
         job = Job(self.data, TWO_RANKS, ["plate", "corners", "5mm"])
         self.assertEqual(job.wait(), ["COMPLETED"], job.log())
+        self.assertIn("--memory 2.147", job.log())  # 2 GiB
         self.assertIn("for each of 2 ranks", job.log())
         self.assertEqual(read_bytes(self.data + "/plate/5mm/corners/bundle.h5"),
                          self.plain("plate/5mm/corners/bundle.h5", "ORGAN=plate"))
@@ -102,17 +109,21 @@ class Slurm(unittest.TestCase):
         self.assertEqual(job.log().count("palpate-tetrahedra %s/liver" % self.data), 1)
 
     def test_requeued_in_the_middle_it_resumes_to_the_same_bytes(self):
-        # One column after another through CG and multigrid: slow enough to be met in the middle.
-        slow = [*self.ellipsoid(), "PRECOMPUTE_OPTIONS=--block 24 -- -column_pc_type gamg"]
+        # Through CG and PETSc's multigrid, one column after another: slow enough to be met in the middle.
+        slow = [*self.ellipsoid(triangles=900), "PRECOMPUTE_OPTIONS=--block 24 -- -column_pc_type gamg"]
         bundle = "liver/1700/right-side/bundle.h5"
         job = Job(self.data, TWO_RANKS, ["liver", "right-side", "1700", *slow])
         # An operator's, and the job's own, when its time is nearly up.
-        for requeue in (["scontrol", "requeue", job.id], ["scancel", "--signal=USR1", "--batch", job.id]):
-            wait_until(lambda: "left" in job.log().rpartition("srun --mpi")[2], "solved columns")
+        for percent, requeue in ((15, ["scontrol", "requeue", job.id]),
+                                 (40, ["scancel", "--signal=USR1", "--batch", job.id])):
+            job.wait_until(lambda: max(job.progress()) >= percent, "%d %% of the columns" % percent, 300)
             subprocess.run(requeue, check=True)
             job.start_now()
         self.assertEqual(job.wait(), ["COMPLETED"], job.log())
         self.assertEqual(job.field("Restarts"), ["2"])
+        resumed = re.findall(r"is resumed: (\d+) of (\d+) blocks", job.log())
+        (first, of), (second, _) = ((int(done), int(of)) for done, of in resumed)
+        self.assertTrue(0.1 * of < first < second < of, resumed)
         self.assertEqual(read_bytes(os.path.join(self.data, bundle)), self.plain(bundle, *slow))
 
     def test_bad_input_fails_the_job_with_a_sentence(self):

@@ -1,0 +1,41 @@
+# The default organ's liver with two stiff tumours under its front: balls of 30 and 16 mm, 8 and 4 mm below the surface.
+RESOLUTIONS := 1700 20000
+RESOLUTION ?= 1700
+BC ?= right-side
+SCENES ?= palpate
+# healthy: the same mesh, all of it liver. calcified: a contrast of one million; not made unless asked for.
+MATERIALS ?= organ healthy
+
+IMAGE ?= $(DATA)/liver-tumour/liver.inr.gz
+# The liver's own; --size: largest edge inside, mm.
+SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
+SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
+SURFACE_OPTIONS ?= $(SURFACE_OPTIONS_$(RESOLUTION))
+SIZE_1700 := 9
+SIZE_20000 := 3.8
+TETRAHEDRA_OPTIONS ?= --region liver=$(WORK)/surface.ply --region tumour=$(WORK)/tumours.off --size $(SIZE_$(RESOLUTION))
+SHELLS = $(WORK)/tumours.off
+
+# X,Y,Z,RADIUS and edge length, mm.
+TUMOURS ?= 125,48,118,15 170,36.5,118,8
+TUMOUR_EDGE_1700 := 7
+TUMOUR_EDGE_20000 := 3.8
+
+$(DATA)/liver-tumour/liver.inr.gz: $(PIPELINES)/liver/extract-image.sh
+	mkdir -p $(@D)
+	$< $@
+
+$(WORK)/tumours.off: $(PIPELINES)/liver-tumour/make_balls.py $(PIPELINES)/liver-tumour/organ.mk
+	mkdir -p $(@D)
+	$(PYTHON) $< $(TUMOURS) --edge $(TUMOUR_EDGE_$(RESOLUTION)) -o $@
+
+# ---- pictures ------------------------------------------------------------------------------------------------------
+
+PICTURES = $(addprefix $(CASE)/pictures/,mesh.png palpate.png)
+
+$(CASE)/pictures/mesh.png: $(CASE)/bundle.h5 $(PIPELINES)/pictures/mesh.py $(PIPELINES)/pictures/offscreen.py
+	$(PYTHON) $(PIPELINES)/pictures/mesh.py $< -o $@
+
+$(CASE)/pictures/palpate.png: $(CASE)/scenes/palpate/summary.json $(call case_of,healthy)/scenes/palpate/summary.json \
+                              $(PIPELINES)/pictures/palpation.py $(PIPELINES)/pictures/offscreen.py
+	$(PYTHON) $(PIPELINES)/pictures/palpation.py $(CASE) $(call case_of,healthy) --region tumour -o $@
