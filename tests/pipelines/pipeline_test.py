@@ -128,7 +128,7 @@ class Pipeline(unittest.TestCase):
         target = os.path.join(self.data, "plate", "5mm", "corners", "bundle.h5")
         bundles = []
         for launcher, said in (("", "touchable"), ("nice -n 5", "touchable"),
-                               ("mpiexec --bind-to none --oversubscribe -n 2", "for each of 2 ranks")):
+                               ("mpiexec --bind-to none --oversubscribe -n 2", "each of 2 ranks")):
             self.assertIn(said, make(self.data, "ORGAN=plate", "LAUNCH=" + launcher, target))
             with open(target, "rb") as bundle:
                 bundles.append(bundle.read())

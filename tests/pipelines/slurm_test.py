@@ -87,7 +87,7 @@ class Slurm(unittest.TestCase):
         job = Job(self.data, TWO_RANKS, ["plate", "corners", "5mm"])
         self.assertEqual(job.wait(), ["COMPLETED"], job.log())
         self.assertIn("--memory 2.147", job.log())  # 2 GiB
-        self.assertIn("for each of 2 ranks", job.log())
+        self.assertIn("each of 2 ranks", job.log())
         self.assertEqual(read_bytes(self.data + "/plate/5mm/corners/bundle.h5"),
                          self.plain("plate/5mm/corners/bundle.h5", "ORGAN=plate"))
         self.assertTrue(os.path.exists(self.data + "/plate/5mm/corners/scenes/one-contact/summary.json"))
@@ -95,7 +95,7 @@ class Slurm(unittest.TestCase):
     def test_ranks_started_by_mpiexec_inside_the_allocation(self):
         job = Job(self.data, TWO_RANKS, ["plate", "corners", "5mm"], LAUNCH="mpiexec --bind-to none")
         self.assertEqual(job.wait(), ["COMPLETED"], job.log())
-        self.assertIn("for each of 2 ranks", job.log())  # as many as Slurm allotted, without -n
+        self.assertIn("each of 2 ranks", job.log())  # as many as Slurm allotted, without -n
 
     def test_an_array_of_boundary_sets_makes_their_mesh_once(self):
         cases = os.path.join(self.folder.name, "cases")
