@@ -19,16 +19,16 @@ struct SourcedValue {
 };
 
 // What the displacement is between the vertices: linear, as in the paper; linear with the dilatation averaged over nodes,
-// for nearly incompressible tissue.
-enum class Element { p1, p1_anp };
-const char* name_of(Element element);  // "p1", "p1-anp"
+// for nearly incompressible tissue; quadratic with one mean dilatation per tetrahedron, the accurate one.
+enum class Element { p1, p1_anp, p2_p0 };
+const char* name_of(Element element);  // "p1", "p1-anp", "p2-p0"
 
 // organ.toml
 //
 //   name = "liver"
 //   mesh_unit = "mm"             # of the mesh file: m, cm, mm, um
 //   frame = "LPS"                # what the axes mean: LPS, RAS or "none"
-//   element = "p1-anp"           # p1, p1-anp
+//   element = "p1-anp"           # p1, p1-anp, p2-p0: precompute/ELEMENTS.md
 //
 //   [[region]]                   # one per region of the mesh, found by name
 //   name = "liver"

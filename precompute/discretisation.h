@@ -27,6 +27,7 @@ struct Discretisation {
   std::vector<double> mass;                        // density times the integral of the node's shape function; kg
   std::int32_t vertices = 0;                       // of the body
   TouchFunctionals touch;
+  std::size_t curved_edges = 0, straightened_edges = 0;  // of the surface, where the element has curved ones
 };
 
 // Deterministic: same input, same bits. Seconds at 100,000 vertices.

@@ -1,8 +1,11 @@
 // The laws every element holds: affine fields, rigid motions, symmetry, tensors against a literal dense solve.
+#include <algorithm>
 #include <cmath>
 
 #include "precompute/probe_columns.h"
+#include "precompute/quadratic_tetrahedra.h"
 #include "tests/precompute/imposed.h"
+#include "tests/precompute/shell_octant.h"
 
 namespace palpate::tests {
 namespace {
@@ -11,7 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 class EveryElement : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, EveryElement, ::testing::Values(Element::p1, Element::p1_anp),
+INSTANTIATE_TEST_SUITE_P(Elements, EveryElement, ::testing::Values(Element::p1, Element::p1_anp, Element::p2_p0),
                          [](const auto& instance) {
                            std::string name = name_of(instance.param);
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -76,6 +79,115 @@ TEST_P(EveryElement, StoresNoEnergyInARigidMotionAndIsSymmetricToTheLastBit) {
   }
   const MatrixXd matrix = dense(k);
   EXPECT_EQ(matrix, matrix.transpose());
+}
+
+// P: displacement of vertex v, dof d, is the sum of P(., 3 v + d) over the free dofs; zero where the vertex is held.
+MatrixXd touch_matrix(const Discretisation& discretisation, const std::vector<Eigen::Index>& free) {
+  std::vector<Eigen::Index> place(3 * discretisation.coordinates.size(), -1);
+  for (std::size_t f = 0; f < free.size(); ++f) place[static_cast<std::size_t>(free[f])] = static_cast<Eigen::Index>(f);
+  MatrixXd p = MatrixXd::Zero(static_cast<Eigen::Index>(free.size()), 3 * discretisation.vertices);
+  for (std::int32_t v = 0; v < discretisation.vertices; ++v) {
+    const auto& touch = discretisation.touch;
+    double sum = 0;
+    const std::int64_t first = touch.weight.empty() ? 0 : touch.nodes.first[v],
+                       last = touch.weight.empty() ? 1 : touch.nodes.first[v + 1];
+    for (auto at = first; at < last; ++at) {
+      const std::int32_t node = touch.weight.empty() ? v : touch.nodes.item[at];
+      const double weight = touch.weight.empty() ? 1 : touch.weight[at];
+      sum += weight;
+      for (int d = 0; d < 3; ++d) {
+        const auto row = place[static_cast<std::size_t>(3 * node + d)];
+        if (row >= 0 && !discretisation.fixed[v][d]) p(row, 3 * v + d) += weight;
+      }
+    }
+    EXPECT_NEAR(sum, 1, 1e-14);
+  }
+  return p;
+}
+
+TEST_P(EveryElement, ItsTensorsEqualALiteralDenseSolveThroughTheTouchFunctionals) {
+  TetrahedralMesh mesh = box_mesh({3, 2, 2}, {0.06, 0.05, 0.04}, 0.15);
+  part_in_two(mesh, 0.03);
+  ElasticBody body = body_of(mesh, {{3000, 0.49, 0}, {20000, 0.3, 0}});
+  hold(body, [](const auto& p) {
+    if (p[0] == 0) return 7;
+    if (p[0] == 0.06 && p[1] == 0.05 && p[2] == 0.04) return 2;
+    return p[2] == 0 ? 4 : 0;
+  });
+  const Discretisation discretisation = discretise(body, GetParam());
+  std::vector<Eigen::Index> free;
+  for (std::size_t n = 0; n < discretisation.fixed.size(); ++n)
+    for (int d = 0; d < 3; ++d)
+      if (!discretisation.fixed[n][d]) free.push_back(static_cast<Eigen::Index>(3 * n) + d);
+  const MatrixXd p = touch_matrix(discretisation, free);
+  const MatrixXd compliance = p.transpose() * MatrixXd(dense(discretisation.stiffness)(free, free)).llt().solve(p);
+  const auto tensors = solve_node_tensors(body, GetParam(), body.touchable, 1e-11);
+  ASSERT_EQ(tensors.size(), body.touchable.size());
+  int partly = 0;
+  for (const auto& tensor : tensors) {
+    std::vector<Eigen::Index> own;
+    for (int d = 0; d < 3; ++d)
+      if (!body.fixed[tensor.node][d]) own.push_back(3 * tensor.node + d);
+    partly += own.size() < 3;
+    const MatrixXd force = MatrixXd(compliance(own, own)).inverse();
+    const MatrixXd field = compliance(Eigen::all, own) * force;
+    for (std::size_t a = 0; a < own.size(); ++a) {
+      const auto j = static_cast<std::size_t>(own[a] % 3);
+      for (std::size_t b = 0; b < own.size(); ++b)
+        ASSERT_NEAR(tensor.force[3 * static_cast<std::size_t>(own[b] % 3) + j],
+                    force(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(a)), 1e-9 * force.norm());
+      // Two solves of a matrix of condition 1e5 in double, and room.
+      for (Eigen::Index i = 0; i < field.rows(); ++i)
+        ASSERT_NEAR(tensor.displacement[j * static_cast<std::size_t>(field.rows()) + static_cast<std::size_t>(i)],
+                    field(i, static_cast<Eigen::Index>(a)), 1e-9)
+            << tensor.node;
+    }
+  }
+  EXPECT_GE(partly, 5);
+}
+
+TEST_P(EveryElement, StaysAccurateAtAContrastOfAMillion) {
+  // A bar of nu = 0 in two halves: the soft one takes all of the stretch but a millionth.
+  TetrahedralMesh mesh = box_mesh({4, 2, 2}, {1, 1, 1});
+  part_in_two(mesh, 0.5);
+  ElasticBody body = body_of(mesh, {{1e3, 0, 0}, {1e9, 0, 0}});
+  hold(body, [](const Point& p) { return p[0] == 0 || p[0] == 1 ? 7 : 0; });
+  const Discretisation discretisation = discretise(body, GetParam());
+  const auto u = solve_with_imposed(
+      discretisation,
+      [](const Point& p) {
+        return Point{p[0] == 1 ? 1.0 : 0.0, 0, 0};
+      },
+      std::vector<double>(3 * discretisation.coordinates.size(), 0.0), 1e-9);
+  const double soft = 2e6 / (1e6 + 1), stiff = 2 / (1e6 + 1);
+  for (std::size_t n = 0; n < discretisation.coordinates.size(); ++n) {
+    const double x = discretisation.coordinates[n][0];
+    // The condition, 1e8, times 1e-16, and room.
+    ASSERT_NEAR(u[3 * n], x <= 0.5 ? soft * x : 1 - stiff * (1 - x), 1e-7) << x;
+  }
+}
+
+TEST(CurvedEdges, LieOnASphereAndOnACircleAndLeaveABoxStraight) {
+  const double radius = 2;
+  const ElasticBody body = body_of(shell_octant(1, radius, 6), {{1000, 0.3, 0}});
+  const QuadraticMesh mesh = quadratic_mesh(body);
+  EXPECT_EQ(mesh.straightened_edges, 0u);
+  double worst = 0, straight = 0;
+  for (const auto& t : mesh.triangles)
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d a(mesh.nodes[t[i]].data()), b(mesh.nodes[t[(i + 1) % 3]].data());
+      if (a.norm() < radius - 1e-9 || b.norm() < radius - 1e-9) continue;
+      // Across a corner of the octant neither end has the sphere's normal: that edge stays straight.
+      if (a.cwiseAbs().minCoeff() == 0 && b.cwiseAbs().minCoeff() == 0 && a.cwiseMin(b).minCoeff() == 0 &&
+          a.cwiseAbs().cwiseMax(b.cwiseAbs()).minCoeff() > 0)
+        continue;
+      worst = std::max(worst, std::abs(Eigen::Vector3d(mesh.nodes[t[3 + i]].data()).norm() - radius));
+      straight = std::max(straight, radius - (a + b).norm() / 2);
+    }
+  EXPECT_GT(straight, 0.01);
+  EXPECT_LT(worst, straight / 10) << straight;  // of fourth order in place of second
+  const QuadraticMesh box = quadratic_mesh(body_of(box_mesh({3, 2, 2}, {0.3, 0.2, 0.25}, 0.2), {{1000, 0.3, 0}}));
+  EXPECT_EQ(box.curved_edges, 0u);
 }
 
 TEST(NodalDilatation, IsTheSumOverNodesAndRegionsThatDefinesIt) {

@@ -198,7 +198,7 @@ TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
   refused("-- -ksp_monitr", "PETSc did not use the options after \"--\": -ksp_monitr", 2);
   refused("--image none.nrrd", "none.nrrd: expected the image file, found none");
   write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p9\""));
-  refused("", "element: expected one of p1, p1-anp, found \"p9\"");
+  refused("", "element: expected one of p1, p1-anp, p2-p0, found \"p9\"");
   write("organ.toml", std::string(kOrgan).replace(kOrgan.rfind("name = \"box\""), 12, "name = \"liver\""));
   refused("", "no [[region]] is named \"box\"");
   write("organ.toml", kOrgan);
