@@ -1,12 +1,22 @@
 #include "runtime/superposition.h"
 
 #include <cstdint>
-#include <utility>
+#include <cstring>
+#include <iterator>
+#include <type_traits>
 
 #include "runtime/half.h"
 
+#if defined(__GNUC__)
+#define PALPATE_INLINE inline __attribute__((always_inline))
+#define PALPATE_PREFETCH(address) __builtin_prefetch(address)
+#else
+#define PALPATE_INLINE inline
+#define PALPATE_PREFETCH(address) static_cast<void>(address)
+#endif
+
 #if defined(__GNUC__) && defined(__x86_64__)
-#define PALPATE_HAS_F16C_KERNEL 1
+#define PALPATE_DISPATCHES 1
 #include <immintrin.h>
 #endif
 
@@ -15,7 +25,6 @@ namespace {
 
 // A block of the output that stays in the first-level cache while every group of columns adds to it.
 constexpr std::size_t kBlock = 3072;
-constexpr int kGroup = 12;
 
 using Kernel = void (*)(const void* const* column, const float* coefficient, std::size_t begin, std::size_t count,
                         float* __restrict out);
@@ -31,88 +40,149 @@ inline float as_float(Half stored) {
   return float_of_half(stored);
 }
 
-// Width columns at a time: one load of each, one load and store of the output.
-template <class Stored, int Width, bool First>
-void add_group(const void* const* column, const float* coefficient, std::size_t begin, std::size_t count,
-               float* __restrict out) {
+// How far ahead of the sum each column is asked for: about the time of one read from memory. Without it the processor's own
+// prefetching starts anew at every page of every column.
+constexpr std::size_t kAhead = 1024;  // bytes
+
+// Adds Width columns at a time: one load of each, one load and store of the output. Inlined into a function per instruction
+// set, where the compiler uses as many lanes as that has. Products and sums are rounded one by one, in the order of the
+// columns, so every instruction set gives the same bits.
+template <class Stored, int Width>
+PALPATE_INLINE void add_columns(const void* const* column, const float* coefficient, std::size_t begin,
+                                std::size_t count, float* __restrict out) {
+  constexpr std::size_t kLine = 64 / sizeof(Stored);
   const Stored* p[Width];
   float c[Width];
   for (int j = 0; j < Width; ++j) p[j] = static_cast<const Stored*>(column[j]) + begin, c[j] = coefficient[j];
-  for (std::size_t i = 0; i < count; ++i) {
-    float sum = First ? 0.0f : out[i];
+  std::size_t i = 0;
+  for (; i + kLine <= count; i += kLine) {
+    for (int j = 0; j < Width; ++j) PALPATE_PREFETCH(reinterpret_cast<const char*>(p[j] + i) + kAhead);
+    for (std::size_t lane = i; lane < i + kLine; ++lane) {
+      float sum = out[lane];
+      for (int j = 0; j < Width; ++j) sum += c[j] * as_float(p[j][lane]);
+      out[lane] = sum;
+    }
+  }
+  for (; i < count; ++i) {
+    float sum = out[i];
     for (int j = 0; j < Width; ++j) sum += c[j] * as_float(p[j][i]);
     out[i] = sum;
   }
 }
 
-// The kernels of one element type by width, 1 .. kGroup.
-struct Kernels {
-  Kernel first[kGroup], next[kGroup];
+// What the build targets: SSE2 on x86-64, NEON on AArch64.
+struct Baseline {
+  template <class Stored, int Width>
+  static void add(const void* const* column, const float* coefficient, std::size_t begin, std::size_t count,
+                  float* __restrict out) {
+    add_columns<Stored, Width>(column, coefficient, begin, count, out);
+  }
 };
 
-template <class Stored, int... I>
-constexpr Kernels kernels_of(std::integer_sequence<int, I...>) {
-  return {{add_group<Stored, I + 1, true>...}, {add_group<Stored, I + 1, false>...}};
-}
-template <class Stored>
-constexpr Kernels kKernels = kernels_of<Stored>(std::make_integer_sequence<int, kGroup>{});
-
-#ifdef PALPATE_HAS_F16C_KERNEL
-// The same sums in the same order, eight at a time.
-template <int Width, bool First>
-__attribute__((target("avx2,f16c"))) void add_group_f16c(const void* const* column, const float* coefficient,
-                                                         std::size_t begin, std::size_t count, float* __restrict out) {
+#ifdef PALPATE_DISPATCHES
+// f16 by the processor's own conversion: the same numbers as float_of_half.
+template <int Width>
+__attribute__((target("avx2,f16c"))) void add_halves_avx2(const void* const* column, const float* coefficient,
+                                                          std::size_t begin, std::size_t count, float* __restrict out) {
   const Half* p[Width];
-  __m256 c[Width];
-  for (int j = 0; j < Width; ++j)
-    p[j] = static_cast<const Half*>(column[j]) + begin, c[j] = _mm256_set1_ps(coefficient[j]);
+  for (int j = 0; j < Width; ++j) p[j] = static_cast<const Half*>(column[j]) + begin;
   std::size_t i = 0;
-  for (; i + 8 <= count; i += 8) {
-    __m256 sum = First ? _mm256_setzero_ps() : _mm256_loadu_ps(out + i);
-    for (int j = 0; j < Width; ++j) {
-      const __m128i stored = _mm_loadu_si128(reinterpret_cast<const __m128i*>(p[j] + i));
-      sum = _mm256_add_ps(sum, _mm256_mul_ps(c[j], _mm256_cvtph_ps(stored)));
+  for (; i + 32 <= count; i += 32) {
+    for (int j = 0; j < Width; ++j) PALPATE_PREFETCH(reinterpret_cast<const char*>(p[j] + i) + kAhead);
+    for (std::size_t lane = i; lane < i + 32; lane += 8) {
+      __m256 sum = _mm256_loadu_ps(out + lane);
+      for (int j = 0; j < Width; ++j) {
+        const __m256 stored = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p[j] + lane)));
+        sum = _mm256_add_ps(sum, _mm256_mul_ps(_mm256_set1_ps(coefficient[j]), stored));
+      }
+      _mm256_storeu_ps(out + lane, sum);
     }
-    _mm256_storeu_ps(out + i, sum);
   }
-  for (; i < count; ++i) {
-    float sum = First ? 0.0f : out[i];
-    for (int j = 0; j < Width; ++j) sum += coefficient[j] * as_float(p[j][i]);
-    out[i] = sum;
-  }
+  add_columns<Half, Width>(column, coefficient, begin + i, count - i, out + i);
 }
 
-template <int... I>
-constexpr Kernels f16c_kernels(std::integer_sequence<int, I...>) {
-  return {{add_group_f16c<I + 1, true>...}, {add_group_f16c<I + 1, false>...}};
-}
-constexpr Kernels kF16cKernels = f16c_kernels(std::make_integer_sequence<int, kGroup>{});
+struct Avx2 {
+  template <class Stored, int Width>
+  __attribute__((target("avx2,f16c"))) static void add(const void* const* column, const float* coefficient,
+                                                       std::size_t begin, std::size_t count, float* __restrict out) {
+    if constexpr (std::is_same_v<Stored, Half>)
+      add_halves_avx2<Width>(column, coefficient, begin, count, out);
+    else
+      add_columns<Stored, Width>(column, coefficient, begin, count, out);
+  }
+};
+
+// Clang has the wish for whole registers as an option of the command line alone.
+#ifdef __clang__
+#define PALPATE_AVX512 "avx512f"
+#else
+#define PALPATE_AVX512 "avx512f,prefer-vector-width=512"
+#endif
+// For f32; the others are as fast with AVX2.
+struct Avx512 {
+  template <class Stored, int Width>
+  __attribute__((target(PALPATE_AVX512))) static void add(const void* const* column, const float* coefficient,
+                                                          std::size_t begin, std::size_t count, float* __restrict out) {
+    add_columns<Stored, Width>(column, coefficient, begin, count, out);
+  }
+};
 #endif
 
+// The kernels of one element type, widest first. A contact node has three columns; the last kernel takes what is left of
+// any other number.
+constexpr int kWidths[] = {12, 9, 6, 3, 1};
+struct Kernels {
+  Kernel add[std::size(kWidths)];
+};
+template <class Instructions, class Stored>
+constexpr Kernels kKernels = {{&Instructions::template add<Stored, 12>, &Instructions::template add<Stored, 9>,
+                               &Instructions::template add<Stored, 6>, &Instructions::template add<Stored, 3>,
+                               &Instructions::template add<Stored, 1>}};
+
+template <class Instructions>
 const Kernels& kernels(formats::ElementType type) {
-  if (type == formats::ElementType::f64) return kKernels<double>;
-  if (type == formats::ElementType::f32) return kKernels<float>;
-#ifdef PALPATE_HAS_F16C_KERNEL
-  // Every processor with AVX2 has F16C; not every compiler can ask for the latter.
-  if (__builtin_cpu_supports("avx2")) return kF16cKernels;
+  if (type == formats::ElementType::f64) return kKernels<Instructions, double>;
+  if (type == formats::ElementType::f32) return kKernels<Instructions, float>;
+  return kKernels<Instructions, Half>;
+}
+
+const Kernels& kernels(SuperpositionInstructions instructions, formats::ElementType type) {
+#ifdef PALPATE_DISPATCHES
+  if (instructions == SuperpositionInstructions::avx512 && type == formats::ElementType::f32)
+    return kKernels<Avx512, float>;
+  if (instructions != SuperpositionInstructions::baseline) return kernels<Avx2>(type);
+#else
+  static_cast<void>(instructions);
 #endif
-  return kKernels<Half>;
+  return kernels<Baseline>(type);
 }
 
 }  // namespace
 
+SuperpositionInstructions best_superposition() {
+#ifdef PALPATE_DISPATCHES
+  if (__builtin_cpu_supports("avx512f")) return SuperpositionInstructions::avx512;
+  // Every processor with AVX2 has F16C; not every compiler can ask for the latter.
+  if (__builtin_cpu_supports("avx2")) return SuperpositionInstructions::avx2;
+#endif
+  return SuperpositionInstructions::baseline;
+}
+
 void superpose(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
                std::size_t first, std::size_t count, float* out) {
-  const Kernels& use = kernels(type);
+  superpose(best_superposition(), type, column, coefficient, column_count, first, count, out);
+}
+
+void superpose(SuperpositionInstructions instructions, formats::ElementType type, const void* const* column,
+               const float* coefficient, int column_count, std::size_t first, std::size_t count, float* out) {
+  const Kernels& use = kernels(instructions, type);
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t size = count - begin < kBlock ? count - begin : kBlock;
-    if (column_count == 0)
-      for (std::size_t i = 0; i < size; ++i) out[begin + i] = 0;
-    for (int j = 0; j < column_count; j += kGroup) {
-      const int width = column_count - j < kGroup ? column_count - j : kGroup;
-      const Kernel add = (j == 0 ? use.first : use.next)[width - 1];
-      add(column + j, coefficient + j, first + begin, size, out + begin);
-    }
+    std::memset(out + begin, 0, size * sizeof(float));
+    int done = 0;
+    for (std::size_t w = 0; w < std::size(kWidths); ++w)
+      for (; column_count - done >= kWidths[w]; done += kWidths[w])
+        use.add[w](column + done, coefficient + done, first + begin, size, out + begin);
   }
 }
 

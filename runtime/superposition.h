@@ -12,9 +12,16 @@ namespace palpate {
 /// @param column       column_count runs of at least first + count numbers, any alignment
 /// @param coefficient  m per unit displacement of the column's degree of freedom, the column's scale included
 /// @param[out] out     overwritten; zero without columns; must not overlap a column
-/// Cost: reads each column once, in groups of twelve; no allocation. f16 uses the processor's conversion where it has one;
-/// the result is the same to the bit without.
+/// Cost: reads each column once, in groups of twelve, at the speed of a plain read (bench/README); no allocation. Uses the
+/// best instructions the processor has; the result is the same to the bit with any.
 void superpose(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
                std::size_t first, std::size_t count, float* out);
+
+enum class SuperpositionInstructions { baseline, avx2, avx512 };
+SuperpositionInstructions best_superposition();
+
+/// The same with instructions of the caller's choice, at most the best; for tests and benchmarks.
+void superpose(SuperpositionInstructions instructions, formats::ElementType type, const void* const* column,
+               const float* coefficient, int column_count, std::size_t first, std::size_t count, float* out);
 
 }  // namespace palpate

@@ -1,0 +1,70 @@
+// The superposition's kernels against a plain sum, and against one another to the bit.
+#include "runtime/superposition.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "runtime/half.h"
+
+namespace palpate {
+namespace {
+
+using formats::ElementType;
+
+// Columns of any type at an odd place, as in a bundle, behind which nothing may be read.
+struct Columns {
+  Columns(ElementType stored, int count, std::size_t length) : type(stored), numbers(count), run(count) {
+    std::uint32_t state = 1;
+    for (int j = 0; j < count; ++j) {
+      const std::size_t bytes = formats::element_bytes(type);
+      run[j].resize(length * bytes);
+      for (std::size_t i = 0; i < length; ++i) {
+        state = state * 1664525u + 1013904223u;
+        const double x = (state >> 8) * (1.0 / (1 << 24)) - 0.5;
+        const auto f = static_cast<float>(x);
+        const auto half = static_cast<std::uint16_t>(state >> 17 & 0xbbff);  // finite, either sign
+        if (type == ElementType::f64) std::memcpy(&run[j][i * bytes], &x, bytes);
+        if (type == ElementType::f32) std::memcpy(&run[j][i * bytes], &f, bytes);
+        if (type == ElementType::f16) std::memcpy(&run[j][i * bytes], &half, bytes);
+        numbers[j].push_back(type == ElementType::f16 ? float_of_half(half) : f);
+      }
+      column.push_back(run[j].data());
+      coefficient.push_back(0.01f * static_cast<float>(j - 3));
+    }
+  }
+  ElementType type;
+  std::vector<std::vector<float>> numbers;
+  std::vector<std::vector<unsigned char>> run;
+  std::vector<const void*> column;
+  std::vector<float> coefficient;
+};
+
+TEST(Superposition, SumsTheColumnsInOrderWithEveryInstructionSet) {
+  for (const ElementType type : {ElementType::f32, ElementType::f64, ElementType::f16})
+    for (const int columns : {0, 1, 2, 3, 5, 6, 9, 12, 13, 30, 37})
+      for (const std::size_t count : {1u, 15u, 16u, 47u, 3072u, 3073u, 7000u}) {
+        const std::size_t first = 5;
+        const Columns stored(type, columns, first + count);
+        std::vector<float> expected(count);
+        for (std::size_t i = 0; i < count; ++i)
+          for (int j = 0; j < columns; ++j) {
+            // Rounded one by one: volatile keeps the compiler from contracting it.
+            const volatile float product = stored.coefficient[j] * stored.numbers[j][first + i];
+            expected[i] += product;
+          }
+        for (int set = 0; set <= static_cast<int>(best_superposition()); ++set) {
+          std::vector<float> out(count, NAN);
+          superpose(static_cast<SuperpositionInstructions>(set), type, stored.column.data(), stored.coefficient.data(),
+                    columns, first, count, out.data());
+          ASSERT_EQ(out, expected) << "type " << static_cast<int>(type) << ", " << columns << " columns of " << count
+                                   << ", instructions " << set;
+        }
+      }
+}
+
+}  // namespace
+}  // namespace palpate
