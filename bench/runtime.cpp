@@ -1,20 +1,24 @@
-// What a step costs on a given bundle: touch and shape for 1, 4, 10 and 30 contact nodes; shape as a ratio against a
-// plain read of the same bytes in the same run.
+// What a step costs on a given bundle: touch and shape for 1 to 100 contact nodes; shape as a ratio against a plain read of
+// the same bytes in the same run; the mailbox between the two.
 //
 //   runtime_bench BUNDLE.h5 [Google Benchmark options]
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "runtime/bundle.h"
 #include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_mailbox.h"
 
 namespace {
 
@@ -29,6 +33,7 @@ ScenePointer make_scene(palpate_scene_def def) {
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   def.force_limit = def.force_slew = 1e300;
+  def.max_points = std::max(def.max_points, 128);  // grips count as points: the default would hold 64 of them
   if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) {
     std::fprintf(stderr, "runtime_bench: %s\n", error.text);
     std::exit(2);
@@ -44,7 +49,7 @@ std::vector<palpate_grip> grips(int count, int turn) {
   for (int g = 0; g < count; ++g) {
     list[g] = palpate_grip{};
     const std::int64_t at =
-        (static_cast<std::int64_t>(g) * info.touchable_count / count + 7 * turn) % info.touchable_count;
+        (static_cast<std::int64_t>(g) * info.touchable_count / count + 37 * turn) % info.touchable_count;
     list[g].node = touchable[at], list[g].axes = 7;
     list[g].displacement[2] = 1e-3 + 1e-5 * g;
   }
@@ -52,7 +57,7 @@ std::vector<palpate_grip> grips(int count, int turn) {
 }
 
 void spread(benchmark::internal::Benchmark* b) {
-  for (const int count : {1, 4, 10, 30, 60}) b->Arg(count);
+  for (const int count : {1, 2, 4, 10, 30, 60, 100}) b->Arg(count);
 }
 
 // The same nodes are held step after step, as by a tool in contact: the factor is kept.
@@ -144,37 +149,57 @@ void touch_dependent(benchmark::State& state) {
 }
 BENCHMARK(touch_dependent)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
-// One tool point that goes in and out of the surface along a triangle's normal, collision included.
-void touch_colliding(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = static_cast<palpate_collision>(state.range(0));
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+// A node's place a little inside one of its triangles, and that triangle's outward unit normal.
+struct Place {
+  double at[3], outward[3];
+};
+Place place_near(std::int32_t node) {
   const double* nodes = palpate_bundle_nodes(bundle);
-  const std::int32_t *t = palpate_bundle_triangles(bundle),
-                     k = palpate_bundle_touchable(bundle)[palpate_bundle_describe(bundle).touchable_count / 2];
-  while (t[0] != k && t[1] != k && t[2] != k) t += 3;
-  double place[3], normal[3], length = 0;
+  const std::int32_t* t = palpate_bundle_triangles(bundle);
+  while (t[0] != node && t[1] != node && t[2] != node) t += 3;
+  Place place = {};
+  double length = 0;
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, f = (d + 2) % 3;
     const double *a = nodes + 3 * t[0], *b = nodes + 3 * t[1], *c = nodes + 3 * t[2];
-    place[d] = (a[d] + b[d] + c[d]) / 3;
-    normal[d] = (b[e] - a[e]) * (c[f] - a[f]) - (b[f] - a[f]) * (c[e] - a[e]);
-    length += normal[d] * normal[d];
+    place.at[d] = .1 * (a[d] + b[d] + c[d]) / 3 + .9 * nodes[3 * node + d];
+    place.outward[d] = (b[e] - a[e]) * (c[f] - a[f]) - (b[f] - a[f]) * (c[e] - a[e]);
+    length += place.outward[d] * place.outward[d];
   }
-  int step = 0, in_contact = 0;
-  for (auto _ : state) {
-    const double height = 0.004 - 1e-5 * std::abs(step++ % 1600 - 800);  // 4 mm above to 4 mm below, 10 mm/s
-    double point[3];
-    for (int d = 0; d < 3; ++d) point[d] = place[d] + height / std::sqrt(length) * normal[d];
-    const palpate_tool tool = {point, 1, nullptr, 0, 0};
-    auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
-    benchmark::DoNotOptimize(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts));
-    in_contact += contacts->tools[0].contact_count;
-  }
-  state.counters["contact_share"] = static_cast<double>(in_contact) / static_cast<double>(state.iterations());
+  for (double& x : place.outward) x /= std::sqrt(length);
+  return place;
 }
-BENCHMARK(touch_colliding)->Arg(PALPATE_COLLISION_REST)->Arg(PALPATE_COLLISION_DEFORMED)->Unit(benchmark::kMicrosecond);
+
+// Tool points that go in and out of the surface along its normal, each at a node of its own: collision, contact, force.
+void touch_colliding(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = static_cast<palpate_collision>(state.range(0));
+  def.contact = PALPATE_CONTACT_NODE;
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  std::vector<Place> places;
+  for (const palpate_grip& grip : grips(static_cast<int>(state.range(1)), 0)) places.push_back(place_near(grip.node));
+  std::vector<double> points(3 * places.size());
+  std::int64_t in_contact = 0;
+  int step = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    const double height = 0.001 - 1e-5 * std::abs(step++ % 800 - 400);  // 1 mm above to 3 mm below, 10 mm/s
+    for (std::size_t p = 0; p < places.size(); ++p)
+      for (int d = 0; d < 3; ++d) points[3 * p + d] = places[p].at[d] + height * places[p].outward[d];
+    const palpate_tool tool = {points.data(), static_cast<std::int32_t>(places.size()), nullptr, 0, 0};
+    auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts));
+    in_contact += contacts->node_count;
+  }
+  state.counters["nodes"] = static_cast<double>(in_contact) / static_cast<double>(state.iterations());
+}
+void collide(benchmark::internal::Benchmark* b) {
+  for (const int collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
+    for (const int points : {1, 4, 30, 100}) b->Args({collision, points});
+}
+BENCHMARK(touch_colliding)->Apply(collide)->Unit(benchmark::kMicrosecond);
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -188,6 +213,12 @@ float read_run(const float* run, std::size_t count) {
   return sum[0] + sum[7] + sum[15];
 }
 
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 // Superposition over the surface in turn with a plain read of the same columns. Between the two, and before each, the
 // contacts move on to other nodes, so neither finds its bytes in the cache unless the whole store fits there.
 void shape_against_read(benchmark::State& state) {
@@ -197,17 +228,22 @@ void shape_against_read(benchmark::State& state) {
   const std::size_t floats = 3 * static_cast<std::size_t>(palpate_bundle_describe(bundle).surface_node_count);
   palpate_error error = {};
   const auto* tensors = palpate::section_as<float>(bundle, palpate::formats::SectionId::displacement_surface, &error);
+  const auto* entry = palpate::formats::find_section(bundle->index, palpate::formats::SectionId::displacement_surface);
+  // Words of a node's three columns, whatever form they are stored in.
+  const std::size_t words =
+      3 * floats * palpate::formats::element_bytes(static_cast<palpate::formats::ElementType>(entry->type)) / 4;
   std::vector<float> u(floats);
   palpate_shape_out out = {u.data(), nullptr, static_cast<std::int32_t>(floats / 3), 0};
-  constexpr int kTurns = 200;
-  std::vector<std::vector<std::uint64_t>> contacts(kTurns);
-  for (int turn = 0; turn < kTurns; ++turn) {
+  // So many turns that half of them read more than the caches hold, where the store is as large as that.
+  const int turns = std::max(40, static_cast<int>(1000 / state.range(0)));
+  std::vector<std::vector<std::uint64_t>> contacts(static_cast<std::size_t>(turns));
+  for (int turn = 0; turn < turns; ++turn) {
     contacts[turn].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
     const auto list = grips(static_cast<int>(state.range(0)), turn);
     const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0};
     palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()));
   }
-  double shape_seconds = 0, read_seconds = 0;
+  std::vector<double> shape_seconds, read_seconds;
   int turn = 0;
   float sum = 0;
   for (auto _ : state) {
@@ -215,22 +251,70 @@ void shape_against_read(benchmark::State& state) {
     auto start = std::chrono::steady_clock::now();
     benchmark::DoNotOptimize(palpate_shape(scene.get(), made, &out));
     const double spent = seconds_since(start);
-    shape_seconds += spent;
+    shape_seconds.push_back(spent);
     state.SetIterationTime(spent);
-    const auto* other = reinterpret_cast<const palpate_contacts*>(contacts[(turn + kTurns / 2) % kTurns].data());
+    const auto* other = reinterpret_cast<const palpate_contacts*>(contacts[(turn + turns / 2) % turns].data());
     start = std::chrono::steady_clock::now();
     for (int e = 0; e < other->node_count; ++e)
-      sum += read_run(tensors + static_cast<std::size_t>(palpate_contacts_nodes(other)[e].column) * 3 * floats,
-                      3 * floats);
-    read_seconds += seconds_since(start);
-    turn = (turn + 1) % kTurns;
+      sum += read_run(tensors + static_cast<std::size_t>(palpate_contacts_nodes(other)[e].column) * words, words);
+    read_seconds.push_back(seconds_since(start));
+    turn = (turn + 1) % turns;
   }
   benchmark::DoNotOptimize(sum);
-  const double bytes = static_cast<double>(state.iterations() * state.range(0)) * 12.0 * static_cast<double>(floats);
-  state.counters["GB_per_s"] = bytes / shape_seconds * 1e-9;
-  state.counters["time_over_read"] = shape_seconds / read_seconds;
+  // Medians: on a shared machine the mean is the scheduler's.
+  const double shape = median(shape_seconds), read = median(read_seconds);
+  state.counters["median_us"] = shape * 1e6;
+  state.counters["GB_per_s"] = static_cast<double>(state.range(0)) * 4.0 * static_cast<double>(words) / shape * 1e-9;
+  state.counters["time_over_read"] = shape / read;
 }
 BENCHMARK(shape_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+// ---- the mailbox ---------------------------------------------------------------------------------------------------
+
+class Mailbox {
+ public:
+  explicit Mailbox(std::size_t contacts_bytes)
+      : memory_(std::aligned_alloc(64, (palpate_mailbox_bytes(contacts_bytes) + 63) / 64 * 64)),
+        box_(palpate_mailbox_create(memory_.get(), contacts_bytes)) {}
+  palpate_mailbox* get() const { return box_; }
+
+ private:
+  struct Free {
+    void operator()(void* memory) const { std::free(memory); }
+  };
+  std::unique_ptr<void, Free> memory_;
+  palpate_mailbox* box_;
+};
+
+// Publishing and fetching by one thread: what the two calls cost.
+void mailbox_calls(benchmark::State& state) {
+  const Mailbox box(sizeof(palpate_contacts));
+  for (auto _ : state) {
+    palpate_mailbox_publish(box.get());
+    benchmark::DoNotOptimize(palpate_mailbox_newest(box.get(), nullptr));
+  }
+}
+BENCHMARK(mailbox_calls)->Unit(benchmark::kNanosecond);
+
+// From one thread to another and back, both spinning: twice the time from publishing to having fetched.
+void mailbox_round_trip(benchmark::State& state) {
+  const Mailbox there(sizeof(palpate_contacts)), back(sizeof(palpate_contacts));
+  std::atomic<bool> done{false};
+  std::thread echo([&] {
+    while (!done.load(std::memory_order_relaxed)) {
+      std::int32_t fresh = 0;
+      palpate_mailbox_newest(there.get(), &fresh);
+      if (fresh) palpate_mailbox_publish(back.get());
+    }
+  });
+  for (auto _ : state) {
+    palpate_mailbox_publish(there.get());
+    for (std::int32_t fresh = 0; !fresh;) palpate_mailbox_newest(back.get(), &fresh);
+  }
+  done = true;
+  echo.join();
+}
+BENCHMARK(mailbox_round_trip)->UseRealTime()->Unit(benchmark::kNanosecond);
 
 }  // namespace
 
@@ -249,6 +333,7 @@ int main(int argc, char** argv) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   std::printf("%d nodes, %d on the surface, %d touchable\n", info.node_count, info.surface_node_count,
               info.touchable_count);
+  benchmark::AddCustomContext("vertices", std::to_string(info.node_count));
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();

@@ -258,8 +258,8 @@ void measure(const Options& options) {
   const TetrahedralMesh mesh = read_mesh(options.mesh);
   const OrganConfig organ = read_organ_config(options.organ);
   const BoundaryConfig boundary = read_boundary_config(options.boundary);
-  const Push push =
-      make_push(make_elastic_body(mesh, organ, boundary, {options.mesh, options.organ, options.boundary}));
+  const Push push = make_push(make_elastic_body(mesh, organ, boundary, {options.mesh, options.organ, options.boundary}),
+                              organ.element);
   Palpate palpate(options, push);
   const Exact exact(push);
   fmt::print("{}; node {} pushed 2.5 to 5 mm at 10 mm/s\n", palpate.description(), push.node);

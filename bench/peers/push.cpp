@@ -5,7 +5,11 @@
 #include <numbers>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include "bench/peers/cholmod_factor.h"
+#include "formats/errors.h"
+#include "precompute/discretisation.h"
 
 namespace palpate::bench {
 namespace {
@@ -37,7 +41,7 @@ std::int32_t node_at_median_distance(const ElasticBody& body) {
 
 }  // namespace
 
-Push make_push(ElasticBody body) {
+Push make_push(ElasticBody body, Element element) {
   Push push;
   push.body = std::move(body);
   push.stiffness = linear_stiffness(push.body);

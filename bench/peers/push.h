@@ -25,7 +25,8 @@ constexpr double kTick = 1e-3;  // s
 
 // From 2.5 to 5 mm deep at 10 mm/s while going round a circle of 1 mm radius twice a second. The node is the touchable
 // one whose distance to the nearest held node is the median.
-Push make_push(ElasticBody body);
+// Errors: InputError for an element that adds nodes to the mesh's.
+Push make_push(ElasticBody body, Element element);
 
 // What a system answers at one tick: the surface's displacement and the force that holds the node there.
 struct Answer {
