@@ -44,7 +44,10 @@ std::int32_t node_at_median_distance(const ElasticBody& body) {
 Push make_push(ElasticBody body, Element element) {
   Push push;
   push.body = std::move(body);
-  push.stiffness = linear_stiffness(push.body);
+  Discretisation discretisation = discretise(push.body, element);
+  if (discretisation.coordinates.size() != push.body.nodes.size())
+    throw InputError(fmt::format("expected an element on the mesh's own nodes, found {}", name_of(element)));
+  push.stiffness = std::move(discretisation.stiffness);
   push.node = node_at_median_distance(push.body);
   auto triangle = std::find_if(push.body.triangles.begin(), push.body.triangles.end(),
                                [&](const auto& t) { return std::find(t.begin(), t.end(), push.node) != t.end(); });
