@@ -29,6 +29,9 @@ class BlockPreconditioner {
   // "cholesky (cholmod)".
   virtual std::string description() const = 0;
 
+  // An upper bound of 1 / condition of K, from the diagonal of its factor; 0 where there is none.
+  virtual double reciprocal_condition() const { return 0; }
+
   // Place of each block row in the elimination order; empty where rows are not eliminated. Columns whose rows are close
   // in it share most of their work.
   virtual std::span<const std::int32_t> row_order() const { return {}; }

@@ -152,6 +152,7 @@ std::string provenance_text(nlohmann::json p, const Certificate& certificate) {
   p["reciprocity_error"] = certificate.reciprocity_error;
   p["reciprocity_pairs"] = certificate.reciprocity_pairs;
   p["cast_error"] = certificate.cast_error;
+  p["reciprocal_condition"] = certificate.reciprocal_condition;
   if (p["preload"].get<bool>()) p["preload_residual"] = certificate.preload_residual;
   return p.dump();
 }

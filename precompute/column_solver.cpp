@@ -230,6 +230,9 @@ std::string ColumnSolver::description() const {
   check(PetscGetVersionNumber(&major, &minor, &patch, nullptr));
   return fmt::format("PETSc {}.{}.{} {} + {}", major, minor, patch, type, state_->preconditioner->description());
 }
+double ColumnSolver::reciprocal_condition() const {
+  return state_->preconditioner->reciprocal_condition();
+}
 std::span<const std::int32_t> ColumnSolver::row_order() const {
   return state_->preconditioner->row_order();
 }

@@ -54,6 +54,9 @@ class ColumnSolver {
   // "PETSc 3.18.5 cg + cholesky (cholmod)".
   std::string description() const;
 
+  // An upper bound of 1 / condition of K; 0 where the preconditioner tells none.
+  double reciprocal_condition() const;
+
   // Place of each block row in the preconditioner's elimination order; empty where it has none. A block of columns whose
   // rows are close in it costs less.
   std::span<const std::int32_t> row_order() const;

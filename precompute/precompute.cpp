@@ -22,7 +22,7 @@ namespace palpate {
 namespace {
 
 // Longest text a number of the certificate takes in JSON; the provenance is laid out with room for all of them.
-constexpr std::size_t kRoomForNumbers = 8 * 32;
+constexpr std::size_t kRoomForNumbers = 10 * 32;
 
 // In the fingerprint: which of the two preconditioners solves.
 constexpr const char *kPreconditioner = "preconditioner", *kFactor = "factor", *kMultigrid = "multigrid";
@@ -131,7 +131,18 @@ class Run {
     solver.width = plan_.width();
     solver.elimination = plan_.elimination;
     solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(discretisation_, held_), solver);
+    warn_of_condition();
     block_columns();
+  }
+
+  // The residuals hold all the same, but a small residual then allows a large error: at 1e-12 four digits are sure.
+  void warn_of_condition() const {
+    const double bound = solver_->reciprocal_condition();
+    if (is_first() && bound > 0 && bound < 1e-12)
+      warn(
+          fmt::format("the stiffness matrix has a condition of at least {:.1g}: displacements may be off by {:.1g} of "
+                      "themselves; look for slivers, barely held parts and extreme contrasts of stiffness",
+                      1 / bound, 2.2e-16 / bound));
   }
 
   void block_columns() {
@@ -201,6 +212,7 @@ class Run {
     const std::vector<BlockRecord> records = all_records();
     certificate_ = certify(blocks_, records, *sample_);
     certificate_.preload_residual = preload_.residual;
+    certificate_.reciprocal_condition = solver_->reciprocal_condition();
     SectionWriter writer(part);
     write_column_sections(writer, entries_, blocks_, records);
     finish_provenance(part, entries_, provenance_text(provenance_, certificate_));

@@ -106,7 +106,8 @@ SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& reques
   result.width = width;
   const double triangle = 16 * (9 * blocks + dofs) / 2;  // indices of 64 bits
   const double columns = width * (8 * dofs + 2 * 4 * stored);
-  result.bytes = kFactorBytes + std::max(8 * factoring_numbers(e) + triangle, 8 * numbers + columns);
+  const double renumbered = 76 * blocks;  // a second K while its rows are put in order
+  result.bytes = kFactorBytes + renumbered + std::max(8 * factoring_numbers(e) + triangle, 8 * numbers + columns);
   result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second) +
                          kFactorPerRow * static_cast<double>(plan.rows) + kFactorPerNumber * numbers;
   result.column_seconds =

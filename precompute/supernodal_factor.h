@@ -27,8 +27,8 @@ class SupernodalFactor final : public BlockPreconditioner {
   std::string description() const override { return "cholesky (cholmod, supernodal blocks)"; }
   std::span<const std::int32_t> row_order() const override { return elimination_->place; }
 
-  // (least / largest diagonal of the factor)^2: an upper bound of 1 / condition of K.
-  double reciprocal_condition() const { return reciprocal_condition_; }
+  // (least / largest diagonal of the factor)^2.
+  double reciprocal_condition() const override { return reciprocal_condition_; }
 
  private:
   void compute(const BlockMatrix& matrix);
