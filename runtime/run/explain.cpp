@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -72,12 +73,19 @@ std::string plan_table(const palpate_plan_pass* passes, int count, int contact_n
   return table;
 }
 
-std::string explain(Player& player) {
+namespace {
+
+// Medians of the calls at the steps with the most contact nodes, us.
+struct AtMostNodes {
+  int nodes = 0;
+  double touch_us = 0, shape_us = 0;
+};
+
+AtMostNodes measure(Player& player) {
   std::vector<int> touch_nodes, shape_nodes;  // contact nodes of each step
   const Timing timing =
       player.play([&](const TouchRecord& touch) { touch_nodes.push_back(touch.contacts.node_count); },
                   [&](const ShapeRecord& shape) { shape_nodes.push_back(shape.contacts.node_count); });
-  const int most = *std::max_element(touch_nodes.begin(), touch_nodes.end());
   const auto median_at_most = [](const std::vector<double>& microseconds, const std::vector<int>& nodes) {
     const int largest = nodes.empty() ? 0 : *std::max_element(nodes.begin(), nodes.end());
     std::vector<double> chosen;
@@ -85,14 +93,60 @@ std::string explain(Player& player) {
       if (nodes[i] == largest) chosen.push_back(microseconds[i]);
     return percentile(chosen, .5);
   };
+  return {*std::max_element(touch_nodes.begin(), touch_nodes.end()), median_at_most(timing.touch_us, touch_nodes),
+          median_at_most(timing.shape_us, shape_nodes)};
+}
+
+// One line per effect that can be left out alone: what the step takes less without it. The two scenes are played in turn
+// three times and the shorter medians compared, since the machine may be shared.
+std::string cost_of_leaving_out(const SceneConfig& scene, Player& player, const std::filesystem::path& bundle) {
+  struct Change {
+    const char* name;
+    bool applies;
+    bool in_touch;
+    std::function<void(SceneConfig&)> leave_out;
+  };
+  const Change changes[] = {
+      {"following the deformed surface", scene.collision == SceneConfig::Collision::deformed, true,
+       [](SceneConfig& s) { s.collision = SceneConfig::Collision::rest; }},
+      {"force: response", scene.force == SceneConfig::Force::response, true,
+       [](SceneConfig& s) { s.force = SceneConfig::Force::linear; }},
+      {"radial: response", scene.radial == SceneConfig::Radial::response, false,
+       [](SceneConfig& s) { s.radial = SceneConfig::Radial::off; }},
+      {"the interior of shape: volume", scene.shape == SceneConfig::Shape::volume, false,
+       [](SceneConfig& s) { s.shape = SceneConfig::Shape::surface; }},
+  };
+  std::string lines;
+  for (const Change& change : changes) {
+    if (!change.applies) continue;
+    SceneConfig without = scene;
+    change.leave_out(without);
+    Player other(without, bundle);
+    double with_us = std::numeric_limits<double>::infinity(), without_us = with_us;
+    for (int round = 0; round < 3; ++round) {
+      const AtMostNodes a = measure(player), b = measure(other);
+      with_us = std::min(with_us, change.in_touch ? a.touch_us : a.shape_us);
+      without_us = std::min(without_us, change.in_touch ? b.touch_us : b.shape_us);
+    }
+    lines += fmt::format("measured by leaving it out: {} {:.2f} us of {} {:.2f} us\n", change.name,
+                         with_us - without_us, change.in_touch ? "touch" : "shape", with_us);
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::string explain(Player& player, const std::filesystem::path& bundle) {
+  const AtMostNodes measured = measure(player);
   int count = 0;
   const palpate_plan_pass* passes = palpate_scene_plan(player.runtime_scene(), &count);
   std::uint64_t mapped = 1 << 20;
   for (int p = 0; p < count; ++p) mapped = std::max(mapped, passes[p].mapped_bytes);
   const MachineRates rates = measure_machine(std::min<std::uint64_t>(mapped, 1 << 27));
-  return plan_table(passes, count, most, rates) +
-         fmt::format("measured there, median of the calls alone: touch {:.2f} us, shape {:.2f} us\n",
-                     median_at_most(timing.touch_us, touch_nodes), median_at_most(timing.shape_us, shape_nodes));
+  return plan_table(passes, count, measured.nodes, rates) +
+         fmt::format("measured there, median of the calls alone: touch {:.2f} us, shape {:.2f} us\n", measured.touch_us,
+                     measured.shape_us) +
+         cost_of_leaving_out(player.scene(), player, bundle);
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 // The plan of a scene as a table: what each pass maps and what it is predicted to cost.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "runtime/run/player.h"
@@ -19,7 +20,8 @@ MachineRates measure_machine(std::uint64_t memory_bytes);
 std::string plan_table(const palpate_plan_pass* passes, int count, int contact_nodes, const MachineRates& rates);
 
 // Plays the scene. Returns the plan, its predicted cost at the most contact nodes that the scene reaches, and what
-// touch and shape took there.
-std::string explain(Player& player);
+// touch and shape took there; and, for each effect that can be left out alone, what they took less without it. bundle: the
+// player's.
+std::string explain(Player& player, const std::filesystem::path& bundle);
 
 }  // namespace palpate

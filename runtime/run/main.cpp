@@ -82,7 +82,7 @@ void run(const Options& options) {
   const fs::path bundle = bundle_of(options, scene);
   Player player(scene, bundle);
   if (options.explain)
-    fmt::print("{}", explain(player));
+    fmt::print("{}", explain(player, bundle));
   else if (options.realtime)
     play_against_the_clock(player, bundle, options);
   else

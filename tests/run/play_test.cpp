@@ -306,6 +306,14 @@ TEST_F(PlayedScene, RunsBothLoopsAgainstTheClock) {
   EXPECT_EQ(run("scene.toml -o out --seconds 3").code, 2);
 }
 
+TEST_F(PlayedScene, ExplainsWhatAnEffectCostsByLeavingItOut) {
+  write_scene(kProbe, "[effects]\nshape = \"volume\"\n");
+  const Ended ended = run("scene.toml --explain");
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.output, HasSubstr("measured by leaving it out: the interior of shape: volume"));
+  EXPECT_THAT(ended.output, testing::Not(HasSubstr("radial")));
+}
+
 TEST(PlanTable, PredictsTheLongerOfReadingAndComputing) {
   const palpate_plan_pass passes[] = {{"reads", "touch", "a", 1000, 4000, 1}, {"computes", "shape", "b", 0, 1, 6000}};
   // 10 contact nodes: 40 kB at 2 GB/s are 20 us; 60 kflop at 2 Gflop/s are 30 us.
