@@ -58,6 +58,8 @@ mesh: $(WORK)/mesh.msh
 # LAUNCH alone (LAUNCH="srun --mpi=pmix -n 4") starts the ranks itself; RANKS=n starts them with mpiexec, behind LAUNCH.
 MPIEXEC = mpiexec --bind-to none --oversubscribe -n $(RANKS)
 RUN_RANKS = $(LAUNCH) $(if $(filter-out 1,$(RANKS)),$(MPIEXEC))
+# Else Open MPI looks for X servers by name, for minutes where no name resolves.
+export HWLOC_COMPONENTS ?= -gl
 # In a container one is root, which Open MPI refuses unless told twice.
 export OMPI_ALLOW_RUN_AS_ROOT := 1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1

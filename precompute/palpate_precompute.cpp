@@ -2,6 +2,7 @@
 #include <mpi.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <string>
@@ -80,6 +81,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   palpate::block_stop_signals();
+  // Open MPI's hwloc would look for X servers by name, for minutes where no name resolves.
+  ::setenv("HWLOC_COMPONENTS", "-gl", 0);
   // The threads that write and that wait for signals leave MPI alone.
   int threads = MPI_THREAD_SINGLE;
   if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &threads) != MPI_SUCCESS) return 1;

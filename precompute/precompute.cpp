@@ -239,10 +239,11 @@ class Run {
     PlanOutcome took;
     took.seconds = report_.seconds_of("factor") + report_.seconds_of("columns");
     took.bytes = ranks_.most(peak_resident_bytes() - resident_at_plan_);
+    const SolveSeconds columns{ranks_.most(seconds_.solve), ranks_.most(seconds_.wait)};
     if (!is_first()) return;
     took.bundle_bytes = static_cast<double>(std::filesystem::file_size(options_.bundle));
-    const RunOutcome outcome{options_, inputs_, certificate_,   solver_->description(),
-                             plan_,    took,    blocks_.size(), blocks_found_};
+    const RunOutcome outcome{options_, inputs_, certificate_,   solver_->description(), plan_,
+                             took,     columns, blocks_.size(), blocks_found_};
     tell(outcome, report_);
     if (!options_.json.empty()) write_json(json_of(outcome, report_), options_.json);
   }

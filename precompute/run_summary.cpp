@@ -48,6 +48,7 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
   json["solver"] = outcome.solver;
   json["plan"] = plan_json(outcome.plan);
   json["predicted_and_took"] = outcome_json(outcome.plan, outcome.took);
+  json["columns_seconds"] = {{"solve", outcome.columns.solve}, {"wait_for_disk", outcome.columns.wait}};
   json["tolerance"] = outcome.options.tolerance;
   json["certificate"] = {{"worst_residual", c.worst_residual},
                          {"worst_column_node", c.worst_node},

@@ -7,6 +7,7 @@
 #include "precompute/certificate.h"
 #include "precompute/run_inputs.h"
 #include "precompute/run_report.h"
+#include "precompute/solve_columns.h"
 #include "precompute/solver_plan.h"
 
 namespace palpate {
@@ -18,6 +19,7 @@ struct RunOutcome {
   std::string solver;  // what solved
   const SolverPlan& plan;
   PlanOutcome took;
+  SolveSeconds columns;     // of the slowest rank
   std::size_t blocks = 0;   // of columns
   std::size_t resumed = 0;  // of them, solved by an earlier run
 };
