@@ -8,6 +8,7 @@
 #include <initializer_list>
 
 #include "formats/checksum.h"
+#include "formats/compliance_blocks.h"
 
 namespace palpate::formats {
 
@@ -217,12 +218,30 @@ BundleStatus check_presence(const BundleIndex& index, BundleError* error) {
   return BundleStatus::ok;
 }
 
+// The surface's displacements: as rows, or as the compliance in blocks, all five of its sections. Never both.
+BundleStatus check_one_store(const BundleIndex& index, BundleError* error) {
+  std::uint32_t blocks = 0;
+  for (const SectionId id : {SectionId::compliance_nodes, SectionId::compliance_clusters, SectionId::compliance_blocks,
+                             SectionId::compliance_values, SectionId::compliance_scale})
+    blocks += find_section(index, id) != nullptr;
+  const bool rows = find_section(index, SectionId::displacement_surface) != nullptr;
+  if (rows ? blocks != 0 : blocks != 5)
+    return refuse(
+        error, BundleStatus::section, sizeof(BundleHeader),
+        "expected either tensors/displacement_surface or the five sections tensors/compliance/*, found %s and "
+        "%" PRIu32 " of them; rebuild the bundle",
+        rows ? "the first" : "not the first", blocks);
+  return BundleStatus::ok;
+}
+
 BundleCounts take_counts(const BundleIndex& index) {
   // Every section named here is present: check_presence came first.
   const auto dimension = [&](SectionId id, int d) { return find_section(index, id)->shape[d]; };
   BundleCounts counts{};
   counts.nodes = dimension(SectionId::nodes, 0);
-  counts.surface_nodes = dimension(SectionId::displacement_surface, 2);
+  counts.surface_nodes = find_section(index, SectionId::displacement_surface)
+                             ? dimension(SectionId::displacement_surface, 2)
+                             : dimension(SectionId::compliance_nodes, 0);
   counts.tetrahedra = dimension(SectionId::tetrahedra, 0);
   counts.triangles = dimension(SectionId::triangles, 0);
   counts.regions = dimension(SectionId::young, 0);
@@ -291,6 +310,16 @@ BundleStatus check_scale(const BundleIndex& index, BundleError* error) {
   return BundleStatus::ok;
 }
 
+BundleStatus check_block_count(const BundleIndex& index, BundleError* error) {
+  const SectionEntry* blocks = find_section(index, SectionId::compliance_blocks);
+  if (!blocks || blocks->shape[0] == find_section(index, SectionId::compliance_scale)->shape[0])
+    return BundleStatus::ok;
+  return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                "tensors/compliance/blocks lists %" PRIu64 " blocks, tensors/compliance/scale %" PRIu64
+                "; rebuild the bundle",
+                blocks->shape[0], find_section(index, SectionId::compliance_scale)->shape[0]);
+}
+
 BundleStatus check_counts(const BundleCounts& counts, BundleError* error) {
   if (counts.surface_nodes > counts.nodes || counts.touchable > counts.surface_nodes)
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
@@ -350,6 +379,72 @@ BundleStatus check_scales(const BundleIndex& index, SectionId id, const float* v
   return BundleStatus::ok;
 }
 
+// Runs of places that tile 0 .. Ns - 1; touchable places and others share none.
+BundleStatus check_clusters(const BundleIndex& index, const std::int32_t* ends, BundleError* error) {
+  constexpr SectionId id = SectionId::compliance_clusters;
+  const std::uint64_t count = find_section(index, id)->shape[0];
+  std::int64_t previous = 0;
+  bool parted = false;
+  if (count > kMaxClusters)
+    return refuse(error, BundleStatus::content, stored_at(index, id, 0),
+                  "%s: expected at most %" PRIu64 " clusters, found %" PRIu64 "; rebuild the bundle",
+                  describe_section(id)->path, kMaxClusters, count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    if (ends[i] <= previous || static_cast<std::uint64_t>(ends[i]) > index.counts.surface_nodes)
+      return refuse(error, BundleStatus::content, stored_at(index, id, i),
+                    "%s: expected ascending ends up to %" PRIu64 ", element %" PRIu64 " is %" PRId32
+                    "; copy the bundle again or rebuild it",
+                    describe_section(id)->path, index.counts.surface_nodes, i, ends[i]);
+    parted = parted || static_cast<std::uint64_t>(ends[i]) == index.counts.touchable;
+    previous = ends[i];
+  }
+  if (!parted || static_cast<std::uint64_t>(previous) != index.counts.surface_nodes)
+    return refuse(error, BundleStatus::content, stored_at(index, id, count - 1),
+                  "%s: expected one cluster to end at %" PRIu64 " and the last at %" PRIu64 "; rebuild the bundle",
+                  describe_section(id)->path, index.counts.touchable, index.counts.surface_nodes);
+  return BundleStatus::ok;
+}
+
+// Each block: clusters in range, a rank that is one, numbers inside the values. Rows are touchable or not, as a whole.
+BundleStatus check_blocks(const BundleIndex& index, const std::int32_t* ends, const std::int32_t* stored,
+                          BundleError* error) {
+  constexpr SectionId id = SectionId::compliance_blocks;
+  const auto clusters = static_cast<std::int32_t>(find_section(index, SectionId::compliance_clusters)->shape[0]);
+  std::int32_t touchable = 0;
+  while (static_cast<std::uint64_t>(cluster_begin(ends, touchable)) < index.counts.touchable) ++touchable;
+  const std::uint64_t count = find_section(index, id)->shape[0],
+                      values = find_section(index, SectionId::compliance_values)->shape[0];
+  std::uint64_t used = 0;
+  for (std::uint64_t b = 0; b < count; ++b) {
+    StoredBlock s;
+    std::memcpy(&s, stored + 5 * b, sizeof s);
+    const bool in_range = 0 <= s.row_begin && s.row_begin < s.row_end && s.row_end <= clusters && 0 <= s.column_begin &&
+                          s.column_begin < s.column_end && s.column_end <= touchable &&
+                          (s.row_end <= touchable || s.row_begin >= touchable) && s.rank >= 0;
+    bool fits = in_range;
+    if (in_range) {
+      // Divided, not multiplied: rows, columns and rank come from the file.
+      const ComplianceBlock block = placed_block(s, ends, used, 1);
+      const auto rows = static_cast<std::uint64_t>(block.rows), columns = static_cast<std::uint64_t>(block.columns);
+      const auto rank = static_cast<std::uint64_t>(block.rank);
+      fits = rank == 0
+                 ? rows * columns <= (values - used) / 9
+                 : rank <= 3 * (rows < columns ? rows : columns) && rank <= (values - used) / (3 * (rows + columns));
+      if (fits) used += block.numbers();
+    }
+    if (!fits)
+      return refuse(error, BundleStatus::content, stored_at(index, id, 5 * b),
+                    "%s: block %" PRIu64 " (%" PRId32 " %" PRId32 " %" PRId32 " %" PRId32 " %" PRId32
+                    ") does not fit the clusters and the values; copy the bundle again or rebuild it",
+                    describe_section(id)->path, b, s.row_begin, s.row_end, s.column_begin, s.column_end, s.rank);
+  }
+  if (used == values) return BundleStatus::ok;
+  return refuse(error, BundleStatus::content, stored_at(index, id, 0),
+                "tensors/compliance/values has %" PRIu64 " numbers where the blocks take %" PRIu64
+                "; copy the bundle again or rebuild it",
+                values, used);
+}
+
 }  // namespace
 
 BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, BundleIndex* index, BundleError* error) {
@@ -370,10 +465,12 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
   }
 
   status = check_presence(*index, error);
+  if (status == BundleStatus::ok) status = check_one_store(*index, error);
   if (status != BundleStatus::ok) return status;
   index->counts = take_counts(*index);
   status = check_counts(index->counts, error);
   if (status == BundleStatus::ok) status = check_scale(*index, error);
+  if (status == BundleStatus::ok) status = check_block_count(*index, error);
   for (std::uint32_t i = 0; i < index->header.section_count && status == BundleStatus::ok; ++i)
     status = check_shape(*index, i, error);
   if (status == BundleStatus::ok && error) *error = BundleError{};
@@ -403,6 +500,15 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
   if (ok() && sections.fixed) status = check_zero_or_one(index, SectionId::fixed, sections.fixed, 3 * n.nodes, error);
   if (ok() && sections.displacement_scale)
     status = check_scales(index, SectionId::displacement_scale, sections.displacement_scale, 3 * n.touchable, error);
+  if (ok() && sections.compliance_nodes)
+    status = check_range_of(index, SectionId::compliance_nodes, sections.compliance_nodes, n.surface_nodes,
+                            n.surface_nodes, error);
+  if (ok() && sections.compliance_clusters) status = check_clusters(index, sections.compliance_clusters, error);
+  if (ok() && sections.compliance_clusters && sections.compliance_blocks)
+    status = check_blocks(index, sections.compliance_clusters, sections.compliance_blocks, error);
+  if (ok() && sections.compliance_scale)
+    status = check_scales(index, SectionId::compliance_scale, sections.compliance_scale,
+                          find_section(index, SectionId::compliance_scale)->shape[0], error);
   if (ok() && error) *error = BundleError{};
   return status;
 }

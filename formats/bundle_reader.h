@@ -51,6 +51,10 @@ struct IndexedSections {
   const std::int32_t* touchable = nullptr;
   const std::uint8_t* fixed = nullptr;
   const float* displacement_scale = nullptr;
+  const std::int32_t* compliance_nodes = nullptr;
+  const std::int32_t* compliance_clusters = nullptr;
+  const std::int32_t* compliance_blocks = nullptr;  // only looked at together with the clusters
+  const float* compliance_scale = nullptr;
 };
 BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);
 

@@ -18,6 +18,9 @@ struct Checks {
 
   void add(const std::string& name, bool held, const std::string& detail);
   void add_bounded(const std::string& name, bool held, const std::string& what, double found, double bound);
+  // Also says what the provenance states under that key; "nothing" where it has none.
+  void add_stated(const std::string& name, bool held, const std::string& what, const nlohmann::json& provenance,
+                  const char* key, double found, double bound);
   bool all_held() const;
 };
 

@@ -1,8 +1,13 @@
-// The three things palpate-bundle does. Each prints its report on stdout, for a reader or as JSON.
+// What palpate-bundle does. Each prints its report on stdout, for a reader or as JSON.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/bundle_layout.h"
 
 namespace palpate {
 
@@ -18,6 +23,19 @@ struct VerifyOptions {
 };
 // Errors: InputError when it is no bundle, VerificationError when a check does not hold.
 void verify_bundle(const VerifyOptions& options);
+
+struct PackOptions {
+  std::filesystem::path bundle, output;
+  std::optional<formats::ElementType> precision;  // f64, f32 or f16; as it is
+  bool surface = false;                           // drop the interior
+  std::filesystem::path touchable;                // boundary TOML whose [touchable] selects the columns to keep
+  std::vector<std::string> patches;               // surface patches of the mesh that do
+  std::filesystem::path mesh;                     // needed by those two
+  std::optional<double> low_rank;                 // compliance in blocks, relative column error at most
+};
+// Writes options.output atomically; the same input gives the same bytes. Errors: InputError for a source that is no bundle
+// or that the options would make no smaller, OperationError (disk).
+void pack_bundle(const PackOptions& options);
 
 // Errors: InputError when one is no bundle, VerificationError when they differ.
 void compare_bundles(const std::filesystem::path& a, const std::filesystem::path& b, bool json);

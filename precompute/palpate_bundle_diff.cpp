@@ -5,6 +5,7 @@
 #include <cstring>
 #include <set>
 
+#include "precompute/column_errors.h"
 #include "precompute/palpate_bundle_commands.h"
 #include "precompute/palpate_bundle_file.h"
 
@@ -82,6 +83,52 @@ bool same_form(const SectionEntry& a, const SectionEntry& b) {
   return a.type == b.type && a.rank == b.rank && a.bytes == b.bytes && std::equal(a.shape, a.shape + kMaxRank, b.shape);
 }
 
+constexpr SectionId kDisplacements[] = {SectionId::displacement_surface, SectionId::displacement_interior,
+                                        SectionId::displacement_scale,   SectionId::compliance_nodes,
+                                        SectionId::compliance_clusters,  SectionId::compliance_blocks,
+                                        SectionId::compliance_values,    SectionId::compliance_scale};
+
+// Whether the displacements of both are the same sections of plain numbers, to be compared number by number.
+bool same_store(const BundleFile& a, const BundleFile& b) {
+  for (const SectionId id : kDisplacements) {
+    const SectionEntry *in_a = a.find(id), *in_b = b.find(id);
+    if (id == SectionId::displacement_interior && (!in_a || !in_b)) continue;  // "only in" one of them
+    if ((in_a == nullptr) != (in_b == nullptr)) return false;
+    if (in_a && (!same_form(*in_a, *in_b) || in_a->type == static_cast<std::uint32_t>(ElementType::f16))) return false;
+  }
+  return true;
+}
+
+// Displacements in different forms, by what they stand for: the columns of the nodes that both can be touched at.
+nlohmann::json decoded_difference(const BundleFile& a, const BundleFile& b) {
+  StoredColumns of_a(a), of_b(b);
+  nlohmann::json result = {{"section", "displacements"}, {"form_a", of_a.form()}, {"form_b", of_b.form()}};
+  const auto touchable_a = a.numbers<std::int32_t>(SectionId::touchable),
+             touchable_b = b.numbers<std::int32_t>(SectionId::touchable);
+  if (a.index().counts.nodes != b.index().counts.nodes || of_a.surface_nodes() != of_b.surface_nodes()) {
+    result["columns"] = 0;
+    return result;
+  }
+  ColumnErrors errors;
+  ColumnRows rows_a, rows_b;
+  for (std::size_t k = 0; k < touchable_b.size(); ++k) {
+    const auto at = std::lower_bound(touchable_a.begin(), touchable_a.end(), touchable_b[k]);
+    if (at == touchable_a.end() || *at != touchable_b[k]) continue;
+    of_a.read(static_cast<std::size_t>(at - touchable_a.begin()), rows_a);
+    of_b.read(k, rows_b);
+    errors.add(rows_b, rows_a, touchable_b[k]);
+  }
+  errors.finish();
+  if (of_a.form() == of_b.form() && errors.largest_entry == 0 && touchable_a == touchable_b &&
+      of_a.has_interior() == of_b.has_interior())
+    return {};
+  result["columns"] = errors.columns;
+  result["worst_relative_error"] = errors.worst;
+  result["rms_relative_error"] = errors.rms;
+  result["largest_difference"] = errors.largest_entry;
+  return result;
+}
+
 // One object per section that differs. Provenance that is JSON on both sides is compared key by key, not here.
 nlohmann::json section_differences(const BundleFile& a, const BundleFile& b) {
   nlohmann::json differences = nlohmann::json::array();
@@ -90,6 +137,11 @@ nlohmann::json section_differences(const BundleFile& a, const BundleFile& b) {
     for (std::uint32_t i = 0; i < side->index().header.section_count; ++i) ids.insert(side->index().entries[i].id);
   if (a.provenance().is_object() && b.provenance().is_object())
     ids.erase(static_cast<std::uint32_t>(SectionId::provenance));
+  if (!same_store(a, b)) {
+    for (const SectionId id : kDisplacements) ids.erase(static_cast<std::uint32_t>(id));
+    const nlohmann::json decoded = decoded_difference(a, b);
+    if (!decoded.empty()) differences.push_back(decoded);
+  }
   for (const std::uint32_t id : ids) {
     const SectionEntry* in_a = a.find(static_cast<SectionId>(id));
     const SectionEntry* in_b = b.find(static_cast<SectionId>(id));
@@ -122,7 +174,16 @@ void print_report(const nlohmann::json& report) {
                printable(json_text(p["b"])));
   for (const auto& s : report["sections"]) {
     const auto name = s["section"].get<std::string>();
-    if (s.contains("only_in"))
+    if (s.contains("form_a") && s["columns"] == 0)
+      fmt::print("{}: {} against {}, of no node that both have\n", name, s["form_a"].get<std::string>(),
+                 s["form_b"].get<std::string>());
+    else if (s.contains("form_a"))
+      fmt::print(
+          "{}: {} against {}; {} columns differ by {:.3g} at worst and {:.3g} RMS, relative; {:.3g} in an entry\n",
+          name, s["form_a"].get<std::string>(), s["form_b"].get<std::string>(), s["columns"].get<std::int64_t>(),
+          s["worst_relative_error"].get<double>(), s["rms_relative_error"].get<double>(),
+          s["largest_difference"].get<double>());
+    else if (s.contains("only_in"))
       fmt::print("{}: only in {}\n", name, s["only_in"].get<std::string>());
     else if (s.contains("a"))
       fmt::print("{}: {} against {}\n", name, s["a"].get<std::string>(), s["b"].get<std::string>());

@@ -5,6 +5,7 @@
 
 #include "precompute/palpate_bundle_commands.h"
 #include "precompute/palpate_bundle_file.h"
+#include "precompute/stored_columns.h"
 
 namespace palpate {
 
@@ -39,7 +40,9 @@ nlohmann::json certificate_json(const BundleFile& file) {
                          {"worst_residual_dof", std::string(1, "xyz"[column % 3])},
                          {"most_iterations", *std::max_element(iterations.begin(), iterations.end())}};
   const nlohmann::json provenance = file.provenance();
-  for (const char* key : {"solver", "tolerance", "reciprocity_error", "cast_error"})
+  for (const char* key : {"solver", "tolerance", "reciprocity_error", "reciprocity_pairs", "cast_error", "stored_error",
+                          "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition",
+                          "locking_estimate", "locking_probes", "locking_note", "plan"})
     if (provenance.is_object() && provenance.contains(key)) json[key] = provenance[key];
   return json;
 }
@@ -80,6 +83,50 @@ bool has_number(const nlohmann::json& object, const char* key) {
   return object.contains(key) && object[key].is_number();
 }
 
+// "2.8e-08", or "not measured".
+std::string measured(const nlohmann::json& object, const char* key) {
+  return has_number(object, key) ? fmt::format("{:.2g}", object[key].get<double>()) : "not measured";
+}
+
+// What is stored, and how far it is from what was solved.
+void print_storage(const nlohmann::json& report) {
+  const nlohmann::json& p = report["provenance"];
+  fmt::print("stored      {}\n", printable(report["stored"].get<std::string>()));
+  if (!has_number(p, "pack_error_worst")) {
+    fmt::print("            worst relative error of a column: {}\n", measured(p, "cast_error"));
+    return;
+  }
+  const int dof = has_number(p, "pack_error_worst_dof") ? p["pack_error_worst_dof"].get<int>() : -1;
+  fmt::print(
+      "            error against the source: worst column {} (node {}, {}), RMS {}, entry {}; against the solve at "
+      "most {}\n",
+      measured(p, "pack_error_worst"), value_text(p, "pack_error_worst_node"),
+      dof >= 0 && dof < 3 ? std::string(1, "xyz"[dof]) : "-", measured(p, "pack_error_rms"),
+      measured(p, "pack_error_entry"), measured(p, "stored_error"));
+  fmt::print("            {}\n", value_text(p, "pack_history"));
+}
+
+// Below this a column solved to 1e-9 of its residual may be off by its size.
+constexpr double kLeastReciprocalCondition = 1e-12;
+
+void print_certificate(const nlohmann::json& report) {
+  const nlohmann::json &p = report["provenance"], &c = report["certificate"];
+  fmt::print("solver      {}, tolerance {}\n", value_text(p, "solver"), value_text(p, "tolerance"));
+  if (p.is_object() && p.contains("plan")) fmt::print("plan        {}\n", value_text(p, "plan"));
+  fmt::print("certificate worst residual {:.2g} (node {}, {}), at most {} iterations\n",
+             c["worst_residual"].get<double>(), c["worst_residual_node"].get<int>(),
+             c["worst_residual_dof"].get<std::string>(), c["most_iterations"].get<int>());
+  fmt::print("            reciprocity error of far pairs: {}\n", measured(p, "reciprocity_error"));
+  const bool poor =
+      has_number(p, "reciprocal_condition") && !(p["reciprocal_condition"].get<double>() >= kLeastReciprocalCondition);
+  fmt::print("            reciprocal condition: {}{}\n", measured(p, "reciprocal_condition"),
+             poor ? " (warning: residuals say little about columns; is the organ held, are its materials right?)" : "");
+  fmt::print("            locking: {}", measured(p, "locking_estimate"));
+  if (has_number(p, "locking_probes")) fmt::print(" over {} probes", value_text(p, "locking_probes"));
+  if (p.is_object() && p.contains("locking_note")) fmt::print("; {}", value_text(p, "locking_note"));
+  fmt::print("\n");
+}
+
 void print_report(const BundleFile& file, const nlohmann::json& report) {
   const nlohmann::json& p = report["provenance"];
   const BundleCounts& n = file.index().counts;
@@ -96,23 +143,31 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
                material["young_pa"].get<double>(), material["poisson"].get<double>());
     label = "";
   }
-  fmt::print("solver      {}, tolerance {}\n", value_text(p, "solver"), value_text(p, "tolerance"));
-  const auto& c = report["certificate"];
-  fmt::print("certificate worst residual {:.2g} (node {}, {}), at most {} iterations",
-             c["worst_residual"].get<double>(), c["worst_residual_node"].get<int>(),
-             c["worst_residual_dof"].get<std::string>(), c["most_iterations"].get<int>());
-  if (has_number(c, "reciprocity_error"))
-    fmt::print(", reciprocity error {:.2g}", c["reciprocity_error"].get<double>());
-  if (has_number(c, "cast_error")) fmt::print(", cast to f32 {:.2g}", c["cast_error"].get<double>());
-  fmt::print("\nsha256      image    {}\n            mesh     {}\n            organ    {}\n            boundary {}\n",
+  print_storage(report);
+  print_certificate(report);
+  fmt::print("sha256      image    {}\n            mesh     {}\n            organ    {}\n            boundary {}\n",
              value_text(p, "image_sha256"), value_text(p, "mesh_sha256"), value_text(p, "organ_sha256"),
              value_text(p, "boundary_sha256"));
+  if (p.is_object() && p.contains("curve_sha256"))
+    fmt::print("            curve    {}\n", value_text(p, "curve_sha256"));
+  if (p.is_object() && p.contains("packed_from_sha256"))
+    fmt::print("            packed from {}\n", value_text(p, "packed_from_sha256"));
   label = "sections";
   for (std::uint32_t i = 0; i < file.index().header.section_count; ++i) {
     const SectionEntry& entry = file.index().entries[i];
     fmt::print("{:<11} {:<30} {:<4} {:<20} {:>10}\n", label, section_name(entry), type_name(entry.type),
                shape_text(entry), bytes_text(entry.bytes));
     label = "";
+  }
+}
+
+// In words; a bundle whose tables do not hold is shown as far as it goes.
+std::string stored_form(const BundleFile& file) {
+  try {
+    const StoredColumns columns(file);
+    return columns.form() + (columns.has_interior() ? ", with the interior" : ", surface alone");
+  } catch (const InputError& error) {
+    return error.what();
   }
 }
 
@@ -126,6 +181,7 @@ void show_bundle(const std::filesystem::path& path, bool json) {
                            {"provenance", file.provenance()},
                            {"counts", counts_json(file.index().counts)},
                            {"materials", materials_json(file)},
+                           {"stored", stored_form(file)},
                            {"certificate", certificate_json(file)},
                            {"sections", sections_json(file.index())}};
   if (json)

@@ -74,6 +74,27 @@ palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
   return status;
 }
 
+// The blocks' table follows the clusters': both are looked at together.
+palpate_status check_compliance(palpate_bundle& bundle, palpate_error* error) {
+  const auto entry = [&](SectionId id) { return formats::find_section(bundle.index, id); };
+  if (!entry(SectionId::compliance_values)) return PALPATE_OK;
+  const SectionLook nodes(bundle, entry(SectionId::compliance_nodes)),
+      clusters(bundle, entry(SectionId::compliance_clusters)), blocks(bundle, entry(SectionId::compliance_blocks)),
+      scale(bundle, entry(SectionId::compliance_scale));
+  if (!nodes.data() || !clusters.data() || !blocks.data() || !scale.data())
+    return fail(error, PALPATE_ERROR_FILE, entry(SectionId::compliance_nodes)->offset,
+                "a section of the bundle cannot be mapped");
+  formats::IndexedSections sections;
+  sections.compliance_nodes = reinterpret_cast<const std::int32_t*>(nodes.data());
+  sections.compliance_clusters = reinterpret_cast<const std::int32_t*>(clusters.data());
+  sections.compliance_blocks = reinterpret_cast<const std::int32_t*>(blocks.data());
+  sections.compliance_scale = reinterpret_cast<const float*>(scale.data());
+  formats::BundleError from;
+  const formats::BundleStatus status = formats::check_stored_indices(bundle.index, sections, &from);
+  if (bundle.lost.load()) return file_was_cut(error);
+  return status == formats::BundleStatus::ok ? PALPATE_OK : fail(error, from);
+}
+
 // Counts are handed out as int32_t.
 palpate_status check_counts(const palpate_bundle& bundle, palpate_error* error) {
   const formats::BundleCounts& counts = bundle.index.counts;
@@ -87,6 +108,7 @@ palpate_status check_counts(const palpate_bundle& bundle, palpate_error* error) 
 palpate_status finish_open(palpate_bundle* opened, palpate_bundle** bundle, palpate_error* error) {
   palpate_status status = check_counts(*opened, error);
   if (status == PALPATE_OK) status = check_indices(*opened, error);
+  if (status == PALPATE_OK) status = check_compliance(*opened, error);
   if (status != PALPATE_OK) {
     palpate_bundle_close(opened);
     return status;

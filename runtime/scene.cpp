@@ -13,6 +13,10 @@ namespace {
 
 using formats::SectionId;
 
+#define PALPATE_COMPLIANCE_SECTIONS                                                                           \
+  "tensors/compliance/nodes tensors/compliance/clusters tensors/compliance/blocks tensors/compliance/values " \
+  "tensors/compliance/scale"
+
 // By its bits: a caller in C may have stored any number in an enum.
 template <class Enum>
 bool is_one_of(const Enum& value, int last) {
@@ -124,7 +128,10 @@ class Builder {
       return status;
     tensors.force = section<double>(SectionId::force);
     if (!tensors.force) return failed();
-    if (const palpate_status status = rows(SectionId::displacement_surface, &tensors.surface)) return status;
+    const bool stored_in_rows = formats::find_section(bundle_.index, SectionId::displacement_surface) != nullptr;
+    if (const palpate_status status =
+            stored_in_rows ? rows(SectionId::displacement_surface, &tensors.surface) : compliance())
+      return status;
     for (std::int32_t k = 0; k < tensors.columns; ++k) {
       Mat3 compliance;
       const double* force = tensors.force + 9 * static_cast<std::size_t>(k);
@@ -144,6 +151,49 @@ class Builder {
     if (out->type != formats::ElementType::f16) return PALPATE_OK;
     out->scale = section<float>(SectionId::displacement_scale);
     return out->scale ? PALPATE_OK : failed();
+  }
+
+  // The tables are copied and checked, as what is used as an index is; the blocks' numbers stay in the bundle.
+  palpate_status compliance() {
+    const auto length = [&](SectionId id) { return formats::find_section(bundle_.index, id)->shape[0]; };
+    using Sections = formats::IndexedSections;
+    Compliance::Stored stored;
+    stored.touchable = scene_.touchable;
+    stored.surface_nodes = scene_.tensors.surface_nodes, stored.columns = scene_.tensors.columns;
+    stored.clusters = static_cast<std::int32_t>(length(SectionId::compliance_clusters));
+    stored.block_count = static_cast<std::int32_t>(length(SectionId::compliance_blocks));
+    if (const palpate_status status = copy_indices(SectionId::compliance_nodes, counts_.surface_nodes,
+                                                   &Sections::compliance_nodes, &stored.nodes))
+      return status;
+    if (const palpate_status status =
+            copy_indices(SectionId::compliance_clusters, length(SectionId::compliance_clusters),
+                         &Sections::compliance_clusters, &stored.cluster_ends))
+      return status;
+    const std::int32_t* blocks = section<std::int32_t>(SectionId::compliance_blocks);
+    stored.scale = section<float>(SectionId::compliance_scale);
+    stored.values = section<void>(SectionId::compliance_values);
+    if (!blocks || !stored.scale || !stored.values) return failed();
+    const std::size_t numbers = 5 * static_cast<std::size_t>(stored.block_count);
+    std::int32_t* copy = scene_.memory.array<std::int32_t>(numbers);
+    if (!copy) return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
+    std::copy(blocks, blocks + numbers, copy);
+    formats::IndexedSections sections;
+    sections.compliance_clusters = stored.cluster_ends, sections.compliance_blocks = copy;
+    sections.compliance_scale = stored.scale;
+    formats::BundleError from;
+    if (formats::check_stored_indices(bundle_.index, sections, &from) != formats::BundleStatus::ok)
+      return fail(error_, from);
+    stored.blocks = reinterpret_cast<const formats::StoredBlock*>(copy);
+    const formats::SectionEntry* values = formats::find_section(bundle_.index, SectionId::compliance_values);
+    stored.type = static_cast<formats::ElementType>(values->type);
+    const Compliance::Outcome outcome = scene_.compliance.create(scene_.memory, stored, def_.max_contact_nodes);
+    if (outcome == Compliance::Outcome::no_memory)
+      return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
+    if (outcome == Compliance::Outcome::inconsistent)
+      return fail(error_, PALPATE_ERROR_CONTENT, values->offset,
+                  "tensors/compliance/nodes and blocks contradict one another; copy the bundle again or rebuild it");
+    scene_.tensors.compliance = &scene_.compliance;
+    return PALPATE_OK;
   }
 
   palpate_status triangles() {
@@ -184,15 +234,53 @@ class Builder {
            (def_.preload == PALPATE_PRELOAD_ON ? bytes_of(SectionId::preload_displacement) : 0);
   }
 
-  // What the stored surface displacements are: their section names in the plan, the bytes of all and of one block.
-  const char* with_scale(const char* plain, const char* scaled) const {
-    return scene_.tensors.surface.scale ? scaled : plain;
+  // What the stored surface displacements are: their section names in the plan, by form, and their bytes.
+  enum class Form { rows, scaled_rows, blocks };
+  Form form() const {
+    if (scene_.tensors.compliance) return Form::blocks;
+    return scene_.tensors.surface.scale ? Form::scaled_rows : Form::rows;
   }
   std::uint64_t surface_bytes() const {
-    return bytes_of(SectionId::displacement_surface) +
-           (scene_.tensors.surface.scale ? bytes_of(SectionId::displacement_scale) : 0);
+    std::uint64_t bytes = 0;
+    for (const SectionId id : {SectionId::displacement_surface, SectionId::displacement_scale,
+                               SectionId::compliance_nodes, SectionId::compliance_clusters,
+                               SectionId::compliance_blocks, SectionId::compliance_values, SectionId::compliance_scale})
+      bytes += bytes_of(id);
+    return bytes;
   }
-  std::uint64_t block_bytes() const { return 9 * formats::element_bytes(scene_.tensors.surface.type); }
+  // Read for one node under one contact: a 3 x 3 block; the field of one contact node.
+  std::uint64_t block_bytes() const {
+    if (!scene_.tensors.compliance) return 9 * formats::element_bytes(scene_.tensors.surface.type);
+    return scene_.compliance.numbers_per_entry() * value_bytes();
+  }
+  std::uint64_t field_numbers() const {
+    return scene_.tensors.compliance ? scene_.compliance.numbers_per_column() : 9 * counts_.surface_nodes;
+  }
+  std::uint64_t value_bytes() const {
+    const formats::SectionEntry* entry = formats::find_section(
+        bundle_.index, scene_.tensors.compliance ? SectionId::compliance_values : SectionId::displacement_surface);
+    return formats::element_bytes(static_cast<formats::ElementType>(entry->type));
+  }
+  const char* surface_sections() const {
+    static const char* const names[] = {"tensors/displacement_surface",
+                                        "tensors/displacement_surface tensors/displacement_scale",
+                                        PALPATE_COMPLIANCE_SECTIONS};
+    return names[static_cast<int>(form())];
+  }
+  const char* contact_sections() const {
+    static const char* const names[] = {
+        "tensors/nodes tensors/force tensors/displacement_surface",
+        "tensors/nodes tensors/force tensors/displacement_surface tensors/displacement_scale",
+        "tensors/nodes tensors/force " PALPATE_COMPLIANCE_SECTIONS};
+    return names[static_cast<int>(form())];
+  }
+  const char* volume_sections() const {
+    static const char* const names[] = {
+        "tensors/displacement_surface tensors/displacement_interior",
+        "tensors/displacement_surface tensors/displacement_interior tensors/displacement_scale",
+        PALPATE_COMPLIANCE_SECTIONS " tensors/displacement_interior"};
+    return names[static_cast<int>(form())];
+  }
 
   palpate_status collision() {
     TouchHalf& touch = scene_.touch;
@@ -208,10 +296,7 @@ class Builder {
       touch.points[t] = scene_.memory.array<PointState>(static_cast<std::size_t>(def_.max_points));
     add_pass({"rest surface in buckets", "create", rest_sections(true), rest_bytes(true), 0, 0});
     // Deformed: the nodes of about 30 triangles near a tool point, three floats of three columns each.
-    add_pass({deformed ? "collision: deformed" : "collision: rest", "touch",
-              deformed ? with_scale("tensors/displacement_surface",
-                                    "tensors/displacement_surface tensors/displacement_scale")
-                       : "",
+    add_pass({deformed ? "collision: deformed" : "collision: rest", "touch", deformed ? surface_sections() : "",
               deformed ? surface_bytes() : 0, deformed ? 30 * block_bytes() : 0, deformed ? 30ull * 18 : 0});
     return PALPATE_OK;
   }
@@ -241,9 +326,7 @@ class Builder {
     for (std::int32_t k = 0; k < scene_.tensors.columns; ++k) touch.column_of_node[scene_.touchable[k]] = k;
     static const char* const names[] = {"contact: node", "contact: triangle", "contact: point"};
     // Per contact node at the limit: a 3 x 3 block towards each other one, and its share of the factorisation.
-    add_pass({names[def_.contact], "touch",
-              with_scale("tensors/nodes tensors/force tensors/displacement_surface",
-                         "tensors/nodes tensors/force tensors/displacement_surface tensors/displacement_scale"),
+    add_pass({names[def_.contact], "touch", contact_sections(),
               bytes_of(SectionId::touchable) + bytes_of(SectionId::force) + surface_bytes(), block_bytes() * nodes + 72,
               9ull * nodes * nodes});
     return PALPATE_OK;
@@ -296,20 +379,22 @@ class Builder {
     shape.coefficient = memory.array<float>(columns);
     shape.surface_column = memory.array<const void*>(columns);
     shape.interior_column = memory.array<const void*>(columns);
+    if (scene_.tensors.compliance) {
+      // Contacts that are corrected tool by tool make a field each.
+      const std::size_t groups = def_.radial == PALPATE_RADIAL_OFF ? 1 : static_cast<std::size_t>(def_.max_tools) + 1;
+      shape.slot_column = memory.array<std::int32_t>(columns / 3);
+      shape.loads = memory.array<LoadedColumn>(columns / 3);
+      shape.group_field = memory.array<float>(groups * 3 * counts_.surface_nodes);
+    }
     shape.field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
     shape.tool_field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
     const bool interior = shape.interior.numbers != nullptr;
-    const std::uint64_t surface = 9 * counts_.surface_nodes, inside = 9 * (shape.nodes - counts_.surface_nodes);
+    const std::uint64_t inside = 9 * (static_cast<std::uint64_t>(shape.nodes) - counts_.surface_nodes);
     add_pass({volume ? "superposition: volume" : "superposition: surface", "shape",
-              interior ? with_scale("tensors/displacement_surface tensors/displacement_interior",
-                                    "tensors/displacement_surface tensors/displacement_interior "
-                                    "tensors/displacement_scale")
-                       : with_scale("tensors/displacement_surface",
-                                    "tensors/displacement_surface tensors/displacement_scale"),
+              interior ? volume_sections() : surface_sections(),
               surface_bytes() + (interior ? bytes_of(SectionId::displacement_interior) : 0),
-              formats::element_bytes(scene_.tensors.surface.type) * surface +
-                  formats::element_bytes(shape.interior.type) * inside,
-              2 * (surface + inside)});
+              value_bytes() * field_numbers() + formats::element_bytes(shape.interior.type) * inside,
+              2 * (field_numbers() + inside)});
     add_pass({"positions", "shape", rest_sections(false), rest_bytes(false), 0, 0});
     return PALPATE_OK;
   }

@@ -44,8 +44,11 @@ struct ShapeHalf {
   double* sum = nullptr;                   // [3 max_contact_nodes]
   float* row_scale = nullptr;              // [3 max_contact_nodes]
   float* coefficient = nullptr;            // [3 max_contact_nodes]
-  const void** surface_column = nullptr;   // [3 max_contact_nodes]
+  const void** surface_column = nullptr;   // [3 max_contact_nodes]; unused with a compliance
   const void** interior_column = nullptr;  // [3 max_contact_nodes]
+  std::int32_t* slot_column = nullptr;     // [max_contact_nodes] the column of three sums
+  LoadedColumn* loads = nullptr;           // [max_contact_nodes]; these two with a compliance alone
+  float* group_field = nullptr;            // [groups][Ns][3]
   float* field = nullptr;                  // [kChunkNodes][3]
   float* tool_field = nullptr;             // [kChunkNodes][3]
 };
@@ -58,6 +61,7 @@ struct palpate_scene {
   palpate::SceneMemory memory;
   palpate_bundle* bundle = nullptr;
   palpate::Tensors tensors;
+  palpate::Compliance compliance;           // where the bundle stores blocks
   const std::int32_t* touchable = nullptr;  // [S] copied and checked
   palpate::TouchHalf touch;
   palpate::ShapeHalf shape;

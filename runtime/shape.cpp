@@ -67,14 +67,20 @@ class Shape {
     }
     gather(contacts);
     const std::int32_t wanted = std::min(half_.nodes, out_.node_capacity), surface = scene_.tensors.surface_nodes;
+    if (scene_.tensors.compliance)
+      for (int g = 0; g < group_count_; ++g) make_field(g);
     for (std::int32_t n = 0; n < wanted;) {
       const bool interior = n >= surface;
       const std::int32_t end = interior ? wanted : std::min(wanted, surface);
       const std::int32_t count = std::min(ShapeHalf::kChunkNodes, end - n);
-      if (interior)
-        chunk(half_.interior.type, half_.interior_column, n - surface, n, count);
-      else
-        chunk(scene_.tensors.surface.type, half_.surface_column, n, n, count);
+      chunk(n, count, [&](int g, float* target) {
+        if (interior)
+          superpose_rows(half_.interior.type, half_.interior_column, g, n - surface, count, target);
+        else if (scene_.tensors.compliance)
+          std::copy_n(group_field(g) + 3 * static_cast<std::size_t>(n), 3 * static_cast<std::size_t>(count), target);
+        else
+          superpose_rows(scene_.tensors.surface.type, half_.surface_column, g, n, count, target);
+      });
       n += count;
     }
     out_.node_count = wanted;
@@ -154,6 +160,7 @@ class Shape {
 
   int add_columns(std::int32_t column, Group& group) {
     const int first = column_count_;
+    if (half_.slot_column) half_.slot_column[column_count_ / 3] = column;
     for (int j = 0; j < 3; ++j) {
       half_.sum[column_count_] = 0;
       half_.surface_column[column_count_] = scene_.tensors.surface.row(column, j);
@@ -165,25 +172,48 @@ class Shape {
     return first;
   }
 
-  // Nodes out_first .. out_first + count - 1, whose numbers start at column_first in the columns.
-  void chunk(formats::ElementType type, const void* const* column, std::int32_t column_first, std::int32_t out_first,
-             std::int32_t count) {
-    const std::size_t floats = 3 * static_cast<std::size_t>(count), from = 3 * static_cast<std::size_t>(column_first);
-    float* field = out_.displacements ? out_.displacements + 3 * static_cast<std::size_t>(out_first) : half_.field;
+  float* group_field(int g) const {
+    return half_.group_field + 3 * static_cast<std::size_t>(g) * static_cast<std::size_t>(scene_.tensors.surface_nodes);
+  }
+
+  // The whole surface field of a group from the compliance: u_n = sum_k C_nk T^f_k u~_k.
+  void make_field(int g) {
+    const Group& group = groups_[g];
+    for (int l = 0; l < group.count / 3; ++l) {
+      const int c = group.first + 3 * l;
+      const std::int32_t column = half_.slot_column[c / 3];
+      half_.loads[l] = {scene_.compliance.place_of_column(column),
+                        scene_.tensors.force_of(column) * load3(half_.sum + c)};
+    }
+    scene_.compliance.field(half_.loads, group.count / 3, group_field(g));
+  }
+
+  // A group's field at nodes row_first .. row_first + count - 1 of stored rows.
+  void superpose_rows(formats::ElementType type, const void* const* column, int g, std::int32_t row_first,
+                      std::int32_t count, float* out) const {
+    const Group& group = groups_[g];
+    superpose(type, column + group.first, half_.coefficient + group.first, group.count,
+              3 * static_cast<std::size_t>(row_first), 3 * static_cast<std::size_t>(count), out);
+  }
+
+  // Nodes first .. first + count - 1 of the output; field_of(g, target) gives what a group does there.
+  template <class FieldOf>
+  void chunk(std::int32_t first, std::int32_t count, FieldOf field_of) {
+    const std::size_t floats = 3 * static_cast<std::size_t>(count);
+    float* field = out_.displacements ? out_.displacements + 3 * static_cast<std::size_t>(first) : half_.field;
     bool written = false;
     for (int g = 0; g < group_count_; ++g) {
-      const Group& group = groups_[g];
       float* target = written ? half_.tool_field : field;
-      superpose(type, column + group.first, half_.coefficient + group.first, group.count, from, floats, target);
-      if (group.corrected) correct(group.direction, count, target);
+      field_of(g, target);
+      if (groups_[g].corrected) correct(groups_[g].direction, count, target);
       if (written)
         for (std::size_t i = 0; i < floats; ++i) field[i] += half_.tool_field[i];
       written = true;
     }
     if (!written) std::fill(field, field + floats, 0.0f);
     if (!out_.positions) return;
-    const float* rest = half_.rest + 3 * static_cast<std::size_t>(out_first);
-    float* position = out_.positions + 3 * static_cast<std::size_t>(out_first);
+    const float* rest = half_.rest + 3 * static_cast<std::size_t>(first);
+    float* position = out_.positions + 3 * static_cast<std::size_t>(first);
     for (std::size_t i = 0; i < floats; ++i) position[i] = rest[i] + field[i];
   }
 

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <type_traits>
 
-#include "runtime/half.h"
+#include "formats/half.h"
 
 #if defined(__GNUC__)
 #define PALPATE_INLINE inline __attribute__((always_inline))
@@ -37,7 +37,7 @@ inline float as_float(double stored) {
   return static_cast<float>(stored);
 }
 inline float as_float(Half stored) {
-  return float_of_half(stored);
+  return formats::float_of_half(stored);
 }
 
 // How far ahead of the sum each column is asked for: about the time of one read from memory. Without it the processor's own
@@ -157,6 +157,19 @@ const Kernels& kernels(SuperpositionInstructions instructions, formats::ElementT
   return kernels<Baseline>(type);
 }
 
+// onto: out is added to as it is; otherwise it starts at zero.
+void add_all(const Kernels& use, const void* const* column, const float* coefficient, int column_count,
+             std::size_t first, std::size_t count, bool onto, float* out) {
+  for (std::size_t begin = 0; begin < count; begin += kBlock) {
+    const std::size_t size = count - begin < kBlock ? count - begin : kBlock;
+    if (!onto) std::memset(out + begin, 0, size * sizeof(float));
+    int done = 0;
+    for (std::size_t w = 0; w < std::size(kWidths); ++w)
+      for (; column_count - done >= kWidths[w]; done += kWidths[w])
+        use.add[w](column + done, coefficient + done, first + begin, size, out + begin);
+  }
+}
+
 }  // namespace
 
 SuperpositionInstructions best_superposition() {
@@ -173,17 +186,14 @@ void superpose(formats::ElementType type, const void* const* column, const float
   superpose(best_superposition(), type, column, coefficient, column_count, first, count, out);
 }
 
+void superpose_onto(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
+                    std::size_t first, std::size_t count, float* out) {
+  add_all(kernels(best_superposition(), type), column, coefficient, column_count, first, count, true, out);
+}
+
 void superpose(SuperpositionInstructions instructions, formats::ElementType type, const void* const* column,
                const float* coefficient, int column_count, std::size_t first, std::size_t count, float* out) {
-  const Kernels& use = kernels(instructions, type);
-  for (std::size_t begin = 0; begin < count; begin += kBlock) {
-    const std::size_t size = count - begin < kBlock ? count - begin : kBlock;
-    std::memset(out + begin, 0, size * sizeof(float));
-    int done = 0;
-    for (std::size_t w = 0; w < std::size(kWidths); ++w)
-      for (; column_count - done >= kWidths[w]; done += kWidths[w])
-        use.add[w](column + done, coefficient + done, first + begin, size, out + begin);
-  }
+  add_all(kernels(instructions, type), column, coefficient, column_count, first, count, false, out);
 }
 
 }  // namespace palpate

@@ -17,6 +17,10 @@ namespace palpate {
 void superpose(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
                std::size_t first, std::size_t count, float* out);
 
+/// out[i] += the same sum.
+void superpose_onto(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
+                    std::size_t first, std::size_t count, float* out);
+
 enum class SuperpositionInstructions { baseline, avx2, avx512 };
 SuperpositionInstructions best_superposition();
 

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "formats/bundle_layout.h"
-#include "runtime/half.h"
+#include "formats/compliance_blocks.h"
+#include "runtime/compliance.h"
 #include "runtime/vec3.h"
 
 namespace palpate {
@@ -29,8 +29,10 @@ struct DisplacementRows {
     Mat3 t;
     for (int j = 0; j < 3; ++j)
       for (int i = 0; i < 3; ++i)
-        t.m[i][j] = value(number(column, j) + 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(i)) *
-                    row_scale(column, j);
+        t.m[i][j] =
+            formats::stored_number(
+                type, numbers, number(column, j) + 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(i)) *
+            row_scale(column, j);
     return t;
   }
 
@@ -38,21 +40,25 @@ struct DisplacementRows {
   std::size_t number(std::int32_t column, int j) const {
     return (static_cast<std::size_t>(column) * 3 + static_cast<std::size_t>(j)) * static_cast<std::size_t>(nodes) * 3;
   }
-  double value(std::size_t at) const {
-    if (type == formats::ElementType::f32) return static_cast<const float*>(numbers)[at];
-    if (type == formats::ElementType::f64) return static_cast<const double*>(numbers)[at];
-    return float_of_half(static_cast<const std::uint16_t*>(numbers)[at]);
-  }
 };
 
-// What contacts and shape read of a bundle.
+// What contacts and shape read of a bundle. The surface's displacements are rows, or follow from the compliance.
 struct Tensors {
   DisplacementRows surface;
+  const Compliance* compliance = nullptr;
   const double* force = nullptr;  // [S][3][3] N/m
   std::int32_t surface_nodes = 0, columns = 0;
 
-  // T^u of a surface node and a column, whatever form it is stored in. Cost: three reads far apart.
-  Mat3 displacement(std::int32_t node, std::int32_t column) const { return surface.block(node, column); }
+  // T^u of a surface node and a column, whatever form it is stored in. Cost: three reads far apart; Compliance::block.
+  Mat3 displacement(std::int32_t node, std::int32_t column) const {
+    return compliance ? compliance->block(node, column) * force_of(column) : surface.block(node, column);
+  }
+  Mat3 force_of(std::int32_t column) const {
+    Mat3 f;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) f.m[i][j] = force[9 * static_cast<std::size_t>(column) + 3 * i + j];
+    return f;
+  }
 };
 
 }  // namespace palpate

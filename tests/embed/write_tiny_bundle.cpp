@@ -1,7 +1,9 @@
-// Writes the box bundle of tests/support to the file it is given.
+// Writes the box bundle of tests/support to the file it is given; "long": a box long enough for blocks of low rank.
 #include "tests/support/tiny_bundle.h"
 
 int main(int argc, char** argv) {
-  if (argc != 2) return 2;
-  palpate::tests::write_bundle(argv[1], palpate::tests::tiny_bundle());
+  using namespace palpate::tests;
+  if (argc != 2 && argc != 3) return 2;
+  const TinyBox box = argc == 3 ? TinyBox{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}} : TinyBox{};
+  write_bundle(argv[1], tiny_bundle(box));
 }

@@ -48,7 +48,7 @@ struct Rule {
 // DESIGN: data flows one way, and the runtime needs a compiler, Eigen's headers and the bundle layout alone.
 const std::vector<Rule>& rules() {
   static const Words layout = {"formats/bundle_layout.h", "formats/bundle_reader.h", "formats/bundle_sections.def",
-                               "formats/checksum.h"};
+                               "formats/checksum.h",      "formats/half.h",          "formats/compliance_blocks.h"};
   static const Words runtime_own = [] {
     Words own = layout;
     own.push_back("runtime/");
@@ -61,6 +61,8 @@ const std::vector<Rule>& rules() {
       {"formats/bundle_reader.", layout, {}},
       {"formats/bundle_sections.def", layout, {}},
       {"formats/checksum.", layout, {}},
+      {"formats/half.h", layout, {}},
+      {"formats/compliance_blocks.h", layout, {}},
       {"meshing/", {"meshing/", "formats/"}, {"plumbing", "Eigen", "CGAL", "gmsh", "ITK", "VTK", "zlib"}},
       {"precompute/", {"precompute/", "formats/"}, {"plumbing", "PETSc", "MPI", "Eigen"}},
       {"runtime/", runtime_own, {"Eigen", "palpate"}},

@@ -1,15 +1,12 @@
 // palpate-bundle as its users run it: what it prints, how it ends.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "formats/checksum.h"
+#include "tests/formats/run_palpate_bundle.h"
 #include "tests/support/tiny_bundle.h"
 
 namespace palpate {
@@ -17,41 +14,7 @@ namespace {
 
 using namespace formats;
 using testing::HasSubstr;
-using tests::BundleParts;
-
-struct Ended {
-  int code;
-  std::string out, err;
-};
-
-std::filesystem::path scratch(const std::string& name) {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  return std::filesystem::path(testing::TempDir()) /
-         (std::string(test->test_suite_name()) + "." + test->name() + "." + name);
-}
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write_bytes(const std::filesystem::path& file, const std::string& bytes) {
-  std::ofstream(file, std::ios::binary) << bytes;
-}
-
-Ended run(const std::string& program, const std::string& arguments) {
-  const auto err = scratch("stderr");
-  const std::string command = program + " " + arguments + " 2>" + err.string();
-  std::FILE* pipe = ::popen(command.c_str(), "r");
-  std::string out;
-  char buffer[4096];
-  for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) out.append(buffer, n);
-  const int status = ::pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out, bytes_of(err)};
-}
-Ended palpate_bundle(const std::string& arguments) {
-  return run(PALPATE_BUNDLE_PROGRAM, arguments);
-}
+using namespace tests;
 
 const BundleParts& box() {
   static const BundleParts parts = tests::tiny_bundle({.single_dof = true});
@@ -281,42 +244,9 @@ TEST(PalpateBundle, SurvivesDamageOfEveryKind) {
 
 // ---- with the inputs ------------------------------------------------------------------------------------------------
 
-void write_inputs() {
-  auto mesh = tests::box_mesh({4, 3, 3}, {60, 50, 40}, 0.1);
-  write_mesh(scratch("msh"), mesh);
-  write_bytes(scratch("organ.toml"), R"(
-name = "box"
-mesh_unit = "mm"
-frame = "none"
-element = "p1"
-[[region]]
-name = "box"
-young = { value = 5.4, unit = "kPa", source = "test" }
-poisson = { value = 0.45, source = "test" }
-)");
-  write_bytes(scratch("boundary.toml"), R"(
-name = "face"
-[[fixed]]
-dofs = "xyz"
-select = { patch = "x0" }
-[[fixed]]
-dofs = "y"
-select = { nearest = { points = [[60, 50, 40]] } }
-)");
-}
-
 std::string with_inputs(const std::string& bundle) {
   return "verify --json " + bundle + " --mesh " + scratch("msh").string() + " --organ " +
          scratch("organ.toml").string() + " --boundary " + scratch("boundary.toml").string() + " --columns 5 --seed 3";
-}
-
-std::string precompute() {
-  const std::string bundle = scratch("computed.h5");
-  const Ended ended =
-      run(PALPATE_PRECOMPUTE_PROGRAM, scratch("msh").string() + " --organ " + scratch("organ.toml").string() +
-                                          " --boundary " + scratch("boundary.toml").string() + " -o " + bundle);
-  EXPECT_EQ(ended.code, 0) << ended.err;
-  return bundle;
 }
 
 TEST(PalpateBundleVerify, SolvesColumnsAgainFromTheInputs) {

@@ -6,6 +6,7 @@
 
 #include "formats/bundle_reader.h"
 #include "formats/checksum.h"
+#include "formats/compliance_blocks.h"
 
 using namespace palpate::formats;
 
@@ -21,7 +22,25 @@ void touch_sections(const BundleIndex& index, const std::vector<std::uint8_t>& b
 
 template <class Number>
 const Number* section(const BundleIndex& index, const std::vector<std::uint8_t>& bytes, SectionId id) {
-  return reinterpret_cast<const Number*>(bytes.data() + find_section(index, id)->offset);
+  const SectionEntry* entry = find_section(index, id);
+  return entry ? reinterpret_cast<const Number*>(bytes.data() + entry->offset) : nullptr;
+}
+
+// The first and last entry of every block of an accepted compliance.
+void read_corners(const BundleIndex& index, const std::vector<std::uint8_t>& bytes, const IndexedSections& sections) {
+  const SectionEntry* values = find_section(index, SectionId::compliance_values);
+  std::uint64_t first = 0;
+  double entry[9];
+  for (std::uint64_t b = 0; b < find_section(index, SectionId::compliance_blocks)->shape[0]; ++b) {
+    StoredBlock stored;
+    std::memcpy(&stored, sections.compliance_blocks + 5 * b, sizeof stored);
+    const ComplianceBlock block =
+        placed_block(stored, sections.compliance_clusters, first, sections.compliance_scale[b]);
+    const auto type = static_cast<ElementType>(values->type);
+    block.entry(type, bytes.data() + values->offset, 0, 0, entry);
+    block.entry(type, bytes.data() + values->offset, block.rows - 1, block.columns - 1, entry);
+    first += block.numbers();
+  }
 }
 
 void read_as_bundle(const std::vector<std::uint8_t>& bytes) {
@@ -38,7 +57,13 @@ void read_as_bundle(const std::vector<std::uint8_t>& bytes) {
   sections.triangles = section<std::int32_t>(index, bytes, SectionId::triangles);
   sections.touchable = section<std::int32_t>(index, bytes, SectionId::touchable);
   sections.fixed = section<std::uint8_t>(index, bytes, SectionId::fixed);
-  check_stored_indices(index, sections, &error);
+  sections.displacement_scale = section<float>(index, bytes, SectionId::displacement_scale);
+  sections.compliance_nodes = section<std::int32_t>(index, bytes, SectionId::compliance_nodes);
+  sections.compliance_clusters = section<std::int32_t>(index, bytes, SectionId::compliance_clusters);
+  sections.compliance_blocks = section<std::int32_t>(index, bytes, SectionId::compliance_blocks);
+  sections.compliance_scale = section<float>(index, bytes, SectionId::compliance_scale);
+  if (check_stored_indices(index, sections, &error) != BundleStatus::ok || !sections.compliance_blocks) return;
+  read_corners(index, bytes, sections);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <cstddef>
 
 #include "tests/runtime/played_box.h"
+#include "tests/support/packed_bundle.h"
 
 // Every allocation and every lock of this program is counted while a step runs. Sanitizers bring their own malloc and
 // make system calls of their own; then there is nothing to count.
@@ -66,10 +67,12 @@ namespace {
 // The bundle of the box with everything, in a file: so large that its tensors are many pages.
 class FileBox {
  public:
-  FileBox() : box(kForm, add_everything) {
+  // in_blocks: the surface as its compliance in blocks of halves.
+  explicit FileBox(bool in_blocks = false) : box(kForm, add_everything) {
     BundleParts parts = tiny_bundle(kForm);
     add_everything(parts);
-    file_ = scratch_file("bundle.h5");
+    if (in_blocks) store_in_blocks(parts, {formats::ElementType::f16, 1e-3});
+    file_ = scratch_file(in_blocks ? "blocks.h5" : "bundle.h5");
     write_bundle(file_, parts);
     open();
   }
@@ -146,17 +149,18 @@ struct Running {
 
 TEST(Step, AllocatesAndLocksNothing) {
   if (!kCounts) GTEST_SKIP() << "a sanitizer's malloc is not counted";
-  const FileBox file;
-  for (const palpate_scene_def& def : every_effect()) {
-    Running running(file, def);
-    allocations = locks = 0;
-    counting = true;
-    running.run(1000);
-    counting = false;
-    EXPECT_EQ(allocations, 0);
-    EXPECT_EQ(locks, 0);
-    EXPECT_TRUE(def.collision == PALPATE_COLLISION_OFF || running.contact_steps > 20);
-  }
+  const FileBox rows, blocks(true);
+  for (const FileBox* file : {&rows, &blocks})
+    for (const palpate_scene_def& def : every_effect()) {
+      Running running(*file, def);
+      allocations = locks = 0;
+      counting = true;
+      running.run(1000);
+      counting = false;
+      EXPECT_EQ(allocations, 0);
+      EXPECT_EQ(locks, 0);
+      EXPECT_TRUE(def.collision == PALPATE_COLLISION_OFF || running.contact_steps > 20);
+    }
   allocations = locks = 0;
   pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
   counting = true;
@@ -204,12 +208,13 @@ TEST(Step, MakesNoSystemCall) {
   if (!kCounts) GTEST_SKIP() << "a sanitizer makes system calls of its own";
   if (in_child_without_system_calls([] {}) == 254) GTEST_SKIP() << "this system has no seccomp filters";
   EXPECT_EQ(in_child_without_system_calls([] { getppid(); }), SYS_getppid) << "the filter does not filter";
-  const FileBox file;
-  for (const palpate_scene_def& def : every_effect()) {
-    Running running(file, def);
-    EXPECT_EQ(in_child_without_system_calls([&] { running.run(1000); }), 0)
-        << "collision " << def.collision << ", contact " << def.contact;
-  }
+  const FileBox rows, blocks(true);
+  for (const FileBox* file : {&rows, &blocks})
+    for (const palpate_scene_def& def : every_effect()) {
+      Running running(*file, def);
+      EXPECT_EQ(in_child_without_system_calls([&] { running.run(1000); }), 0)
+          << "collision " << def.collision << ", contact " << def.contact;
+    }
 }
 
 long page_faults() {

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <vector>
 
-#include "runtime/half.h"
+#include "formats/half.h"
 
 namespace palpate {
 namespace {
@@ -30,7 +30,7 @@ struct Columns {
         if (type == ElementType::f64) std::memcpy(&run[j][i * bytes], &x, bytes);
         if (type == ElementType::f32) std::memcpy(&run[j][i * bytes], &f, bytes);
         if (type == ElementType::f16) std::memcpy(&run[j][i * bytes], &half, bytes);
-        numbers[j].push_back(type == ElementType::f16 ? float_of_half(half) : f);
+        numbers[j].push_back(type == ElementType::f16 ? formats::float_of_half(half) : f);
       }
       column.push_back(run[j].data());
       coefficient.push_back(0.01f * static_cast<float>(j - 3));

@@ -1,0 +1,129 @@
+// What a packed bundle costs beside the rows of f32 it was made from: bytes, stated error, and touch and shape times as
+// ratios, the bundles taking turns in every round.
+//
+//   packed_bench F32.h5 PACKED.h5 ...
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/bundle.h"
+#include "runtime/include/palpate/palpate.h"
+
+namespace {
+
+constexpr int kContacts[] = {1, 10, 30};
+constexpr int kRounds = 60, kTurns = 50;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median(std::vector<double> times) {
+  std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
+  return times[times.size() / 2];
+}
+
+// One bundle with a scene of grips, which move on to other nodes from turn to turn, so that no column stays in the cache.
+class Bench {
+ public:
+  explicit Bench(const char* file) : file_(file) {
+    palpate_error error = {};
+    palpate_scene_def def = palpate_default_scene_def();
+    def.collision = PALPATE_COLLISION_OFF;
+    def.force_limit = def.force_slew = 1e300;
+    if (palpate_bundle_open_file(file, &bundle_, &error) != PALPATE_OK ||
+        palpate_scene_create(bundle_, &def, &scene_, &error) != PALPATE_OK) {
+      std::fprintf(stderr, "packed_bench: %s: %s\n", file, error.text);
+      std::exit(2);
+    }
+    contacts_.resize(palpate_contacts_bytes(scene_) / 8 + 1);
+    u_.resize(3 * static_cast<std::size_t>(palpate_bundle_describe(bundle_).surface_node_count));
+  }
+  Bench(const Bench&) = delete;
+  ~Bench() {
+    palpate_scene_destroy(scene_);
+    palpate_bundle_close(bundle_);
+  }
+
+  // Seconds of one touch, other nodes each time, and of the shape it makes.
+  void step(int contacts, int turn, double* touch, double* shape) {
+    std::vector<palpate_grip> grips(static_cast<std::size_t>(contacts));
+    const palpate_bundle_info info = palpate_bundle_describe(bundle_);
+    for (int g = 0; g < contacts; ++g) {
+      grips[g] = palpate_grip{};
+      const std::int64_t at = static_cast<std::int64_t>(g) * info.touchable_count / contacts + 7 * turn;
+      grips[g].node = palpate_bundle_touchable(bundle_)[at % info.touchable_count], grips[g].axes = 7;
+      grips[g].displacement[2] = 1e-3 + 1e-5 * g;
+    }
+    const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0};
+    auto* made = reinterpret_cast<palpate_contacts*>(contacts_.data());
+    auto start = std::chrono::steady_clock::now();
+    palpate_touch(scene_, &tool, 1, 1e-3, made);
+    *touch = seconds_since(start);
+    palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
+    start = std::chrono::steady_clock::now();
+    palpate_shape(scene_, made, &out);
+    *shape = seconds_since(start);
+  }
+
+  // A number of the provenance; 0 where there is none.
+  double stated(const std::string& key) const {
+    palpate_error ignored;
+    const auto* entry = palpate::formats::find_section(bundle_->index, palpate::formats::SectionId::provenance);
+    const char* text = palpate::section_as<char>(bundle_, palpate::formats::SectionId::provenance, &ignored);
+    const std::string json(text, entry->bytes);
+    const std::size_t at = json.find("\"" + key + "\":");
+    return at == std::string::npos ? 0 : std::atof(json.c_str() + at + key.size() + 3);
+  }
+  double megabytes() const { return 1e-6 * static_cast<double>(bundle_->index.header.file_bytes); }
+  const char* file() const { return file_; }
+
+ private:
+  const char* file_;
+  palpate_bundle* bundle_ = nullptr;
+  palpate_scene* scene_ = nullptr;
+  std::vector<std::uint64_t> contacts_;
+  std::vector<float> u_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: packed_bench F32.h5 PACKED.h5 ...\n");
+    return 2;
+  }
+  std::vector<std::unique_ptr<Bench>> benches;
+  for (int i = 1; i < argc; ++i) benches.push_back(std::make_unique<Bench>(argv[i]));
+  std::printf("%-24s %9s %9s %9s", "", "MB", "worst", "rms");
+  for (const int contacts : kContacts) std::printf("   touch %-2d  shape %-2d", contacts, contacts);
+  std::printf("   (us; ratio to the first)\n");
+  const std::vector<double> none(std::size(kContacts));
+  std::vector<std::vector<double>> touch(benches.size(), none), shape(benches.size(), none);
+  for (std::size_t c = 0; c < std::size(kContacts); ++c) {
+    std::vector<std::vector<double>> touches(benches.size()), shapes(benches.size());
+    for (int round = 0; round < kRounds; ++round)
+      for (std::size_t b = 0; b < benches.size(); ++b) {
+        double touch_seconds = 0, shape_seconds = 0;
+        benches[b]->step(kContacts[c], round % kTurns, &touch_seconds, &shape_seconds);
+        touches[b].push_back(touch_seconds), shapes[b].push_back(shape_seconds);
+      }
+    for (std::size_t b = 0; b < benches.size(); ++b) touch[b][c] = median(touches[b]), shape[b][c] = median(shapes[b]);
+  }
+  for (std::size_t b = 0; b < benches.size(); ++b) {
+    const char* name = std::strrchr(benches[b]->file(), '/');
+    std::printf("%-24s %9.1f %9.2g %9.2g", name ? name + 1 : benches[b]->file(), benches[b]->megabytes(),
+                benches[b]->stated("pack_error_worst"), benches[b]->stated("pack_error_rms"));
+    for (std::size_t c = 0; c < std::size(kContacts); ++c)
+      std::printf(" %6.1f %4.1f %5.0f %4.1f", 1e6 * touch[b][c], touch[b][c] / touch[0][c], 1e6 * shape[b][c],
+                  shape[b][c] / shape[0][c]);
+    std::printf("\n");
+  }
+  return 0;
+}

@@ -1,0 +1,188 @@
+// palpate-bundle pack as its users run it: what it writes, what it states, what it refuses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/bundle_reader.h"
+#include "tests/formats/run_palpate_bundle.h"
+#include "tests/support/tiny_bundle.h"
+
+namespace palpate {
+namespace {
+
+using namespace tests;
+using formats::SectionId;
+using testing::HasSubstr;
+
+// Long enough for low rank; with its interior.
+std::string box_file(bool interior = true) {
+  const auto file = scratch(interior ? "box.h5" : "surface.h5");
+  write_bundle(
+      file, tiny_bundle({.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}, .interior = interior, .single_dof = true}));
+  return file.string();
+}
+
+std::string packed(const std::string& bundle, const std::string& options, const std::string& name = "packed.h5") {
+  const std::string file = scratch(name).string();
+  const Ended ended = palpate_bundle("pack " + bundle + " -o " + file + " " + options);
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  return file;
+}
+
+nlohmann::json info(const std::string& file) {
+  return nlohmann::json::parse(palpate_bundle("info --json " + file).out);
+}
+
+std::string type_of(const nlohmann::json& report, const std::string& path) {
+  for (const auto& section : report["sections"])
+    if (section["path"] == path) return section["type"];
+  return "";
+}
+
+TEST(PalpateBundlePack, StatesTheErrorThatDiffFinds) {
+  const std::string source = box_file();
+  const struct {
+    const char *options, *surface, *interior;
+    double least, most;  // of the worst column
+  } forms[] = {
+      // Half a unit in the last of 11 bits bounds an entry, and so a column; random mantissas reach a third of it.
+      {"--precision f16", "f16", "f16", 1e-4, 4.9e-4},
+      {"--precision f16 --surface", "f16", "", 1e-4, 4.9e-4},
+      {"--low-rank 1e-4 --surface", "", "", 1e-6, 1e-4},
+      {"--low-rank 1e-2 --precision f16", "", "f16", 1e-4, 1e-2},
+  };
+  for (const auto& form : forms) {
+    const std::string file = packed(source, form.options);
+    const auto report = info(file);
+    EXPECT_EQ(type_of(report, "tensors/displacement_surface"), form.surface) << form.options;
+    EXPECT_EQ(type_of(report, "tensors/displacement_interior"), form.interior) << form.options;
+    const auto& p = report["provenance"];
+    const double stated = p["pack_error_worst"];
+    EXPECT_GE(stated, form.least) << form.options;
+    EXPECT_LE(stated, form.most) << form.options;
+    EXPECT_LE(p["pack_error_rms"], stated);
+    EXPECT_GE(p["stored_error"].get<double>(), stated);
+    EXPECT_THAT(p["pack_history"].get<std::string>(), HasSubstr(p["packed_from_sha256"].get<std::string>()));
+
+    const Ended verified = palpate_bundle("verify " + file);
+    EXPECT_EQ(verified.code, 0) << form.options << verified.out << verified.err;
+    const Ended diff = palpate_bundle("diff --json " + source + " " + file);
+    EXPECT_EQ(diff.code, 3);
+    for (const auto& section : nlohmann::json::parse(diff.out)["sections"])
+      if (section["section"] == "displacements") {
+        EXPECT_DOUBLE_EQ(section["worst_relative_error"], stated) << form.options;
+        EXPECT_DOUBLE_EQ(section["largest_difference"], p["pack_error_entry"]) << form.options;
+      }
+    EXPECT_LE(std::filesystem::file_size(file), std::filesystem::file_size(source));
+  }
+}
+
+TEST(PalpateBundlePack, WritesTheSameBytesTwice) {
+  const std::string source = box_file();
+  for (const std::string options : {"--precision f16", "--low-rank 1e-3 --precision f16"})
+    EXPECT_EQ(bytes_of(packed(source, options, "a.h5")), bytes_of(packed(source, options, "b.h5"))) << options;
+}
+
+TEST(PalpateBundlePack, KeepsAHistoryAndAddsErrors) {
+  const std::string once = packed(box_file(), "--precision f16", "once.h5");
+  const std::string twice = packed(once, "--surface", "twice.h5");
+  const auto first = info(once)["provenance"], second = info(twice)["provenance"];
+  EXPECT_THAT(second["pack_history"].get<std::string>(),
+              testing::StartsWith(first["pack_history"].get<std::string>() + "; "));
+  EXPECT_EQ(second["pack_error_worst"], 0.0);
+  EXPECT_EQ(second["stored_error"], first["stored_error"]);
+  const std::string screen = palpate_bundle("info " + twice).out;
+  EXPECT_LE(std::count(screen.begin(), screen.end(), '\n'), 40);
+}
+
+TEST(PalpateBundlePack, RefusesWhatGainsNothing) {
+  const std::string source = box_file(false);
+  const std::string f16 = packed(source, "--precision f16", "f16.h5"),
+                    blocks = packed(source, "--low-rank 1e-3", "blocks.h5");
+  write_bytes(scratch("text"), std::string(5000, 'x'));
+  const struct {
+    std::string arguments, sentence;
+  } cases[] = {
+      {source, "nothing to do"},
+      {source + " --precision f64", "would take more bytes"},
+      {source + " --precision f32", "would change nothing"},
+      {source + " --surface", "would change nothing"},
+      {source + " --low-rank 0.5", "from 1e-6 to 0.1"},
+      {source + " --low-rank nan", "from 1e-6 to 0.1"},
+      {source + " --low-rank 1e-3 --precision f64", "more bytes"},
+      {f16 + " --low-rank 1e-3", "pack the bundle it was made from"},
+      {blocks + " --precision f16", "pack the bundle it was made from"},
+      {source + " --patch x1", "need --mesh"},
+      {source + " --precision f16 --mesh a.msh", "only of use with"},
+      {source + " --precision f8", "f8"},
+      {scratch("text").string() + " --precision f16", "this is not a tensor bundle"},
+      {scratch("missing").string() + " --precision f16", "cannot be read"},
+  };
+  for (const auto& [arguments, sentence] : cases) {
+    const Ended ended = palpate_bundle("pack " + arguments + " -o " + scratch("out.h5").string());
+    EXPECT_EQ(ended.code, 2) << arguments << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr(sentence)) << arguments;
+    EXPECT_FALSE(std::filesystem::exists(scratch("out.h5"))) << arguments;
+  }
+  const std::string before = bytes_of(source);
+  EXPECT_EQ(palpate_bundle("pack " + source + " -o " + source + " --precision f16").code, 2);
+  EXPECT_EQ(bytes_of(source), before);
+}
+
+TEST(PalpateBundlePack, KeepsTheColumnsOfAPatchAndVerifiesThemAgainstTheInputs) {
+  write_inputs("[store]\ninterior = true\n");
+  const std::string source = precompute();
+  const std::string inputs = " --mesh " + scratch("msh").string() + " --organ " + scratch("organ.toml").string() +
+                             " --boundary " + scratch("boundary.toml").string() + " --columns 5";
+  const std::string mesh = " --mesh " + scratch("msh").string();
+  for (const std::string options : {"", " --surface", " --precision f16", " --low-rank 1e-3"}) {
+    const std::string file = packed(source, "--patch x1" + mesh + options);
+    const auto report = info(file);
+    EXPECT_EQ(report["counts"]["touchable"], 16);  // the face x1 of 4 x 3 x 3 cells
+    const Ended ended = palpate_bundle("verify " + file + inputs);
+    EXPECT_EQ(ended.code, 0) << options << ended.out << ended.err;
+    EXPECT_THAT(ended.out, HasSubstr("solved again")) << options;
+  }
+  // By a boundary file's [touchable]; the columns of both ways are the same.
+  write_bytes(scratch("subset.toml"),
+              "name = \"tip\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"x0\" }\n"
+              "[touchable]\nselect = { patch = \"x1\" }\n");
+  const std::string by_file = packed(source, "--touchable " + scratch("subset.toml").string() + mesh, "file.h5");
+  EXPECT_EQ(info(by_file)["counts"]["touchable"], 16);
+  const auto diff = nlohmann::json::parse(
+      palpate_bundle("diff --json " + packed(source, "--patch x1" + mesh, "patch.h5") + " " + by_file).out);
+  EXPECT_TRUE(diff["sections"].empty()) << diff;
+
+  const Ended none = palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch x0" + mesh);
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("selects none"));
+  const Ended unknown = palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch top" + mesh);
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("\"x0\", \"x1\""));
+  auto other = box_mesh({4, 3, 3}, {60, 50, 41}, 0.1);
+  write_mesh(scratch("other.msh"), other);
+  const Ended wrong = palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch x1 --mesh " +
+                                     scratch("other.msh").string());
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("the mesh that"));
+}
+
+TEST(PalpateBundlePack, EndsWithOneSentenceOnDamagedBlocks) {
+  const std::string file = packed(box_file(false), "--low-rank 1e-3");
+  const auto report = info(file);
+  std::string bytes = bytes_of(file);
+  for (const auto& section : report["sections"])
+    if (section["path"] == "tensors/compliance/blocks")
+      bytes[section["offset"].get<std::size_t>() + 16] = 99;  // a rank
+  write_bytes(scratch("damaged.h5"), bytes);
+  const std::string damaged = scratch("damaged.h5").string();
+  EXPECT_EQ(palpate_bundle("verify " + damaged).code, 3);
+  EXPECT_EQ(palpate_bundle("info " + damaged).code, 0);
+  EXPECT_EQ(palpate_bundle("diff " + damaged + " " + file).code, 3);  // two stores of one form: number by number
+  EXPECT_EQ(palpate_bundle("diff " + damaged + " " + box_file(false)).code, 2);
+  EXPECT_EQ(palpate_bundle("pack " + damaged + " --precision f16 -o " + scratch("x.h5").string()).code, 2);
+}
+
+}  // namespace
+}  // namespace palpate

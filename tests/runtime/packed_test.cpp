@@ -1,0 +1,332 @@
+// Bundles in every form give the forces and shapes of f32 rows, as nearly as the form holds them; damaged ones are refused.
+#include <random>
+#include <sstream>
+
+#include "formats/errors.h"
+#include "tests/runtime/touched_box.h"
+#include "tests/support/packed_bundle.h"
+
+namespace palpate::tests {
+namespace {
+
+using formats::ElementType;
+using formats::SectionId;
+
+// Long enough that clusters of 32 nodes stand apart. One node is held in x alone, the face x = 0 wholly.
+const TinyBox kLong = {.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}, .single_dof = true};
+
+struct Form {
+  const char* name;
+  double error;  // relative, of a column
+  std::function<void(BundleParts&)> store;
+};
+
+// f16: half a unit in the last of 11 bits; f32 blocks: a C_kk of condition 10 rounded, times T^f. Low rank as asked for,
+// plus rounding of U and V.
+const Form kForms[] = {
+    {"f64 rows", 1e-7, store_as_f64},
+    {"f16 rows", 5e-4, store_as_f16},
+    {"f32 blocks, all dense", 1e-6,
+     [](BundleParts& p) {
+       store_in_blocks(p, {ElementType::f32, {}});
+     }},
+    {"f32 blocks, 1e-4", 1.1e-4,
+     [](BundleParts& p) {
+       store_in_blocks(p, {ElementType::f32, 1e-4});
+     }},
+    {"f16 blocks, 1e-3", 3e-3,
+     [](BundleParts& p) {
+       store_in_blocks(p, {ElementType::f16, 1e-3});
+     }},
+};
+
+const TouchedBox& rows() {
+  static const TouchedBox box(kLong);
+  return box;
+}
+const TouchedBox& in_form(std::size_t f) {
+  static std::map<std::size_t, std::unique_ptr<TouchedBox>> boxes;
+  auto& box = boxes[f];
+  if (!box) box = std::make_unique<TouchedBox>(kLong, kForms[f].store);
+  return *box;
+}
+
+double relative(const std::vector<float>& a, const std::vector<float>& b) {
+  double difference = 0, size = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) difference += std::pow(a[i] - b[i], 2), size += std::pow(b[i], 2);
+  return std::sqrt(difference / size);
+}
+
+palpate_scene_def gripped(palpate_shape_model shape) {
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.shape = shape;
+  return def;
+}
+
+struct Felt {
+  std::vector<float> u;
+  Eigen::Vector3d force;
+  palpate_step_flags flags;
+};
+Felt felt(const TouchedBox& box, const palpate_scene_def& def, const std::vector<palpate_grip>& grips) {
+  const ScenePointer scene = box.scene(def);
+  Contacts contacts(scene.get());
+  const palpate_tool tool = tool_of(grips);
+  Felt found;
+  found.flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  found.force = Eigen::Vector3d(contacts->tools[0].force);
+  const auto nodes =
+      static_cast<std::int32_t>(def.shape == PALPATE_SHAPE_VOLUME ? box.dofs() / 3 : box.body.surface_nodes);
+  palpate_step_flags raised = 0;
+  found.u = displacements(scene.get(), contacts.get(), nodes, &raised);
+  found.flags |= raised;
+  return found;
+}
+
+TEST(PackedBundle, HasBlocksOfLowRankInTheseTests) {
+  BundleParts parts = tiny_bundle(kLong);
+  const PackedCompliance packed = store_in_blocks(parts, {ElementType::f32, 1e-4});
+  EXPECT_GT(packed.low_rank_blocks, 4u);
+  EXPECT_GT(packed.dense_blocks, 5u);
+}
+
+TEST(PackedBundle, GivesEachColumnWithinTheErrorOfItsForm) {
+  for (std::size_t f = 0; f < std::size(kForms); ++f)
+    for (std::size_t k = 0; k < rows().touchable.size(); k += 7)
+      for (int j = 0; j < 3; ++j) {
+        if (rows().fixed[3 * static_cast<std::size_t>(rows().touchable[k]) + static_cast<std::size_t>(j)]) continue;
+        const auto grip = grip_at_node(rows().touchable[k], 0.001 * Eigen::Vector3d::Unit(j));
+        const auto def = gripped(PALPATE_SHAPE_SURFACE);
+        const Felt expected = felt(rows(), def, {grip}), found = felt(in_form(f), def, {grip});
+        EXPECT_EQ(found.flags, expected.flags);
+        EXPECT_LE(relative(found.u, expected.u), kForms[f].error) << kForms[f].name << " column " << k << " " << j;
+        // T^f is the same double in every form.
+        EXPECT_LE((found.force - expected.force).norm(), 1e-12 * expected.force.norm()) << kForms[f].name;
+      }
+}
+
+TEST(PackedBundle, GivesSeveralContactsAsTheConditionOfTheirSystemAllows) {
+  std::vector<palpate_grip> grips;
+  Eigen::MatrixXd c = Eigen::MatrixXd::Zero(rows().dofs(), rows().dofs());
+  std::vector<Eigen::Index> free, held;
+  for (Eigen::Index i = 0; i < rows().dofs(); ++i)
+    if (!rows().fixed[static_cast<std::size_t>(i)]) free.push_back(i);
+  const Eigen::MatrixXd k = rows().stiffness();
+  const Eigen::MatrixXd unit_loads = Eigen::MatrixXd::Identity(free.size(), free.size());
+  const Eigen::MatrixXd on_free_dofs = Eigen::MatrixXd(k(free, free)).llt().solve(unit_loads);
+  c(free, free) = on_free_dofs;
+  for (std::size_t g = 0; g < 6; ++g) {
+    const std::int32_t node = rows().touchable[g * (rows().touchable.size() - 2) / 6];
+    grips.push_back(grip_at_node(node, {0.001, 0.0005 * static_cast<double>(g), -0.0003}));
+    for (int d = 0; d < 3; ++d) held.push_back(3 * node + d);
+  }
+  const Eigen::MatrixXd w = c(held, held);
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(w).eigenvalues();
+  const double condition = values.maxCoeff() / values.minCoeff();
+  for (std::size_t f = 0; f < std::size(kForms); ++f) {
+    const auto def = gripped(PALPATE_SHAPE_VOLUME);
+    const Felt expected = felt(rows(), def, grips), found = felt(in_form(f), def, grips);
+    // |dr| / |r| <= cond(W) |dW| / |W|; columns are |W| at most, each off by the form's error: sqrt(6) for their number.
+    const double bound = 2.5 * condition * kForms[f].error;
+    EXPECT_LE((found.force - expected.force).norm(), bound * expected.force.norm()) << kForms[f].name;
+    EXPECT_LE(relative(found.u, expected.u), bound) << kForms[f].name;
+  }
+}
+
+TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
+  const auto with_curves = [](BundleParts& parts) {
+    parts.set(SectionId::response_radial, {2}, std::vector<double>{0.5, 0.5});
+    parts.set(SectionId::response_range, {2}, std::vector<double>{1, 1});
+  };
+  const TouchedBox plain(kLong, with_curves);
+  const TouchedBox packed(kLong, [&](BundleParts& parts) {
+    with_curves(parts);
+    store_in_blocks(parts, {ElementType::f32, {}});
+  });
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.radial = PALPATE_RADIAL_RESPONSE;
+  const std::int32_t triangle = plain.far_triangle(3);
+  const Eigen::Vector3d place = plain.place(triangle, {.3, .3, .4}), out = plain.outward(triangle);
+  const ScenePointer a = plain.scene(def), b = packed.scene(def);
+  Contacts in_a(a.get()), in_b(b.get());
+  for (int s = 0; s < 60; ++s) {
+    const Eigen::Vector3d p = place + 0.002 * std::cos(0.1 * s) * out;
+    const palpate_grip grip = grip_at_node(plain.touchable[40], {0, 0, 0.001});
+    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0}, {nullptr, 0, &grip, 1, 0}};
+    palpate_touch(a.get(), tools, 2, 1e-3, in_a.get());
+    palpate_touch(b.get(), tools, 2, 1e-3, in_b.get());
+    ASSERT_EQ(in_a->tools[0].contact_count, in_b->tools[0].contact_count) << s;
+    EXPECT_LE((Eigen::Vector3d(in_a->tools[0].force) - Eigen::Vector3d(in_b->tools[0].force)).norm(), 1e-5) << s;
+    const auto nodes = plain.body.surface_nodes;
+    // 1e-7 of rounding, times a condition of some hundreds of the three neighbours under a place.
+    EXPECT_LE(relative(displacements(b.get(), in_b.get(), nodes), displacements(a.get(), in_a.get(), nodes)), 1e-4)
+        << s;
+  }
+}
+
+TEST(PackedBundle, PlansWhatItMaps) {
+  for (std::size_t f = 0; f < std::size(kForms); ++f) {
+    const auto def = gripped(PALPATE_SHAPE_VOLUME);
+    const ScenePointer scene = in_form(f).scene(def);
+    std::int32_t count = 0;
+    const palpate_plan_pass* plan = palpate_scene_plan(scene.get(), &count);
+    BundleParts parts = tiny_bundle(kLong);
+    kForms[f].store(parts);
+    for (std::int32_t p = 0; p < count; ++p) {
+      std::istringstream names(plan[p].sections);
+      std::uint64_t bytes = 0;
+      for (std::string name; names >> name;) {
+        bool found = false;
+        for (const auto& [id, part] : parts.sections)
+          if (formats::describe_section(id)->path == name) found = true, bytes += part.bytes.size();
+        EXPECT_TRUE(found) << kForms[f].name << ": " << name;
+      }
+      EXPECT_EQ(plan[p].mapped_bytes, bytes) << kForms[f].name << ": " << plan[p].name;
+    }
+  }
+}
+
+// ---- damage ---------------------------------------------------------------------------------------------------------
+
+const BundleParts& packed_parts() {
+  static const BundleParts parts = [] {
+    BundleParts made = tiny_bundle(kLong);
+    store_in_blocks(made, {ElementType::f32, 1e-4});
+    return made;
+  }();
+  return parts;
+}
+
+// Opens and makes a scene; steps it where that succeeds.
+palpate_status status_of(const BundleParts& parts) {
+  AlignedBytes bytes(bundle_bytes(parts));
+  palpate_bundle* opened = nullptr;
+  palpate_error error = {};
+  palpate_status status = palpate_bundle_open(bytes.data(), bytes.size(), &opened, &error);
+  const BundlePointer bundle(opened);
+  palpate_scene* created = nullptr;
+  const palpate_scene_def def = gripped(PALPATE_SHAPE_SURFACE);
+  if (status == PALPATE_OK) status = palpate_scene_create(opened, &def, &created, &error);
+  const ScenePointer scene(created);
+  EXPECT_EQ(status == PALPATE_OK, error.text[0] == '\0') << error.text;
+  if (!scene) return status;
+  Contacts contacts(scene.get());
+  std::vector<palpate_grip> grips;
+  const palpate_bundle_info info = palpate_bundle_describe(opened);
+  for (int g = 0; g < 8; ++g)
+    grips.push_back(grip_at_node(palpate_bundle_touchable(opened)[g * info.touchable_count / 8], {1e-3, 0, 0}));
+  const palpate_tool tool = tool_of(grips);
+  palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  displacements(scene.get(), contacts.get(), info.surface_node_count);
+  return status;
+}
+
+template <class Number>
+palpate_status changed(SectionId id, const std::function<void(std::vector<Number>&)>& change) {
+  BundleParts parts = packed_parts();
+  auto numbers = parts.get<Number>(id);
+  change(numbers);
+  parts.set(id, parts.sections.at(id).shape, numbers);
+  return status_of(parts);
+}
+
+TEST(PackedBundle, IsRefusedWhenItsTablesDoNotHold) {
+  using Integers = std::vector<std::int32_t>;
+  EXPECT_EQ(status_of(packed_parts()), PALPATE_OK);
+  const auto nodes = [](auto change) { return changed<std::int32_t>(SectionId::compliance_nodes, change); };
+  EXPECT_EQ(nodes([](Integers& x) { x[3] = static_cast<std::int32_t>(x.size()); }), PALPATE_ERROR_CONTENT);
+  EXPECT_EQ(nodes([](Integers& x) { x[3] = -1; }), PALPATE_ERROR_CONTENT);
+  EXPECT_EQ(nodes([](Integers& x) { x[3] = x[4]; }), PALPATE_ERROR_CONTENT);                     // twice
+  EXPECT_EQ(nodes([](Integers& x) { std::swap(x.front(), x.back()); }), PALPATE_ERROR_CONTENT);  // not touchable
+
+  const auto clusters = [](auto change) { return changed<std::int32_t>(SectionId::compliance_clusters, change); };
+  EXPECT_EQ(clusters([](Integers& x) { x[0] = 0; }), PALPATE_ERROR_CONTENT);
+  EXPECT_EQ(clusters([](Integers& x) { x[1] = x[0]; }), PALPATE_ERROR_CONTENT);
+  EXPECT_EQ(clusters([](Integers& x) { x.back() += 1; }), PALPATE_ERROR_CONTENT);
+  EXPECT_EQ(clusters([](Integers& x) { x.back() = INT32_MAX; }), PALPATE_ERROR_CONTENT);
+  const auto columns = static_cast<std::int32_t>(packed_parts().sections.at(SectionId::touchable).shape[0]);
+  EXPECT_EQ(clusters([&](Integers& x) { *std::find(x.begin(), x.end(), columns) -= 1; }), PALPATE_ERROR_CONTENT);
+
+  const auto blocks = [](auto change) { return changed<std::int32_t>(SectionId::compliance_blocks, change); };
+  for (const std::int32_t value : {-1, INT32_MAX, INT32_MIN, 1000})
+    for (std::size_t i = 0; i < 5; ++i)
+      EXPECT_EQ(blocks([&](Integers& x) { x[i] = value; }), PALPATE_ERROR_CONTENT) << i << " " << value;
+  EXPECT_EQ(blocks([](Integers& x) { x[4] += 1; }), PALPATE_ERROR_CONTENT);
+  // Two dense blocks of one size that stand for the same clusters.
+  EXPECT_NE(blocks([](Integers& x) { std::copy_n(x.begin(), 5, x.begin() + 5); }), PALPATE_OK);
+
+  for (const float value : {0.0f, -1.0f, NAN, INFINITY, 1e38f})
+    EXPECT_EQ(changed<float>(SectionId::compliance_scale, [&](std::vector<float>& x) { x[1] = value; }),
+              PALPATE_ERROR_CONTENT);
+}
+
+TEST(PackedBundle, IsRefusedWhenItHoldsTwoStoresOrHalfOfOne) {
+  for (const auto id : {SectionId::compliance_nodes, SectionId::compliance_clusters, SectionId::compliance_blocks,
+                        SectionId::compliance_values, SectionId::compliance_scale}) {
+    BundleParts parts = packed_parts();
+    parts.sections.erase(id);
+    EXPECT_THROW(bundle_bytes(parts), OperationError);  // the writer seals nothing that the reader would refuse
+  }
+  BundleParts both = packed_parts();
+  const BundleParts plain = tiny_bundle(kLong);
+  both.sections[SectionId::displacement_surface] = plain.sections.at(SectionId::displacement_surface);
+  EXPECT_THROW(bundle_bytes(both), OperationError);
+  BundleParts halves = plain;
+  store_as_f16(halves);
+  halves.sections.erase(SectionId::displacement_scale);
+  EXPECT_THROW(bundle_bytes(halves), OperationError);
+}
+
+TEST(PackedBundle, WithHostileScalesOfRowsIsRefused) {
+  for (const float value : {0.0f, -1.0f, NAN, INFINITY}) {
+    BundleParts parts = tiny_bundle(kLong);
+    store_as_f16(parts);
+    auto scale = parts.get<float>(SectionId::displacement_scale);
+    scale[5] = value;
+    parts.set(SectionId::displacement_scale, {scale.size() / 3, 3}, scale);
+    EXPECT_EQ(status_of(parts), PALPATE_ERROR_CONTENT);
+  }
+}
+
+TEST(PackedBundle, MutatedAtRandomIsReadOrRefused) {
+  std::mt19937 random(1);
+  const SectionId tables[] = {SectionId::compliance_nodes, SectionId::compliance_clusters,
+                              SectionId::compliance_blocks};
+  int read = 0;
+  for (int round = 0; round < 300; ++round) {
+    const SectionId id = tables[round % 3];
+    const palpate_status status = changed<std::int32_t>(id, [&](std::vector<std::int32_t>& x) {
+      for (int change = 0; change < 2; ++change) {
+        const std::size_t at = random() % x.size();
+        x[at] = random() % 3 == 0 ? x[random() % x.size()] : x[at] + static_cast<std::int32_t>(random() % 5) - 2;
+      }
+    });
+    read += status == PALPATE_OK;
+    EXPECT_TRUE(status == PALPATE_OK || status == PALPATE_ERROR_CONTENT) << status;
+  }
+  EXPECT_LT(read, 150);
+}
+
+TEST(Half, IsConvertedExactlyAndRoundedToTheNearest) {
+  for (std::uint32_t h = 0; h < 0x10000; ++h) {
+    const float value = formats::float_of_half(static_cast<std::uint16_t>(h));
+    if (std::isnan(value)) continue;
+    const std::uint32_t exponent = h >> 10 & 31, mantissa = h & 1023;
+    const double expected = exponent == 31  ? INFINITY
+                            : exponent == 0 ? std::ldexp(mantissa, -24)
+                                            : std::ldexp(1024 + mantissa, static_cast<int>(exponent) - 25);
+    ASSERT_EQ(std::fabs(value), expected) << h;
+    ASSERT_EQ(std::signbit(value), (h & 0x8000u) != 0) << h;
+    ASSERT_EQ(formats::half_of(value), h);
+    if (exponent == 31) continue;
+    const float next = formats::float_of_half(static_cast<std::uint16_t>(h + 1));
+    if (!std::isfinite(next) || mantissa == 1023) continue;
+    const double middle = 0.5 * (static_cast<double>(value) + next);
+    ASSERT_EQ(formats::half_of(middle), h + (h & 1)) << "ties to even";
+    ASSERT_EQ(formats::half_of(std::nextafter(middle, value)), h);
+    ASSERT_EQ(formats::half_of(std::nextafter(middle, next)), h + 1);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tests
