@@ -15,9 +15,14 @@ done
 folder=$(mktemp -d -t palpate_slurm_XXXXXX)
 chmod 755 "$folder" # munged insists that all can reach its socket
 mkdir "$folder"/{munge,state,spool,tmp}
+user=$(id -un)
 
 stop() {
-  [ ! -s "$folder/slurmctld.pid" ] || scontrol shutdown || true # slurmctld and slurmd; jobs are killed with the latter
+  if [ -s "$folder/slurmctld.pid" ]; then
+    scancel --user="$user" || true # a job outlives its slurmd
+    for _ in {1..150}; do [ -n "$(squeue --noheader 2> /dev/null)" ] || break; sleep 0.1; done
+    scontrol shutdown || true # slurmctld and slurmd
+  fi
   for daemon in slurmd slurmctld munge; do wait_for_end "$folder/$daemon.pid"; done
   rm -rf "$folder"
 }
@@ -37,7 +42,6 @@ ends = [socket.socket() for _ in range(2)]
 for end in ends: end.bind(("127.0.0.1", 0))
 print(*(end.getsockname()[1] for end in ends))')
 host=$(hostname -s)
-user=$(id -un)
 cat > "$folder/slurm.conf" << END
 ClusterName=one-machine
 SlurmctldHost=$host(127.0.0.1)
