@@ -117,9 +117,10 @@ void print_certificate(const nlohmann::json& report) {
              c["worst_residual"].get<double>(), c["worst_residual_node"].get<int>(),
              c["worst_residual_dof"].get<std::string>(), c["most_iterations"].get<int>());
   fmt::print("            reciprocity error of far pairs: {}\n", measured(p, "reciprocity_error"));
-  const bool poor =
-      has_number(p, "reciprocal_condition") && !(p["reciprocal_condition"].get<double>() >= kLeastReciprocalCondition);
-  fmt::print("            reciprocal condition: {}{}\n", measured(p, "reciprocal_condition"),
+  // 0 is written where the solver tells none.
+  const bool told = has_number(p, "reciprocal_condition") && p["reciprocal_condition"].get<double>() != 0;
+  const bool poor = told && !(p["reciprocal_condition"].get<double>() >= kLeastReciprocalCondition);
+  fmt::print("            reciprocal condition: {}{}\n", told ? measured(p, "reciprocal_condition") : "not measured",
              poor ? " (warning: residuals say little about columns; is the organ held, are its materials right?)" : "");
   fmt::print("            locking: {}", measured(p, "locking_estimate"));
   if (has_number(p, "locking_probes")) fmt::print(" over {} probes", value_text(p, "locking_probes"));
