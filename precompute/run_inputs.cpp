@@ -4,6 +4,7 @@
 
 #include "formats/errors.h"
 #include "formats/program.h"
+#include "precompute/element_warnings.h"
 #include "precompute/support_check.h"
 
 namespace palpate {
@@ -44,6 +45,8 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
                                   {options.mesh, options.organ, options.boundary});
   if (inputs.boundary.gravity) check_densities(inputs, options);
   check_support(inputs.body, options.boundary);
+  for (const auto& sentence : element_warnings(inputs.body, inputs.organ.element))
+    warn(fmt::format("{}: {}", options.organ.string(), sentence));
   const bool has_interior = inputs.body.surface_count < static_cast<std::int32_t>(inputs.body.nodes.size());
   if (inputs.boundary.store_interior && !has_interior)
     warn("the mesh has no interior nodes; [store] interior has no effect");

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "precompute/element_warnings.h"
 #include "precompute/probe_columns.h"
 #include "precompute/quadratic_tetrahedra.h"
 #include "tests/precompute/imposed.h"
@@ -188,6 +189,21 @@ TEST(CurvedEdges, LieOnASphereAndOnACircleAndLeaveABoxStraight) {
   EXPECT_LT(worst, straight / 10) << straight;  // of fourth order in place of second
   const QuadraticMesh box = quadratic_mesh(body_of(box_mesh({3, 2, 2}, {0.3, 0.2, 0.25}, 0.2), {{1000, 0.3, 0}}));
   EXPECT_EQ(box.curved_edges, 0u);
+}
+
+std::vector<std::string> warnings_of_a_layer(int across, double poisson, Element element) {
+  ElasticBody body = body_of(box_mesh({8, 8, across}, {0.08, 0.08, 0.02}), {{1000, poisson, 0}});
+  hold(body, [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+  return element_warnings(body, element);
+}
+
+TEST(ElementWarnings, NameLockingAndLayersOfTooFewElements) {
+  EXPECT_EQ(warnings_of_a_layer(3, 0.49, Element::p1_anp).size(), 1u);
+  EXPECT_TRUE(warnings_of_a_layer(4, 0.49, Element::p1_anp).empty());
+  EXPECT_TRUE(warnings_of_a_layer(3, 0.3, Element::p1_anp).empty());
+  EXPECT_TRUE(warnings_of_a_layer(3, 0.49, Element::p2_p0).empty());
+  EXPECT_EQ(warnings_of_a_layer(4, 0.49, Element::p1).size(), 1u);
+  EXPECT_TRUE(warnings_of_a_layer(4, 0.4, Element::p1).empty());
 }
 
 TEST(NodalDilatation, IsTheSumOverNodesAndRegionsThatDefinesIt) {
