@@ -24,6 +24,7 @@ static_assert(sizeof(NodeRecord) == 128);
 
 struct BlockRecord {
   double cast_error = 0;           // largest relative error of a stored column against the solved one
+  double residual_floor = 0;       // largest ColumnReport::floor
   std::vector<NodeRecord> nodes;   // of the block, in its order
   std::vector<double> compliance;  // of the block's sampled nodes in turn: what ReciprocitySample::take wants
 };

@@ -146,6 +146,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
 
 std::string provenance_text(nlohmann::json p, const Certificate& certificate) {
   p["worst_residual"] = certificate.worst_residual;
+  p["residual_floor"] = certificate.residual_floor;
   p["worst_column_node"] = certificate.worst_node;
   p["worst_column_dof"] = certificate.worst_dof;
   p["most_iterations"] = certificate.most_iterations;

@@ -21,6 +21,7 @@ void take_columns(const ColumnBlock& block, const BlockRecord& record, Certifica
       std::tie(certificate.worst_node, certificate.worst_dof) = place;
     }
   certificate.cast_error = std::max(certificate.cast_error, record.cast_error);
+  certificate.residual_floor = std::max(certificate.residual_floor, record.residual_floor);
 }
 
 void take_compliances(const ColumnBlock& block, const BlockRecord& record, ReciprocitySample& sample) {

@@ -10,6 +10,7 @@ namespace palpate {
 
 struct Certificate {
   double worst_residual = 0;
+  double residual_floor = 0;  // 0, or what double precision allows columns above the tolerance: epsilon ||K|| ||x||
   std::int64_t worst_node = -1, worst_dof = 0;  // node in the bundle's order; of equals the first
   std::int64_t most_iterations = 0;
   double reciprocity_error = 0;  // largest |C_nk - C_kn^T| / |C_nk| over pairs of nodes far apart; Frobenius norm

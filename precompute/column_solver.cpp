@@ -83,6 +83,8 @@ struct ColumnSolver::State {
   bool start(std::span<const Load> loads, double* start_x);
   void run(const double* right, double* solution, double relative_tolerance, int* iterations, std::string* reason);
   void residual(std::span<const Load> loads, const double* solution, double* r) const;
+  std::vector<double> rounding_floors(const double* solution, std::span<const double> load) const;
+  bool all_at_floor(std::span<ColumnReport> reports, std::span<const double> floor) const;
 
   static PetscErrorCode apply_operator(Mat shell, Vec in, Vec out);
   static PetscErrorCode apply_preconditioner(PC pc, Vec in, Vec out);
@@ -201,6 +203,23 @@ void ColumnSolver::State::residual(std::span<const Load> loads, const double* so
   for (const auto& load : loads) r[load.dof * options.width + load.column] += load.value;
 }
 
+// epsilon ||K|| ||x|| / ||b|| of each column: the relative residual that rounding x alone may leave.
+std::vector<double> ColumnSolver::State::rounding_floors(const double* solution, std::span<const double> load) const {
+  std::vector<double> floor = column_norms(solution, dofs, options.width);
+  for (std::size_t c = 0; c < floor.size(); ++c)
+    floor[c] = load[c] > 0 ? std::numeric_limits<double>::epsilon() * norm * floor[c] / load[c] : 0.0;
+  return floor;
+}
+
+// Whether all columns above the tolerance are at what double precision allows; then their reports say so.
+bool ColumnSolver::State::all_at_floor(std::span<ColumnReport> reports, std::span<const double> floor) const {
+  for (std::size_t c = 0; c < reports.size(); ++c)
+    if (!(reports[c].residual <= std::max(options.tolerance, floor[c]))) return false;
+  for (std::size_t c = 0; c < reports.size(); ++c)
+    if (reports[c].residual > options.tolerance) reports[c].floor = floor[c];
+  return true;
+}
+
 ColumnSolver::ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
                            const ColumnSolverOptions& options)
     : state_(std::make_unique<State>(matrix)) {
@@ -255,6 +274,7 @@ void ColumnSolver::solve(std::span<const Load> loads, double* x, std::span<Colum
   for (auto& report : reports) report = {0, started ? 1 : 0};
   std::vector<double> right, step;
   std::string reason = "no iteration";
+  double before = std::numeric_limits<double>::infinity();
 
   for (int run = 0;; ++run, started = true) {
     const std::vector<double> left = started ? residual_norms(state_->matrix, loads, x, width) : load;
@@ -264,11 +284,15 @@ void ColumnSolver::solve(std::span<const Load> loads, double* x, std::span<Colum
       if (!(reports[c].residual <= reports[worst].residual)) worst = c;  // a NaN is the worst
     }
     if (reports[worst].residual <= tolerance) break;
-    if (run > state_->options.most_restarts || !std::isfinite(reports[worst].residual))
-      throw NotConverged{
-          worst, reports[worst].residual,
-          std::numeric_limits<double>::epsilon() * state_->norm * column_norms(x, dofs, width)[worst] / load[worst],
-          reason};
+    // A correction that no longer halves the residual has met rounding, where the residual is of its size.
+    const bool stalled = started && run > 0 && reports[worst].residual > 0.5 * before;
+    before = reports[worst].residual;
+    if (stalled || run > state_->options.most_restarts || !std::isfinite(reports[worst].residual)) {
+      const std::vector<double> floor = state_->rounding_floors(x, load);
+      if (state_->all_at_floor(reports, floor)) break;
+      if (!stalled || run > state_->options.most_restarts || !std::isfinite(reports[worst].residual))
+        throw NotConverged{worst, reports[worst].residual, floor[worst], reason};
+    }
     // K d = r for the columns that need it, each scaled to the same weight.
     right.resize(size);
     state_->residual(loads, started ? x : nullptr, right.data());

@@ -26,6 +26,7 @@ struct ColumnSolverOptions {
 struct ColumnReport {
   double residual = 0;  // true relative residual; 0 for a column of zeros
   int iterations = 0;   // of its block: 1 where the preconditioner alone solved it, else conjugate gradients
+  double floor = 0;     // 0, or what double precision allows where that is above the tolerance
 };
 
 // One rank's solver, with its own copy of the operator. PETSc options without a prefix reach the conjugate gradients
@@ -44,7 +45,8 @@ class ColumnSolver {
   std::int64_t dofs() const;  // 3 * block rows
 
   // loads: b, dofs ascending; x: [dofs][width], overwritten; reports: [width]. The true residual of every column is
-  // measured, and the iteration restarts on it until all hold the tolerance. Errors: NotConverged when one does not;
+  // measured, and the iteration restarts on it until all hold the tolerance or, where corrections no longer halve the
+  // residual, what double precision allows: epsilon ||K|| ||x|| / ||b||. Errors: NotConverged when one holds neither;
   // OperationError for PETSc's own.
   void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports);
 

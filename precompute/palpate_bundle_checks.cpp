@@ -156,12 +156,15 @@ void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) 
              wrong.empty() ? fmt::format("{} triangles, the outer faces of the tetrahedra", stored.size()) : wrong);
 }
 
-// The provenance's tolerance; infinite where it states none.
+// The provenance's tolerance, or what double precision allowed where that is more; infinite where it states none.
 double stated_tolerance(const BundleFile& file) {
   const nlohmann::json provenance = file.provenance();
-  if (provenance.is_object() && provenance.contains("tolerance") && provenance["tolerance"].is_number())
-    return provenance["tolerance"].get<double>();
-  return INFINITY;
+  const auto number = [&](const char* key, double otherwise) {
+    return provenance.is_object() && provenance.contains(key) && provenance[key].is_number()
+               ? provenance[key].get<double>()
+               : otherwise;
+  };
+  return std::max(number("tolerance", INFINITY), number("residual_floor", 0));
 }
 
 void check_certificate(const BundleFile& file, const SmallSections& s, Checks& checks) {

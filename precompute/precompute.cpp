@@ -22,7 +22,7 @@ namespace palpate {
 namespace {
 
 // Longest text a number of the certificate takes in JSON; the provenance is laid out with room for all of them.
-constexpr std::size_t kRoomForNumbers = 10 * 32;
+constexpr std::size_t kRoomForNumbers = 16 * 32;
 
 // In the fingerprint: which of the two preconditioners solves.
 constexpr const char *kPreconditioner = "preconditioner", *kFactor = "factor", *kMultigrid = "multigrid";

@@ -24,6 +24,11 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
                   "iterations; reciprocity of far pairs {:.2g} ({} pairs); stored to {:.2g}",
                   outcome.solver, c.worst_node, "xyz"[c.worst_dof], c.worst_residual, outcome.options.tolerance,
                   c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
+  if (c.worst_residual > outcome.options.tolerance)
+    warn(
+        fmt::format("the tolerance of {:.2g} is below what double precision allows some columns, {:.2g} at most; they "
+                    "end at a true relative residual of {:.2g}",
+                    outcome.options.tolerance, c.residual_floor, c.worst_residual));
   say(outcome_text(outcome.plan, outcome.took));
   say(fmt::format("{}: {} columns, {:.4g} MB, in {}; peak memory {:.2g} GB", outcome.options.bundle.string(),
                   3 * outcome.inputs.body.touchable.size(), outcome.took.bundle_bytes / 1e6,

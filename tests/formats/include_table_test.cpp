@@ -25,6 +25,7 @@ std::string library_of(const std::string& include) {
       {"HDF5", {"hdf5", "H5"}},
       {"MPI", {"mpi.h"}},
       {"PETSc", {"petsc"}},
+      {"SuiteSparse", {"suitesparse/"}},
       {"Eigen", {"Eigen/"}},
       {"CGAL", {"CGAL/", "boost/"}},
       {"gmsh", {"gmsh"}},
@@ -64,9 +65,9 @@ const std::vector<Rule>& rules() {
       {"formats/half.h", layout, {}},
       {"formats/compliance_blocks.h", layout, {}},
       {"meshing/", {"meshing/", "formats/"}, {"plumbing", "Eigen", "CGAL", "gmsh", "ITK", "VTK", "zlib"}},
-      {"precompute/", {"precompute/", "formats/"}, {"plumbing", "PETSc", "MPI", "Eigen"}},
+      {"precompute/", {"precompute/", "formats/"}, {"plumbing", "PETSc", "SuiteSparse", "MPI", "Eigen"}},
       {"runtime/", runtime_own, {"Eigen", "palpate"}},
-      {"runtime/include/", {}, {"palpate"}},
+      {"runtime/include/", {"palpate.h"}, {"palpate"}},
       {"runtime/run/", {"runtime/run/", "runtime/include/", "formats/"}, {"plumbing", "VTK", "palpate"}},
   };
   return table;
