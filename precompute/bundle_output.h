@@ -12,6 +12,7 @@
 #include "formats/organ_config.h"
 #include "precompute/certificate.h"
 #include "precompute/elastic_body.h"
+#include "precompute/locking_estimate.h"
 #include "precompute/precompute.h"
 #include "precompute/response_fit.h"
 #include "precompute/run_inputs.h"
@@ -41,7 +42,8 @@ const formats::SectionEntry& entry_of(const std::vector<formats::SectionEntry>& 
 // Keys of the provenance that describe inputs and solver; the certificate's numbers are added by the second function
 // under the same keys before (all zero) and after the solve.
 nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
-                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time);
+                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time,
+                             const LockingEstimate& locking);
 std::string provenance_text(nlohmann::json provenance, const Certificate& certificate);
 
 }  // namespace palpate

@@ -122,7 +122,10 @@ void print_certificate(const nlohmann::json& report) {
   const bool poor = told && !(p["reciprocal_condition"].get<double>() >= kLeastReciprocalCondition);
   fmt::print("            reciprocal condition: {}{}\n", told ? measured(p, "reciprocal_condition") : "not measured",
              poor ? " (warning: residuals say little about columns; is the organ held, are its materials right?)" : "");
-  fmt::print("            locking: {}", measured(p, "locking_estimate"));
+  const bool estimated = has_number(p, "locking_estimate");
+  fmt::print("            locking: {}",
+             estimated ? fmt::format("forces {:.3f} times those of p2-p0", p["locking_estimate"].get<double>())
+                       : "not measured");
   if (has_number(p, "locking_probes")) fmt::print(" over {} probes", value_text(p, "locking_probes"));
   if (p.is_object() && p.contains("locking_note")) fmt::print("; {}", value_text(p, "locking_note"));
   fmt::print("\n");

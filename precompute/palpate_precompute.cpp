@@ -42,6 +42,10 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, formats::ElementType>{
           {"f32", formats::ElementType::f32}, {"f64", formats::ElementType::f64}}))
       ->option_text("TYPE");
+  app.add_option("--locking-probes", options.locking_probes,
+                 "places where the element is compared with p2-p0; default 3 where that is cheap; 0: none")
+      ->check(CLI::Range(0, 1000))
+      ->option_text("N");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");
   app.add_option("--json", options.json, "what was done and what it took, as JSON; - is standard output")
       ->option_text("FILE");

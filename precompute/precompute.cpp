@@ -9,6 +9,7 @@
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "precompute/bundle_output.h"
+#include "precompute/locking_estimate.h"
 #include "precompute/petsc_session.h"
 #include "precompute/preload.h"
 #include "precompute/resumable_part.h"
@@ -43,6 +44,7 @@ class Run {
       keep_earlier_choice();
       tell_plan();
       if (options_.plan_only) return;
+      stage("locking", [&] { measure_locking(memory); });
       stage("factor", [this] { factor(); });
       if (inputs_.boundary.gravity) stage("preload", [this] { preload(); });
       stage("lay out", [this] { begin_part(); });
@@ -124,6 +126,16 @@ class Run {
     if (!options_.json.empty() && is_first()) write_json(plan_json(plan_), options_.json);
   }
 
+  void measure_locking(double memory) {
+    if (!is_first()) return;
+    LockingRequest request;
+    request.probes = options_.locking_probes.value_or(request.probes);
+    request.at_any_cost = options_.locking_probes.has_value();
+    request.most_bytes = request.at_any_cost ? memory : locking_bytes(options_.memory_gigabytes);
+    request.most_operations = locking_operations(operations_of(plan_));
+    locking_ = estimate_locking(inputs_.body, inputs_.organ.element, request);
+  }
+
   void factor() {
     ColumnSolverOptions solver;
     solver.tolerance = options_.tolerance;
@@ -163,8 +175,8 @@ class Run {
     if (!is_first()) return;
     const BundleContent content{inputs_.body, inputs_.store_interior, preload_.displacement, inputs_.fit,
                                 options_.store};
-    provenance_ =
-        provenance_of(options_, inputs_, content, solver_->description(), petsc_options_in_force(), solver_->width());
+    provenance_ = provenance_of(options_, inputs_, content, solver_->description(), petsc_options_in_force(),
+                                solver_->width(), locking_);
     const auto shapes = section_shapes(content);
     Fingerprint fingerprint = fingerprint_of(provenance_, shapes, blocks_);
     fingerprint[kPreconditioner] = plan_.cholesky ? kFactor : kMultigrid;
@@ -212,6 +224,7 @@ class Run {
     const std::vector<BlockRecord> records = all_records();
     certificate_ = certify(blocks_, records, *sample_);
     certificate_.preload_residual = preload_.residual;
+    certificate_.locking_estimate = locking_.ratio;
     certificate_.reciprocal_condition = solver_->reciprocal_condition();
     SectionWriter writer(part);
     write_column_sections(writer, entries_, blocks_, records);
@@ -239,11 +252,12 @@ class Run {
     PlanOutcome took;
     took.seconds = report_.seconds_of("factor") + report_.seconds_of("columns");
     took.bytes = ranks_.most(peak_resident_bytes() - resident_at_plan_);
+    took.locking_bytes = ranks_.most(locking_.bytes);
     const SolveSeconds columns{ranks_.most(seconds_.solve), ranks_.most(seconds_.wait)};
     if (!is_first()) return;
     took.bundle_bytes = static_cast<double>(std::filesystem::file_size(options_.bundle));
-    const RunOutcome outcome{options_, inputs_, certificate_,   solver_->description(), plan_,
-                             took,     columns, blocks_.size(), blocks_found_};
+    const RunOutcome outcome{options_, inputs_, certificate_, locking_,       solver_->description(),
+                             plan_,    took,    columns,      blocks_.size(), blocks_found_};
     tell(outcome, report_);
     if (!options_.json.empty()) write_json(json_of(outcome, report_), options_.json);
   }
@@ -260,6 +274,7 @@ class Run {
   std::unique_ptr<ColumnSolver> solver_;
   std::vector<ColumnBlock> blocks_;
   std::optional<ReciprocitySample> sample_;
+  LockingEstimate locking_;  // of rank 0
   Preload preload_;
   nlohmann::json provenance_;
   std::optional<ResumablePart> part_;  // of rank 0

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,8 +21,9 @@ struct PrecomputeOptions {
   double tolerance = 1e-9;      // on each column's true relative residual
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
-  bool plan_only = false;  // tell what the run would take, and write nothing; bundle may be empty
-  std::string json;        // where the report goes as JSON; "-": standard output; empty: nowhere
+  std::optional<int> locking_probes;  // of the locking estimate, whatever it takes; empty: where it is cheap
+  bool plan_only = false;             // tell what the run would take, and write nothing; bundle may be empty
+  std::string json;                   // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
 // Collective. A PetscSession must be alive. Resumes where a part of the same run lies beside the bundle. Errors: InputError,

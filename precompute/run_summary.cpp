@@ -29,6 +29,10 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
         fmt::format("the tolerance of {:.2g} is below what double precision allows some columns, {:.2g} at most; they "
                     "end at a true relative residual of {:.2g}",
                     outcome.options.tolerance, c.residual_floor, c.worst_residual));
+  const LockingEstimate& locking = outcome.locking;
+  note(locking.probes > 0 ? fmt::format("forces are {:.3f} times those of p2-p0 on this mesh ({} probes)",
+                                        locking.ratio, locking.probes)
+                          : "locking is not measured: " + locking.note);
   say(outcome_text(outcome.plan, outcome.took));
   say(fmt::format("{}: {} columns, {:.4g} MB, in {}; peak memory {:.2g} GB", outcome.options.bundle.string(),
                   3 * outcome.inputs.body.touchable.size(), outcome.took.bundle_bytes / 1e6,
@@ -62,6 +66,11 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
                          {"reciprocity_error", c.reciprocity_error},
                          {"reciprocity_pairs", c.reciprocity_pairs},
                          {"cast_error", c.cast_error}};
+  if (outcome.locking.probes > 0)
+    json["certificate"].update(
+        {{"locking_estimate", outcome.locking.ratio}, {"locking_probes", outcome.locking.probes}});
+  else
+    json["certificate"]["locking_note"] = outcome.locking.note;
   json.update(report.json());
   return json;
 }

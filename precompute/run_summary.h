@@ -5,6 +5,7 @@
 #include <string>
 
 #include "precompute/certificate.h"
+#include "precompute/locking_estimate.h"
 #include "precompute/run_inputs.h"
 #include "precompute/run_report.h"
 #include "precompute/solve_columns.h"
@@ -16,6 +17,7 @@ struct RunOutcome {
   const PrecomputeOptions& options;
   const RunInputs& inputs;
   const Certificate& certificate;
+  const LockingEstimate& locking;
   std::string solver;  // what solved
   const SolverPlan& plan;
   PlanOutcome took;

@@ -199,6 +199,11 @@ SolverPlan make_plan(const PlanRequest& request) {
   return plan;
 }
 
+double operations_of(const SolverPlan& plan) {
+  const Elimination* e = plan.elimination.get();
+  return e ? e->factor_flops() + static_cast<double>(plan.columns) * e->solve_flops() : 0;
+}
+
 std::string plan_text(const SolverPlan& plan) {
   const SolverEstimate& other = plan.cholesky ? plan.multigrid : plan.factor;
   const char* other_name = plan.cholesky ? "multigrid" : "the Cholesky factor";
@@ -245,16 +250,17 @@ nlohmann::json plan_json(const SolverPlan& plan) {
 }
 
 std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome) {
-  return fmt::format("predicted / took: memory {} / {}, time {} / {}, bundle {} / {}", bytes_text(plan.chosen().bytes),
-                     bytes_text(outcome.bytes), seconds_text(plan.seconds()), seconds_text(outcome.seconds),
-                     bytes_text(plan.bundle_bytes), bytes_text(outcome.bundle_bytes));
+  return fmt::format("predicted / took: memory {} / {}, time {} / {}, bundle {} / {}",
+                     bytes_text(std::max(plan.chosen().bytes, outcome.locking_bytes)), bytes_text(outcome.bytes),
+                     seconds_text(plan.seconds()), seconds_text(outcome.seconds), bytes_text(plan.bundle_bytes),
+                     bytes_text(outcome.bundle_bytes));
 }
 
 nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome) {
   const auto pair = [](double predicted, double took) {
     return nlohmann::json{{"predicted", predicted}, {"took", took}};
   };
-  return {{"bytes", pair(plan.chosen().bytes, outcome.bytes)},
+  return {{"bytes", pair(std::max(plan.chosen().bytes, outcome.locking_bytes), outcome.bytes)},
           {"seconds", pair(plan.seconds(), outcome.seconds)},
           {"bundle_bytes", pair(plan.bundle_bytes, outcome.bundle_bytes)}};
 }

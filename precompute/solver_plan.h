@@ -51,6 +51,9 @@ struct SolverPlan {
 // second, and chooses: the factor where it fits, else multigrid. Errors: OperationError (memory).
 SolverPlan make_plan(const PlanRequest& request);
 
+// Floating-point operations of its factor and columns; 0 where there is no factor to count. From the pattern alone.
+double operations_of(const SolverPlan& plan);
+
 // A screen of text, and the same as JSON.
 std::string plan_text(const SolverPlan& plan);
 nlohmann::json plan_json(const SolverPlan& plan);
@@ -60,6 +63,7 @@ struct PlanOutcome {
   double seconds = 0;  // setup and columns, the slowest rank
   double bytes = 0;
   double bundle_bytes = 0;
+  double locking_bytes = 0;  // predicted of the locking estimate, which may be the peak; 0: none
 };
 std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome);
 nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome);

@@ -1,8 +1,12 @@
 // The laws every element holds: affine fields, rigid motions, symmetry, tensors against a literal dense solve.
+#include <gmock/gmock.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "formats/errors.h"
 #include "precompute/element_warnings.h"
+#include "precompute/locking_estimate.h"
 #include "precompute/probe_columns.h"
 #include "precompute/quadratic_tetrahedra.h"
 #include "tests/precompute/imposed.h"
@@ -250,6 +254,60 @@ TEST(NodalDilatation, IsTheSumOverNodesAndRegionsThatDefinesIt) {
     }
   const MatrixXd found = dense(assemble_stiffness(body, Element::p1_anp));
   EXPECT_LE((found - expected).lpNorm<Eigen::Infinity>(), 1e-13 * expected.lpNorm<Eigen::Infinity>());  // rounding
+}
+
+ElasticBody held_box(double poisson) {
+  ElasticBody body = body_of(box_mesh({6, 5, 4}, {0.6, 0.5, 0.4}, 0.15), {{5400, poisson, 0}});
+  hold(body, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
+  return body;
+}
+
+TEST(LockingEstimate, IsFarAboveOneWhereTheElementLocks) {
+  LockingRequest request;
+  request.most_bytes = locking_bytes(0), request.most_operations = locking_operations(0);
+  const auto ratio = [&](double poisson, Element element) {
+    const LockingEstimate estimate = estimate_locking(held_box(poisson), element, request);
+    EXPECT_EQ(estimate.probes, 3) << estimate.note;
+    return estimate.ratio;
+  };
+  // Found 1.15 and 2.27, 1.08 and 1.19: at 0.3 the coarse mesh's own error, at 0.499 locking with it.
+  EXPECT_LT(ratio(0.3, Element::p1), 1.3);
+  EXPECT_GT(ratio(0.499, Element::p1), 1.5);
+  for (const double poisson : {0.3, 0.499}) {
+    EXPECT_GT(ratio(poisson, Element::p1_anp), 1) << poisson;
+    EXPECT_LT(ratio(poisson, Element::p1_anp), 1.3) << poisson;
+  }
+}
+
+TEST(LockingEstimate, MatchesTheTensorsOfTheSameNodes) {
+  // One touchable node, so that the patch is that node alone and its compliance the inverse of T^f.
+  ElasticBody body = held_box(0.45);
+  body.touchable = {body.touchable[body.touchable.size() / 2]};
+  LockingRequest request;
+  request.most_bytes = locking_bytes(0), request.most_operations = locking_operations(0);
+  const auto trace = [&](Element element) {
+    const auto force = solve_node_tensors(body, element, body.touchable, 1e-11)[0].force;
+    return Eigen::Map<const Eigen::Matrix3d>(force.data()).inverse().trace();
+  };
+  const LockingEstimate estimate = estimate_locking(body, Element::p1, request);
+  EXPECT_EQ(estimate.probes, 1);
+  EXPECT_NEAR(estimate.ratio, trace(Element::p2_p0) / trace(Element::p1), 1e-9);  // the solves hold 1e-11
+}
+
+TEST(LockingEstimate, SaysWhyItIsNotMeasured) {
+  const ElasticBody body = held_box(0.49);
+  LockingRequest request;
+  request.most_bytes = 1e9, request.most_operations = 1e6;
+  LockingEstimate estimate = estimate_locking(body, Element::p1_anp, request);
+  EXPECT_EQ(estimate.probes, 0);
+  EXPECT_THAT(estimate.note, ::testing::HasSubstr("Gflop, 0.001 are allowed it; --locking-probes 3 measures it"));
+  request.at_any_cost = true;
+  EXPECT_EQ(estimate_locking(body, Element::p1_anp, request).probes, 3);
+  EXPECT_EQ(estimate_locking(body, Element::p2_p0, request).note, "p2-p0 is the reference itself");
+  request.most_bytes = 1e6;
+  EXPECT_THROW(estimate_locking(body, Element::p1_anp, request), OperationError);
+  request.probes = 0;
+  EXPECT_EQ(estimate_locking(body, Element::p1_anp, request).note, "switched off by --locking-probes 0");
 }
 
 }  // namespace
