@@ -29,39 +29,56 @@ struct ColumnReport {
   double floor = 0;     // 0, or what double precision allows where that is above the tolerance
 };
 
-// One rank's solver, with its own copy of the operator. PETSc options without a prefix reach the conjugate gradients
-// (-ksp_...), those with the prefix column_ the preconditioner of K (-column_pc_type, -column_mg_levels_...).
-class ColumnSolver {
+// What solves blocks of columns: one rank with its own copy of the operator (ColumnSolver), or the ranks of a group that
+// divide it among them (DistributedSolver), every call then being collective over the group.
+class BlockSolver {
  public:
-  // Sets up the preconditioner (factors). matrix must outlive the solver; coordinates: of each block row's node, m.
-  // Errors: OperationError (memory, not positive definite); InputError for PETSc options that contradict one another.
-  ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
-               const ColumnSolverOptions& options);
-  ~ColumnSolver();
-  ColumnSolver(const ColumnSolver&) = delete;
-  ColumnSolver& operator=(const ColumnSolver&) = delete;
+  virtual ~BlockSolver() = default;
 
-  int width() const;
-  std::int64_t dofs() const;  // 3 * block rows
+  virtual int width() const = 0;          // columns at a time
+  virtual std::int64_t dofs() const = 0;  // 3 * block rows
 
   // loads: b, dofs ascending; x: [dofs][width], overwritten; reports: [width]. The true residual of every column is
   // measured, and the iteration restarts on it until all hold the tolerance or, where corrections no longer halve the
   // residual, what double precision allows: epsilon ||K|| ||x|| / ||b||. Errors: NotConverged when one holds neither;
   // OperationError for PETSc's own.
-  void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports);
+  virtual void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports) = 0;
 
-  // The same with b: [dofs][width].
-  void solve(const double* b, double* x, std::span<ColumnReport> reports);
+  // Whether x is written here: on one rank of a group.
+  virtual bool has_result() const { return true; }
 
   // "PETSc 3.18.5 cg + cholesky (cholmod)".
-  std::string description() const;
-
-  // An upper bound of 1 / condition of K; 0 where the preconditioner tells none.
-  double reciprocal_condition() const;
+  virtual std::string description() const = 0;
 
   // Place of each block row in the preconditioner's elimination order; empty where it has none. A block of columns whose
   // rows are close in it costs less.
-  std::span<const std::int32_t> row_order() const;
+  virtual std::span<const std::int32_t> row_order() const { return {}; }
+
+  // An upper bound of 1 / condition of K; 0 where the preconditioner tells none.
+  virtual double reciprocal_condition() const { return 0; }
+};
+
+// One rank's solver, with its own copy of the operator. PETSc options without a prefix reach the conjugate gradients
+// (-ksp_...), those with the prefix column_ the preconditioner of K (-column_pc_type, -column_mg_levels_...).
+class ColumnSolver final : public BlockSolver {
+ public:
+  // Sets up the preconditioner (factors). matrix must outlive the solver; coordinates: of each block row's node, m.
+  // Errors: OperationError (memory, not positive definite); InputError for PETSc options that contradict one another.
+  ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
+               const ColumnSolverOptions& options);
+  ~ColumnSolver() override;
+  ColumnSolver(const ColumnSolver&) = delete;
+  ColumnSolver& operator=(const ColumnSolver&) = delete;
+
+  int width() const override;
+  std::int64_t dofs() const override;
+  void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports) override;
+  std::string description() const override;
+  std::span<const std::int32_t> row_order() const override;
+  double reciprocal_condition() const override;
+
+  // The same with b: [dofs][width].
+  void solve(const double* b, double* x, std::span<ColumnReport> reports);
 
  private:
   struct State;

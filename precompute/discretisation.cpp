@@ -63,16 +63,23 @@ void discretise_quadratically(const ElasticBody& body, Discretisation& result) {
 
 }  // namespace
 
-Discretisation discretise(const ElasticBody& body, Element element) {
+Discretisation place_vertices(const ElasticBody& body) {
   Discretisation result;
   result.vertices = static_cast<std::int32_t>(body.nodes.size());
-  if (element == Element::p2_p0) {
-    discretise_quadratically(body, result);
-    return result;
-  }
   result.coordinates = body.nodes;
   result.fixed = body.fixed;
   result.mass = linear_mass(body);
+  return result;
+}
+
+Discretisation discretise(const ElasticBody& body, Element element) {
+  Discretisation result;
+  if (element == Element::p2_p0) {
+    result.vertices = static_cast<std::int32_t>(body.nodes.size());
+    discretise_quadratically(body, result);
+    return result;
+  }
+  result = place_vertices(body);
   result.stiffness = element == Element::p1 ? linear_stiffness(body) : nodal_dilatation_stiffness(body);
   return result;
 }

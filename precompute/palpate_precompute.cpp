@@ -11,6 +11,7 @@
 #include "formats/program.h"
 #include "precompute/petsc_session.h"
 #include "precompute/precompute.h"
+#include "precompute/rank_group.h"
 
 namespace palpate {
 namespace {
@@ -47,6 +48,12 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
       ->check(CLI::Range(0, 1000))
       ->option_text("N");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");
+  app.add_option(
+         "--ranks-per-operator", options.ranks_per_operator,
+         "ranks that divide one operator among them; default: the fewest whose memory holds it; above 1, bundles of "
+         "two runs are equal to rounding, and to the byte only with -- -column_pc_type gamg")
+      ->check(CLI::PositiveNumber)
+      ->option_text("G");
   app.add_option("--json", options.json, "what was done and what it took, as JSON; - is standard output")
       ->option_text("FILE");
   app.callback([bundle, &options] {
@@ -55,7 +62,8 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
   app.footer(
       "Options after -- go to PETSc: without prefix for the conjugate gradients (-ksp_monitor), with column_ for the\n"
       "preconditioner of the stiffness matrix (-column_pc_type gamg). One that PETSc does not use is an error.\n"
-      "Under mpiexec -n N each rank solves its share of the columns; the bundle is the same to the byte.\n"
+      "Under mpiexec -n N each rank solves its share of the columns; the bundle is the same to the byte for the same\n"
+      "--ranks-per-operator.\n"
       "A run that was stopped, killed or failed leaves BUNDLE.h5.part and BUNDLE.h5.journal; the same command "
       "resumes.");
 }
@@ -68,6 +76,7 @@ int run(int argc, char** argv) {
   StopSignals signals;
   Ranks ranks(MPI_COMM_WORLD);
   // One voice: errors are shared by all ranks, and rank 0 tells them.
+  keep_standard_error();
   if (ranks.rank() != 0 && (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)))
     return 1;
   PrecomputeOptions options;

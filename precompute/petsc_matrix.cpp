@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -59,6 +59,14 @@ void set_rigid_near_nullspace(Mat matrix, std::span<const std::array<double, 3>>
   check(MatSetNearNullSpace(matrix, rigid));
   check(MatNullSpaceDestroy(&rigid));
   check(VecDestroy(&places));
+}
+
+void transpose(const double* from, double* to, std::int64_t rows, std::int64_t columns) {
+  constexpr std::int64_t kTile = 16;  // reads and writes stay in cache
+  for (std::int64_t r = 0; r < rows; r += kTile)
+    for (std::int64_t c = 0; c < columns; c += kTile)
+      for (std::int64_t j = c; j < std::min(c + kTile, columns); ++j)
+        for (std::int64_t i = r; i < std::min(r + kTile, rows); ++i) to[j * rows + i] = from[i * columns + j];
 }
 
 }  // namespace palpate

@@ -14,15 +14,6 @@ namespace {
 
 constexpr const char* kPrefix = "column_";
 
-// [rows][columns] -> [columns][rows], in tiles that stay in cache.
-void transpose(const double* from, double* to, std::int64_t rows, std::int64_t columns) {
-  constexpr std::int64_t kTile = 16;
-  for (std::int64_t r = 0; r < rows; r += kTile)
-    for (std::int64_t c = 0; c < columns; c += kTile)
-      for (std::int64_t j = c; j < std::min(c + kTile, columns); ++j)
-        for (std::int64_t i = r; i < std::min(r + kTile, rows); ++i) to[j * rows + i] = from[i * columns + j];
-}
-
 class PetscPreconditioner final : public BlockPreconditioner {
  public:
   PetscPreconditioner(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates, int width,

@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "precompute/bundle_output.h"
+#include "precompute/distributed_solver.h"
+#include "precompute/group_size.h"
 #include "precompute/locking_estimate.h"
 #include "precompute/petsc_session.h"
 #include "precompute/preload.h"
@@ -38,13 +42,15 @@ class Run {
   void operator()() {
     try {
       stage("read", [this] { read(); });
+      const auto memory = [this] { return ranks_.least(memory_left_bytes(options_.memory_gigabytes, ranks_.here())); };
+      form_groups(memory());
       stage("assemble", [this] { assemble(); });
-      const double memory = ranks_.least(memory_left_bytes(options_.memory_gigabytes, ranks_.here()));
-      stage("plan", [&] { plan(memory); });
+      const double left = memory();
+      stage("plan", [&] { plan(left); });
       keep_earlier_choice();
       tell_plan();
       if (options_.plan_only) return;
-      stage("locking", [&] { measure_locking(memory); });
+      stage("locking", [&] { measure_locking(left); });
       stage("factor", [this] { factor(); });
       if (inputs_.boundary.gravity) stage("preload", [this] { preload(); });
       stage("lay out", [this] { begin_part(); });
@@ -82,10 +88,28 @@ class Run {
     });
   }
 
+  // Collective. memory: what each rank may take, of the one with the least: all decide alike.
+  void form_groups(double memory) {
+    group_choice_ =
+        choose_group(inputs_.body, inputs_.organ.element, memory, ranks_.count(), options_.ranks_per_operator);
+    group_.emplace(ranks_, group_choice_.ranks_per_operator);
+  }
+
   void assemble() {
+    if (group_->size() > 1) return assemble_own();
     discretisation_ = discretise(inputs_.body, inputs_.organ.element);
     held_ = eliminate_held(discretisation_.stiffness, discretisation_.fixed);
     discretisation_.stiffness = {};
+  }
+
+  void assemble_own() {
+    discretisation_ = place_vertices(inputs_.body);
+    partition_ = partition_rows(inputs_.body.nodes, inputs_.body.fixed, group_->size());
+    own_rows_ = assemble_own_rows(inputs_.body, partition_, group_->rank(), [this](const ElasticBody& part) {
+      return discretise(part, inputs_.organ.element).stiffness;
+    });
+    held_.row_of_node = partition_.row_of_node;
+    held_.node_of_row = partition_.node_of_row;
   }
 
   // memory: that of the rank with the least, which decides for all, so that every column is solved alike.
@@ -96,8 +120,13 @@ class Run {
     const auto stored = inputs_.store_interior ? static_cast<std::int64_t>(body.nodes.size()) : body.surface_count;
     const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(options_.store));
     resident_at_plan_ = resident_bytes();
-    plan_ = make_plan({held_.matrix, column_rows, stored, options_.columns_at_a_time, memory,
-                       row_bytes * static_cast<double>(body.touchable.size()), ranks_.count()});
+    const double bundle_bytes = row_bytes * static_cast<double>(body.touchable.size());
+    if (group_->size() > 1) {
+      plan_ = plan_of_group(group_choice_, 3 * static_cast<std::int64_t>(body.touchable.size()), memory, bundle_bytes);
+      return;
+    }
+    plan_ = make_plan(
+        {held_.matrix, column_rows, stored, options_.columns_at_a_time, memory, bundle_bytes, ranks_.count()});
     plan_.elimination = put_in_order(held_, *plan_.elimination);
   }
 
@@ -140,9 +169,12 @@ class Run {
     ColumnSolverOptions solver;
     solver.tolerance = options_.tolerance;
     solver.cholesky = plan_.cholesky;
-    solver.width = plan_.width();
+    solver.width = options_.columns_at_a_time > 0 ? options_.columns_at_a_time : plan_.width();
     solver.elimination = plan_.elimination;
-    solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(discretisation_, held_), solver);
+    if (group_->size() == 1)
+      solver_ = std::make_unique<ColumnSolver>(held_.matrix, row_coordinates(discretisation_, held_), solver);
+    else if (!factor_together(solver))
+      return;
     warn_of_condition();
     block_columns();
   }
@@ -157,6 +189,13 @@ class Run {
                       1 / bound, 2.2e-16 / bound));
   }
 
+  bool factor_together(const ColumnSolverOptions& options) {
+    return group_->together([&] {
+      solver_ = std::make_unique<DistributedSolver>(group_->communicator(), std::move(own_rows_), partition_,
+                                                    inputs_.body.nodes, inputs_.body.fixed, options);
+    });
+  }
+
   void block_columns() {
     const ElasticBody& body = inputs_.body;
     std::vector<std::int32_t> order;
@@ -167,7 +206,8 @@ class Run {
   }
 
   void preload() {
-    if (is_first()) preload_ = solve_preload(discretisation_, held_, *inputs_.boundary.gravity, *solver_);
+    if (group_->index() > 0) return;
+    group_->together([this] { preload_ = solve_preload(discretisation_, held_, *inputs_.boundary.gravity, *solver_); });
   }
 
   // Rank 0 alone writes what is known before the columns.
@@ -216,7 +256,7 @@ class Run {
                        blocks_found_, blocks_.size()));
   }
 
-  void solve() { solve_columns(job(), safe_, ranks_, *solver_, &seconds_); }
+  void solve() { solve_columns(job(), safe_, ranks_, *group_, *solver_, &seconds_); }
 
   void certify_and_seal() {
     if (!is_first()) return;
@@ -267,11 +307,15 @@ class Run {
   StopSignals& signals_;
   RunReport report_;
   RunInputs inputs_;
+  GroupChoice group_choice_;
+  std::optional<RankGroup> group_;
+  RowPartition partition_;  // where a group has several ranks
+  BlockMatrix own_rows_;
   Discretisation discretisation_;
   HeldStiffness held_;
   SolverPlan plan_;
   double resident_at_plan_ = 0;
-  std::unique_ptr<ColumnSolver> solver_;
+  std::unique_ptr<BlockSolver> solver_;
   std::vector<ColumnBlock> blocks_;
   std::optional<ReciprocitySample> sample_;
   LockingEstimate locking_;  // of rank 0

@@ -19,6 +19,7 @@ struct PrecomputeOptions {
   std::filesystem::path image;  // for its hash only; may be empty
   double memory_gigabytes = 0;  // what this machine's ranks may take together; 0: what is free
   double tolerance = 1e-9;      // on each column's true relative residual
+  int ranks_per_operator = 0;   // 0: the fewest whose memory holds the operator
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
   std::optional<int> locking_probes;  // of the locking estimate, whatever it takes; empty: where it is cheap

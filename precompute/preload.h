@@ -16,6 +16,6 @@ struct Preload {
 
 // gravity in m/s^2. Errors: OperationError when it does not converge.
 Preload solve_preload(const Discretisation& discretisation, const HeldStiffness& held,
-                      const std::array<double, 3>& gravity, ColumnSolver& solver);
+                      const std::array<double, 3>& gravity, BlockSolver& solver);
 
 }  // namespace palpate

@@ -73,36 +73,46 @@ std::vector<char> find_safe_blocks(const ColumnJob& job, const Ranks& ranks) {
   return safe;
 }
 
-void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, ColumnSolver& solver,
-                   SolveSeconds* seconds) {
+void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, const RankGroup& group,
+                   BlockSolver& solver, SolveSeconds* seconds) {
   std::vector<std::size_t> left;
   for (std::size_t b = 0; b < safe.size(); ++b)
     if (!safe[b]) left.push_back(b);
   SharedProgress progress(job, safe, ranks);
-  BlockWriter writer(job.part, job.journal, job.sections, job.blocks, job.sample);
   TensorBlock solved(solver, job.discretisation, job.held);
   SolvedBlock block;
-  const auto first = static_cast<std::size_t>(ranks.rank()), step = static_cast<std::size_t>(ranks.count());
-  for (std::size_t i = first; i < left.size(); i += step) {
-    if (ranks.someone_failed()) return;
-    block.index = left[i];
+  std::optional<BlockWriter> writer;  // the root's
+  const auto solve = [&](bool first) {
+    const Stopwatch watch(&seconds->solve);
     const ColumnBlock& columns = job.blocks[block.index];
-    {
-      const Stopwatch watch(&seconds->solve);
-      solved.solve(columns.nodes);
-      if (i == first) refuse_unused_options();
-      block.record = record_of(solved, columns, job.sample);
-      take_rows(job.sections, solved, block.rows, block.record);
-    }
+    solved.solve(columns.nodes);
+    if (first) refuse_unused_options();
+    if (!writer) return;
+    block.record = record_of(solved, columns, job.sample);
+    take_rows(job.sections, solved, block.rows, block.record);
+  };
+  const auto write = [&] {
     const Stopwatch watch(&seconds->wait);
-    writer.put(block);
-    progress.update(writer.safe_columns());
+    writer->put(block);
+    progress.update(writer->safe_columns());
+  };
+  bool going = group.together([&] {
+    if (group.is_root()) writer.emplace(job.part, job.journal, job.sections, job.blocks, job.sample);
+  });
+  const auto first = static_cast<std::size_t>(group.index()), step = static_cast<std::size_t>(group.count());
+  for (std::size_t i = first; going && i < left.size(); i += step) {
+    block.index = left[i];
+    going = group.together([&] {
+      solve(i == first);
+      if (writer) write();
+    });
   }
+  if (!going || !writer) return;
   {
     const Stopwatch watch(&seconds->wait);
-    writer.finish();
+    writer->finish();
   }
-  progress.update(writer.safe_columns());
+  progress.update(writer->safe_columns());
   progress.follow_others();
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "precompute/block_writer.h"
-#include "precompute/ranks.h"
+#include "precompute/rank_group.h"
 
 namespace palpate {
 
@@ -26,9 +26,9 @@ struct SolveSeconds {
   double wait = 0;  // for the disk
 };
 
-// The blocks that are not safe are divided among the ranks in turn; stops early when another rank has failed. Errors:
+// The blocks that are not safe are divided among the groups in turn; stops early when another rank has failed. Errors:
 // OperationError; InputError when PETSc did not use some of its options.
-void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, ColumnSolver& solver,
-                   SolveSeconds* seconds);
+void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, const RankGroup& group,
+                   BlockSolver& solver, SolveSeconds* seconds);
 
 }  // namespace palpate

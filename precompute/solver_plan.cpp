@@ -205,6 +205,10 @@ double operations_of(const SolverPlan& plan) {
 }
 
 std::string plan_text(const SolverPlan& plan) {
+  if (plan.ranks_per_operator > 1)
+    return fmt::format("solver  {}, {} columns at a time\nwhy     {}\nmemory  {} more than now, each rank\nbundle  {}",
+                       plan.cholesky ? "distributed Cholesky factor" : "conjugate gradients with algebraic multigrid",
+                       plan.width(), plan.why, bytes_text(plan.chosen().bytes), bytes_text(plan.bundle_bytes));
   const SolverEstimate& other = plan.cholesky ? plan.multigrid : plan.factor;
   const char* other_name = plan.cholesky ? "multigrid" : "the Cholesky factor";
   const std::string each = plan.ranks > 1 ? fmt::format(", each of {} ranks", plan.ranks) : "";
@@ -238,8 +242,9 @@ nlohmann::json plan_json(const SolverPlan& plan) {
           {"blocks", plan.blocks},
           {"columns", plan.columns},
           {"ranks", plan.ranks},
-          {"factor_numbers", plan.elimination->numbers()},
-          {"factor_flops", plan.elimination->factor_flops()},
+          {"ranks_per_operator", plan.ranks_per_operator},
+          {"factor_numbers", plan.elimination ? plan.elimination->numbers() : 0},
+          {"factor_flops", plan.elimination ? plan.elimination->factor_flops() : 0},
           {"flops_per_second", plan.flops_per_second},
           {"available_bytes", plan.available_bytes},
           {"bytes", plan.chosen().bytes},
@@ -250,6 +255,10 @@ nlohmann::json plan_json(const SolverPlan& plan) {
 }
 
 std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome) {
+  if (plan.ranks_per_operator > 1)
+    return fmt::format("predicted / took: memory {} / {}, bundle {} / {}; took {}", bytes_text(plan.chosen().bytes),
+                       bytes_text(outcome.bytes), bytes_text(plan.bundle_bytes), bytes_text(outcome.bundle_bytes),
+                       seconds_text(outcome.seconds));
   return fmt::format("predicted / took: memory {} / {}, time {} / {}, bundle {} / {}",
                      bytes_text(std::max(plan.chosen().bytes, outcome.locking_bytes)), bytes_text(outcome.bytes),
                      seconds_text(plan.seconds()), seconds_text(outcome.seconds), bytes_text(plan.bundle_bytes),

@@ -38,6 +38,7 @@ struct SolverPlan {
   double bundle_bytes = 0;
   std::int64_t rows = 0, blocks = 0, columns = 0;
   int ranks = 1;
+  int ranks_per_operator = 1;                      // more than one: no time is predicted, and there is no elimination
   double order_seconds = 0;                        // taken, not predicted
   double flops_per_second = 0;                     // of the triangular solves' kernel, measured when planning
   std::shared_ptr<const Elimination> elimination;  // exact: the factor's pattern

@@ -34,10 +34,10 @@ std::vector<Load> TensorBlock::loads() const {
   const auto& touch = discretisation_.touch;
   std::vector<Load> loads;
   const auto add = [&](std::int32_t node, double weight, std::size_t i) {
-    const auto row = held_.row_of_node[node];
+    const auto row = static_cast<std::int64_t>(held_.row_of_node[node]);
     for (int j = 0; j < 3; ++j)
       if (!held_dofs_[i][j] && !discretisation_.fixed[node][j])
-        loads.push_back({3 * static_cast<std::int64_t>(row) + j, static_cast<std::int32_t>(3 * i) + j, weight});
+        loads.push_back({3 * row + j, static_cast<std::int32_t>(3 * i) + j, weight});
   };
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     if (touch.weight.empty()) {
@@ -80,7 +80,7 @@ void TensorBlock::solve(std::span<const std::int32_t> nodes) {
   nodes_.assign(nodes.begin(), nodes.end());
   held_dofs_.clear();
   for (const auto n : nodes) held_dofs_.push_back(discretisation_.fixed[n]);
-  if (!x_) x_ = make_block(solver_.dofs(), solver_.width());
+  if (!x_ && solver_.has_result()) x_ = make_block(solver_.dofs(), solver_.width());
   reports_.assign(solver_.width(), {});
   try {
     solver_.solve(loads(), x_.get(), reports_);
@@ -91,6 +91,7 @@ void TensorBlock::solve(std::span<const std::int32_t> nodes) {
                     "about {:.1g} here; raise --tolerance, or try another solver with \"-- -column_pc_type ...\"",
                     nodes_[worst.column / 3], "xyz"[worst.column % 3], worst.residual, worst.reason, worst.floor));
   }
+  if (!solver_.has_result()) return;
   read_vertices();
   force_.clear();
   for (std::size_t i = 0; i < nodes_.size(); ++i) {

@@ -21,14 +21,14 @@ namespace palpate {
 class TensorBlock {
  public:
   // All three must outlive the block; discretisation.stiffness is not used.
-  TensorBlock(ColumnSolver& solver, const Discretisation& discretisation, const HeldStiffness& held)
+  TensorBlock(BlockSolver& solver, const Discretisation& discretisation, const HeldStiffness& held)
       : solver_(solver), discretisation_(discretisation), held_(held) {}
 
   // How many nodes one solve serves.
-  static int nodes_per_solve(const ColumnSolver& solver) { return solver.width() / 3; }
+  static int nodes_per_solve(const BlockSolver& solver) { return solver.width() / 3; }
 
-  // Solves for nodes, vertices of the body (at most nodes_per_solve, each with a free dof). Errors: OperationError that
-  // names the worst column when one does not converge.
+  // Solves for nodes, vertices of the body (at most nodes_per_solve, each with a free dof); what follows from it is to be
+  // had where solver.has_result(). Errors: OperationError that names the worst column when one does not converge.
   void solve(std::span<const std::int32_t> nodes);
 
   // T^f of the i-th node, row-major, symmetric; N/m.
@@ -49,7 +49,7 @@ class TensorBlock {
   std::vector<Load> loads() const;
   void read_vertices();
 
-  ColumnSolver& solver_;
+  BlockSolver& solver_;
   const Discretisation& discretisation_;
   const HeldStiffness& held_;
   std::vector<std::int32_t> nodes_;

@@ -8,12 +8,15 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "formats/bundle_reader.h"
 #include "tests/precompute/box_files.h"
 
 namespace palpate::tests {
@@ -21,6 +24,26 @@ namespace palpate::tests {
 inline std::string content(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline formats::BundleIndex index_of(const std::string& bytes) {
+  formats::BundleIndex index;
+  formats::BundleError error;
+  EXPECT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, &error), formats::BundleStatus::ok)
+      << error.text;
+  return index;
+}
+
+// The numbers of a section; none where the bundle lacks it.
+template <class Value>
+std::vector<Value> section(const std::string& bytes, formats::SectionId id) {
+  const auto index = index_of(bytes);
+  const auto* entry = formats::find_section(index, id);
+  std::vector<Value> values;
+  if (!entry) return values;
+  values.resize(entry->bytes / sizeof(Value));
+  std::memcpy(values.data(), bytes.data() + entry->offset, entry->bytes);
+  return values;
 }
 
 class ProgramFixture : public ::testing::Test {

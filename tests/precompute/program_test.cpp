@@ -6,7 +6,6 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "formats/bundle_reader.h"
 #include "formats/program.h"
 #include "tests/precompute/program_fixture.h"
 
@@ -17,25 +16,6 @@ using formats::SectionId;
 using ::testing::HasSubstr;
 
 class Program : public ProgramFixture {};
-
-formats::BundleIndex index_of(const std::string& bytes) {
-  formats::BundleIndex index;
-  formats::BundleError error;
-  EXPECT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, &error), formats::BundleStatus::ok)
-      << error.text;
-  return index;
-}
-
-template <class Value>
-std::vector<Value> section(const std::string& bytes, SectionId id) {
-  const auto index = index_of(bytes);
-  const auto* entry = formats::find_section(index, id);
-  std::vector<Value> values;
-  if (!entry) return values;
-  values.resize(entry->bytes / sizeof(Value));
-  std::memcpy(values.data(), bytes.data() + entry->offset, entry->bytes);
-  return values;
-}
 
 TEST_F(Program, WritesABundleThatTheReaderAccepts) {
   ASSERT_EQ(run("a.h5", "--image box.msh"), 0) << said_;

@@ -1,0 +1,125 @@
+// Groups of ranks that divide one operator: the same tensors, the same bytes, one end for all when one fails.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/precompute/program_fixture.h"
+
+namespace palpate::tests {
+namespace {
+
+using formats::SectionId;
+using ::testing::HasSubstr;
+
+// Small, since ranks that wait for one another on busy cores are slow.
+const std::string kTouched = "[touchable]\nselect = { patch = \"x1\" }\n";
+
+class Distributed : public ProgramFixture {
+ protected:
+  void SetUp() override {
+    ProgramFixture::SetUp();
+    write_mesh(folder_ / "box.msh", box_mesh({5, 3, 3}, {60, 50, 40}, 0.15));
+    write("bc.toml", kBoundary + kTouched);
+  }
+
+  // Ranks of a shell script each, RANK being its number.
+  int run_script(const std::string& bundle, int ranks, const std::string& before) {
+    write("rank.sh", "RANK=$OMPI_COMM_WORLD_RANK\n" + before + "\nexec " + arguments(bundle, "--ranks-per-operator 2") +
+                         " >> voice-$RANK.txt 2>&1\n");
+    // A rank that hangs is the failure looked for.
+    const int code = execute("timeout 120 " + kLaunch + " -n " + std::to_string(ranks) + " bash rank.sh");
+    for (int r = 0; r < ranks; ++r) said_ += content(folder_ / ("voice-" + std::to_string(r) + ".txt"));
+    return code;
+  }
+};
+
+// Largest difference of displacements, which are near 1 at the most.
+double difference(const std::string& a, const std::string& b) {
+  const auto p = section<float>(a, SectionId::displacement_surface),
+             q = section<float>(b, SectionId::displacement_surface);
+  EXPECT_EQ(p.size(), q.size());
+  double worst = p.empty() ? 1 : 0;
+  for (std::size_t i = 0; i < std::min(p.size(), q.size()); ++i)
+    worst = std::max(worst, static_cast<double>(std::abs(p[i] - q[i])));
+  return worst;
+}
+
+TEST_F(Distributed, TensorsAreThoseOfOneRankWithTheWholeOperator) {
+  write("bc.toml",
+        kBoundary + "[preload]\ngravity = { value = [0, 0, -9.81], unit = \"m/s^2\" }\n[store]\ninterior = true\n");
+  for (const char* element : {"p1", "p1-anp"}) {
+    std::string organ = kOrgan;
+    organ.replace(organ.find("\"p1\""), 4, std::string("\"").append(element).append("\""));
+    write("organ.toml", organ);
+    ASSERT_EQ(run("one.h5", "--tolerance 1e-11"), 0) << said_;
+    const std::string one = content(folder_ / "one.h5");
+    for (const char* pc : {"cholesky", "gamg"}) {
+      ASSERT_EQ(run("two.h5", "--tolerance 1e-11 --ranks-per-operator 2 -- -column_pc_type " + std::string(pc), 2), 0)
+          << said_;
+      const std::string two = content(folder_ / "two.h5");
+      EXPECT_LT(difference(one, two), 2e-7) << element << ' ' << pc;  // one rounding of f32 near 1, twice
+      for (const double r : section<double>(two, SectionId::residual)) ASSERT_LE(r, 1e-11);
+      const auto provenance = section<char>(two, SectionId::provenance);
+      EXPECT_THAT(std::string(provenance.begin(), provenance.end()), HasSubstr("operator divided among 2 ranks"));
+      const auto u = section<double>(one, SectionId::preload_displacement),
+                 v = section<double>(two, SectionId::preload_displacement);
+      ASSERT_EQ(u.size(), v.size());
+      for (std::size_t i = 0; i < u.size(); ++i) ASSERT_NEAR(u[i], v[i], 1e-9);  // of millimetres
+    }
+  }
+}
+
+TEST_F(Distributed, OneAndTwoGroupsOfTwoGiveTheSameBytesWithMultigrid) {
+  const std::string options = "--block 24 --ranks-per-operator 2 -- -column_pc_type gamg";
+  ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
+  ASSERT_EQ(run("four.h5", options, 4), 0) << said_;
+  EXPECT_TRUE(content(folder_ / "two.h5") == content(folder_ / "four.h5"));
+}
+
+// MUMPS adds what other ranks send in the order of arrival, so its last bits differ from run to run.
+TEST_F(Distributed, OneAndTwoGroupsOfTwoGiveTheSameTensorsWithAFactor) {
+  const std::string options = "--block 24 --ranks-per-operator 2";
+  ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
+  ASSERT_EQ(run("four.h5", options, 4), 0) << said_;
+  EXPECT_LT(difference(content(folder_ / "two.h5"), content(folder_ / "four.h5")), 2e-7);  // f32 near 1
+}
+
+TEST_F(Distributed, TheOperatorIsDividedWhereNoRankHasTheMemoryForIt) {
+  ASSERT_EQ(run("x.h5", "--memory 0.0001", 2), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("each operator is divided among 2 ranks: algebraic multigrid"));
+}
+
+TEST_F(Distributed, RefusesGroupsThatDoNotFit) {
+  EXPECT_EQ(run("x.h5", "--ranks-per-operator 2", 3), 2);
+  EXPECT_THAT(said_, HasSubstr("--ranks-per-operator 2: expected a number that divides the 3 ranks"));
+  EXPECT_TRUE(nothing_left("x.h5"));
+}
+
+// A larger box, so that its columns take a while.
+constexpr std::array<int, 3> kLarger = {9, 7, 6};
+
+TEST_F(Distributed, ARankThatIsKilledEndsAllAndHindersNoLaterRun) {
+  write_mesh(folder_ / "box.msh", box_mesh(kLarger, {60, 50, 40}, 0.15));
+  write("bc.toml", kBoundary);
+  ASSERT_EQ(run("whole.h5", "--ranks-per-operator 2", 2), 0) << said_;
+  // Rank 1, which writes nothing, is killed when the columns begin.
+  EXPECT_NE(run_script("x.h5", 2,
+                       "[ $RANK = 1 ] && { me=$$; (until [ -s x.h5.journal ]; do sleep 0.02; done; kill -9 "
+                       "$me) & }"),
+            0);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5")) << "it finished before it was killed";
+  ASSERT_EQ(run("x.h5", "--ranks-per-operator 2", 2), 0) << said_;
+  EXPECT_LT(difference(content(folder_ / "x.h5"), content(folder_ / "whole.h5")), 2e-7);
+}
+
+TEST_F(Distributed, ARootThatCannotWriteEndsAllWithOneSentence) {
+  write_mesh(folder_ / "box.msh", box_mesh(kLarger, {60, 50, 40}, 0.15));
+  write("bc.toml", kBoundary);
+  // Rank 2 is the root of the second group; no file may grow beyond 64 KiB under it.
+  const int code = run_script("x.h5", 4, "trap '' XFSZ; [ $RANK = 2 ] && ulimit -f 64");
+  EXPECT_EQ(code, 1) << said_;
+  EXPECT_THAT(content(folder_ / "voice-0.txt"), HasSubstr("palpate-precompute: "));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5"));
+}
+
+}  // namespace
+}  // namespace palpate::tests
