@@ -61,7 +61,7 @@ class Bench {
       grips[g].node = palpate_bundle_touchable(bundle_)[at % info.touchable_count], grips[g].axes = 7;
       grips[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
-    const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0};
+    const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0, 0, 0};
     auto* made = reinterpret_cast<palpate_contacts*>(contacts_.data());
     auto start = std::chrono::steady_clock::now();
     palpate_touch(scene_, &tool, 1, 1e-3, made);

@@ -67,7 +67,7 @@ void touch_held(benchmark::State& state) {
   const ScenePointer scene = make_scene(def);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
   auto list = grips(static_cast<int>(state.range(0)), 0);
-  const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0};
+  const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
   for (auto _ : state) {
     list[0].displacement[0] += 1e-9;
     benchmark::DoNotOptimize(
@@ -87,7 +87,7 @@ void touch_changing(benchmark::State& state) {
   std::size_t turn = 0;
   for (auto _ : state) {
     const auto& list = lists[turn++ % lists.size()];
-    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0};
+    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
     benchmark::DoNotOptimize(
         palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
   }
@@ -113,7 +113,7 @@ void touch_moving(benchmark::State& state) {
       window[g].axes = 7, window[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
     first += 3;
-    const palpate_tool tool = {nullptr, 0, window.data(), count, 0};
+    const palpate_tool tool = {nullptr, 0, window.data(), count, 0, 0, 0};
     const auto start = std::chrono::steady_clock::now();
     benchmark::DoNotOptimize(
         palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
@@ -139,7 +139,7 @@ void touch_dependent(benchmark::State& state) {
   }
   const ScenePointer scene = make_scene(def);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
-  const palpate_tool tool = {nullptr, 0, list.data(), 350, 0};
+  const palpate_tool tool = {nullptr, 0, list.data(), 350, 0, 0, 0};
   for (auto _ : state) {
     if (state.range(0) == 1) palpate_reset(scene.get());
     list[0].displacement[0] += 1e-9;
@@ -187,7 +187,7 @@ void touch_colliding(benchmark::State& state) {
     const double height = 0.001 - 1e-5 * std::abs(step++ % 800 - 400);  // 1 mm above to 3 mm below, 10 mm/s
     for (std::size_t p = 0; p < places.size(); ++p)
       for (int d = 0; d < 3; ++d) points[3 * p + d] = places[p].at[d] + height * places[p].outward[d];
-    const palpate_tool tool = {points.data(), static_cast<std::int32_t>(places.size()), nullptr, 0, 0};
+    const palpate_tool tool = {points.data(), static_cast<std::int32_t>(places.size()), nullptr, 0, 0, 0, 0};
     auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
     state.ResumeTiming();
     benchmark::DoNotOptimize(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts));
@@ -244,7 +244,7 @@ void shape_against_read(benchmark::State& state) {
   for (int turn = 0; turn < turns; ++turn) {
     contacts[turn].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
     const auto list = grips(static_cast<int>(state.range(0)), turn);
-    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0};
+    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
     palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()));
   }
   std::vector<double> shape_seconds, read_seconds;

@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::size_t kMaxTools = 8;
 constexpr int kMaxPoints = 1 << 16;
+constexpr double kMaxRadius = 1;  // m
+constexpr std::size_t kMaxRelaxationTerms = 8;
 
 using Lengths = std::vector<std::pair<std::string, double>>;
 const Lengths kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
@@ -157,6 +159,14 @@ SceneConfig::Tool read_tool(TomlTable& table, double scale) {
   if (table.asked_and_present("points"))
     for (const auto& point : table.points("points")) tool.points.push_back(scaled(point, scale));
   if (table.asked_and_present("capsule")) tool.capsule = read_capsule(table.table("capsule"), scale);
+  if (table.asked_and_present("radius")) {
+    tool.radius = positive(table, "radius", "a length above 0") * scale;
+    if (tool.radius > kMaxRadius) table.wrong("radius", "a length of at most 1 m");
+  }
+  if (table.asked_and_present("friction")) {
+    tool.friction = table.number("friction");
+    if (!(tool.friction >= 0 && tool.friction <= 100)) table.wrong("friction", "a coefficient of 0 to 100");
+  }
   if (table.asked_and_present("hold")) tool.hold = table.boolean("hold");
   tool.path = read_path(table, scale);
   if (table.asked_and_present("grip"))
@@ -175,9 +185,18 @@ void read_effects(TomlTable table, SceneConfig& scene) {
       table, "collision",
       {{"off", S::Collision::off}, {"rest", S::Collision::rest}, {"deformed", S::Collision::deformed}},
       scene.collision);
-  optional_choice<S::Contact>(
-      table, "contact", {{"node", S::Contact::node}, {"triangle", S::Contact::triangle}, {"point", S::Contact::point}},
-      scene.contact);
+  optional_choice<S::Contact>(table, "contact",
+                              {{"node", S::Contact::node},
+                               {"triangle", S::Contact::triangle},
+                               {"point", S::Contact::point},
+                               {"patch", S::Contact::patch}},
+                              scene.contact);
+  optional_choice<S::Law>(table, "law",
+                          {{"sticking", S::Law::sticking},
+                           {"sliding", S::Law::sliding},
+                           {"unilateral", S::Law::unilateral},
+                           {"coulomb", S::Law::coulomb}},
+                          scene.law);
   optional_choice<S::Force>(table, "force",
                             {{"off", S::Force::off}, {"linear", S::Force::linear}, {"response", S::Force::response}},
                             scene.force);
@@ -188,6 +207,23 @@ void read_effects(TomlTable table, SceneConfig& scene) {
                              scene.radial);
   if (table.asked_and_present("preload")) scene.preload = table.boolean("preload");
   table.finish();
+}
+
+SceneConfig::Relaxation read_relaxation(TomlTable table) {
+  SceneConfig::Relaxation relaxation;
+  relaxation.terms = table.rows<2>("terms", "[share, seconds]");
+  double sum = 0;
+  for (std::size_t i = 0; i < relaxation.terms.size(); ++i) {
+    const auto [share, time] = relaxation.terms[i];
+    sum += share;
+    if (!(share >= 0 && time > 0 && sum < 1))
+      table.wrong_row("terms", i, "a share of at least 0, all together below 1, and a time above 0 s");
+  }
+  if (relaxation.terms.size() > kMaxRelaxationTerms)
+    table.wrong("terms", fmt::format("at most {} terms", kMaxRelaxationTerms));
+  relaxation.source = table.text("source", "where the numbers are from");
+  table.finish();
+  return relaxation;
 }
 
 void read_rate(TomlTable table, SceneConfig& scene) {
@@ -217,11 +253,26 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   scene.name = root.text("name", "\"push\"");
   if (root.asked_and_present("bundle")) scene.bundle = file.parent_path() / root.text("bundle", "\"bundle.h5\"");
   const double scale = root.choice("unit", kLengths);
-  if (root.asked_and_present("effects")) read_effects(root.table("effects"), scene);
+  bool names_contact = false;
+  if (root.asked_and_present("effects")) {
+    names_contact = root.table("effects").asked_and_present("contact");
+    read_effects(root.table("effects"), scene);
+  }
+  if (root.asked_and_present("relaxation")) scene.relaxation = read_relaxation(root.table("relaxation"));
   if (root.asked_and_present("rate")) read_rate(root.table("rate"), scene);
   if (root.asked_and_present("limits")) read_limits(root.table("limits"), scene.limits);
   if (!root.asked_and_present("tool")) root.wrong("tool", "one [[tool]] or more");
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scale));
+  // A disc is what a radius asks for, unless the scene says otherwise; a radius that nothing uses is a mistake.
+  for (const auto& tool : scene.tools) {
+    if (tool.radius == 0) continue;
+    if (!names_contact) scene.contact = SceneConfig::Contact::patch;
+    if (scene.contact != SceneConfig::Contact::patch)
+      root.wrong("tool", fmt::format("contact = \"patch\" in [effects], since tool \"{}\" has a radius", tool.name));
+  }
+  for (const auto& tool : scene.tools)
+    if (tool.friction > 0 && scene.law != SceneConfig::Law::coulomb)
+      root.wrong("tool", fmt::format("law = \"coulomb\" in [effects], since tool \"{}\" has a friction", tool.name));
   if (scene.tools.size() > kMaxTools) root.wrong("tool", fmt::format("at most {} tools", kMaxTools));
   root.finish();
   return scene;

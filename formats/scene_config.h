@@ -17,11 +17,16 @@ namespace palpate {
 //
 //   [effects]                      # all optional; the defaults are shown
 //   collision = "rest"             # off, rest, deformed
-//   contact = "point"              # node, triangle, point
+//   contact = "point"              # node, triangle, point, patch; patch where a tool has a radius
+//   law = "sticking"               # sticking, sliding, unilateral, coulomb: how tool points hold; grips always stick
 //   force = "linear"               # off, linear, response
 //   shape = "surface"              # off, surface, volume
 //   radial = "off"                 # off, response
 //   preload = false
+//
+//   [relaxation]                   # optional: force relaxes while a displacement is held; at most 8 terms
+//   terms = [[0.45, 0.5], [0.365, 50]]   # share of the force at once that is lost, s; shares together below 1
+//   source = "..."                 # where the numbers are from
 //
 //   [rate]                         # optional
 //   touch = 1000                   # Hz
@@ -39,6 +44,8 @@ namespace palpate {
 //   capsule = { radius = 4, length = 60, axis = [0, 0, 1], samples = 40 }
 //                                  # optional, adds points: the capsule's skin; the tool's origin is the centre of its
 //                                  # first cap, the axis runs from there to the second
+//   radius = 3                     # optional: each point is a flat disc of this radius, under contact = "patch"
+//   friction = 0.2                 # optional, 0 .. 100: of the law coulomb
 //   hold = false                   # true: a contact is held when the tool leaves, and pulls
 //   path = [[0, x, y, z], ...]     # key frames: seconds and position, straight lines between them
 //   path_csv = "path.csv"          # or, beside the scene file, rows of time,x,y,z; '#' comments and one header line
@@ -51,7 +58,8 @@ struct SceneConfig {
   using Vector = std::array<double, 3>;
 
   enum class Collision { off, rest, deformed };
-  enum class Contact { node, triangle, point };
+  enum class Contact { node, triangle, point, patch };
+  enum class Law { sticking, sliding, unilateral, coulomb };
   enum class Force { off, linear, response };
   enum class Shape { off, surface, volume };
   enum class Radial { off, response };
@@ -60,6 +68,10 @@ struct SceneConfig {
     std::optional<int> points, contact_nodes;
     double force = 50;        // N
     double force_slew = 1e4;  // N/s
+  };
+  struct Relaxation {
+    std::vector<std::array<double, 2>> terms;  // share, s
+    std::string source;
   };
   struct Capsule {
     double radius = 0, length = 0;
@@ -82,6 +94,8 @@ struct SceneConfig {
     std::optional<Capsule> capsule;
     std::vector<Grip> grips;
     std::vector<KeyFrame> path;  // at least one, times ascending
+    double radius = 0;           // m
+    double friction = 0;
     bool hold = false;
     int line = 0;
   };
@@ -91,10 +105,12 @@ struct SceneConfig {
   std::filesystem::path bundle;  // already relative to the scene's folder; empty where the scene names none
   Collision collision = Collision::rest;
   Contact contact = Contact::point;
+  Law law = Law::sticking;
   Force force = Force::linear;
   Shape shape = Shape::surface;
   Radial radial = Radial::off;
   bool preload = false;
+  std::optional<Relaxation> relaxation;
   double touch_hz = 1000, shape_hz = 60;
   Limits limits;
   std::vector<Tool> tools;

@@ -11,6 +11,8 @@ constexpr double kOppositeFaces = -0.5;
 constexpr int kMaxReach = 8;
 // No place moves by more than this many times the largest imposed displacement (alpha_v of a triangle reaches 4/3).
 constexpr double kMargin = 1.5;
+// How many buckets a place slides in one step at the most.
+constexpr int kMostSlides = 8;
 
 }  // namespace
 
@@ -121,6 +123,32 @@ void Collision::hold_place(PointState& state, const SurfacePlace& place, bool th
   state.place = place;
   state.place_at_rest = surface_->at(place);
   state.outward = surface_->outward(place.triangle);
+  state.tangent = Vec3{};
+}
+
+void Collision::slide(PointState& state, Vec3 p) {
+  const auto squared = [](Vec3 v) { return dot(v, v); };
+  double best = squared(p - state.place_at_rest);
+  // Each round looks a bucket around the place; a place that has not moved that far is the nearest there is.
+  for (int round = 0; round < kMostSlides; ++round) {
+    SurfacePlace place;
+    surface_->near(state.place_at_rest, 1, [&](std::int32_t t) {
+      if (dot(surface_->outward(t), state.outward) < 0) return;
+      double k[3];
+      const double distance =
+          closest_on_triangle(p, surface_->corner(t, 0), surface_->corner(t, 1), surface_->corner(t, 2), k);
+      if (distance >= best) return;
+      best = distance;
+      place.triangle = t;
+      std::copy(k, k + 3, place.barycentric);
+    });
+    if (place.triangle < 0) return;
+    const Vec3 from = state.place_at_rest;
+    state.place = place;
+    state.place_at_rest = surface_->at(place);
+    state.outward = surface_->outward(place.triangle);
+    if (length(state.place_at_rest - from) < 0.5 * surface_->bucket_size()) return;
+  }
 }
 
 // The place where the motion last went in and did not come out again; going out on the opposite side does not count.

@@ -8,8 +8,10 @@
 
 #include <cstdint>
 
-#include "runtime/contact_solver.h"
+#include "runtime/contact_set.h"
+#include "runtime/scene_memory.h"
 #include "runtime/surface_index.h"
+#include "runtime/tensors.h"
 
 namespace palpate {
 
@@ -21,6 +23,7 @@ struct PointState {
   Vec3 pulled;           // last position, pulled back
   SurfacePlace place;
   Vec3 place_at_rest, outward;
+  Vec3 tangent;  // of the contact's frame: turns with the surface as the place moves; zero: none yet
 };
 
 // The displacement field that the contacts of the last solve make, evaluated at single nodes.
@@ -58,6 +61,12 @@ class Collision {
 
   // Moves one tool point to p and updates its state. Cost: microseconds; grows with the buckets along the motion.
   void move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold);
+
+  // Moves the place that is held to the place of the rest surface nearest to p, going over the surface from where it is:
+  // it does not change sides. Cost: a few microseconds.
+  void slide(PointState& state, Vec3 p);
+  // The same under the tool: p is where the tool point was last, pulled back.
+  void follow(PointState& state) { slide(state, state.pulled); }
 
  private:
   Vec3 pull_back(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);

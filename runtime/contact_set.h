@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "runtime/surface_index.h"
 #include "runtime/vec3.h"
 
 namespace palpate {
@@ -25,8 +26,12 @@ struct ContactBlock {
   ContactLaw law;
   bool framed;      // false: frame is the identity
   Mat3 frame;       // unit rows, orthogonal
-  Vec3 local;       // m/N, compliance of the place itself along each row, that the mesh does not resolve
-  double friction;  // coulomb
+  Mat3 local;       // m/N, in the frame: compliance of the place itself, that the mesh does not resolve
+  double friction;  // coulomb: largest tangential force over the normal one
+  // Of a patch: where it was pressed, to know it again.
+  SurfacePlace place;
+  double radius;    // m; 0: not a patch
+  bool incomplete;  // part of it lies on nodes without a column
 };
 
 // Fixed capacity; all arrays belong to the scene.

@@ -15,6 +15,11 @@ constexpr double kConflict = 1e-6;
 // The factor is made anew when what it solves is off by this part of the largest scaled force: rounding adds up over
 // millions of updates.
 constexpr double kDrift = 1e-7;
+// Gauss-Seidel ends when a sweep moves nothing by more than this part of the largest target, after kMostSweeps, or when
+// it has spent kMostWork multiply-adds (about a millisecond).
+constexpr double kSettled = 1e-10;
+constexpr std::int32_t kMostSweeps = 200, kFewestSweeps = 10;
+constexpr std::int64_t kMostWork = 4'000'000;
 
 double largest(const double* x, std::int32_t count) {
   double most = 0;
@@ -50,6 +55,8 @@ bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity, std
   matrix_ = memory.array<double>(rows * rows);
   scale_ = memory.array<double>(rows);
   shift_ = memory.array<double>(rows);
+  soft_ = memory.array<double>(rows);
+  last_ = memory.array<double>(rows);
   target_ = memory.array<double>(rows);
   reaction_ = memory.array<double>(rows);
   work_ = memory.array<double>(UpdatedCholesky::kBatch * rows);
@@ -76,9 +83,10 @@ void ContactSolver::forget() {
 bool ContactSolver::same(const ContactSet& set, const ContactBlock& now, const ContactBlock& before) const {
   if (now.entry_count != before.entry_count || now.axes != before.axes || now.framed != before.framed) return false;
   for (int i = 0; i < 3; ++i) {
-    if (now.local[i] != before.local[i]) return false;
-    for (int j = 0; now.framed && j < 3; ++j)
-      if (now.frame.m[i][j] != before.frame.m[i][j]) return false;
+    for (int j = 0; j < 3; ++j) {
+      if (now.local.m[i][j] != before.local.m[i][j]) return false;
+      if (now.framed && now.frame.m[i][j] != before.frame.m[i][j]) return false;
+    }
   }
   for (std::int32_t v = 0; v < now.entry_count; ++v) {
     const ContactEntry &a = set.entries[now.first_entry + v], &b = kept_entry_[before.first_entry + v];
@@ -165,10 +173,10 @@ bool ContactSolver::fill_rows(const ContactSet& set, std::int32_t p) {
   };
 
   Mat3 own = between(block);
+  add_scaled(own, 1, block.local);
   Rows& rows = rows_[p];
   rows = {{-1, -1, -1}};
   for (int i = 0; i < 3; ++i) {
-    own.m[i][i] += block.local[i];
     // A row without compliance (all its dofs are fixed) cannot move: it carries no force.
     if (!(block.axes >> i & 1u) || own.m[i][i] <= 0) continue;
     if (!std::isfinite(own.m[i][i])) return false;
@@ -208,7 +216,11 @@ bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
     }
     // Rounding of the stored tensors may leave a pivot below what the shift guarantees.
     if (!factor_.append(batch, entries, 0.5 * kShift, raised)) return false;
-    for (int q = 0; q < batch; ++q) shift_[rows[begin + q]] = kShift + raised[q];
+    for (int q = 0; q < batch; ++q) {
+      const std::int32_t row = rows[begin + q];
+      shift_[row] = kShift + raised[q];
+      soft_[row] = shift_[row] / (scale_[row] * scale_[row]);
+    }
   }
   return true;
 }
@@ -282,6 +294,34 @@ bool ContactSolver::measure_residual() {
   return off <= kDrift * most;
 }
 
+ContactSystem ContactSolver::system(const ContactSet& set) const {
+  ContactSystem system;
+  system.matrix = matrix_, system.stride = capacity_, system.rows_end = rows_end_;
+  system.soft = soft_, system.target = target_;
+  system.blocks = set.blocks, system.rows = rows_, system.block_count = set.block_count;
+  return system;
+}
+
+void ContactSolver::solve_laws(const ContactSystem& laws) {
+  std::copy(last_, last_ + rows_end_, reaction_);
+  double most = 0;
+  for (std::int32_t row = 0; row < rows_end_; ++row)
+    if (scale_[row] != 0) most = std::max(most, std::fabs(target_[row]));
+  const std::int64_t work = std::int64_t{rows_end_} * rows_end_;
+  const auto sweeps =
+      static_cast<std::int32_t>(std::clamp(kMostWork / work, std::int64_t{kFewestSweeps}, std::int64_t{kMostSweeps}));
+  const std::int32_t done = sweep_contacts(laws, reaction_, kSettled * most, sweeps);
+  residual_ = law_residual(laws, reaction_);
+  residual_.sweeps = done;
+}
+
+Vec3 ContactSolver::reaction(std::int32_t p) const {
+  Vec3 r;
+  for (int i = 0; i < 3; ++i)
+    if (const std::int32_t row = rows_[p].at[i]; row >= 0) r[i] = reaction_[row];
+  return r;
+}
+
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactSet& set, Vec3* force,
                                             Vec3* modified) {
   for (std::int32_t e = 0; e < set.entry_count; ++e) force[e] = modified[e] = Vec3{};
@@ -295,11 +335,16 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
   for (std::int32_t p = 0; p < set.block_count; ++p)
     for (int i = 0; i < 3; ++i)
       if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
+  std::copy(reaction_, reaction_ + rows_end_, last_);
   Outcome outcome = solve_factored();
   if (!measure_residual()) {
     if (!rebuild_factor()) return fail();
     outcome = solve_factored();
     measure_residual();
+  }
+  if (const ContactSystem laws = system(set); !obeys_laws(laws, reaction_)) {
+    solve_laws(laws);
+    outcome = Outcome::solved;
   }
 
   for (std::int32_t p = 0; p < set.block_count; ++p) {

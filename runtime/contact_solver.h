@@ -3,19 +3,13 @@
 
 #include <cstdint>
 
+#include "runtime/contact_laws.h"
 #include "runtime/contact_set.h"
 #include "runtime/node_compliance.h"
 #include "runtime/scene_memory.h"
 #include "runtime/updated_cholesky.h"
 
 namespace palpate {
-
-// How well the last solve holds what was asked, at the row where it is held worst.
-struct ContactResidual {
-  double displacement = 0;  // m
-  double force = 0;         // N: the same, over the row's own compliance
-  std::int32_t sweeps = 0;  // of projected Gauss-Seidel; 0 where the factor alone solved
-};
 
 class ContactSolver {
  public:
@@ -38,18 +32,21 @@ class ContactSolver {
   // force[e], modified[e]: per entry of the set, N and m. Blocks that the set has in common with the last one keep their
   // rows of the matrix and the factor. regularised: some targets conflict, residual() says by how much they are missed.
   // unsolved (numbers of the bundle are not finite): outputs are zero.
-  // Cost, in multiply-adds: 3 rows^2 or so; per block that changed 9 (its entries + 1) nodes, and per row of it
+  // Where a law forbids what the factor says, projected Gauss-Seidel goes on from the last step's forces.
+  // Cost, in multiply-adds: 3 rows^2 or so, and rows^2 per sweep; per block that changed 9 (its entries + 1) nodes, and per row of it
   // rows^2 / 2 to come and up to rows^2 to leave; the tensors are read for new nodes alone.
   // Source: Cotin, Delingette and Ayache 1999, eqs 7-10, in the symmetric form W f = u*.
   Outcome solve(const Tensors& tensors, const ContactSet& set, Vec3* force, Vec3* modified);
   const ContactResidual& residual() const { return residual_; }
 
+  // Of block p of the last set: what its rows carry, N, and how far the place missed its target, m, both in its frame.
+  Vec3 reaction(std::int32_t p) const;
+  Vec3 missed(const ContactSet& set, std::int32_t p) const { return palpate::missed(system(set), reaction_, p); }
+
   void forget();
 
  private:
-  struct Rows {
-    std::int32_t at[3];  // row of each axis, or -1: not imposed, or it cannot move
-  };
+  using Rows = ContactRowsOfBlock;
   bool update(const Tensors& tensors, const ContactSet& set);
   void match(const ContactSet& set);
   bool same(const ContactSet& set, const ContactBlock& now, const ContactBlock& before) const;
@@ -61,7 +58,9 @@ class ContactSolver {
   std::int32_t take_row();
   double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * capacity_ + j]; }
 
+  ContactSystem system(const ContactSet& set) const;
   Outcome solve_factored();
+  void solve_laws(const ContactSystem& laws);
   bool measure_residual();
 
   NodeCompliance nodes_;
@@ -71,8 +70,10 @@ class ContactSolver {
   double* matrix_ = nullptr;         // [rows][rows] H W H^T, m/N
   double* scale_ = nullptr;          // [rows] D; 0: the row is free
   double* shift_ = nullptr;          // [rows] of the scaled diagonal
+  double* soft_ = nullptr;           // [rows] the same of the matrix, m/N
   double* target_ = nullptr;         // [rows] m
   double* reaction_ = nullptr;       // [rows] N
+  double* last_ = nullptr;           // [rows] N, of the last step, where rows have stayed
   double* work_ = nullptr;           // [kBatch][rows]
   std::int32_t* row_at_ = nullptr;   // [rows] row at each position of the factor
   std::int32_t* list_ = nullptr;     // [rows]

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "runtime/error_text.h"
+#include "runtime/surface_tissue.h"
 
 namespace palpate {
 namespace {
@@ -30,10 +31,18 @@ palpate_status check_def(const palpate_scene_def& def, palpate_error* error) {
   const auto bad = [&](const char* what) {
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", what);
   };
-  if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_POINT) ||
-      !is_one_of(def.force, PALPATE_FORCE_RESPONSE) || !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) ||
-      !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) || !is_one_of(def.preload, PALPATE_PRELOAD_ON))
+  if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
+      !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
+      !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
+      !is_one_of(def.preload, PALPATE_PRELOAD_ON))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
+  if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
+    return bad("relaxation.model has a value that palpate.h does not list");
+  if (def.relaxation.model == PALPATE_RELAXATION_PRONY) {
+    if (def.force == PALPATE_FORCE_OFF) return bad("relaxation acts on a force, and force is OFF");
+    if (!PronySeries().set(def.relaxation))
+      return bad("relaxation needs 1 .. 8 terms, shares of 0 and above that sum to less than 1, and times above 0 s");
+  }
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
   if (def.max_contact_nodes < 1 || def.max_contact_nodes > 3000) return bad("max_contact_nodes must be 1 .. 3000");
@@ -65,9 +74,13 @@ class Builder {
     };
     then(&Builder::tensors);
     if (needs_triangles()) then(&Builder::triangles);
+    if (needs_surface()) then(&Builder::surface);
+    if (needs_frame(def_)) then(&Builder::measure);
+    if (def_.contact == PALPATE_CONTACT_PATCH) then(&Builder::tissue);
     if (def_.collision != PALPATE_COLLISION_OFF) then(&Builder::collision);
     then(&Builder::contacts);
     if (def_.force != PALPATE_FORCE_OFF) then(&Builder::force);
+    if (def_.relaxation.model != PALPATE_RELAXATION_OFF) then(&Builder::relaxation);
     if (def_.shape != PALPATE_SHAPE_OFF) then(&Builder::shape);
     if (def_.radial != PALPATE_RADIAL_OFF) then(&Builder::radial);
     if (status == PALPATE_OK && scene_.memory.failed())
@@ -78,9 +91,8 @@ class Builder {
   }
 
  private:
-  bool needs_triangles() const {
-    return def_.collision != PALPATE_COLLISION_OFF || def_.contact != PALPATE_CONTACT_NODE;
-  }
+  bool needs_surface() const { return def_.collision != PALPATE_COLLISION_OFF || needs_frame(def_); }
+  bool needs_triangles() const { return needs_surface() || def_.contact != PALPATE_CONTACT_NODE; }
 
   // A section that must be there; nullptr with *error_ filled otherwise.
   template <class T>
@@ -282,19 +294,49 @@ class Builder {
     return names[static_cast<int>(form())];
   }
 
-  palpate_status collision() {
+  palpate_status no_memory(const char* what) {
+    return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene's %s", what);
+  }
+
+  palpate_status surface() {
     TouchHalf& touch = scene_.touch;
     if (const palpate_status status = rest_positions(counts_.surface_nodes, &touch.rest)) return status;
+    if (!touch.surface.build(scene_.memory, touch.rest, touch.triangles, static_cast<std::int32_t>(counts_.triangles)))
+      return no_memory("surface");
+    add_pass({"rest surface in buckets", "create", rest_sections(true), rest_bytes(true), 0, 0});
+    return PALPATE_OK;
+  }
+
+  palpate_status measure() {
+    TouchHalf& touch = scene_.touch;
+    if (!touch.measure.build(scene_.memory, touch.rest, scene_.tensors.surface_nodes, touch.triangles,
+                             static_cast<std::int32_t>(counts_.triangles)))
+      return no_memory("surface");
+    return PALPATE_OK;
+  }
+
+  palpate_status tissue() {
+    TouchHalf& touch = scene_.touch;
+    if (const palpate_status status = read_tissue(bundle_, scene_.memory, touch.measure, error_)) return status;
+    if (!touch.patch.create(scene_.memory, &touch.surface, &touch.measure, touch.triangles,
+                            scene_.tensors.surface_nodes))
+      return no_memory("patches");
+    const bool regions = counts_.regions > 1;
+    add_pass({"tissue under a patch", "create", tissue_sections(bundle_),
+              bytes_of(SectionId::young) + bytes_of(SectionId::poisson) + bytes_of(SectionId::provenance) +
+                  (regions ? bytes_of(SectionId::tetrahedra) + bytes_of(SectionId::region) : 0),
+              0, 0});
+    return PALPATE_OK;
+  }
+
+  palpate_status collision() {
+    TouchHalf& touch = scene_.touch;
     const bool deformed = def_.collision == PALPATE_COLLISION_DEFORMED;
-    const bool built =
-        touch.surface.build(scene_.memory, touch.rest, touch.triangles, static_cast<std::int32_t>(counts_.triangles)) &&
-        (!deformed || touch.field.create(scene_.memory, def_.max_contact_nodes, scene_.tensors.surface_nodes));
-    if (!built)
-      return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene's collision");
+    if (deformed && !touch.field.create(scene_.memory, def_.max_contact_nodes, scene_.tensors.surface_nodes))
+      return no_memory("collision");
     touch.collision.create(&touch.surface, touch.triangles, &touch.field, deformed);
     for (std::int32_t t = 0; t < def_.max_tools; ++t)
       touch.points[t] = scene_.memory.array<PointState>(static_cast<std::size_t>(def_.max_points));
-    add_pass({"rest surface in buckets", "create", rest_sections(true), rest_bytes(true), 0, 0});
     // Deformed: the nodes of about 30 triangles near a tool point, three floats of three columns each.
     add_pass({deformed ? "collision: deformed" : "collision: rest", "touch", deformed ? surface_sections() : "",
               deformed ? surface_bytes() : 0, deformed ? 30 * block_bytes() : 0, deformed ? 30ull * 18 : 0});
@@ -311,22 +353,25 @@ class Builder {
     limits.max_tools = def_.max_tools, limits.max_points = def_.max_points;
     limits.places_in_triangles = touch.triangles != nullptr;
     touch.column_of_node = memory.array<std::int32_t>(counts_.surface_nodes);
-    touch.set.entries = memory.array<ContactEntry>(nodes);
     const std::int32_t per_point = def_.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1,
                        blocks = std::min(def_.max_contact_nodes, per_point * def_.max_points);
-    touch.set.blocks = memory.array<ContactBlock>(static_cast<std::size_t>(blocks));
-    touch.set.target = memory.array<Vec3>(static_cast<std::size_t>(blocks));
-    touch.set.entry_capacity = def_.max_contact_nodes, touch.set.block_capacity = blocks;
     touch.force = memory.array<Vec3>(nodes);
     touch.modified = memory.array<Vec3>(nodes);
-    if (!touch.input.create(memory, limits) ||
+    const ContactRows::Source source = {def_.contact, touch.column_of_node, touch.triangles, touch.rest,
+                                        def_.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr};
+    if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def_.max_contact_nodes, blocks) ||
         !touch.solver.create(memory, def_.max_contact_nodes, blocks, scene_.tensors.columns))
-      return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene's contacts");
+      return no_memory("contacts");
     std::fill(touch.column_of_node, touch.column_of_node + counts_.surface_nodes, -1);
     for (std::int32_t k = 0; k < scene_.tensors.columns; ++k) touch.column_of_node[scene_.touchable[k]] = k;
-    static const char* const names[] = {"contact: node", "contact: triangle", "contact: point"};
+    static const char* const names[][4] = {
+        {"contact: node", "contact: node, sliding", "contact: node, unilateral", "contact: node, coulomb"},
+        {"contact: triangle", "contact: triangle, sliding", "contact: triangle, unilateral",
+         "contact: triangle, coulomb"},
+        {"contact: point", "contact: point, sliding", "contact: point, unilateral", "contact: point, coulomb"},
+        {"contact: patch", "contact: patch, sliding", "contact: patch, unilateral", "contact: patch, coulomb"}};
     // Per contact node at the limit: a 3 x 3 block towards each other one, and its share of the factorisation.
-    add_pass({names[def_.contact], "touch", contact_sections(),
+    add_pass({names[def_.contact][def_.law], "touch", contact_sections(),
               bytes_of(SectionId::touchable) + bytes_of(SectionId::force) + surface_bytes(), block_bytes() * nodes + 72,
               9ull * nodes * nodes});
     return PALPATE_OK;
@@ -357,6 +402,15 @@ class Builder {
       return status;
     add_pass({"force: response", "touch", "material/response/force material/response/range",
               bytes_of(SectionId::response_force) + bytes_of(SectionId::response_range), 0, 9});
+    return PALPATE_OK;
+  }
+
+  palpate_status relaxation() {
+    TouchHalf& touch = scene_.touch;
+    touch.relaxation.set(def_.relaxation);
+    touch.memory = scene_.memory.array<PronySeries::Memory>(static_cast<std::size_t>(def_.max_tools));
+    if (!touch.memory) return no_memory("relaxation");
+    add_pass({"relaxation: prony", "touch", "", 0, 0, 0});
     return PALPATE_OK;
   }
 
@@ -420,11 +474,13 @@ class Builder {
 palpate_scene_def palpate_default_scene_def(void) {
   palpate_scene_def def = {};
   def.collision = PALPATE_COLLISION_REST;
-  def.contact = PALPATE_CONTACT_POINT;
+  def.contact = PALPATE_CONTACT_PATCH;
+  def.law = PALPATE_LAW_STICKING;
   def.force = PALPATE_FORCE_LINEAR;
   def.shape = PALPATE_SHAPE_SURFACE;
   def.radial = PALPATE_RADIAL_OFF;
   def.preload = PALPATE_PRELOAD_OFF;
+  def.relaxation.model = PALPATE_RELAXATION_OFF;
   def.max_tools = 4;
   def.max_points = 64;
   def.max_contact_nodes = 192;

@@ -5,27 +5,38 @@
 
 #include "runtime/bundle.h"
 #include "runtime/collision.h"
-#include "runtime/contact_set.h"
+#include "runtime/contact_rows.h"
 #include "runtime/contact_solver.h"
+#include "runtime/relaxation.h"
 #include "runtime/response_curve.h"
 #include "runtime/scene_memory.h"
 #include "runtime/surface_index.h"
+#include "runtime/surface_measure.h"
 #include "runtime/tool_input.h"
 
 namespace palpate {
 
+// Whether contacts tell the normal from what is across it.
+inline bool needs_frame(const palpate_scene_def& def) {
+  return def.contact == PALPATE_CONTACT_PATCH || def.law != PALPATE_LAW_STICKING;
+}
+
 // What palpate_touch alone reads and writes.
 struct TouchHalf {
   const std::int32_t* triangles = nullptr;  // [F][3] copied and checked; nullptr where no effect needs them
-  const double* rest = nullptr;             // [Ns][3] m, preload included; only with collision
+  const double* rest = nullptr;             // [Ns][3] m, preload included; with collision, a patch or a law
   std::int32_t* column_of_node = nullptr;   // [Ns] or -1
   ToolInput input;
   SurfaceIndex surface;
   ContactField field;
   Collision collision;
   PointState* points[PALPATE_MAX_TOOLS] = {};  // [max_points]
-  ContactSet set;
+  SurfaceMeasure measure;  // with a patch, or with a law that tells the normal from what is across it
+  ContactPatch patch;
+  ContactRows rows;
   ContactSolver solver;
+  PronySeries relaxation;
+  PronySeries::Memory* memory = nullptr;  // [max_tools]; nullptr: no relaxation
   ResponseCurve response;
   Vec3* force = nullptr;     // [max_contact_nodes]
   Vec3* modified = nullptr;  // [max_contact_nodes]
@@ -65,7 +76,7 @@ struct palpate_scene {
   const std::int32_t* touchable = nullptr;  // [S] copied and checked
   palpate::TouchHalf touch;
   palpate::ShapeHalf shape;
-  static constexpr std::int32_t kMaxPasses = 8;
+  static constexpr std::int32_t kMaxPasses = 12;
   palpate_plan_pass plan[kMaxPasses] = {};
   std::int32_t pass_count = 0;
 };

@@ -42,6 +42,7 @@ void ToolInput::forget() {
 
 bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const {
   if (tool.point_count < 0 || tool.grip_count < 0) return false;
+  if (!(tool.radius >= 0 && tool.radius <= 1 && tool.friction >= 0 && tool.friction <= 100)) return false;
   if ((tool.point_count > 0 && !tool.points) || (tool.grip_count > 0 && !tool.grips)) return false;
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
@@ -79,6 +80,7 @@ std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count
       if (points < from.point_count || grips < from.grip_count) tool.flags |= PALPATE_STEP_CONTACTS_DROPPED;
       tool.point_count = points, tool.grip_count = grips;
       tool.hold = from.hold != 0;
+      tool.radius = from.radius, tool.friction = from.friction;
     } else {
       tool.flags |= PALPATE_STEP_BAD_INPUT;
       tool.point_count = std::min(tool.point_count, room);

@@ -25,6 +25,7 @@ struct Tool {
   palpate_grip* grips = nullptr;  // [grip_count]
   std::int32_t point_count = 0, grip_count = 0;
   bool hold = false;
+  double radius = 0, friction = 0;
   std::uint32_t flags = 0;  // of this step
 };
 

@@ -14,7 +14,7 @@ struct ToolSum {
   Vec3 imposed;               // sum of the imposed displacements of its contacts, m
   double imposed_length = 0;  // sum of their lengths
   Vec3 resultant;             // of its linear nodal forces on the organ, N
-  std::int32_t contacts = 0;
+  std::int32_t contacts = 0, slips = 0, releases = 0;
 };
 
 class Touch {
@@ -23,7 +23,7 @@ class Touch {
 
   std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
     flags_ = half_.input.take(tools, tool_count, dt);
-    half_.set.entry_count = half_.set.block_count = 0;
+    half_.rows.begin();
     for (std::int32_t t = 0; t < half_.input.count(); ++t) {
       if (scene_.def.collision != PALPATE_COLLISION_OFF) collide(t);
       add_grips(t);
@@ -46,115 +46,62 @@ class Touch {
 
   void collide(std::int32_t t) {
     Tool& tool = half_.input.tool(t);
+    const ContactLaw law = static_cast<ContactLaw>(scene_.def.law);
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
       PointState& state = half_.points[t][i];
       half_.collision.move(state, tool.points[i], t, i, tool.hold);
-      if (state.contact) add_place(t, i, state.place, tool.points[i] - state.place_at_rest, 7);
+      if (!state.contact) continue;
+      if (law == ContactLaw::sliding || law == ContactLaw::unilateral) half_.collision.follow(state);
+      ContactWish wish;
+      wish.tool = t, wish.point = i;
+      wish.displacement = tool.points[i] - state.place_at_rest;
+      wish.radius = tool.radius, wish.law = law, wish.friction = tool.friction;
+      set_frame(wish, state.place, &state.tangent);
+      hold_place(wish, state.place);
     }
+  }
+
+  // Which way is out at the place, and a direction across it that turns along with it.
+  void set_frame(ContactWish& wish, const SurfacePlace& place, Vec3* tangent) {
+    if (!needs_frame(scene_.def)) return;
+    wish.outward = half_.measure.outward(place);
+    if (length(wish.outward) == 0) wish.outward = half_.surface.outward(place.triangle);
+    if (length(wish.outward) == 0) wish.outward = Vec3{0, 0, 1};
+    wish.tangent = *tangent = across(wish.outward, *tangent);
   }
 
   void add_grips(std::int32_t t) {
     const Tool& tool = half_.input.tool(t);
     for (std::int32_t g = 0; g < tool.grip_count; ++g) {
       const palpate_grip& grip = tool.grips[g];
-      Vec3 displacement;
-      for (int i = 0; i < 3; ++i) displacement[i] = grip.axes >> i & 1u ? grip.displacement[i] : 0.0;
-      const std::int32_t point = tool.point_count + g;
+      ContactWish wish;
+      wish.tool = t, wish.point = tool.point_count + g;
+      wish.axes = grip.axes;
+      for (int i = 0; i < 3; ++i) wish.displacement[i] = grip.axes >> i & 1u ? grip.displacement[i] : 0.0;
       if (grip.node >= 0) {
-        const double whole[1] = {1};
-        if (half_.column_of_node[grip.node] < 0)
-          raise(t, PALPATE_STEP_NOT_TOUCHABLE);
-        else
-          add_contact(t, point, &grip.node, whole, 1, displacement, grip.axes);
+        bool made = false;
+        const std::uint32_t flags = half_.rows.hold_node(wish, grip.node, &made);
+        after_holding(wish, flags, made);
       } else {
         SurfacePlace place;
         place.triangle = grip.triangle;
         std::copy(grip.barycentric, grip.barycentric + 3, place.barycentric);
-        add_place(t, point, place, displacement, grip.axes);
+        Vec3 tangent;
+        wish.radius = tool.radius;
+        set_frame(wish, place, &tangent);
+        hold_place(wish, place);
       }
     }
   }
 
-  // A place in a triangle, held by the scene's contact model. Vertices without a tensor column give their weight to the
-  // others, so that the weights still sum to one and the force stays bounded near a fixed border.
-  void add_place(std::int32_t t, std::int32_t point, const SurfacePlace& place, Vec3 displacement, std::uint32_t axes) {
-    std::int32_t node[3];
-    double weight[3];
-    int count = 0;
-    for (int v = 0; v < 3; ++v) {
-      const std::int32_t n = half_.triangles[3 * place.triangle + v];
-      if (half_.column_of_node[n] < 0) {
-        if (place.barycentric[v] != 0) raise(t, PALPATE_STEP_NOT_TOUCHABLE);
-        continue;
-      }
-      node[count] = n, weight[count++] = place.barycentric[v];
-    }
-    if (count == 0) return;
-    double sum = 0;
-    for (int v = 0; v < count; ++v) sum += weight[v] = std::max(0.0, weight[v]);
-    for (int v = 0; v < count; ++v) weight[v] = sum > 0 ? weight[v] / sum : 1.0 / count;
-
-    if (scene_.def.contact == PALPATE_CONTACT_NODE) {
-      const int v = nearest_vertex(place, node, weight, count);
-      const double whole[1] = {1};
-      add_contact(t, point, &node[v], whole, 1, displacement, axes);
-    } else if (scene_.def.contact == PALPATE_CONTACT_POINT) {
-      int used = 0;
-      for (int v = 0; v < count; ++v)
-        if (weight[v] > 0) node[used] = node[v], weight[used++] = weight[v];
-      add_contact(t, point, node, weight, used, displacement, axes);
-    } else {
-      add_triangle(t, point, node, weight, count, displacement, axes);
-    }
+  void hold_place(const ContactWish& wish, const SurfacePlace& place) {
+    bool made = false;
+    const std::uint32_t flags = half_.rows.hold_place(wish, place, &made);
+    after_holding(wish, flags, made);
   }
-
-  // The vertex nearest to the place; without positions (grips alone), the one of largest weight.
-  int nearest_vertex(const SurfacePlace& place, const std::int32_t* node, const double* weight, int count) const {
-    int best = 0;
-    double least = INFINITY;
-    for (int v = 0; v < count; ++v) {
-      double distance = -weight[v];
-      if (half_.rest) distance = length(load3(half_.rest + 3 * node[v]) - half_.surface.at(place));
-      if (distance < least) least = distance, best = v;
-    }
-    return best;
-  }
-
-  // The paper's three vertices, each imposed alpha_v d: then the place moves by sum_v k_v alpha_v d = d.
-  void add_triangle(std::int32_t t, std::int32_t point, const std::int32_t* node, const double* k, int count,
-                    Vec3 displacement, std::uint32_t axes) {
-    if (!has_room(count, count)) return raise(t, PALPATE_STEP_CONTACTS_DROPPED);
-    double squares = 0;
-    for (int v = 0; v < count; ++v) squares += k[v] * k[v];
-    for (int v = 0; v < count; ++v) {
-      const double whole[1] = {1};
-      add_block(t, point, v, node + v, whole, 1, (k[v] + 1 - squares) * displacement, axes);
-    }
-    count_contact(t, displacement);
-  }
-
-  bool has_room(std::int32_t blocks, std::int32_t entries) const {
-    const ContactSet& set = half_.set;
-    return set.block_count + blocks <= set.block_capacity && set.entry_count + entries <= set.entry_capacity;
-  }
-
-  void add_contact(std::int32_t t, std::int32_t point, const std::int32_t* node, const double* weight, int count,
-                   Vec3 displacement, std::uint32_t axes) {
-    if (!has_room(1, count)) return raise(t, PALPATE_STEP_CONTACTS_DROPPED);
-    add_block(t, point, 0, node, weight, count, displacement, axes);
-    count_contact(t, displacement);
-  }
-
-  void add_block(std::int32_t t, std::int32_t point, std::int32_t part, const std::int32_t* node, const double* weight,
-                 int count, Vec3 target, std::uint32_t axes) {
-    ContactSet& set = half_.set;
-    ContactBlock& block = set.blocks[set.block_count];
-    block = ContactBlock{};
-    block.first_entry = set.entry_count, block.entry_count = count, block.axes = axes;
-    block.tool = t, block.point = point, block.part = part;
-    set.target[set.block_count++] = target;
-    for (int v = 0; v < count; ++v)
-      set.entries[set.entry_count++] = ContactEntry{node[v], half_.column_of_node[node[v]], t, point, weight[v]};
+  void after_holding(const ContactWish& wish, std::uint32_t flags, bool made) {
+    if (flags) raise(wish.tool, flags);
+    if (made) count_contact(wish.tool, wish.displacement);
   }
 
   void count_contact(std::int32_t t, Vec3 displacement) {
@@ -174,16 +121,42 @@ class Touch {
   }
 
   void solve() {
-    const ContactSolver::Outcome outcome = half_.solver.solve(scene_.tensors, half_.set, half_.force, half_.modified);
+    const ContactSet& set = half_.rows.set();
+    const ContactSolver::Outcome outcome = half_.solver.solve(scene_.tensors, set, half_.force, half_.modified);
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
     if (outcome == ContactSolver::Outcome::unsolved) flag = PALPATE_STEP_UNSOLVED;
-    for (std::int32_t e = 0; e < half_.set.entry_count; ++e) {
-      const std::int32_t t = half_.set.entries[e].tool;
+    for (std::int32_t e = 0; e < set.entry_count; ++e) {
+      const std::int32_t t = set.entries[e].tool;
       if (flag) raise(t, flag);
       tools_[t].resultant += half_.force[e];
     }
-    if (scene_.def.collision == PALPATE_COLLISION_DEFORMED) half_.field.set(scene_.tensors, half_.set, half_.modified);
+    if (scene_.def.collision == PALPATE_COLLISION_DEFORMED) half_.field.set(scene_.tensors, set, half_.modified);
+    if (scene_.def.law >= PALPATE_LAW_UNILATERAL && outcome != ContactSolver::Outcome::unsolved) slip();
+  }
+
+  // Places that slipped, or that nothing holds, come along by as much as the tool has left them behind.
+  void slip() {
+    const ContactSet& set = half_.rows.set();
+    for (std::int32_t p = 0; p < set.block_count; ++p) {
+      const ContactBlock& block = set.blocks[p];
+      if (block.law != ContactLaw::unilateral && block.law != ContactLaw::coulomb) continue;
+      const Vec3 r = half_.solver.reaction(p);
+      const bool released = !(r.x > 0), slipped = slips(block, r);
+      tools_[block.tool].releases += released;
+      tools_[block.tool].slips += slipped && !released;
+      if (block.law != ContactLaw::coulomb || !(released || slipped)) continue;
+      const Vec3 left_behind = half_.solver.missed(set, p);
+      PointState& state = half_.points[block.tool][block.point];
+      Vec3 along;
+      for (int i = 1; i < 3; ++i)
+        along += -left_behind[i] * Vec3{block.frame.m[i][0], block.frame.m[i][1], block.frame.m[i][2]};
+      half_.collision.slide(state, state.place_at_rest + along);
+    }
+  }
+  static bool slips(const ContactBlock& block, Vec3 r) {
+    constexpr double rounding = 1e-9;
+    return block.law == ContactLaw::coulomb && std::hypot(r.y, r.z) >= block.friction * r.x * (1 - rounding);
   }
 
   // d_t; zero where the imposed displacements cancel.
@@ -204,16 +177,19 @@ class Touch {
   void write_nodes() {
     for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) factor_[t] = tools_[t].contacts > 0 ? force_factor(t) : 0;
     palpate_contact_node* node = reinterpret_cast<palpate_contact_node*>(&out_ + 1);
-    for (std::int32_t e = 0; e < half_.set.entry_count; ++e, ++node) {
-      const ContactEntry& entry = half_.set.entries[e];
+    const ContactSet& set = half_.rows.set();
+    for (std::int32_t e = 0; e < set.entry_count; ++e, ++node) {
+      const ContactEntry& entry = set.entries[e];
       node->node = entry.node, node->column = entry.column, node->tool = entry.tool, node->point = entry.point;
       store3(half_.modified[e], node->modified_displacement);
       store3(factor_[entry.tool] * half_.force[e], node->force);
     }
-    out_.node_count = half_.set.entry_count;
+    out_.node_count = set.entry_count;
     out_.node_capacity = scene_.def.max_contact_nodes;
     out_.tool_count = half_.input.count();
-    out_.reserved = 0;
+    out_.sweeps = half_.solver.residual().sweeps;
+    out_.residual_displacement = half_.solver.residual().displacement;
+    out_.residual_force = half_.solver.residual().force;
     out_.used_bytes = static_cast<std::uint32_t>(sizeof(palpate_contacts) + static_cast<std::size_t>(out_.node_count) *
                                                                                 sizeof(palpate_contact_node));
   }
@@ -223,14 +199,25 @@ class Touch {
     state = palpate_tool_state{};
     if (t >= half_.input.count()) {
       half_.last_force[t] = Vec3{};
+      if (half_.memory && t < scene_.def.max_tools) half_.memory[t] = PronySeries::Memory{};
       return;
     }
-    const Vec3 raw = -factor_[t] * tools_[t].resultant;
+    const Vec3 raw = relaxed(t, -factor_[t] * tools_[t].resultant);
     store3(raw, state.force_raw);
     store3(safe_force(t, raw), state.force);
     store3(direction(t), state.direction);
     state.contact_count = tools_[t].contacts;
+    state.slip_count = tools_[t].slips;
+    state.release_count = tools_[t].releases;
     state.flags = half_.input.tool(t).flags;
+  }
+
+  // The force after its relaxation. What is left of a push may not pull, unless the tool holds.
+  Vec3 relaxed(std::int32_t t, Vec3 elastic) {
+    if (!half_.memory || !is_finite(elastic)) return elastic;
+    const Vec3 force = half_.relaxation.step(half_.memory[t], elastic, half_.input.dt());
+    if (tools_[t].contacts == 0) return Vec3{};
+    return !half_.input.tool(t).hold && dot(force, elastic) < 0 ? Vec3{} : force;
   }
 
   // What a device may be sent: no longer than force_limit, no faster than force_slew. A clock that claims a long time, or a
@@ -288,6 +275,9 @@ void palpate_reset(palpate_scene* scene) {
   half.input.forget();
   half.field.clear();
   half.solver.forget();
+  half.rows.forget();
+  if (half.memory)
+    for (std::int32_t t = 0; t < scene->def.max_tools; ++t) half.memory[t] = palpate::PronySeries::Memory{};
   half.step = 0;
   for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) {
     half.last_force[t] = palpate::Vec3{};

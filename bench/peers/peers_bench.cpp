@@ -97,7 +97,7 @@ class Palpate {
     palpate_grip grip = {};
     grip.node = node, grip.triangle = -1, grip.axes = 7;
     Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
-    const palpate_tool tool = {nullptr, 0, &grip, 1, 0};
+    const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
     const auto start = Clock::now();
     palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
     const double touched = seconds_since(start);
@@ -120,7 +120,7 @@ class Palpate {
   };
   palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
   void touch_point(const Eigen::Vector3d& point) {
-    const palpate_tool tool = {point.data(), 1, nullptr, 0, 0};
+    const palpate_tool tool = {point.data(), 1, nullptr, 0, 0, 0, 0};
     palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
   }
   void shape() {

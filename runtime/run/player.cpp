@@ -20,7 +20,8 @@ constexpr double kMostSteps = 1e8;
 
 // The config's words and the API's enums are in the same order.
 static_assert(static_cast<int>(SceneConfig::Collision::deformed) == PALPATE_COLLISION_DEFORMED);
-static_assert(static_cast<int>(SceneConfig::Contact::point) == PALPATE_CONTACT_POINT);
+static_assert(static_cast<int>(SceneConfig::Contact::patch) == PALPATE_CONTACT_PATCH);
+static_assert(static_cast<int>(SceneConfig::Law::coulomb) == PALPATE_LAW_COULOMB);
 static_assert(static_cast<int>(SceneConfig::Force::response) == PALPATE_FORCE_RESPONSE);
 static_assert(static_cast<int>(SceneConfig::Shape::volume) == PALPATE_SHAPE_VOLUME);
 static_assert(static_cast<int>(SceneConfig::Radial::response) == PALPATE_RADIAL_RESPONSE);
@@ -89,13 +90,24 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = static_cast<palpate_collision>(scene.collision);
   def.contact = static_cast<palpate_contact_model>(scene.contact);
+  def.law = static_cast<palpate_contact_law>(scene.law);
   def.force = static_cast<palpate_force_model>(scene.force);
   def.shape = static_cast<palpate_shape_model>(scene.shape);
   def.radial = static_cast<palpate_radial_model>(scene.radial);
   def.preload = scene.preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
+  if (scene.relaxation) {
+    def.relaxation.model = PALPATE_RELAXATION_PRONY;
+    for (const auto& [share, time] : scene.relaxation->terms) {
+      def.relaxation.share[def.relaxation.terms] = share;
+      def.relaxation.time[def.relaxation.terms++] = time;
+    }
+  }
   def.max_tools = static_cast<int>(scene.tools.size());
   def.max_points = scene.limits.points.value_or(std::max(1, points_and_grips));
-  def.max_contact_nodes = scene.limits.contact_nodes.value_or(3 * def.max_points);
+  // Under a disc stand a dozen nodes of a coarse mesh, and a hundred of a fine one.
+  const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3;
+  def.max_contact_nodes = scene.limits.contact_nodes.value_or(
+      std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)));
   def.force_limit = scene.limits.force;
   def.force_slew = scene.limits.force_slew;
   return def;
@@ -142,7 +154,8 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle) : scene_(
   positions_.resize(scene_.tools.size());
   for (std::size_t t = 0; t < scene_.tools.size(); ++t)
     tools_.push_back({points_[t].empty() ? nullptr : points_[t][0].data(), static_cast<std::int32_t>(points_[t].size()),
-                      grips_[t].data(), static_cast<std::int32_t>(grips_[t].size()), scene_.tools[t].hold ? 1 : 0});
+                      grips_[t].data(), static_cast<std::int32_t>(grips_[t].size()), scene_.tools[t].hold ? 1 : 0,
+                      scene_.tools[t].radius, scene_.tools[t].friction});
 }
 
 double Player::duration() const {

@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
   for (int ms = 0; ms <= 1000; ++ms) {
     double point[3], force = 0;
     for (int d = 0; d < 3; ++d) point[d] = (a[d] + b[d] + c[d]) / 3 + n[d] / std::sqrt(length) * (0.005 - 1e-5 * ms);
-    const palpate_tool needle = {point, 1, nullptr, 0, 0};
+    const palpate_tool needle = {point, 1, nullptr, 0, 0, 0, 0};
     scene.touch(&needle, 1, 0.001, contacts);
     for (int d = 0; d < 3; ++d) force += contacts->tools[0].force[d] * n[d] / std::sqrt(length);
     if (ms % 100 == 0) std::printf("%4d ms  %7.4f N\n", ms, force);

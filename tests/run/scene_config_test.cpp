@@ -73,6 +73,31 @@ TEST_F(SceneFile, HasTheRuntimesDefaults) {
   EXPECT_EQ(scene.touch_hz, 1000);
 }
 
+TEST_F(SceneFile, MakesAPatchOfAToolWithARadius) {
+  const SceneConfig scene = read(kPoint + kPath + "radius = 3\nfriction = 0.2\n", "[effects]\nlaw = \"coulomb\"\n");
+  EXPECT_EQ(scene.contact, SceneConfig::Contact::patch);
+  EXPECT_EQ(scene.law, SceneConfig::Law::coulomb);
+  EXPECT_DOUBLE_EQ(scene.tools.at(0).radius, 0.003);
+  EXPECT_DOUBLE_EQ(scene.tools.at(0).friction, 0.2);
+  expect_refused(kPoint + kPath + "radius = 0\n", "", "scene.toml:7: [[tool]] 1: radius: expected a length above 0");
+  expect_refused(kPoint + kPath + "radius = 3\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
+  expect_refused(kPoint + kPath + "friction = 0.2\n", "", "law = \"coulomb\"");
+  expect_refused(kPoint + kPath + "friction = -1\n", "[effects]\nlaw = \"coulomb\"\n", "a coefficient of 0 to 100");
+}
+
+TEST_F(SceneFile, TakesTheTermsOfARelaxation) {
+  const auto with = [](const std::string& terms) {
+    return "[relaxation]\nterms = " + terms + "\nsource = \"a paper\"\n";
+  };
+  const SceneConfig scene = read(kPoint + kPath, with("[[0.45, 0.5], [0.365, 50]]"));
+  ASSERT_EQ(scene.relaxation->terms.size(), 2u);
+  EXPECT_EQ(scene.relaxation->terms[1][0], 0.365);
+  EXPECT_EQ(scene.relaxation->terms[1][1], 50);
+  expect_refused(kPoint + kPath, with("[[0.5, 1], [0.5, 2]]"), "all together below 1");
+  expect_refused(kPoint + kPath, with("[[0.5, 0]]"), "a time above 0 s");
+  expect_refused(kPoint + kPath, "[relaxation]\nterms = [[0.5, 1]]\n", "source");
+}
+
 TEST_F(SceneFile, TakesAPathFromCsvWithCommentsAndAHeader) {
   write("p.csv", "# where the probe goes\ntime_s,x,y,z\r\n0, 1, 2, 3\r\n\n0.5,4,5,6\n");
   const auto path = read(kPoint + "path_csv = \"p.csv\"\n").tools.at(0).path;

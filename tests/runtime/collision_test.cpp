@@ -195,7 +195,7 @@ struct Hand {
     std::vector<palpate_tool> list(tools.size());
     for (std::size_t t = 0; t < tools.size(); ++t) {
       points[t] = {tools[t][0], tools[t][1], tools[t][2]};
-      list[t] = palpate_tool{points[t].data(), 1, nullptr, 0, hold};
+      list[t] = palpate_tool{points[t].data(), 1, nullptr, 0, hold, 0, 0};
     }
     return palpate_touch(scene.get(), list.data(), static_cast<std::int32_t>(list.size()), 1e-3, contacts.get());
   }
@@ -390,7 +390,7 @@ TEST(Collision, DoesNotLetAMovingSurfacePassARestingPoint) {
   bool touched = false;
   for (int ms = 0; ms <= 60; ++ms) {
     const std::vector<palpate_grip> grips = {grip_at_node(node, {1e-4 * ms, 0, 0})};
-    const palpate_tool tools[2] = {tool_of(grips), {point, 1, nullptr, 0, 0}};
+    const palpate_tool tools[2] = {tool_of(grips), {point, 1, nullptr, 0, 0, 0, 0}};
     EXPECT_EQ(
         palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get()) & ~static_cast<unsigned>(PALPATE_STEP_REGULARISED),
         0u);

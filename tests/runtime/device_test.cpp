@@ -18,7 +18,7 @@ struct Pressed {
     move(place - 0.001 * out);
   }
   palpate_step_flags move(const Eigen::Vector3d& p, double dt = 1e-3) {
-    const palpate_tool tool = {p.data(), 1, nullptr, 0, 0};
+    const palpate_tool tool = {p.data(), 1, nullptr, 0, 0, 0, 0};
     return palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
   }
   Eigen::Vector3d force() { return Eigen::Vector3d(contacts->tools[0].force); }
@@ -56,9 +56,9 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
   expect_kept(nullptr, 1);
   expect_kept(nullptr, -3);
   for (const palpate_tool& bad :
-       {palpate_tool{nullptr, 1, nullptr, 0, 0}, palpate_tool{p, -1, nullptr, 0, 0}, palpate_tool{p, 1, nullptr, 1, 0},
-        palpate_tool{p, 1, &grip, -1, 0}, palpate_tool{p, 1, nullptr, INT32_MIN, 0},
-        palpate_tool{nullptr, INT32_MAX, nullptr, 0, 0}})
+       {palpate_tool{nullptr, 1, nullptr, 0, 0, 0, 0}, palpate_tool{p, -1, nullptr, 0, 0, 0, 0},
+        palpate_tool{p, 1, nullptr, 1, 0, 0, 0}, palpate_tool{p, 1, &grip, -1, 0, 0, 0},
+        palpate_tool{p, 1, nullptr, INT32_MIN, 0, 0, 0}, palpate_tool{nullptr, INT32_MAX, nullptr, 0, 0, 0, 0}})
     expect_kept(&bad, 1);
   std::vector<palpate_grip> bad_grips;
   for (const std::int32_t node : {1 << 30, box().body.surface_nodes})
@@ -72,7 +72,7 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
   bad_grips.push_back(grip_at_node(3, {0, 0, 0}, 0));
   bad_grips.push_back(grip_at_node(3, {0, 0, 0}, 8));
   for (const palpate_grip& bad : bad_grips) {
-    const palpate_tool with = {nullptr, 0, &bad, 1, 0};
+    const palpate_tool with = {nullptr, 0, &bad, 1, 0, 0, 0};
     expect_kept(&with, 1);
   }
   EXPECT_EQ(palpate_touch(nullptr, nullptr, 0, 1e-3, tool.contacts.get()), PALPATE_STEP_BAD_INPUT);
@@ -141,26 +141,26 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
   kinds.push_back({"no tools where some are announced", bad, [=](Pressed& tool) { return step(tool, nullptr, 1); }});
   for (const std::int32_t count : {-1, INT32_MIN}) {
     kinds.push_back({"tool count", bad, [=](Pressed& tool) {
-                       const palpate_tool one = {tool.place.data(), 1, nullptr, 0, 0};
+                       const palpate_tool one = {tool.place.data(), 1, nullptr, 0, 0, 0, 0};
                        return step(tool, &one, count);
                      }});
     kinds.push_back({"point count", bad, [=](Pressed& tool) {
-                       const palpate_tool one = {tool.place.data(), count, nullptr, 0, 0};
+                       const palpate_tool one = {tool.place.data(), count, nullptr, 0, 0, 0, 0};
                        return step(tool, &one, 1);
                      }});
   }
   kinds.push_back({"more tools than the scene has", PALPATE_STEP_CONTACTS_DROPPED, [=](Pressed& tool) {
                      const Eigen::Vector3d p = at(tool, 0.001);
-                     const std::vector<palpate_tool> many(20, palpate_tool{p.data(), 1, nullptr, 0, 0});
+                     const std::vector<palpate_tool> many(20, palpate_tool{p.data(), 1, nullptr, 0, 0, 0, 0});
                      return step(tool, many.data(), 20);
                    }});
   kinds.push_back({"more points than the scene has", PALPATE_STEP_CONTACTS_DROPPED, [=](Pressed& tool) {
                      const std::vector<Eigen::Vector3d> p(50, at(tool, 0.001));
-                     const palpate_tool one = {p[0].data(), 50, nullptr, 0, 0};
+                     const palpate_tool one = {p[0].data(), 50, nullptr, 0, 0, 0, 0};
                      return step(tool, &one, 1);
                    }});
   kinds.push_back({"points at an odd address", bad, [=](Pressed& tool) {
-                     const palpate_tool one = {odd, 1, nullptr, 0, 0};
+                     const palpate_tool one = {odd, 1, nullptr, 0, 0, 0, 0};
                      return step(tool, &one, 1);
                    }});
   kinds.push_back({"tools at an odd address", bad,
@@ -222,7 +222,7 @@ TEST(Device, IsNotSentASpikeWhenTheContactBudgetIsExhausted) {
     for (std::size_t t = 0; t < triangles.size(); ++t)
       points.push_back(box().place(triangles[t], {.3, .3, .4}) +
                        0.002 * std::cos(0.1 * s + static_cast<double>(t)) * box().outward(triangles[t]));
-    const palpate_tool tool = {points[0].data(), static_cast<std::int32_t>(points.size()), nullptr, 0, 0};
+    const palpate_tool tool = {points[0].data(), static_cast<std::int32_t>(points.size()), nullptr, 0, 0, 0, 0};
     dropped = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()) & PALPATE_STEP_CONTACTS_DROPPED || dropped;
     const Eigen::Vector3d force(contacts->tools[0].force);
     ASSERT_LE(contacts->node_count, 3);

@@ -154,8 +154,9 @@ TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
   palpate_scene_def def = palpate_default_scene_def();
   EXPECT_EQ(plan_of(box().scene(def).get()),
             "create rest surface in buckets [mesh/nodes mesh/triangles]\n"
+            "create tissue under a patch [material/young material/poisson provenance]\n"
             "touch collision: rest []\n"
-            "touch contact: point [tensors/nodes tensors/force tensors/displacement_surface]\n"
+            "touch contact: patch [tensors/nodes tensors/force tensors/displacement_surface]\n"
             "touch force: linear []\n"
             "shape superposition: surface [tensors/displacement_surface]\n"
             "shape positions [mesh/nodes]\n");
@@ -241,12 +242,14 @@ TEST(Plan, MapsTheSectionsThatTheEffectsNeedAndNoOthers) {
               d.collision = PALPATE_COLLISION_OFF, d.contact = PALPATE_CONTACT_NODE, d.shape = PALPATE_SHAPE_OFF;
             }),
             touch);
-  EXPECT_EQ(mapped([](auto&) {}), with({"mesh/nodes", "mesh/triangles"}));
-  EXPECT_EQ(mapped([](auto& d) { d.shape = PALPATE_SHAPE_VOLUME; }),
+  EXPECT_EQ(mapped([](auto&) {}),
+            with({"mesh/nodes", "mesh/triangles", "material/young", "material/poisson", "provenance"}));
+  EXPECT_EQ(mapped([](auto& d) { d.contact = PALPATE_CONTACT_POINT; }), with({"mesh/nodes", "mesh/triangles"}));
+  EXPECT_EQ(mapped([](auto& d) { d.contact = PALPATE_CONTACT_POINT, d.shape = PALPATE_SHAPE_VOLUME; }),
             with({"mesh/nodes", "mesh/triangles", "tensors/displacement_interior"}));
-  EXPECT_EQ(mapped([](auto& d) { d.force = PALPATE_FORCE_RESPONSE; }),
+  EXPECT_EQ(mapped([](auto& d) { d.contact = PALPATE_CONTACT_POINT, d.force = PALPATE_FORCE_RESPONSE; }),
             with({"mesh/nodes", "mesh/triangles", "material/response/force", "material/response/range"}));
-  EXPECT_EQ(mapped([](auto& d) { d.preload = PALPATE_PRELOAD_ON; }),
+  EXPECT_EQ(mapped([](auto& d) { d.contact = PALPATE_CONTACT_POINT, d.preload = PALPATE_PRELOAD_ON; }),
             with({"mesh/nodes", "mesh/triangles", "preload/displacement"}));
   std::filesystem::remove(file);
 }
@@ -258,7 +261,7 @@ TEST(Preload, MovesTheRestShapeThatToolsMeetAndPositionsStartFrom) {
   Contacts contacts(scene.get());
   // At x = 40 mm the top has gone down by 0.04 mm.
   double above[3] = {0.04, 0.024, 0.03998}, below[3] = {0.04, 0.024, 0.03994};
-  const palpate_tool tool_above = {above, 1, nullptr, 0, 0}, tool_below = {below, 1, nullptr, 0, 0};
+  const palpate_tool tool_above = {above, 1, nullptr, 0, 0, 0, 0}, tool_below = {below, 1, nullptr, 0, 0, 0, 0};
   palpate_touch(scene.get(), &tool_above, 1, 1e-3, contacts.get());
   EXPECT_EQ(contacts->tools[0].contact_count, 0);
   palpate_touch(scene.get(), &tool_below, 1, 1e-3, contacts.get());

@@ -4,8 +4,8 @@
 
 _Static_assert(sizeof(palpate_contact_node) == 64,
                "contacts are plain data that crosses sockets: their layout is fixed");
-_Static_assert(sizeof(palpate_tool_state) == 80, "as above");
-_Static_assert(sizeof(palpate_contacts) == 32 + PALPATE_MAX_TOOLS * sizeof(palpate_tool_state), "as above");
+_Static_assert(sizeof(palpate_tool_state) == 88, "as above");
+_Static_assert(sizeof(palpate_contacts) == 48 + PALPATE_MAX_TOOLS * sizeof(palpate_tool_state), "as above");
 
 static int mailbox_works(void) {
   static _Alignas(64) unsigned char memory[8192];

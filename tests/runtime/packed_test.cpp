@@ -152,7 +152,7 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
   for (int s = 0; s < 60; ++s) {
     const Eigen::Vector3d p = place + 0.002 * std::cos(0.1 * s) * out;
     const palpate_grip grip = grip_at_node(plain.touchable[40], {0, 0, 0.001});
-    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0}, {nullptr, 0, &grip, 1, 0}};
+    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, 0, 0}, {nullptr, 0, &grip, 1, 0, 0, 0}};
     palpate_touch(a.get(), tools, 2, 1e-3, in_a.get());
     palpate_touch(b.get(), tools, 2, 1e-3, in_b.get());
     ASSERT_EQ(in_a->tools[0].contact_count, in_b->tools[0].contact_count) << s;

@@ -23,7 +23,7 @@ void play(const TouchedBox& box, palpate_scene* scene, Contacts& contacts, int s
     const Eigen::Vector3d p =
         place + (0.002 * std::cos(0.05 * s)) * out + Eigen::Vector3d(0, 0.0005 * std::sin(0.03 * s), 0);
     const palpate_grip grip = grip_at_node(box.touchable[4], {0, 0, 0.001 * std::sin(0.02 * s)});
-    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0}, {nullptr, 0, &grip, 1, 0}};
+    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, 0.004, 0.2}, {nullptr, 0, &grip, 1, 0, 0, 0}};
     each(palpate_touch(scene, tools, 2, 1e-3, contacts.get()));
   }
 }

@@ -102,10 +102,15 @@ class FileBox {
 std::vector<palpate_scene_def> every_effect() {
   std::vector<palpate_scene_def> all;
   for (const auto collision : {PALPATE_COLLISION_OFF, PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT})
+    for (const auto contact :
+         {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
       for (const bool on : {false, true}) {
         palpate_scene_def def = palpate_default_scene_def();
         def.collision = collision, def.contact = contact;
+        def.law = !on                                   ? PALPATE_LAW_STICKING
+                  : contact == PALPATE_CONTACT_NODE     ? PALPATE_LAW_SLIDING
+                  : contact == PALPATE_CONTACT_TRIANGLE ? PALPATE_LAW_UNILATERAL
+                                                        : PALPATE_LAW_COULOMB;
         if (on) {
           def.shape = PALPATE_SHAPE_VOLUME, def.radial = PALPATE_RADIAL_RESPONSE;
           def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
@@ -133,7 +138,7 @@ struct Running {
     });
     for (const std::int32_t node : box.touchable) {
       const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
-      const palpate_tool tool = {nullptr, 0, &grip, 1, 0};
+      const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
       palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
       palpate_shape(scene.get(), contacts.get(), &out);
     }

@@ -31,7 +31,7 @@ std::vector<RecordedStep> read_path(const char* file) {
 
 // Both structs are without padding: every byte is a result.
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
-static_assert(sizeof(palpate_tool_state) == 2 * sizeof(std::int32_t) + 9 * sizeof(double));
+static_assert(sizeof(palpate_tool_state) == 4 * sizeof(std::int32_t) + 9 * sizeof(double));
 
 Played play(palpate_scene* scene, const palpate_bundle* bundle, const std::vector<RecordedStep>& path) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
@@ -42,8 +42,9 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const std::vecto
   for (const RecordedStep& step : path) {
     palpate_grip grip = {palpate_bundle_touchable(bundle)[4], -1, {0, 0, 0}, {0, 0, 0}, 5};  // x and z
     for (int d = 0; d < 3; ++d) grip.displacement[d] = step.pull[d];
-    const palpate_tool tools[3] = {
-        {step.press[0], 3, nullptr, 0, 0}, {step.pinch[0], 2, nullptr, 0, 1}, {nullptr, 0, &grip, 1, 0}};
+    const palpate_tool tools[3] = {{step.press[0], 3, nullptr, 0, 0, 0.004, 0.3},
+                                   {step.pinch[0], 2, nullptr, 0, 1, 0, 0.5},
+                                   {nullptr, 0, &grip, 1, 0, 0, 0}};
     played.flags |= palpate_touch(scene, tools, 3, 1e-3, contacts);
     played.contacts.update(palpate_contacts_nodes(contacts), contacts->node_count * sizeof(palpate_contact_node));
     played.forces.update(contacts->tools, 3 * sizeof(palpate_tool_state));
@@ -69,12 +70,16 @@ int main(int argc, char** argv) {
     return 3;
   }
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT})
+    for (const auto contact :
+         {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
       for (const bool corrected : {false, true}) {
         palpate_scene_def def = palpate_default_scene_def();
         def.collision = collision, def.contact = contact, def.shape = PALPATE_SHAPE_VOLUME;
         def.force_limit = 20;  // N, reached by the pinch
         if (corrected)
+          def.law = contact == PALPATE_CONTACT_NODE       ? PALPATE_LAW_SLIDING
+                    : contact == PALPATE_CONTACT_TRIANGLE ? PALPATE_LAW_UNILATERAL
+                                                          : PALPATE_LAW_COULOMB,
           def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
         palpate_scene* scene = nullptr;
         if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) {

@@ -84,7 +84,7 @@ class RecordedRun : public testing::Test {
 TEST_F(RecordedRun, HashesTheSameInEveryBuild) {
   ASSERT_GE(builds().size(), 3u);
   const std::string expected = output_of("configured", bundle_, path_);
-  ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), 12) << expected;
+  ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), 16) << expected;
   for (const auto& build : builds()) EXPECT_EQ(output_of(build, bundle_, path_), expected) << build;
 }
 
@@ -99,7 +99,7 @@ TEST_F(RecordedRun, MeetsContactsCorrectionsConflictsAndLimits) {
     EXPECT_GT(contact_nodes, 3 * 400) << line;  // more than the grip and the two pinching points alone
     flags |= scene_flags;
   }
-  EXPECT_EQ(scenes, 12);
+  EXPECT_EQ(scenes, 16);
   for (const unsigned flag : {PALPATE_STEP_REGULARISED, PALPATE_STEP_RESPONSE_RANGE, PALPATE_STEP_FORCE_LIMITED})
     EXPECT_TRUE(flags & flag) << flag;
   EXPECT_FALSE(flags & (PALPATE_STEP_BAD_INPUT | PALPATE_STEP_CONTACTS_DROPPED | PALPATE_STEP_UNSOLVED)) << flags;

@@ -110,8 +110,15 @@ typedef enum palpate_collision {
 typedef enum palpate_contact_model {
   PALPATE_CONTACT_NODE,
   PALPATE_CONTACT_TRIANGLE,
-  PALPATE_CONTACT_POINT
+  PALPATE_CONTACT_POINT,
+  PALPATE_CONTACT_PATCH
 } palpate_contact_model;
+typedef enum palpate_contact_law {
+  PALPATE_LAW_STICKING,
+  PALPATE_LAW_SLIDING,
+  PALPATE_LAW_UNILATERAL,
+  PALPATE_LAW_COULOMB
+} palpate_contact_law;
 typedef enum palpate_force_model {
   PALPATE_FORCE_OFF,
   PALPATE_FORCE_LINEAR,
@@ -120,6 +127,19 @@ typedef enum palpate_force_model {
 typedef enum palpate_shape_model { PALPATE_SHAPE_OFF, PALPATE_SHAPE_SURFACE, PALPATE_SHAPE_VOLUME } palpate_shape_model;
 typedef enum palpate_radial_model { PALPATE_RADIAL_OFF, PALPATE_RADIAL_RESPONSE } palpate_radial_model;
 typedef enum palpate_preload_model { PALPATE_PRELOAD_OFF, PALPATE_PRELOAD_ON } palpate_preload_model;
+typedef enum palpate_relaxation_model { PALPATE_RELAXATION_OFF, PALPATE_RELAXATION_PRONY } palpate_relaxation_model;
+
+/* Force that relaxes while a displacement is held: R(t) = 1 - sum_i share[i] (1 - exp(-t / time[i])) times the force that the
+ * bundle's tissue has at once. Exact for tissue that relaxes alike everywhere under given displacements; loading slowly against
+ * time[i] is softer, down to 1 - sum share. Acts on the tools' forces, after the response Q; contact nodes keep the force at
+ * once. A tool that does not hold is never pulled by it; without contacts it feels nothing and its memory fades. */
+#define PALPATE_MAX_RELAXATION_TERMS 8
+typedef struct palpate_relaxation {
+  palpate_relaxation_model model;             /* default OFF                                    */
+  int32_t terms;                              /* 1 .. PALPATE_MAX_RELAXATION_TERMS              */
+  double share[PALPATE_MAX_RELAXATION_TERMS]; /* 0 and above, together below 1                  */
+  double time[PALPATE_MAX_RELAXATION_TERMS];  /* s, above 0                                     */
+} palpate_relaxation;
 
 /* The host's memory; both NULL: malloc and free. allocate returns memory aligned to `alignment`, or NULL. */
 typedef struct palpate_allocator {
@@ -130,14 +150,19 @@ typedef struct palpate_allocator {
 
 typedef struct palpate_scene_def {
   palpate_collision collision;   /* default REST                                                                  */
-  palpate_contact_model contact; /* default POINT. How a tool point that meets a triangle holds it                */
+  palpate_contact_model contact; /* default PATCH. Where a tool point that meets a triangle holds it: its nearest NODE,
+                                    its TRIANGLE's vertices, the POINT itself, or a PATCH of the tool's radius about
+                                    it; a tool of radius 0 is a POINT then                                         */
+  palpate_contact_law law;       /* default STICKING. How tool points hold; grips always stick                    */
   palpate_force_model force;     /* default LINEAR                                                                */
   palpate_shape_model shape;     /* default SURFACE                                                               */
   palpate_radial_model radial;   /* default OFF                                                                   */
   palpate_preload_model preload; /* default OFF. ON: the rest shape is the one under the stored body force        */
+  palpate_relaxation relaxation; /* default OFF                                                                   */
   int32_t max_tools;             /* default 4    [1 .. PALPATE_MAX_TOOLS]                                         */
   int32_t max_points;            /* default 64   tool points and grips of all tools together                      */
-  int32_t max_contact_nodes;     /* default 192  nodes under contact, at most 3 per point or grip                 */
+  int32_t max_contact_nodes;     /* default 192  nodes under contact: 3 per point or grip; of a PATCH those under its
+                                    disc, a dozen where the mesh is coarse                                         */
   double force_limit;            /* default 50   N, on the length of each tool's force                            */
   double force_slew;             /* default 1e4  N/s, on the change of each tool's force; INFINITY: none          */
   palpate_allocator allocator;
@@ -175,7 +200,16 @@ typedef struct palpate_grip {
   uint32_t axes;          /* bits 1, 2, 4: which of x, y, z are imposed; the others stay force-free. 7: all  */
 } palpate_grip;
 
-/* A tool point that crosses into the organ sticks to the place where it went in: the place's displacement is the point minus
+/* How a tool point holds the place it has met (palpate_contact_law):
+ *   STICKING    the place moves with the tool, in every direction, as long as the contact lasts.
+ *   SLIDING     along the surface's normal only; the place under the tool is found anew every step. No force across it.
+ *   UNILATERAL  the same, and the tool never pulls: where another tool draws the surface away, the force is zero.
+ *   COULOMB     the tool never pulls, and across the normal the place sticks as long as that takes no more than friction
+ *               times the normal force; beyond, it slips under that force, and sticks again where it has come to.
+ * The last two are solved by projected Gauss-Seidel, warm-started, when what sticking asks for is forbidden; the contacts'
+ * residual says how well.
+ *
+ * A tool point that crosses into the organ sticks to the place where it went in: the place's displacement is the point minus
  * the place at rest. The contact ends when the point has come out again (unless hold); a point that left through a face
  * opposite to where it went in has passed through a thin part, pushes on, and is out once it is above its place's plane. A
  * point that is inside when it is first seen touches nothing until it has been outside.
@@ -185,7 +219,10 @@ typedef struct palpate_tool {
   int32_t point_count;
   const palpate_grip* grips; /* [grip_count] */
   int32_t grip_count;
-  int32_t hold; /* 0: a contact ends when its tool point has moved out again; 1: it is held, and pulls  */
+  int32_t hold;    /* 0: a contact ends when its tool point has moved out again; 1: it is held, and pulls  */
+  double radius;   /* m, 0 .. 1: of the flat disc about each of its points, under PATCH. A displaced point has no
+                      stiffness, its force belongs to the mesh; a disc's belongs to the organ              */
+  double friction; /* 0 .. 100: of COULOMB                                                                 */
 } palpate_tool;
 
 /* One node under contact. */
@@ -204,7 +241,9 @@ typedef struct palpate_tool_state {
   double direction[3]; /* d_t: unit direction of the sum of the tool's imposed displacements; zero without one: P then
                           leaves its contribution as it is, and Q acts by its slope at zero */
   int32_t contact_count;
-  uint32_t flags; /* the step flags that concern this tool */
+  int32_t slip_count;    /* of these, contacts that slipped this step (COULOMB)                   */
+  int32_t release_count; /* of these, contacts that push nothing, though inside (UNILATERAL, COULOMB) */
+  uint32_t flags;        /* the step flags that concern this tool */
 } palpate_tool_state;
 
 /* What touch hands to shape: plain data without pointers, node_count palpate_contact_node follow the struct. Copy used_bytes
@@ -215,7 +254,9 @@ typedef struct palpate_contacts {
   uint64_t step;
   int32_t node_count, node_capacity;
   int32_t tool_count;
-  int32_t reserved;
+  int32_t sweeps;               /* of Gauss-Seidel over the contacts; 0 where none was needed           */
+  double residual_displacement; /* m: by how much the worst contact misses what was asked of it         */
+  double residual_force;        /* N: the same, over that contact's own compliance                      */
   palpate_tool_state tools[PALPATE_MAX_TOOLS];
 } palpate_contacts;
 

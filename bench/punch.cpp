@@ -1,0 +1,191 @@
+// The force on a disc of a given radius pushed in by 1 mm, and dragged by 1 mm, at the same places of several meshes: a
+// table of N per place and mesh, and how far the meshes are apart. With --half-space the closed form of a flat punch
+// stands beside it.
+//
+//   punch_bench RADIUS_MM [--half-space YOUNG POISSON] [--point X_MM Y_MM Z_MM]... BUNDLE.h5...
+//
+// Without points, twelve touchable nodes of the first bundle, far from one another and from what is held, are the places.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/include/palpate/palpate.hpp"
+#include "runtime/surface_index.h"
+
+namespace {
+
+using palpate::Vec3;
+
+struct Arguments {
+  double radius = 0, young = 0, poisson = 0;
+  std::vector<Vec3> points;
+  std::vector<std::string> bundles;
+};
+
+bool parse(int argc, char** argv, Arguments* out) {
+  std::vector<double> numbers;
+  if (argc < 3) return false;
+  out->radius = 1e-3 * std::atof(argv[1]);
+  for (int i = 2; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--half-space") == 0 && i + 2 < argc) {
+      out->young = std::atof(argv[i + 1]), out->poisson = std::atof(argv[i + 2]);
+      i += 2;
+    } else if (std::strcmp(argv[i], "--point") == 0 && i + 3 < argc) {
+      out->points.push_back(
+          {1e-3 * std::atof(argv[i + 1]), 1e-3 * std::atof(argv[i + 2]), 1e-3 * std::atof(argv[i + 3])});
+      i += 3;
+    } else {
+      out->bundles.push_back(argv[i]);
+    }
+  }
+  return out->radius > 0 && !out->bundles.empty();
+}
+
+struct Organ {
+  explicit Organ(const std::string& file) : bundle(file.c_str()), info(bundle.describe()) {
+    palpate_scene_def def = palpate_default_scene_def();
+    def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_OFF;
+    def.max_points = 4, def.max_contact_nodes = 1500;
+    def.force_limit = def.force_slew = INFINITY;
+    scene = std::make_unique<palpate::Scene>(bundle, def);
+  }
+  Vec3 corner(std::int32_t t, int v) const {
+    return palpate::load3(bundle.nodes() + 3 * bundle.triangles()[3 * t + v]);
+  }
+
+  palpate::Bundle bundle;
+  palpate_bundle_info info;
+  std::unique_ptr<palpate::Scene> scene;
+};
+
+// Farthest point sampling among the nodes that can be touched, away from their border.
+std::vector<Vec3> spread_places(const Organ& organ, int count) {
+  std::vector<char> touchable(static_cast<std::size_t>(organ.info.surface_node_count), 0), border(touchable);
+  for (int k = 0; k < organ.info.touchable_count; ++k) touchable[organ.bundle.touchable()[k]] = 1;
+  for (int round = 0; round < 2; ++round) {
+    const std::vector<char> before = border;
+    for (int t = 0; t < organ.info.triangle_count; ++t) {
+      bool near_border = false;
+      for (int v = 0; v < 3; ++v) {
+        const int n = organ.bundle.triangles()[3 * t + v];
+        near_border = near_border || !touchable[n] || before[n];
+      }
+      for (int v = 0; near_border && v < 3; ++v) border[organ.bundle.triangles()[3 * t + v]] = 1;
+    }
+  }
+  std::vector<Vec3> places;
+  std::vector<double> distance(touchable.size(), INFINITY);
+  int next = -1;
+  for (std::size_t n = 0; n < touchable.size() && next < 0; ++n)
+    if (touchable[n] && !border[n]) next = static_cast<int>(n);
+  while (next >= 0 && static_cast<int>(places.size()) < count) {
+    const Vec3 place = palpate::load3(organ.bundle.nodes() + 3 * next);
+    places.push_back(place);
+    next = -1;
+    for (std::size_t n = 0; n < touchable.size(); ++n) {
+      if (!touchable[n] || border[n]) continue;
+      distance[n] = std::min(distance[n], length(palpate::load3(organ.bundle.nodes() + 3 * n) - place));
+      if (next < 0 || distance[n] > distance[next]) next = static_cast<int>(n);
+    }
+  }
+  return places;
+}
+
+struct Place {
+  palpate_grip grip = {};
+  Vec3 normal;
+};
+
+Place nearest_place(const Organ& organ, Vec3 p) {
+  Place best;
+  double least = INFINITY;
+  for (int t = 0; t < organ.info.triangle_count; ++t) {
+    double k[3];
+    const Vec3 a = organ.corner(t, 0), b = organ.corner(t, 1), c = organ.corner(t, 2);
+    const double distance = palpate::closest_on_triangle(p, a, b, c, k);
+    if (distance >= least) continue;
+    least = distance;
+    best.grip.node = -1, best.grip.triangle = t;
+    std::copy(k, k + 3, best.grip.barycentric);
+  }
+  // Area-weighted over the triangles around: the same direction on every mesh as nearly as can be.
+  for (int t = 0; t < organ.info.triangle_count; ++t) {
+    double k[3];
+    const Vec3 a = organ.corner(t, 0), b = organ.corner(t, 1), c = organ.corner(t, 2);
+    if (palpate::closest_on_triangle(p, a, b, c, k) < 1e-4) best.normal += cross(b - a, c - a);
+  }
+  best.normal = unit_or_zero(best.normal);
+  return best;
+}
+
+// The component of the force along the direction in which the place is moved by 1 mm, free in no other.
+double force_along(Organ& organ, Place place, Vec3 direction, double radius) {
+  store3(1e-3 * direction, place.grip.displacement);
+  place.grip.axes = 7;
+  palpate_tool tool = {};
+  tool.grips = &place.grip, tool.grip_count = 1, tool.radius = radius;
+  palpate::Contacts contacts = organ.scene->make_contacts();
+  const palpate_step_flags flags = organ.scene->touch(&tool, 1, 1e-3, contacts);
+  if (flags) std::fprintf(stderr, "flags %u\n", flags);
+  return -dot(palpate::load3(contacts->tools[0].force_raw), direction);
+}
+
+void print_table(const char* title, const std::vector<std::vector<double>>& force, double closed) {
+  std::printf("%s, mN per mm: places across, meshes down\n", title);
+  for (const auto& row : force) {
+    for (const double f : row) std::printf(" %8.3f", 1e3 * f);
+    double mean = 0, low = INFINITY, high = 0;
+    for (const double f : row) mean += f / row.size(), low = std::min(low, f), high = std::max(high, f);
+    if (closed > 0)
+      std::printf("   over the closed form: mean %.3f, %.3f to %.3f", mean / closed, low / closed, high / closed);
+    std::printf("\n");
+  }
+  if (force.size() < 2) return;
+  double worst = 0, sum = 0;
+  std::printf("spread, %%\n");
+  for (std::size_t p = 0; p < force[0].size(); ++p) {
+    double mean = 0, low = INFINITY, high = 0;
+    for (const auto& row : force)
+      mean += row[p] / force.size(), low = std::min(low, row[p]), high = std::max(high, row[p]);
+    std::printf(" %8.1f", 100 * (high - low) / mean);
+    worst = std::max(worst, (high - low) / mean), sum += (high - low) / mean;
+  }
+  std::printf("   mean %.1f, worst %.1f\n", 100 * sum / force[0].size(), 100 * worst);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Arguments arguments;
+  if (!parse(argc, argv, &arguments)) {
+    std::fprintf(stderr, "usage: punch_bench RADIUS_MM [--half-space YOUNG POISSON] [--point X Y Z]... BUNDLE.h5...\n");
+    return 2;
+  }
+  std::vector<std::vector<double>> push, drag;
+  for (const std::string& file : arguments.bundles) {
+    Organ organ(file);
+    std::printf("%s: %d nodes, %d on the surface\n", file.c_str(), organ.info.node_count,
+                organ.info.surface_node_count);
+    if (arguments.points.empty()) arguments.points = spread_places(organ, 12);
+    push.emplace_back(), drag.emplace_back();
+    for (const Vec3 p : arguments.points) {
+      const Place place = nearest_place(organ, p);
+      const Vec3 across =
+          unit_or_zero(cross(place.normal, std::fabs(place.normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+      push.back().push_back(force_along(organ, place, -1 * place.normal, arguments.radius));
+      drag.back().push_back(force_along(organ, place, across, arguments.radius));
+    }
+  }
+  const double e = arguments.young, nu = arguments.poisson, a = arguments.radius;
+  print_table("pushed in", push, e > 0 ? 1e-3 * 2 * e * a / (1 - nu * nu) : 0);
+  print_table("dragged", drag, e > 0 ? 1e-3 * 4 * e * a / ((2 - nu) * (1 + nu)) : 0);
+  return 0;
+} catch (const palpate::Error& error) {
+  std::fprintf(stderr, "punch_bench: %s\n", error.what());
+  return 2;
+}

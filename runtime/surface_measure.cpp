@@ -1,0 +1,82 @@
+#include "runtime/surface_measure.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// Linear elements lock as nu nears one half: their blur grows with 1 / (1 - 2 nu), measured to nu = 0.49.
+constexpr double kMostBlur = 1.5;
+
+}  // namespace
+
+LocalCompliance local_compliance(double young, double poisson, StoredElement element) {
+  LocalCompliance local;
+  local.normal = (1 - poisson * poisson) / (2 * young);
+  local.tangent = (2 - poisson) * (1 + poisson) / (4 * young);
+  const double locking = 1 / (1 - 2 * poisson);
+  switch (element) {
+    case StoredElement::p1:
+      local.normal_blur = std::min(kMostBlur, 0.425 + 0.0105 * locking);
+      local.tangent_blur = std::min(kMostBlur, 0.56 + 0.0165 * locking);
+      break;
+    case StoredElement::p1_anp:
+      local.normal_blur = 0.34;
+      local.tangent_blur = 0.46;
+      break;
+  }
+  return local;
+}
+
+bool SurfaceMeasure::build(SceneMemory& memory, const double* position, std::int32_t nodes,
+                           const std::int32_t* triangles, std::int32_t triangle_count) {
+  triangles_ = triangles, nodes_ = nodes;
+  outward_ = memory.array<Vec3>(static_cast<std::size_t>(nodes));
+  spacing_ = memory.array<double>(static_cast<std::size_t>(nodes));
+  if (memory.failed()) return false;
+  for (std::int32_t t = 0; t < triangle_count; ++t) {
+    const std::int32_t* corner = triangles + 3 * static_cast<std::size_t>(t);
+    const auto at = [&](int v) { return load3(position + 3 * static_cast<std::size_t>(corner[v])); };
+    const Vec3 twice_area = cross(at(1) - at(0), at(2) - at(0));
+    for (int v = 0; v < 3; ++v) {
+      outward_[corner[v]] += twice_area;
+      spacing_[corner[v]] += length(twice_area) / 6;
+    }
+  }
+  for (std::int32_t n = 0; n < nodes; ++n) {
+    outward_[n] = unit_or_zero(outward_[n]);
+    spacing_[n] = std::sqrt(spacing_[n]);
+  }
+  return true;
+}
+
+LocalCompliance* SurfaceMeasure::tissue_of_nodes(SceneMemory& memory) {
+  return of_node_ = memory.array<LocalCompliance>(static_cast<std::size_t>(nodes_));
+}
+
+Vec3 SurfaceMeasure::outward(const SurfacePlace& place) const {
+  Vec3 sum;
+  for (int v = 0; v < 3; ++v) sum += place.barycentric[v] * outward_[triangles_[3 * place.triangle + v]];
+  return unit_or_zero(sum);
+}
+
+double SurfaceMeasure::spacing(const SurfacePlace& place) const {
+  double sum = 0;
+  for (int v = 0; v < 3; ++v) sum += place.barycentric[v] * spacing_[triangles_[3 * place.triangle + v]];
+  return sum;
+}
+
+LocalCompliance SurfaceMeasure::tissue(const SurfacePlace& place) const {
+  if (!of_node_) return everywhere_;
+  LocalCompliance sum;
+  for (int v = 0; v < 3; ++v) {
+    const LocalCompliance& node = of_node_[triangles_[3 * place.triangle + v]];
+    sum.normal += place.barycentric[v] * node.normal;
+    sum.tangent += place.barycentric[v] * node.tangent;
+    sum.normal_blur += place.barycentric[v] * node.normal_blur;
+    sum.tangent_blur += place.barycentric[v] * node.tangent_blur;
+  }
+  return sum;
+}
+
+}  // namespace palpate

@@ -1,0 +1,243 @@
+// How a tool point holds: it slides, never pulls, sticks and slips as Coulomb says, rests without chatter, and makes no
+// energy.
+#include <random>
+
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+const TouchedBox& box() {
+  TinyBox form;
+  form.cells = {3, 6, 5};
+  static const TouchedBox shared(form);
+  return shared;
+}
+
+// One tool point on the far face x = 60 mm, whose outward normal is +x.
+struct Probe {
+  explicit Probe(palpate_contact_law law, double friction = 0, double radius = 0.004) : tool() {
+    palpate_scene_def def = unlimited_def();
+    def.law = law;
+    scene = box().scene(def);
+    contacts = std::make_unique<Contacts>(scene.get());
+    tool.points = p.data(), tool.point_count = 1;
+    tool.radius = radius, tool.friction = friction;
+  }
+  // What the organ does to the tool.
+  Vector3d move(const Vector3d& to) {
+    p = to;
+    flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts->get());
+    return Vector3d(state().force_raw);
+  }
+  const palpate_tool_state& state() { return (*contacts)->tools[0]; }
+
+  ScenePointer scene;
+  std::unique_ptr<Contacts> contacts;
+  palpate_tool tool;
+  Vector3d p = Vector3d::Zero();
+  palpate_step_flags flags = 0;
+};
+
+// Force on the organ per displacement of the place where a sticking disc first touched: columns x, y, z.
+Matrix3d stiffness_at(const Vector3d& place, double radius = 0.004) {
+  Matrix3d k;
+  for (int d = 0; d < 3; ++d) {
+    Probe probe(PALPATE_LAW_STICKING, 0, radius);
+    const Vector3d above = place + Vector3d(1e-4, 0, 0), below = place - Vector3d(1e-4, 0, 0);
+    probe.move(above);
+    const Vector3d pressed = probe.move(below);
+    Vector3d moved = below;
+    moved[d] += d == 0 ? -1e-3 : 1e-3;
+    k.col(d) = -(probe.move(moved) - pressed) / (d == 0 ? -1e-3 : 1e-3);
+  }
+  return k;
+}
+
+const Vector3d kPlace(0.06, 0.024, 0.021), kOut(1, 0, 0);
+
+TEST(Coulomb, SticksUntilFrictionIsUsedUpAndThenSlips) {
+  const double friction = 0.25, depth = 0.002;
+  const Matrix3d k = stiffness_at(kPlace), w = k.inverse();
+  Probe probe(PALPATE_LAW_COULOMB, friction);
+  probe.move(kPlace + 1e-4 * kOut);
+  // Down in one straight step, then sideways.
+  probe.move(kPlace - depth * kOut);
+  EXPECT_EQ(probe.state().slip_count, 0);
+  bool slipped = false;
+  for (double y = 0; y < 0.003 && !slipped; y += 1e-5) {
+    const Vector3d d(-depth, y, 0);
+    const Vector3d f = -probe.move(kPlace + d);  // on the organ
+    const Vector3d stick = k * d;
+    const double push = -stick[0], hold = std::hypot(stick[1], stick[2]);
+    slipped = probe.state().slip_count > 0;
+    EXPECT_EQ(slipped, hold > friction * push) << y;
+    if (!slipped) {
+      // The closed form while it sticks; 1e-6: the frame is the one of the place of entry, found by the collision.
+      EXPECT_LT((f - stick).norm(), 1e-6 * stick.norm());
+      continue;
+    }
+    // Coulomb's law as it stands, with the compliance of the place: along the normal the place is where the tool is; it
+    // holds by friction times push; the slip is opposite to what holds it.
+    const Vector3d missed = w * f - d;
+    EXPECT_NEAR(missed[0], 0, 2e-6 * depth);  // 1e-6 of it is the shift of contact_solver.h
+    EXPECT_NEAR(std::hypot(f[1], f[2]), friction * -f[0], 1e-9 * std::abs(f[0]));
+    EXPECT_LT(missed[1], 0);
+    EXPECT_NEAR(missed[1] * f[2] - missed[2] * f[1], 0, 1e-6 * depth * std::abs(f[1]));
+    EXPECT_GT((*probe.contacts)->sweeps, 0);
+    EXPECT_LT((*probe.contacts)->residual_displacement, 2e-6 * depth);
+  }
+  EXPECT_TRUE(slipped);
+}
+
+TEST(Coulomb, DragsAtFrictionTimesThePushAndTurnsRoundThroughSticking) {
+  const double friction = 0.25, depth = 0.002;
+  Probe probe(PALPATE_LAW_COULOMB, friction);
+  probe.move(kPlace + 1e-4 * kOut);
+  int stuck_after_turn = 0;
+  for (int s = 0; s < 1600; ++s) {
+    const double y = s < 800 ? 1e-5 * s : 1e-5 * (1600 - s);  // 8 mm and back
+    const Vector3d f = -probe.move(kPlace + Vector3d(-depth, y, 0));
+    const double hold = std::hypot(f[1], f[2]), push = -f[0];
+    ASSERT_GT(push, 0) << s;
+    ASSERT_LE(hold, friction * push * (1 + 1e-9)) << s;
+    if (s > 400 && s < 800) {
+      EXPECT_NEAR(f[1], friction * push, 0.02 * friction * push) << s;  // the surface is pulled along
+    }
+    if (s >= 800 && probe.state().slip_count == 0) ++stuck_after_turn;
+    if (s > 1300) {
+      EXPECT_NEAR(f[1], -friction * push, 0.02 * friction * push) << s;
+    }
+  }
+  EXPECT_GT(stuck_after_turn, 10);
+}
+
+TEST(Coulomb, NeverProducesEnergy) {
+  // Closed tours from outside to outside: nothing is stored before or after, so the tool has done work, or none. What is
+  // allowed: the compliance under a moving place differs by a per mille from step to step, and with it what is stored.
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int tour = 0; tour < 12; ++tour) {
+    Probe probe(PALPATE_LAW_COULOMB, 0.1 + 0.05 * tour);
+    std::vector<Vector3d> corners = {Vector3d(0.0005, 0, 0)};
+    for (int c = 0; c < 4; ++c)
+      corners.emplace_back(-0.002 + 0.001 * any(random), 0.006 * any(random), 0.006 * any(random));
+    corners.emplace_back(0.0005, corners.back()[1], corners.back()[2]);
+    Vector3d before = kPlace + corners[0], force = probe.move(before);
+    double work = 0, effort = 0;
+    for (std::size_t c = 1; c < corners.size(); ++c)
+      for (int s = 1; s <= 400; ++s) {
+        const Vector3d p = kPlace + corners[c - 1] + (corners[c] - corners[c - 1]) * (s / 400.0), f = probe.move(p);
+        const double step = -0.5 * (force + f).dot(p - before);
+        work += step, effort += std::abs(step);
+        before = p, force = f;
+      }
+    EXPECT_EQ(probe.state().contact_count, 0);
+    EXPECT_GT(work, -1e-3 * effort) << tour;
+  }
+}
+
+TEST(Contact, OfARestingToolIsSteadyAndOfATremblingOneChangesByNoMoreThanItsStiffness) {
+  const double stiffness = stiffness_at(kPlace).norm();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+    for (const double depth : {0.0, 0.0003, 0.003}) {  // on the very surface, and in it
+      Probe probe(law, 0.3);
+      probe.move(kPlace + 1e-4 * kOut);
+      const Vector3d rest = kPlace - depth * kOut + Vector3d(0, 0.001, 0);
+      probe.move(rest);
+      Vector3d last = probe.move(rest);
+      for (int s = 0; s < 20; ++s) {
+        const Vector3d f = probe.move(rest);
+        // Bit for bit, but for what slipping or following still settles in the last digits.
+        EXPECT_LE((f - last).norm(), 1e-9 * std::max(last.norm(), stiffness * 1e-6)) << law << " " << depth;
+        last = f;
+      }
+      Vector3d at = rest;
+      for (int s = 0; s < 300; ++s) {
+        const Vector3d p = rest + 2e-6 * Vector3d(any(random), any(random), any(random)), f = probe.move(p);
+        EXPECT_LE((f - last).norm(), 1.05 * stiffness * (p - at).norm()) << law << " " << depth << " " << s;
+        last = f, at = p;
+      }
+    }
+}
+
+TEST(Unilateral, ToolNeverPullsWhereAnotherDrawsTheSurfaceAway) {
+  const auto forces = [](palpate_contact_law law) {
+    palpate_scene_def def = unlimited_def();
+    def.law = law;
+    const ScenePointer scene = box().scene(def);
+    Contacts contacts(scene.get());
+    Vector3d light = kPlace, deep = kPlace + Vector3d(0, 0.007, 0);
+    const auto touch = [&](double light_depth, double deep_depth) {
+      Vector3d a = light - light_depth * kOut, b = deep - deep_depth * kOut;
+      palpate_tool tools[2] = {};
+      tools[0].points = a.data(), tools[1].points = b.data();
+      for (auto& tool : tools) tool.point_count = 1, tool.radius = 0.003, tool.friction = 0.4;
+      palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+    };
+    touch(-1e-4, -1e-4);
+    touch(2e-4, -1e-4);
+    touch(2e-4, 5e-3);
+    EXPECT_EQ(contacts->tools[0].contact_count, 1);
+    return std::pair{contacts->tools[0], contacts->tools[1]};
+  };
+  // On the tool: outward where it pushes. Sticking, the light one is drawn in; each tool has its own force.
+  const auto [stuck, stuck_deep] = forces(PALPATE_LAW_STICKING);
+  EXPECT_LT(stuck.force_raw[0], -1e-3);
+  EXPECT_GT(stuck_deep.force_raw[0], 0.05);
+  for (const auto law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+    const auto [released, deep] = forces(law);
+    EXPECT_EQ(Vector3d(released.force_raw), Vector3d::Zero());
+    EXPECT_EQ(released.release_count, 1);
+    EXPECT_GT(deep.force_raw[0], 0.05);
+    EXPECT_EQ(deep.release_count, 0);
+  }
+}
+
+TEST(Sliding, ToolFeelsNoForceAcrossTheNormalAndFindsItsPlaceAnew) {
+  for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL}) {
+    Probe probe(law);
+    probe.move(kPlace + 1e-4 * kOut);
+    const double depth = 0.002;
+    for (int s = 0; s < 200; ++s) {
+      const Vector3d f = probe.move(kPlace + Vector3d(-depth, 5e-5 * s, 0));
+      EXPECT_NEAR(std::hypot(f[1], f[2]), 0, 1e-9 * f[0]);  // a flat face
+      // As a tool that came down here: the force of the place that it is at.
+      if (s % 50 != 0) continue;
+      Probe fresh(law);
+      fresh.move(kPlace + Vector3d(1e-4, 5e-5 * s, 0));
+      EXPECT_NEAR(fresh.move(kPlace + Vector3d(-depth, 5e-5 * s, 0))[0], f[0], 1e-6 * f[0]);
+    }
+  }
+}
+
+TEST(Laws, HoldForManyContactsAtOnce) {
+  // A rod of many points pressed askew: some push, some are in the air between, and it is dragged.
+  palpate_scene_def def = unlimited_def();
+  def.law = PALPATE_LAW_COULOMB;
+  const ScenePointer scene = box().scene(def);
+  Contacts contacts(scene.get());
+  std::vector<Vector3d> points(12);
+  palpate_tool tool = {};
+  tool.points = points[0].data(), tool.point_count = 12, tool.friction = 0.3;
+  for (int s = 0; s < 100; ++s) {
+    for (int i = 0; i < 12; ++i)
+      points[i] = Vector3d(0.0605 - 4e-5 * s - 1e-4 * (i % 3), 0.012 + 0.0025 * i + 2e-5 * s, 0.02 + 0.0004 * i);
+    palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    for (int e = 0; e < contacts->node_count; ++e)
+      for (const double f : contacts.nodes()[e].force) ASSERT_TRUE(std::isfinite(f));
+    // A part in a thousand of the depth at the worst contact; what the sweeps leave is said.
+    EXPECT_LT(contacts->residual_displacement, 1e-3 * 0.004) << s;
+    EXPECT_GE(contacts->tools[0].force_raw[0], 0);
+  }
+  EXPECT_GT(contacts->tools[0].contact_count, 8);
+  EXPECT_GT(contacts->sweeps, 0);
+}
+
+}  // namespace
+}  // namespace palpate::tests

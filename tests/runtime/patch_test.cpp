@@ -1,0 +1,193 @@
+// The disc of a tool with a radius: its weights, its frame-free stiffness, and that a dragged one feels no elements.
+#include "runtime/contact_patch.h"
+
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+namespace {
+
+// The surface of a box of gel as a patch sees it.
+class Patch : public testing::Test {
+ protected:
+  Patch() : memory_(palpate_allocator{}), body_(surface_first(box_mesh({8, 8, 3}, {0.08, 0.08, 0.03}, 0.25))) {
+    for (const auto& node : body_.mesh.nodes) position_.insert(position_.end(), node.begin(), node.end());
+    for (const auto& triangle : body_.triangles) triangles_.insert(triangles_.end(), triangle.begin(), triangle.end());
+    const auto count = static_cast<std::int32_t>(body_.triangles.size());
+    EXPECT_TRUE(surface_.build(memory_, position_.data(), triangles_.data(), count) &&
+                measure_.build(memory_, position_.data(), body_.surface_nodes, triangles_.data(), count) &&
+                patch_.create(memory_, &surface_, &measure_, triangles_.data(), body_.surface_nodes));
+    tissue_ = local_compliance(3000, 0.45, StoredElement::p1);
+    measure_.set_tissue(tissue_);
+  }
+  ~Patch() override { memory_.release_all(); }
+
+  // The place of the top at x, y.
+  SurfacePlace top(double x, double y) const {
+    SurfacePlace place;
+    double least = INFINITY;
+    for (std::size_t t = 0; t < body_.triangles.size(); ++t) {
+      double k[3];
+      const auto corner = [&](int v) { return surface_.corner(static_cast<std::int32_t>(t), v); };
+      const double distance = closest_on_triangle({x, y, 0.03}, corner(0), corner(1), corner(2), k);
+      if (distance >= least) continue;
+      least = distance;
+      place.triangle = static_cast<std::int32_t>(t);
+      std::copy(k, k + 3, place.barycentric);
+    }
+    return place;
+  }
+  void press(double x, double y, double a) {
+    const Vec3 up{0, 0, 1};
+    patch_.press(top(x, y), up, across(up, {}), a);
+  }
+  // The patch's weighted mean of a function of the nodes' positions.
+  template <class Function>
+  double mean(Function f) const {
+    double sum = 0;
+    for (int e = 0; e < patch_.count(); ++e) sum += patch_.weights()[e] * f(&position_[3 * patch_.nodes()[e]]);
+    return sum;
+  }
+
+  SceneMemory memory_;
+  SurfaceFirst body_;
+  std::vector<double> position_;
+  std::vector<std::int32_t> triangles_;
+  SurfaceIndex surface_;
+  SurfaceMeasure measure_;
+  ContactPatch patch_;
+  LocalCompliance tissue_;
+};
+
+TEST_F(Patch, HasWeightsThatSumToOneAndReproduceAPlane) {
+  for (const double a : {0.0005, 0.004, 0.012, 0.025}) {
+    press(0.041, 0.037, a);
+    EXPECT_NEAR(mean([](const double*) { return 1; }), 1, 1e-14);
+    EXPECT_NEAR(mean([](const double* p) { return p[0]; }), 0.041, 1e-12);  // a flat top: exact but for rounding
+    EXPECT_NEAR(mean([](const double* p) { return p[1]; }), 0.037, 1e-12);
+  }
+}
+
+TEST_F(Patch, FollowsThePressureUnderAPunch) {
+  // Mean of r^2 under 1 / (2 pi a^2 sqrt(1 - r^2 / a^2)) is 2 a^2 / 3; linear interpolation over edges of 10 mm adds
+  // about a sixth of their square.
+  const double a = 0.025;
+  press(0.04, 0.04, a);
+  const double square = mean([](const double* p) { return std::pow(p[0] - 0.04, 2) + std::pow(p[1] - 0.04, 2); });
+  EXPECT_NEAR(square, 2 * a * a / 3 + 0.01 * 0.01 / 6 * 1.5, 0.05 * square);
+}
+
+TEST_F(Patch, AddsWhatASmallDiscHasBeyondTheMesh) {
+  const double s = measure_.spacing(top(0.04, 0.04)), b = ContactPatch::kResolved * s;
+  press(0.04, 0.04, 0.001);
+  EXPECT_NEAR(patch_.normal_compliance(), tissue_.normal * (1 / 0.001 - 1 / (b + tissue_.normal_blur * s)), 1e-12);
+  EXPECT_NEAR(patch_.tangent_compliance(), tissue_.tangent * (1 / 0.001 - 1 / (b + tissue_.tangent_blur * s)), 1e-12);
+  // It falls with the radius and is never negative; nothing jumps where the disc becomes wider than what is resolved.
+  double before = INFINITY;
+  for (double a = 0.0005; a < 0.05; a *= 1.02) {
+    press(0.04, 0.04, a);
+    EXPECT_GT(patch_.normal_compliance(), 0);
+    EXPECT_LT(patch_.normal_compliance(), before);
+    if (before < INFINITY) {
+      EXPECT_GT(patch_.normal_compliance(), 0.9 * before) << a;
+    }
+    before = patch_.normal_compliance();
+  }
+}
+
+TEST_F(Patch, StaysOnItsSideOfAnEdge) {
+  press(0.04, 0.079, 0.006);  // a millimetre from the edge between the top and a side
+  EXPECT_GT(mean([](const double*) { return 1; }), 0.5);
+  for (int e = 0; e < patch_.count(); ++e) EXPECT_NEAR(position_[3 * patch_.nodes()[e] + 2], 0.03, 1e-12);
+}
+
+// The force for 1 mm of a disc at a place of the far face.
+double force_at(const TouchedBox& box, palpate_scene* scene, double y, double radius, Eigen::Vector3d direction) {
+  Contacts contacts(scene);
+  SurfacePlace place;
+  double least = INFINITY;
+  const auto vec = [](Eigen::Vector3d v) { return Vec3{v[0], v[1], v[2]}; };
+  for (std::size_t t = 0; t < box.body.triangles.size(); ++t) {
+    double k[3];
+    const auto corner = [&](int v) { return vec(box.node(box.body.triangles[t][v])); };
+    const double distance = closest_on_triangle({0.06, y, 0.021}, corner(0), corner(1), corner(2), k);
+    if (distance >= least) continue;
+    least = distance;
+    place.triangle = static_cast<std::int32_t>(t);
+    std::copy(k, k + 3, place.barycentric);
+  }
+  const std::vector<palpate_grip> grips = {
+      grip_at_place(place.triangle, Eigen::Vector3d(place.barycentric), 0.001 * direction)};
+  palpate_tool tool = tool_of(grips);
+  tool.radius = radius;
+  EXPECT_EQ(palpate_touch(scene, &tool, 1, 1e-3, contacts.get()), 0u);
+  return -Eigen::Vector3d(contacts->tools[0].force_raw).dot(direction);
+}
+
+TEST(PatchContact, ChangesSmoothlyAsItIsDraggedOverElements) {
+  TinyBox form;
+  form.cells = {3, 6, 5};
+  const TouchedBox box(form);
+  const ScenePointer scene = box.scene(unlimited_def());
+  // Over two cells of 8.3 mm in steps of 0.05 mm; a point's force goes up and down over each.
+  const auto roughness = [&](double radius, Eigen::Vector3d direction) {
+    std::vector<double> force;
+    for (double y = 0.017; y < 0.033; y += 5e-5) force.push_back(force_at(box, scene.get(), y, radius, direction));
+    const auto [low, high] = std::minmax_element(force.begin(), force.end());
+    double jump = 0;
+    for (std::size_t i = 1; i < force.size(); ++i) jump = std::max(jump, std::abs(force[i] / force[i - 1] - 1));
+    return std::pair{*high / *low - 1, jump};
+  };
+  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(0, 1, 0)}) {
+    const auto point = roughness(0, direction), disc = roughness(0.004, direction);
+    RecordProperty("range_and_jump", std::to_string(point.first) + " " + std::to_string(point.second) + " / " +
+                                         std::to_string(disc.first) + " " + std::to_string(disc.second));
+    EXPECT_GT(point.first, 3 * disc.first);
+    EXPECT_LT(disc.first, 0.04);   // over two cells
+    EXPECT_LT(disc.second, 4e-4);  // per 0.05 mm: it has a slope, and no steps
+  }
+}
+
+TEST(PatchContact, OfALargerDiscIsStifferAndAPointIsThePointModel) {
+  const TouchedBox box;
+  const ScenePointer scene = box.scene(unlimited_def());
+  double before = 0;
+  for (double radius = 0.0002; radius < 0.02; radius *= 1.3) {
+    const double force = force_at(box, scene.get(), 0.024, radius, {-1, 0, 0});
+    EXPECT_GT(force, before);
+    before = force;
+  }
+  palpate_scene_def def = unlimited_def();
+  def.contact = PALPATE_CONTACT_POINT;
+  const ScenePointer point = box.scene(def);
+  EXPECT_EQ(force_at(box, scene.get(), 0.024, 0, {-1, 0, 0}), force_at(box, point.get(), 0.024, 0, {-1, 0, 0}));
+  EXPECT_EQ(force_at(box, point.get(), 0.024, 0.003, {-1, 0, 0}), force_at(box, point.get(), 0.024, 0, {-1, 0, 0}));
+}
+
+TEST(PatchContact, TakesItsStiffnessFromTheRegionUnderIt) {
+  // Two regions: the half y > 25 mm is ten times as stiff by name alone, so that the tensors stay what they are.
+  const auto two_regions = [](BundleParts& parts) {
+    const auto nodes = parts.get<double>(formats::SectionId::nodes);
+    const auto tetrahedra = parts.get<std::int32_t>(formats::SectionId::tetrahedra);
+    std::vector<std::int32_t> region(tetrahedra.size() / 4);
+    for (std::size_t e = 0; e < region.size(); ++e) {
+      double y = 0;
+      for (int v = 0; v < 4; ++v) y += nodes[3 * static_cast<std::size_t>(tetrahedra[4 * e + v]) + 1] / 4;
+      region[e] = y > 0.025;
+    }
+    parts.set(formats::SectionId::region, {region.size()}, region);
+    parts.set(formats::SectionId::young, {2}, std::vector<double>{5400, 54000});
+    parts.set(formats::SectionId::poisson, {2}, std::vector<double>{0.45, 0.45});
+    parts.set_text(formats::SectionId::region_names, "soft\nstiff\n");
+  };
+  TinyBox form;
+  form.cells = {3, 6, 5};
+  const TouchedBox one(form), two(form, two_regions);
+  const ScenePointer uniform = one.scene(unlimited_def()), parted = two.scene(unlimited_def());
+  const double soft = force_at(two, parted.get(), 0.008, 0.001, {-1, 0, 0}),
+               stiff = force_at(two, parted.get(), 0.042, 0.001, {-1, 0, 0});
+  EXPECT_NEAR(soft, force_at(one, uniform.get(), 0.008, 0.001, {-1, 0, 0}), 1e-12);
+  EXPECT_GT(stiff, 2 * force_at(one, uniform.get(), 0.042, 0.001, {-1, 0, 0}));
+}
+
+}  // namespace
+}  // namespace palpate::tests

@@ -1,0 +1,147 @@
+// Force that relaxes under a held displacement, against the closed form of ramp and hold, at any time step.
+#include "runtime/relaxation.h"
+
+#include <random>
+
+#include "runtime/exponential.h"
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+namespace {
+
+// Swine brain: Miller and Chinzei 1997.
+palpate_relaxation brain() {
+  palpate_relaxation relaxation = {};
+  relaxation.model = PALPATE_RELAXATION_PRONY;
+  relaxation.terms = 2;
+  relaxation.share[0] = 0.45, relaxation.time[0] = 0.5;
+  relaxation.share[1] = 0.365, relaxation.time[1] = 50;
+  return relaxation;
+}
+
+// Force at time t where F_e rises to 1 in `rise` seconds and stays: the integral of R over the ramp.
+double ramp_and_hold(double t, double rise) {
+  const palpate_relaxation r = brain();
+  double force = std::min(t, rise) / rise;
+  for (int i = 0; i < r.terms; ++i) {
+    const double tau = r.time[i], ramp = std::min(t, rise);
+    // h_i = tau / rise (exp(-(t - ramp) / tau) - exp(-t / tau))
+    const double part = tau / rise * std::exp(-(t - ramp) / tau) * -std::expm1(-ramp / tau);
+    force -= r.share[i] * (ramp / rise - part);
+  }
+  return force;
+}
+
+TEST(Relaxation, OneMinusExponentialIsThatOfTheMathematicsLibrary) {
+  for (double x = 1e-12; x < 200; x *= 1.3)
+    EXPECT_NEAR(one_minus_exp(x), -std::expm1(-x), 4e-15 * -std::expm1(-x)) << x;
+  EXPECT_EQ(one_minus_exp(0), 0);
+}
+
+TEST(Relaxation, OfRampAndHoldIsTheClosedFormAtEveryTimeStep) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> exponent(-9, 1);
+  for (const double rise : {1e-6, 0.02, 3.0, 400.0}) {
+    PronySeries series;
+    ASSERT_TRUE(series.set(brain()));
+    PronySeries::Memory memory;
+    double t = 0;
+    for (int s = 0; s < 3000; ++s) {
+      // Steps from 1e-9 to 10 s; none across the ramp's end, where the straight line bends.
+      double dt = std::pow(10.0, exponent(random));
+      if (t < rise && t + dt > rise) dt = rise - t;
+      t += dt;
+      const double force = series.step(memory, {0, 0, std::min(1.0, t / rise)}, dt).z;
+      EXPECT_NEAR(force, ramp_and_hold(t, rise), 1e-11) << "rise " << rise << " s, at " << t << " s";  // 3000 roundings
+    }
+  }
+}
+
+TEST(Relaxation, IsSofterUnderSlowLoading) {
+  double before = 1;
+  for (const double rise : {0.001, 0.1, 1.0, 10.0, 100.0, 10000.0}) {
+    const double force = ramp_and_hold(rise, rise);
+    EXPECT_LT(force, before);
+    before = force;
+  }
+  EXPECT_NEAR(before, 1 - 0.45 - 0.365, 0.01);
+}
+
+TEST(Relaxation, ActsOnAToolsForceAndOnNothingElse) {
+  const TouchedBox box;
+  palpate_scene_def def = unlimited_def();
+  const ScenePointer elastic = box.scene(def);
+  def.relaxation = brain();
+  const ScenePointer relaxing = box.scene(def);
+  Contacts a(elastic.get()), b(relaxing.get());
+  const std::vector<palpate_grip> grips = {grip_at_node(box.touchable[5], {-0.001, 0.0005, 0.0002})};
+  palpate_tool tool = tool_of(grips);
+  tool.hold = 1;
+  palpate_touch(elastic.get(), &tool, 1, 0.01, a.get());
+  const Eigen::Vector3d whole(a->tools[0].force_raw);
+  for (int s = 1; s <= 400; ++s) {
+    palpate_touch(relaxing.get(), &tool, 1, 0.01, b.get());
+    const Eigen::Vector3d force(b->tools[0].force_raw);
+    EXPECT_LT((force - ramp_and_hold(0.01 * s, 0.01) * whole).norm(), 1e-11 * whole.norm()) << s;
+    EXPECT_EQ(Eigen::Vector3d(b.nodes()[0].force), Eigen::Vector3d(a.nodes()[0].force));
+  }
+  EXPECT_EQ(displacements(relaxing.get(), b.get(), box.body.surface_nodes),
+            displacements(elastic.get(), a.get(), box.body.surface_nodes));
+  // Reset forgets.
+  palpate_reset(relaxing.get());
+  palpate_touch(relaxing.get(), &tool, 1, 0.01, b.get());
+  EXPECT_LT((Eigen::Vector3d(b->tools[0].force_raw) - ramp_and_hold(0.01, 0.01) * whole).norm(), 1e-12 * whole.norm());
+}
+
+TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
+  const TouchedBox box;
+  palpate_scene_def def = unlimited_def();
+  def.relaxation = brain();
+  const ScenePointer scene = box.scene(def);
+  Contacts contacts(scene.get());
+  const std::int32_t triangle = box.far_triangle(5);
+  const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
+  const auto press = [&](double depth, double dt) {
+    const Eigen::Vector3d p = place - depth * out;
+    palpate_tool tool = {};
+    tool.points = p.data(), tool.point_count = 1;
+    palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
+    return Eigen::Vector3d(contacts->tools[0].force_raw).dot(out);
+  };
+  press(-1e-4, 0.001);
+  EXPECT_GT(press(0.003, 0.01), 0);
+  for (int s = 0; s < 100; ++s) EXPECT_GT(press(0.003, 1), 0);
+  // Half-way out at once: the relaxed tissue has not come back.
+  EXPECT_EQ(press(0.0015, 0.001), 0);
+  EXPECT_EQ(press(-0.001, 0.001), 0);
+  // Back soon: softer than the first time; back much later: as the first time.
+  const double soon = press(0.003, 0.01);
+  press(-0.001, 0.001);
+  for (int s = 0; s < 100; ++s) press(-0.001, 10);
+  const double late = press(0.003, 0.01);
+  EXPECT_LT(soon, 0.9 * late);
+}
+
+TEST(Relaxation, RefusesNumbersThatAreNone) {
+  const TouchedBox box;
+  const auto status = [&](auto change) {
+    palpate_scene_def def = palpate_default_scene_def();
+    def.relaxation = brain();
+    change(def);
+    palpate_scene* scene = nullptr;
+    palpate_error error = {};
+    const palpate_status result = palpate_scene_create(box.bundle(), &def, &scene, &error);
+    palpate_scene_destroy(scene);
+    return result;
+  };
+  EXPECT_EQ(status([](auto&) {}), PALPATE_OK);
+  EXPECT_EQ(status([](auto& d) { d.relaxation.terms = 0; }), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](auto& d) { d.relaxation.terms = 9; }), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](auto& d) { d.relaxation.share[0] = 0.7; }), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](auto& d) { d.relaxation.share[1] = NAN; }), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](auto& d) { d.relaxation.time[1] = 0; }), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](auto& d) { d.force = PALPATE_FORCE_OFF; }), PALPATE_ERROR_ARGUMENT);
+}
+
+}  // namespace
+}  // namespace palpate::tests
