@@ -42,6 +42,7 @@ BundleFields read_bundle_fields(const std::filesystem::path& bundle) {
   if (formats::read_bundle_index(head.data(), file_bytes, &index, &error) != formats::BundleStatus::ok)
     throw InputError(fmt::format("{}: byte {}: {}", bundle.string(), error.byte_offset, error.text));
   BundleFields fields;
+  fields.identity = index.header.index_checksum;
   read_section(stream, index, formats::SectionId::provenance, fields.provenance, bundle);
   read_section(stream, index, formats::SectionId::region, fields.region, bundle);
   read_section(stream, index, formats::SectionId::fixed, fields.fixed, bundle);

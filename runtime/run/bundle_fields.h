@@ -12,6 +12,8 @@ struct BundleFields {
   std::string provenance;            // JSON object
   std::vector<std::int32_t> region;  // [E]
   std::vector<std::uint8_t> fixed;   // [N][3]
+  std::uint64_t
+      identity;  // the index's checksum, which covers the checksum of every section: the same for the same bytes
 };
 
 // Errors: InputError when the file is not a bundle, OperationError when it cannot be read.

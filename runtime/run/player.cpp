@@ -113,6 +113,16 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
   return def;
 }
 
+// The limits stay those of the whole scene: contacts of one half fit the other. A contact at NODES needs no surface.
+palpate_scene_def half_of(palpate_scene_def def, Half half) {
+  if (half == Half::touch) def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
+  if (half == Half::shape) {
+    def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
+    def.force = PALPATE_FORCE_OFF, def.relaxation.model = PALPATE_RELAXATION_OFF;
+  }
+  return def;
+}
+
 // The touch step at which frame j is due.
 std::uint64_t step_of_frame(std::uint64_t frame, const SceneConfig& scene) {
   constexpr double rounding = 1e-9;  // so that 3 * 1000 / 50 is 60, not 61
@@ -129,7 +139,7 @@ palpate_step_flags timed(std::vector<double>& microseconds, const Call& call) {
 
 }  // namespace
 
-Player::Player(SceneConfig scene, const std::filesystem::path& bundle) : scene_(std::move(scene)) {
+Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half) : scene_(std::move(scene)) {
   if (duration() * scene_.touch_hz > kMostSteps)
     throw InputError(fmt::format("{}: rate.touch: expected at most {} steps, found {} s at {} Hz", scene_.file.string(),
                                  kMostSteps, duration(), scene_.touch_hz));
@@ -144,7 +154,9 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle) : scene_(
     grips_.push_back(resolve_grips(tool, bundle_.get(), scene_.file));
     total += local_points_.back().size() + grips_.back().size();
   }
-  const palpate_scene_def def = scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20)));
+  const palpate_scene_def def =
+      half_of(scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20))), half);
+  scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
   contact_node_limit_ = def.max_contact_nodes;
   palpate_scene* created = nullptr;
   if (palpate_scene_create(bundle_.get(), &def, &created, &error) != PALPATE_OK) refuse(scene_, bundle, error);
@@ -176,14 +188,19 @@ int Player::shape_node_count() const {
 }
 
 void Player::move_tools(double time) {
-  for (std::size_t t = 0; t < tools_.size(); ++t) {
-    const auto& path = scene_.tools[t].path;
-    positions_[t] = position_at(path, time);
-    for (std::size_t p = 0; p < points_[t].size(); ++p)
-      for (int d = 0; d < 3; ++d) points_[t][p][d] = positions_[t][d] + local_points_[t][p][d];
-    for (palpate_grip& grip : grips_[t])
-      for (int d = 0; d < 3; ++d) grip.displacement[d] = positions_[t][d] - path.front().position[d];
+  for (std::size_t t = 0; t < tools_.size(); ++t) place_tool(t, position_at(scene_.tools[t].path, time));
+}
+
+void Player::place_tool(std::size_t tool, const Vector& position, const Rotation& turn) {
+  positions_[tool] = position;
+  for (std::size_t p = 0; p < points_[tool].size(); ++p) {
+    const Vector& local = local_points_[tool][p];
+    for (int d = 0; d < 3; ++d)
+      points_[tool][p][d] = position[d] + (turn[d][0] * local[0] + turn[d][1] * local[1] + turn[d][2] * local[2]);
   }
+  const Vector& start = scene_.tools[tool].path.front().position;
+  for (palpate_grip& grip : grips_[tool])
+    for (int d = 0; d < 3; ++d) grip.displacement[d] = position[d] - start[d];
 }
 
 Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,

@@ -1,6 +1,7 @@
 // Plays a scene through the runtime's C API: touch at its rate, shape at its rate, each timed.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -29,15 +30,21 @@ struct ShapeRecord {
   const float* positions;
 };
 
+using Rotation = std::array<std::array<double, 3>, 3>;  // rows
+inline constexpr Rotation kNoTurn = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
 struct Timing {
   std::vector<double> touch_us, shape_us;  // one per step, in order
 };
+
+// What a program plays of a scene: effects of the other half are off, so that its sections are not mapped.
+enum class Half { both, touch, shape };
 
 class Player {
  public:
   // Opens the bundle, finds the grips' nodes, creates the runtime's scene.
   // Errors: InputError with the bundle's or the scene's place.
-  Player(SceneConfig scene, const std::filesystem::path& bundle);
+  Player(SceneConfig scene, const std::filesystem::path& bundle, Half half = Half::both);
 
   const SceneConfig& scene() const { return scene_; }
   palpate_bundle* bundle() const { return bundle_.get(); }
@@ -48,8 +55,12 @@ class Player {
 
   int shape_node_count() const;  // nodes that palpate_shape fills
 
-  // For a loop of the caller's: puts the tools where they are at a time, and touches with them. Neither allocates.
+  // For a loop of the caller's: puts the tools where they are at a time, or one of them where the caller says, and
+  // touches with them. None allocates.
   void move_tools(double time);
+  void place_tool(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
+  const std::vector<SceneConfig::Vector>& positions() const { return positions_; }         // [tool] origin, m
+  const std::vector<std::vector<SceneConfig::Vector>>& points() const { return points_; }  // [tool][point], m
   palpate_step_flags touch(double dt, palpate_contacts* contacts) {
     return palpate_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt, contacts);
   }

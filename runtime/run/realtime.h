@@ -5,17 +5,9 @@
 #include <vector>
 
 #include "runtime/run/player.h"
+#include "runtime/run/timed_loop.h"
 
 namespace palpate {
-
-// What one loop did. Times in microseconds, one per step, in order.
-struct LoopTiming {
-  std::vector<double> work;     // of the call alone
-  std::vector<double> wake_up;  // how late the system woke the loop, after the time it had asked for
-  std::uint64_t missed = 0;  // deadlines: steps that were not done when the next one was due, and steps left out for it
-  long preempted = 0;        // times the system took the processor away during the run (involuntary switches)
-  std::string scheduling;    // "SCHED_FIFO 80", or why not
-};
 
 struct RealtimeRun {
   double rate = 0, seconds = 0;  // Hz of touch, s
