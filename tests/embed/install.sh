@@ -1,0 +1,30 @@
+#!/bin/sh
+# install.sh SOURCE FOLDER CMAKE [OPTION...]: installs the runtime alone and moves what was installed to FOLDER/prefix.
+set -eu
+source=$1 folder=$2 cmake=$3
+shift 3
+rm -rf "$folder"
+"$cmake" -S "$source" -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$folder/first" \
+  -DPALPATE_BUILD_OFFLINE=OFF -DPALPATE_BUILD_TESTS=OFF "$@"
+"$cmake" --build "$folder/build" -j 2
+"$cmake" --install "$folder/build"
+mv "$folder/first" "$folder/prefix"
+
+# A compiler and nothing else: every header that was read is ours, the compiler's or libc's (clang lists tbb.h where the standard
+# library only asks whether it is there).
+(cd "$folder/build" && ninja -t deps | sed -n 's/^    //p' | sort -u | xargs realpath) > "$folder/headers.txt"
+grep -q "/runtime/include/palpate/palpate.h$" "$folder/headers.txt"
+if grep -v -E "^$source/(runtime|formats)/|^/usr/lib/(gcc|llvm)|^/usr/include/([a-z0-9_]+-linux-gnu/)?(c\+\+|bits|sys|gnu|asm|asm-generic|linux)/|^/usr/include/[a-z0-9-]+\.h$|^/usr/include/tbb/tbb\.h$" "$folder/headers.txt"; then
+  echo "those headers belong to no compiler"
+  exit 1
+fi
+
+# What a host expects to find, and nothing that still names the first place.
+cd "$folder/prefix"
+for file in include/palpate/palpate.h include/palpate/palpate.hpp include/palpate/palpate_mailbox.h share/doc/palpate/LICENSE; do
+  test -s "$file"
+done
+for name in 'libpalpate.*' palpate-config.cmake palpate-config-version.cmake palpate.pc; do
+  find . -name "$name" | grep -q .
+done
+if grep -r -F "$folder/first" .; then exit 1; fi
