@@ -288,3 +288,11 @@ const int32_t* palpate_bundle_tetrahedra(const palpate_bundle* bundle) {
 const int32_t* palpate_bundle_touchable(const palpate_bundle* bundle) {
   return static_cast<const int32_t*>(view(bundle, formats::SectionId::touchable));
 }
+const uint8_t* palpate_bundle_fixed(const palpate_bundle* bundle) {
+  return static_cast<const uint8_t*>(view(bundle, formats::SectionId::fixed));
+}
+const char* palpate_bundle_provenance(const palpate_bundle* bundle, size_t* byte_count) {
+  const auto* entry = bundle ? formats::find_section(bundle->index, formats::SectionId::provenance) : nullptr;
+  if (byte_count) *byte_count = entry ? static_cast<size_t>(entry->bytes) : 0;
+  return static_cast<const char*>(view(bundle, formats::SectionId::provenance));
+}

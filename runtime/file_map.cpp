@@ -1,6 +1,6 @@
 #include "runtime/file_map.h"
 
-#if defined(__unix__) || defined(__APPLE__)
+#if (defined(__unix__) && !defined(__EMSCRIPTEN__)) || defined(__APPLE__)
 
 #include <fcntl.h>
 #include <signal.h>

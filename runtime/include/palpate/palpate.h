@@ -99,6 +99,9 @@ PALPATE_API const double* palpate_bundle_nodes(const palpate_bundle* bundle);   
 PALPATE_API const int32_t* palpate_bundle_triangles(const palpate_bundle* bundle);  /* [F][3]           */
 PALPATE_API const int32_t* palpate_bundle_tetrahedra(const palpate_bundle* bundle); /* [E][4]           */
 PALPATE_API const int32_t* palpate_bundle_touchable(const palpate_bundle* bundle);  /* [S] node indices */
+PALPATE_API const uint8_t* palpate_bundle_fixed(const palpate_bundle* bundle);      /* [N][3] 1: held   */
+/* JSON of *byte_count bytes, not ended by a zero: organ, element, what it was made from (formats/BUNDLE.md). */
+PALPATE_API const char* palpate_bundle_provenance(const palpate_bundle* bundle, size_t* byte_count);
 
 /* ---- scene: only the effects it calls for ------------------------------------------------------------------------ */
 

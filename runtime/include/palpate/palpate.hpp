@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -43,6 +44,12 @@ class Bundle {
   const double* nodes() const noexcept { return palpate_bundle_nodes(get()); }                // [N][3] m
   const std::int32_t* triangles() const noexcept { return palpate_bundle_triangles(get()); }  // [F][3]
   const std::int32_t* touchable() const noexcept { return palpate_bundle_touchable(get()); }  // [S]
+  const std::uint8_t* fixed() const noexcept { return palpate_bundle_fixed(get()); }          // [N][3]
+  std::string_view provenance() const noexcept {
+    std::size_t count = 0;
+    const char* text = palpate_bundle_provenance(get(), &count);
+    return {text ? text : "", count};
+  }
 
  private:
   struct Close {

@@ -1,0 +1,472 @@
+// The runtime in a browser, a worker or Node: the C API of runtime/include/palpate/palpate.h, compiled to WebAssembly.
+// Units, costs and the meaning of every field are those of palpate.h. Arrays named "view" lie in the module's own memory and
+// are not copied; opening a bundle or creating a scene may move them, so ask for them again after that. A step never does.
+
+/** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, radius?: number, friction?: number}} Tool
+ *  points: x y z after one another, m; radius: m, of the disc about each point (contact "patch"). */
+/** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
+ *  A touchable node, or a triangle and the place in it, held at a displacement, m. axes: bits 1, 2, 4 for x, y, z. */
+/** @typedef {{
+ *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
+ *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
+ *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
+ *   relaxation?: {share: number, time: number}[],
+ *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number
+ * }} Effects What a scene calls for; what is left out is palpate_default_scene_def's. */
+/** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
+/** @typedef {{nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
+ *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean}} BundleInfo */
+
+// The words of palpate.h's enums, in their order.
+const WORDS = /** @type {const} */ ({
+  collision: ["off", "rest", "deformed"],
+  contact: ["node", "triangle", "point", "patch"],
+  law: ["sticking", "sliding", "unilateral", "coulomb"],
+  force: ["off", "linear", "response"],
+  shape: ["off", "surface", "volume"],
+  radial: ["off", "response"],
+});
+const STATUS = ["ok", "truncated", "magic", "version", "section", "checksum", "content", "argument", "memory", "file", "effect"];
+const ARGUMENT = 7, MEMORY = 8;
+const MAX_RELAXATION_TERMS = 8;
+
+/** Why a bundle or a scene was refused. */
+export class PalpateError extends Error {
+  /** @param {number} status @param {string} text @param {number} byteOffset */
+  constructor(status, text, byteOffset = 0) {
+    super(text);
+    this.name = "PalpateError";
+    /** a word of palpate_status: "truncated", "magic", "checksum", ... */
+    this.status = STATUS[status] ?? String(status);
+    /** where in the bundle, or 0 */
+    this.byteOffset = byteOffset;
+  }
+}
+
+// A module of one function that makes a v128: valid where the engine has SIMD.
+const SIMD_PROBE = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0,
+  253, 15, 253, 98, 11]);
+/** @returns {boolean} whether this engine takes palpate.wasm built with SIMD */
+export const hasSimd = () => typeof WebAssembly === "object" && WebAssembly.validate(SIMD_PROBE);
+
+/** Compiles and starts the runtime. One per thread; bundles and scenes of one are unknown to another.
+ *  @param {BufferSource | Promise<Response>} wasm the bytes of palpate.wasm, or fetch(...) of them
+ *  @returns {Promise<Runtime>} */
+export async function loadRuntime(wasm) {
+  const imports = { env: { emscripten_notify_memory_growth() {} } };  // views look at memory.buffer themselves
+  const source = wasm instanceof Promise ? await wasm : wasm;
+  let bytes;
+  if (source instanceof Response) {
+    if (!source.ok) throw new Error(`${source.url}: the server answered ${source.status}`);
+    bytes = await source.arrayBuffer();
+  } else {
+    bytes = source;
+  }
+  return new Runtime((await WebAssembly.instantiate(bytes, imports)).instance);
+}
+
+export class Runtime {
+  /** @param {WebAssembly.Instance} instance */
+  constructor(instance) {
+    /** @type {any} the functions of palpate.h, and malloc and free; pointers are numbers */
+    this.api = instance.exports;
+    this.api._initialize();
+    this.heap = new Heap(this.api);
+    this.fields = readFields(this.api, this.heap);
+  }
+
+  /** @param {string} name "struct" (its size) or "struct.field" (its offset) @returns {number} bytes */
+  field(name) {
+    const offset = this.fields.get(name);
+    if (offset === undefined) throw new Error(`palpate.wasm has no ${name}; build it and palpate.js from the same sources`);
+    return offset;
+  }
+
+  /** Copies the bytes into the module's memory, once, and checks them. @param {Uint8Array} bytes @returns {Bundle} */
+  openBundle(bytes) {
+    const store = new HeapBytes(this.heap, bytes.length);
+    try {
+      store.append(bytes);
+      return new Bundle(this, store);
+    } catch (error) {
+      store.release();
+      throw error;
+    }
+  }
+
+  /** The same for bytes that arrive piece by piece: each piece goes straight to its place.
+   *  @param {ReadableStream<Uint8Array>} stream @param {number} expectedBytes 0 if unknown
+   *  @param {(doneBytes: number) => void} [progress] @returns {Promise<Bundle>} */
+  async openBundleStream(stream, expectedBytes, progress) {
+    const store = new HeapBytes(this.heap, expectedBytes || 1 << 24);
+    try {
+      const reader = stream.getReader();
+      for (let piece = await reader.read(); !piece.done; piece = await reader.read()) {
+        store.append(piece.value);
+        progress?.(store.count);
+      }
+      return new Bundle(this, store);
+    } catch (error) {
+      store.release();
+      throw error;
+    }
+  }
+
+  /** Calls with room for a palpate_error and a pointer to fill. @param {(out: number, error: number) => number} call
+   *  @returns {number} the pointer */
+  open(call) {
+    const { heap } = this;
+    const size = this.field("palpate_error"), error = heap.take(size + 8), out = error + size;
+    heap.bytes.fill(0, error, out + 8);
+    const status = call(out, error), pointer = heap.u32(out);
+    const text = heap.text(error + this.field("palpate_error.text"));
+    const offset = Number(heap.data.getBigUint64(error + this.field("palpate_error.byte_offset"), true));
+    heap.release(error);
+    if (status !== 0) throw new PalpateError(status, text, offset);
+    return pointer;
+  }
+}
+
+export class Bundle {
+  /** @param {Runtime} runtime @param {HeapBytes} store */
+  constructor(runtime, store) {
+    this.runtime = runtime;
+    this.store = store;
+    this.byteCount = store.count;
+    const { api, heap } = runtime;
+    this.pointer = runtime.open((out, error) => api.palpate_bundle_open(store.start, store.count, out, error));
+    /** @type {BundleInfo} */
+    this.info = this.#describe();
+    const size = heap.take(4), text = api.palpate_bundle_provenance(this.pointer, size) >>> 0;
+    /** JSON: what the bundle was made from (formats/BUNDLE.md) */
+    this.provenance = heap.utf8(text, heap.u32(size));
+    heap.release(size);
+  }
+
+  #describe() {
+    const { api, heap } = this.runtime;
+    const at = heap.take(this.runtime.field("palpate_bundle_info"));
+    api.palpate_bundle_describe(at, this.pointer);
+    const number = (/** @type {string} */ name) => heap.i32(at + this.runtime.field(`palpate_bundle_info.${name}`));
+    const info = {
+      nodeCount: number("node_count"), surfaceNodeCount: number("surface_node_count"),
+      triangleCount: number("triangle_count"), tetrahedronCount: number("tetrahedron_count"),
+      touchableCount: number("touchable_count"), hasInterior: !!number("has_interior"), hasRadial: !!number("has_radial"),
+      hasForce: !!number("has_force"), hasPreload: !!number("has_preload"),
+    };
+    heap.release(at);
+    return info;
+  }
+
+  /** view [N][3] m: rest positions, the surface's first */
+  get nodes() {
+    return new Float64Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_nodes(this.pointer) >>> 0, 3 * this.info.nodeCount);
+  }
+  /** view [F][3] */
+  get triangles() {
+    return new Int32Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_triangles(this.pointer) >>> 0, 3 * this.info.triangleCount);
+  }
+  /** view [E][4] */
+  get tetrahedra() {
+    return new Int32Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_tetrahedra(this.pointer) >>> 0, 4 * this.info.tetrahedronCount);
+  }
+  /** view [S]: node indices */
+  get touchable() {
+    return new Int32Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_touchable(this.pointer) >>> 0, this.info.touchableCount);
+  }
+  /** view [N][3]: 1 where a degree of freedom is held */
+  get fixed() {
+    return new Uint8Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_fixed(this.pointer) >>> 0, 3 * this.info.nodeCount);
+  }
+
+  /** Compares every section with its checksum; throws where one differs. Reads the whole bundle. */
+  check() {
+    this.runtime.open((_, error) => this.runtime.api.palpate_bundle_check(this.pointer, error));
+  }
+
+  /** @param {Effects} [effects] @returns {Scene} */
+  createScene(effects = {}) {
+    return new Scene(this, effects);
+  }
+
+  /** Its scenes must be destroyed first. */
+  close() {
+    this.runtime.api.palpate_bundle_close(this.pointer);
+    this.store.release();
+  }
+}
+
+export class Scene {
+  #toolCount = 0;
+
+  /** @param {Bundle} bundle @param {Effects} effects */
+  constructor(bundle, effects) {
+    const { runtime } = bundle, { api, heap } = runtime;
+    this.bundle = bundle;
+    this.runtime = runtime;
+    const def = heap.take(runtime.field("palpate_scene_def"));
+    try {
+      api.palpate_default_scene_def(def);
+      fillSceneDef(runtime, def, effects);
+      this.pointer = runtime.open((out, error) => api.palpate_scene_create(bundle.pointer, def, out, error));
+      const limit = (/** @type {string} */ name) => heap.i32(def + runtime.field(`palpate_scene_def.${name}`));
+      this.maxTools = limit("max_tools");
+      this.maxPoints = limit("max_points");
+      const shape = limit("shape");
+      /** nodes that shape() fills: none, the surface's or all */
+      this.nodeCount = [0, bundle.info.surfaceNodeCount, bundle.info.nodeCount][shape] ?? 0;
+    } finally {
+      heap.release(def);
+    }
+    this.#takeMemory();
+  }
+
+  // All that steps need, in one piece: tools, their points and grips, contacts, the shape's arrays.
+  #takeMemory() {
+    const { runtime } = this, { api, heap } = runtime;
+    const sizes = [
+      this.maxTools * runtime.field("palpate_tool"), this.maxTools * this.maxPoints * 24,
+      this.maxTools * this.maxPoints * runtime.field("palpate_grip"), api.palpate_contacts_bytes(this.pointer),
+      runtime.field("palpate_shape_out"), 12 * this.nodeCount, 12 * this.nodeCount,
+    ].map((bytes) => (bytes + 15) & ~15);
+    const all = sizes.reduce((sum, bytes) => sum + bytes, 0);
+    this.memory = heap.take(all);
+    heap.bytes.fill(0, this.memory, this.memory + all);
+    let at = this.memory;
+    [this.toolsAt, this.pointsAt, this.gripsAt, this.contactsAt, this.shapeAt, this.displacementsAt, this.positionsAt] =
+      sizes.map((bytes) => (at += bytes) - bytes);
+    const put = (/** @type {string} */ name, /** @type {number} */ value) =>
+      heap.data.setUint32(this.shapeAt + runtime.field(`palpate_shape_out.${name}`), value, true);
+    put("displacements", this.nodeCount ? this.displacementsAt : 0);
+    put("positions", this.nodeCount ? this.positionsAt : 0);
+    put("node_capacity", this.nodeCount);
+  }
+
+  /** The passes of a step, in order. @returns {PlanPass[]} */
+  get plan() {
+    const { runtime } = this, { api, heap } = runtime;
+    const count = heap.take(4), first = api.palpate_scene_plan(this.pointer, count) >>> 0, size = runtime.field("palpate_plan_pass");
+    const passes = Array.from({ length: heap.i32(count) }, (_, i) => {
+      const text = (/** @type {string} */ name) => heap.text(heap.u32(first + i * size + runtime.field(`palpate_plan_pass.${name}`)));
+      const mapped = heap.data.getBigUint64(first + i * size + runtime.field("palpate_plan_pass.mapped_bytes"), true);
+      return { name: text("name"), half: text("half"), sections: text("sections"), mappedBytes: Number(mapped) };
+    });
+    heap.release(count);
+    return passes;
+  }
+
+  /** What the next touch is given. @param {Tool[]} tools in the same order every step */
+  setTools(tools) {
+    if (tools.length > this.maxTools) throw new RangeError(`${tools.length} tools; the scene was made for ${this.maxTools}`);
+    tools.forEach((tool, index) => this.#setTool(index, tool));
+    this.#toolCount = tools.length;
+  }
+
+  /** @param {number} index @param {Tool} tool */
+  #setTool(index, tool) {
+    const { runtime } = this;
+    const points = tool.points ?? [], grips = tool.grips ?? [];
+    if (points.length > 3 * this.maxPoints || grips.length > this.maxPoints)
+      throw new RangeError(`a tool of ${points.length / 3} points and ${grips.length} grips; the scene was made for ${this.maxPoints}`);
+    const at = this.toolsAt + index * runtime.field("palpate_tool");
+    const field = (/** @type {string} */ name) => at + runtime.field(`palpate_tool.${name}`);
+    const pointsAt = this.pointsAt + index * this.maxPoints * 24;
+    new Float64Array(runtime.heap.buffer, pointsAt, points.length).set(points);
+    const gripSize = runtime.field("palpate_grip"), gripsAt = this.gripsAt + index * this.maxPoints * gripSize;
+    grips.forEach((grip, g) => this.#setGrip(gripsAt + g * gripSize, grip));
+    const { data } = runtime.heap;
+    data.setUint32(field("points"), pointsAt, true);
+    data.setInt32(field("point_count"), points.length / 3, true);
+    data.setUint32(field("grips"), gripsAt, true);
+    data.setInt32(field("grip_count"), grips.length, true);
+    data.setInt32(field("hold"), tool.hold ? 1 : 0, true);
+    data.setFloat64(field("radius"), tool.radius ?? 0, true);
+    data.setFloat64(field("friction"), tool.friction ?? 0, true);
+  }
+
+  /** @param {number} at @param {Grip} grip */
+  #setGrip(at, grip) {
+    const { runtime } = this, { data } = runtime.heap;
+    const field = (/** @type {string} */ name) => at + runtime.field(`palpate_grip.${name}`);
+    data.setInt32(field("node"), grip.node ?? -1, true);
+    data.setInt32(field("triangle"), grip.triangle ?? -1, true);
+    for (let d = 0; d < 3; ++d) {
+      data.setFloat64(field("barycentric") + 8 * d, grip.barycentric?.[d] ?? 0, true);
+      data.setFloat64(field("displacement") + 8 * d, grip.displacement[d], true);
+    }
+    data.setUint32(field("axes"), grip.axes ?? 7, true);
+  }
+
+  /** The haptic half: collision, contacts, forces. @param {number} dt s since the last touch
+   *  @returns {number} flag bits of palpate.h, 0: full trust */
+  touch(dt) {
+    return this.runtime.api.palpate_touch(this.pointer, this.toolsAt, this.#toolCount, dt, this.contactsAt) >>> 0;
+  }
+
+  /** The render half: fills positions and displacements from the last touch's contacts. @returns {number} flag bits */
+  shape() {
+    return this.runtime.api.palpate_shape(this.pointer, this.contactsAt, this.shapeAt) >>> 0;
+  }
+
+  /** view [3] N: what the organ does to the tool, limited. @param {number} tool */
+  force(tool) {
+    return this.#toolVector(tool, "force");
+  }
+  /** view [3] N: the same before the limits. @param {number} tool */
+  forceRaw(tool) {
+    return this.#toolVector(tool, "force_raw");
+  }
+  /** @param {number} tool @param {"force" | "force_raw"} name */
+  #toolVector(tool, name) {
+    const { runtime } = this;
+    const at = this.contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state");
+    return new Float64Array(runtime.heap.buffer, at + runtime.field(`palpate_tool_state.${name}`), 3);
+  }
+
+  /** Contacts of a tool. @param {number} tool @returns {number} */
+  contactCount(tool) {
+    const { runtime } = this;
+    return runtime.heap.i32(this.contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state") +
+      runtime.field("palpate_tool_state.contact_count"));
+  }
+
+  /** view [nodeCount][3] m, of the last shape() */
+  get positions() {
+    return new Float32Array(this.runtime.heap.buffer, this.positionsAt, 3 * this.nodeCount);
+  }
+  /** view [nodeCount][3] m, of the last shape() */
+  get displacements() {
+    return new Float32Array(this.runtime.heap.buffer, this.displacementsAt, 3 * this.nodeCount);
+  }
+
+  /** The contacts as plain bytes, view: copy them to another scene's contactBytes of the same bundle and limits. */
+  get contactBytes() {
+    const used = this.runtime.heap.u32(this.contactsAt + this.runtime.field("palpate_contacts.used_bytes"));
+    return new Uint8Array(this.runtime.heap.buffer, this.contactsAt, used);
+  }
+
+  /** Forgets contacts, last positions and forces. */
+  reset() {
+    this.runtime.api.palpate_reset(this.pointer);
+  }
+
+  destroy() {
+    this.runtime.api.palpate_scene_destroy(this.pointer);
+    this.runtime.heap.release(this.memory);
+  }
+}
+
+/** @param {Runtime} runtime @param {number} def @param {Effects} effects */
+function fillSceneDef(runtime, def, effects) {
+  const { data } = runtime.heap;
+  const field = (/** @type {string} */ name) => def + runtime.field(`palpate_scene_def.${name}`);
+  for (const [effect, words] of Object.entries(WORDS)) {
+    const word = effects[/** @type {keyof typeof WORDS} */ (effect)];
+    if (word === undefined) continue;
+    const value = /** @type {readonly string[]} */ (words).indexOf(word);
+    if (value < 0) throw new PalpateError(ARGUMENT, `${effect}: expected ${words.join(", ")}, found ${word}`);
+    data.setInt32(field(effect), value, true);
+  }
+  if (effects.preload !== undefined) data.setInt32(field("preload"), effects.preload ? 1 : 0, true);
+  const terms = effects.relaxation ?? [];
+  if (terms.length > MAX_RELAXATION_TERMS)
+    throw new PalpateError(ARGUMENT, `relaxation: expected at most ${MAX_RELAXATION_TERMS} terms, found ${terms.length}`);
+  data.setInt32(field("relaxation.model"), terms.length ? 1 : 0, true);
+  data.setInt32(field("relaxation.terms"), terms.length, true);
+  terms.forEach(({ share, time }, i) => {
+    data.setFloat64(field("relaxation.share") + 8 * i, share, true);
+    data.setFloat64(field("relaxation.time") + 8 * i, time, true);
+  });
+  if (effects.maxTools !== undefined) data.setInt32(field("max_tools"), effects.maxTools, true);
+  if (effects.maxPoints !== undefined) data.setInt32(field("max_points"), effects.maxPoints, true);
+  if (effects.maxContactNodes !== undefined) data.setInt32(field("max_contact_nodes"), effects.maxContactNodes, true);
+  if (effects.forceLimit !== undefined) data.setFloat64(field("force_limit"), effects.forceLimit, true);
+  if (effects.forceSlew !== undefined) data.setFloat64(field("force_slew"), effects.forceSlew, true);
+}
+
+/** @param {any} api @param {Heap} heap @returns {Map<string, number>} */
+function readFields(api, heap) {
+  const fields = new Map();
+  for (let at = api.palpate_web_fields() >>> 0; heap.u32(at) !== 0; at += 8) fields.set(heap.text(heap.u32(at)), heap.i32(at + 4));
+  return fields;
+}
+
+// The module's memory. Growing it detaches every array over it, so they are made anew where the buffer has changed.
+class Heap {
+  #data = new DataView(new ArrayBuffer(0));
+  #bytes = new Uint8Array(0);
+
+  /** @param {any} api */
+  constructor(api) {
+    this.api = api;
+  }
+  /** @returns {ArrayBuffer} */
+  get buffer() {
+    return this.api.memory.buffer;
+  }
+  get data() {
+    if (this.#data.buffer !== this.buffer) this.#data = new DataView(this.buffer);
+    return this.#data;
+  }
+  get bytes() {
+    if (this.#bytes.buffer !== this.buffer) this.#bytes = new Uint8Array(this.buffer);
+    return this.#bytes;
+  }
+  /** @param {number} bytes @returns {number} */
+  take(bytes) {
+    const at = this.api.malloc(bytes) >>> 0;
+    if (at === 0)
+      throw new PalpateError(MEMORY, `${bytes} bytes are more than this page may have; pack the bundle (palpate-bundle pack)`);
+    return at;
+  }
+  /** @param {number} at */
+  release(at) {
+    this.api.free(at);
+  }
+  /** @param {number} at */
+  u32(at) {
+    return this.data.getUint32(at, true);
+  }
+  /** @param {number} at */
+  i32(at) {
+    return this.data.getInt32(at, true);
+  }
+  /** Text that a zero ends. @param {number} at */
+  text(at) {
+    return this.utf8(at, this.bytes.indexOf(0, at) - at);
+  }
+  /** @param {number} at @param {number} count */
+  utf8(at, count) {
+    return new TextDecoder().decode(this.bytes.subarray(at, at + count));
+  }
+}
+
+// Bytes of a bundle in the module's memory, 64-byte aligned, as palpate_bundle_open asks; grown where more come than expected.
+class HeapBytes {
+  /** @param {Heap} heap @param {number} capacity */
+  constructor(heap, capacity) {
+    this.heap = heap;
+    this.count = 0;
+    this.#take(capacity);
+  }
+  /** @param {number} capacity */
+  #take(capacity) {
+    this.memory = this.heap.take(capacity + 64);
+    this.start = Math.ceil(this.memory / 64) * 64;
+    this.capacity = capacity;
+  }
+  /** @param {Uint8Array} bytes */
+  append(bytes) {
+    if (this.count + bytes.length > this.capacity) {
+      const { memory, start, count } = this;
+      this.#take(Math.max(2 * this.capacity, count + bytes.length));
+      this.heap.bytes.copyWithin(this.start, start, start + count);
+      this.heap.release(memory);
+    }
+    this.heap.bytes.set(bytes, this.start + this.count);
+    this.count += bytes.length;
+  }
+  release() {
+    this.heap.release(this.memory);
+  }
+}

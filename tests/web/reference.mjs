@@ -1,0 +1,79 @@
+// What palpate-run answers to a path, for the WebAssembly build to be held against.
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { inflateSync } from "node:zlib";
+
+// Plays tools along key frames [s, x, y, z], m. Returns forces [step][tool][3] N and shapes [frame] = positions [node][3] m.
+export function playNatively(palpateRun, folder, name, bundle, effects, tools) {
+  mkdirSync(folder, { recursive: true });
+  const value = (v) => (Array.isArray(v) ? `[${v.map(value).join(", ")}]` : typeof v === "string" ? `"${v}"` : String(v));
+  const lines = [`name = "${name}"`, `bundle = "${bundle}"`, `unit = "m"`, "[effects]"];
+  for (const [key, word] of Object.entries(effects)) lines.push(`${key} = ${value(word)}`);
+  for (const tool of tools) {
+    lines.push("[[tool]]");
+    for (const [key, v] of Object.entries(tool)) lines.push(`${key} = ${value(v)}`);
+  }
+  writeFileSync(`${folder}/${name}.toml`, lines.join("\n") + "\n");
+  execFileSync(palpateRun, [`${folder}/${name}.toml`, "--quiet", "-o", `${folder}/${name}`]);
+  const shapes = readdirSync(`${folder}/${name}/shapes`).filter((file) => /^organ.*\.vtu$/.test(file)).sort();
+  return {
+    forces: readForces(readFileSync(`${folder}/${name}/forces.csv`, "utf8"), tools.length),
+    shapes: shapes.map((file) => readPoints(readFileSync(`${folder}/${name}/shapes/${file}`))),
+  };
+}
+
+export function readForces(csv, toolCount) {
+  const rows = csv.trim().split("\n").slice(1).map((line) => line.split(",").slice(5, 8).map(Number));
+  return Array.from({ length: rows.length / toolCount }, (_, step) => rows.slice(step * toolCount, (step + 1) * toolCount));
+}
+
+// The Points of a .vtu with appended, base64, zlib-compressed data, as VTK writes it.
+function readPoints(bytes) {
+  const text = bytes.toString("latin1");
+  const word = /header_type="UInt64"/.test(text) ? 8 : 4;
+  const offset = Number(text.match(/<Points>[^]*?offset="(\d+)"/)[1]);
+  const encoded = text.slice(text.indexOf("_", text.indexOf("<AppendedData")) + 1 + offset);
+  const base64Length = (count) => Math.ceil(count / 3) * 4;
+  const words = (count) => {
+    const raw = Buffer.from(encoded.slice(0, base64Length(count * word)), "base64");
+    return Array.from({ length: count }, (_, i) => (word === 8 ? Number(raw.readBigUInt64LE(8 * i)) : raw.readUInt32LE(4 * i)));
+  };
+  const blocks = words(1)[0], header = words(3 + blocks), sizes = header.slice(3);
+  const start = base64Length((3 + blocks) * word), total = sizes.reduce((sum, size) => sum + size, 0);
+  const packed = Buffer.from(encoded.slice(start, start + base64Length(total)), "base64");
+  let at = 0;
+  const points = Buffer.concat(sizes.map((size) => inflateSync(packed.subarray(at, (at += size)))));
+  return new Float32Array(points.buffer.slice(points.byteOffset, points.byteOffset + points.length));
+}
+
+// Linear between key frames, as palpate-run moves a tool.
+export function positionAt(path, time) {
+  const after = path.findIndex((frame) => frame[0] > time);
+  if (after === 0) return path[0].slice(1);
+  if (after < 0) return path[path.length - 1].slice(1);
+  const [t0, ...a] = path[after - 1], [t1, ...b] = path[after];
+  return a.map((x, d) => x + ((time - t0) / (t1 - t0)) * (b[d] - x));
+}
+
+// The largest difference of two arrays over the largest number in the second.
+export function relativeDifference(found, expected) {
+  if (found.length !== expected.length) return Infinity;
+  let difference = 0, size = 0;
+  for (let i = 0; i < expected.length; ++i) {
+    difference = Math.max(difference, Math.abs(found[i] - expected[i]));
+    size = Math.max(size, Math.abs(expected[i]));
+  }
+  return Number.isFinite(difference) && size > 0 ? difference / size : Infinity;
+}
+
+// On the box of tests/support: one tool presses the top and is drawn aside, as a disc under "patch"; one presses the far face.
+export const boxToolsFor = (effects) => [
+  { name: "presser", points: [[0, 0, 0]], ...(effects.contact === "patch" ? { radius: 0.008, friction: 0.3 } : {}),
+    path: [[0, 0.031, 0.024, 0.042], [0.1, 0.031, 0.024, 0.037], [0.2, 0.036, 0.027, 0.037], [0.25, 0.036, 0.027, 0.045]] },
+  { name: "needle", points: [[0, 0, 0]], path: [[0, 0.062, 0.027, 0.021], [0.15, 0.056, 0.027, 0.021], [0.25, 0.056, 0.029, 0.021]] },
+];
+export const boxScenes = {
+  point: { contact: "point" },
+  deformed: { collision: "deformed", contact: "triangle", shape: "volume" },
+  slipping: { collision: "deformed", contact: "patch", law: "coulomb" },
+};

@@ -1,0 +1,121 @@
+// node runtime_test.mjs MODULE PALPATE_RUN WRITE_TINY_BUNDLE FOLDER WASM...: each palpate.wasm against palpate-run on the same
+// paths, its size, what it says of damaged bytes, and that a step leaves the memory's arrays where they are.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, statSync } from "node:fs";
+import { test } from "node:test";
+import { pathToFileURL } from "node:url";
+import { boxScenes, boxToolsFor, playNatively, positionAt, relativeDifference } from "./reference.mjs";
+
+const [modulePath, palpateRun, writeTinyBundle, folder, ...wasms] = process.argv.slice(2);
+const { loadRuntime, hasSimd } = await import(pathToFileURL(modulePath));
+mkdirSync(folder, { recursive: true });
+const file = `${folder}/tiny.h5`;
+execFileSync(writeTinyBundle, [file]);
+const bytes = new Uint8Array(readFileSync(file));
+
+// Doubles are summed in the same order without fused products; what may differ is the last bits of the C library's sines
+// and exponentials, and a contact at the edge between sticking and slipping. Shapes are floats: 6e-8 each.
+const tolerance = 1e-5;
+
+test("this Node has SIMD, so that both builds are held", () => assert.ok(hasSimd()));
+
+for (const wasm of wasms) {
+  const runtime = await loadRuntime(readFileSync(wasm));
+
+  test(`${wasm} is under 300 KB`, () => assert.ok(statSync(wasm).size < 300e3, `${statSync(wasm).size} bytes`));
+
+  for (const [name, effects] of Object.entries(boxScenes))
+    test(`${wasm} plays "${name}" as palpate-run does`, () => {
+      const tools = boxToolsFor(effects);
+      const expected = playNatively(palpateRun, folder, name, file, effects, tools);
+      const bundle = runtime.openBundle(bytes), scene = bundle.createScene({ ...effects, maxTools: 2, maxPoints: 2 });
+      const forces = [], shapes = [];
+      expected.forces.forEach((_, step) => {
+        scene.setTools(tools.map((tool) => ({ ...tool, points: positionAt(tool.path, step / 1000) })));
+        scene.touch(1e-3);
+        forces.push(...scene.force(0), ...scene.force(1));
+        if (step < Math.ceil((shapes.length * 1000) / 60 - 1e-9)) return;
+        scene.shape();
+        shapes.push(scene.positions.slice());
+      });
+      assert.ok(Math.max(...forces.map(Math.abs)) > 0.05, "the tools press");
+      assert.ok(relativeDifference(forces, expected.forces.flat(2)) < tolerance, "forces");
+      assert.equal(shapes.length, expected.shapes.length);
+      shapes.forEach((shape, i) => assert.ok(relativeDifference(shape, expected.shapes[i]) < tolerance, `shape ${i}`));
+      const moved = relativeDifference(shapes.at(-1), expected.shapes[0]);
+      assert.ok(moved > 100 * tolerance, "the shape moves");
+      scene.destroy();
+      bundle.close();
+    });
+
+  test(`${wasm}: a grip holds a node where it is told`, () => {
+    const bundle = runtime.openBundle(bytes), scene = bundle.createScene({ collision: "off", forceSlew: Infinity });
+    const node = bundle.touchable[7], displacement = [0.001, -0.002, 0.0015];
+    scene.setTools([{ grips: [{ node, displacement }] }]);
+    assert.equal(scene.touch(1e-3), 0);
+    assert.equal(scene.shape(), 0);
+    const found = scene.displacements.subarray(3 * node, 3 * node + 3);
+    assert.ok(relativeDifference(found, displacement) < 1e-6, "floats");
+    assert.ok(Math.hypot(...scene.force(0)) > 0.01);
+    scene.destroy();
+    bundle.close();
+  });
+
+  test(`${wasm}: steps neither move nor grow the memory, and views show what they did`, () => {
+    const bundle = runtime.openBundle(bytes), scene = bundle.createScene({ contact: "point" });
+    const buffer = runtime.heap.buffer, positions = scene.positions, force = scene.force(0);
+    for (let step = 0; step < 2000; ++step) {
+      scene.setTools([{ points: [0.031, 0.024, 0.041 - 3e-6 * step] }]);
+      scene.touch(1e-3);
+    }
+    const before = positions.slice();
+    scene.shape();
+    assert.equal(runtime.heap.buffer, buffer);
+    assert.ok(force[2] > 0.05);
+    assert.notDeepEqual(positions, before);
+    scene.destroy();
+    bundle.close();
+  });
+
+  test(`${wasm}: bytes that arrive in pieces are the same bundle`, async () => {
+    const pieces = new ReadableStream({
+      start(controller) {
+        for (let at = 0; at < bytes.length; at += 5000) controller.enqueue(bytes.slice(at, at + 5000));
+        controller.close();
+      },
+    });
+    const seen = [];
+    const bundle = await runtime.openBundleStream(pieces, 100, (done) => seen.push(done));  // 100: it has to grow
+    bundle.check();
+    assert.equal(seen.at(-1), bytes.length);
+    assert.equal(bundle.info.touchableCount, bundle.touchable.length);
+    assert.equal(JSON.parse(bundle.provenance).organ, "box");
+    assert.equal(bundle.fixed.reduce((sum, held) => sum + held, 0), 3 * 16);
+    bundle.close();
+  });
+
+  test(`${wasm}: damaged bytes are refused with a sentence`, () => {
+    const status = (damaged) => {
+      try {
+        runtime.openBundle(damaged).check();
+      } catch (error) {
+        assert.ok(error.message.length > 20, error.message);
+        return error.status;
+      }
+    };
+    assert.equal(status(bytes.slice(0, bytes.length / 2)), "truncated");
+    assert.equal(status(new Uint8Array(5000)), "magic");
+    const whole = runtime.openBundle(bytes), flipped = bytes.slice();
+    flipped[whole.nodes.byteOffset - whole.store.start] ^= 1;  // the last bit of a coordinate
+    whole.close();
+    assert.equal(status(flipped), "checksum");
+  });
+
+  test(`${wasm}: an effect that is none, or that the bundle has nothing for, is refused`, () => {
+    const bundle = runtime.openBundle(bytes);
+    assert.throws(() => bundle.createScene({ contact: "glue" }), /contact: expected node, triangle, point, patch, found glue/);
+    assert.throws(() => bundle.createScene({ force: "response" }), (error) => error.status === "effect");
+    bundle.close();
+  });
+}
