@@ -19,6 +19,8 @@ constexpr int kMostSlides = 8;
 bool ContactField::create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t surface_nodes) {
   entries_ = memory.array<ContactEntry>(static_cast<std::size_t>(entry_capacity));
   modified_ = memory.array<Vec3>(static_cast<std::size_t>(entry_capacity));
+  row_ = memory.array<const void*>(3 * static_cast<std::size_t>(entry_capacity));
+  coefficient_ = memory.array<double>(3 * static_cast<std::size_t>(entry_capacity));
   known_ = memory.array<Vec3>(static_cast<std::size_t>(surface_nodes));
   known_stamp_ = memory.array<std::uint32_t>(static_cast<std::size_t>(surface_nodes));
   surface_nodes_ = surface_nodes;
@@ -30,6 +32,11 @@ void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3
   count_ = set.entry_count;
   std::copy(set.entries, set.entries + count_, entries_);
   std::copy(modified, modified + count_, modified_);
+  for (std::int32_t r = 0; r < 3 * count_ && !tensors.compliance; ++r) {
+    const std::int32_t e = r / 3, column = entries_[e].column, j = r % 3;
+    row_[r] = tensors.surface.row(column, j);
+    coefficient_[r] = modified[e][j] * static_cast<double>(tensors.surface.row_scale(column, j));
+  }
   if (++stamp_ == 0) {
     std::fill(known_stamp_, known_stamp_ + surface_nodes_, 0u);
     stamp_ = 1;
@@ -38,23 +45,29 @@ void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3
   for (std::int32_t p = 0; p < set.block_count; ++p) largest_ = std::max(largest_, length(set.target[p]));
 }
 
-Vec3 ContactField::entry_at(std::int32_t e, std::int32_t node) const {
-  return tensors_.displacement(node, entries_[e].column) * modified_[e];
+// What entries first .. last - 1 do to a node.
+Vec3 ContactField::sum(std::int32_t first, std::int32_t last, std::int32_t node) const {
+  if (!tensors_.compliance)
+    return tensors_.surface.sum_at_node(row_ + 3 * first, coefficient_ + 3 * first, 3 * (last - first), node);
+  Vec3 sum;
+  for (std::int32_t e = first; e < last; ++e) sum += tensors_.displacement(node, entries_[e].column) * modified_[e];
+  return sum;
 }
 
 Vec3 ContactField::at_node(std::int32_t node) {
   if (known_stamp_[node] == stamp_) return known_[node];
-  Vec3 sum;
-  for (std::int32_t e = 0; e < count_; ++e) sum += entry_at(e, node);
+  const Vec3 u = sum(0, count_, node);
   known_stamp_[node] = stamp_;
-  return known_[node] = is_finite(sum) ? sum : Vec3{};
+  return known_[node] = is_finite(u) ? u : Vec3{};
 }
 
+// The entries of a contact stand together.
 Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point) const {
-  Vec3 sum;
-  for (std::int32_t e = 0; e < count_; ++e)
-    if (entries_[e].tool != tool || entries_[e].point != point) sum += entry_at(e, node);
-  return is_finite(sum) ? sum : Vec3{};
+  const auto own = [&](const ContactEntry& entry) { return entry.tool == tool && entry.point == point; };
+  const auto first = static_cast<std::int32_t>(std::find_if(entries_, entries_ + count_, own) - entries_);
+  const auto last = static_cast<std::int32_t>(std::find_if_not(entries_ + first, entries_ + count_, own) - entries_);
+  const Vec3 u = sum(0, first, node) + sum(last, count_, node);
+  return is_finite(u) ? u : Vec3{};
 }
 
 void Collision::create(SurfaceIndex* surface, const std::int32_t* triangles, ContactField* field, bool deformed) {

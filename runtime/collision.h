@@ -42,10 +42,12 @@ class ContactField {
   double largest() const { return largest_; }
 
  private:
-  Vec3 entry_at(std::int32_t e, std::int32_t node) const;
+  Vec3 sum(std::int32_t first, std::int32_t last, std::int32_t node) const;
   Tensors tensors_;
   ContactEntry* entries_ = nullptr;
   Vec3* modified_ = nullptr;
+  const void** row_ = nullptr;     // [entries][3] of the surface's displacements, where they are stored as rows
+  double* coefficient_ = nullptr;  // [entries][3] m, of each row
   std::int32_t count_ = 0;
   double largest_ = 0;
   Vec3* known_ = nullptr;  // [surface_nodes]

@@ -15,7 +15,8 @@ struct ContactRowsOfBlock {
 // The contact system as the solver keeps it. Rows that are free have a reaction of zero.
 struct ContactSystem {
   const double* matrix = nullptr;  // [rows_end][stride] H W H^T, m/N, symmetric
-  std::int32_t stride = 0, rows_end = 0;
+  std::size_t stride = 0;
+  std::int32_t rows_end = 0;
   const double* soft = nullptr;    // [rows_end] m/N, added to the diagonal
   const double* target = nullptr;  // [rows_end] m
   const ContactBlock* blocks = nullptr;

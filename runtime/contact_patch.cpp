@@ -99,6 +99,7 @@ void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward,
 }
 
 void ContactPatch::press(const SurfacePlace& place, Vec3 outward, Vec3 tangent, double a) {
+  a = std::max(a, kLeastRadius);
   const double s = measure_->spacing(place), b = std::max(a, kResolved * s);
   const LocalCompliance tissue = measure_->tissue(place);
   normal_compliance_ = tissue.normal * (1 / a - 1 / (b + tissue.normal_blur * s));

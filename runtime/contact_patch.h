@@ -25,6 +25,9 @@ class ContactPatch {
   bool create(SceneMemory& memory, SurfaceIndex* surface, const SurfaceMeasure* measure, const std::int32_t* triangles,
               std::int32_t nodes);
 
+  // Discs below this radius, m, are taken for one of it: 1 / a stays a number.
+  static constexpr double kLeastRadius = 1e-9;
+
   // The disc of radius a (m, above 0) about a place, across `outward` (unit); tangent: a unit vector across it, along
   // which the pattern of points is laid. Results until the next call. Cost: some microseconds, more with the triangles
   // under the disc.

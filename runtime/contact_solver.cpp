@@ -52,14 +52,15 @@ bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity, std
   capacity_ = 3 * block_capacity;
   const std::size_t rows = static_cast<std::size_t>(capacity_), entries = static_cast<std::size_t>(entry_capacity),
                     blocks = static_cast<std::size_t>(block_capacity);
-  matrix_ = memory.array<double>(rows * rows);
+  stride_ = odd_lines(rows);
+  matrix_ = memory.array<double>(rows * stride_);
   scale_ = memory.array<double>(rows);
   shift_ = memory.array<double>(rows);
   soft_ = memory.array<double>(rows);
   last_ = memory.array<double>(rows);
   target_ = memory.array<double>(rows);
   reaction_ = memory.array<double>(rows);
-  work_ = memory.array<double>(UpdatedCholesky::kBatch * rows);
+  work_ = memory.array<double>(2 * rows);
   row_at_ = memory.array<std::int32_t>(rows);
   list_ = memory.array<std::int32_t>(rows);
   leaving_ = memory.array<std::int32_t>(rows);
@@ -75,7 +76,7 @@ void ContactSolver::forget() {
   nodes_.forget();
   factor_.clear();
   std::fill(scale_, scale_ + rows_end_, 0.0);
-  rows_end_ = kept_blocks_ = 0;
+  rows_end_ = free_row_ = kept_blocks_ = 0;
 }
 
 // ---- rows that stay, leave and come -------------------------------------------------------------------------------
@@ -121,6 +122,7 @@ void ContactSolver::match(const ContactSet& set) {
 
 void ContactSolver::drop_rows() {
   if (leaving_count_ == 0) return;
+  free_row_ = 0;
   for (std::int32_t l = 0; l < leaving_count_; ++l) scale_[leaving_[l]] = 0, reaction_[leaving_[l]] = 0;
   std::int32_t stay = 0, positions = 0;
   for (std::int32_t at = 0; at < factor_.size(); ++at) {
@@ -142,31 +144,35 @@ void ContactSolver::drop_rows() {
 }
 
 std::int32_t ContactSolver::take_row() {
-  std::int32_t row = 0;
-  while (row < rows_end_ && scale_[row] != 0) ++row;
-  rows_end_ = std::max(rows_end_, row + 1);
-  return row;
+  while (free_row_ < rows_end_ && scale_[free_row_] != 0) ++free_row_;
+  rows_end_ = std::max(rows_end_, free_row_ + 1);
+  return free_row_;
+}
+
+// H C of a block against every node that is held, by slot.
+const Mat3* ContactSolver::spread_of(const ContactSet& set, const ContactBlock& block) {
+  const std::int32_t first = block.first_entry;
+  if (block.entry_count == 1 && set.entries[first].weight == 1) return nodes_.at(nodes_.slot_of_entry(first));
+  std::fill(spread_, spread_ + nodes_.slots(), Mat3{});
+  for (std::int32_t e = first; e < first + block.entry_count; ++e) {
+    const Mat3* c = nodes_.at(nodes_.slot_of_entry(e));
+    for (std::int32_t b = 0; b < nodes_.slots(); ++b)
+      if (nodes_.in_use(b)) add_scaled(spread_[b], set.entries[e].weight, c[b]);
+  }
+  return spread_;
 }
 
 // The rows of block p against those of all blocks that have rows. False when a number is not finite.
 bool ContactSolver::fill_rows(const ContactSet& set, std::int32_t p) {
   const ContactBlock& block = set.blocks[p];
-  const std::int32_t slots = nodes_.slots();
-  for (std::int32_t v = 0; v < block.entry_count; ++v) {
-    const std::int32_t e = block.first_entry + v;
-    const double weight = set.entries[e].weight;
-    const Mat3* c = nodes_.at(nodes_.slot_of_entry(e));
-    for (std::int32_t b = 0; b < slots; ++b) {
-      if (!nodes_.in_use(b)) continue;
-      if (v == 0) spread_[b] = Mat3{};
-      add_scaled(spread_[b], weight, c[b]);
-    }
-  }
+  const Mat3* const spread = spread_of(set, block);
   const auto between = [&](const ContactBlock& other) {
-    Mat3 sum;
-    for (std::int32_t w = 0; w < other.entry_count; ++w) {
-      const std::int32_t e = other.first_entry + w;
-      add_scaled(sum, set.entries[e].weight, spread_[nodes_.slot_of_entry(e)]);
+    const ContactEntry* entry = set.entries + other.first_entry;
+    Mat3 sum = spread[nodes_.slot_of_entry(other.first_entry)];
+    if (other.entry_count > 1 || entry->weight != 1) {
+      sum = Mat3{};
+      for (std::int32_t w = 0; w < other.entry_count; ++w)
+        add_scaled(sum, entry[w].weight, spread[nodes_.slot_of_entry(other.first_entry + w)]);
     }
     if (block.framed) sum = block.frame * sum;
     return other.framed ? times_transposed(sum, other.frame) : sum;
@@ -200,27 +206,24 @@ bool ContactSolver::fill_rows(const ContactSet& set, std::int32_t p) {
   return true;
 }
 
-// Adds rows of the matrix to the factor, several in one pass.
+// Adds rows of the matrix to the factor.
 bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
-  double* entries[UpdatedCholesky::kBatch];
-  double raised[UpdatedCholesky::kBatch];
-  for (std::int32_t begin = 0; begin < count; begin += UpdatedCholesky::kBatch) {
-    const int batch = std::min(UpdatedCholesky::kBatch, count - begin);
-    const std::int32_t size = factor_.size();
-    for (int q = 0; q < batch; ++q) {
-      const std::int32_t row = row_at_[size + q] = rows[begin + q];
-      entries[q] = work_ + static_cast<std::size_t>(q) * capacity_;
-      for (std::int32_t at = 0; at < size + q; ++at)
-        entries[q][at] = scale_[row] * scale_[row_at_[at]] * entry(row, row_at_[at]);
-      entries[q][size + q] = 1 + kShift;
-    }
-    // Rounding of the stored tensors may leave a pivot below what the shift guarantees.
-    if (!factor_.append(batch, entries, 0.5 * kShift, raised)) return false;
-    for (int q = 0; q < batch; ++q) {
-      const std::int32_t row = rows[begin + q];
-      shift_[row] = kShift + raised[q];
-      soft_[row] = shift_[row] / (scale_[row] * scale_[row]);
-    }
+  const std::int32_t size = factor_.size();
+  std::copy(rows, rows + count, row_at_ + size);
+  for (std::int32_t at = 0; at < size + count; ++at) {
+    const std::int32_t row = row_at_[at];
+    const double* from = &entry(row, 0);
+    double* to = factor_.coming(at);
+    for (std::int32_t q = std::max(0, at - size); q < count; ++q) to[q] = scale_[row] * scale_[rows[q]] * from[rows[q]];
+    if (at >= size) to[at - size] = 1 + kShift;
+  }
+  // Rounding of the stored tensors may leave a pivot below what the shift guarantees.
+  double* const raised = work_;
+  if (!factor_.append(count, 0.5 * kShift, raised)) return false;
+  for (std::int32_t q = 0; q < count; ++q) {
+    const std::int32_t row = rows[q];
+    shift_[row] = kShift + raised[q];
+    soft_[row] = shift_[row] / (scale_[row] * scale_[row]);
   }
   return true;
 }
@@ -296,7 +299,7 @@ bool ContactSolver::measure_residual() {
 
 ContactSystem ContactSolver::system(const ContactSet& set) const {
   ContactSystem system;
-  system.matrix = matrix_, system.stride = capacity_, system.rows_end = rows_end_;
+  system.matrix = matrix_, system.stride = stride_, system.rows_end = rows_end_;
   system.soft = soft_, system.target = target_;
   system.blocks = set.blocks, system.rows = rows_, system.block_count = set.block_count;
   return system;

@@ -52,11 +52,12 @@ class ContactSolver {
   bool same(const ContactSet& set, const ContactBlock& now, const ContactBlock& before) const;
   void keep(const ContactSet& set);
   void drop_rows();
+  const Mat3* spread_of(const ContactSet& set, const ContactBlock& block);
   bool fill_rows(const ContactSet& set, std::int32_t p);
   bool append_rows(const std::int32_t* rows, std::int32_t count);
   bool rebuild_factor();
   std::int32_t take_row();
-  double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * capacity_ + j]; }
+  double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * stride_ + j]; }
 
   ContactSystem system(const ContactSet& set) const;
   Outcome solve_factored();
@@ -66,15 +67,17 @@ class ContactSolver {
   NodeCompliance nodes_;
   UpdatedCholesky factor_;
   std::int32_t capacity_ = 0;        // rows
+  std::size_t stride_ = 0;           // numbers per row of the matrix
   std::int32_t rows_end_ = 0;        // rows in use are below this
-  double* matrix_ = nullptr;         // [rows][rows] H W H^T, m/N
+  std::int32_t free_row_ = 0;        // rows below this are in use
+  double* matrix_ = nullptr;         // [rows][stride] H W H^T, m/N
   double* scale_ = nullptr;          // [rows] D; 0: the row is free
   double* shift_ = nullptr;          // [rows] of the scaled diagonal
   double* soft_ = nullptr;           // [rows] the same of the matrix, m/N
   double* target_ = nullptr;         // [rows] m
   double* reaction_ = nullptr;       // [rows] N
   double* last_ = nullptr;           // [rows] N, of the last step, where rows have stayed
-  double* work_ = nullptr;           // [kBatch][rows]
+  double* work_ = nullptr;           // [2][rows]
   std::int32_t* row_at_ = nullptr;   // [rows] row at each position of the factor
   std::int32_t* list_ = nullptr;     // [rows]
   std::int32_t* leaving_ = nullptr;  // [rows]

@@ -26,16 +26,6 @@ PALPATE_CLONES double dot_rows(int n, const double* __restrict x, const double* 
   return ((lane[0] + lane[4]) + (lane[1] + lane[5])) + ((lane[2] + lane[6]) + (lane[3] + lane[7])) + rest;
 }
 
-PALPATE_CLONES void add_row_to_three(int n, const double* __restrict a, const double* __restrict x,
-                                     double* __restrict y0, double* __restrict y1, double* __restrict y2) {
-  const double a0 = a[0], a1 = a[1], a2 = a[2];
-  for (int i = 0; i < n; ++i) {
-    y0[i] += a0 * x[i];
-    y1[i] += a1 * x[i];
-    y2[i] += a2 * x[i];
-  }
-}
-
 PALPATE_CLONES void reflect_rows(int n, int count, double tau, const double* __restrict v, double* __restrict row,
                                  double* const* __restrict below) {
   constexpr int kBlock = 64;

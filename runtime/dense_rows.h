@@ -1,13 +1,19 @@
 // The inner loops of the small dense systems: whole rows at a time, in an order of sums that no instruction set changes.
 #pragma once
 
+#include <cstddef>
+
 namespace palpate {
+
+// So many numbers to a row hold `count` of them and fill an odd number of cache lines: then the entries of a column do not
+// all fall into the same few places of the cache.
+constexpr std::size_t odd_lines(std::size_t count) {
+  constexpr std::size_t line = 64 / sizeof(double);
+  return ((count + line - 1) / line | 1) * line;
+}
 
 // y += a x
 void add_row(int n, double a, const double* x, double* y);
-
-// The same with three y and three a in one pass over x.
-void add_row_to_three(int n, const double* a, const double* x, double* y0, double* y1, double* y2);
 
 // sum of x[i] y[i], in eight running sums
 double dot_rows(int n, const double* x, const double* y);

@@ -48,9 +48,9 @@ bool self_compliance(const double force[9], Mat3* compliance) {
 }
 
 bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns) {
-  capacity_ = capacity;
   const std::size_t nodes = static_cast<std::size_t>(capacity);
-  matrix_ = memory.array<Mat3>(nodes * nodes);
+  stride_ = nodes | 1;  // odd: columns of blocks do not all fall into the same few places of the cache
+  matrix_ = memory.array<Mat3>(nodes * stride_);
   column_ = memory.array<std::int32_t>(nodes);
   node_ = memory.array<std::int32_t>(nodes);
   held_in_ = memory.array<std::uint32_t>(nodes);
@@ -72,21 +72,28 @@ void NodeCompliance::forget() {
   slots_ = 0;
 }
 
-// C_ab = T^u_ab C_bb, the mean of both ways of reading it: Betti's symmetry holds only as well as the store.
+// C_ab = T^u_ab C_bb = C_ba^T, by Betti as well as the store holds: read once, from the later of the two columns, so that
+// it does not depend on which of the nodes came first.
 bool NodeCompliance::read(const Tensors& tensors, std::int32_t a) {
-  Mat3* const of_a = matrix_ + static_cast<std::size_t>(a) * capacity_;
+  Mat3* const of_a = matrix_ + static_cast<std::size_t>(a) * stride_;
   if (!self_compliance(tensors.force + 9 * static_cast<std::size_t>(column_[a]), &of_a[a])) return false;
+  for (std::int32_t b = 0; b < slots_; ++b)
+    if (b != a && in_use(b)) {
+      const bool later = column_[a] > column_[b];
+      tensors.prefetch(later ? node_[b] : node_[a], later ? column_[a] : column_[b]);
+    }
   bool finite = true;
   for (std::int32_t b = 0; b < slots_; ++b) {
     if (b == a || !in_use(b)) continue;
-    const Mat3& self_b = self(b);
-    const Mat3 one = tensors.displacement(node_[a], column_[b]) * self_b,
-               other = tensors.displacement(node_[b], column_[a]) * of_a[a];
-    Mat3& c = of_a[b];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) c.m[i][j] = 0.5 * (one.m[i][j] + other.m[j][i]);
-    matrix_[static_cast<std::size_t>(b) * capacity_ + a] = transposed(c);
-    finite = finite && is_finite(c);
+    Mat3 &ab = of_a[b], &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a];
+    if (column_[a] > column_[b]) {
+      ba = tensors.displacement(node_[b], column_[a]) * of_a[a];
+      ab = transposed(ba);
+    } else {
+      ab = tensors.displacement(node_[a], column_[b]) * self(b);
+      ba = transposed(ab);
+    }
+    finite = finite && is_finite(ab);
   }
   return finite;
 }

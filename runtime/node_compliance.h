@@ -18,7 +18,7 @@ class NodeCompliance {
   bool create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns);
 
   // Holds exactly the nodes of the set. False when a number that was read is not finite: nothing is held then.
-  // Cost: 18 numbers of the tensors, from six places, per new node and node held.
+  // Cost: 9 numbers of the tensors, from three places, per new node and node held.
   bool hold(const Tensors& tensors, const ContactSet& set);
   void forget();
 
@@ -28,20 +28,21 @@ class NodeCompliance {
   bool in_use(std::int32_t slot) const { return column_[slot] >= 0; }
 
   // C_ab, m/N: row of node a, column of node b. The row of blocks of a: at(a)[b].
-  const Mat3* at(std::int32_t a) const { return matrix_ + static_cast<std::size_t>(a) * capacity_; }
+  const Mat3* at(std::int32_t a) const { return matrix_ + static_cast<std::size_t>(a) * stride_; }
   const Mat3& self(std::int32_t a) const { return at(a)[a]; }
 
  private:
   bool read(const Tensors& tensors, std::int32_t slot);
   void release(std::int32_t slot);
 
-  Mat3* matrix_ = nullptr;                  // [capacity][capacity]
+  Mat3* matrix_ = nullptr;                  // [capacity][stride]
   std::int32_t* column_ = nullptr;          // [capacity] of each slot, or -1
   std::int32_t* node_ = nullptr;            // [capacity]
   std::uint32_t* held_in_ = nullptr;        // [capacity] the last round that asked for it
   std::int32_t* slot_of_column_ = nullptr;  // [columns] or -1
   std::int32_t* slot_of_entry_ = nullptr;   // [capacity]
-  std::int32_t capacity_ = 0, slots_ = 0;
+  std::size_t stride_ = 0;
+  std::int32_t slots_ = 0;
   std::uint32_t round_ = 0;
 };
 

@@ -7,16 +7,7 @@
 
 #include "formats/half.h"
 
-#if defined(__GNUC__)
-#define PALPATE_INLINE inline __attribute__((always_inline))
-#define PALPATE_PREFETCH(address) __builtin_prefetch(address)
-#else
-#define PALPATE_INLINE inline
-#define PALPATE_PREFETCH(address) static_cast<void>(address)
-#endif
-
-#if defined(__GNUC__) && defined(__x86_64__)
-#define PALPATE_DISPATCHES 1
+#ifdef PALPATE_DISPATCHES
 #include <immintrin.h>
 #endif
 
@@ -82,8 +73,9 @@ struct Baseline {
 #ifdef PALPATE_DISPATCHES
 // f16 by the processor's own conversion: the same numbers as float_of_half.
 template <int Width>
-__attribute__((target("avx2,f16c"))) void add_halves_avx2(const void* const* column, const float* coefficient,
-                                                          std::size_t begin, std::size_t count, float* __restrict out) {
+__attribute__((target(PALPATE_AVX2))) void add_halves_avx2(const void* const* column, const float* coefficient,
+                                                           std::size_t begin, std::size_t count,
+                                                           float* __restrict out) {
   const Half* p[Width];
   for (int j = 0; j < Width; ++j) p[j] = static_cast<const Half*>(column[j]) + begin;
   std::size_t i = 0;
@@ -103,8 +95,8 @@ __attribute__((target("avx2,f16c"))) void add_halves_avx2(const void* const* col
 
 struct Avx2 {
   template <class Stored, int Width>
-  __attribute__((target("avx2,f16c"))) static void add(const void* const* column, const float* coefficient,
-                                                       std::size_t begin, std::size_t count, float* __restrict out) {
+  __attribute__((target(PALPATE_AVX2))) static void add(const void* const* column, const float* coefficient,
+                                                        std::size_t begin, std::size_t count, float* __restrict out) {
     if constexpr (std::is_same_v<Stored, Half>)
       add_halves_avx2<Width>(column, coefficient, begin, count, out);
     else
@@ -112,12 +104,6 @@ struct Avx2 {
   }
 };
 
-// Clang has the wish for whole registers as an option of the command line alone.
-#ifdef __clang__
-#define PALPATE_AVX512 "avx512f"
-#else
-#define PALPATE_AVX512 "avx512f,prefer-vector-width=512"
-#endif
 // For f32; the others are as fast with AVX2.
 struct Avx512 {
   template <class Stored, int Width>
@@ -146,11 +132,10 @@ const Kernels& kernels(formats::ElementType type) {
   return kKernels<Instructions, Half>;
 }
 
-const Kernels& kernels(SuperpositionInstructions instructions, formats::ElementType type) {
+const Kernels& kernels(Instructions instructions, formats::ElementType type) {
 #ifdef PALPATE_DISPATCHES
-  if (instructions == SuperpositionInstructions::avx512 && type == formats::ElementType::f32)
-    return kKernels<Avx512, float>;
-  if (instructions != SuperpositionInstructions::baseline) return kernels<Avx2>(type);
+  if (instructions == Instructions::avx512 && type == formats::ElementType::f32) return kKernels<Avx512, float>;
+  if (instructions != Instructions::baseline) return kernels<Avx2>(type);
 #else
   static_cast<void>(instructions);
 #endif
@@ -172,26 +157,17 @@ void add_all(const Kernels& use, const void* const* column, const float* coeffic
 
 }  // namespace
 
-SuperpositionInstructions best_superposition() {
-#ifdef PALPATE_DISPATCHES
-  if (__builtin_cpu_supports("avx512f")) return SuperpositionInstructions::avx512;
-  // Every processor with AVX2 has F16C; not every compiler can ask for the latter.
-  if (__builtin_cpu_supports("avx2")) return SuperpositionInstructions::avx2;
-#endif
-  return SuperpositionInstructions::baseline;
-}
-
 void superpose(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
                std::size_t first, std::size_t count, float* out) {
-  superpose(best_superposition(), type, column, coefficient, column_count, first, count, out);
+  superpose(best_instructions(), type, column, coefficient, column_count, first, count, out);
 }
 
 void superpose_onto(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
                     std::size_t first, std::size_t count, float* out) {
-  add_all(kernels(best_superposition(), type), column, coefficient, column_count, first, count, true, out);
+  add_all(kernels(best_instructions(), type), column, coefficient, column_count, first, count, true, out);
 }
 
-void superpose(SuperpositionInstructions instructions, formats::ElementType type, const void* const* column,
+void superpose(Instructions instructions, formats::ElementType type, const void* const* column,
                const float* coefficient, int column_count, std::size_t first, std::size_t count, float* out) {
   add_all(kernels(instructions, type), column, coefficient, column_count, first, count, false, out);
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "formats/bundle_layout.h"
+#include "runtime/instructions.h"
 
 namespace palpate {
 
@@ -21,11 +22,8 @@ void superpose(formats::ElementType type, const void* const* column, const float
 void superpose_onto(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
                     std::size_t first, std::size_t count, float* out);
 
-enum class SuperpositionInstructions { baseline, avx2, avx512 };
-SuperpositionInstructions best_superposition();
-
 /// The same with instructions of the caller's choice, at most the best; for tests and benchmarks.
-void superpose(SuperpositionInstructions instructions, formats::ElementType type, const void* const* column,
+void superpose(Instructions instructions, formats::ElementType type, const void* const* column,
                const float* coefficient, int column_count, std::size_t first, std::size_t count, float* out);
 
 }  // namespace palpate

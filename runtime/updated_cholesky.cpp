@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/dense_blocks.h"
 #include "runtime/dense_rows.h"
 
 namespace palpate {
@@ -10,43 +11,39 @@ namespace palpate {
 bool UpdatedCholesky::create(SceneMemory& memory, std::int32_t capacity) {
   capacity_ = capacity;
   const std::size_t rows = static_cast<std::size_t>(capacity);
-  factor_ = memory.array<double>(rows * rows);
+  stride_ = odd_lines(rows + 16);  // and what eliminate_rows overwrites after a row's end
+  factor_ = memory.array<double>(rows * stride_);
   leaving_ = memory.array<double>(kBatch * rows);
   return !memory.failed();
 }
 
-bool UpdatedCholesky::append(int count, double* const* entries, double least, double* raised) {
-  // U^-T times each new row, row by row of U.
-  for (std::int32_t i = 0; i < size_; ++i) {
-    const double* u = row(i);
-    const double inverse = 1 / u[i];
-    const std::int32_t rest = size_ - i - 1;
-    double factor[kBatch];
-    for (int q = 0; q < count; ++q) factor[q] = -(entries[q][i] *= inverse);
-    int q = 0;
-    for (; q + 3 <= count; q += 3)
-      add_row_to_three(rest, factor + q, u + i + 1, entries[q] + i + 1, entries[q + 1] + i + 1, entries[q + 2] + i + 1);
-    for (; q < count; ++q) add_row(rest, factor[q], u + i + 1, entries[q] + i + 1);
-  }
-  // The corner between the new rows.
-  for (int q = 0; q < count; ++q) {
-    double* x = entries[q];
-    for (int p = 0; p <= q; ++p) {
-      const double* above = entries[p];
-      double entry = x[size_ + p] - dot_rows(size_, x, above);
-      for (int o = 0; o < p; ++o) entry -= x[size_ + o] * above[size_ + o];
-      if (p < q) {
-        x[size_ + p] = entry / above[size_ + p];
-      } else {
-        if (!std::isfinite(entry)) return false;
-        raised[q] = std::max(0.0, least - entry);
-        x[size_ + q] = std::sqrt(std::max(least, entry));
-      }
+bool UpdatedCholesky::append(std::int32_t count, double least, double* raised) {
+  const std::int32_t end = size_ + count;
+  for (std::int32_t first = 0, rows = 0; first < end; first += rows) {
+    // Old rows become final in the new columns alone; new rows in all that are right of them, after their own corner.
+    const bool old = first < size_;
+    rows = std::min(kBlockRows, (old ? size_ : end) - first);
+    if (!old) {
+      eliminate_rows(factor_, stride_, first, rows, first, first + rows, false);
+      if (!factor_corner(first, rows, least, raised + (first - size_))) return false;
     }
+    eliminate_rows(factor_, stride_, first, rows, old ? size_ : first + rows, end, true);
   }
-  for (int q = 0; q < count; ++q)
-    for (std::int32_t i = 0; i <= size_ + q; ++i) row(i)[size_ + q] = entries[q][i];
-  size_ += count;
+  size_ = end;
+  return true;
+}
+
+bool UpdatedCholesky::factor_corner(std::int32_t first, std::int32_t rows, double least, double* raised) {
+  for (std::int32_t r = 0; r < rows; ++r) {
+    double* u = row(first + r) + first;
+    if (!std::isfinite(u[r])) return false;
+    raised[r] = std::max(0.0, least - u[r]);
+    u[r] = std::sqrt(std::max(least, u[r]));
+    const double inverse = 1 / u[r];
+    for (std::int32_t j = r + 1; j < rows; ++j) u[j] *= inverse;
+    for (std::int32_t i = r + 1; i < rows; ++i)
+      for (std::int32_t j = i; j < rows; ++j) (row(first + i) + first)[j] -= u[i] * u[j];
+  }
   return true;
 }
 

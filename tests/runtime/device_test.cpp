@@ -166,6 +166,19 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
   kinds.push_back({"tools at an odd address", bad,
                    [=](Pressed& tool) { return step(tool, reinterpret_cast<const palpate_tool*>(odd), 1); }});
 
+  const auto sized = [=](double radius, double friction) {
+    return [=](Pressed& tool) {
+      const Eigen::Vector3d p = at(tool, 0.001);
+      const palpate_tool one = {p.data(), 1, nullptr, 0, 0, radius, friction};
+      return step(tool, &one, 1);
+    };
+  };
+  for (const double x : {double(NAN), double(INFINITY), -double(INFINITY), 1e300, -1e-3, -denormal, 1.1})
+    kinds.push_back({"radius", bad, sized(x, 0)});
+  for (const double x : {double(NAN), double(INFINITY), -double(INFINITY), 1e300, -1e-3, -denormal, 101.0})
+    kinds.push_back({"friction", bad, sized(0.003, x)});
+  for (const double x : {denormal, 1e-300, 1e-9, metre}) kinds.push_back({"radius at its limits", 0, sized(x, 0)});
+
   palpate_scene_def def = palpate_default_scene_def();
   def.force_limit = kLimit, def.force_slew = kSlew, def.max_points = 8;
   for (const BadInput& kind : kinds)
@@ -191,6 +204,36 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
       EXPECT_EQ(tool.contacts->tools[0].contact_count, 1);
       EXPECT_LT((tool.force() - tool.raw()).norm(), 1e-12);
     }
+}
+
+TEST(Device, LeavesTheOtherToolsAsTheyAreWhenOneHasNoSoundRadius) {
+  const ScenePointer scene = box().scene(unlimited_def());
+  Contacts contacts(scene.get());
+  const std::int32_t far[2] = {box().far_triangle(5), box().far_triangle(11)};
+  const auto touch = [&](double depth, double radius) {
+    Eigen::Vector3d p[2];
+    palpate_tool tools[2] = {};
+    for (int t = 0; t < 2; ++t) {
+      p[t] = box().place(far[t], {.3, .3, .4}) - depth * box().outward(far[t]);
+      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = t == 0 ? 0.003 : radius;
+    }
+    palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+    return Eigen::Vector3d(contacts->tools[0].force_raw);
+  };
+  touch(-1e-4, 0.003);
+  const Eigen::Vector3d good = touch(1e-3, 0.003);
+  ASSERT_GT(good.norm(), 0);
+  for (const double radius : {double(NAN), -1.0, double(INFINITY), 1e300}) {
+    EXPECT_EQ(touch(1e-3, radius), good) << radius;  // the other one keeps its last good input, radius included
+    EXPECT_EQ(contacts->tools[0].flags, 0u);
+    EXPECT_EQ(contacts->tools[1].flags, PALPATE_STEP_BAD_INPUT);
+  }
+  // A disc too thin to feel anything: it makes nothing unsolvable for those beside it.
+  for (const double radius : {5e-324, 1e-300, 1e-12}) {
+    EXPECT_GT(touch(1e-3, radius).norm(), 0.5 * good.norm()) << radius;
+    EXPECT_EQ(contacts->flags, 0u);
+    EXPECT_LT(Eigen::Vector3d(contacts->tools[1].force_raw).norm(), 1e-3 * good.norm());
+  }
 }
 
 TEST(Device, HoldsAFrozenPointWithASteadyForce) {

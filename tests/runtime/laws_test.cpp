@@ -216,6 +216,179 @@ TEST(Sliding, ToolFeelsNoForceAcrossTheNormalAndFindsItsPlaceAnew) {
   }
 }
 
+// ---- several tools whose discs overlap ----------------------------------------------------------------------------
+
+// Discs of 4 mm radius, 3 mm apart on the far face: each presses what the others press.
+struct Neighbours {
+  static constexpr int kCount = 3;
+  explicit Neighbours(palpate_contact_law law, double friction = 0, palpate_scene_def def = unlimited_def()) {
+    def.law = law;
+    scene = box().scene(def);
+    contacts = std::make_unique<Contacts>(scene.get());
+    for (int t = 0; t < kCount; ++t) {
+      tools[t] = {};
+      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = 0.004, tools[t].friction = friction;
+    }
+    move(above());
+  }
+  static Eigen::VectorXd places() {
+    Eigen::VectorXd all(3 * kCount);
+    for (int t = 0; t < kCount; ++t) all.segment<3>(3 * t) = kPlace + Vector3d(0, 0.003 * (t - 1), 0.001 * t);
+    return all;
+  }
+  static Eigen::VectorXd out(double height) { return Eigen::VectorXd(height * kOut.replicate(kCount, 1)); }
+  static Eigen::VectorXd above() { return places() + out(1e-4); }
+  // What the organ does to each tool.
+  Eigen::VectorXd move(const Eigen::VectorXd& to, double dt = 1e-3) {
+    for (int t = 0; t < kCount; ++t) p[t] = to.segment<3>(3 * t);
+    flags = palpate_touch(scene.get(), tools, kCount, dt, contacts->get());
+    Eigen::VectorXd forces(3 * kCount);
+    for (int t = 0; t < kCount; ++t) forces.segment<3>(3 * t) = Vector3d(state(t).force_raw);
+    return forces;
+  }
+  const palpate_tool_state& state(int t) { return (*contacts)->tools[t]; }
+
+  ScenePointer scene;
+  std::unique_ptr<Contacts> contacts;
+  palpate_tool tools[kCount];
+  Vector3d p[kCount];
+  palpate_step_flags flags = 0;
+};
+
+// Force on the organ per displacement of the tools: columns are the tools' x, y, z.
+Eigen::MatrixXd stiffness_of_neighbours() {
+  Neighbours held(PALPATE_LAW_STICKING);
+  const Eigen::VectorXd start = Neighbours::places() + Neighbours::out(-1e-4);
+  const Eigen::VectorXd before = held.move(start);
+  Eigen::MatrixXd k(start.size(), start.size());
+  for (Eigen::Index d = 0; d < start.size(); ++d) {
+    const Eigen::VectorXd step = -1e-5 * Eigen::VectorXd::Unit(start.size(), d);
+    k.col(d) = (held.move(start + step) - before) / 1e-5;
+  }
+  return k;
+}
+
+TEST(Neighbours, ShareWhatTheyPress) {
+  const Eigen::MatrixXd k = stiffness_of_neighbours();
+  EXPECT_LT((k - k.transpose()).norm(), 1e-6 * k.norm());
+  EXPECT_LT(k(0, 3), -0.1 * k(0, 0));  // one that is pressed in carries part of what the next one did
+}
+
+// Noise as a device sends it: positions on a grid of 0.05 mm that jump to and fro, at uneven times.
+TEST(Neighbours, RestWithoutChatterUnderADevicesNoise) {
+  const double stiffness = stiffness_of_neighbours().jacobiSvd().singularValues()[0], grid = 5e-5;
+  std::mt19937 random(17);
+  std::uniform_int_distribution<int> step(-1, 1);
+  std::uniform_real_distribution<double> pause(2e-4, 5e-3);
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+    for (const double depth : {0.0, 0.0003, 0.003}) {
+      palpate_scene_def def = palpate_default_scene_def();  // with its limits: they may not add to it
+      Neighbours tools(law, 0.3, def);
+      const Eigen::VectorXd rest = Neighbours::places() + Neighbours::out(-depth);
+      Eigen::VectorXd last = tools.move(rest), at = rest;
+      for (int s = 0; s < 100; ++s) last = tools.move(rest, pause(random));
+      // At rest: bit for bit, but for what slipping still settles in the last digits. Uneven time changes nothing.
+      for (int s = 0; s < 20; ++s) {
+        const Eigen::VectorXd f = tools.move(rest, pause(random));
+        EXPECT_LE((f - last).norm(), 1e-8 * std::max(last.norm(), stiffness * 1e-6)) << law << " " << depth;
+        last = f;
+        for (int t = 0; t < 3; ++t)
+          EXPECT_LT((Vector3d(tools.state(t).force) - Vector3d(tools.state(t).force_raw)).norm(), 1e-12);
+      }
+      for (int s = 0; s < 300; ++s) {
+        Eigen::VectorXd p = rest;
+        for (double& x : p) x += grid * step(random);
+        const Eigen::VectorXd f = tools.move(p, pause(random));
+        EXPECT_LE((f - last).norm(), 1.05 * stiffness * (p - at).norm()) << law << " " << depth << " " << s;
+        last = f, at = p;
+      }
+    }
+}
+
+TEST(Neighbours, StickUntilFrictionIsUsedUpAndThenSlipAgainstTheirMotion) {
+  const double friction = 0.25, depth = 0.002;
+  Neighbours tools(PALPATE_LAW_COULOMB, friction), stuck(PALPATE_LAW_STICKING);
+  const Eigen::VectorXd in = Neighbours::places() + Neighbours::out(-depth);
+  tools.move(in), stuck.move(in);
+  const Vector3d drag(0, 0.6, 0.8);
+  int first_slip = -1, all_slip = -1;
+  for (int s = 1; s <= 800; ++s) {
+    const Eigen::VectorXd to = in + Eigen::VectorXd(1e-5 * s * drag.replicate(3, 1));
+    const Eigen::VectorXd f = tools.move(to), held = stuck.move(to);
+    int slipping = 0;
+    bool would_hold = true;
+    for (int t = 0; t < 3; ++t) {
+      const Vector3d force = f.segment<3>(3 * t), sticking = held.segment<3>(3 * t);
+      const double push = force[0], hold = std::hypot(force[1], force[2]);
+      ASSERT_GT(push, 0) << s;
+      ASSERT_LE(hold, friction * push * (1 + 1e-9)) << s;
+      would_hold = would_hold && std::hypot(sticking[1], sticking[2]) <= friction * sticking[0];
+      if (tools.state(t).slip_count == 0) continue;
+      ++slipping;
+      EXPECT_NEAR(hold, friction * push, 1e-8 * push) << s << " " << t;
+    }
+    // As long as sticking breaks no law, sticking it is.
+    if (first_slip < 0) {
+      EXPECT_EQ(slipping == 0, would_hold) << s;
+    }
+    if (slipping == 0) {
+      EXPECT_LT((f - held).norm(), 1e-6 * held.norm()) << s;
+    }
+    if (slipping > 0 && first_slip < 0) first_slip = s;
+    if (slipping == 3 && all_slip < 0) all_slip = s;
+    if (s <= 600) continue;
+    // Long after: every tool is held back along its motion, to the angle by which the tissue's own force is askew.
+    for (int t = 0; t < 3; ++t) {
+      const Vector3d force = f.segment<3>(3 * t);
+      EXPECT_NEAR(-force.dot(drag), friction * force[0], 0.02 * friction * force[0]) << s << " " << t;
+    }
+  }
+  EXPECT_GT(first_slip, 5);
+  EXPECT_GT(all_slip, 0);
+}
+
+// ---- contacts that contradict one another -------------------------------------------------------------------------
+
+// Two tools a gap apart, one 1 mm in, the other 2 mm: what they ask of the surface agrees ever less as the gap closes.
+TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEveryLaw) {
+  const double edge = 0.05 / 6;
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+    for (const double radius : {0.0, 0.004}) {
+      double before = 0;
+      for (double gap = 1e-1; gap >= 0.9e-12; gap /= 10) {
+        palpate_scene_def def = unlimited_def();
+        def.law = law;
+        const ScenePointer scene = box().scene(def);
+        Contacts contacts(scene.get());
+        palpate_tool tools[2] = {};
+        const auto touch = [&](double first, double second) {
+          const Vector3d p[2] = {kPlace - first * kOut, kPlace - second * kOut + Vector3d(0, 0, gap * edge)};
+          for (int t = 0; t < 2; ++t)
+            tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = radius, tools[t].friction = 0.4;
+          palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+        };
+        touch(-1e-4, -1e-4);
+        touch(1e-3, 2e-3);
+        ASSERT_EQ(contacts->tools[0].contact_count + contacts->tools[1].contact_count, 2);
+        const Vector3d shallow(contacts->tools[0].force_raw), deep(contacts->tools[1].force_raw);
+        ASSERT_TRUE(shallow.allFinite() && deep.allFinite());
+        // What one pushes more than the other: under a law that lets none pull, all that the deep one pushes.
+        const double conflict = deep[0] - shallow[0];
+        EXPECT_GT(conflict, 0);
+        if (law >= PALPATE_LAW_UNILATERAL) {
+          EXPECT_GE(shallow[0], 0);
+        } else if (radius == 0) {
+          EXPECT_LT(shallow[0], 0);  // the shallow one holds the surface back
+        }
+        // Points: 1e-8 of rounding, where the last gaps make no difference any more. Discs, whose own compliance stands
+        // between them: what the stiffness of the deep one's place changes over the gap (4e-4 per 0.05 mm, patch_test).
+        EXPECT_GE(conflict, before * (1 - (radius == 0 ? 1e-8 : 1e-3)))
+            << law << " radius " << radius << " gap " << gap;
+        before = conflict;
+      }
+    }
+}
+
 TEST(Laws, HoldForManyContactsAtOnce) {
   // A rod of many points pressed askew: some push, some are in the air between, and it is dragged.
   palpate_scene_def def = unlimited_def();

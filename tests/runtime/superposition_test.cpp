@@ -56,10 +56,10 @@ TEST(Superposition, SumsTheColumnsInOrderWithEveryInstructionSet) {
             const volatile float product = stored.coefficient[j] * stored.numbers[j][first + i];
             expected[i] += product;
           }
-        for (int set = 0; set <= static_cast<int>(best_superposition()); ++set) {
+        for (int set = 0; set <= static_cast<int>(best_instructions()); ++set) {
           std::vector<float> out(count, NAN);
-          superpose(static_cast<SuperpositionInstructions>(set), type, stored.column.data(), stored.coefficient.data(),
-                    columns, first, count, out.data());
+          superpose(static_cast<Instructions>(set), type, stored.column.data(), stored.coefficient.data(), columns,
+                    first, count, out.data());
           ASSERT_EQ(out, expected) << "type " << static_cast<int>(type) << ", " << columns << " columns of " << count
                                    << ", instructions " << set;
         }

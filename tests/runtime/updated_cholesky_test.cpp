@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <numeric>
 #include <random>
 #include <vector>
+
+#include "runtime/dense_blocks.h"
 
 namespace palpate::tests {
 namespace {
@@ -25,17 +28,16 @@ class Factor : public testing::Test {
     return a;
   }
   void append(const Eigen::MatrixXd& a, const std::vector<int>& rows) {
-    std::vector<std::vector<double>> lines;
-    std::vector<double*> entries;
-    for (const int row : rows) {
-      held_.push_back(row);
-      lines.emplace_back(kCapacity);
-      for (std::size_t at = 0; at < held_.size(); ++at) lines.back()[at] = a(row, held_[at]);
-    }
-    for (auto& line : lines) entries.push_back(line.data());
+    held_.insert(held_.end(), rows.begin(), rows.end());
+    write_coming(factor_, a, held_);
     std::vector<double> raised(rows.size());
-    ASSERT_TRUE(factor_.append(static_cast<int>(rows.size()), entries.data(), 1e-9, raised.data()));
+    ASSERT_TRUE(factor_.append(static_cast<std::int32_t>(rows.size()), 1e-9, raised.data()));
     for (const double r : raised) EXPECT_EQ(r, 0);
+  }
+  static void write_coming(UpdatedCholesky& factor, const Eigen::MatrixXd& a, const std::vector<int>& held) {
+    for (std::int32_t at = 0; at < static_cast<std::int32_t>(held.size()); ++at)
+      for (std::int32_t q = std::max(at, factor.size()); q < static_cast<std::int32_t>(held.size()); ++q)
+        factor.coming(at)[q - factor.size()] = a(held[at], held[q]);
   }
   void remove(const std::vector<std::int32_t>& positions) {
     factor_.remove(static_cast<int>(positions.size()), positions.data());
@@ -81,18 +83,83 @@ TEST_F(Factor, OfRowsThatComeAndGoIsThatOfTheRowsThatAreThere) {
   }
 }
 
+// Each entry is the same sum in the same order, whatever is done together.
+TEST_F(Factor, IsTheSameToTheBitWhetherRowsComeOneByOneOrTogether) {
+  const Eigen::MatrixXd a = matrix(kCapacity);
+  std::vector<int> all(101);
+  std::iota(all.begin(), all.end(), 0);
+  append(a, all);
+  const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(101, -1, 2);
+  Eigen::VectorXd together = right;
+  factor_.solve(together.data());
+  for (const int step : {1, 3, 8, 17, 50}) {
+    factor_.clear();
+    held_.clear();
+    for (int first = 0; first < 101; first += step)
+      append(a, {all.begin() + first, all.begin() + std::min(101, first + step)});
+    Eigen::VectorXd x = right;
+    factor_.solve(x.data());
+    EXPECT_EQ(x, together) << step;
+  }
+}
+
+TEST(EliminateRows, GivesTheSameBitsWithAllInstructionsAndAnyBlocks) {
+  constexpr int kRows = 61, kStride = 96;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  std::vector<double> start(kRows * kStride);
+  for (double& x : start) x = any(random);
+  for (int r = 0; r < kRows; ++r) start[r * kStride + r] = 2 + any(random);
+  // The definition, entry by entry: rows 0 .. 60 of the columns 61 .. 79 become final.
+  std::vector<double> expected = start;
+  for (int i = 0; i < kRows; ++i)
+    for (int j = kRows; j < 80; ++j) {
+      double& x = expected[i * kStride + j];
+      for (int k = 0; k < i; ++k) {
+        const volatile double product = expected[k * kStride + i] * expected[k * kStride + j];
+        x -= product;
+      }
+      x *= 1 / expected[i * kStride + i];
+    }
+  for (int set = 0; set <= static_cast<int>(best_instructions()); ++set)
+    for (const int rows : {1, 3, kBlockRows})
+      for (const int width : {1, 5, 19}) {
+        std::vector<double> u = start;
+        for (int begin = kRows; begin < 80; begin += width)
+          for (int first = 0; first < kRows; first += rows) {
+            // What it overwrites beyond its last column is for the next call to find as it was.
+            std::vector<double> kept = u;
+            const int end = std::min(80, begin + width), count = std::min(rows, kRows - first);
+            eliminate_rows(static_cast<Instructions>(set), u.data(), kStride, first, count, begin, end, true);
+            for (int i = 0; i < kRows; ++i)
+              for (int j = end; j < kStride; ++j) {
+                if (j >= end + 16) {
+                  EXPECT_EQ(u[i * kStride + j], kept[i * kStride + j]);
+                }
+                u[i * kStride + j] = kept[i * kStride + j];
+              }
+          }
+        for (int i = 0; i < kRows; ++i)
+          for (int j = kRows; j < 80; ++j)
+            ASSERT_EQ(u[i * kStride + j], expected[i * kStride + j]) << set << " " << rows << " " << width;
+      }
+}
+
 TEST_F(Factor, RaisesAPivotThatWouldVanishAndSaysByHowMuch) {
-  double first[] = {1}, twin[] = {1, 1};
-  double *one = first, *two = twin, raised = 0;
-  ASSERT_TRUE(factor_.append(1, &one, 1e-6, &raised));
-  ASSERT_TRUE(factor_.append(1, &two, 1e-6, &raised));
-  EXPECT_NEAR(raised, 1e-6, 1e-15);
+  Eigen::MatrixXd a = Eigen::MatrixXd::Ones(3, 3);
+  double raised[2] = {};
+  write_coming(factor_, a, {0});
+  ASSERT_TRUE(factor_.append(1, 1e-6, raised));
+  write_coming(factor_, a, {0, 1});
+  ASSERT_TRUE(factor_.append(1, 1e-6, raised));
+  EXPECT_NEAR(raised[0], 1e-6, 1e-15);
   double x[] = {1, 1};  // [1 1; 1 1 + 1e-6] x = [1, 1]
   factor_.solve(x);
   EXPECT_NEAR(x[0], 1, 1e-9);
   EXPECT_NEAR(x[1], 0, 1e-9);
-  double wrong[] = {NAN, 0, 1}, *bad = wrong;
-  EXPECT_FALSE(factor_.append(1, &bad, 1e-6, &raised));
+  a(0, 2) = a(2, 0) = NAN;
+  write_coming(factor_, a, {0, 1, 2});
+  EXPECT_FALSE(factor_.append(1, 1e-6, raised));
   EXPECT_EQ(factor_.size(), 2);
 }
 
