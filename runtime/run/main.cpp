@@ -6,12 +6,12 @@
 #include <cstdio>
 
 #include "formats/atomic_file.h"
-#include "formats/errors.h"
 #include "formats/program.h"
 #include "runtime/run/csv_files.h"
 #include "runtime/run/explain.h"
 #include "runtime/run/output_folder.h"
 #include "runtime/run/realtime.h"
+#include "runtime/run/scene_bundle.h"
 #include "runtime/run/shape_files.h"
 #include "runtime/run/summary.h"
 
@@ -27,14 +27,6 @@ struct Options {
   std::vector<double> rates = {1000, 4000, 10000};
   unsigned every = 1;
 };
-
-fs::path bundle_of(const Options& options, const SceneConfig& scene) {
-  if (!options.bundle.empty()) return options.bundle;
-  if (scene.bundle.empty())
-    throw InputError(fmt::format("{}: the scene names no bundle; add bundle = \"FILE.h5\" or give --bundle FILE.h5",
-                                 scene.file.string()));
-  return scene.bundle;
-}
 
 fs::path target_of(const Options& options) {
   return options.output.empty() ? fs::path(options.scene.stem()) : options.output;
@@ -79,7 +71,7 @@ void play_against_the_clock(Player& player, const fs::path& bundle, const Option
 
 void run(const Options& options) {
   const SceneConfig scene = read_scene_config(options.scene);
-  const fs::path bundle = bundle_of(options, scene);
+  const fs::path bundle = bundle_of(scene, options.bundle);
   Player player(scene, bundle);
   if (options.explain)
     fmt::print("{}", explain(player, bundle));

@@ -18,12 +18,20 @@ namespace {
 constexpr std::pair<const char*, double> kShares[] = {{"p50", .5},     {"p90", .9},       {"p99", .99},
                                                       {"p99.9", .999}, {"p99.99", .9999}, {"max", 1}};
 
+Nanoseconds read(clockid_t clock) {
+  timespec time = {};
+  clock_gettime(clock, &time);
+  return time.tv_sec * Nanoseconds{1000000000} + time.tv_nsec;
+}
+
 }  // namespace
 
 Nanoseconds now() {
-  timespec time = {};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return time.tv_sec * Nanoseconds{1000000000} + time.tv_nsec;
+  return read(CLOCK_MONOTONIC);
+}
+
+Nanoseconds wall_clock() {
+  return read(CLOCK_REALTIME);
 }
 
 void sleep_until(Nanoseconds when) {

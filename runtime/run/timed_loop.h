@@ -13,7 +13,8 @@ namespace palpate {
 
 using Nanoseconds = std::int64_t;
 
-Nanoseconds now();  // CLOCK_MONOTONIC
+Nanoseconds now();         // CLOCK_MONOTONIC
+Nanoseconds wall_clock();  // since 1970, CLOCK_REALTIME: to compare with that of another machine
 void sleep_until(Nanoseconds when);
 inline double microseconds(Nanoseconds time) {
   return static_cast<double>(time) * 1e-3;

@@ -5,7 +5,7 @@ build=$1 folder=$2 cmake=$3
 rm -rf "$folder"
 "$cmake" --install "$build" --prefix "$folder/first" > "$folder.txt"
 mv "$folder/first" "$folder/prefix"
-for program in surface tetrahedra precompute bundle run; do
+for program in surface tetrahedra precompute bundle run feel draw; do
   "$folder/prefix/bin/palpate-$program" --version
 done
 test -s "$folder/prefix/include/palpate/palpate.h"
