@@ -45,8 +45,10 @@ class SectionLook {
 };
 
 palpate_status file_was_cut(palpate_error* error) {
-  return fail(error, PALPATE_ERROR_TRUNCATED, 0,
-              "the bundle's file became shorter while it was read; wait until it is complete and open it again");
+  return fail(
+      error, PALPATE_ERROR_TRUNCATED, 0,
+      "the bundle's file became shorter or was written over after it was opened; wait until it is complete and open "
+      "it again");
 }
 
 // Every integer that is used as an index; one section after the other, nothing stays mapped.
@@ -61,7 +63,7 @@ palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
     sections.*member = reinterpret_cast<Member>(look.data());
     formats::BundleError from;
     const formats::BundleStatus status = formats::check_stored_indices(bundle.index, sections, &from);
-    if (bundle.lost.load()) return file_was_cut(error);
+    if (bundle.is_lost()) return file_was_cut(error);
     return status == formats::BundleStatus::ok ? PALPATE_OK : fail(error, from);
   };
   using Sections = formats::IndexedSections;
@@ -91,7 +93,7 @@ palpate_status check_compliance(palpate_bundle& bundle, palpate_error* error) {
   sections.compliance_scale = reinterpret_cast<const float*>(scale.data());
   formats::BundleError from;
   const formats::BundleStatus status = formats::check_stored_indices(bundle.index, sections, &from);
-  if (bundle.lost.load()) return file_was_cut(error);
+  if (bundle.is_lost()) return file_was_cut(error);
   return status == formats::BundleStatus::ok ? PALPATE_OK : fail(error, from);
 }
 
@@ -192,6 +194,11 @@ palpate_status palpate_bundle_open_file(const char* path, palpate_bundle** bundl
     palpate_bundle_close(opened);
     return fail(error, from);
   }
+  if (!opened->witness.call(descriptor, file_bytes, offsetof(formats::BundleHeader, index_checksum),
+                            opened->index.header.index_checksum, &opened->lost)) {
+    palpate_bundle_close(opened);
+    return fail(error, PALPATE_ERROR_FILE, 0, "\"%.150s\" cannot be mapped; close other bundles", path);
+  }
   return palpate::finish_open(opened, bundle, error);
 }
 
@@ -207,7 +214,7 @@ palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error*
         return fail(error, PALPATE_ERROR_FILE, entry.offset, "a section of the bundle cannot be mapped");
       sum = formats::xxh64(look.data(), static_cast<std::size_t>(entry.bytes));
     }
-    if (opened.lost.load()) return palpate::file_was_cut(error);
+    if (opened.is_lost()) return palpate::file_was_cut(error);
     if (sum == entry.checksum) continue;
     const formats::SectionDescription* known = formats::describe_section(static_cast<formats::SectionId>(entry.id));
     return fail(error, PALPATE_ERROR_CHECKSUM, entry.offset,
@@ -221,17 +228,22 @@ palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error*
 palpate_status palpate_bundle_prefault(palpate_bundle* bundle, int32_t lock, palpate_error* error) {
   if (!bundle) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle must not be NULL");
   std::uint64_t limit = 0, refused = 0;
+  const auto bring_in = [&](const palpate::FileMap& map) {
+    if (!map.data) return;
+    palpate::read_pages(map);
+    if (lock && !palpate::lock_pages(map, &limit)) refused += map.bytes;
+  };
   for (const palpate::FileMap& map : bundle->maps) {
     palpate::FileMap mapped;
     {
       const palpate::MapLock own(bundle);
       mapped = map;
     }
-    if (!mapped.data) continue;
-    palpate::read_pages(mapped);
-    if (lock && !palpate::lock_pages(mapped, &limit)) refused += mapped.bytes;
+    bring_in(mapped);
   }
-  if (bundle->lost.load()) return palpate::file_was_cut(error);
+  bring_in(bundle->witness.stamp_map());
+  bring_in(bundle->witness.last_map());
+  if (bundle->is_lost()) return palpate::file_was_cut(error);
   if (refused == 0) return palpate::succeed(error);
   return fail(
       error, PALPATE_ERROR_LOCK, 0,
@@ -243,6 +255,7 @@ palpate_status palpate_bundle_prefault(palpate_bundle* bundle, int32_t lock, pal
 void palpate_bundle_close(palpate_bundle* bundle) {
   if (!bundle) return;
   for (palpate::FileMap& map : bundle->maps) palpate::unmap(&map);
+  bundle->witness.dismiss();
   if (bundle->descriptor >= 0) palpate::close_file(bundle->descriptor);
   palpate::free_bundle(bundle);
 }

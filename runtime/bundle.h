@@ -12,7 +12,14 @@ struct palpate_bundle {
   palpate::formats::BundleIndex index;
   const unsigned char* bytes = nullptr;  // the host's, or nullptr for a file
   int descriptor = -1;
-  std::atomic<bool> lost{false};  // a page of the file was gone when it was read
+  std::atomic<bool> lost{false};  // a page of the file was gone when it was read, or the witness found another file
+  palpate::FileWitness witness;   // of a file
+
+  // Whether the file has shrunk or was written over since it was opened. Three reads and no system call: for every step.
+  bool is_lost() {
+    if (!witness.holds()) lost.store(true, std::memory_order_relaxed);
+    return lost.load(std::memory_order_relaxed);
+  }
 
   // One map per section, made on first use by whoever comes first.
   std::atomic_flag mapping = ATOMIC_FLAG_INIT;

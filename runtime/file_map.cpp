@@ -22,7 +22,8 @@ struct Watch {
 constexpr int kMaxWatches = 4096;
 Watch watches[kMaxWatches];
 std::atomic<std::uintptr_t> page_bytes{4096};
-struct sigaction previous_action;
+// Whom our handler stands in front of, and who was there before we first came.
+struct sigaction previous_action, first_action;
 std::atomic_flag changing = ATOMIC_FLAG_INIT;
 
 struct ChangeLock {  // only while opening and closing; never in a step
@@ -45,15 +46,15 @@ bool replace_lost_page(std::uintptr_t address) {
   return false;
 }
 
-void on_bus_error(int signal, siginfo_t* info, void* context) {
-  const int saved = errno;
-  const bool ours = replace_lost_page(reinterpret_cast<std::uintptr_t>(info->si_addr));
-  errno = saved;
-  if (ours) return;
-  if (previous_action.sa_flags & SA_SIGINFO) {
-    previous_action.sa_sigaction(signal, info, context);
-  } else if (previous_action.sa_handler != SIG_DFL && previous_action.sa_handler != SIG_IGN) {
-    previous_action.sa_handler(signal);
+// The fault that is being handed on, by what the system pushed for it, and from which frame. Another thread's overwrites it;
+// the fault then goes round once more.
+std::atomic<const void*> forwarded_context{nullptr}, forwarded_frame{nullptr};
+
+void forward(const struct sigaction& to, int signal, siginfo_t* info, void* context) {
+  if (to.sa_flags & SA_SIGINFO) {
+    to.sa_sigaction(signal, info, context);
+  } else if (to.sa_handler != SIG_DFL && to.sa_handler != SIG_IGN) {
+    to.sa_handler(signal);
   } else {
     // Not ours and nobody else's: give the default back; returning repeats the fault, which then ends the process.
     struct sigaction fallback = {};
@@ -62,12 +63,30 @@ void on_bus_error(int signal, siginfo_t* info, void* context) {
   }
 }
 
+void on_bus_error(int signal, siginfo_t* info, void* context) {
+  const int saved = errno;
+  const bool ours = replace_lost_page(reinterpret_cast<std::uintptr_t>(info->si_addr));
+  errno = saved;
+  if (ours) return;
+  // A host's handler that came after ours and then fell behind it may hand its faults on to ours: the same fault, from a frame
+  // further down the stack. Handing it back to the host would never end.
+  const void* const frame = __builtin_frame_address(0);
+  const bool comes_back = forwarded_context.load() == context && frame < forwarded_frame.load();
+  if (comes_back) return forward(first_action, signal, info, context);
+  forwarded_context.store(context), forwarded_frame.store(frame);
+  forward(previous_action, signal, info, context);
+  forwarded_context.store(nullptr);  // after the call, so that this frame stays above it
+}
+
 // Puts our handler in front, once; again if the host has put its own there since (chaining to itself would not end).
 void install_handler() {
   struct sigaction current = {};
   sigaction(SIGBUS, nullptr, &current);
   if ((current.sa_flags & SA_SIGINFO) && current.sa_sigaction == on_bus_error) return;
   previous_action = current;
+  static bool installed = false;
+  if (!installed) first_action = current;
+  installed = true;
   struct sigaction ours = {};
   ours.sa_sigaction = on_bus_error;
   ours.sa_flags = SA_SIGINFO | SA_ONSTACK;
@@ -137,7 +156,8 @@ bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::a
   map->data = static_cast<const unsigned char*>(map->base) + (offset - first);
   watch->lost.store(lost);
   // Whole pages: the last one may lie partly beyond the range.
-  watch->end.store(reinterpret_cast<std::uintptr_t>(map->base) + map->bytes);
+  const std::uintptr_t whole = (map->bytes + page_bytes.load() - 1) / page_bytes.load() * page_bytes.load();
+  watch->end.store(reinterpret_cast<std::uintptr_t>(map->base) + whole);
   watch->begin.store(reinterpret_cast<std::uintptr_t>(map->base));
   return true;
 }
@@ -153,6 +173,33 @@ void unmap(FileMap* map) {
     }
   munmap(map->base, map->bytes);
   *map = FileMap{};
+}
+
+bool FileWitness::call(int descriptor, std::uint64_t file_bytes, std::uint64_t stamp_offset, std::uint64_t stamp,
+                       std::atomic<bool>* lost) {
+  // The last byte that is not zero, of no more than the largest page that systems have.
+  constexpr std::uint64_t kLargestPage = 65536;
+  const std::uint64_t begin = file_bytes > kLargestPage ? file_bytes - kLargestPage : 0;
+  FileMap tail;
+  if (!map_range(descriptor, begin, file_bytes - begin, lost, &tail)) return false;
+  std::uint64_t last = file_bytes - begin - 1;
+  while (last > 0 && tail.data[last] == 0) --last;
+  unmap(&tail);
+  if (!map_range(descriptor, stamp_offset, sizeof stamp_was_, lost, &stamp_map_)) return false;
+  if (!map_range(descriptor, begin + last, 1, lost, &last_map_)) {
+    unmap(&stamp_map_);
+    return false;
+  }
+  stamp_ = reinterpret_cast<const volatile std::uint64_t*>(stamp_map_.data);
+  last_ = last_map_.data;
+  stamp_was_ = stamp, last_was_ = *last_;
+  return true;
+}
+
+void FileWitness::dismiss() {
+  stamp_ = nullptr;
+  unmap(&stamp_map_);
+  unmap(&last_map_);
 }
 
 void read_pages(const FileMap& map) {
@@ -189,6 +236,10 @@ bool map_range(int, std::uint64_t, std::uint64_t, std::atomic<bool>*, FileMap*) 
   return false;
 }
 void unmap(FileMap*) {}
+bool FileWitness::call(int, std::uint64_t, std::uint64_t, std::uint64_t, std::atomic<bool>*) {
+  return false;
+}
+void FileWitness::dismiss() {}
 void read_pages(const FileMap&) {}
 bool lock_pages(const FileMap&, std::uint64_t*) {
   return false;

@@ -30,6 +30,28 @@ bool read_head(int descriptor, void* out, std::size_t count);
 bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::atomic<bool>* lost, FileMap* map);
 void unmap(FileMap* map);
 
+// Two places of a file that cannot stay as they were when the file is cut or written over, kept mapped: eight bytes that
+// stand for the whole (a checksum), and the last byte that is not zero. A cut leaves zeros, to the end of its page, and no
+// pages beyond: it takes that byte, or nothing but zeros.
+class FileWitness {
+ public:
+  // stamp: what was read at stamp_offset, a multiple of 8. As map_range. False on failure; the witness then holds for ever.
+  bool call(int descriptor, std::uint64_t file_bytes, std::uint64_t stamp_offset, std::uint64_t stamp,
+            std::atomic<bool>* lost);
+  void dismiss();
+  // Cost: two reads of mapped memory.
+  bool holds() const { return !stamp_ || (*stamp_ == stamp_was_ && *last_ == last_was_); }
+  const FileMap& stamp_map() const { return stamp_map_; }
+  const FileMap& last_map() const { return last_map_; }
+
+ private:
+  FileMap stamp_map_, last_map_;
+  const volatile std::uint64_t* stamp_ = nullptr;
+  const volatile unsigned char* last_ = nullptr;
+  std::uint64_t stamp_was_ = 0;
+  unsigned char last_was_ = 0;
+};
+
 // Reads every page of a map once.
 void read_pages(const FileMap& map);
 // Asks the system to keep a map in memory until it is unmapped. False with *limit, bytes, where it refuses.

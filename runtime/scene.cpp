@@ -85,8 +85,9 @@ class Builder {
     if (def_.radial != PALPATE_RADIAL_OFF) then(&Builder::radial);
     if (status == PALPATE_OK && scene_.memory.failed())
       status = fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
-    if (status == PALPATE_OK && bundle_.lost.load())
-      status = fail(error_, PALPATE_ERROR_TRUNCATED, 0, "the bundle's file became shorter while it was read");
+    if (bundle_.is_lost())  // whatever else seemed wrong
+      status = fail(error_, PALPATE_ERROR_TRUNCATED, 0,
+                    "the bundle's file became shorter or was written over while it was read");
     return status;
   }
 

@@ -1,5 +1,6 @@
 // The render half: contacts -> superposition (eq. 9) -> radial correction -> displaced nodes.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "runtime/scene.h"
@@ -16,6 +17,13 @@ struct Group {
 };
 
 constexpr int kLanes = 64;
+
+// As integers, so that a compiler looks at many at once.
+bool all_finite(const float* x, std::size_t count) {
+  std::int32_t largest = 0;
+  for (std::size_t i = 0; i < count; ++i) largest = std::max(largest, std::bit_cast<std::int32_t>(x[i]) & 0x7fffffff);
+  return largest < 0x7f800000;
+}
 
 // u = a d + o: keeps a d and makes the length r of o P(r), per node. Returns true when an r was outside P's range.
 // Source: Cotin, Delingette and Ayache 1999, eqs 3-6; DESIGN section 4.
@@ -84,7 +92,7 @@ class Shape {
       n += count;
     }
     out_.node_count = wanted;
-    if (scene_.bundle->lost.load(std::memory_order_relaxed)) flags_ |= PALPATE_STEP_BUNDLE_LOST;
+    if (scene_.bundle->is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
     return flags_;
   }
 
@@ -211,6 +219,11 @@ class Shape {
       written = true;
     }
     if (!written) std::fill(field, field + floats, 0.0f);
+    if (!all_finite(field, floats)) {
+      flags_ |= PALPATE_STEP_UNSOLVED;
+      for (std::size_t i = 0; i < floats; ++i)
+        if (!std::isfinite(field[i])) field[i] = 0;
+    }
     if (!out_.positions) return;
     const float* rest = half_.rest + 3 * static_cast<std::size_t>(first);
     float* position = out_.positions + 3 * static_cast<std::size_t>(first);

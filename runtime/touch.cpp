@@ -32,7 +32,7 @@ class Touch {
     solve();
     write_nodes();
     for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) write_tool(t);
-    if (scene_.bundle->lost.load(std::memory_order_relaxed)) flags_ |= PALPATE_STEP_BUNDLE_LOST;
+    if (scene_.bundle->is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
     out_.flags = flags_;
     out_.step = ++half_.step;
     return flags_;

@@ -1,19 +1,11 @@
-// The box with every optional section, and a run that uses all of a scene's effects.
+// A run that uses all of a scene's effects.
 #pragma once
 
 #include "tests/runtime/touched_box.h"
+#include "tests/support/bundle_forms.h"
 
 namespace palpate::tests {
 
-inline void add_everything(BundleParts& parts) {
-  const auto nodes = parts.get<double>(formats::SectionId::nodes);
-  std::vector<double> preload(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.001 * nodes[i - 2] : 0;
-  parts.set(formats::SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
-  parts.set(formats::SectionId::response_radial, {2}, std::vector<double>{0.5, 0.5});
-  parts.set(formats::SectionId::response_force, {2}, std::vector<double>{0.5, 0.5});
-  parts.set(formats::SectionId::response_range, {2}, std::vector<double>{1, 1});
-}
 // A tool that comes down on the far face, slides a little and goes out again, and a grip beside it.
 template <class Each>
 void play(const TouchedBox& box, palpate_scene* scene, Contacts& contacts, int steps, Each each) {

@@ -265,7 +265,7 @@ TEST(Prefault, LocksWhatIsMappedUntilTheBundleIsClosed) {
   FileBox file;
   palpate_error error = {};
   EXPECT_EQ(palpate_bundle_prefault(nullptr, 1, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_EQ(palpate_bundle_prefault(file.bundle.get(), 1, &error), PALPATE_OK) << "nothing is mapped yet";
+  EXPECT_EQ(palpate_bundle_prefault(file.bundle.get(), 0, &error), PALPATE_OK) << "no section is mapped yet";
   const std::uint64_t before = locked_bytes();
   {
     Running running(file, palpate_default_scene_def());

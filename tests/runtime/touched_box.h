@@ -10,7 +10,7 @@
 #include <iterator>
 #include <memory>
 
-#include "runtime/include/palpate/palpate.h"
+#include "tests/support/open_bundle.h"
 #include "tests/support/tiny_bundle.h"
 
 namespace palpate::tests {
@@ -22,24 +22,6 @@ inline std::filesystem::path scratch_file(const std::string& name) {
   std::replace(file.begin(), file.end(), '/', '_');
   return std::filesystem::path(testing::TempDir()) / file;
 }
-
-// Bytes at an address aligned to 64, no byte longer than they are.
-class AlignedBytes {
- public:
-  explicit AlignedBytes(const std::string& bytes) : count_(bytes.size()) {
-    data_ = static_cast<unsigned char*>(::operator new(std::max<std::size_t>(count_, 1), std::align_val_t(64)));
-    std::copy(bytes.begin(), bytes.end(), data_);
-  }
-  ~AlignedBytes() { ::operator delete(data_, std::align_val_t(64)); }
-  AlignedBytes(const AlignedBytes&) = delete;
-  AlignedBytes& operator=(const AlignedBytes&) = delete;
-  unsigned char* data() { return data_; }
-  std::size_t size() const { return count_; }
-
- private:
-  unsigned char* data_;
-  std::size_t count_;
-};
 
 inline std::string file_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -53,15 +35,6 @@ inline std::string bundle_bytes(const BundleParts& parts) {
   std::filesystem::remove(file);
   return bytes;
 }
-
-struct BundleCloser {
-  void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
-};
-struct SceneDestroyer {
-  void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
-};
-using BundlePointer = std::unique_ptr<palpate_bundle, BundleCloser>;
-using ScenePointer = std::unique_ptr<palpate_scene, SceneDestroyer>;
 
 class TouchedBox {
  public:

@@ -63,7 +63,8 @@ PALPATE_API palpate_status palpate_bundle_open(const void* bytes, size_t byte_co
                                                palpate_error* error);
 
 /* The same for a file: only the sections that a scene needs are mapped (read-only), when it is created. A file that shrinks
- * under the map does not kill the host: its lost pages read as zero and every later step raises PALPATE_STEP_BUNDLE_LOST. */
+ * under the map does not kill the host: its lost pages read as zero. Every step after the file was cut, at whatever byte, or
+ * written over by another bundle raises PALPATE_STEP_BUNDLE_LOST; a new file put in its place by renaming changes nothing. */
 PALPATE_API palpate_status palpate_bundle_open_file(const char* path, palpate_bundle** bundle, palpate_error* error);
 
 /* Compares every section with its checksum; reads the whole bundle. */
@@ -275,10 +276,10 @@ enum {
   PALPATE_STEP_REGULARISED      = 1 << 2, /* contacts conflict: some miss their displacement, the force has a stated bound  */
   PALPATE_STEP_RESPONSE_RANGE   = 1 << 3, /* a correction was used outside its measured range (continued linearly)          */
   PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force was cut to force_limit or force_slew                                   */
-  PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the bundle's file shrank: do not trust this step                               */
+  PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the bundle's file shrank or was written over: do not trust this step           */
   PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met the surface where the bundle has no tensor column: the contact acts
                                              on the triangle's other nodes, or is not made where none has one               */
-  PALPATE_STEP_UNSOLVED         = 1 << 7  /* no contact forces: the bundle's numbers are not finite there                   */
+  PALPATE_STEP_UNSOLVED         = 1 << 7  /* the bundle's numbers are not finite there: no contact forces, or no displacement of those nodes */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;

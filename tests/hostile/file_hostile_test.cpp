@@ -1,0 +1,277 @@
+// A bundle's file that is cut, extended, written over or replaced while it is mapped and scenes of it are stepping: a flag,
+// at whatever byte, and never the end of the host.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "tests/support/bundle_forms.h"
+#include "tests/support/hostile_play.h"
+
+namespace palpate::tests {
+namespace {
+
+const BundleForm& form(int which) {
+  static const std::vector<BundleForm> all = bundle_forms(testing::TempDir());
+  return all[static_cast<std::size_t>(which)];
+}
+
+std::filesystem::path scratch(const std::string& name) {
+  return std::filesystem::path(testing::TempDir()) / ("file_hostile." + std::to_string(::getpid()) + "." + name);
+}
+
+void write_file(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+palpate_scene_def small_def() {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.max_tools = 2, def.max_points = 4, def.max_contact_nodes = 24;
+  return def;
+}
+
+// A file, open, with a scene that steps.
+class PlayedFile {
+ public:
+  explicit PlayedFile(const std::string& name, int which = 0) : path(scratch(name)) {
+    write_file(path, form(which).bytes);
+    palpate_bundle* opened = nullptr;
+    palpate_error error = {};
+    if (palpate_bundle_open_file(path.c_str(), &opened, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    bundle.reset(opened);
+    const palpate_scene_def def = small_def();
+    palpate_scene* created = nullptr;
+    if (palpate_scene_create(opened, &def, &created, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    scene.reset(created);
+    play = std::make_unique<HeldPlay>(created, def, palpate_bundle_describe(opened).node_count);
+    node = palpate_bundle_touchable(opened)[3];
+  }
+  ~PlayedFile() { std::filesystem::remove(path); }
+
+  // Flags of both halves; any broken promise is a failure of the test.
+  palpate_step_flags step() {
+    palpate_grip grip = {};
+    grip.node = node, grip.triangle = -1, grip.axes = 7, grip.displacement[2] = 1e-3;
+    const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+    EXPECT_EQ(play->touch(&tool, 1, 1e-3), "");
+    EXPECT_EQ(play->shape(play->contacts()), "");
+    return play->flags();
+  }
+  palpate_step_flags step_afresh() {
+    play->reset();
+    return step();
+  }
+
+  std::filesystem::path path;
+  BundlePointer bundle;
+  ScenePointer scene;
+  std::unique_ptr<HeldPlay> play;
+  std::int32_t node = 0;
+};
+
+TEST(HostileFile, CutAnywhereWhileMappedIsFlaggedOrHasLostNothing) {
+  const std::string& whole = form(0).bytes;
+  std::size_t last = whole.size() - 1;
+  while (whole[last] == 0) --last;
+  std::vector<std::size_t> cuts = {0, 1, 4095, 4096, last, last - 1, last / 4096 * 4096};
+  for (std::size_t n = 0; n < last; n += 1531) cuts.push_back(n);
+  for (std::size_t n = whole.size() - whole.size() % 4096; n < last; n += 13) cuts.push_back(n);  // in the last page
+  for (const std::size_t n : cuts) {
+    PlayedFile file("cut.h5");
+    ASSERT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
+    ASSERT_EQ(truncate(file.path.c_str(), static_cast<off_t>(n)), 0);
+    ASSERT_TRUE(file.step() & PALPATE_STEP_BUNDLE_LOST) << n << " of " << whole.size();
+    ASSERT_TRUE(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST) << n;
+    palpate_error error = {};
+    ASSERT_EQ(palpate_bundle_check(file.bundle.get(), &error), PALPATE_ERROR_TRUNCATED) << n;
+    ASSERT_EQ(palpate_bundle_prefault(file.bundle.get(), 0, &error), PALPATE_ERROR_TRUNCATED) << n;
+    palpate_scene* another = nullptr;
+    const palpate_scene_def def = small_def();
+    ASSERT_EQ(palpate_scene_create(file.bundle.get(), &def, &another, &error), PALPATE_ERROR_TRUNCATED) << n;
+    ASSERT_EQ(another, nullptr);
+  }
+  if (last + 1 < whole.size()) {  // a cut that takes zeros alone takes nothing
+    PlayedFile file("zeros.h5");
+    ASSERT_EQ(truncate(file.path.c_str(), static_cast<off_t>(last + 1)), 0);
+    EXPECT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
+  }
+}
+
+TEST(HostileFile, ExtendedOrReplacedByRenamingIsPlayedOn) {
+  PlayedFile file("extended.h5");
+  std::ofstream(file.path, std::ios::binary | std::ios::app) << std::string(100000, 'x');
+  EXPECT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
+  write_file(scratch("other.h5"), form(1).bytes);
+  std::filesystem::rename(scratch("other.h5"), file.path);
+  EXPECT_EQ(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST, 0u);
+  std::filesystem::remove(file.path);
+  EXPECT_EQ(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST, 0u);
+  EXPECT_EQ(palpate_bundle_check(file.bundle.get(), nullptr), PALPATE_OK);
+}
+
+TEST(HostileFile, WrittenOverInPlaceIsFlagged) {
+  for (const int other : {1, 2, 3}) {
+    PlayedFile file("over.h5");
+    ASSERT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
+    // As cp does it: the same file, cut to nothing and written anew.
+    write_file(file.path, form(other).bytes);
+    EXPECT_TRUE(file.step() & PALPATE_STEP_BUNDLE_LOST);
+    EXPECT_TRUE(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST);
+  }
+  PlayedFile file("same.h5");
+  std::fstream same(file.path, std::ios::binary | std::ios::in | std::ios::out);
+  same << form(0).bytes;  // the same bytes again: nothing is lost
+  same.close();
+  EXPECT_EQ(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST, 0u);
+}
+
+TEST(HostileFile, ThatIsLostLeavesOtherBundlesAlone) {
+  PlayedFile lost("lost.h5"), kept("kept.h5", 3);
+  ASSERT_EQ(truncate(lost.path.c_str(), 5000), 0);
+  EXPECT_TRUE(lost.step_afresh() & PALPATE_STEP_BUNDLE_LOST);
+  EXPECT_EQ(kept.step_afresh() & PALPATE_STEP_BUNDLE_LOST, 0u);
+  EXPECT_EQ(palpate_bundle_check(kept.bundle.get(), nullptr), PALPATE_OK);
+}
+
+TEST(HostileFile, CutWhileScenesOnSeveralThreadsStepIsFlaggedInAll) {
+  for (int round = 0; round < 8; ++round) {
+    PlayedFile file("threads.h5"), other("other.h5", 5);
+    std::vector<std::unique_ptr<HeldPlay>> plays;
+    std::vector<ScenePointer> scenes;
+    const palpate_scene_def def = small_def();
+    for (int t = 0; t < 3; ++t) {
+      palpate_bundle* bundle = t == 2 ? other.bundle.get() : file.bundle.get();
+      palpate_scene* created = nullptr;
+      ASSERT_EQ(palpate_scene_create(bundle, &def, &created, nullptr), PALPATE_OK);
+      scenes.emplace_back(created);
+      plays.push_back(std::make_unique<HeldPlay>(created, def, palpate_bundle_describe(bundle).node_count));
+    }
+    std::atomic<bool> stop{false};
+    std::atomic<int> stepped{0};
+    std::string broken[3];
+    std::atomic<palpate_step_flags> raised[3] = {};
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 3; ++t)
+      threads.emplace_back([&, t] {
+        const std::int32_t* touchable = palpate_bundle_touchable(t == 2 ? other.bundle.get() : file.bundle.get());
+        for (int s = 0; !stop.load() && broken[t].empty(); ++s) {
+          palpate_grip grip = {};
+          grip.node = touchable[(s + t) % 12], grip.triangle = -1, grip.axes = 7, grip.displacement[1] = 1e-3;
+          const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+          broken[t] = plays[t]->touch(&tool, 1, 1e-3);
+          if (broken[t].empty()) broken[t] = plays[t]->shape(plays[t]->contacts());
+          raised[t].store(plays[t]->flags());
+          ++stepped;
+        }
+      });
+    while (stepped < 30) std::this_thread::yield();
+    EXPECT_EQ(truncate(file.path.c_str(), 4096 + 3000 * round), 0);
+    const int before = stepped;
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while ((stepped < before + 30 || !(raised[0] & raised[1] & PALPATE_STEP_BUNDLE_LOST)) &&
+           std::chrono::steady_clock::now() < patience)
+      std::this_thread::yield();
+    stop = true;
+    for (auto& thread : threads) thread.join();
+    for (int t = 0; t < 3; ++t) EXPECT_EQ(broken[t], "") << t;
+    EXPECT_TRUE(raised[0] & PALPATE_STEP_BUNDLE_LOST);
+    EXPECT_TRUE(raised[1] & PALPATE_STEP_BUNDLE_LOST);
+    EXPECT_FALSE(raised[2] & PALPATE_STEP_BUNDLE_LOST);
+  }
+}
+
+// ---- hosts with a handler of their own ------------------------------------------------------------------------------
+
+std::atomic<int> host_faults{0};
+void mend(void* at) {
+  ++host_faults;  // repaired, or the faulting instruction would repeat for ever
+  void* page = reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(at) / 4096 * 4096);
+  mmap(page, 4096, PROT_READ, MAP_PRIVATE | MAP_FIXED | MAP_ANONYMOUS, -1, 0);
+}
+void on_fault(int, siginfo_t* info, void*) {
+  mend(info->si_addr);
+}
+
+// Maps a file of the host's own, takes it away, reads it: true where the host's handler was called once more.
+bool host_hears_its_fault() {
+  const auto path = scratch("theirs");
+  write_file(path, std::string(8192, 'x'));
+  const int descriptor = open(path.c_str(), O_RDONLY);
+  auto* map = static_cast<const volatile char*>(mmap(nullptr, 8192, PROT_READ, MAP_SHARED, descriptor, 0));
+  EXPECT_EQ(truncate(path.c_str(), 0), 0);
+  const int before = host_faults;
+  const char read = map[5000];
+  munmap(const_cast<char*>(map), 8192);
+  close(descriptor);
+  std::filesystem::remove(path);
+  return read == 0 && host_faults == before + 1;
+}
+
+TEST(HostileFile, LeavesTheHostItsOwnFaultsWhenItsHandlerCameFirst) {
+  struct sigaction own = {}, before = {};
+  own.sa_sigaction = on_fault, own.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &own, &before);
+  {
+    PlayedFile file("first.h5");
+    host_faults = 0;
+    ASSERT_EQ(truncate(file.path.c_str(), 4096), 0);
+    EXPECT_TRUE(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST);
+    EXPECT_EQ(host_faults, 0);
+    EXPECT_TRUE(host_hears_its_fault());
+  }
+  EXPECT_TRUE(host_hears_its_fault()) << "after the bundle is closed as well";
+  sigaction(SIGBUS, &before, nullptr);
+}
+
+TEST(HostileFile, IsHeldAgainAfterTheHostHasPutItsHandlerInFrontAndOpenedAnother) {
+  PlayedFile early("early.h5");
+  struct sigaction own = {}, before = {};
+  own.sa_sigaction = on_fault, own.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &own, &before);  // takes ours away: a fault of `early` now would be the host's
+  PlayedFile late("late.h5");        // opening puts ours in front again
+  host_faults = 0;
+  ASSERT_EQ(truncate(early.path.c_str(), 4096), 0);
+  ASSERT_EQ(truncate(late.path.c_str(), 4096), 0);
+  EXPECT_TRUE(early.step_afresh() & PALPATE_STEP_BUNDLE_LOST);
+  EXPECT_TRUE(late.step_afresh() & PALPATE_STEP_BUNDLE_LOST);
+  EXPECT_EQ(host_faults, 0);
+  EXPECT_TRUE(host_hears_its_fault());
+  sigaction(SIGBUS, &before, nullptr);
+}
+
+struct sigaction behind_host = {};
+void on_fault_of_nobody(int signal, siginfo_t* info, void* context) {
+  behind_host.sa_sigaction(signal, info, context);
+}
+
+// The host's handler came after ours, hands on to it what it does not know, and falls behind it at the next opening.
+void fault_with_the_host_between_two_openings() {
+  signal(SIGBUS, SIG_DFL);
+  PlayedFile early("before_host.h5");
+  struct sigaction own = {};
+  own.sa_sigaction = on_fault_of_nobody, own.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &own, &behind_host);
+  PlayedFile late("after_host.h5");
+  host_hears_its_fault();
+}
+TEST(HostileFile, EndsAFaultOfNobodyThatTheHostsHandlerHandsBack) {
+  EXPECT_EXIT(fault_with_the_host_between_two_openings(), testing::KilledBySignal(SIGBUS), "");
+}
+
+// Not ours, not anybody's: the default ends the process, as it would without us.
+void fault_after_closing() {
+  signal(SIGBUS, SIG_DFL);
+  { PlayedFile file("closed.h5"); }
+  host_hears_its_fault();
+}
+TEST(HostileFile, OnceClosedDoesNotHideFaultsInWhatIsMappedThereLater) {
+  EXPECT_EXIT(fault_after_closing(), testing::KilledBySignal(SIGBUS), "");
+}
+
+}  // namespace
+}  // namespace palpate::tests

@@ -1,0 +1,151 @@
+// Bytes that may be a bundle, opened, made a scene and stepped: what the runtime promises of any bytes and any input, checked.
+// For tests and fuzzers alike: a broken promise is a sentence, none is an empty string.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "tests/support/open_bundle.h"
+
+namespace palpate::tests {
+
+// A status that comes with its sentence, and with a place in the file.
+inline std::string broken_by_error(palpate_status status, const palpate_error& error, std::uint64_t file_bytes) {
+  if (error.status != status) return "the error's status is not the one that was returned";
+  if (!std::memchr(error.text, 0, sizeof error.text)) return "the error's sentence has no end";
+  if ((status == PALPATE_OK) != (error.text[0] == '\0'))
+    return "a status without a sentence, or a sentence without one";
+  if (error.byte_offset > file_bytes) return "the error's place lies beyond the file";
+  return "";
+}
+
+inline bool all_finite(const double* x, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    if (!std::isfinite(x[i])) return false;
+  return true;
+}
+
+// Steps of one scene, each held to its promises.
+class HeldPlay {
+ public:
+  HeldPlay(palpate_scene* scene, const palpate_scene_def& def, std::int32_t nodes)
+      : scene_(scene), def_(def), memory_(palpate_contacts_bytes(scene) / 8 + 1) {
+    const std::size_t floats = def.shape == PALPATE_SHAPE_OFF ? 0 : 3 * static_cast<std::size_t>(nodes);
+    displacements_.resize(floats), positions_.resize(floats);
+  }
+
+  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
+  palpate_step_flags flags() const { return flags_; }  // of the last touch and shape
+
+  std::string touch(const palpate_tool* tools, std::int32_t tool_count, double dt) {
+    flags_ = palpate_touch(scene_, tools, tool_count, dt, contacts());
+    const palpate_contacts& c = *contacts();
+    if (c.flags != flags_) return "touch returned other flags than it wrote";
+    if (c.node_count < 0 || c.node_count > def_.max_contact_nodes) return "more contact nodes than the scene has";
+    if (c.used_bytes != sizeof c + static_cast<std::size_t>(c.node_count) * sizeof(palpate_contact_node))
+      return "used_bytes is not what the contacts take";
+    const palpate_contact_node* node = palpate_contacts_nodes(&c);
+    for (std::int32_t n = 0; n < c.node_count; ++n)
+      if (!all_finite(node[n].force, 3) || !all_finite(node[n].modified_displacement, 3))
+        return "a contact node that is not finite";
+    if (!std::isfinite(c.residual_displacement) || !std::isfinite(c.residual_force))
+      return "a residual that is not finite";
+    // Of the two limits the slew is kept over whatever dt says, 20 ms at the most.
+    for (int t = 0; t < PALPATE_MAX_TOOLS; ++t) {
+      const palpate_tool_state& tool = c.tools[t];
+      const bool sent = t < c.tool_count;
+      if (!all_finite(tool.force, 3) || !all_finite(tool.direction, 3)) return "a force that is not finite";
+      if (!all_finite(tool.force_raw, 3) && !(flags_ & PALPATE_STEP_UNSOLVED))
+        return "a raw force that is not finite, and no flag";
+      double size = 0, change = 0;
+      for (int i = 0; i < 3; ++i)
+        size = std::hypot(size, tool.force[i]), change = std::hypot(change, tool.force[i] - last_[t][i]);
+      if (size > def_.force_limit * (1 + 1e-9)) return "a force above its limit";
+      if (sent && change > def_.force_slew * 0.02 * (1 + 1e-9) + 1e-9 * size) return "a force faster than its slew";
+      std::memcpy(last_[t], tool.force, sizeof last_[t]);
+    }
+    return "";
+  }
+
+  std::string shape(const palpate_contacts* of) {
+    if (def_.shape == PALPATE_SHAPE_OFF) return "";
+    palpate_shape_out out = {displacements_.data(), positions_.data(),
+                             static_cast<std::int32_t>(displacements_.size() / 3), 0};
+    const palpate_step_flags flags = palpate_shape(scene_, of, &out);
+    flags_ |= flags;
+    if (out.node_count < 0 || out.node_count > out.node_capacity) return "more nodes than there is room for";
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(out.node_count); ++i)
+      if (!std::isfinite(displacements_[i]) || !std::isfinite(positions_[i])) return "a node that is not finite";
+    return "";
+  }
+
+  void reset() {
+    palpate_reset(scene_);
+    std::memset(last_, 0, sizeof last_);
+  }
+
+ private:
+  palpate_scene* scene_;
+  palpate_scene_def def_;
+  std::vector<std::uint64_t> memory_;
+  std::vector<float> displacements_, positions_;
+  double last_[PALPATE_MAX_TOOLS][3] = {};
+  palpate_step_flags flags_ = 0;
+};
+
+// What became of some bytes.
+struct Played {
+  std::string broken;  // the promise, or nothing
+  palpate_status opened = PALPATE_OK, created = PALPATE_OK;
+  std::uint64_t byte_offset = 0;  // of the error
+  palpate_step_flags flags = 0;   // of all steps together
+};
+
+// Opens the bytes and, where they are taken, plays one scene: every node of the surface in turn is met by a tool point that
+// comes down on it, beside a grip.
+inline Played play_bytes(AlignedBytes& bytes, const palpate_scene_def& def, int steps) {
+  Played played;
+  palpate_error error = {};
+  palpate_bundle* opened = nullptr;
+  played.opened = palpate_bundle_open(bytes.data(), bytes.size(), &opened, &error);
+  const BundlePointer bundle(opened);
+  played.broken = broken_by_error(played.opened, error, bytes.size());
+  played.byte_offset = error.byte_offset;
+  if ((opened == nullptr) != (played.opened != PALPATE_OK))
+    played.broken = "a bundle in spite of an error, or none without one";
+  if (!played.broken.empty() || !bundle) return played;
+
+  palpate_scene* created = nullptr;
+  played.created = palpate_scene_create(bundle.get(), &def, &created, &error);
+  const ScenePointer scene(created);
+  played.broken = broken_by_error(played.created, error, bytes.size());
+  played.byte_offset = error.byte_offset;
+  if ((created == nullptr) != (played.created != PALPATE_OK))
+    played.broken = "a scene in spite of an error, or none without one";
+  if (!played.broken.empty() || !scene) return played;
+
+  const palpate_bundle_info info = palpate_bundle_describe(bundle.get());
+  HeldPlay play(scene.get(), def, info.node_count);
+  const double* node = palpate_bundle_nodes(bundle.get());
+  const std::int32_t* touchable = palpate_bundle_touchable(bundle.get());
+  for (int s = 0; s < steps && played.broken.empty(); ++s) {
+    const std::int32_t n = (s / 3 * 7) % info.surface_node_count;
+    // Outside, at the node and beyond, seen from the middle of the box.
+    double point[3];
+    for (int i = 0; i < 3; ++i)
+      point[i] = (s % 3 == 0 ? 1.3 : s % 3 == 1 ? 0.99 : 0.9) * (node[3 * n + i] - 0.025) + 0.025;
+    palpate_grip grip = {};
+    grip.node = touchable[s % info.touchable_count], grip.triangle = -1, grip.axes = 7;
+    grip.displacement[s % 3] = 1e-3;
+    const palpate_tool tools[2] = {{point, 1, nullptr, 0, 0, 0.004, 0.3}, {nullptr, 0, &grip, 1, 0, 0, 0}};
+    played.broken = play.touch(tools, s % 5 == 4 ? 1 : 2, 1e-3);
+    if (played.broken.empty()) played.broken = play.shape(play.contacts());
+    played.flags |= play.flags();
+  }
+  return played;
+}
+
+}  // namespace palpate::tests
