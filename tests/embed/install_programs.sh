@@ -1,7 +1,9 @@
 #!/bin/sh
-# install_programs.sh BUILD FOLDER CMAKE: installs what BUILD has built, moves it, and asks each program for its version.
+# install_programs.sh BUILD FOLDER CMAKE PYTHON BUNDLE: installs what BUILD has built, moves it, asks each program for its version
+# and plays the Python example, where that package was built.
 set -eu
-build=$1 folder=$2 cmake=$3
+build=$1 folder=$2 cmake=$3 python=$4 bundle=$5
+here=$(dirname "$(realpath "$0")")
 rm -rf "$folder"
 "$cmake" --install "$build" --prefix "$folder/first" > "$folder.txt"
 mv "$folder/first" "$folder/prefix"
@@ -10,3 +12,7 @@ for program in surface tetrahedra precompute bundle run feel draw; do
 done
 test -s "$folder/prefix/include/palpate/palpate.h"
 test -s "$folder/prefix/share/doc/palpate/LICENSE"
+package=$(find "$folder/prefix" -path '*/site-packages/palpate')
+if test -e "$build/python"; then
+  PYTHONPATH=$(dirname "$package") "$python" "$here/example.py" "$bundle"
+fi

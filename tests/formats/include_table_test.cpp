@@ -32,6 +32,7 @@ std::string library_of(const std::string& include) {
       {"ITK", {"itk"}},
       {"VTK", {"vtk"}},
       {"zlib", {"zlib.h"}},
+      {"pybind11", {"pybind11/"}},
       {"plumbing", {"fmt/", "spdlog/", "nlohmann/", "CLI/", "toml++/", "openssl/"}},
       {"palpate", {"palpate/"}}};
   for (const auto& [library, prefixes] : libraries)
@@ -70,6 +71,7 @@ const std::vector<Rule>& rules() {
       {"runtime/include/", {"palpate.h"}, {"palpate"}},
       {"runtime/run/", {"runtime/run/", "runtime/include/", "formats/"}, {"plumbing", "VTK", "palpate"}},
       {"runtime/link/", {"runtime/link/", "runtime/run/", "runtime/include/", "formats/"}, {"plumbing", "palpate"}},
+      {"bindings/python/", {"bindings/python/"}, {"pybind11", "palpate"}},
   };
   return table;
 }
@@ -106,7 +108,7 @@ std::vector<Include> includes_below(const std::filesystem::path& root, const std
 
 TEST(IncludeTable, HoldsInEveryFolder) {
   const std::filesystem::path root = PALPATE_SOURCE_FOLDER;
-  for (const std::string folder : {"formats", "meshing", "precompute", "runtime"}) {
+  for (const std::string folder : {"formats", "meshing", "precompute", "runtime", "bindings"}) {
     const auto includes = includes_below(root, folder);
     EXPECT_GT(includes.size(), 10u) << folder;  // a table over no files would hold anything
     for (const Include& include : includes) {

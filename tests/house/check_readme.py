@@ -1,4 +1,4 @@
-"""The programs that README shows are the ones that tests/embed compiles and runs, and every link leads somewhere."""
+"""The programs that READMEs show are the ones that tests/embed compiles and runs, and every link leads somewhere."""
 import pathlib
 import re
 import subprocess
@@ -7,11 +7,14 @@ import sys
 root = pathlib.Path(sys.argv[1])
 failures = []
 
-readme = (root / "README.md").read_text()
-for language, example in (("c", "tests/embed/example.c"), ("cpp", "tests/embed/example.cpp")):
-    blocks = re.findall(rf"```{language}\n(.*?)```", readme, re.S)
+for page, language, example in (
+    ("README.md", "c", "tests/embed/example.c"),
+    ("README.md", "cpp", "tests/embed/example.cpp"),
+    ("bindings/python/README.md", "python", "tests/embed/example.py"),
+):
+    blocks = re.findall(rf"```{language}\n(.*?)```", (root / page).read_text(), re.S)
     if (root / example).read_text() not in blocks:
-        failures.append(f"README.md: no ```{language} block equals {example}; copy the file's text into it")
+        failures.append(f"{page}: no ```{language} block equals {example}; copy the file's text into it")
 
 tracked = subprocess.run(["git", "-C", root, "ls-files", "*.md"], check=True, capture_output=True, text=True).stdout.split()
 for name in tracked:

@@ -41,10 +41,11 @@ class Bundle {
   explicit operator bool() const noexcept { return handle_ != nullptr; }
   palpate_bundle* get() const noexcept { return handle_.get(); }
   palpate_bundle_info describe() const noexcept { return palpate_bundle_describe(get()); }
-  const double* nodes() const noexcept { return palpate_bundle_nodes(get()); }                // [N][3] m
-  const std::int32_t* triangles() const noexcept { return palpate_bundle_triangles(get()); }  // [F][3]
-  const std::int32_t* touchable() const noexcept { return palpate_bundle_touchable(get()); }  // [S]
-  const std::uint8_t* fixed() const noexcept { return palpate_bundle_fixed(get()); }          // [N][3]
+  const double* nodes() const noexcept { return palpate_bundle_nodes(get()); }                  // [N][3] m
+  const std::int32_t* triangles() const noexcept { return palpate_bundle_triangles(get()); }    // [F][3]
+  const std::int32_t* tetrahedra() const noexcept { return palpate_bundle_tetrahedra(get()); }  // [E][4]
+  const std::int32_t* touchable() const noexcept { return palpate_bundle_touchable(get()); }    // [S]
+  const std::uint8_t* fixed() const noexcept { return palpate_bundle_fixed(get()); }            // [N][3]
   std::string_view provenance() const noexcept {
     std::size_t count = 0;
     const char* text = palpate_bundle_provenance(get(), &count);

@@ -1,0 +1,137 @@
+// palpate.Bundle: a file or bytes; its arrays are views that keep it open.
+#include <cstring>
+#include <string>
+
+#include "bindings/python/bindings.h"
+
+namespace palpate::python {
+namespace {
+
+// str, bytes or os.PathLike.
+std::string file_path(const py::object& path) {
+  PyObject* encoded = nullptr;
+  if (!PyUnicode_FSConverter(path.ptr(), &encoded)) throw py::error_already_set();
+  return py::reinterpret_steal<py::bytes>(encoded);
+}
+
+std::shared_ptr<HeldBundle> open_file(const py::object& path) {
+  const std::string name = file_path(path);
+  auto held = std::make_shared<HeldBundle>();
+  const py::gil_scoped_release released;
+  held->bundle = Bundle(name.c_str());
+  return held;
+}
+
+// A bundle must not change under the runtime, so that only bytes that are read-only are borrowed.
+std::shared_ptr<HeldBundle> open_bytes(const py::buffer& bytes) {
+  auto held = std::make_shared<HeldBundle>();
+  auto buffer = std::make_unique<HeldBuffer>(bytes);
+  const std::size_t size = buffer->size();
+  const void* data = buffer->data();
+  if (buffer->read_only() && reinterpret_cast<std::uintptr_t>(data) % 64 == 0) {
+    held->borrowed = std::move(buffer);
+  } else {
+    held->copied = aligned_memory(size);
+    if (size > 0) std::memcpy(held->copied.get(), data, size);
+    data = held->copied.get();
+  }
+  const py::gil_scoped_release released;
+  held->bundle = Bundle(data, size);
+  return held;
+}
+
+// An array of the bundle; where its section cannot be mapped, the reason is the system's.
+template <class T>
+py::array section_view(const py::object& self, const T* (Bundle::*section)() const noexcept,
+                       std::int32_t palpate_bundle_info::*count, int width) {
+  const Bundle& bundle = self.cast<const HeldBundle&>().bundle;
+  const T* data = (bundle.*section)();
+  if (!data)
+    throw Error({PALPATE_ERROR_FILE, 0,
+                 "a section of the bundle cannot be mapped; close other bundles or raise the limit on address space"});
+  const py::ssize_t rows = bundle.describe().*count;
+  return width == 1 ? view_of(self, data, {rows}) : view_of(self, data, {rows, width});
+}
+
+void throw_unless_ok(palpate_status status, const palpate_error& error) {
+  if (status != PALPATE_OK) throw Error(error);
+}
+
+void check(HeldBundle& held) {
+  palpate_error error = {};
+  const py::gil_scoped_release released;
+  throw_unless_ok(palpate_bundle_check(held.bundle.get(), &error), error);
+}
+
+void prefault(HeldBundle& held, bool lock) {
+  palpate_error error = {};
+  const py::gil_scoped_release released;
+  throw_unless_ok(palpate_bundle_prefault(held.bundle.get(), lock, &error), error);
+}
+
+}  // namespace
+
+void add_bundle(py::module_& module) {
+  py::class_<HeldBundle, std::shared_ptr<HeldBundle>> type(
+      module, "Bundle",
+      "A tensor bundle: what was computed offline. Constant, may be shared between threads; open as long as a scene "
+      "or\n"
+      "an array of it is in use. Its arrays are read-only views of the file, not copies.");
+  type.def(py::init(&open_file), py::arg("path"),
+           "Opens and checks a file; only the sections that are used are mapped. Raises Error.");
+  type.def_static(
+      "from_bytes", &open_bytes, py::arg("data"),
+      "Opens and checks a bundle in memory: any object with a buffer (bytes, mmap, numpy array). Read-only\n"
+      "data at a multiple of 64 bytes, such as an mmap, is borrowed and must not change; other data is\n"
+      "copied once. Raises Error.");
+
+  const auto view = [&type](const char* name, auto section, auto count, int width, const char* doc) {
+    type.def_property_readonly(
+        name, [=](const py::object& self) { return section_view(self, section, count, width); }, doc);
+  };
+  using Info = palpate_bundle_info;
+  view("nodes", &Bundle::nodes, &Info::node_count, 3, "float64 [node_count, 3], m: at rest, the surface's first");
+  view("triangles", &Bundle::triangles, &Info::triangle_count, 3, "int32 [triangle_count, 3]: surface nodes, outward");
+  view("tetrahedra", &Bundle::tetrahedra, &Info::tetrahedron_count, 4, "int32 [tetrahedron_count, 4]");
+  view("touchable", &Bundle::touchable, &Info::touchable_count, 1, "int32 [touchable_count]: nodes with a column");
+
+  view("fixed", &Bundle::fixed, &Info::node_count, 3, "uint8 [node_count, 3]: 1 where x, y, z of a node are held");
+  type.def_property_readonly(
+      "provenance",
+      [](const HeldBundle& self) {
+        const std::string_view text = self.bundle.provenance();
+        return py::module_::import("json").attr("loads")(py::bytes(text.data(), text.size()));
+      },
+      "dict: organ, element, what the bundle was made from (formats/BUNDLE.md)");
+
+  const auto count = [&type](const char* name, auto member, const char* doc) {
+    type.def_property_readonly(
+        name, [=](const HeldBundle& self) { return self.bundle.describe().*member; }, doc);
+  };
+  count("node_count", &Info::node_count, "N");
+  count("surface_node_count", &Info::surface_node_count, "Ns: nodes 0 .. Ns-1 are the surface");
+  count("triangle_count", &Info::triangle_count, "F");
+  count("tetrahedron_count", &Info::tetrahedron_count, "E");
+  count("touchable_count", &Info::touchable_count, "S");
+  const auto has = [&type](const char* name, auto member, const char* doc) {
+    type.def_property_readonly(
+        name, [=](const HeldBundle& self) { return self.bundle.describe().*member != 0; }, doc);
+  };
+  has("has_interior", &Info::has_interior, "displacements of the inner nodes are there: shape=\"volume\" works");
+  has("has_radial", &Info::has_radial, "the measured radial response P is there");
+  has("has_force", &Info::has_force, "the measured force response Q is there");
+  has("has_preload", &Info::has_preload, "the shape under the body force is there");
+
+  type.def("check", &check, "Compares every section with its checksum; reads the whole bundle. Raises Error.");
+  type.def(
+      "prefault", &prefault, py::arg("lock") = false,
+      "Reads every page that the scenes made so far use, so that no step waits for the disk; lock: asks the system\n"
+      "to keep them in memory. Raises Error (Status.LOCK) where the system refuses to lock.");
+  type.def("__repr__", [](const HeldBundle& self) {
+    const Info info = self.bundle.describe();
+    return "<palpate.Bundle: " + std::to_string(info.node_count) + " nodes, " + std::to_string(info.touchable_count) +
+           " touchable>";
+  });
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,132 @@
+// palpate.Contacts and palpate.Mailbox: what touch hands to shape.
+#include <algorithm>
+#include <cstring>
+
+#include "bindings/python/bindings.h"
+
+namespace palpate::python {
+
+bool HeldContacts::assign(const void* data, std::size_t size) {
+  palpate_contacts head;
+  if (size < sizeof head || size > bytes) return false;
+  std::memcpy(&head, data, sizeof head);
+  const std::size_t nodes = (size - sizeof head) / sizeof(palpate_contact_node);
+  if (head.used_bytes != size || head.node_count < 0 || static_cast<std::size_t>(head.node_count) != nodes ||
+      (size - sizeof head) % sizeof(palpate_contact_node) != 0 || head.tool_count < 0 ||
+      head.tool_count > PALPATE_MAX_TOOLS)
+    return false;
+  std::memcpy(contacts.get(), data, size);
+  return true;
+}
+
+namespace {
+
+void assign_bytes(HeldContacts& self, const py::buffer& data) {
+  const HeldBuffer bytes(data);
+  const InUse use(self.in_use, kContactsInUse);
+  if (!self.assign(bytes.data(), bytes.size()))
+    throw py::value_error("expected the data of other contacts, at most " + std::to_string(self.bytes) +
+                          " bytes; found " + std::to_string(bytes.size()) + " bytes that are none or do not fit");
+}
+
+// Newest contacts from one thread to another. The lock of the interpreter is held throughout: publishing copies.
+class HeldMailbox {
+ public:
+  explicit HeldMailbox(const HeldContacts& like)
+      : bytes_(like.bytes),
+        memory_(aligned_memory(palpate_mailbox_bytes(like.bytes))),
+        mailbox_(palpate_mailbox_create(memory_.get(), like.bytes)) {}
+
+  void publish(HeldContacts& from) {
+    const InUse use(from.in_use, kContactsInUse);
+    const std::size_t used = from.contacts->used_bytes;
+    if (used == 0 || used > bytes_)
+      throw py::value_error("expected contacts that a touch has filled, of the size that this mailbox was made for");
+    std::memcpy(palpate_mailbox_slot(mailbox_), from.contacts.get(), used);
+    palpate_mailbox_publish(mailbox_);
+  }
+
+  // True where *to are newer than at the last call.
+  bool newest(HeldContacts& to) {
+    const InUse use(to.in_use, kContactsInUse);
+    std::int32_t fresh = 0;
+    const palpate_contacts* contacts = palpate_mailbox_newest(mailbox_, &fresh);
+    if (contacts && !to.assign(contacts, contacts->used_bytes))
+      throw py::value_error("the newest contacts do not fit; make these with the scene that touches");
+    return fresh != 0;
+  }
+
+ private:
+  std::size_t bytes_;
+  AlignedMemory memory_;
+  palpate_mailbox* mailbox_;
+};
+
+py::array tool_states(const py::object& self) {
+  const palpate_contacts& contacts = *self.cast<HeldContacts&>().contacts.get();
+  return view_of(self, contacts.tools, {contacts.tool_count});
+}
+py::array contact_nodes(const py::object& self) {
+  const Contacts& contacts = self.cast<HeldContacts&>().contacts;
+  return view_of(self, contacts.nodes(), {contacts->node_count});
+}
+py::array tool_forces(const py::object& self) {
+  const palpate_contacts& contacts = *self.cast<HeldContacts&>().contacts.get();
+  return view_of(self, contacts.tools[0].force, {contacts.tool_count, 3}, {sizeof(palpate_tool_state), sizeof(double)});
+}
+py::array used_bytes(const py::object& self) {
+  const Contacts& contacts = self.cast<HeldContacts&>().contacts;
+  return view_of(self, reinterpret_cast<const std::uint8_t*>(contacts.get()), {contacts->used_bytes});
+}
+
+void add_mailbox(py::module_& module) {
+  py::class_<HeldMailbox>(module, "Mailbox",
+                          "Hands the newest contacts from a touching thread to a drawing one; neither waits for the\n"
+                          "other, and what was not fetched before the next is published is dropped.")
+      .def(py::init<const HeldContacts&>(), py::arg("like"), "A mailbox for contacts of the size of `like`.")
+      .def("publish", &HeldMailbox::publish, py::arg("contacts"), "Copies contacts that a touch has filled.")
+      .def(
+          "newest", &HeldMailbox::newest, py::arg("contacts"),
+          "Copies the newest into `contacts`, which stay as they are before the first. True where they were published\n"
+          "since the last call.");
+}
+
+}  // namespace
+
+void add_contacts(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(palpate_tool_state, force, force_raw, direction, contact_count, slip_count, release_count,
+                       flags);
+  PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, tool, point, modified_displacement, force);
+  py::class_<HeldContacts, std::shared_ptr<HeldContacts>> type(
+      module, "Contacts",
+      "What touch hands to shape. Made by Scene.make_contacts and filled by every touch; arrays are read-only views "
+      "of\n"
+      "the last step, whose lengths are those at the time they were asked for.");
+  type.def_property_readonly("force", &tool_forces,
+                             "float64 [tools, 3], N: what the organ does to each tool, limited; for a device");
+  type.def_property_readonly("tools", &tool_states,
+                             "structured [tools]: force, force_raw, direction ([3] each), contact_count, slip_count,\n"
+                             "release_count, flags");
+  type.def_property_readonly("nodes", &contact_nodes,
+                             "structured [nodes under contact]: node, column, tool, point, modified_displacement ([3], "
+                             "m), force ([3], N, on the organ)");
+  type.def_property_readonly("data", &used_bytes,
+                             "uint8 [used]: the contacts as bytes, for a file, a socket or another's assign");
+  type.def("assign", &assign_bytes, py::arg("data"),
+           "Takes over the data of other contacts. ValueError where it is none.");
+  type.def_property_readonly(
+      "flags", [](const HeldContacts& self) { return step_flags(self.contacts->flags); },
+      "StepFlags: what the touch returned");
+  const auto number = [&type](const char* name, auto member, const char* doc) {
+    type.def_property_readonly(
+        name, [=](const HeldContacts& self) { return self.contacts.get()->*member; }, doc);
+  };
+  number("step", &palpate_contacts::step, "number of the touch, from 1");
+  number("sweeps", &palpate_contacts::sweeps, "of Gauss-Seidel over the contacts; 0 where none was needed");
+  number("residual_displacement", &palpate_contacts::residual_displacement,
+         "m: by how much the worst contact misses what was asked of it");
+  number("residual_force", &palpate_contacts::residual_force, "N: the same, over that contact's own compliance");
+  add_mailbox(module);
+}
+
+}  // namespace palpate::python

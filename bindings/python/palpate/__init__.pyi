@@ -1,0 +1,192 @@
+import enum
+import os
+from collections.abc import Iterable, Sequence
+from typing import Any, Literal, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+__version__: str
+API_VERSION: int
+
+class Status(enum.IntEnum):
+    OK = 0
+    TRUNCATED = 1
+    MAGIC = 2
+    VERSION = 3
+    SECTION = 4
+    CHECKSUM = 5
+    CONTENT = 6
+    ARGUMENT = 7
+    MEMORY = 8
+    FILE = 9
+    EFFECT = 10
+    LOCK = 11
+
+class Error(RuntimeError):
+    text: str
+    status: Status
+    byte_offset: int
+
+class StepFlags(enum.IntFlag):
+    BAD_INPUT = 1
+    CONTACTS_DROPPED = 2
+    REGULARISED = 4
+    RESPONSE_RANGE = 8
+    FORCE_LIMITED = 16
+    BUNDLE_LOST = 32
+    NOT_TOUCHABLE = 64
+    UNSOLVED = 128
+
+class Bundle:
+    def __init__(self, path: Union[str, bytes, os.PathLike[Any]]) -> None: ...
+    @staticmethod
+    def from_bytes(data: Any) -> Bundle: ...
+    @property
+    def nodes(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def triangles(self) -> npt.NDArray[np.int32]: ...
+    @property
+    def tetrahedra(self) -> npt.NDArray[np.int32]: ...
+    @property
+    def touchable(self) -> npt.NDArray[np.int32]: ...
+    @property
+    def fixed(self) -> npt.NDArray[np.uint8]: ...
+    @property
+    def provenance(self) -> dict[str, Any]: ...
+    @property
+    def node_count(self) -> int: ...
+    @property
+    def surface_node_count(self) -> int: ...
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def tetrahedron_count(self) -> int: ...
+    @property
+    def touchable_count(self) -> int: ...
+    @property
+    def has_interior(self) -> bool: ...
+    @property
+    def has_radial(self) -> bool: ...
+    @property
+    def has_force(self) -> bool: ...
+    @property
+    def has_preload(self) -> bool: ...
+    def check(self) -> None: ...
+    def prefault(self, lock: bool = ...) -> None: ...
+
+class Contacts:
+    @property
+    def force(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def tools(self) -> npt.NDArray[np.void]: ...
+    @property
+    def nodes(self) -> npt.NDArray[np.void]: ...
+    @property
+    def data(self) -> npt.NDArray[np.uint8]: ...
+    def assign(self, data: Any) -> None: ...
+    @property
+    def flags(self) -> StepFlags: ...
+    @property
+    def step(self) -> int: ...
+    @property
+    def sweeps(self) -> int: ...
+    @property
+    def residual_displacement(self) -> float: ...
+    @property
+    def residual_force(self) -> float: ...
+
+class Mailbox:
+    def __init__(self, like: Contacts) -> None: ...
+    def publish(self, contacts: Contacts) -> None: ...
+    def newest(self, contacts: Contacts) -> bool: ...
+
+class Grip:
+    def __init__(
+        self,
+        *,
+        node: int = ...,
+        displacement: npt.ArrayLike = ...,
+        triangle: int = ...,
+        barycentric: npt.ArrayLike = ...,
+        axes: int = ...,
+    ) -> None: ...
+    node: int
+    triangle: int
+    axes: int
+    @property
+    def displacement(self) -> npt.NDArray[np.float64]: ...
+    @displacement.setter
+    def displacement(self, to: npt.ArrayLike) -> None: ...
+    @property
+    def barycentric(self) -> npt.NDArray[np.float64]: ...
+    @barycentric.setter
+    def barycentric(self, to: npt.ArrayLike) -> None: ...
+
+class Tool:
+    def __init__(
+        self,
+        points: npt.ArrayLike = ...,
+        *,
+        grips: Iterable[Grip] = ...,
+        hold: bool = ...,
+        radius: float = ...,
+        friction: float = ...,
+    ) -> None: ...
+    @property
+    def points(self) -> npt.NDArray[np.float64]: ...
+    @points.setter
+    def points(self, to: npt.ArrayLike) -> None: ...
+    grips: list[Grip]
+    hold: bool
+    radius: float
+    friction: float
+
+class PlanPass:
+    @property
+    def name(self) -> str: ...
+    @property
+    def half(self) -> Literal["create", "touch", "shape"]: ...
+    @property
+    def sections(self) -> str: ...
+    @property
+    def mapped_bytes(self) -> int: ...
+    @property
+    def bytes_per_contact_node(self) -> int: ...
+    @property
+    def flops_per_contact_node(self) -> int: ...
+
+class Scene:
+    def __init__(
+        self,
+        bundle: Bundle,
+        *,
+        collision: Literal["off", "rest", "deformed"] = ...,
+        contact: Literal["node", "triangle", "point", "patch"] = ...,
+        law: Literal["sticking", "sliding", "unilateral", "coulomb"] = ...,
+        force: Literal["off", "linear", "response"] = ...,
+        shape: Literal["off", "surface", "volume"] = ...,
+        radial: Literal["off", "response"] = ...,
+        preload: Literal["off", "on"] = ...,
+        relaxation: Optional[Sequence[tuple[float, float]]] = ...,
+        max_tools: int = ...,
+        max_points: int = ...,
+        max_contact_nodes: int = ...,
+        force_limit: float = ...,
+        force_slew: float = ...,
+    ) -> None: ...
+    @property
+    def bundle(self) -> Bundle: ...
+    @property
+    def shape_node_count(self) -> int: ...
+    @property
+    def plan(self) -> list[PlanPass]: ...
+    def make_contacts(self) -> Contacts: ...
+    def touch(self, tools: Iterable[Tool], dt: float, contacts: Contacts) -> StepFlags: ...
+    def shape(
+        self,
+        contacts: Contacts,
+        positions: Optional[npt.NDArray[np.float32]] = ...,
+        displacements: Optional[npt.NDArray[np.float32]] = ...,
+    ) -> StepFlags: ...
+    def reset(self) -> None: ...

@@ -1,0 +1,209 @@
+// palpate.Scene: one organ under the effects it is asked for. touch and shape run without the interpreter's lock.
+#include <algorithm>
+#include <string>
+
+#include "bindings/python/tools.h"
+
+namespace palpate::python {
+namespace {
+
+// The value of an enum whose words are in its order.
+template <class Enum>
+Enum choose(const char* effect, const std::string& word, std::initializer_list<const char*> words) {
+  int value = 0;
+  std::string all;
+  for (const char* each : words) {
+    if (word == each) return static_cast<Enum>(value);
+    all += (value++ ? ", " : "") + std::string(each);
+  }
+  throw py::value_error(std::string(effect) + ": expected one of " + all + "; found \"" + word + "\"");
+}
+
+palpate_relaxation relaxation_of(const py::object& terms) {
+  palpate_relaxation relaxation = {};
+  if (terms.is_none()) return relaxation;
+  relaxation.model = PALPATE_RELAXATION_PRONY;
+  for (const py::handle each : terms) {
+    const auto term = each.cast<std::pair<double, double>>();
+    if (relaxation.terms == PALPATE_MAX_RELAXATION_TERMS)
+      throw py::value_error("relaxation: expected at most " + std::to_string(PALPATE_MAX_RELAXATION_TERMS) + " terms");
+    relaxation.share[relaxation.terms] = term.first;
+    relaxation.time[relaxation.terms++] = term.second;
+  }
+  return relaxation;
+}
+
+struct PlanPass {
+  std::string name, half, sections;
+  std::uint64_t mapped_bytes, bytes_per_contact_node, flops_per_contact_node;
+};
+
+class HeldScene {
+ public:
+  HeldScene(std::shared_ptr<HeldBundle> bundle, const palpate_scene_def& def)
+      : bundle_(std::move(bundle)), def_(def), scene_(create(bundle_->bundle, def_)) {}
+
+  std::shared_ptr<HeldContacts> make_contacts() const {
+    return std::make_shared<HeldContacts>(palpate_contacts_bytes(scene_.get()));
+  }
+  std::shared_ptr<HeldBundle> bundle() const { return bundle_; }
+
+  std::int32_t shape_node_count() const {
+    const palpate_bundle_info info = bundle_->bundle.describe();
+    if (def_.shape == PALPATE_SHAPE_OFF) return 0;
+    return def_.shape == PALPATE_SHAPE_SURFACE ? info.surface_node_count : info.node_count;
+  }
+
+  py::object touch(const py::iterable& tools, double dt, HeldContacts& contacts) {
+    const InUse use(touching_, kTouching), contacts_use(contacts.in_use, kContactsInUse);
+    if (contacts.bytes < palpate_contacts_bytes(scene_.get()))
+      throw py::value_error("contacts: expected those of this scene's make_contacts; found smaller ones");
+    copies_.take(tools);
+    return step_flags(
+        without_lock([&] { return scene_.touch(copies_.data(), copies_.count(), dt, contacts.contacts); }));
+  }
+
+  py::object shape(HeldContacts& contacts, const py::object& positions, const py::object& displacements) {
+    const InUse use(shaping_, "shape already runs on another thread"), contacts_use(contacts.in_use, kContactsInUse);
+    palpate_shape_out out = {};
+    out.node_capacity = shape_node_count();
+    out.positions = writable(positions, "positions");
+    out.displacements = writable(displacements, "displacements");
+    return step_flags(without_lock([&] { return scene_.shape(contacts.contacts, out); }));
+  }
+
+  void reset() {
+    const InUse use(touching_, kTouching);
+    scene_.reset();
+  }
+
+  std::vector<PlanPass> plan() const {
+    std::int32_t count = 0;
+    const palpate_plan_pass* passes = palpate_scene_plan(scene_.get(), &count);
+    std::vector<PlanPass> plan;
+    for (const palpate_plan_pass* pass = passes; pass != passes + count; ++pass)
+      plan.push_back({pass->name, pass->half, pass->sections, pass->mapped_bytes, pass->bytes_per_contact_node,
+                      pass->flops_per_contact_node});
+    return plan;
+  }
+
+ private:
+  static constexpr const char* kTouching = "touch already runs on another thread";
+
+  static Scene create(const Bundle& bundle, const palpate_scene_def& def) {
+    const py::gil_scoped_release released;
+    return Scene(bundle, def);
+  }
+  template <class Step>
+  static palpate_step_flags without_lock(Step step) {
+    const py::gil_scoped_release released;
+    return step();
+  }
+
+  // The first number of a caller's array that the step writes to.
+  float* writable(const py::object& object, const char* name) const {
+    if (object.is_none()) return nullptr;
+    if (!py::isinstance<py::array_t<float>>(object))
+      throw py::type_error(
+          std::string(name) + ": expected a numpy array of float32; found " +
+          std::string(py::str(py::type::of(object).attr("__name__"))) +
+          (py::isinstance<py::array>(object) ? " of " + std::string(py::str(object.attr("dtype"))) : ""));
+    auto array = py::reinterpret_borrow<py::array_t<float>>(object);
+    if (array.ndim() != 2 || array.shape(1) != 3 || array.shape(0) < shape_node_count())
+      throw py::value_error(std::string(name) + ": expected shape [" + std::to_string(shape_node_count()) +
+                            ", 3], or more rows; found " + std::string(py::str(array.attr("shape"))));
+    if ((array.flags() & py::array::c_style) == 0 || !array.writeable() ||
+        reinterpret_cast<std::uintptr_t>(array.data()) % alignof(float) != 0)
+      throw py::value_error(std::string(name) + ": expected a contiguous array that may be written to");
+    return array.mutable_data();
+  }
+
+  std::shared_ptr<HeldBundle> bundle_;  // outlives the scene
+  palpate_scene_def def_;
+  Scene scene_;
+  ToolCopies copies_;
+  std::atomic_flag touching_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT;
+};
+
+std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const std::string& collision,
+                                      const std::string& contact, const std::string& law, const std::string& force,
+                                      const std::string& shape, const std::string& radial, const std::string& preload,
+                                      const py::object& relaxation, std::int32_t max_tools, std::int32_t max_points,
+                                      std::int32_t max_contact_nodes, double force_limit, double force_slew) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
+  def.contact = choose<palpate_contact_model>("contact", contact, {"node", "triangle", "point", "patch"});
+  def.law = choose<palpate_contact_law>("law", law, {"sticking", "sliding", "unilateral", "coulomb"});
+  def.force = choose<palpate_force_model>("force", force, {"off", "linear", "response"});
+  def.shape = choose<palpate_shape_model>("shape", shape, {"off", "surface", "volume"});
+  def.radial = choose<palpate_radial_model>("radial", radial, {"off", "response"});
+  def.preload = choose<palpate_preload_model>("preload", preload, {"off", "on"});
+  def.relaxation = relaxation_of(relaxation);
+  def.max_tools = max_tools;
+  def.max_points = max_points;
+  def.max_contact_nodes = max_contact_nodes;
+  def.force_limit = force_limit;
+  def.force_slew = force_slew;
+  return std::make_unique<HeldScene>(std::move(bundle), def);
+}
+
+void add_plan_pass(py::module_& module) {
+  py::class_<PlanPass>(module, "PlanPass", "One line of a scene's plan: a pass, what it maps, what it costs per step.")
+      .def_readonly("name", &PlanPass::name, "\"collision: rest\", \"superposition: surface\", ...")
+      .def_readonly("half", &PlanPass::half, "\"create\", \"touch\" or \"shape\"")
+      .def_readonly("sections", &PlanPass::sections, "of the bundle, that it reads")
+      .def_readonly("mapped_bytes", &PlanPass::mapped_bytes, "of those sections")
+      .def_readonly("bytes_per_contact_node", &PlanPass::bytes_per_contact_node, "read per step and node under contact")
+      .def_readonly("flops_per_contact_node", &PlanPass::flops_per_contact_node, "per step and node under contact")
+      .def("__repr__", [](const PlanPass& self) {
+        return "<palpate.PlanPass: " + self.half + ", " + self.name + ", " + self.sections + ">";
+      });
+}
+
+}  // namespace
+
+void add_scene(py::module_& module) {
+  const palpate_scene_def start = palpate_default_scene_def();
+  add_plan_pass(module);
+  py::class_<HeldScene>(
+      module, "Scene",
+      "One organ under one set of effects; keeps its bundle open. touch and shape run without the\n"
+      "interpreter's lock: one thread may touch while another draws. Each is for one thread at a time.")
+      .def(py::init(&make_scene), py::arg("bundle"), py::kw_only(), py::arg("collision") = "rest",
+           py::arg("contact") = "patch", py::arg("law") = "sticking", py::arg("force") = "linear",
+           py::arg("shape") = "surface", py::arg("radial") = "off", py::arg("preload") = "off",
+           py::arg("relaxation") = py::none(), py::arg("max_tools") = start.max_tools,
+           py::arg("max_points") = start.max_points, py::arg("max_contact_nodes") = start.max_contact_nodes,
+           py::arg("force_limit") = start.force_limit, py::arg("force_slew") = start.force_slew,
+           "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n\n"
+           "collision: off, rest, deformed        contact: node, triangle, point, patch (of a tool's radius)\n"
+           "law: sticking, sliding, unilateral, coulomb          force: off, linear, response\n"
+           "shape: off, surface, volume           radial: off, response           preload: off, on\n"
+           "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
+           "max_tools, max_points, max_contact_nodes: limits that memory is taken for\n"
+           "force_limit, N; force_slew, N/s: on each tool's force, for a device")
+      .def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
+      .def_property_readonly("shape_node_count", &HeldScene::shape_node_count,
+                             "nodes that shape fills: the surface's, all (shape=\"volume\"), or 0")
+      .def_property_readonly(
+          "plan",
+          [](const HeldScene& self) {
+            py::list plan;
+            for (PlanPass& pass : self.plan()) plan.append(std::move(pass));
+            return plan;
+          },
+          "list of PlanPass, in the order that they run")
+      .def("make_contacts", &HeldScene::make_contacts, "Contacts of this scene's size.")
+      .def("touch", &HeldScene::touch, py::arg("tools"), py::arg("dt"), py::arg("contacts"),
+           "The haptic half: collision, contacts, forces. tools: of Tool, in the same order every step; dt: s since "
+           "the\n"
+           "last touch. Fills contacts and returns StepFlags; 0 is full trust. Microseconds.")
+      .def(
+          "shape", &HeldScene::shape, py::arg("contacts"), py::arg("positions") = py::none(),
+          py::arg("displacements") = py::none(),
+          "The render half: writes the deformed nodes into the caller's arrays, float32 [shape_node_count, 3] or more\n"
+          "rows, contiguous, m; nothing is allocated. Returns StepFlags; 0 is full trust.")
+      .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces.");
+}
+
+}  // namespace palpate::python

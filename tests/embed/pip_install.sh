@@ -1,0 +1,17 @@
+#!/bin/sh
+# pip_install.sh SOURCE FOLDER BUNDLE PYTHON: pip install from the source tree into a fresh environment, without an index, and
+# the package's tests on what it installed. numpy is the system's.
+set -eu
+source=$1 folder=$2 bundle=$3 python=$4
+rm -rf "$folder"
+mkdir -p "$folder"
+"$python" -m venv --system-site-packages "$folder/venv"
+cd "$folder"
+unset PYTHONPATH
+venv/bin/pip install --no-index --no-cache-dir --disable-pip-version-check "$source/bindings/python"
+venv/bin/python -c "import palpate, sys; assert palpate.__file__.startswith(sys.prefix), palpate.__file__"
+venv/bin/pip show --files palpate | grep -q 'palpate/py.typed'
+venv/bin/python "$source/tests/embed/example.py" "$bundle"
+venv/bin/python "$source/tests/embed/python_test.py" "$bundle" "$source"
+venv/bin/pip uninstall --yes palpate
+if venv/bin/python -c "import palpate" 2>/dev/null; then exit 1; fi

@@ -1,0 +1,386 @@
+"""The Python package: python_test.py BUNDLE SOURCE_FOLDER [unittest's arguments], with palpate importable."""
+import ast
+import gc
+import inspect
+import mmap
+import os
+import pathlib
+import re
+import sys
+import threading
+import time
+import unittest
+
+import numpy as np
+import palpate
+
+BUNDLE, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+
+
+def mapped_bytes_of_bundle():
+    """Address ranges of the bundle's file in this process."""
+    lines = pathlib.Path("/proc/self/maps").read_text().splitlines()
+    ranges = (line.split()[0].split("-") for line in lines if line.endswith(os.path.realpath(BUNDLE)))
+    return [(int(begin, 16), int(end, 16)) for begin, end in ranges]
+
+
+def address(array):
+    return array.__array_interface__["data"][0]
+
+
+def pressed(scene, displacement=(0, 0, -0.002), bundle=None):
+    """A touch that holds the first touchable node at a displacement."""
+    node = int(scene.bundle.touchable[0])
+    contacts = scene.make_contacts()
+    tool = palpate.Tool(grips=[palpate.Grip(node=node, displacement=displacement)])
+    flags = scene.touch([tool], 0.001, contacts)
+    return node, contacts, flags
+
+
+class Bundle(unittest.TestCase):
+    def test_arrays_are_read_only_views_of_the_file(self):
+        bundle = palpate.Bundle(pathlib.Path(BUNDLE))
+        for array, dtype, shape in (
+            (bundle.nodes, np.float64, (bundle.node_count, 3)),
+            (bundle.triangles, np.int32, (bundle.triangle_count, 3)),
+            (bundle.tetrahedra, np.int32, (bundle.tetrahedron_count, 4)),
+            (bundle.touchable, np.int32, (bundle.touchable_count,)),
+            (bundle.fixed, np.uint8, (bundle.node_count, 3)),
+        ):
+            self.assertEqual((array.dtype, array.shape), (np.dtype(dtype), shape))
+            ranges = mapped_bytes_of_bundle()
+            self.assertTrue(any(begin <= address(array) < end for begin, end in ranges), "a copy, not a view")
+            with self.assertRaises(ValueError):
+                array[0] = 0
+            with self.assertRaises(ValueError):
+                array.setflags(write=True)
+
+    def test_a_view_keeps_its_bundle_open_and_nothing_else_does(self):
+        nodes = palpate.Bundle(BUNDLE).nodes[1:, :2]
+        gc.collect()
+        self.assertTrue(mapped_bytes_of_bundle())
+        self.assertTrue(np.isfinite(nodes).all())
+        del nodes
+        gc.collect()
+        self.assertEqual(mapped_bytes_of_bundle(), [])
+
+    def test_a_scene_keeps_its_bundle_open(self):
+        scene = palpate.Scene(palpate.Bundle(BUNDLE))
+        gc.collect()
+        self.assertEqual(pressed(scene)[2], 0)
+
+    def test_read_only_aligned_bytes_are_borrowed(self):
+        with open(BUNDLE, "rb") as file:
+            whole = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        bundle = palpate.Bundle.from_bytes(whole)
+        self.assertTrue(np.shares_memory(bundle.nodes, np.frombuffer(whole, np.uint8)))
+        with self.assertRaises(BufferError):
+            whole.close()
+        del bundle
+        gc.collect()
+        whole.close()
+
+    def test_bytes_that_may_change_are_copied(self):
+        whole = bytearray(pathlib.Path(BUNDLE).read_bytes())
+        bundle = palpate.Bundle.from_bytes(whole)
+        nodes = palpate.Bundle(BUNDLE).nodes
+        whole[:] = bytes(len(whole))
+        np.testing.assert_array_equal(bundle.nodes, nodes)
+        bundle.check()
+
+    def test_errors_have_status_text_and_byte_offset(self):
+        whole = pathlib.Path(BUNDLE).read_bytes()
+        with self.assertRaises(palpate.Error) as absent:
+            palpate.Bundle("no-such-bundle.h5")
+        self.assertIs(absent.exception.status, palpate.Status.FILE)
+        self.assertIn("no-such-bundle.h5", absent.exception.text)
+        self.assertEqual(str(absent.exception), absent.exception.text)
+        for name in (b"no-such-\xff.h5", b"\xc3" * 200):
+            with self.assertRaises(palpate.Error):
+                palpate.Bundle(name)
+        with self.assertRaises(palpate.Error) as cut:
+            palpate.Bundle.from_bytes(whole[:-1])
+        self.assertIs(cut.exception.status, palpate.Status.TRUNCATED)
+        with self.assertRaises(palpate.Error):
+            palpate.Bundle.from_bytes(b"")
+        # The last byte belongs to no index: only its checksum knows.
+        bundle = palpate.Bundle(BUNDLE)
+        at = whole.index(bundle.nodes.tobytes())
+        damaged = palpate.Bundle.from_bytes(whole[: at + 7] + bytes([whole[at + 7] ^ 1]) + whole[at + 8 :])
+        with self.assertRaises(palpate.Error) as checked:
+            damaged.check()
+        self.assertIs(checked.exception.status, palpate.Status.CHECKSUM)
+        self.assertEqual(checked.exception.byte_offset, at)
+
+    def test_provenance_is_a_dict(self):
+        self.assertEqual(palpate.Bundle(BUNDLE).provenance["element"], "p1")
+
+    def test_prefault_reads_what_scenes_have_mapped(self):
+        bundle = palpate.Bundle(BUNDLE)
+        palpate.Scene(bundle)
+        bundle.prefault()
+
+
+class Scene(unittest.TestCase):
+    def setUp(self):
+        self.bundle = palpate.Bundle(BUNDLE)
+
+    def test_takes_every_effect_by_its_word(self):
+        words = {
+            "collision": ("off", "rest", "deformed"),
+            "contact": ("node", "triangle", "point", "patch"),
+            "law": ("sticking", "sliding", "unilateral", "coulomb"),
+            "force": ("off", "linear"),
+            "shape": ("off", "surface", "volume"),
+            "relaxation": (None, [(0.3, 0.1), (0.2, 1.0)]),
+        }
+        for effect, values in words.items():
+            plans = [[repr(p) for p in palpate.Scene(self.bundle, **{effect: value}).plan] for value in values]
+            self.assertTrue(all(plans), effect)
+        for effect in ("radial", "force", "preload"):
+            with self.assertRaises(palpate.Error) as missing:
+                palpate.Scene(self.bundle, **{effect: "on" if effect == "preload" else "response"})
+            self.assertIs(missing.exception.status, palpate.Status.EFFECT)
+        with self.assertRaisesRegex(ValueError, "collision: expected one of off, rest, deformed; found \"moved\""):
+            palpate.Scene(self.bundle, collision="moved")
+        with self.assertRaises(palpate.Error) as many:
+            palpate.Scene(self.bundle, max_tools=1000)
+        self.assertIs(many.exception.status, palpate.Status.ARGUMENT)
+        with self.assertRaises(palpate.Error):
+            palpate.Scene(self.bundle, relaxation=[(2.0, 0.1)])
+
+    def test_a_word_reaches_the_plan(self):
+        off = [p.name for p in palpate.Scene(self.bundle, collision="off", shape="off").plan]
+        on = [p.name for p in palpate.Scene(self.bundle, collision="deformed", shape="volume").plan]
+        self.assertFalse([name for name in off if "collision" in name or "superposition" in name])
+        self.assertIn("collision: deformed", on)
+        self.assertTrue([name for name in on if "volume" in name])
+
+    def test_limits_reach_the_step(self):
+        force = {}
+        for limit in (50.0, 0.01):
+            scene = palpate.Scene(self.bundle, force_limit=limit, force_slew=np.inf)
+            _, contacts, flags = pressed(scene)
+            force[limit] = np.linalg.norm(contacts.force[0])
+            self.assertEqual(bool(flags & palpate.StepFlags.FORCE_LIMITED), limit == 0.01)
+        self.assertGreater(force[50.0], 0.02)
+        self.assertAlmostEqual(force[0.01], 0.01, delta=1e-12)
+
+    def test_relaxation_acts_on_held_forces(self):
+        scene = palpate.Scene(self.bundle, relaxation=[(0.5, 0.05)], force_slew=np.inf)
+        node, contacts, _ = pressed(scene)
+        first = np.linalg.norm(contacts.force[0])
+        tool = palpate.Tool(grips=[palpate.Grip(node=node, displacement=(0, 0, -0.002))])
+        for _ in range(1000):
+            scene.touch([tool], 0.001, contacts)
+        # 1 s is 20 time constants: half is left. The first step was a ramp over 1 ms, relaxed by up to 0.5 %.
+        self.assertAlmostEqual(np.linalg.norm(contacts.force[0]) / first, 0.5, delta=0.005)
+
+
+class Step(unittest.TestCase):
+    def setUp(self):
+        self.bundle = palpate.Bundle(BUNDLE)
+        self.scene = palpate.Scene(self.bundle)
+
+    def test_the_held_node_is_where_it_is_held_and_forces_balance(self):
+        node, contacts, flags = pressed(self.scene)
+        self.assertIs(flags, palpate.StepFlags(0))
+        self.assertEqual((contacts.step, contacts.flags), (1, 0))
+        state, nodes = contacts.tools, contacts.nodes
+        self.assertEqual((len(state), len(nodes), nodes["node"][0]), (1, 1, node))
+        np.testing.assert_allclose(state["force_raw"][0], -nodes["force"].sum(axis=0), rtol=1e-12)
+        np.testing.assert_array_equal(state["force"], contacts.force)
+        displacements = np.empty((self.scene.shape_node_count, 3), np.float32)
+        self.assertEqual(self.scene.shape(contacts, displacements=displacements), 0)
+        # The node's own column is stored as f32.
+        np.testing.assert_allclose(displacements[node], (0, 0, -0.002), atol=1e-9)
+
+    def test_shape_writes_into_the_callers_arrays(self):
+        _, contacts, _ = pressed(self.scene)
+        count = self.scene.shape_node_count
+        positions = np.full((count + 2, 3), 7, np.float32)
+        displacements = np.empty((count, 3), np.float32)
+        before = address(positions)
+        self.scene.shape(contacts, positions=positions, displacements=displacements)
+        self.assertEqual(address(positions), before)
+        self.assertTrue((positions[count:] == 7).all())
+        # One rounding to float of numbers below 0.1 m.
+        np.testing.assert_allclose(positions[:count] - displacements, self.bundle.nodes[:count], atol=2e-8)
+
+    def test_arrays_that_do_not_fit_are_refused_and_untouched(self):
+        _, contacts, _ = pressed(self.scene)
+        count = self.scene.shape_node_count
+        read_only = np.zeros((count, 3), np.float32)
+        read_only.setflags(write=False)
+        wide = np.zeros((count, 6), np.float32)
+        for array, error in (
+            (np.zeros((count, 3)), TypeError),
+            ([[0.0] * 3] * count, TypeError),
+            (np.zeros((count - 1, 3), np.float32), ValueError),
+            (np.zeros(3 * count, np.float32), ValueError),
+            (wide[:, ::2], ValueError),
+            (np.zeros((count, 3), np.float32, order="F"), ValueError),
+            (read_only, ValueError),
+        ):
+            for name in ("positions", "displacements"):
+                with self.assertRaisesRegex(error, f"^{name}: expected"):
+                    self.scene.shape(contacts, **{name: array})
+        self.assertFalse(read_only.any() or wide.any())
+
+    def test_points_and_grips_are_written_in_place(self):
+        tool = palpate.Tool([0.0, 0.0, 1.0], grips=[palpate.Grip(node=int(self.bundle.touchable[0]))])
+        self.assertEqual(tool.points.shape, (1, 3))
+        contacts = self.scene.make_contacts()
+        tool.grips[0].displacement[2] = -0.001
+        tool.points[0, 2] = 2.0
+        self.scene.touch([tool], 0.001, contacts)
+        self.assertEqual(tool.points[0, 2], 2.0)
+        self.assertGreater(np.linalg.norm(contacts.force), 0)
+        tool.grips[0].displacement = (0, 0, 0)
+        self.scene.touch([tool], 0.001, contacts)
+        self.assertLess(np.linalg.norm(contacts.tools["force_raw"]), 1e-12)
+
+    def test_input_that_is_no_tool_is_refused(self):
+        contacts = self.scene.make_contacts()
+        tool = palpate.Tool(np.zeros((2, 3)))
+        tool.points.shape = (6,)
+        with self.assertRaisesRegex(ValueError, "points"):
+            self.scene.touch([tool], 0.001, contacts)
+        for bad in (np.zeros((2, 2)), np.zeros(4)):
+            with self.assertRaisesRegex(ValueError, "points: expected"):
+                palpate.Tool(bad)
+        with self.assertRaisesRegex(ValueError, "displacement: expected 3 numbers"):
+            palpate.Grip(node=0, displacement=(1, 2))
+        for bad in (["tool"], [None]):
+            with self.assertRaises((TypeError, RuntimeError)):
+                self.scene.touch(bad, 0.001, contacts)
+        with self.assertRaisesRegex(ValueError, "contacts"):
+            self.scene.touch([], 0.001, palpate.Scene(self.bundle, max_contact_nodes=3).make_contacts())
+        self.assertEqual(self.scene.touch([palpate.Tool([np.nan] * 3)], 0.001, contacts), palpate.StepFlags.BAD_INPUT)
+
+    def test_contacts_travel_as_bytes(self):
+        _, contacts, _ = pressed(self.scene)
+        other = self.scene.make_contacts()
+        other.assign(contacts.data.tobytes())
+        shapes = [np.empty((self.scene.shape_node_count, 3), np.float32) for _ in range(2)]
+        self.scene.shape(contacts, shapes[0])
+        self.scene.shape(other, shapes[1])
+        np.testing.assert_array_equal(*shapes)
+        data = bytearray(contacts.data.tobytes())
+        for cut in (b"", data[:-1], data[:100], data + bytes(64), data[:16] + b"\xff\xff\xff\x7f" + data[20:]):
+            with self.assertRaises(ValueError):
+                other.assign(cut)
+        np.testing.assert_array_equal(other.data, contacts.data)
+
+    def test_mailbox_hands_over_the_newest(self):
+        _, contacts, _ = pressed(self.scene)
+        drawn = self.scene.make_contacts()
+        mailbox = palpate.Mailbox(contacts)
+        self.assertFalse(mailbox.newest(drawn))
+        mailbox.publish(contacts)
+        self.scene.touch([], 0.001, contacts)
+        mailbox.publish(contacts)
+        self.assertTrue(mailbox.newest(drawn))
+        self.assertEqual(drawn.step, 2)
+        self.assertFalse(mailbox.newest(drawn))
+        with self.assertRaises(ValueError):
+            mailbox.publish(self.scene.make_contacts())
+
+    def test_arrays_of_contacts_outlive_their_owner(self):
+        force = pressed(self.scene)[1].force
+        gc.collect()
+        np.zeros(4096)
+        self.assertGreater(np.linalg.norm(force), 0)
+        with self.assertRaises(ValueError):
+            force[0] = 0
+
+
+class Threads(unittest.TestCase):
+    def setUp(self):
+        self.scene = palpate.Scene(palpate.Bundle(BUNDLE))
+        self.contacts = self.scene.make_contacts()
+        self.positions = np.empty((self.scene.shape_node_count, 3), np.float32)
+
+    def others_run_during(self, call):
+        """Whether another thread gets the interpreter's lock during calls, when nobody is ever asked to give it up."""
+        gate, ran = threading.Lock(), []
+        gate.acquire()
+        other = threading.Thread(target=lambda: (gate.acquire(), ran.append(True)))
+        other.start()
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(1000)
+        try:
+            gate.release()
+            end = time.monotonic() + 2
+            while not ran and time.monotonic() < end:
+                call()
+            return bool(ran)
+        finally:
+            sys.setswitchinterval(interval)
+            other.join()
+
+    def test_touch_and_shape_release_the_interpreter(self):
+        self.assertFalse(self.others_run_during(self.scene.reset))  # the measure can say no
+        self.assertTrue(self.others_run_during(lambda: self.scene.touch([], 0.001, self.contacts)))
+        self.assertTrue(self.others_run_during(lambda: self.scene.shape(self.contacts, self.positions)))
+
+    def test_a_second_thread_in_one_half_is_refused(self):
+        grips = [palpate.Grip(node=int(node), displacement=(0, 0, -1e-3)) for node in self.scene.bundle.touchable]
+        refused, end = [], time.monotonic() + 20
+
+        def touch():
+            contacts, tools = self.scene.make_contacts(), [palpate.Tool(grips=grips)]
+            while not refused and time.monotonic() < end:
+                try:
+                    self.scene.touch(tools, 0.001, contacts)
+                except RuntimeError as error:
+                    refused.append(str(error))
+
+        threads = [threading.Thread(target=touch) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertIn("touch already runs on another thread", refused)
+
+
+class Stub(unittest.TestCase):
+    """palpate/__init__.pyi says what the module has."""
+
+    def test_names_arguments_and_values_are_the_modules(self):
+        stub = ast.parse((SOURCE / "bindings/python/palpate/__init__.pyi").read_text())
+        classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+        plain = {node.target.id for node in stub.body if isinstance(node, ast.AnnAssign)}
+        self.assertEqual(set(classes) | plain, set(palpate.__all__))
+        for name, node in classes.items():
+            real = getattr(palpate, name)
+            if issubclass(real, int):
+                written = {a.targets[0].id: ast.literal_eval(a.value) for a in node.body if isinstance(a, ast.Assign)}
+                self.assertEqual(written, {member: int(value) for member, value in real.__members__.items()})
+                continue
+            functions = {f.name: f for f in node.body if isinstance(f, ast.FunctionDef)}
+            fields = {a.target.id for a in node.body if isinstance(a, ast.AnnAssign)}
+            if real is not palpate.Error:
+                public = {member for member in vars(real) if not member.startswith("_")}
+                self.assertEqual(public, {f for f in functions if f != "__init__"} | fields, name)
+            for function, written in functions.items():
+                doc = inspect.getdoc(getattr(real, function)) or ""
+                found = re.findall(r"(\w+): ", doc.split("\n")[0].split(" -> ")[0])
+                asked = [a.arg for a in (*written.args.args, *written.args.kwonlyargs)]
+                if not isinstance(getattr(real, function), property):
+                    self.assertEqual([a for a in found if a != "self"], [a for a in asked if a != "self"], f"{name}.{function}")
+
+    def test_everything_has_a_doc(self):
+        for name in palpate.__all__:
+            thing = getattr(palpate, name)
+            if isinstance(thing, type):
+                members = [m for m in vars(thing).items() if not m[0].startswith("_") and not isinstance(m[1], int)]
+                self.assertTrue(thing.__doc__, name)
+                self.assertEqual([m for m, value in members if not (value.__doc__ or "").strip()], [], name)
+
+    def test_version_is_the_projects(self):
+        version = re.search(r"project\(palpate VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text())[1]
+        self.assertEqual(palpate.__version__, version)
+
+
+unittest.main(argv=sys.argv[:1] + sys.argv[3:])
