@@ -1,10 +1,11 @@
 // The force on a disc of a given radius pushed in by 1 mm, and dragged by 1 mm, at the same places of several meshes: a
 // table of N per place and mesh, and how far the meshes are apart. With --half-space the closed form of a flat punch
-// stands beside it.
+// stands beside it. Under what is dragged: how much the first mesh curves along the drag.
 //
 //   punch_bench RADIUS_MM [--half-space YOUNG POISSON] [--point X_MM Y_MM Z_MM]... BUNDLE.h5...
 //
 // Without points, twelve touchable nodes of the first bundle, far from one another and from what is held, are the places.
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -135,6 +136,29 @@ double force_along(Organ& organ, Place place, Vec3 direction, double radius) {
   return -dot(palpate::load3(contacts->tools[0].force_raw), direction);
 }
 
+// 1/m, positive where the surface bulges: of the paraboloid fitted to the nodes within 14 mm that lie on this side.
+double curvature_along(const Organ& organ, Vec3 centre, Vec3 normal, Vec3 direction) {
+  constexpr double kReach = 0.014;
+  const Vec3 other = cross(normal, direction);
+  std::vector<Vec3> near;
+  for (int t = 0; t < organ.info.triangle_count; ++t) {
+    if (dot(cross(organ.corner(t, 1) - organ.corner(t, 0), organ.corner(t, 2) - organ.corner(t, 0)), normal) <= 0)
+      continue;
+    for (int v = 0; v < 3; ++v)
+      if (const Vec3 p = organ.corner(t, v) - centre; length(p) < kReach) near.push_back(p);
+  }
+  Eigen::MatrixXd terms(near.size(), 5);
+  Eigen::VectorXd height(near.size());
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const double x = dot(near[i], direction), y = dot(near[i], other);
+    const auto row = static_cast<Eigen::Index>(i);
+    terms.row(row) << x * x, x * y, y * y, x, y;
+    height[row] = dot(near[i], normal);
+  }
+  const Eigen::VectorXd fit = terms.colPivHouseholderQr().solve(height);
+  return -2 * fit[0];
+}
+
 void print_table(const char* title, const std::vector<std::vector<double>>& force, double closed) {
   std::printf("%s, mN per mm: places across, meshes down\n", title);
   for (const auto& row : force) {
@@ -167,6 +191,7 @@ int main(int argc, char** argv) try {
     return 2;
   }
   std::vector<std::vector<double>> push, drag;
+  std::vector<double> curvature;
   for (const std::string& file : arguments.bundles) {
     Organ organ(file);
     std::printf("%s: %d nodes, %d on the surface\n", file.c_str(), organ.info.node_count,
@@ -177,6 +202,7 @@ int main(int argc, char** argv) try {
       const Place place = nearest_place(organ, p);
       const Vec3 across =
           unit_or_zero(cross(place.normal, std::fabs(place.normal.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+      if (push.size() == 1) curvature.push_back(curvature_along(organ, p, place.normal, across));
       push.back().push_back(force_along(organ, place, -1 * place.normal, arguments.radius));
       drag.back().push_back(force_along(organ, place, across, arguments.radius));
     }
@@ -184,6 +210,9 @@ int main(int argc, char** argv) try {
   const double e = arguments.young, nu = arguments.poisson, a = arguments.radius;
   print_table("pushed in", push, e > 0 ? 1e-3 * 2 * e * a / (1 - nu * nu) : 0);
   print_table("dragged", drag, e > 0 ? 1e-3 * 4 * e * a / ((2 - nu) * (1 + nu)) : 0);
+  std::printf("curvature along the drag, 1/m\n");
+  for (const double k : curvature) std::printf(" %8.0f", k);
+  std::printf("\n");
   return 0;
 } catch (const palpate::Error& error) {
   std::fprintf(stderr, "punch_bench: %s\n", error.what());

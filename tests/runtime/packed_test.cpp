@@ -164,6 +164,40 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
   }
 }
 
+// Two discs on the far face, one pressed and dragged until it slips, the other let down beside it; the deformed surface is
+// followed. What the disc has of its own is in no tensor, and the same in every form.
+TEST(PackedBundle, FeelsDiscsThatStickAndSlipInEveryForm) {
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
+  const Eigen::Vector3d out = Eigen::Vector3d::UnitX(), place(0.28, 0.0221, 0.0312);
+  for (std::size_t f = 0; f < std::size(kForms); ++f) {
+    const ScenePointer plain = rows().scene(def), packed = in_form(f).scene(def);
+    Contacts in_rows(plain.get()), in_other(packed.get());
+    double largest = 0, off = 0;
+    int slips = 0;
+    for (int s = 0; s < 120; ++s) {
+      Eigen::Vector3d p[2] = {place + 1e-4 * out, place + 1e-4 * out + Eigen::Vector3d(0, 0.013, 0)};
+      p[0] += -5e-5 * std::min(s, 40) * out + 5e-5 * std::max(0, s - 40) * Eigen::Vector3d(0, 0, -1);
+      p[1] += -2e-5 * s * out;
+      palpate_tool tools[2] = {};
+      for (int t = 0; t < 2; ++t)
+        tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = 0.004 + 0.003 * t,
+        tools[t].friction = 0.3;
+      palpate_touch(plain.get(), tools, 2, 1e-3, in_rows.get());
+      palpate_touch(packed.get(), tools, 2, 1e-3, in_other.get());
+      slips += in_rows->tools[0].slip_count;
+      for (int t = 0; t < 2; ++t) {
+        ASSERT_EQ(in_other->tools[t].contact_count, in_rows->tools[t].contact_count) << kForms[f].name << " " << s;
+        const Eigen::Vector3d expected(in_rows->tools[t].force_raw), found(in_other->tools[t].force_raw);
+        largest = std::max(largest, expected.norm()), off = std::max(off, (found - expected).norm());
+      }
+    }
+    EXPECT_GT(slips, 10);
+    // The form's error of the compliance, times the condition of two discs that share nodes, some ten.
+    EXPECT_LE(off, 10 * kForms[f].error * largest) << kForms[f].name;
+  }
+}
+
 TEST(PackedBundle, PlansWhatItMaps) {
   for (std::size_t f = 0; f < std::size(kForms); ++f) {
     const auto def = gripped(PALPATE_SHAPE_VOLUME);
