@@ -23,7 +23,8 @@ function(palpate_target name)
     target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wshadow $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor>
                                            $<$<BOOL:${PALPATE_WARNINGS_AS_ERRORS}>:-Werror>)
     if(PALPATE_SANITIZE)
-      target_compile_options(${name} PRIVATE -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
+      # A finding ends the program, so that a test with one does not pass.
+      target_compile_options(${name} PRIVATE -fsanitize=${PALPATE_SANITIZE} -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
       target_link_options(${name} PUBLIC -fsanitize=${PALPATE_SANITIZE})
     endif()
   endif()

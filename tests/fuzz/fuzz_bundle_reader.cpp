@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "formats/bundle_reader.h"
-#include "formats/checksum.h"
 #include "formats/compliance_blocks.h"
+#include "tests/support/sealed_index.h"
 
 using namespace palpate::formats;
 
@@ -73,20 +73,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_as_bundle(bytes);
   if (size < kUserBlockBytes) return 0;
 
-  BundleHeader header;
-  std::memcpy(&header, bytes.data(), sizeof header);
-  std::memcpy(header.magic, kBundleMagic, sizeof header.magic);
-  header.layout_version = kLayoutVersion;
-  header.section_count %= kMaxSections + 1;
-  header.file_bytes = size;
-  header.user_block_bytes = kUserBlockBytes;
-  std::memset(header.reserved, 0, sizeof header.reserved);
-  header.index_checksum = 0;
-  const std::size_t index_bytes = sizeof header + header.section_count * sizeof(SectionEntry);
-  std::memcpy(bytes.data(), &header, sizeof header);
-  std::memset(bytes.data() + index_bytes, 0, kUserBlockBytes - index_bytes);
-  header.index_checksum = xxh64(bytes.data(), index_bytes);
-  std::memcpy(bytes.data(), &header, sizeof header);
+  palpate::tests::seal_index(bytes.data(), size);
   read_as_bundle(bytes);
   return 0;
 }
