@@ -6,23 +6,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <ctime>
 #include <string>
 #include <vector>
 
+#include "bench/petsc_bench.h"
+#include "bench/processor_time.h"
 #include "precompute/discretisation.h"
 #include "precompute/distributed_solver.h"
-#include "precompute/petsc_session.h"
 
 namespace palpate {
 namespace {
 
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+using bench::processor_seconds;
 
 double peak_megabytes() {
   rusage usage{};
@@ -79,14 +74,6 @@ void run(const std::vector<std::string>& words) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  int own = 1;
-  while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
-  const std::vector<std::string> words(argv + 1, argv + own), options(argv + std::min(own + 1, argc), argv + argc);
-  if (words.size() < 3) {
-    fmt::print(stderr, "usage: distributed_bench MESH.msh organ.toml bc.toml [width [blocks]] [-- PETSc options]\n");
-    return 2;
-  }
-  const palpate::PetscSession session(options);
-  palpate::run(words);
-  return 0;
+  return palpate::bench::petsc_bench(
+      argc, argv, 3, "distributed_bench MESH.msh organ.toml bc.toml [width [blocks]] [-- PETSc options]", palpate::run);
 }

@@ -5,26 +5,21 @@
 #include <petscksp.h>
 
 #include <algorithm>
-#include <cstring>
-#include <ctime>
 #include <string>
 #include <vector>
 
+#include "bench/petsc_bench.h"
+#include "bench/processor_time.h"
 #include "precompute/column_solver.h"
 #include "precompute/discretisation.h"
 #include "precompute/petsc_matrix.h"
-#include "precompute/petsc_session.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kTolerance = 1e-9;
+using bench::processor_seconds;
 
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+constexpr double kTolerance = 1e-9;
 
 // Unit forces on dofs spread over the touchable nodes.
 std::vector<std::int64_t> loaded_dofs(const ElasticBody& body, const HeldStiffness& held, int count) {
@@ -154,14 +149,7 @@ void run(const std::vector<std::string>& words) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  int own = 1;
-  while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
-  const std::vector<std::string> words(argv + 1, argv + own), options(argv + std::min(own + 1, argc), argv + argc);
-  if (words.size() < 3) {
-    fmt::print(stderr, "usage: multigrid_bench MESH.msh organ.toml bc.toml [columns [widths...]] [-- PETSc options]\n");
-    return 2;
-  }
-  const palpate::PetscSession session(options);
-  palpate::run(words);
-  return 0;
+  return palpate::bench::petsc_bench(
+      argc, argv, 3, "multigrid_bench MESH.msh organ.toml bc.toml [columns [widths...]] [-- PETSc options]",
+      palpate::run);
 }

@@ -10,12 +10,12 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
 
+#include "bench/processor_time.h"
 #include "precompute/block.h"
 #include "precompute/block_residual.h"
 #include "precompute/cholmod_session.h"
@@ -28,13 +28,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kWidth = 96, kReferenceWidth = 64;
+using bench::processor_seconds;
 
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+constexpr int kWidth = 96, kReferenceWidth = 64;
 
 // A body's held stiffness and the block rows of its touchable vertices.
 struct Problem {

@@ -12,6 +12,8 @@
 #include "precompute/block_multigrid.h"
 #include "precompute/block_preconditioner.h"
 #include "precompute/block_residual.h"
+#include "precompute/column_runs.h"
+#include "precompute/conjugate_gradients.h"
 #include "precompute/elimination.h"
 #include "precompute/petsc_preconditioner.h"
 #include "precompute/petsc_session.h"
@@ -19,15 +21,6 @@
 
 namespace palpate {
 namespace {
-
-// Norm of each column of [dofs][width].
-std::vector<double> column_norms(const double* x, std::int64_t dofs, int width) {
-  std::vector<double> sum(width, 0.0);
-  for (std::int64_t i = 0; i < dofs; ++i)
-    for (int c = 0; c < width; ++c) sum[c] += x[i * width + c] * x[i * width + c];
-  for (double& s : sum) s = std::sqrt(s);
-  return sum;
-}
 
 std::vector<double> load_norms(std::span<const Load> loads, int width) {
   std::vector<double> sum(width, 0.0);
@@ -49,42 +42,38 @@ double infinity_norm(const BlockMatrix& matrix) {
   return most;
 }
 
-std::string option_or(const char* name, const char* otherwise) {
-  char text[128] = {};
-  PetscBool given = PETSC_FALSE;
-  check(PetscOptionsGetString(nullptr, nullptr, name, text, sizeof text, &given));
-  return given ? text : otherwise;
-}
-
 }  // namespace
 
-struct ColumnSolver::State {
+struct ColumnSolver::State final : ColumnRuns {
   const BlockMatrix& matrix;
   ColumnSolverOptions options;
   std::int64_t dofs = 0;
   double norm = 0;
   std::unique_ptr<BlockPreconditioner> preconditioner;
   Mat shell = nullptr;  // K (x) I
-  KSP ksp = nullptr;
+  std::unique_ptr<ConjugateGradients> ksp;
   Vec b = nullptr, x = nullptr;
-  PetscBool rtol_given = PETSC_FALSE;  // then the user decides how far each run goes; restarts do the rest
-  std::exception_ptr thrown;           // by the preconditioner, carried through PETSc
-  bool ksp_given = false;              // the user set the iteration, so it runs from zero
+  std::exception_ptr thrown;    // by the preconditioner, carried through PETSc
+  bool ksp_given = false;       // the user set the iteration, so it runs from zero
+  std::span<const Load> loads;  // b and x of the block in work
+  double* solution = nullptr;
+  std::vector<double> right, step;  // made when a column needs a run
 
   explicit State(const BlockMatrix& m) : matrix(m) {}
-  ~State() {
-    KSPDestroy(&ksp);
+  ~State() override {
+    ksp.reset();
     MatDestroy(&shell);
     VecDestroy(&b);
     VecDestroy(&x);
   }
 
   void create_iteration();
-  bool start(std::span<const Load> loads, double* start_x);
-  void run(const double* right, double* solution, double relative_tolerance, int* iterations, std::string* reason);
-  void residual(std::span<const Load> loads, const double* solution, double* r) const;
-  std::vector<double> rounding_floors(const double* solution, std::span<const double> load) const;
-  bool all_at_floor(std::span<ColumnReport> reports, std::span<const double> floor) const;
+  void solve_block(std::span<const Load> loads, double* solution, std::span<ColumnReport> reports);
+  std::vector<double> residual_norms() override;
+  std::vector<double> solution_norms() override;
+  int correct(std::span<const double> scale, double relative_tolerance, std::string* reason) override;
+  void scaled_residual(std::span<const double> scale, double* r) const;
+  int run(const double* from, double* to, double relative_tolerance, std::string* reason);
 
   static PetscErrorCode apply_operator(Mat shell, Vec in, Vec out);
   static PetscErrorCode apply_preconditioner(PC pc, Vec in, Vec out);
@@ -97,7 +86,7 @@ std::unique_ptr<BlockPreconditioner> make_preconditioner(const BlockMatrix& matr
                                                          std::span<const std::array<double, 3>> coordinates,
                                                          const ColumnSolverOptions& options) {
   const char* factor = petsc_option_given("-column_") ? PCCHOLESKY : "supernodal";
-  const std::string type = option_or("-column_pc_type", options.cholesky ? factor : "multigrid");
+  const std::string type = petsc_option_or("-column_pc_type", options.cholesky ? factor : "multigrid");
   if (type == "supernodal")
     return std::make_unique<SupernodalFactor>(
         matrix,
@@ -116,25 +105,7 @@ void ColumnSolver::State::create_iteration() {
   check(MatSetOption(shell, MAT_SPD, PETSC_TRUE));
   check(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, size, nullptr, &b));
   check(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, size, nullptr, &x));
-  check(KSPCreate(PETSC_COMM_SELF, &ksp));
-  check(KSPSetType(ksp, KSPCG));
-  check(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
-  check(KSPSetOperators(ksp, shell, shell));
-  PC pc = nullptr;
-  check(KSPGetPC(ksp, &pc));
-  check(PCSetType(pc, PCSHELL));
-  check(PCShellSetContext(pc, this));
-  check(PCShellSetApply(pc, apply_preconditioner));
-  check(KSPSetTolerances(ksp, PETSC_DEFAULT, 1e-300, PETSC_DEFAULT, PETSC_DEFAULT));  // the right-hand side may be tiny
-  check(PetscOptionsHasName(nullptr, nullptr, "-ksp_rtol", &rtol_given));
-  check(KSPSetFromOptions(ksp));
-  check(KSPSetUp(ksp));
-}
-
-// The conjugate gradients start from K^-1 b where the preconditioner gives it, and most columns end there: their true
-// residual is already rounding. Their vectors are made only when a column needs them or the user sets the iteration.
-bool ColumnSolver::State::start(std::span<const Load> loads, double* start_x) {
-  return !ksp_given && preconditioner->solve(loads, start_x);
+  ksp = std::make_unique<ConjugateGradients>(PETSC_COMM_SELF, shell, apply_preconditioner, this);
 }
 
 PetscErrorCode ColumnSolver::State::apply_operator(Mat shell, Vec in, Vec out) {
@@ -171,53 +142,63 @@ PetscErrorCode ColumnSolver::State::apply_preconditioner(PC pc, Vec in, Vec out)
   PetscFunctionReturn(state->thrown ? PETSC_ERR_LIB : 0);
 }
 
+// The conjugate gradients start from K^-1 b where the preconditioner gives it, and most columns end there: their true
+// residual is already rounding. Their vectors are made only when a column needs them or the user sets the iteration.
+void ColumnSolver::State::solve_block(std::span<const Load> b_of_block, double* x_of_block,
+                                      std::span<ColumnReport> reports) {
+  loads = b_of_block;
+  solution = x_of_block;
+  const bool started = !ksp_given && preconditioner->solve(loads, solution);
+  if (!started) std::fill_n(solution, dofs * options.width, 0.0);
+  for (auto& report : reports) report = {0, started ? 1 : 0};
+  run_until_converged(*this, options, norm, load_norms(loads, options.width), reports);
+}
+
+std::vector<double> ColumnSolver::State::residual_norms() {
+  return palpate::residual_norms(matrix, loads, solution, options.width);
+}
+
+std::vector<double> ColumnSolver::State::solution_norms() {
+  std::vector<double> sum(options.width, 0.0);
+  for (std::int64_t i = 0; i < dofs; ++i)
+    for (int c = 0; c < options.width; ++c) sum[c] += solution[i * options.width + c] * solution[i * options.width + c];
+  for (double& s : sum) s = std::sqrt(s);
+  return sum;
+}
+
+int ColumnSolver::State::correct(std::span<const double> scale, double relative_tolerance, std::string* reason) {
+  const int width = options.width;
+  right.resize(dofs * width);
+  step.resize(dofs * width);
+  scaled_residual(scale, right.data());
+  const int iterations = run(right.data(), step.data(), relative_tolerance, reason);
+  for (std::int64_t i = 0; i < dofs; ++i)
+    for (int c = 0; c < width; ++c) solution[i * width + c] += scale[c] * step[i * width + c];
+  return iterations;
+}
+
+// r = (b - K x) / scale, 0 where the scale is.
+void ColumnSolver::State::scaled_residual(std::span<const double> scale, double* r) const {
+  const int width = options.width;
+  multiply(matrix, solution, r, width);
+  for (std::int64_t i = 0; i < dofs * width; ++i) r[i] = -r[i];
+  for (const auto& load : loads) r[load.dof * width + load.column] += load.value;
+  for (std::int64_t i = 0; i < dofs; ++i)
+    for (int c = 0; c < width; ++c) r[i * width + c] = scale[c] > 0 ? r[i * width + c] / scale[c] : 0.0;
+}
+
 // One run of the iteration from zero.
-void ColumnSolver::State::run(const double* right, double* solution, double relative_tolerance, int* iterations,
-                              std::string* reason) {
+int ColumnSolver::State::run(const double* from, double* to, double relative_tolerance, std::string* reason) {
   if (!ksp) create_iteration();
-  if (!rtol_given) check(KSPSetTolerances(ksp, relative_tolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  check(VecPlaceArray(b, right));
-  check(VecPlaceArray(x, solution));
-  const PetscErrorCode code = KSPSolve(ksp, b, x);
+  check(VecPlaceArray(b, from));
+  check(VecPlaceArray(x, to));
+  const PetscErrorCode code = ksp->run(b, x, relative_tolerance);
   check(VecResetArray(b));
   check(VecResetArray(x));
   if (thrown) std::rethrow_exception(std::exchange(thrown, nullptr));
   check(code);
-  KSPConvergedReason why = KSP_CONVERGED_ITERATING;
-  PetscInt done = 0;
-  check(KSPGetConvergedReason(ksp, &why));
-  check(KSPGetIterationNumber(ksp, &done));
-  *iterations = static_cast<int>(done);
-  *reason = KSPConvergedReasons[why];
-}
-
-// r = b - K x; b alone where there is no x yet.
-void ColumnSolver::State::residual(std::span<const Load> loads, const double* solution, double* r) const {
-  const std::int64_t size = dofs * options.width;
-  if (solution) {
-    multiply(matrix, solution, r, options.width);
-    for (std::int64_t i = 0; i < size; ++i) r[i] = -r[i];
-  } else {
-    std::fill_n(r, size, 0.0);
-  }
-  for (const auto& load : loads) r[load.dof * options.width + load.column] += load.value;
-}
-
-// epsilon ||K|| ||x|| / ||b|| of each column: the relative residual that rounding x alone may leave.
-std::vector<double> ColumnSolver::State::rounding_floors(const double* solution, std::span<const double> load) const {
-  std::vector<double> floor = column_norms(solution, dofs, options.width);
-  for (std::size_t c = 0; c < floor.size(); ++c)
-    floor[c] = load[c] > 0 ? std::numeric_limits<double>::epsilon() * norm * floor[c] / load[c] : 0.0;
-  return floor;
-}
-
-// Whether all columns above the tolerance are at what double precision allows; then their reports say so.
-bool ColumnSolver::State::all_at_floor(std::span<ColumnReport> reports, std::span<const double> floor) const {
-  for (std::size_t c = 0; c < reports.size(); ++c)
-    if (!(reports[c].residual <= std::max(options.tolerance, floor[c]))) return false;
-  for (std::size_t c = 0; c < reports.size(); ++c)
-    if (reports[c].residual > options.tolerance) reports[c].floor = floor[c];
-  return true;
+  *reason = ksp->reason();
+  return ksp->iterations();
 }
 
 ColumnSolver::ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
@@ -243,11 +224,8 @@ std::int64_t ColumnSolver::dofs() const {
   return state_->dofs;
 }
 std::string ColumnSolver::description() const {
-  KSPType type = KSPCG;
-  if (state_->ksp) check(KSPGetType(state_->ksp, &type));
-  PetscInt major = 0, minor = 0, patch = 0;
-  check(PetscGetVersionNumber(&major, &minor, &patch, nullptr));
-  return fmt::format("PETSc {}.{}.{} {} + {}", major, minor, patch, type, state_->preconditioner->description());
+  return fmt::format("{} {} + {}", petsc_version(), state_->ksp ? state_->ksp->type() : KSPCG,
+                     state_->preconditioner->description());
 }
 double ColumnSolver::reciprocal_condition() const {
   return state_->preconditioner->reciprocal_condition();
@@ -266,54 +244,7 @@ void ColumnSolver::solve(const double* b, double* x, std::span<ColumnReport> rep
 }
 
 void ColumnSolver::solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports) {
-  const int width = state_->options.width;
-  const std::int64_t dofs = state_->dofs, size = dofs * width;
-  const double tolerance = state_->options.tolerance;
-  const std::vector<double> load = load_norms(loads, width);
-  bool started = state_->start(loads, x);
-  for (auto& report : reports) report = {0, started ? 1 : 0};
-  std::vector<double> right, step;
-  std::string reason = "no iteration";
-  double before = std::numeric_limits<double>::infinity();
-
-  for (int run = 0;; ++run, started = true) {
-    const std::vector<double> left = started ? residual_norms(state_->matrix, loads, x, width) : load;
-    int worst = 0;
-    for (int c = 0; c < width; ++c) {
-      reports[c].residual = load[c] > 0 ? left[c] / load[c] : 0.0;
-      if (!(reports[c].residual <= reports[worst].residual)) worst = c;  // a NaN is the worst
-    }
-    if (reports[worst].residual <= tolerance) break;
-    // A correction that no longer halves the residual has met rounding, where the residual is of its size.
-    const bool stalled = started && run > 0 && reports[worst].residual > 0.5 * before;
-    before = reports[worst].residual;
-    if (stalled || run > state_->options.most_restarts || !std::isfinite(reports[worst].residual)) {
-      const std::vector<double> floor = state_->rounding_floors(x, load);
-      if (state_->all_at_floor(reports, floor)) break;
-      if (!stalled || run > state_->options.most_restarts || !std::isfinite(reports[worst].residual))
-        throw NotConverged{worst, reports[worst].residual, floor[worst], reason};
-    }
-    // K d = r for the columns that need it, each scaled to the same weight.
-    right.resize(size);
-    state_->residual(loads, started ? x : nullptr, right.data());
-    std::vector<double> scale(width);
-    for (int c = 0; c < width; ++c) scale[c] = reports[c].residual > tolerance ? left[c] : 0.0;
-    for (std::int64_t i = 0; i < dofs; ++i)
-      for (int c = 0; c < width; ++c) right[i * width + c] = scale[c] > 0 ? right[i * width + c] / scale[c] : 0.0;
-    if (started) step.resize(size);
-    double* d = started ? step.data() : x;
-    const double share = run == 0 ? 0.5 : 0.1;
-    int iterations = 0;
-    state_->run(right.data(), d, std::clamp(share * tolerance / reports[worst].residual, 1e-12, 0.1), &iterations,
-                &reason);
-    for (std::int64_t i = 0; i < dofs; ++i)
-      for (int c = 0; c < width; ++c)
-        x[i * width + c] = (started ? x[i * width + c] : 0.0) + scale[c] * d[i * width + c];
-    for (int c = 0; c < width; ++c)
-      if (scale[c] > 0) reports[c].iterations += iterations;
-  }
-  for (int c = 0; c < width; ++c)
-    if (load[c] == 0) reports[c] = {};
+  state_->solve_block(loads, x, reports);
 }
 
 }  // namespace palpate

@@ -8,6 +8,8 @@
 #include <limits>
 
 #include "formats/errors.h"
+#include "precompute/column_runs.h"
+#include "precompute/conjugate_gradients.h"
 #include "precompute/petsc_matrix.h"
 #include "precompute/petsc_session.h"
 
@@ -24,16 +26,9 @@ double mean_diagonal(MPI_Comm group, const BlockMatrix& own, std::int32_t first_
   return sums[0] / sums[1];
 }
 
-std::string option_or(const char* name, const char* otherwise) {
-  char text[128] = {};
-  PetscBool given = PETSC_FALSE;
-  check(PetscOptionsGetString(nullptr, nullptr, name, text, sizeof text, &given));
-  return given ? text : otherwise;
-}
-
 }  // namespace
 
-struct DistributedSolver::State {
+struct DistributedSolver::State final : ColumnRuns {
   MPI_Comm group;
   int rank = 0;
   ColumnSolverOptions options;
@@ -43,14 +38,13 @@ struct DistributedSolver::State {
   Mat matrix = nullptr, block = nullptr;         // K, K (x) I
   PC inner = nullptr;
   Mat dense_in = nullptr, dense_out = nullptr;  // one block, column after column
-  KSP ksp = nullptr;
+  std::unique_ptr<ConjugateGradients> ksp;
   Vec b = nullptr, x = nullptr, r = nullptr, d = nullptr;
-  PetscBool rtol_given = PETSC_FALSE;
   std::string description;
 
   explicit State(MPI_Comm of) : group(of) { MPI_Comm_rank(group, &rank); }
-  ~State() {
-    KSPDestroy(&ksp);
+  ~State() override {
+    ksp.reset();
     PCDestroy(&inner);
     for (Vec* v : {&b, &x, &r, &d}) VecDestroy(v);
     for (Mat* m : {&block, &matrix, &dense_in, &dense_out}) MatDestroy(m);
@@ -62,9 +56,12 @@ struct DistributedSolver::State {
   void create_inner(const RowPartition& partition, std::span<const std::array<double, 3>> nodes);
   void create_iteration();
   void place_loads(std::span<const Load> loads);
-  void run(Vec right, Vec result, double relative_tolerance, int* iterations, std::string* reason);
+  void solve_block(std::span<const Load> loads, std::span<ColumnReport> reports);
+  std::vector<double> residual_norms() override;
+  std::vector<double> solution_norms() override;
+  int correct(std::span<const double> scale, double relative_tolerance, std::string* reason) override;
   std::vector<double> column_norms(Vec v) const;
-  void scale_columns(Vec v, const std::vector<double>& factor) const;
+  void scale_columns(Vec v, std::span<const double> factor) const;
   void gather(double* whole) const;
 
   static PetscErrorCode apply_inner(PC pc, Vec in, Vec out);
@@ -122,7 +119,7 @@ void DistributedSolver::State::create_inner(const RowPartition& partition,
   for (auto row = partition.first_row[rank]; row < partition.first_row[rank + 1]; ++row)
     coordinates.push_back(nodes[partition.node_of_row[row]]);
   set_rigid_near_nullspace(matrix, coordinates);
-  const std::string type = option_or("-column_pc_type", options.cholesky ? PCCHOLESKY : PCGAMG);
+  const std::string type = petsc_option_or("-column_pc_type", options.cholesky ? PCCHOLESKY : PCGAMG);
   // Chebyshev over Jacobi: the smoothers that PETSc would take otherwise have diverged.
   if (type == PCGAMG) set_default_petsc_option("-column_mg_levels_pc_type", PCJACOBI);
   check(PCCreate(group, &inner));
@@ -162,25 +159,9 @@ void DistributedSolver::State::create_iteration() {
   check(MatCreateVecs(block, &x, &b));
   check(VecDuplicate(b, &r));
   check(VecDuplicate(b, &d));
-  check(KSPCreate(group, &ksp));
-  check(KSPSetType(ksp, KSPCG));
-  check(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
-  check(KSPSetOperators(ksp, block, block));
-  PC pc = nullptr;
-  check(KSPGetPC(ksp, &pc));
-  check(PCSetType(pc, PCSHELL));
-  check(PCShellSetContext(pc, this));
-  check(PCShellSetApply(pc, apply_inner));
-  check(KSPSetTolerances(ksp, PETSC_DEFAULT, 1e-300, PETSC_DEFAULT, PETSC_DEFAULT));
-  check(PetscOptionsHasName(nullptr, nullptr, "-ksp_rtol", &rtol_given));
-  check(KSPSetFromOptions(ksp));
-  check(KSPSetUp(ksp));
-  KSPType type = nullptr;
-  check(KSPGetType(ksp, &type));
-  PetscInt major = 0, minor = 0, patch = 0;
-  check(PetscGetVersionNumber(&major, &minor, &patch, nullptr));
-  description = fmt::format("PETSc {}.{}.{} {} + {}, operator divided among {} ranks", major, minor, patch, type,
-                            description, gather_counts.size());
+  ksp = std::make_unique<ConjugateGradients>(group, block, apply_inner, this);
+  description = fmt::format("{} {} + {}, operator divided among {} ranks", petsc_version(), ksp->type(), description,
+                            gather_counts.size());
 }
 
 // Entries of [own dofs][width] to the local columns of a dense matrix, the inner preconditioner, and back.
@@ -217,16 +198,33 @@ void DistributedSolver::State::place_loads(std::span<const Load> loads) {
   check(VecRestoreArrayWrite(b, &values));
 }
 
-void DistributedSolver::State::run(Vec right, Vec result, double relative_tolerance, int* iterations,
-                                   std::string* reason) {
-  if (!rtol_given) check(KSPSetTolerances(ksp, relative_tolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  check(KSPSolve(ksp, right, result));
-  KSPConvergedReason why = KSP_CONVERGED_ITERATING;
-  PetscInt done = 0;
-  check(KSPGetConvergedReason(ksp, &why));
-  check(KSPGetIterationNumber(ksp, &done));
-  *iterations = static_cast<int>(done);
-  *reason = KSPConvergedReasons[why];
+void DistributedSolver::State::solve_block(std::span<const Load> loads, std::span<ColumnReport> reports) {
+  place_loads(loads);
+  check(VecSet(x, 0.0));
+  for (auto& report : reports) report = {};
+  run_until_converged(*this, options, norm, column_norms(b), reports);
+}
+
+std::vector<double> DistributedSolver::State::residual_norms() {
+  check(MatMult(block, x, r));
+  check(VecAYPX(r, -1.0, b));
+  return column_norms(r);
+}
+
+std::vector<double> DistributedSolver::State::solution_norms() {
+  return column_norms(x);
+}
+
+// From the residual that residual_norms() has left in r.
+int DistributedSolver::State::correct(std::span<const double> scale, double relative_tolerance, std::string* reason) {
+  std::vector<double> down(scale.begin(), scale.end());
+  for (double& s : down) s = s > 0 ? 1 / s : 0.0;
+  scale_columns(r, down);
+  check(ksp->run(r, d, relative_tolerance));
+  scale_columns(d, scale);
+  check(VecAXPY(x, 1.0, d));
+  *reason = ksp->reason();
+  return ksp->iterations();
 }
 
 std::vector<double> DistributedSolver::State::column_norms(Vec v) const {
@@ -241,7 +239,7 @@ std::vector<double> DistributedSolver::State::column_norms(Vec v) const {
   return sum;
 }
 
-void DistributedSolver::State::scale_columns(Vec v, const std::vector<double>& factor) const {
+void DistributedSolver::State::scale_columns(Vec v, std::span<const double> factor) const {
   PetscScalar* values = nullptr;
   check(VecGetArray(v, &values));
   for (std::int64_t i = 0; i < own_dofs; ++i)
@@ -286,44 +284,8 @@ std::string DistributedSolver::description() const {
 }
 
 void DistributedSolver::solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports) {
-  State& s = *state_;
-  const int width = s.options.width;
-  const double tolerance = s.options.tolerance;
-  int iterations = 0;
-  std::string reason;
-  s.place_loads(loads);
-  const std::vector<double> load = s.column_norms(s.b);
-  s.run(s.b, s.x, 0.5 * tolerance, &iterations, &reason);
-  for (auto& report : reports) report = {0, iterations};
-
-  for (int restart = 0;; ++restart) {
-    check(MatMult(s.block, s.x, s.r));
-    check(VecAYPX(s.r, -1.0, s.b));
-    const std::vector<double> left = s.column_norms(s.r);
-    int worst = 0;
-    for (int c = 0; c < width; ++c) {
-      reports[c].residual = load[c] > 0 ? left[c] / load[c] : 0.0;
-      if (!(reports[c].residual <= reports[worst].residual)) worst = c;  // a NaN is the worst
-    }
-    if (reports[worst].residual <= tolerance) break;
-    if (restart == s.options.most_restarts || !std::isfinite(reports[worst].residual))
-      throw NotConverged{worst, reports[worst].residual,
-                         std::numeric_limits<double>::epsilon() * s.norm * s.column_norms(s.x)[worst] / load[worst],
-                         reason};
-    // K d = r for the columns that need it, each scaled to the same weight.
-    std::vector<double> down(width, 0.0), up(width, 0.0);
-    for (int c = 0; c < width; ++c)
-      if (reports[c].residual > tolerance) down[c] = 1 / left[c], up[c] = left[c];
-    s.scale_columns(s.r, down);
-    s.run(s.r, s.d, std::clamp(0.1 * tolerance / reports[worst].residual, 1e-12, 0.1), &iterations, &reason);
-    s.scale_columns(s.d, up);
-    check(VecAXPY(s.x, 1.0, s.d));
-    for (int c = 0; c < width; ++c)
-      if (up[c] > 0) reports[c].iterations += iterations;
-  }
-  for (int c = 0; c < width; ++c)
-    if (load[c] == 0) reports[c] = {};
-  s.gather(x);
+  state_->solve_block(loads, reports);
+  state_->gather(x);
 }
 
 }  // namespace palpate

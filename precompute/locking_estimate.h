@@ -13,6 +13,7 @@ struct LockingRequest {
   bool at_any_cost = false;  // else the reference must take at most most_operations
   double most_bytes = 0;     // that the reference may take
   double most_operations = 0;
+  double own_factor_operations = 0;  // of the element's factor on this mesh; 0: not known
 };
 
 struct LockingEstimate {

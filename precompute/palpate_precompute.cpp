@@ -30,7 +30,12 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
                      ->option_text("BUNDLE.h5 REQUIRED but for --plan");
   app.add_option("--image", options.image, "the image the mesh came from; its hash is recorded")->option_text("FILE");
   app.add_option("--tolerance", options.tolerance, "on the true relative residual of every column; default 1e-9")
-      ->check(CLI::Range(1e-15, 1e-2))
+      ->check([](const std::string& text) {  // CLI11's own sentence shows 1e-15 as 0.000000
+        double value = 0;
+        return CLI::detail::lexical_cast(text, value) && value >= 1e-15 && value <= 1e-2
+                   ? std::string()
+                   : "expected a number from 1e-15 to 1e-2, found " + text;
+      })
       ->option_text("R");
   app.add_option("--memory", options.memory_gigabytes,
                  "what all ranks on one machine may take, in GB (1e9 bytes); default: what is free")

@@ -122,11 +122,24 @@ bool petsc_option_given(std::string_view beginning) {
   return false;
 }
 
+std::string petsc_option_or(const char* name, const char* otherwise) {
+  char text[128] = {};
+  PetscBool given = PETSC_FALSE;
+  check(PetscOptionsGetString(nullptr, nullptr, name, text, sizeof text, &given));
+  return given ? text : otherwise;
+}
+
 std::string petsc_options_in_force() {
   std::string line;
   for (const auto& option : all_options())
     if (option != "-skip_petscrc") line += (line.empty() ? "" : " ") + option;
   return line;
+}
+
+std::string petsc_version() {
+  PetscInt major = 0, minor = 0, patch = 0;
+  check(PetscGetVersionNumber(&major, &minor, &patch, nullptr));
+  return fmt::format("PETSc {}.{}.{}", major, minor, patch);
 }
 
 }  // namespace palpate

@@ -33,10 +33,16 @@ void set_default_petsc_option(const std::string& name, const std::string& value)
 // Whether the user gave an option whose name begins so ("-ksp_").
 bool petsc_option_given(std::string_view beginning);
 
+// The value of an option, otherwise where it is not given.
+std::string petsc_option_or(const char* name, const char* otherwise);
+
 // The user's options that nothing has asked for so far, as "-name value"; empty when all were used.
 std::string unused_petsc_options();
 
 // All options in force, sorted, as one line.
 std::string petsc_options_in_force();
+
+// "PETSc 3.18.5".
+std::string petsc_version();
 
 }  // namespace palpate

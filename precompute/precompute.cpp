@@ -162,6 +162,7 @@ class Run {
     request.at_any_cost = options_.locking_probes.has_value();
     request.most_bytes = request.at_any_cost ? memory : locking_bytes(options_.memory_gigabytes);
     request.most_operations = locking_operations(operations_of(plan_));
+    if (plan_.elimination) request.own_factor_operations = plan_.elimination->factor_flops();
     locking_ = estimate_locking(inputs_.body, inputs_.organ.element, request);
   }
 

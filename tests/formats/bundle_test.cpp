@@ -9,6 +9,7 @@
 #include "formats/bundle_writer.h"
 #include "formats/checksum.h"
 #include "formats/errors.h"
+#include "tests/support/test_files.h"
 #include "tests/support/tiny_bundle.h"
 
 namespace palpate {
@@ -16,18 +17,8 @@ namespace {
 
 using namespace formats;
 using tests::BundleParts;
-
-// A file name of this test alone, so that tests can run side by side.
-std::filesystem::path scratch(const std::string& name) {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  return std::filesystem::path(testing::TempDir()) /
-         (std::string(test->test_suite_name()) + "." + test->name() + "." + name);
-}
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+using tests::file_bytes;
+using tests::scratch;
 
 const BundleParts& box() {
   static const BundleParts parts = tests::tiny_bundle({.cells = {2, 2, 2}});
@@ -37,7 +28,7 @@ const BundleParts& box() {
 TEST(Bundle, HoldsWhatWasWrittenAtTheOffsetsOfItsIndex) {
   const auto file = scratch("h5");
   write_bundle(file, box());
-  const std::string bytes = bytes_of(file);
+  const std::string bytes = file_bytes(file);
   BundleIndex index;
   BundleError error;
   ASSERT_EQ(read_bundle_index(bytes.data(), bytes.size(), &index, &error), BundleStatus::ok) << error.text;
@@ -56,7 +47,7 @@ TEST(Bundle, IsTheSameBytesWhenWrittenTwice) {
   const auto first = scratch("a.h5"), second = scratch("b.h5");
   write_bundle(first, box());
   write_bundle(second, box());
-  EXPECT_EQ(bytes_of(first), bytes_of(second));
+  EXPECT_EQ(file_bytes(first), file_bytes(second));
 }
 
 TEST(Bundle, ReadsTheSameNumbersThroughHdf5) {
@@ -114,7 +105,7 @@ TEST(Bundle, TakesNumbersThatAreKnownOnlyAfterTheTensors) {
   H5Fclose(file);
   for (const SectionEntry& entry : entries)
     if (entry.id == static_cast<std::uint32_t>(SectionId::provenance)) {
-      EXPECT_EQ(bytes_of(path).substr(entry.offset, after.size()), after);
+      EXPECT_EQ(file_bytes(path).substr(entry.offset, after.size()), after);
     }
   EXPECT_THROW(finish_provenance(path, entries, after + std::string(100, ' ')), InputError);
 }
@@ -139,7 +130,7 @@ TEST(Bundle, IsNotSealedWhenItsSectionsDoNotHoldTogether) {
   const auto entries = lay_out_bundle(path, {{SectionId::nodes, {4, 3}}}, R"({"format": "palpate bundle"})");
   EXPECT_THROW(seal_bundle(path, entries), OperationError);
   BundleIndex index;
-  const std::string bytes = bytes_of(path);
+  const std::string bytes = file_bytes(path);
   EXPECT_EQ(read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), BundleStatus::magic);
 }
 

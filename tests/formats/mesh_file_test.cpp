@@ -8,11 +8,14 @@
 #include "formats/msh_reader.h"
 #include "tests/support/box_mesh.h"
 #include "tests/support/msh_files.h"
+#include "tests/support/test_files.h"
 
 namespace palpate {
 namespace {
 
 using testing::HasSubstr;
+using tests::file_bytes;
+using tests::scratch;
 
 void expect_equal(const TetrahedralMesh& a, const TetrahedralMesh& b) {
   EXPECT_EQ(a.nodes, b.nodes);  // bit for bit: 17 digits are enough for a double
@@ -34,16 +37,6 @@ TetrahedralMesh two_regions() {
   return mesh;
 }
 
-std::filesystem::path scratch(const std::string& name) {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  return std::filesystem::path(testing::TempDir()) / (std::string(test->name()) + "." + name);
-}
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 // What a reader says when it refuses; empty when it does not.
 std::string refusal(const std::string& bytes) {
   try {
@@ -63,7 +56,7 @@ TEST(MeshFile, ReadsBackWhatItWrote) {
 TEST(MeshFile, IsTheSameBytesWhenWrittenTwice) {
   write_mesh(scratch("a.msh"), two_regions());
   write_mesh(scratch("b.msh"), two_regions());
-  EXPECT_EQ(bytes_of(scratch("a.msh")), bytes_of(scratch("b.msh")));
+  EXPECT_EQ(file_bytes(scratch("a.msh")), file_bytes(scratch("b.msh")));
 }
 
 TEST(MeshFile, ReadsTheSameMeshFromEveryVersion) {

@@ -25,8 +25,8 @@ std::string box_file(bool interior = true) {
 
 std::string packed(const std::string& bundle, const std::string& options, const std::string& name = "packed.h5") {
   const std::string file = scratch(name).string();
-  const Ended ended = palpate_bundle("pack " + bundle + " -o " + file + " " + options);
-  EXPECT_EQ(ended.code, 0) << ended.err;
+  const ProgramRun ended = palpate_bundle("pack " + bundle + " -o " + file + " " + options);
+  EXPECT_EQ(ended.code, 0) << ended.errors;
   return file;
 }
 
@@ -65,9 +65,9 @@ TEST(PalpateBundlePack, StatesTheErrorThatDiffFinds) {
     EXPECT_GE(p["stored_error"].get<double>(), stated);
     EXPECT_THAT(p["pack_history"].get<std::string>(), HasSubstr(p["packed_from_sha256"].get<std::string>()));
 
-    const Ended verified = palpate_bundle("verify " + file);
-    EXPECT_EQ(verified.code, 0) << form.options << verified.out << verified.err;
-    const Ended diff = palpate_bundle("diff --json " + source + " " + file);
+    const ProgramRun verified = palpate_bundle("verify " + file);
+    EXPECT_EQ(verified.code, 0) << form.options << verified.out << verified.errors;
+    const ProgramRun diff = palpate_bundle("diff --json " + source + " " + file);
     EXPECT_EQ(diff.code, 3);
     for (const auto& section : nlohmann::json::parse(diff.out)["sections"])
       if (section["section"] == "displacements") {
@@ -81,7 +81,7 @@ TEST(PalpateBundlePack, StatesTheErrorThatDiffFinds) {
 TEST(PalpateBundlePack, WritesTheSameBytesTwice) {
   const std::string source = box_file();
   for (const std::string options : {"--precision f16", "--low-rank 1e-3 --precision f16"})
-    EXPECT_EQ(bytes_of(packed(source, options, "a.h5")), bytes_of(packed(source, options, "b.h5"))) << options;
+    EXPECT_EQ(file_bytes(packed(source, options, "a.h5")), file_bytes(packed(source, options, "b.h5"))) << options;
 }
 
 TEST(PalpateBundlePack, KeepsAHistoryAndAddsErrors) {
@@ -120,14 +120,14 @@ TEST(PalpateBundlePack, RefusesWhatGainsNothing) {
       {scratch("missing").string() + " --precision f16", "cannot be read"},
   };
   for (const auto& [arguments, sentence] : cases) {
-    const Ended ended = palpate_bundle("pack " + arguments + " -o " + scratch("out.h5").string());
-    EXPECT_EQ(ended.code, 2) << arguments << ended.err;
-    EXPECT_THAT(ended.err, HasSubstr(sentence)) << arguments;
+    const ProgramRun ended = palpate_bundle("pack " + arguments + " -o " + scratch("out.h5").string());
+    EXPECT_EQ(ended.code, 2) << arguments << ended.errors;
+    EXPECT_THAT(ended.errors, HasSubstr(sentence)) << arguments;
     EXPECT_FALSE(std::filesystem::exists(scratch("out.h5"))) << arguments;
   }
-  const std::string before = bytes_of(source);
+  const std::string before = file_bytes(source);
   EXPECT_EQ(palpate_bundle("pack " + source + " -o " + source + " --precision f16").code, 2);
-  EXPECT_EQ(bytes_of(source), before);
+  EXPECT_EQ(file_bytes(source), before);
 }
 
 TEST(PalpateBundlePack, KeepsTheColumnsOfAPatchAndVerifiesThemAgainstTheInputs) {
@@ -140,8 +140,8 @@ TEST(PalpateBundlePack, KeepsTheColumnsOfAPatchAndVerifiesThemAgainstTheInputs) 
     const std::string file = packed(source, "--patch x1" + mesh + options);
     const auto report = info(file);
     EXPECT_EQ(report["counts"]["touchable"], 16);  // the face x1 of 4 x 3 x 3 cells
-    const Ended ended = palpate_bundle("verify " + file + inputs);
-    EXPECT_EQ(ended.code, 0) << options << ended.out << ended.err;
+    const ProgramRun ended = palpate_bundle("verify " + file + inputs);
+    EXPECT_EQ(ended.code, 0) << options << ended.out << ended.errors;
     EXPECT_THAT(ended.out, HasSubstr("solved again")) << options;
   }
   // By a boundary file's [touchable]; the columns of both ways are the same.
@@ -154,24 +154,26 @@ TEST(PalpateBundlePack, KeepsTheColumnsOfAPatchAndVerifiesThemAgainstTheInputs) 
       palpate_bundle("diff --json " + packed(source, "--patch x1" + mesh, "patch.h5") + " " + by_file).out);
   EXPECT_TRUE(diff["sections"].empty()) << diff;
 
-  const Ended none = palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch x0" + mesh);
+  const ProgramRun none =
+      palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch x0" + mesh);
   EXPECT_EQ(none.code, 2);
-  EXPECT_THAT(none.err, HasSubstr("selects none"));
-  const Ended unknown = palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch top" + mesh);
+  EXPECT_THAT(none.errors, HasSubstr("selects none"));
+  const ProgramRun unknown =
+      palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch top" + mesh);
   EXPECT_EQ(unknown.code, 2);
-  EXPECT_THAT(unknown.err, HasSubstr("\"x0\", \"x1\""));
+  EXPECT_THAT(unknown.errors, HasSubstr("\"x0\", \"x1\""));
   auto other = box_mesh({4, 3, 3}, {60, 50, 41}, 0.1);
   write_mesh(scratch("other.msh"), other);
-  const Ended wrong = palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() + " --patch x1 --mesh " +
-                                     scratch("other.msh").string());
+  const ProgramRun wrong = palpate_bundle("pack " + source + " -o " + scratch("none.h5").string() +
+                                          " --patch x1 --mesh " + scratch("other.msh").string());
   EXPECT_EQ(wrong.code, 2);
-  EXPECT_THAT(wrong.err, HasSubstr("the mesh that"));
+  EXPECT_THAT(wrong.errors, HasSubstr("the mesh that"));
 }
 
 TEST(PalpateBundlePack, EndsWithOneSentenceOnDamagedBlocks) {
   const std::string file = packed(box_file(false), "--low-rank 1e-3");
   const auto report = info(file);
-  std::string bytes = bytes_of(file);
+  std::string bytes = file_bytes(file);
   for (const auto& section : report["sections"])
     if (section["path"] == "tensors/compliance/blocks")
       bytes[section["offset"].get<std::size_t>() + 16] = 99;  // a rank

@@ -29,8 +29,8 @@ std::string box_file() {
 
 // The check of that name in verify's report.
 nlohmann::json check_of(const std::string& file, const std::string& name, int expected_code) {
-  const Ended ended = palpate_bundle("verify --json " + file);
-  EXPECT_EQ(ended.code, expected_code) << ended.err;
+  const ProgramRun ended = palpate_bundle("verify --json " + file);
+  EXPECT_EQ(ended.code, expected_code) << ended.errors;
   const auto report = nlohmann::json::parse(ended.out);
   EXPECT_EQ(report["held"], expected_code == 0);
   for (const auto& check : report["checks"])
@@ -41,8 +41,8 @@ nlohmann::json check_of(const std::string& file, const std::string& name, int ex
 
 TEST(PalpateBundleInfo, ShowsOneScreenAndTheSameAsJson) {
   const std::string file = box_file();
-  const Ended text = palpate_bundle("info " + file);
-  EXPECT_EQ(text.code, 0) << text.err;
+  const ProgramRun text = palpate_bundle("info " + file);
+  EXPECT_EQ(text.code, 0) << text.errors;
   for (const char* shown : {"organ       box", "64 nodes, 56 on the surface", "Young 5400 Pa, Poisson 0.45",
                             "worst residual 1e-15", "tensors/displacement_surface"})
     EXPECT_THAT(text.out, HasSubstr(shown));
@@ -69,10 +69,10 @@ TEST(PalpateBundle, EndsWithTwoWhereThereIsNoBundle) {
   for (const std::string command : {"info ", "verify ", "diff "})
     for (const std::string& file :
          {scratch("text").string(), scratch("missing").string(), std::string("/tmp"), std::string("/dev/null")}) {
-      const Ended ended = palpate_bundle(command + file + (command == "diff " ? " " + file : ""));
-      EXPECT_EQ(ended.code, 2) << command << file << ended.err;
-      EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
-      EXPECT_THAT(ended.err, HasSubstr(file));
+      const ProgramRun ended = palpate_bundle(command + file + (command == "diff " ? " " + file : ""));
+      EXPECT_EQ(ended.code, 2) << command << file << ended.errors;
+      EXPECT_EQ(std::count(ended.errors.begin(), ended.errors.end(), '\n'), 1) << ended.errors;
+      EXPECT_THAT(ended.errors, HasSubstr(file));
     }
   EXPECT_EQ(palpate_bundle("").code, 2);
   EXPECT_EQ(palpate_bundle("verify a.h5 --columns 3").code, 2);  // only of use with the mesh
@@ -80,8 +80,8 @@ TEST(PalpateBundle, EndsWithTwoWhereThereIsNoBundle) {
 }
 
 TEST(PalpateBundleVerify, HoldsOnARealBundle) {
-  const Ended ended = palpate_bundle("verify " + box_file());
-  EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
+  const ProgramRun ended = palpate_bundle("verify " + box_file());
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.errors;
   EXPECT_THAT(ended.out, HasSubstr("ok       reciprocity"));
   EXPECT_THAT(ended.out, testing::Not(HasSubstr("NOT HELD")));
 }
@@ -89,12 +89,12 @@ TEST(PalpateBundleVerify, HoldsOnARealBundle) {
 TEST(PalpateBundleVerify, HoldsWithoutTheInterior) {
   const auto file = scratch("h5");
   write_bundle(file, tests::tiny_bundle({.interior = false}));
-  const Ended ended = palpate_bundle("verify " + file.string());
-  EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
+  const ProgramRun ended = palpate_bundle("verify " + file.string());
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.errors;
 }
 
 TEST(PalpateBundleVerify, FindsAChangedByteInAnySection) {
-  const std::string file = box_file(), bytes = bytes_of(file);
+  const std::string file = box_file(), bytes = file_bytes(file);
   const auto index = nlohmann::json::parse(palpate_bundle("info --json " + file).out);
   for (const auto& section : index["sections"]) {
     std::string damaged = bytes;
@@ -108,7 +108,7 @@ TEST(PalpateBundleVerify, FindsAChangedByteInAnySection) {
 }
 
 TEST(PalpateBundleVerify, EndsWithThreeOnACutBundle) {
-  const std::string bytes = bytes_of(box_file());
+  const std::string bytes = file_bytes(box_file());
   write_bytes(scratch("cut"), bytes.substr(0, bytes.size() / 2));
   EXPECT_FALSE(check_of(scratch("cut"), "structure", 3)["held"]);
 }
@@ -201,7 +201,7 @@ TEST(PalpateBundleDiff, SaysWhatDiffers) {
   parts.sections.erase(SectionId::displacement_interior);
   const std::string b = scratch("b.h5");
   write_bundle(b, parts);
-  const Ended ended = palpate_bundle("diff --json " + a + " " + b);
+  const ProgramRun ended = palpate_bundle("diff --json " + a + " " + b);
   EXPECT_EQ(ended.code, 3);
   const auto report = nlohmann::json::parse(ended.out);
   ASSERT_EQ(report["provenance"].size(), 1u);
@@ -211,13 +211,13 @@ TEST(PalpateBundleDiff, SaysWhatDiffers) {
   EXPECT_EQ(report["sections"][0]["largest_difference"], 2700.0);
   EXPECT_DOUBLE_EQ(report["sections"][0]["relative_difference"].get<double>(), 2700.0 / 8100.0);
   EXPECT_EQ(report["sections"][1]["only_in"], "a");
-  const Ended text = palpate_bundle("diff " + a + " " + b);
+  const ProgramRun text = palpate_bundle("diff " + a + " " + b);
   EXPECT_THAT(text.out, HasSubstr("material/young: 1 of 1 elements differ"));
 }
 
 TEST(PalpateBundle, SurvivesDamageOfEveryKind) {
   // Random bytes of the index and of small sections, index checksum made to fit: an exit code, never a signal.
-  const std::string file = box_file(), bytes = bytes_of(file);
+  const std::string file = box_file(), bytes = file_bytes(file);
   std::mt19937_64 random(1);
   for (int round = 0; round < 10; ++round) {
     std::string damaged = bytes;
@@ -235,9 +235,9 @@ TEST(PalpateBundle, SurvivesDamageOfEveryKind) {
     std::memcpy(damaged.data(), &header, sizeof header);
     write_bytes(scratch("damaged"), damaged);
     for (const std::string& command : {std::string("info "), std::string("verify "), "diff " + file + " "}) {
-      const Ended ended = palpate_bundle(command + scratch("damaged").string());
+      const ProgramRun ended = palpate_bundle(command + scratch("damaged").string());
       EXPECT_TRUE(ended.code == 0 || ended.code == 2 || ended.code == 3)
-          << command << round << ": " << ended.code << ended.err;
+          << command << round << ": " << ended.code << ended.errors;
     }
   }
 }
@@ -251,8 +251,8 @@ std::string with_inputs(const std::string& bundle) {
 
 TEST(PalpateBundleVerify, SolvesColumnsAgainFromTheInputs) {
   write_inputs();
-  const Ended ended = palpate_bundle(with_inputs(precompute()));
-  EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
+  const ProgramRun ended = palpate_bundle(with_inputs(precompute()));
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.errors;
   for (const char* name : {"input hashes", "same body", "solved again", "T^f solved again"})
     EXPECT_THAT(ended.out, HasSubstr(std::string("\"name\": \"") + name + "\""));
 }
@@ -261,7 +261,7 @@ TEST(PalpateBundleVerify, FindsAColumnThatTheInputsDoNotGive) {
   // All of T^u and T^f of a softer organ: every law holds, only solving again tells.
   write_inputs();
   const std::string bundle = precompute();
-  std::string bytes = bytes_of(bundle);
+  std::string bytes = file_bytes(bundle);
   const auto info = nlohmann::json::parse(palpate_bundle("info --json " + bundle).out);
   std::vector<SectionEntry> entries(info["sections"].size());
   std::memcpy(entries.data(), bytes.data() + sizeof(BundleHeader), entries.size() * sizeof(SectionEntry));
@@ -276,18 +276,18 @@ TEST(PalpateBundleVerify, FindsAColumnThatTheInputsDoNotGive) {
   write_bytes(bundle, bytes);
   seal_bundle(bundle, entries);
   EXPECT_EQ(palpate_bundle("verify " + bundle).code, 0);
-  const Ended ended = palpate_bundle(with_inputs(bundle));
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle));
   EXPECT_EQ(ended.code, 3);
-  EXPECT_THAT(ended.err, HasSubstr("T^f solved again does not hold"));
+  EXPECT_THAT(ended.errors, HasSubstr("T^f solved again does not hold"));
 }
 
 TEST(PalpateBundleVerify, FindsThatTheInputsAreOthers) {
   write_inputs();
   const std::string bundle = precompute();
-  write_bytes(scratch("organ.toml"), bytes_of(scratch("organ.toml")) + "# changed\n");
-  const Ended ended = palpate_bundle(with_inputs(bundle));
+  write_bytes(scratch("organ.toml"), file_bytes(scratch("organ.toml")) + "# changed\n");
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle));
   EXPECT_EQ(ended.code, 3);
-  EXPECT_THAT(ended.err, HasSubstr("organ.toml is not the file it was made from"));
+  EXPECT_THAT(ended.errors, HasSubstr("organ.toml is not the file it was made from"));
 }
 
 }  // namespace

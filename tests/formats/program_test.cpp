@@ -10,25 +10,15 @@
 
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
+#include "tests/support/test_files.h"
 
 namespace palpate {
 namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
-
-std::filesystem::path scratch_folder() {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  auto folder = std::filesystem::path(testing::TempDir()) / (std::string(test->test_suite_name()) + "." + test->name());
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+using tests::file_bytes;
+using tests::fresh_folder;
 
 struct Ended {
   int code;
@@ -97,7 +87,7 @@ TEST(Program, ReportsAShortJobInOneLineAwayFromATerminal) {
 }
 
 TEST(Program, HashesAFileAsSha256sumDoes) {
-  const auto file = scratch_folder() / "abc";
+  const auto file = fresh_folder() / "abc";
   write_text_atomically(file, "abc");  // the vector of FIPS 180-2, appendix B.1
   EXPECT_EQ(sha256_of_file(file.string()), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_THROW(sha256_of_file((file.parent_path() / "missing").string()), InputError);
@@ -105,7 +95,7 @@ TEST(Program, HashesAFileAsSha256sumDoes) {
 }
 
 TEST(AtomicFile, IsAbsentUntilCommittedAndLeavesNothingBehind) {
-  const auto folder = scratch_folder();
+  const auto folder = fresh_folder();
   const auto target = folder / "a.txt";
   {
     AtomicFile file(target);
@@ -119,12 +109,12 @@ TEST(AtomicFile, IsAbsentUntilCommittedAndLeavesNothingBehind) {
     std::ofstream(file.part()) << "whole";
     file.commit();
   }
-  EXPECT_EQ(text_of(target), "whole");
+  EXPECT_EQ(file_bytes(target), "whole");
   EXPECT_FALSE(std::filesystem::exists(folder / "a.txt.part"));
 }
 
 TEST(AtomicFile, KeepsTheOldFileWhenTheNewOneFails) {
-  const auto target = scratch_folder() / "a.txt";
+  const auto target = fresh_folder() / "a.txt";
   write_text_atomically(target, "old");
   try {
     AtomicFile file(target);
@@ -132,11 +122,11 @@ TEST(AtomicFile, KeepsTheOldFileWhenTheNewOneFails) {
     throw OperationError("the disk is full");
   } catch (const OperationError&) {
   }
-  EXPECT_EQ(text_of(target), "old");
+  EXPECT_EQ(file_bytes(target), "old");
 }
 
 TEST(AtomicFile, NamesAFolderThatIsNotThere) {
-  const auto folder = scratch_folder();
+  const auto folder = fresh_folder();
   try {
     AtomicFile file(folder / "no" / "a.txt");
     FAIL();
@@ -147,7 +137,7 @@ TEST(AtomicFile, NamesAFolderThatIsNotThere) {
 }
 
 TEST(AtomicFile, FailsAsAnOperationWhenThePartWasNeverWritten) {
-  AtomicFile file(scratch_folder() / "a.txt");
+  AtomicFile file(fresh_folder() / "a.txt");
   EXPECT_THROW(file.commit(), OperationError);
 }
 

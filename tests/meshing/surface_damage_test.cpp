@@ -42,7 +42,7 @@ class SurfaceDamage : public testing::Test {
     const std::filesystem::path out = folder_ / "out.off";
     const ProgramRun run =
         run_surface(folder_, (folder_ / name).string() + " --triangles 200 -o " + out.string() + " " + more);
-    EXPECT_EQ(run.exit_code, 2) << name << ": " << run.errors;
+    EXPECT_EQ(run.code, 2) << name << ": " << run.errors;
     std::string sentences;  // without notes and warnings about what went well before
     std::istringstream lines(run.errors);
     int errors = 0;
@@ -181,12 +181,6 @@ std::string as_off_text(const TriangleSurface& surface) {
   return text.str();
 }
 
-std::string file_text(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
 TEST_F(SurfaceDamage, OpenSurfaceSaysHowManyLoopsAndWhere) {
   TriangleSurface sphere = sphere_surface(2, 10);
   sphere.triangles.erase(sphere.triangles.begin() + 200);
@@ -225,7 +219,7 @@ TEST_F(SurfaceDamage, BrokenSurfaceFilesNameTheLineOrByte) {
                  AllOf(HasSubstr("line 124"), HasSubstr("below 42")));
 
   write_surface(folder_ / "good.stl", sphere);
-  const std::string stl = file_text(folder_ / "good.stl");
+  const std::string stl = file_bytes(folder_ / "good.stl");
   expect_refused("a.stl", stl.substr(0, stl.size() - 1), AllOf(HasSubstr("80 triangles"), HasSubstr("4084 bytes")));
   std::string nan = stl;
   const float bad = std::numeric_limits<float>::quiet_NaN();
@@ -235,7 +229,7 @@ TEST_F(SurfaceDamage, BrokenSurfaceFilesNameTheLineOrByte) {
                  HasSubstr("cut off"));
 
   write_surface(folder_ / "good.ply", sphere);
-  const std::string ply = file_text(folder_ / "good.ply");
+  const std::string ply = file_bytes(folder_ / "good.ply");
   expect_refused("a.ply", ply.substr(0, ply.size() - 7), HasSubstr("cut off"));
   expect_refused("b.ply", replaced(ply, "element vertex 42", "element vertex 99999999999"), HasSubstr("do not fit"));
   std::string out_of_range = ply;

@@ -195,7 +195,7 @@ TEST(SurfaceImage, TheSameImageGivesTheSameBytesWhateverLiesInMemory) {
     std::filesystem::remove(output);
     const ProgramRun run = run_surface(
         folder, (folder / "ball.inr").string() + " --triangles 300 --spread " + spread + " -o " + output.string());
-    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_EQ(run.code, 0) << run.errors;
     std::ostringstream bytes;
     bytes << std::ifstream(output, std::ios::binary).rdbuf();
     return bytes.str();

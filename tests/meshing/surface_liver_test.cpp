@@ -27,7 +27,7 @@ TEST(SurfaceLiver, CoarseLiverIsCleanAndAsLargeAsItsVoxels) {
   const ProgramRun run =
       run_surface(folder, liver.string() + " --labels 255 --triangles 1160 -o " + (folder / "liver.off").string() +
                               " --report " + (folder / "liver.json").string());
-  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  ASSERT_EQ(run.code, 0) << run.errors;
 
   const TriangleSurface surface = read_surface(folder / "liver.off", 1);
   EXPECT_EQ(first_defect(surface), "");
@@ -50,7 +50,7 @@ TEST(SurfaceLiver, LabelThatTheLiverImageLacksListsItsLabels) {
   const std::filesystem::path folder = fresh_folder(), liver = liver_in(folder);
   if (liver.empty()) GTEST_SKIP() << "needs the package libcgal-demo";
   const ProgramRun run = run_surface(folder, liver.string() + " --labels 12 -o " + (folder / "liver.off").string());
-  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.code, 2);
   for (const char* label : {"84 (2 voxels)", "85 (17702", "127 (314086", "255 (3160496"}) {
     EXPECT_NE(run.errors.find(label), std::string::npos) << run.errors;
   }

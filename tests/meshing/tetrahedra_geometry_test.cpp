@@ -19,7 +19,7 @@ namespace palpate {
 namespace {
 
 using testing::HasSubstr;
-using tests::fresh_tetrahedra_folder;
+using tests::fresh_folder;
 
 // Two stacked boxes, 1 x 1 x 0.5 each.
 constexpr const char* kTwoLayers = R"(
@@ -42,7 +42,7 @@ std::filesystem::path write(const std::filesystem::path& file, const std::string
 }
 
 std::string refusal(const std::string& geometry, const std::vector<std::string>& assignments = {}, double limit = 60) {
-  const auto file = write(fresh_tetrahedra_folder() / "bad.geo", geometry);
+  const auto file = write(fresh_folder() / "bad.geo", geometry);
   FillOptions options;
   options.time_limit = limit;
   try {
@@ -56,7 +56,7 @@ std::string refusal(const std::string& geometry, const std::vector<std::string>&
 }
 
 TEST(MeshGeometry, PhysicalGroupsBecomeRegionsAndPatches) {
-  const auto file = write(fresh_tetrahedra_folder() / "layers.geo", kTwoLayers);
+  const auto file = write(fresh_folder() / "layers.geo", kTwoLayers);
   const TetrahedralMesh mesh = mesh_geometry(file, {}, {});
   EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"lower", "upper"}));
   const MeshQuality quality = measure_quality(mesh);
@@ -75,7 +75,7 @@ TEST(MeshGeometry, PhysicalGroupsBecomeRegionsAndPatches) {
 }
 
 TEST(MeshGeometry, AParameterCanBeSet) {
-  const auto file = write(fresh_tetrahedra_folder() / "layers.geo", kTwoLayers);
+  const auto file = write(fresh_folder() / "layers.geo", kTwoLayers);
   EXPECT_GT(mesh_geometry(file, {"h=0.2"}, {}).nodes.size(), 2 * mesh_geometry(file, {}, {}).nodes.size());
   EXPECT_THAT(refusal(kTwoLayers, {"thickness=2"}), HasSubstr("no DefineConstant"));
   EXPECT_THAT(refusal(kTwoLayers, {"h=thin"}), HasSubstr("NAME=NUMBER"));
@@ -120,7 +120,7 @@ void write_by_gmsh(const std::filesystem::path& ours, const std::filesystem::pat
 }
 
 TEST(MeshFiles, OursIsReadByGmshAndGmshsBackToTheSameMesh) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   TetrahedralMesh mesh = tests::box_mesh({3, 2, 2}, {3, 2, 2}, 0.1);
   mesh.region_names = {"left", "right"};
   for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) mesh.region[e] = mesh.nodes[mesh.tetrahedra[e][0]][0] >= 1.5;

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-using tests::fresh_tetrahedra_folder;
+using tests::fresh_folder;
 
 constexpr double kRadius = 15, kVoxel = 1;
 
@@ -66,7 +66,7 @@ const TetrahedralMesh::Patch& patch(const TetrahedralMesh& mesh, const std::stri
 }
 
 TEST(TetrahedraFromLabels, TwoTouchingLabelsShareTheirInterfaceExactly) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double, double) { return x < 0 ? 1 : 2; });
   for (const auto fill : {LabelImageOptions::Fill::hxt, LabelImageOptions::Fill::mesh_3}) {
     LabelImageOptions options = options_for({"1=left", "2=right"});
@@ -95,7 +95,7 @@ TEST(TetrahedraFromLabels, TwoTouchingLabelsShareTheirInterfaceExactly) {
 }
 
 TEST(TetrahedraFromLabels, ThreeTissuesMayMeetInALine) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double y, double) { return x < 0 ? 1 : y < 0 ? 2 : 3; });
   const MeshReport report = mesh_label_image({image}, options_for({"1=a", "2=b", "3=c"}), {});
   const double ball = 4 * std::numbers::pi / 3 * std::pow(kRadius, 3), area = 4 * std::numbers::pi * kRadius * kRadius;
@@ -108,7 +108,7 @@ TEST(TetrahedraFromLabels, ThreeTissuesMayMeetInALine) {
 }
 
 TEST(TetrahedraFromLabels, ATissueInsideAnotherHasNoOutside) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const std::string image =
       write_ball(folder, [](double x, double y, double z) { return x * x + y * y + z * z < 49 ? 2 : 1; });
   const MeshReport report = mesh_label_image({image}, options_for({"1=liver", "2=tumour"}), {});
@@ -119,7 +119,7 @@ TEST(TetrahedraFromLabels, ATissueInsideAnotherHasNoOutside) {
 }
 
 TEST(TetrahedraFromLabels, AHoleInATissueIsACavityWhenItIsKept) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const std::string image =
       write_ball(folder, [](double x, double y, double z) { return x * x + y * y + z * z < 49 ? 0 : 1; });
   LabelImageOptions options = options_for({"1=liver"});
@@ -130,7 +130,7 @@ TEST(TetrahedraFromLabels, AHoleInATissueIsACavityWhenItIsKept) {
 }
 
 TEST(TetrahedraFromLabels, ALabelThatVanishesOrIsAbsentIsNamed) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const std::string image = write_ball(
       folder, [](double x, double y, double z) { return std::abs(x) + std::abs(y) + std::abs(z) < 2 ? 7 : 1; });
   const auto sentence = [&](const std::vector<std::string>& tissues) -> std::string {
@@ -146,7 +146,7 @@ TEST(TetrahedraFromLabels, ALabelThatVanishesOrIsAbsentIsNamed) {
 }
 
 TEST(TetrahedraFromLabels, GivesTheSameMeshTwice) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double, double) { return x < 0 ? 1 : 2; });
   const auto options = options_for({"1=left", "2=right"});
   const TetrahedralMesh one = mesh_label_image({image}, options, {}).mesh;
@@ -156,7 +156,7 @@ TEST(TetrahedraFromLabels, GivesTheSameMeshTwice) {
 }
 
 TEST(TetrahedraFromLabels, NoiseIsRefusedInBoundedTime) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double y, double z) {
     return (static_cast<int>(x + 40) + static_cast<int>(y + 40) + static_cast<int>(z + 40)) % 2;
   });

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 using tests::box_surface;
-using tests::fresh_tetrahedra_folder;
+using tests::fresh_folder;
 using tests::run_tetrahedra;
 using tests::sphere_surface;
 
@@ -73,15 +73,15 @@ TEST(PassGate, NamesTheWorstElement) {
 }
 
 TEST(PalpateTetrahedra, MeshesASurfaceAndReports) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   tests::write_off(folder / "liver.off", sphere_surface(3, 50));
   tests::write_off(folder / "tumour.off", sphere_surface(2, 10));
   const auto run = run_tetrahedra(
       folder,
       "liver.off tumour.off --region liver=liver.off --region lesion=tumour.off -o body.msh --report body.json");
-  ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.output, HasSubstr("surface triangles 1600 kept of 1600"));
-  const auto report = nlohmann::json::parse(tests::file_text(folder / "body.json"));
+  ASSERT_EQ(run.code, 0) << run.errors;
+  EXPECT_THAT(run.out, HasSubstr("surface triangles 1600 kept of 1600"));
+  const auto report = nlohmann::json::parse(tests::file_bytes(folder / "body.json"));
   EXPECT_EQ(report["regions"][1]["name"], "lesion");
   EXPECT_EQ(report["surface_triangles"]["kept"], 1600);
   const TetrahedralMesh mesh = read_mesh(folder / "body.msh");
@@ -94,19 +94,19 @@ TEST(PalpateTetrahedra, MeshesASurfaceAndReports) {
       run_tetrahedra(folder,
                      "'elsewhere/with a longer name/liver.off' 'elsewhere/with a longer name/tumour.off' "
                      "--region liver --region lesion -o again.msh");
-  ASSERT_EQ(again.exit_code, 0) << again.errors;
-  EXPECT_EQ(tests::file_text(folder / "body.msh"), tests::file_text(folder / "again.msh"));
+  ASSERT_EQ(again.code, 0) << again.errors;
+  EXPECT_EQ(tests::file_bytes(folder / "body.msh"), tests::file_bytes(folder / "again.msh"));
 }
 
 TEST(PalpateTetrahedra, ImprovesTheWorstElementsAndSaysSo) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   tests::write_off(folder / "sphere.off", sphere_surface(3, 50));
   const auto report_of = [&](const std::string& options) {
     const auto run =
         run_tetrahedra(folder, "sphere.off --optimize-below 0 --min-dihedral 0 --min-radius-ratio 0 --report r.json " +
                                    options + " -o sphere.msh");
-    EXPECT_EQ(run.exit_code, 0) << run.errors;
-    return nlohmann::json::parse(tests::file_text(folder / "r.json"));
+    EXPECT_EQ(run.code, 0) << run.errors;
+    return nlohmann::json::parse(tests::file_bytes(folder / "r.json"));
   };
   const auto as_filled = report_of("--goal 0"), improved = report_of("--goal 20");
   EXPECT_EQ(as_filled["improvement"]["vertices_moved"], 0);
@@ -121,21 +121,21 @@ TEST(PalpateTetrahedra, ImprovesTheWorstElementsAndSaysSo) {
 void expect_refusal(const fs::path& folder, const std::string& arguments, int exit_code, const std::string& says) {
   SCOPED_TRACE(arguments);
   const auto run = run_tetrahedra(folder, arguments + " -o refused.msh");
-  EXPECT_EQ(run.exit_code, exit_code) << run.errors;
+  EXPECT_EQ(run.code, exit_code) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr(says));
   EXPECT_FALSE(fs::exists(folder / "refused.msh"));
   EXPECT_FALSE(fs::exists(folder / "refused.msh.part"));
 }
 
 TEST(PalpateTetrahedra, TheGateFailsWithExitCodeThreeAndWritesNothing) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   tests::write_off(folder / "sphere.off", sphere_surface(2, 50));
   expect_refusal(folder, "sphere.off --min-dihedral 60", 3, "has a dihedral angle of");
   expect_refusal(folder, "sphere.off --min-radius-ratio 0.99", 3, "has a radius ratio of");
 }
 
 TEST(PalpateTetrahedra, DamagedSurfacesAreRefusedWithOneSentence) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   const auto write = [&](const std::string& name, const std::string& text) { std::ofstream(folder / name) << text; };
 
   TriangleSurface open = sphere_surface(2, 50);
@@ -171,7 +171,7 @@ TEST(PalpateTetrahedra, DamagedSurfacesAreRefusedWithOneSentence) {
 }
 
 TEST(PalpateTetrahedra, DamageThatHasOneCureIsRepairedAndReported) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   // Binary STL is a soup of repeated points; this one's header begins as text files do.
   const TriangleSurface sphere = sphere_surface(2, 50);
   std::string stl(80, ' ');
@@ -186,36 +186,35 @@ TEST(PalpateTetrahedra, DamageThatHasOneCureIsRepairedAndReported) {
   }
   std::ofstream(folder / "soup.stl", std::ios::binary) << stl;
   const auto run = run_tetrahedra(folder, "soup.stl -o soup.msh");
-  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  ASSERT_EQ(run.code, 0) << run.errors;
   EXPECT_THAT(run.errors, AllOf(HasSubstr("points merged"), HasSubstr("inside out")));
-  EXPECT_THAT(run.output, HasSubstr("surface triangles 320 kept of 320"));
+  EXPECT_THAT(run.out, HasSubstr("surface triangles 320 kept of 320"));
 }
 
 TEST(PalpateTetrahedra, NestedShellsOfOneFileAreWhatTheOptionsSay) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   TriangleSurface nested = sphere_surface(2, 50);
   tests::append(nested, sphere_surface(1, 20));
   tests::write_off(folder / "nested.off", nested);
-  ASSERT_EQ(run_tetrahedra(folder, "nested.off --nested-regions --region liver --region tumour -o two.msh").exit_code,
-            0);
+  ASSERT_EQ(run_tetrahedra(folder, "nested.off --nested-regions --region liver --region tumour -o two.msh").code, 0);
   EXPECT_EQ(read_mesh(folder / "two.msh").region_names, (std::vector<std::string>{"liver", "tumour"}));
-  ASSERT_EQ(run_tetrahedra(folder, "nested.off --cavities keep -o hollow.msh").exit_code, 0);
+  ASSERT_EQ(run_tetrahedra(folder, "nested.off --cavities keep -o hollow.msh").code, 0);
   EXPECT_EQ(read_mesh(folder / "hollow.msh").patches.size(), 2u);
-  ASSERT_EQ(run_tetrahedra(folder, "nested.off --cavities fill -o whole.msh").exit_code, 0);
+  ASSERT_EQ(run_tetrahedra(folder, "nested.off --cavities fill -o whole.msh").code, 0);
   EXPECT_EQ(read_mesh(folder / "whole.msh").patches.size(), 1u);
 }
 
 TEST(PalpateTetrahedra, UsageThatWouldBeIgnoredIsRefused) {
-  const auto folder = fresh_tetrahedra_folder();
+  const auto folder = fresh_folder();
   tests::write_off(folder / "sphere.off", sphere_surface(1, 50));
   expect_refusal(folder, "sphere.off --labels 255=liver", 2, "--labels means nothing");
   expect_refusal(folder, "sphere.off --set h=1", 2, "--set means nothing");
   expect_refusal(folder, "sphere.off --region a --region b", 2, "2 regions are named");
   expect_refusal(folder, "sphere.off --region a=other.off", 2, "not among the inputs");
   expect_refusal(folder, "", 2, "INPUT");
-  EXPECT_EQ(run_tetrahedra(folder, "sphere.off -o sphere.vtu").exit_code, 2);
-  EXPECT_EQ(run_tetrahedra(folder, "sphere.off -o nowhere/sphere.msh").exit_code, 2);
-  EXPECT_EQ(run_tetrahedra(folder, "--help").exit_code, 0);
+  EXPECT_EQ(run_tetrahedra(folder, "sphere.off -o sphere.vtu").code, 2);
+  EXPECT_EQ(run_tetrahedra(folder, "sphere.off -o nowhere/sphere.msh").code, 2);
+  EXPECT_EQ(run_tetrahedra(folder, "--help").code, 0);
 }
 
 }  // namespace

@@ -15,11 +15,12 @@ namespace {
 
 // ---- kernels -------------------------------------------------------------------------------------------------------
 
-std::vector<float> random_floats(std::size_t count, unsigned seed) {
+template <class Real>
+std::vector<Real> random_numbers(std::size_t count, unsigned seed) {
   std::mt19937 generator(seed);
-  std::uniform_real_distribution<float> one(-1, 1);
-  std::vector<float> result(count);
-  for (float& value : result) value = one(generator);
+  std::uniform_real_distribution<Real> one(-1, 1);
+  std::vector<Real> result(count);
+  for (Real& value : result) value = one(generator);
   return result;
 }
 
@@ -32,7 +33,7 @@ SparseBlocks random_blocks(int height, int width, std::int32_t rows, std::int32_
       if (c == r || generator() % 3 == 0) result.column.push_back(c);
     result.first.push_back(static_cast<std::int64_t>(result.column.size()));
   }
-  result.value = random_floats(result.column.size() * static_cast<std::size_t>(height * width), 3);
+  result.value = random_numbers<float>(result.column.size() * static_cast<std::size_t>(height * width), 3);
   return result;
 }
 
@@ -59,8 +60,8 @@ class Blocks : public ::testing::TestWithParam<std::tuple<int, int, int>> {};
 TEST_P(Blocks, ProductsAreThoseOfTheDenseMatrix) {
   const auto [height, width, lanes] = GetParam();
   const SparseBlocks a = random_blocks(height, width, 11, 9);
-  const auto x = random_floats(static_cast<std::size_t>(9 * width * lanes), 1);
-  const auto b = random_floats(static_cast<std::size_t>(11 * height * lanes), 2);
+  const auto x = random_numbers<float>(static_cast<std::size_t>(9 * width * lanes), 1);
+  const auto b = random_numbers<float>(static_cast<std::size_t>(11 * height * lanes), 2);
   const Eigen::MatrixXd product = dense(a) * columns(x, lanes);
   std::vector<float> y(b.size());
   multiply(a, x.data(), y.data(), lanes);
@@ -81,8 +82,9 @@ TEST(Multigrid, SmootherStepIsItsFormula) {
   for (const int size : {1, 3, 6}) {
     const SparseBlocks a = random_blocks(size, size, 10, 10);
     const auto count = static_cast<std::size_t>(10 * size * kLanes);
-    const auto b = random_floats(count, 1), x = random_floats(count, 2), before = random_floats(count, 4);
-    const auto inverse = random_floats(static_cast<std::size_t>(10 * size * size), 5);
+    const auto b = random_numbers<float>(count, 1), x = random_numbers<float>(count, 2),
+               before = random_numbers<float>(count, 4);
+    const auto inverse = random_numbers<float>(static_cast<std::size_t>(10 * size * size), 5);
     Eigen::MatrixXd d_inverse = Eigen::MatrixXd::Zero(10 * size, 10 * size);
     for (int r = 0; r < 10; ++r)
       for (int i = 0; i < size; ++i)
@@ -135,14 +137,6 @@ Held box(double poisson, double contrast, std::array<int, 3> cells = {12, 8, 6},
   return result;
 }
 
-std::vector<double> random_columns(std::size_t count, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> one(-1, 1);
-  std::vector<double> result(count);
-  for (double& value : result) value = one(generator);
-  return result;
-}
-
 double dot(const std::vector<double>& x, const std::vector<double>& y) {
   double sum = 0;
   for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * y[i];
@@ -156,7 +150,7 @@ TEST(Multigrid, IsLinearSymmetricAndPositive) {
     BlockMultigrid multigrid(held.stiffness.matrix, held.coordinates, kWidth);
     EXPECT_GE(multigrid.levels(), 2);
     const std::size_t size = held.coordinates.size() * 3 * kWidth;
-    const auto x = random_columns(size, 1), y = random_columns(size, 2);
+    const auto x = random_numbers<double>(size, 1), y = random_numbers<double>(size, 2);
     std::vector<double> mx(size), my(size), sum(size), m_sum(size);
     multigrid.apply(x.data(), mx.data());
     multigrid.apply(y.data(), my.data());
@@ -177,7 +171,7 @@ TEST(Multigrid, SizeOfTheLoadAndUnitsDoNotMatter) {
   constexpr int kWidth = 8;
   const Held held = box(0.45, 1);
   BlockMultigrid multigrid(held.stiffness.matrix, held.coordinates, kWidth);
-  const auto x = random_columns(held.coordinates.size() * 3 * kWidth, 1);
+  const auto x = random_numbers<double>(held.coordinates.size() * 3 * kWidth, 1);
   std::vector<double> mx(x.size()), scaled(x.size()), m_scaled(x.size());
   multigrid.apply(x.data(), mx.data());
   for (const double factor : {std::exp2(-900), std::exp2(-60), std::exp2(200)}) {

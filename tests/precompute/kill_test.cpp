@@ -17,7 +17,8 @@
 #include <thread>
 #include <vector>
 
-#include "tests/precompute/box_files.h"
+#include "tests/support/box_files.h"
+#include "tests/support/file_bytes.h"
 
 namespace palpate::tests {
 namespace {
@@ -32,11 +33,6 @@ struct Options {
   std::string more = "--block 24 -- -column_pc_type jacobi -ksp_rtol 1e-14";  // slow: most moments fall on columns
   fs::path folder;
 };
-
-std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 double seconds_since(Clock::time_point begun) {
   return std::chrono::duration<double>(Clock::now() - begun).count();
@@ -73,8 +69,8 @@ class KillTest {
     const auto begun = Clock::now();
     if (finish("whole.h5", 1) != 0) throw std::runtime_error("the undisturbed run failed: " + said());
     whole_seconds_ = seconds_since(begun);
-    whole_ = content(options_.folder / "whole.h5");
-    blocks_ = nlohmann::json::parse(content(options_.folder / "report.json"))["blocks_of_columns"];
+    whole_ = file_bytes(options_.folder / "whole.h5");
+    blocks_ = nlohmann::json::parse(file_bytes(options_.folder / "report.json"))["blocks_of_columns"];
     fmt::print("undisturbed: {:.2f} s, {} bytes, {} blocks of columns\n", whole_seconds_, whole_.size(), blocks_);
     int wrong = 0;
     while (killed_ < options_.kills) wrong += !one_bundle();
@@ -92,8 +88,8 @@ class KillTest {
     const int ranks = between(1, 3);
     const int code = finish("x.h5", ranks);
     const bool clean = !fs::exists(options_.folder / "x.h5.part") && !fs::exists(options_.folder / "x.h5.journal");
-    const bool held = code == 0 && clean && content(options_.folder / "x.h5") == whole_;
-    const auto report = nlohmann::json::parse(content(options_.folder / "report.json"), nullptr, false);
+    const bool held = code == 0 && clean && file_bytes(options_.folder / "x.h5") == whole_;
+    const auto report = nlohmann::json::parse(file_bytes(options_.folder / "report.json"), nullptr, false);
     fmt::print("{}{} ranks finished from {} of {} blocks: {}\n", story, ranks,
                report.is_object() ? report["blocks_of_earlier_runs"].dump() : "?",
                report.is_object() ? report["blocks_of_columns"].dump() : "?",
@@ -165,7 +161,7 @@ class KillTest {
   }
 
   int between(int least, int most) { return std::uniform_int_distribution<>(least, most)(random_); }
-  std::string said() const { return content(options_.folder / "said.txt"); }
+  std::string said() const { return file_bytes(options_.folder / "said.txt"); }
 
   Options options_;
   std::mt19937 random_;

@@ -17,14 +17,10 @@
 #include <vector>
 
 #include "formats/bundle_reader.h"
-#include "tests/precompute/box_files.h"
+#include "tests/support/box_files.h"
+#include "tests/support/program_run.h"
 
 namespace palpate::tests {
-
-inline std::string content(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 inline formats::BundleIndex index_of(const std::string& bytes) {
   formats::BundleIndex index;
@@ -53,15 +49,11 @@ class ProgramFixture : public ::testing::Test {
     ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
     ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
     ::setenv("HWLOC_COMPONENTS", "-gl", 1);  // no look for X servers
-    folder_ = std::filesystem::temp_directory_path() /
-              ("palpate_precompute_" + std::to_string(::getpid()) + "_" + test_name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+    folder_ = fresh_folder();
     write_box_files(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  static std::string test_name() { return ::testing::UnitTest::GetInstance()->current_test_info()->name(); }
   void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
 
   // Runs with the box's files; returns the exit code, stderr in said_.
@@ -81,9 +73,9 @@ class ProgramFixture : public ::testing::Test {
   }
 
   int execute(const std::string& command) {
-    const int status = std::system(("cd '" + folder_.string() + "' && " + command + " > said.txt 2>&1").c_str());
-    said_ = content(folder_ / "said.txt");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    const ProgramRun ended = run_in(folder_, command);
+    said_ = ended.errors + ended.out;
+    return ended.code;
   }
 
   // Starts a run of seconds, on a finer box and the slow way, and returns when its first columns are written.
@@ -98,7 +90,7 @@ class ProgramFixture : public ::testing::Test {
       ::_exit(127);
     }
     const auto has_slot = [&] {
-      const std::string journal = content(folder_ / (bundle + ".journal"));
+      const std::string journal = file_bytes(folder_ / (bundle + ".journal"));
       return journal.find_first_not_of('\0', 4096) != std::string::npos;  // the first page is the header's
     };
     for (int wait = 0; wait < 10000 && !has_slot(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(5));

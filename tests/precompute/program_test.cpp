@@ -19,7 +19,7 @@ class Program : public ProgramFixture {};
 
 TEST_F(Program, WritesABundleThatTheReaderAccepts) {
   ASSERT_EQ(run("a.h5", "--image box.msh"), 0) << said_;
-  const std::string bytes = content(folder_ / "a.h5");
+  const std::string bytes = file_bytes(folder_ / "a.h5");
   const auto index = index_of(bytes);
   EXPECT_EQ(index.counts.nodes, 7u * 6 * 5);
   EXPECT_EQ(index.counts.surface_nodes, 210u - 5 * 4 * 3);
@@ -62,18 +62,18 @@ TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
   const std::string options = "--block 24 -- -column_pc_type gamg";
   ASSERT_EQ(run("one.h5", options), 0) << said_;
   ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
-  EXPECT_TRUE(content(folder_ / "one.h5") == content(folder_ / "two.h5"));
+  EXPECT_TRUE(file_bytes(folder_ / "one.h5") == file_bytes(folder_ / "two.h5"));
 }
 
 TEST_F(Program, GivesTheSameTensorsWithMultigridAsWithAFactor) {
   ASSERT_EQ(run("factor.h5"), 0) << said_;
   ASSERT_EQ(run("multigrid.h5", "--memory 0.0001 --tolerance 1e-11"), 0) << said_;
   EXPECT_THAT(said_, HasSubstr("conjugate gradients with algebraic multigrid"));
-  const auto a = section<float>(content(folder_ / "factor.h5"), SectionId::displacement_surface);
-  const auto b = section<float>(content(folder_ / "multigrid.h5"), SectionId::displacement_surface);
+  const auto a = section<float>(file_bytes(folder_ / "factor.h5"), SectionId::displacement_surface);
+  const auto b = section<float>(file_bytes(folder_ / "multigrid.h5"), SectionId::displacement_surface);
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 2e-7);  // one rounding of f32 near 1, twice
-  for (const auto n : section<std::int32_t>(content(folder_ / "multigrid.h5"), SectionId::iterations))
+  for (const auto n : section<std::int32_t>(file_bytes(folder_ / "multigrid.h5"), SectionId::iterations))
     ASSERT_LT(n, 200);
 }
 
@@ -87,7 +87,7 @@ TEST_F(Program, StoresTheInteriorOnlyWhenAsked) {
   ASSERT_EQ(run("surface.h5"), 0) << said_;
   write("bc.toml", kBoundary + "[touchable]\nselect = { patch = \"x1\" }\n[store]\ninterior = true\n");
   ASSERT_EQ(run("volume.h5"), 0) << said_;
-  const std::string bytes = content(folder_ / "volume.h5");
+  const std::string bytes = file_bytes(folder_ / "volume.h5");
   const auto index = index_of(bytes);
   EXPECT_EQ(index.counts.touchable, 6u * 5);
   const auto* interior = formats::find_section(index, SectionId::displacement_interior);
@@ -104,8 +104,8 @@ TEST_F(Program, StoresTheInteriorOnlyWhenAsked) {
 TEST_F(Program, StoresDoublesWhenAsked) {
   ASSERT_EQ(run("f32.h5"), 0) << said_;
   ASSERT_EQ(run("f64.h5", "--store f64"), 0) << said_;
-  const auto rounded = section<float>(content(folder_ / "f32.h5"), SectionId::displacement_surface);
-  const std::string bytes = content(folder_ / "f64.h5");
+  const auto rounded = section<float>(file_bytes(folder_ / "f32.h5"), SectionId::displacement_surface);
+  const std::string bytes = file_bytes(folder_ / "f64.h5");
   const auto exact = section<double>(bytes, SectionId::displacement_surface);
   ASSERT_EQ(rounded.size(), exact.size());
   for (std::size_t i = 0; i < exact.size(); ++i) ASSERT_EQ(rounded[i], static_cast<float>(exact[i]));
@@ -131,7 +131,7 @@ TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
   // A warning is said all the same, here that p1 locks at 0.45; nothing else.
   EXPECT_EQ(said_.rfind("warning: organ.toml: \"p1\" locks", 0), 0u) << said_;
   EXPECT_EQ(said_.find('\n'), said_.size() - 1) << said_;
-  const auto report = nlohmann::json::parse(content(folder_ / "report.json"), nullptr, false);
+  const auto report = nlohmann::json::parse(file_bytes(folder_ / "report.json"), nullptr, false);
   ASSERT_TRUE(report.is_object());
   EXPECT_EQ(report["columns"], 360);
   EXPECT_EQ(report["bundle_bytes"], std::filesystem::file_size(folder_ / "x.h5"));
@@ -149,7 +149,7 @@ TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
 
 TEST_F(Program, MeasuresLockingUnlessToldNot) {
   const auto provenance = [&] {
-    const auto text = section<char>(content(folder_ / "x.h5"), SectionId::provenance);
+    const auto text = section<char>(file_bytes(folder_ / "x.h5"), SectionId::provenance);
     return nlohmann::json::parse(text.begin(), text.end());
   };
   ASSERT_EQ(run("x.h5", "--locking-probes 2"), 0) << said_;
@@ -169,7 +169,7 @@ TEST_F(Program, StoresTheSagUnderGravity) {
         "[[fixed]]\ndofs = \"yz\"\nselect = { everything = true, where = \"all\" }\n"
         "[preload]\ngravity = { value = [9.81, 0, 0], unit = \"m/s^2\" }\n");
   ASSERT_EQ(run("g.h5"), 0) << said_;
-  const std::string bytes = content(folder_ / "g.h5");
+  const std::string bytes = file_bytes(folder_ / "g.h5");
   const auto u = section<double>(bytes, SectionId::preload_displacement);
   const auto nodes = section<double>(bytes, SectionId::nodes);
   ASSERT_EQ(u.size(), nodes.size());
@@ -192,6 +192,7 @@ TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
     EXPECT_TRUE(nothing_left("x.h5"));
   };
   refused("--tolerance 2", "--tolerance");
+  refused("--tolerance 1e-17", "expected a number from 1e-15 to 1e-2, found 1e-17");
   refused("-- -ksp_monitr", "PETSc did not use the options after \"--\": -ksp_monitr");
   refused("-- -ksp_monitr", "PETSc did not use the options after \"--\": -ksp_monitr", 2);
   refused("--image none.nrrd", "none.nrrd: expected the image file, found none");
@@ -233,10 +234,10 @@ TEST_F(Program, EndsOnAllRanksWhenOneFails) {
 TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
   write("x.h5", "the old bundle");
   ASSERT_EQ(stop(start_slow("x.h5"), SIGKILL), SIGKILL) << "it finished before it was killed";
-  EXPECT_EQ(content(folder_ / "x.h5"), "the old bundle");
+  EXPECT_EQ(file_bytes(folder_ / "x.h5"), "the old bundle");
   // And the next run is not hindered by what the killed one left.
   ASSERT_EQ(run("x.h5"), 0) << said_;
-  index_of(content(folder_ / "x.h5"));
+  index_of(file_bytes(folder_ / "x.h5"));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ class Resume : public ProgramFixture {
   void SetUp() override {
     ProgramFixture::SetUp();
     ASSERT_EQ(run("whole.h5", kOptions), 0) << said_;
-    whole_ = content(folder_ / "whole.h5");
+    whole_ = file_bytes(folder_ / "whole.h5");
   }
 
   // With a fault; the exit code, 137 for SIGKILL.
@@ -44,10 +44,10 @@ class Resume : public ProgramFixture {
   int resume(const std::string& options = kOptions, int ranks = 0) {
     EXPECT_EQ(run("x.h5", "--json report.json " + options, ranks), 0) << said_;
     EXPECT_TRUE(exists("") && !exists(".part") && !exists(".part.new") && !exists(".journal"));
-    const auto report = nlohmann::json::parse(content(folder_ / "report.json"), nullptr, false);
+    const auto report = nlohmann::json::parse(file_bytes(folder_ / "report.json"), nullptr, false);
     return report.value("blocks_of_earlier_runs", -1);
   }
-  bool same() const { return content(folder_ / "x.h5") == whole_; }
+  bool same() const { return file_bytes(folder_ / "x.h5") == whole_; }
   bool exists(const std::string& ending) const { return std::filesystem::exists(folder_ / ("x.h5" + ending)); }
 
   void keep_aside() {
@@ -160,13 +160,13 @@ TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
   write_mesh(folder_ / "box.msh", box_mesh({6, 5, 4}, {60, 50, 41}, 0.15));
   anew(kOptions, "mesh_sha256 was ");
   ASSERT_EQ(run("other.h5", kOptions), 0) << said_;
-  EXPECT_TRUE(content(folder_ / "x.h5") == content(folder_ / "other.h5"));
+  EXPECT_TRUE(file_bytes(folder_ / "x.h5") == file_bytes(folder_ / "other.h5"));
 }
 
 TEST_F(Resume, LeavesTheOldBundleAloneUntilTheEnd) {
   write("x.h5", "the old bundle");
   EXPECT_NE(run_with("torn:11:.journal"), 0);
-  EXPECT_EQ(content(folder_ / "x.h5"), "the old bundle");
+  EXPECT_EQ(file_bytes(folder_ / "x.h5"), "the old bundle");
   EXPECT_EQ(resume(), 8);
   EXPECT_TRUE(same());
 }
@@ -219,7 +219,7 @@ TEST_F(Resume, StopsAtASignalWithASentence) {
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
     ASSERT_EQ(stop(start_slow("x.h5", "--quiet"), signal), signal) << "it finished before it was stopped";
     EXPECT_THAT(
-        content(folder_ / "slow.txt"),
+        file_bytes(folder_ / "slow.txt"),
         ::testing::MatchesRegex("warning: [^\n]*\n"  // that p1 locks at 0.45
                                 "palpate-precompute: stopped by SIG[A-Z]+; [0-9]+ of [0-9]+ blocks of columns are "
                                 "safe in x.h5.part: the same command resumes there\n"));
