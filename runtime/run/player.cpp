@@ -201,6 +201,12 @@ void Player::place_tool(std::size_t tool, const Vector& position, const Rotation
   const Vector& start = scene_.tools[tool].path.front().position;
   for (palpate_grip& grip : grips_[tool])
     for (int d = 0; d < 3; ++d) grip.displacement[d] = position[d] - start[d];
+  tools_[tool].point_count = static_cast<std::int32_t>(points_[tool].size());
+  tools_[tool].grip_count = static_cast<std::int32_t>(grips_[tool].size());
+}
+
+void Player::withdraw_tool(std::size_t tool) {
+  tools_[tool].point_count = tools_[tool].grip_count = 0;
 }
 
 Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,

@@ -59,6 +59,7 @@ class Player {
   // touches with them. None allocates.
   void move_tools(double time);
   void place_tool(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
+  void withdraw_tool(std::size_t tool);  // it touches nothing until it is placed again
   const std::vector<SceneConfig::Vector>& positions() const { return positions_; }         // [tool] origin, m
   const std::vector<std::vector<SceneConfig::Vector>>& points() const { return points_; }  // [tool][point], m
   palpate_step_flags touch(double dt, palpate_contacts* contacts) {

@@ -33,6 +33,7 @@ std::string library_of(const std::string& include) {
       {"VTK", {"vtk"}},
       {"zlib", {"zlib.h"}},
       {"pybind11", {"pybind11/"}},
+      {"OpenIGTLink", {"igtl"}},
       {"plumbing", {"fmt/", "spdlog/", "nlohmann/", "CLI/", "toml++/", "openssl/"}},
       {"palpate", {"palpate/"}}};
   for (const auto& [library, prefixes] : libraries)
@@ -72,6 +73,9 @@ const std::vector<Rule>& rules() {
       {"runtime/run/", {"runtime/run/", "runtime/include/", "formats/"}, {"plumbing", "VTK", "palpate"}},
       {"runtime/link/", {"runtime/link/", "runtime/run/", "runtime/include/", "formats/"}, {"plumbing", "palpate"}},
       {"bindings/python/", {"bindings/python/"}, {"pybind11", "palpate"}},
+      {"runtime/link/igtl_messages.cpp",
+       {"runtime/link/", "runtime/run/", "runtime/include/", "formats/"},
+       {"plumbing", "palpate", "OpenIGTLink"}},
   };
   return table;
 }

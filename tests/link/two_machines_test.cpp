@@ -1,9 +1,5 @@
 // palpate-feel and palpate-draw as two processes, over the loopback.
-#include <fcntl.h>
 #include <gmock/gmock.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -13,48 +9,14 @@
 #include "formats/bundle_reader.h"
 #include "runtime/link/sockets.h"
 #include "tests/link/linked_scene.h"
+#include "tests/link/process.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-class Process {
- public:
-  Process(std::vector<std::string> arguments, const fs::path& out, const fs::path& errors)
-      : out_(out), errors_(errors) {
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, 1, out.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
-    posix_spawn_file_actions_addopen(&files, 2, errors.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
-    std::vector<char*> words;
-    for (auto& argument : arguments) words.push_back(argument.data());
-    words.push_back(nullptr);
-    EXPECT_EQ(posix_spawn(&id_, words[0], &files, nullptr, words.data(), environ), 0);
-    posix_spawn_file_actions_destroy(&files);
-  }
-  ~Process() {
-    if (id_ > 0) ::kill(id_, SIGKILL), wait();
-  }
-  int wait() {
-    int status = 0;
-    ::waitpid(id_, &status, 0);
-    id_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 100 + WTERMSIG(status);
-  }
-  bool runs() {
-    siginfo_t ended = {};
-    return ::waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == 0;
-  }
-  void stop() { ::kill(id_, SIGTERM); }
-  std::string output() const { return tests::read_bytes(out_); }
-  std::string errors() const { return tests::read_bytes(errors_); }
-
- private:
-  pid_t id_ = -1;
-  fs::path out_, errors_;
-};
+using tests::Process;
 
 class TwoMachines : public tests::LinkedScene {
  protected:
@@ -63,19 +25,6 @@ class TwoMachines : public tests::LinkedScene {
   Process start(const std::string& program, const std::string& name, std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), program);
     return Process(arguments, folder_ / (name + ".out"), folder_ / (name + ".err"));
-  }
-
-  // The address that a started palpate-draw prints once it listens.
-  static std::string address(Process& draw) {
-    const std::string words = "listening on ";
-    for (int tries = 0; tries < 3000 && draw.runs(); ++tries) {
-      const std::string text = draw.output();
-      if (const auto end = text.find('\n'); end != std::string::npos && text.rfind(words, 0) == 0)
-        return text.substr(words.size(), end - words.size());
-      ::usleep(10000);
-    }
-    ADD_FAILURE() << "palpate-draw does not listen: " << draw.errors();
-    return "127.0.0.1:9";
   }
 
   nlohmann::json summary(const std::string& folder) const {
@@ -104,7 +53,7 @@ TEST_F(TwoMachines, DrawTheLastShapeBitForBitAsOneDoes) {
   Process draw =
       start(PALPATE_DRAW, "draw", {file("scene.toml"), "--from", "0", "--seconds", "60", "-o", file("drawn")});
   Process feel =
-      start(PALPATE_FEEL, "feel", {file("scene.toml"), "--to", address(draw), "--every-step", "-o", file("felt")});
+      start(PALPATE_FEEL, "feel", {file("scene.toml"), "--to", draw.address(), "--every-step", "-o", file("felt")});
   EXPECT_EQ(feel.wait(), 0) << feel.errors();
   EXPECT_EQ(draw.wait(), 0) << draw.errors();
   EXPECT_EQ(last_shape("drawn"), last_shape("alone"));
@@ -126,7 +75,7 @@ TEST_F(TwoMachines, DrawTheSameLastShapeThroughABadNetwork) {
   scene();
   Process draw =
       start(PALPATE_DRAW, "draw", {file("scene.toml"), "--from", "0", "--seconds", "60", "-o", file("drawn")});
-  DatagramSender onward(resolve("test", address(draw), SOCK_DGRAM));
+  DatagramSender onward(resolve("test", draw.address(), SOCK_DGRAM));
   const Descriptor between = open_bound("test", resolve("test", "0", SOCK_DGRAM), SOCK_DGRAM);
   Process feel =
       start(PALPATE_FEEL, "feel", {file("scene.toml"), "--to", text_of(address_of(between.get())), "--every-step"});
@@ -159,12 +108,12 @@ TEST_F(TwoMachines, SayWhatTheyRefuseAndWhenNothingComes) {
   Process draw =
       start(PALPATE_DRAW, "draw",
             {file("scene.toml"), "--from", "0", "--silence", "0.01", "--seconds", "60", "-o", file("drawn")});
-  DatagramSender sender(resolve("test", address(draw), SOCK_DGRAM));
+  DatagramSender sender(resolve("test", draw.address(), SOCK_DGRAM));
   const std::string garbage(300, 'x');
   const auto bytes = std::span(reinterpret_cast<const unsigned char*>(garbage.data()), garbage.size());
   sender.send(bytes), sender.send(bytes), sender.send(bytes.first(0));
   for (int tries = 0; tries < 3000 && draw.errors().find("no contacts") == std::string::npos; ++tries) ::usleep(10000);
-  Process feel = start(PALPATE_FEEL, "feel", {file("scene.toml"), "--to", address(draw)});
+  Process feel = start(PALPATE_FEEL, "feel", {file("scene.toml"), "--to", draw.address()});
   EXPECT_EQ(feel.wait(), 0) << feel.errors();
   EXPECT_EQ(draw.wait(), 0) << draw.errors();
   EXPECT_THAT(draw.errors(), HasSubstr("no contacts for 0.0 s: nothing is drawn yet"));
@@ -178,7 +127,7 @@ TEST_F(TwoMachines, WriteTheirReportsWhenTheyAreStopped) {
   scene();
   Process draw =
       start(PALPATE_DRAW, "draw", {file("scene.toml"), "--from", "0", "--seconds", "60", "-o", file("drawn")});
-  address(draw);
+  draw.address();
   draw.stop();
   EXPECT_EQ(draw.wait(), 0) << draw.errors();
   EXPECT_EQ(summary("drawn")["shapes"], 0);
