@@ -2,28 +2,19 @@
 // conversion gives, whatever the host's flush-to-zero mode.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 namespace palpate::formats {
-
-// std::bit_cast, which the C++ library of Debian's Emscripten does not have.
-template <class To, class From>
-inline To bits_as(From from) {
-  static_assert(sizeof(To) == sizeof(From));
-  To to;
-  std::memcpy(&to, &from, sizeof to);
-  return to;
-}
 
 // Exact for every half, subnormals included.
 inline float float_of_half(std::uint16_t half) {
   const std::uint32_t sign = (half & 0x8000u) << 16, magnitude = half & 0x7fffu;
   const std::uint32_t normal = (magnitude << 13) + (magnitude >= 0x7c00u ? 0x70000000u : 0x38000000u);
   const std::uint32_t subnormal =
-      bits_as<std::uint32_t>(static_cast<float>(static_cast<std::int32_t>(magnitude)) * 0x1p-24f);
-  return bits_as<float>(sign | (magnitude < 0x0400u ? subnormal : normal));
+      std::bit_cast<std::uint32_t>(static_cast<float>(static_cast<std::int32_t>(magnitude)) * 0x1p-24f);
+  return std::bit_cast<float>(sign | (magnitude < 0x0400u ? subnormal : normal));
 }
 
 // Nearest, ties to even; what is too large becomes infinite.
