@@ -24,6 +24,10 @@ LocalCompliance local_compliance(double young, double poisson, StoredElement ele
       local.normal_blur = 0.34;
       local.tangent_blur = 0.46;
       break;
+    case StoredElement::p2_p0:
+      local.normal_blur = 0.45;
+      local.tangent_blur = 0.49;
+      break;
   }
   return local;
 }

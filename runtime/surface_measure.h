@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// Finite element of the tensors: linear tetrahedra, or any that do not lock; p1-anp is the one that was measured.
-enum class StoredElement { p1, p1_anp };
+// Finite element of the tensors.
+enum class StoredElement { p1, p1_anp, p2_p0 };
 
 // How soft a place is under a rigid disc pressed on it: compliance = over_radius / radius, m/N, along the normal and
 // across it. Source: rigid punch, (1 - nu^2) / (2 E r); Mindlin, (2 - nu)(1 + nu) / (4 E r).

@@ -20,6 +20,7 @@ StoredElement element_of(const char* text, std::size_t bytes) {
     if (!starts(at, "\"element\"")) continue;
     at += std::strlen("\"element\"");
     while (at < text + bytes && (*at == ' ' || *at == ':')) ++at;
+    if (starts(at, "\"p2-p0\"")) return StoredElement::p2_p0;
     return starts(at, "\"p1\"") ? StoredElement::p1 : StoredElement::p1_anp;
   }
   return StoredElement::p1;

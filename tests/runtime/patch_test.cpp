@@ -163,6 +163,36 @@ TEST(PatchContact, OfALargerDiscIsStifferAndAPointIsThePointModel) {
   EXPECT_EQ(force_at(box, point.get(), 0.024, 0.003, {-1, 0, 0}), force_at(box, point.get(), 0.024, 0, {-1, 0, 0}));
 }
 
+TEST(PatchContact, TakesWhatTheMeshBlursFromTheElement) {
+  // The same tensors under three names of the element: the force differs by what each is said to blur.
+  const auto compliance = [](const char* element, Eigen::Vector3d direction) {
+    TinyBox form;
+    form.cells = {3, 6, 5};
+    const TouchedBox named(form, [&](BundleParts& parts) {
+      const std::size_t at = parts.provenance.find("\"p1\"");
+      parts.provenance.replace(at, 4, std::string("\"") + element + "\"");
+    });
+    const ScenePointer scene = named.scene(unlimited_def());
+    return 0.001 / force_at(named, scene.get(), 0.024, 0.001, direction);
+  };
+  const double s = std::sqrt(0.05 / 6 * 0.04 / 5), b = ContactPatch::kResolved * s;  // of the far face
+  const auto local = [&](StoredElement element) { return local_compliance(5400, 0.45, element); };
+  const auto softer = [&](double over_radius, double more, double less) {
+    return over_radius * (1 / (b + less * s) - 1 / (b + more * s));
+  };
+  const LocalCompliance anp = local(StoredElement::p1_anp), p2 = local(StoredElement::p2_p0),
+                        p1 = local(StoredElement::p1);
+  const Eigen::Vector3d in(-1, 0, 0), along(0, 1, 0);
+  const double expected = softer(anp.normal, p2.normal_blur, anp.normal_blur);
+  EXPECT_GT(expected, 0);
+  EXPECT_NEAR(compliance("p2-p0", in) - compliance("p1-anp", in), expected,
+              0.02 * expected);  // 2 %: the directions that it leaves held couple a little
+  const double across = softer(anp.tangent, p2.tangent_blur, anp.tangent_blur);
+  EXPECT_NEAR(compliance("p2-p0", along) - compliance("p1-anp", along), across, 0.02 * across);
+  const double plain = softer(anp.normal, p1.normal_blur, anp.normal_blur);
+  EXPECT_NEAR(compliance("p1", in) - compliance("p1-anp", in), plain, 0.02 * plain);
+}
+
 TEST(PatchContact, TakesItsStiffnessFromTheRegionUnderIt) {
   // Two regions: the half y > 25 mm is ten times as stiff by name alone, so that the tensors stay what they are.
   const auto two_regions = [](BundleParts& parts) {
