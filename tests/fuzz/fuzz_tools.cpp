@@ -94,7 +94,8 @@ class Host : public FuzzedTools {
 };
 
 void play(FuzzInput& input) {
-  palpate_bundle* bundle = good_bundles()[input.below(6)].bundle.get();
+  const std::uint32_t forms = static_cast<std::uint32_t>(good_bundles().size());
+  palpate_bundle* bundle = good_bundles()[input.below(forms)].bundle.get();
   palpate_scene_def def = fuzzed_effects(input);
   Budget budget = {std::size_t{1} << (4 + input.below(22))};  // to 32 MiB
   def.max_points = Host::kPoints - 1;

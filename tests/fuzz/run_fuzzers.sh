@@ -23,7 +23,7 @@ failed=0
 printf '%s\n' "${drivers[@]}" | xargs -P "$jobs" -I{} bash -c 'fuzz {} || { echo "fuzz_{} found something: see '"$work"'/{}.log" >&2; exit 1; }' || failed=1
 
 for name in "${drivers[@]}"; do
-  executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$work/$name.log")
+  executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$work/$name.log" | tail -1)
   covered=$(sed -n 's/.* cov: \([0-9]*\) .*/\1/p' "$work/$name.log" | tail -1)
   echo "fuzz_$name: ${executions:-?} executions, ${covered:-?} edges covered"
 done
