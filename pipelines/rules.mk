@@ -18,7 +18,7 @@ WORK = $(DATA)/$(ORGAN)/$(RESOLUTION)
 case_of = $(WORK)/$(BC)$(if $(filter-out organ,$1),-$1)
 CASE = $(call case_of,organ)
 
-.PHONY: pipeline mesh
+.PHONY: pipeline mesh show-resolutions
 pipeline:
 
 include $(ORGAN_DIR)/organ.mk
@@ -52,6 +52,10 @@ $(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
 endif
 
 mesh: $(WORK)/mesh.msh
+
+# For programs that make meshes by these rules: the default mesh size, then all of them, coarse to fine.
+show-resolutions:
+	@echo $(RESOLUTION) $(RESOLUTIONS)
 
 # ---- tetrahedra -> bundle -> verified -> scene ---------------------------------------------------------------------
 

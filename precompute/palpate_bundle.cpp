@@ -40,6 +40,8 @@ int main(int argc, char** argv) {
     pack->add_option("--low-rank", low_rank,
                      "Store the surface's compliance in blocks, low rank where clusters are apart, with at most this "
                      "relative error in any column (1e-6 to 0.1)");
+    pack->add_option("--accuracy", packing.accuracy,
+                     "The measured.json of palpate-accuracy choose, for the certificate; it must be about this bundle");
     auto* mesh =
         verify->add_option("--mesh", options.mesh, "The mesh it was made from: checks its hash and solves again");
     auto* organ = verify->add_option("--organ", options.organ, "The organ.toml it was made from");

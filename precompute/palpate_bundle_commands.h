@@ -32,6 +32,7 @@ struct PackOptions {
   std::vector<std::string> patches;               // surface patches of the mesh that do
   std::filesystem::path mesh;                     // needed by those two
   std::optional<double> low_rank;                 // compliance in blocks, relative column error at most
+  std::filesystem::path accuracy;                 // of palpate-accuracy choose, for the certificate
 };
 // Writes options.output atomically; the same input gives the same bytes. Errors: InputError for a source that is no bundle
 // or that the options would make no smaller, OperationError (disk).

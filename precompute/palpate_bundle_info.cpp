@@ -44,6 +44,9 @@ nlohmann::json certificate_json(const BundleFile& file) {
                           "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition",
                           "locking_estimate", "locking_probes", "locking_note", "plan"})
     if (provenance.is_object() && provenance.contains(key)) json[key] = provenance[key];
+  if (provenance.is_object())
+    for (const auto& [key, value] : provenance.items())
+      if (key.rfind("accuracy_", 0) == 0) json[key] = value;
   return json;
 }
 
@@ -131,6 +134,19 @@ void print_certificate(const nlohmann::json& report) {
   fmt::print("\n");
 }
 
+// What palpate-accuracy measured of this setting.
+void print_accuracy(const nlohmann::json& p) {
+  if (!p.is_object() || !has_number(p, "accuracy_force_error") || !has_number(p, "accuracy_field_error")) return;
+  const auto percent = [&](const char* key) {
+    return has_number(p, key) ? fmt::format("{:.2g} %", 100 * p[key].get<double>()) : std::string("unknown");
+  };
+  fmt::print("accuracy    force {}, field {}, against {}, itself off by about {} and {}\n",
+             percent("accuracy_force_error"), percent("accuracy_field_error"), value_text(p, "accuracy_reference"),
+             percent("accuracy_reference_force_error"), percent("accuracy_reference_field_error"));
+  fmt::print("            touch {} us, shape {} us on {}\n", measured(p, "accuracy_touch_us"),
+             measured(p, "accuracy_shape_us"), value_text(p, "accuracy_machine"));
+}
+
 void print_report(const BundleFile& file, const nlohmann::json& report) {
   const nlohmann::json& p = report["provenance"];
   const BundleCounts& n = file.index().counts;
@@ -149,6 +165,7 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
   }
   print_storage(report);
   print_certificate(report);
+  print_accuracy(p);
   fmt::print("sha256      image    {}\n            mesh     {}\n            organ    {}\n            boundary {}\n",
              value_text(p, "image_sha256"), value_text(p, "mesh_sha256"), value_text(p, "organ_sha256"),
              value_text(p, "boundary_sha256"));

@@ -16,6 +16,7 @@
 #include "precompute/compliance_packer.h"
 #include "precompute/palpate_bundle_commands.h"
 #include "precompute/palpate_bundle_matrix3.h"
+#include "precompute/stated_accuracy.h"
 #include "precompute/stored_columns.h"
 
 namespace palpate {
@@ -86,9 +87,10 @@ void check_options(const PackOptions& options) {
   if (std::filesystem::equivalent(options.bundle, options.output, ignored))
     throw InputError(fmt::format("{}: is the bundle to pack itself; give -o another name", options.output.string()));
   const bool subset = !options.touchable.empty() || !options.patches.empty();
-  if (!options.precision && !options.surface && !subset && !options.low_rank)
+  if (!options.precision && !options.surface && !subset && !options.low_rank && options.accuracy.empty())
     throw InputError(
-        "nothing to do: expected at least one of --precision, --surface, --touchable, --patch and --low-rank");
+        "nothing to do: expected at least one of --precision, --surface, --touchable, --patch, --low-rank and "
+        "--accuracy");
   if (subset == options.mesh.empty())
     throw InputError(subset ? "--touchable and --patch need --mesh, the mesh file that the bundle was made from"
                             : "--mesh is only of use with --touchable or --patch");
@@ -129,7 +131,9 @@ class Packer {
         kept_(kept_columns(source, options)),
         interior_(columns_.has_interior() && !options.surface) {
     const bool drops_interior = options.surface && columns_.has_interior();
-    if (type_ == columns_.type() && kept_.size() == columns_.columns() && !drops_interior && !options.low_rank)
+    if (!options.accuracy.empty()) accuracy_ = read_stated_accuracy(options.accuracy, source.provenance(), form());
+    if (type_ == columns_.type() && kept_.size() == columns_.columns() && !drops_interior && !options.low_rank &&
+        options.accuracy.empty())
       throw InputError(fmt::format("{}: holds {}{} already; what was asked for would change nothing",
                                    source.path().string(), columns_.form(),
                                    columns_.has_interior() ? "" : ", without an interior,"));
@@ -181,6 +185,12 @@ class Packer {
 
  private:
   std::uint64_t columns() const { return kept_.size(); }
+
+  // "f16", "low-rank 0.001"
+  std::string form() const {
+    return options_.low_rank ? fmt::format("low-rank {}", *options_.low_rank)
+                             : type_name(static_cast<std::uint32_t>(type_));
+  }
 
   void pack_blocks() {
     const auto fixed = source_.numbers<std::uint8_t>(SectionId::fixed);
@@ -364,6 +374,7 @@ class Packer {
     if (!options_.touchable.empty())
       text += fmt::format(" --touchable sha256 {}", sha256_of_file(options_.touchable.string()));
     for (const std::string& patch : options_.patches) text += " --patch " + patch;
+    if (!options_.accuracy.empty()) text += " --accuracy";
     return text;
   }
 
@@ -372,6 +383,8 @@ class Packer {
     if (!p.is_object())
       throw InputError(
           fmt::format("{}: its provenance is no flat JSON object; run palpate-bundle verify", source_.path().string()));
+    drop_stated_accuracy(p);
+    if (accuracy_.is_object()) p.update(accuracy_);
     const std::string before = p.value("pack_history", "");
     p["version"] = kLayoutVersion;
     p["packed_from_sha256"] = source_sha256_;
@@ -412,6 +425,7 @@ class Packer {
   ElementType type_;
   std::vector<std::size_t> kept_;
   bool interior_;
+  nlohmann::json accuracy_;  // what is to be stated, if anything
   std::string source_sha256_ = sha256_of_file(source_.path().string());
   std::optional<PackedCompliance> blocks_;
   std::vector<SectionEntry> entries_;

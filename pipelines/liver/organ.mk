@@ -1,5 +1,5 @@
 # The default organ: a segmented liver.
-RESOLUTIONS := 200 1700 5000 20000
+RESOLUTIONS := 200 600 1700 5000 10000 20000
 RESOLUTION ?= 1700
 BC ?= right-side
 SCENES ?= push push-response drag tools
@@ -7,13 +7,17 @@ SCENES ?= push push-response drag tools
 # 1,696 and 19,656 vertices, smallest dihedral angle 25 and 22 degrees; 149 and 5,287 for what depends on the size. --size: largest edge inside, mm.
 IMAGE ?= $(DATA)/liver/liver.inr.gz
 SURFACE_OPTIONS_200 := --labels 255 --smooth 4 --triangles 274
+SURFACE_OPTIONS_600 := --labels 255 --smooth 2.5 --triangles 680
 SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
 SURFACE_OPTIONS_5000 := --labels 255 --smooth 1.5 --triangles 2950
+SURFACE_OPTIONS_10000 := --labels 255 --smooth 1.2 --triangles 4760
 SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
 SURFACE_OPTIONS ?= $(SURFACE_OPTIONS_$(RESOLUTION))
 TETRAHEDRA_OPTIONS_200 := --region liver --size 26
+TETRAHEDRA_OPTIONS_600 := --region liver --size 14
 TETRAHEDRA_OPTIONS_1700 := --region liver --size 9
 TETRAHEDRA_OPTIONS_5000 := --region liver --size 6
+TETRAHEDRA_OPTIONS_10000 := --region liver --size 4.7
 TETRAHEDRA_OPTIONS_20000 := --region liver --size 3.8
 TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
 

@@ -186,5 +186,49 @@ TEST(PalpateBundlePack, EndsWithOneSentenceOnDamagedBlocks) {
   EXPECT_EQ(palpate_bundle("pack " + damaged + " --precision f16 -o " + scratch("x.h5").string()).code, 2);
 }
 
+// What palpate-accuracy choose writes for a bundle of that provenance.
+std::string measured_file(const nlohmann::json& provenance, const std::string& storage) {
+  nlohmann::json measured = {{"accuracy_storage", storage},       {"accuracy_reference", "20000 p2-p0"},
+                             {"accuracy_force_error", 0.025},     {"accuracy_field_error", 0.01},
+                             {"accuracy_machine", "a processor"}, {"accuracy_touch_us", 1.5}};
+  for (const char* key : {"mesh_sha256", "boundary_sha256", "element"})
+    measured[std::string("accuracy_") + key] = provenance.value(key, "");
+  write_bytes(scratch("measured.json"), measured.dump());
+  return scratch("measured.json").string();
+}
+
+TEST(PalpateBundlePack, CarriesWhatWasMeasuredOfThisForm) {
+  const std::string source = box_file(false);
+  const auto provenance = info(source)["provenance"];
+  const std::string f16 = packed(source, "--precision f16 --accuracy " + measured_file(provenance, "f16"));
+  EXPECT_EQ(info(f16)["certificate"]["accuracy_force_error"], 0.025);
+  EXPECT_THAT(palpate_bundle("info " + f16).out, HasSubstr("force 2.5 %, field 1 %, against 20000 p2-p0"));
+  // Nothing but the certificate differs from the source.
+  const std::string f32 = packed(source, "--accuracy " + measured_file(provenance, "f32"), "f32.h5");
+  EXPECT_EQ(info(f32)["provenance"]["pack_error_worst"], 0.0);
+  EXPECT_EQ(info(f32)["certificate"]["accuracy_touch_us"], 1.5);
+  // Another form has another accuracy.
+  EXPECT_FALSE(info(packed(f32, "--precision f16", "again.h5"))["provenance"].contains("accuracy_force_error"));
+}
+
+TEST(PalpateBundlePack, RefusesWhatWasMeasuredOfAnotherBundle) {
+  const std::string source = box_file(false);
+  auto provenance = info(source)["provenance"];
+  const auto refused = [&](const std::string& file, const std::string& options) {
+    const Ended ended =
+        palpate_bundle("pack " + source + " -o " + scratch("no.h5").string() + " " + options + " --accuracy " + file);
+    EXPECT_EQ(ended.code, 2);
+    EXPECT_FALSE(std::filesystem::exists(scratch("no.h5")));
+    return ended.err;
+  };
+  EXPECT_THAT(refused(measured_file(provenance, "f16"), "--low-rank 1e-3"),
+              HasSubstr("storage \"f16\", this bundle has \"low-rank 0.001\""));
+  provenance["mesh_sha256"] = "another";
+  EXPECT_THAT(refused(measured_file(provenance, "f16"), "--precision f16"), HasSubstr("mesh_sha256 \"another\""));
+  write_bytes(scratch("measured.json"), R"({"solver": "none"})");
+  EXPECT_THAT(refused(scratch("measured.json").string(), "--precision f16"), HasSubstr("\"solver\""));
+  EXPECT_THAT(refused(scratch("none.json").string(), "--precision f16"), HasSubstr("found no file"));
+}
+
 }  // namespace
 }  // namespace palpate

@@ -15,19 +15,8 @@ import numpy as np
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 BIN = os.path.abspath(sys.argv.pop(1))
-
-
-def write_ellipsoid(file):
-    """An organ where the liver is, of its size: label 255 in voxels of 6 mm, NRRD in LPS millimetres."""
-    spacing, shape = 6.0, (45, 40, 45)
-    x, y, z = np.meshgrid(*(spacing * np.arange(n) for n in shape), indexing="ij")
-    inside = ((x - 130) / 90) ** 2 + ((y - 100) / 72) ** 2 + ((z - 120) / 65) ** 2 < 1
-    header = ("NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: %d %d %d\n"
-              "space directions: (6,0,0) (0,6,0) (0,0,6)\nspace origin: (0,0,0)\nkinds: domain domain domain\n"
-              "encoding: raw\nendian: little\n\n" % shape)
-    with open(file, "wb") as out:
-        out.write(header.encode())
-        out.write((255 * inside).astype(np.uint8).tobytes(order="F"))
+sys.path.insert(0, os.path.join(ROOT, "tests", "support"))
+from ellipsoid_image import write_ellipsoid  # noqa: E402
 
 
 def arguments(data, *more):

@@ -1,0 +1,195 @@
+#include "bench/accuracy/study.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <list>
+
+#include "bench/accuracy/bake.h"
+#include "bench/accuracy/choose.h"
+#include "bench/accuracy/command.h"
+#include "bench/accuracy/errors_of_points.h"
+#include "bench/accuracy/large_strain.h"
+#include "bench/accuracy/measured.h"
+#include "bench/accuracy/results.h"
+#include "bench/accuracy/study_plan.h"
+#include "formats/atomic_file.h"
+#include "formats/checksum.h"
+#include "formats/errors.h"
+#include "formats/program.h"
+
+namespace palpate::accuracy {
+namespace {
+
+// Of what a measured point means: raised when exercises or what is recorded of them change.
+constexpr int kStudyVersion = 1;
+
+class Study {
+ public:
+  explicit Study(const StudyOptions& options)
+      : organ_(options), measured_(folder() / "points"), places_(choose_or_read_places()), bakery_(organ_, places_) {}
+
+  void run() {
+    const auto plan = plan_study(organ_);
+    Progress progress("study", plan.size());
+    for (const auto& planned : plan) {
+      if (const auto setting = fitting(planned.setting)) measure(*setting, planned.axes);
+      progress.advance();
+    }
+    // Places as different as the organ has, for that the solution takes minutes each on large meshes.
+    for (std::size_t p = 0; p < std::min<std::size_t>(3, places_.touch.size()); ++p) {
+      say(fmt::format("pushing deep at place {}", p + 1));
+      large_strain_.push_back(push_deep(organ_, bakery_, places_, p));
+    }
+    write();
+    report();
+  }
+
+ private:
+  const std::filesystem::path& folder() const { return organ_.options().output; }
+
+  // Of the finest mesh, once: they belong to the study, and so does every point measured at them.
+  StudyPlaces choose_or_read_places() const {
+    const StudyOptions& o = organ_.options();
+    const auto mesh = organ_.make_mesh(organ_.resolutions().back());
+    const nlohmann::json from = {{"mesh_sha256", sha256_of_file(mesh.string())},
+                                 {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
+                                 {"radius_mm", o.radius_mm},
+                                 {"places", o.places},
+                                 {"samples", o.samples}};
+    const auto file = folder() / "places.json";
+    if (std::ifstream in(file); in) {
+      const auto json = nlohmann::json::parse(in, nullptr, false);
+      if (json.is_object() && json.value("from", nlohmann::json()) == from) return places_of(json.at("places"));
+    }
+    const StudyPlaces places =
+        choose_places(organ_.body(organ_.resolutions().back()), 1e-3 * o.radius_mm, o.places, o.samples);
+    write_text_atomically(file, nlohmann::json{{"from", from}, {"places", json_of(places)}}.dump(1) + "\n");
+    return places;
+  }
+
+  // The setting as it is, with columns near the places alone, or none where even that is too large. Only p2-p0, whose
+  // factor grows fast, is asked.
+  std::optional<Setting> fitting(Setting setting) {
+    if (setting.bundle.element != "p2-p0") return setting;
+    auto& fits = fits_[text_of(setting.bundle)];
+    if (!fits.has_value()) {
+      fits = setting.bundle;
+      auto why = bakery_.too_large(*fits);
+      if (why && fits->everywhere) fits->everywhere = false, why = bakery_.too_large(*fits);
+      if (why) {
+        note(fmt::format("{} is left out: {}", name_of(setting), *why));
+        fits->resolution.clear();
+      }
+    }
+    if (fits->resolution.empty()) return {};
+    setting.bundle = *fits;
+    return setting;
+  }
+
+  std::string key_of(const Setting& setting) const {
+    const std::string text = nlohmann::json{
+        {"version", kStudyVersion},
+        {"bundle", bakery_.look(setting.bundle).fingerprint},
+        {"scene", setting.scene},
+        {"places",
+         json_of(places_)}}.dump();
+    return fmt::format("{:016x}", formats::xxh64(text.data(), text.size()));
+  }
+
+  void measure(const Setting& setting, const std::set<std::string>& axes) {
+    const std::string key = key_of(setting);
+    for (auto& taken : taken_)
+      if (taken.key == key) {
+        taken.axes.insert(axes.begin(), axes.end());
+        return;
+      }
+    auto point = measured_.find(key);
+    if (!point) {
+      say("measuring " + name_of(setting));
+      MeasuredPoint fresh = {setting, bakery_.bake(setting.bundle), {}};
+      fresh.seen = observe(bakery_.look(setting.bundle).bundle, setting.scene, places_);
+      measured_.add(key, fresh);
+      point = std::move(fresh);
+    }
+    taken_.push_back({std::move(*point), key, axes});
+  }
+
+  void write() const {
+    std::vector<PlannedMeasurement> points;
+    for (const auto& taken : taken_) points.push_back({&taken.point, taken.axes});
+    std::vector<nlohmann::ordered_json> records;
+    const auto judged_points = judge(points);
+    for (const auto& judged : judged_points) records.push_back(record_of(judged, organ_.poisson()));
+    const StudyOptions& o = organ_.options();
+    nlohmann::ordered_json study = {{"program", "palpate-accuracy"},
+                                    {"program_version", PALPATE_VERSION},
+                                    {"organ", o.organ},
+                                    {"boundary", o.boundary},
+                                    {"element", organ_.element()},
+                                    {"resolutions", organ_.resolutions()},
+                                    {"base_resolution", organ_.base_resolution()},
+                                    {"radius_mm", o.radius_mm},
+                                    {"places", places_.touch.size()},
+                                    {"samples", places_.samples.size()},
+                                    {"data", o.data.string()},
+                                    {"bin", o.bin.string()},
+                                    {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
+                                    {"reference", reference(judged_points)},
+                                    {"machine", machine_json()}};
+    study["large_strain"] = large_strain_;
+    study["picks"] = picks(records);
+    write_results(folder(), study, records);
+    note(fmt::format("{}: {} points", (folder() / "accuracy.json").string(), records.size()));
+  }
+
+  // Of the organ's own material, one disc pressed.
+  nlohmann::ordered_json reference(const std::vector<JudgedPoint>& points) const {
+    const std::string plain = situation_of(Setting{});
+    for (const auto& judged : points)
+      for (const auto& taken : taken_)
+        if (judged.is_reference && judged.point == &taken.point && situation_of(taken.point.setting) == plain)
+          return {{"name", name_of(taken.point.setting)}, {"key", taken.key}};
+    throw OperationError(
+        "no mesh of the study can be solved with p2-p0, the reference, in that memory and time; raise "
+        "--memory or --most-seconds, or add a coarser mesh to --resolutions");
+  }
+
+  void report() const {
+    const auto page = folder() / "report.html";
+    run_command({organ_.options().python.string(), (organ_.options().source / "bench/accuracy/report.py").string(),
+                 (folder() / "accuracy.json").string(), "-o", page.string()},
+                folder() / "logs" / "report.txt");
+    note(fmt::format("{}: the report", page.string()));
+  }
+
+  OrganCase organ_;
+  MeasuredPoints measured_;
+  StudyPlaces places_;
+  Bakery bakery_;
+  std::map<std::string, std::optional<BundleSetting>> fits_;
+  struct Taken {
+    MeasuredPoint point;
+    std::string key;
+    std::set<std::string> axes;
+  };
+  std::list<Taken> taken_;
+  std::vector<nlohmann::json> large_strain_;
+};
+
+}  // namespace
+
+StudyPlaces read_places(const std::filesystem::path& folder) {
+  const auto file = folder / "places.json";
+  std::ifstream in(file);
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("places"))
+    throw InputError(fmt::format("{}: expected the places of a study, found none; run the study again", file.string()));
+  return places_of(json.at("places"));
+}
+
+void run_study(const StudyOptions& options) {
+  Study(options).run();
+}
+
+}  // namespace palpate::accuracy

@@ -1,0 +1,214 @@
+"""A study's page: words, tables and pictures in one HTML file that needs nothing else, and the pictures as PNG beside it.
+
+    page = Page("What accuracy costs", "one sentence for the reader")
+    page.heading("Pareto fronts")
+    plot = Plot("force error against touch time", "touch, us", "force error, %", log_x=True, log_y=True)
+    plot.points(xs, ys, names, label="p1-anp")      # each point says its name when the pointer is over it
+    plot.front(xs, ys, names)                       # the points that no other beats on both axes, joined and named
+    page.plot(plot, "force-touch")                  # also FOLDER/force-touch.png
+    page.table(("mesh", "error, %"), rows)
+    page.write("FOLDER/report.html")
+"""
+import html
+import io
+import os
+import re
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.ticker  # noqa: E402
+
+# Text stays text in the SVG, so that the page's font, search and zoom work on it.
+matplotlib.rcParams.update({"svg.fonttype": "none", "font.size": 10, "axes.spines.top": False,
+                            "axes.spines.right": False, "axes.axisbelow": True})
+
+COLOURS = ("#0b6fa4", "#c2410c", "#3f7d20", "#7c3aed", "#a16207", "#be185d", "#475569")
+MARKERS = "os^Dv*P"
+
+STYLE = """
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #1c2530; background: #fff; max-width: 76rem; margin: 0 auto; padding: 1rem 1.5rem 4rem; }
+h1 { font-size: 1.7rem; margin: .3rem 0 .2rem; } h2 { font-size: 1.25rem; margin: 2.2rem 0 .4rem; border-top: 1px solid #d5dce3; padding-top: 1rem; }
+h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem; } p { margin: .4rem 0 .7rem; max-width: 62rem; }
+.lead { color: #475569; } .cards, .plots { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(20rem, 1fr)); }
+.plots { grid-template-columns: repeat(auto-fit, minmax(min(30rem, 100%), 1fr)); }
+.card { border: 1px solid #c4ced8; border-top: 4px solid #0b6fa4; border-radius: .4rem; padding: .7rem 1rem; background: #f8fafc; }
+.card h3 { margin-top: 0; } .card .choice { font-size: 1.2rem; font-weight: 600; } .card dl { display: grid; grid-template-columns: auto 1fr; gap: .1rem .8rem; margin: .4rem 0; }
+.card dt { color: #475569; } .card dd { margin: 0; font-variant-numeric: tabular-nums; } code, pre { font-size: .85em; background: #eef2f6; padding: .1em .3em; border-radius: .2rem; }
+pre { padding: .5rem; overflow-x: auto; white-space: pre-wrap; }
+figure { margin: 0; max-width: 46rem; } figure svg { width: 100%; height: auto; } figcaption { color: #475569; font-size: .9rem; }
+.scroll { overflow: auto; max-height: 36rem; } table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
+th { position: sticky; top: 0; background: #eef2f6; text-align: left; vertical-align: bottom; } th, td { padding: .2rem .6rem; border-bottom: 1px solid #e2e8f0; } td.number { text-align: right; }
+summary { cursor: pointer; font-weight: 600; } svg g[id^="point-"]:hover { opacity: .55; }
+"""
+
+
+def number(value, digits=3):
+    """A number as a reader wants it: 3 digits, no exponent between 0.001 and a million."""
+    if value is None or isinstance(value, bool) or not isinstance(value, (int, float)):
+        return "" if value is None else {True: "yes", False: "no"}.get(value, str(value))
+    if value != value:
+        return "unknown"
+    if value == 0 or 1e-3 <= abs(value) < 1e6:
+        return f"{value:.{digits}g}" if abs(value) < 10 ** digits else f"{value:,.0f}"
+    return f"{value:.{max(digits - 2, 0)}e}"
+
+
+def pareto(xs, ys):
+    """Indices of the points that no other beats in both, from left to right. None and NaN never take part."""
+    order = sorted((i for i in range(len(xs)) if xs[i] == xs[i] and ys[i] == ys[i]), key=lambda i: (xs[i], ys[i]))
+    front = []
+    for i in order:
+        if not front or ys[i] < ys[front[-1]]:
+            front.append(i)
+    return front
+
+
+class Plot:
+    """One set of axes. Points carry names, which the page shows when the pointer is over them."""
+
+    def __init__(self, title, x_label, y_label, log_x=False, log_y=False, size=(7.2, 5.0)):
+        self.title = title
+        self.figure, self.axes = plt.subplots(figsize=size)
+        self.axes.set_title(title, loc="left", fontsize=12, fontweight="bold")
+        self.axes.set_xlabel(x_label)
+        self.axes.set_ylabel(y_label)
+        for axis, is_log in ((self.axes.xaxis, log_x), (self.axes.yaxis, log_y)):
+            if is_log:
+                (self.axes.set_xscale if axis is self.axes.xaxis else self.axes.set_yscale)("log")
+                axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 5), numticks=12))
+                axis.set_major_formatter(lambda value, _: f"{value:g}")
+                axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+        self.axes.grid(True, which="major", alpha=0.35)
+        self.axes.grid(True, which="minor", alpha=0.12)
+        self.names, self.series, self.labels = {}, 0, []
+
+    def points(self, xs, ys, names, label=None, joined=False, faint=False, **style):
+        """Points that say their names; joined: with a line between them."""
+        colour = style.pop("color", COLOURS[self.series % len(COLOURS)])
+        marker = style.pop("marker", MARKERS[self.series % len(MARKERS)])
+        self.series += 1
+        if joined:
+            self.axes.plot(xs, ys, "-", color=colour, alpha=0.6, linewidth=1.3, **style)
+        for n, (x, y, name) in enumerate(zip(xs, ys, names)):
+            gid = f"point-{len(self.names)}"
+            self.names[gid] = name
+            self.axes.plot([x], [y], marker, color=colour, gid=gid, markersize=5 if faint else 6.5,
+                           alpha=0.45 if faint else 1, label=label if n == 0 else None, linestyle="none")
+        return colour
+
+    def front(self, xs, ys, names):
+        """The Pareto front of the points, as steps; those of its points that have room are named in the picture."""
+        front = pareto(xs, ys)
+        self.axes.step([xs[i] for i in front], [ys[i] for i in front], where="post", color="#1c2530", linewidth=1.1,
+                       alpha=0.7, label="no other is better in both")
+        self.labels = [(xs[i], ys[i], names[i]) for i in front]
+        return front
+
+    def _name_the_front(self):
+        """Names beside points, at the left of those on the right; none over another."""
+        taken = []
+        for x, y, name in self.labels:
+            across, up = self.axes.transAxes.inverted().transform(self.axes.transData.transform((x, y)))
+            left = across > 0.55
+            begin, end = (across - 0.014 * len(name), across) if left else (across, across + 0.014 * len(name))
+            if any(abs(up - other) < 0.05 and begin < o_end and end > o_begin for other, o_begin, o_end in taken):
+                continue
+            taken.append((up, begin, end))
+            self.axes.annotate(name, (x, y), xytext=(-6 if left else 6, 7), textcoords="offset points",
+                               ha="right" if left else "left", fontsize=8)
+
+    def band(self, most, text):
+        """What lies below `most` on the y axis is not told apart: a shaded band with its reason."""
+        low = self.axes.get_ylim()[0]
+        self.axes.axhspan(min(low, most / 3), most, color="#94a3b8", alpha=0.25, linewidth=0)
+        self.axes.annotate(text, (0.99, most), xycoords=("axes fraction", "data"), xytext=(0, -3), ha="right", va="top",
+                           textcoords="offset points", fontsize=8, color="#475569")
+
+    def line(self, xs, ys, label, **style):
+        self.axes.plot(xs, ys, label=label, **style)
+
+    def svg(self, prefix):
+        """The picture for a page, every name a <title>; prefix keeps the names of several pictures apart."""
+        matplotlib.rcParams["svg.hashsalt"] = prefix
+        text = io.StringIO()
+        self.figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+        svg = text.getvalue()
+        svg = svg[svg.index("<svg"):]
+        svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
+        for gid, name in self.names.items():
+            svg = svg.replace(f'<g id="{gid}">', f'<g id="point-{prefix}-{gid[6:]}"><title>{html.escape(name)}</title>', 1)
+        return svg
+
+    def finish(self):
+        if self.axes.get_legend_handles_labels()[0]:
+            self.axes.legend(fontsize=8, framealpha=0.85)
+        self.figure.tight_layout()
+        self._name_the_front()
+
+
+class Page:
+    def __init__(self, title, lead):
+        self.title, self.parts, self.pictures = title, [], {}
+        self.parts.append(f"<h1>{html.escape(title)}</h1><p class=lead>{lead}</p>")
+
+    def heading(self, text, level=2, anchor=None):
+        """anchor: what <a href='#anchor'> leads here."""
+        mark = f" id={anchor}" if anchor else ""
+        self.parts.append(f"<h{level}{mark}>{html.escape(text)}</h{level}>")
+
+    def words(self, markup):
+        """A paragraph of HTML."""
+        self.parts.append(f"<p>{markup}</p>")
+
+    def cards(self, cards):
+        """Boxes side by side: (small heading, choice, [(what, value)], HTML below)."""
+        boxes = []
+        for heading, choice, facts, below in cards:
+            rows = "".join(f"<dt>{html.escape(k)}</dt><dd>{html.escape(v)}</dd>" for k, v in facts)
+            boxes.append(f"<div class=card><h3>{html.escape(heading)}</h3><div class=choice>{html.escape(choice)}</div>"
+                         f"<dl>{rows}</dl>{below}</div>")
+        self.parts.append(f"<div class=cards>{''.join(boxes)}</div>")
+
+    def plot(self, plot, name, caption=""):
+        self.plots([(plot, name, caption)])
+
+    def plots(self, plots):
+        """Pictures side by side where there is room: (Plot, name of the PNG, caption)."""
+        figures = []
+        for plot, name, caption in plots:
+            plot.finish()
+            self.pictures[name] = plot
+            figures.append(f"<figure>{plot.svg(name)}<figcaption>{caption}</figcaption></figure>")
+        self.parts.append(f"<div class=plots>{''.join(figures)}</div>")
+
+    def table(self, head, rows, folded=None):
+        """Rows of texts and numbers; folded: the line behind which a long one is hidden."""
+        def cell(value):
+            kind = " class=number" if isinstance(value, (int, float)) and not isinstance(value, bool) else ""
+            return f"<td{kind}>{html.escape(number(value) if not isinstance(value, str) else value)}</td>"
+        markup = ("<div class=scroll><table><thead><tr>" + "".join(f"<th>{html.escape(h)}</th>" for h in head) +
+                  "</tr></thead><tbody>" + "".join("<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows) +
+                  "</tbody></table></div>")
+        self.parts.append(f"<details><summary>{html.escape(folded)}</summary>{markup}</details>" if folded else markup)
+
+    def write(self, file):
+        """The page, and its pictures as PNG beside it; each as FILE.part first, then renamed."""
+        def whole(path, write):
+            write(path + ".part")
+            os.replace(path + ".part", path)
+
+        folder = os.path.dirname(os.path.abspath(file))
+        for name, plot in self.pictures.items():
+            whole(os.path.join(folder, name + ".png"), lambda part, p=plot: p.figure.savefig(part, format="png", dpi=120))
+            plt.close(plot.figure)
+        text = (f'<!DOCTYPE html><html lang=en><head><meta charset=utf-8><title>{html.escape(self.title)}</title>'
+                '<meta name=viewport content="width=device-width, initial-scale=1">'
+                f"<style>{STYLE}</style></head><body>{''.join(self.parts)}</body></html>\n")
+
+        def write_text(part):
+            with open(part, "w", encoding="utf-8") as stream:
+                stream.write(text)
+        whole(os.path.abspath(file), write_text)
