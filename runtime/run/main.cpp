@@ -11,6 +11,7 @@
 #include "runtime/run/explain.h"
 #include "runtime/run/output_folder.h"
 #include "runtime/run/realtime.h"
+#include "runtime/run/record.h"
 #include "runtime/run/scene_bundle.h"
 #include "runtime/run/shape_files.h"
 #include "runtime/run/summary.h"
@@ -21,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  fs::path scene, bundle, output;
+  fs::path scene, bundle, output, record, replay;
   bool explain = false, realtime = false;
   double seconds = 5;
   std::vector<double> rates = {1000, 4000, 10000};
@@ -39,16 +40,19 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
   Summary summary(player);
   const bool shaped = player.scene().shape != SceneConfig::Shape::off;
   auto shapes = shaped ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
+  OutputHasher hasher;
   Progress progress("playing " + player.scene().name, player.touch_count());
   std::uint64_t frame = 0;
   const Timing timing = player.play(
       [&](const TouchRecord& touch) {
         csv.write(touch);
         summary.add(touch);
+        hasher.add(touch);
         progress.advance();
       },
       [&](const ShapeRecord& shape) {
         summary.add(shape);
+        hasher.add(shape);
         if (frame++ % options.every == 0) shapes->write(shape);
       });
   csv.close();
@@ -56,6 +60,7 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
   write_text_atomically(folder.part() / "summary.json",
                         summary.text(timing, fields, bundle, shapes ? shapes->written() : 0));
   folder.commit();
+  if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
 }
 
 void play_against_the_clock(Player& player, const fs::path& bundle, const Options& options) {
@@ -70,11 +75,16 @@ void play_against_the_clock(Player& player, const fs::path& bundle, const Option
 }
 
 void run(const Options& options) {
+  if (!options.replay.empty()) {
+    fmt::print("{}", replay(options.replay, options.bundle, options.scene));
+    return;
+  }
   const SceneConfig scene = read_scene_config(options.scene);
   const fs::path bundle = bundle_of(scene, options.bundle);
+  if (!options.record.empty()) check_target(options.record);
   Player player(scene, bundle);
   if (options.explain)
-    fmt::print("{}", explain(player, bundle));
+    fmt::print("{}", explain(player));
   else if (options.realtime)
     play_against_the_clock(player, bundle, options);
   else
@@ -89,16 +99,28 @@ int main(int argc, char** argv) {
   return palpate::run_program(
       argc, argv, "palpate-run", "Plays a scene headless: forces, contacts and deformed shapes out.",
       [&](CLI::App& app) {
-        app.add_option("SCENE.toml", options.scene, "the scene")->required();
-        app.add_option("-o,--output", options.output, "folder to write; default: the scene file's name, here");
+        auto* scene = app.add_option("SCENE.toml", options.scene, "the scene");
+        auto* output =
+            app.add_option("-o,--output", options.output, "folder to write; default: the scene file's name, here");
         app.add_option("--bundle", options.bundle, "bundle to touch instead of the one the scene names");
-        app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));
+        auto* every =
+            app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));
         auto* explain = app.add_flag("--explain", options.explain,
                                      "print the plan, its predicted and its measured cost; write nothing");
         auto* realtime = app.add_flag("--realtime", options.realtime,
                                       "play the scene over and over against the clock, touch and shape on two threads; "
                                       "writes summary.json alone");
         realtime->excludes(explain);
+        auto* record = app.add_option("--record", options.record, "also write the run to this file, to be replayed");
+        record->excludes(explain)->excludes(realtime);
+        auto* replay = app.add_option("--replay", options.replay,
+                                      "play this record and hold it to its hashes; writes nothing. SCENE.toml, where "
+                                      "given, must be the scene that was recorded");
+        for (auto* other : {output, every, record}) replay->excludes(other);
+        replay->excludes(explain)->excludes(realtime);
+        app.callback([scene, &options] {
+          if (options.replay.empty() && scene->empty()) throw CLI::RequiredError("SCENE.toml");
+        });
         app.add_option("--seconds", options.seconds, "how long, per rate")
             ->check(CLI::Range(0.01, 3600.0))
             ->needs(realtime);

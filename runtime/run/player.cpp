@@ -210,7 +210,7 @@ void Player::withdraw_tool(std::size_t tool) {
 }
 
 Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
-                    const std::function<void(const ShapeRecord&)>& on_shape) {
+                    const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before) {
   palpate_reset(runtime_scene_.get());
   const bool shaped = scene_.shape != SceneConfig::Shape::off;
   const int node_count = shape_node_count();
@@ -226,11 +226,13 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
   for (std::uint64_t step = 0; step < steps; ++step) {
     const double time = static_cast<double>(step) / scene_.touch_hz;
     move_tools(time);
+    if (before) before();
     const auto touch_flags = timed(timing.touch_us, [&] { return touch(1 / scene_.touch_hz, contacts); });
     if (on_touch) on_touch({time, touch_flags, positions_, *contacts});
     if (!shaped || step < step_of_frame(frame, scene_)) continue;
     ++frame;
     palpate_shape_out out{displacements.data(), positions.data(), node_count, 0};
+    if (before) before();
     const auto shape_flags =
         timed(timing.shape_us, [&] { return palpate_shape(runtime_scene_.get(), contacts, &out); });
     if (on_shape)

@@ -47,6 +47,7 @@ class Player {
   Player(SceneConfig scene, const std::filesystem::path& bundle, Half half = Half::both);
 
   const SceneConfig& scene() const { return scene_; }
+  const std::vector<std::vector<palpate_grip>>& grips() const { return grips_; }  // [tool][grip], a node each
   palpate_bundle* bundle() const { return bundle_.get(); }
   palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
   double duration() const;            // s, the last key frame of all tools
@@ -67,9 +68,9 @@ class Player {
   }
 
   // From the start, as after create. Either callback may be empty. The timed calls are palpate_touch and palpate_shape
-  // alone.
+  // alone; before runs before each of them.
   Timing play(const std::function<void(const TouchRecord&)>& on_touch,
-              const std::function<void(const ShapeRecord&)>& on_shape);
+              const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {});
 
  private:
   struct CloseBundle {

@@ -63,6 +63,7 @@ Vector position_at(const std::vector<SceneConfig::KeyFrame>& path, double time) 
   if (after == path.begin()) return path.front().position;
   if (after == path.end()) return path.back().position;
   const auto& before = *(after - 1);
+  if (time == before.time) return before.position;  // to the bit: a record has a key frame at every touch
   const double share = (time - before.time) / (after->time - before.time);
   Vector position{};
   for (int d = 0; d < 3; ++d) position[d] = before.position[d] + share * (after->position[d] - before.position[d]);
