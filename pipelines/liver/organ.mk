@@ -2,7 +2,7 @@
 RESOLUTIONS := 200 600 1700 5000 10000 20000
 RESOLUTION ?= 1700
 BC ?= right-side
-SCENES ?= push push-response drag tools
+SCENES ?= push push-response drag tools stroke
 
 # 1,696 and 19,656 vertices, smallest dihedral angle 25 and 22 degrees; 149 and 5,287 for what depends on the size. --size: largest edge inside, mm.
 IMAGE ?= $(DATA)/liver/liver.inr.gz
@@ -27,7 +27,7 @@ $(DATA)/liver/liver.inr.gz: $(PIPELINES)/liver/extract-image.sh
 
 # ---- pictures ------------------------------------------------------------------------------------------------------
 
-PICTURES = $(addprefix $(CASE)/pictures/,mesh.png push.png drag.png tools.png force.png)
+PICTURES = $(addprefix $(CASE)/pictures/,mesh.png push.png drag.png tools.png stroke.png force.png)
 
 $(CASE)/pictures/mesh.png: $(CASE)/bundle.h5 $(PIPELINES)/pictures/mesh.py $(PIPELINES)/pictures/offscreen.py
 	$(PYTHON) $(PIPELINES)/pictures/mesh.py $< -o $@

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""cylinder.py --case RATE FOLDER CURVE.csv ... -o PNG: the simulated cylinder's force and mid-height radial displacement
+"""cylinder.py --case RATE FOLDER CURVE.csv ... [--relaxing RATE SCENE CURVE.csv ...] -o PNG: the simulated cylinder's force and mid-height radial displacement
 over the measured curves. Exits with 3 when a simulated point is farther from its curve than the bound.
 
 Bounds, as shares of the curve's largest value. Force, 0.1 %: the prism's section has the circle's area, so its linear force
@@ -72,6 +72,7 @@ def finish(panel, ylabel):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", nargs=3, action="append", required=True, metavar=("RATE", "FOLDER", "CURVE.csv"))
+    parser.add_argument("--relaxing", nargs=3, action="append", default=[], metavar=("RATE", "SCENE", "CURVE.csv"))
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()
     figure, (force_panel, radial_panel) = plt.subplots(1, 2, figsize=(14, 5.6))
@@ -87,6 +88,15 @@ def main():
         print("%s mm/min: force within %.3f %%, radial within %.3f %% of the measured curve's largest value"
               % (rate, 100 * distance, 100 * radial_distance))
         worst_force, worst_radial = max(worst_force, distance), max(worst_radial, radial_distance)
+    for (rate, scene, curve), colour in zip(arguments.relaxing, COLOURS):
+        x, force, _ = read_curve(curve)
+        played = played_force(scene)
+        distance = worst_distance(played, x, force)
+        force_panel.plot(*(values[::max(1, len(values) // 12)] for values in played), "o", color=colour, markersize=6,
+                         markerfacecolor="none", label="%s mm/min, relaxing" % rate)
+        print("%s mm/min, relaxing: force within %.3f %% of the measured curve's largest value" % (rate, 100 * distance))
+        worst_force = max(worst_force, distance)
+    x, _, radial = read_curve(arguments.case[0][2])
     linear = os.path.join(arguments.case[0][1], "scenes", "compress-linear")
     force_panel.plot(*played_force(linear), color="0.45", linestyle="--", linewidth=1.6, label="linear model")
     radial_panel.plot(x, radial, color=COLOURS[0], linewidth=7, alpha=0.3)

@@ -59,7 +59,7 @@ class Pipeline(unittest.TestCase):
         for picture in pictures:
             with open(picture, "rb") as png:
                 self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
-        for scene, least in (("push", 0.05), ("push-response", 0.05), ("drag", 0.05), ("tools", 0.05)):
+        for scene, least in (("push", 0.05), ("push-response", 0.05), ("drag", 0.05), ("tools", 0.05), ("stroke", 0.05)):
             with open(os.path.join(case, "scenes", scene, "summary.json")) as file:
                 summary = json.load(file)
             self.assertGreater(max(t["peak_force_N"] for t in summary["tools"]), least)  # the path meets the organ
@@ -154,6 +154,7 @@ class Pipeline(unittest.TestCase):
     def test_brain_cylinder_lies_on_the_measured_curves(self):
         said = make(self.data, "-j2", "ORGAN=brain-cylinder")  # cylinder.py holds its bounds, or make fails
         self.assertIn("0.005 mm/min: force within", said)
+        self.assertIn("0.005 mm/min, relaxing: force within", said)
         work = os.path.join(self.data, "brain-cylinder", "3mm")
         curve = read_rows(os.path.join(ROOT, "pipelines", "brain-cylinder", "curves", "swine-brain-500-mm-min.csv"))
         played = read_rows(os.path.join(work, "compression", "scenes", "compress", "forces.csv"))
@@ -164,14 +165,17 @@ class Pipeline(unittest.TestCase):
             self.assertAlmostEqual(float(row["force_x_N"]), 0, delta=1e-9)
         # The check can fail: the curve of another rate is refused with exit code 3 and no picture.
         picture = os.path.join(self.folder.name, "wrong.png")
-        refused = subprocess.run(
-            ["/usr/bin/python3", os.path.join(ROOT, "pipelines", "pictures", "cylinder.py"), "-o", picture, "--case", "500",
-             os.path.join(work, "compression"),
-             os.path.join(ROOT, "pipelines", "brain-cylinder", "curves", "swine-brain-5-mm-min.csv")],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.assertEqual(refused.returncode, 3)
-        self.assertIn("expected force", refused.stderr)
-        self.assertFalse(os.path.exists(picture))
+        curves = [os.path.join(ROOT, "pipelines", "brain-cylinder", "curves", "swine-brain-%s-mm-min.csv" % rate)
+                  for rate in ("500", "5")]
+        relaxing = os.path.join(work, "compression-at-once", "scenes", "relax-500")
+        for wrong in (["--case", "500", os.path.join(work, "compression"), curves[1]],
+                      ["--case", "500", os.path.join(work, "compression"), curves[0], "--relaxing", "500", relaxing, curves[1]]):
+            refused = subprocess.run(
+                ["/usr/bin/python3", os.path.join(ROOT, "pipelines", "pictures", "cylinder.py"), "-o", picture, *wrong],
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            self.assertEqual(refused.returncode, 3)
+            self.assertIn("expected force", refused.stderr)
+            self.assertFalse(os.path.exists(picture))
 
     def test_unknown_choices_are_refused_with_those_there_are(self):
         for choice, answer in (("ORGAN=spleen", "brain-cylinder liver liver-tumour plate"), ("BC=none", "right-side"),
@@ -188,7 +192,7 @@ class Curves(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(["/usr/bin/python3", os.path.join(self.FOLDER, "make_curves.py"), folder], check=True)
             files = sorted(os.listdir(folder))
-            self.assertEqual(len(files), 3)
+            self.assertEqual(len(files), 4)
             for file in files:
                 with open(os.path.join(folder, file)) as new, open(os.path.join(self.FOLDER, file)) as kept:
                     self.assertEqual(new.read(), kept.read())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the three compression curves of this folder from the constants of the model that was fitted to the measurements.
+"""Writes the compression curves of this folder, at the three measured rates and at once, from the constants of the model that was fitted to the measurements.
 
 Measured: swine brain cylinders of 30 mm diameter and 13 mm height, compressed between smooth plates (K. Miller and
 K. Chinzei, Constitutive modelling of brain tissue: experiment and theory, J. Biomechanics 30, 1997). The points themselves
@@ -21,7 +21,7 @@ import numpy as np
 HEIGHT, RADIUS = 13.0, 15.0  # mm
 C1, C2 = 263.0, 491.0  # Pa: C100 = C010, C200 = C020
 G, TAU = (0.450, 0.365), (0.5, 50.0)  # -, s
-RATES = (500.0, 5.0, 0.005)  # mm/min
+RATES = (500.0, 5.0, 0.005)  # mm/min; infinite: at once, which nobody can measure
 LARGEST, SPACING = 3.9, 0.05  # mm: 30 % compression
 
 
@@ -37,6 +37,8 @@ def compression_stress(rate, steps_per_row=200):
     rows = round(LARGEST / SPACING)
     displacement = np.linspace(0, LARGEST, rows * steps_per_row + 1)
     instantaneous = -elastic_stress(1 - displacement / HEIGHT)
+    if math.isinf(rate):
+        return displacement[::steps_per_row], instantaneous[::steps_per_row]
     dt = displacement[1] / (rate / 60)
     total = (1 - sum(G)) * instantaneous
     for g, tau in zip(G, TAU):
@@ -50,11 +52,15 @@ def compression_stress(rate, steps_per_row=200):
     return displacement[::steps_per_row], total[::steps_per_row]
 
 
+def how(rate):
+    return "at once" if math.isinf(rate) else "at %g mm/min" % rate
+
+
 def curve_text(rate):
     area = math.pi * (RADIUS * 1e-3) ** 2
     displacement, stress = compression_stress(rate)
     lines = [
-        "# Swine brain, cylinder of 30 mm diameter and 13 mm height, compressed at %g mm/min." % rate,
+        "# Swine brain, cylinder of 30 mm diameter and 13 mm height, compressed %s." % how(rate),
         "# Source: Miller and Chinzei 1997, J. Biomechanics 30: their hyper-viscoelastic model of their measurements,",
         "#   C100 = C010 = 263 Pa, C200 = C020 = 491 Pa, g = 0.450 and 0.365, tau = 0.5 and 50 s; not measured points.",
         "# Radial: incompressible and homogeneous, 15 (1/sqrt(1 - x/13) - 1) mm. Written by make_curves.py.",
@@ -68,8 +74,9 @@ def curve_text(rate):
 
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
-    for rate in RATES:
-        with open(os.path.join(folder, "swine-brain-%g-mm-min.csv" % rate), "w") as out:
+    for rate in RATES + (math.inf,):
+        name = "at-once" if math.isinf(rate) else "%g-mm-min" % rate
+        with open(os.path.join(folder, "swine-brain-%s.csv" % name), "w") as out:
             out.write(curve_text(rate))
 
 
