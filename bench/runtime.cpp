@@ -225,25 +225,31 @@ float read_run(const float* run, std::size_t count) {
   return sum[0] + sum[7] + sum[15];
 }
 
-// Superposition over the surface in turn with a plain read of the same columns. Between the two, and before each, the
-// contacts move on to other nodes, so neither finds its bytes in the cache unless the whole store fits there.
-void shape_against_read(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF;
-  const ScenePointer scene = make_scene(def);
-  const std::size_t floats = 3 * static_cast<std::size_t>(palpate_bundle_describe(bundle).surface_node_count);
+// The rows of a node's three columns in one section, as words of 4 bytes whatever form they are stored in.
+struct StoredRows {
+  const float* words = nullptr;
+  std::size_t per_node = 0;
+};
+StoredRows stored_rows(palpate::formats::SectionId id) {
   palpate_error error = {};
-  const auto* tensors = palpate::section_as<float>(bundle, palpate::formats::SectionId::displacement_surface, &error);
-  const auto* entry = palpate::formats::find_section(bundle->index, palpate::formats::SectionId::displacement_surface);
-  if (!tensors) {
-    state.SkipWithError("compares with reading rows; see packed_bench for the compliance in blocks");
-    return;
-  }
-  // Words of a node's three columns, whatever form they are stored in.
-  const std::size_t words =
-      3 * floats * palpate::formats::element_bytes(static_cast<palpate::formats::ElementType>(entry->type)) / 4;
-  std::vector<float> u(floats);
-  palpate_shape_out out = {u.data(), nullptr, static_cast<std::int32_t>(floats / 3), 0};
+  StoredRows rows;
+  const auto* entry = palpate::formats::find_section(bundle->index, id);
+  if (!entry) return rows;
+  rows.words = palpate::section_as<float>(bundle, id, &error);
+  rows.per_node = entry->bytes / 4 / entry->shape[0];
+  return rows;
+}
+
+// Superposition in turn with a plain read of the same columns. Between the two, and before each, the contacts move on to
+// other nodes, so neither finds its bytes in the cache unless the whole store fits there.
+void against_read(benchmark::State& state, palpate_shape_model shape_model, const std::vector<StoredRows>& sections) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF, def.shape = shape_model;
+  const ScenePointer scene = make_scene(def);
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  const std::int32_t nodes = shape_model == PALPATE_SHAPE_VOLUME ? info.node_count : info.surface_node_count;
+  std::vector<float> u(3 * static_cast<std::size_t>(nodes));
+  palpate_shape_out out = {u.data(), nullptr, nodes, 0};
   // So many turns that half of them read more than the caches hold, where the store is as large as that.
   const int turns = std::max(40, static_cast<int>(1000 / state.range(0)));
   std::vector<std::vector<std::uint64_t>> contacts(static_cast<std::size_t>(turns));
@@ -266,18 +272,39 @@ void shape_against_read(benchmark::State& state) {
     const auto* other = reinterpret_cast<const palpate_contacts*>(contacts[(turn + turns / 2) % turns].data());
     start = std::chrono::steady_clock::now();
     for (int e = 0; e < other->node_count; ++e)
-      sum += read_run(tensors + static_cast<std::size_t>(palpate_contacts_nodes(other)[e].column) * words, words);
+      for (const auto& [words, per_node] : sections)
+        sum += read_run(words + static_cast<std::size_t>(palpate_contacts_nodes(other)[e].column) * per_node, per_node);
     read_seconds.push_back(seconds_since(start));
     turn = (turn + 1) % turns;
   }
   benchmark::DoNotOptimize(sum);
+  std::size_t words = 0;
+  for (const StoredRows& rows : sections) words += rows.per_node;
   // Medians: on a shared machine the mean is the scheduler's.
   const double shape = median(shape_seconds), read = median(read_seconds);
   state.counters["median_us"] = shape * 1e6;
   state.counters["GB_per_s"] = static_cast<double>(state.range(0)) * 4.0 * static_cast<double>(words) / shape * 1e-9;
   state.counters["time_over_read"] = shape / read;
 }
+
+void shape_against_read(benchmark::State& state) {
+  const StoredRows surface = stored_rows(palpate::formats::SectionId::displacement_surface);
+  if (surface.words)
+    against_read(state, PALPATE_SHAPE_SURFACE, {surface});
+  else
+    state.SkipWithError("compares with reading rows; see packed_bench for the compliance in blocks");
+}
 BENCHMARK(shape_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+void volume_against_read(benchmark::State& state) {
+  const StoredRows surface = stored_rows(palpate::formats::SectionId::displacement_surface),
+                   interior = stored_rows(palpate::formats::SectionId::displacement_interior);
+  if (surface.words && interior.words)
+    against_read(state, PALPATE_SHAPE_VOLUME, {surface, interior});
+  else
+    state.SkipWithError("the bundle stores no rows of the interior");
+}
+BENCHMARK(volume_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
 // ---- the mailbox ---------------------------------------------------------------------------------------------------
 

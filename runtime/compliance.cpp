@@ -94,7 +94,7 @@ Compliance::Outcome Compliance::list_sides(SceneMemory& memory) {
 }
 
 void Compliance::measure() {
-  std::uint64_t of_columns = 0, of_entries = 0, entries = 0;
+  std::uint64_t of_columns = 0;
   for_each_side([&](std::int32_t q, const Side& side) {
     const ComplianceBlock& block = blocks_[side.block];
     const auto nodes =
@@ -102,11 +102,8 @@ void Compliance::measure() {
     const auto other = static_cast<std::uint64_t>(side.other_end - side.other_begin);
     const auto rank = static_cast<std::uint64_t>(block.rank);
     of_columns += nodes * (rank == 0 ? 9 * other : 3 * rank * (other + 1));
-    of_entries += nodes * other * (rank == 0 ? 9 : 6 * rank);
-    entries += nodes * other;
   });
   numbers_per_column_ = of_columns / static_cast<std::uint64_t>(std::max(1, stored_.columns));
-  numbers_per_entry_ = of_entries / std::max<std::uint64_t>(1, entries);
 }
 
 Mat3 Compliance::block(std::int32_t node, std::int32_t column) const {

@@ -43,9 +43,9 @@ class Compliance {
   // Cost: each block that holds a loaded node is read once.
   void field(LoadedColumn* loads, std::int32_t count, float* out);
 
-  // Means over the columns, for the plan: numbers read for one loaded node, and for one entry.
+  // For the plan: numbers read for one loaded node, a mean over the columns; the type they are stored in.
   std::uint64_t numbers_per_column() const { return numbers_per_column_; }
-  std::uint64_t numbers_per_entry() const { return numbers_per_entry_; }
+  formats::ElementType type() const { return stored_.type; }
 
  private:
   // One block as a cluster of loaded nodes sees it: the side it stands on, and the places of the other side.
@@ -80,7 +80,7 @@ class Compliance {
   const void** runs_ = nullptr;      // [most runs]
   float* coefficients_ = nullptr;    // [most runs]
   float* field_of_place_ = nullptr;  // [Ns][3]
-  std::uint64_t numbers_per_column_ = 0, numbers_per_entry_ = 0;
+  std::uint64_t numbers_per_column_ = 0;
 };
 
 }  // namespace palpate

@@ -47,7 +47,7 @@ Vec3 slip3(const Mat3& own, Vec3 c, double friction) {
     softer.m[1][1] += lambda, softer.m[2][2] += lambda;
     return solve3(softer, c);
   };
-  const auto excess = [&](Vec3 r) { return std::hypot(r.y, r.z) - friction * r.x; };
+  const auto excess = [&](Vec3 r) { return length({0, r.y, r.z}) - friction * r.x; };
   double low = 0, high = 1, at_low = -friction * c.x / own.m[0][0], at_high = excess(force(1));
   Vec3 r = {c.x / own.m[0][0], 0, 0};
   int side = 0;
@@ -67,7 +67,7 @@ Vec3 slip3(const Mat3& own, Vec3 c, double friction) {
     }
   }
   r.x = std::max(0.0, r.x);
-  const double size = std::hypot(r.y, r.z), most = friction * r.x;
+  const double size = length({0, r.y, r.z}), most = friction * r.x;
   if (size > 0) r.y *= most / size, r.z *= most / size;
   return r;
 }
@@ -81,7 +81,7 @@ Vec3 block_force(const ContactBlock& block, const Mat3& own, Vec3 c) {
       if (!(c.x > 0)) return {};
       if (!(block.friction > 0)) return {c.x / own.m[0][0], 0, 0};
       const Vec3 stick = solve3(own, c);
-      if (stick.x > 0 && std::hypot(stick.y, stick.z) <= block.friction * stick.x) return stick;
+      if (stick.x > 0 && length({0, stick.y, stick.z}) <= block.friction * stick.x) return stick;
       return slip3(own, c, block.friction);
     }
     default:
@@ -113,7 +113,8 @@ bool obeys_laws(const ContactSystem& system, const double* reaction) {
     if (block.law == ContactLaw::sticking || block.law == ContactLaw::sliding) continue;
     const Vec3 r = gather(system, reaction, p);
     if (r.x < 0) return false;
-    if (block.law == ContactLaw::coulomb && std::hypot(r.y, r.z) > block.friction * r.x * (1 + kRounding)) return false;
+    if (block.law == ContactLaw::coulomb && length({0, r.y, r.z}) > block.friction * r.x * (1 + kRounding))
+      return false;
   }
   return true;
 }
@@ -156,7 +157,7 @@ ContactResidual law_residual(const ContactSystem& system, const double* reaction
       // One step of the projection: back along the miss, then onto the disc of what friction holds.
       const double step = 1 / std::max(own.m[1][1], own.m[2][2]), most = block.friction * std::max(0.0, r.x);
       double y = r.y - step * off.y, z = r.z - step * off.z;
-      if (const double size = std::hypot(y, z); size > most) y *= most / size, z *= most / size;
+      if (const double size = length({0, y, z}); size > most) y *= most / size, z *= most / size;
       off.y = (r.y - y) / step, off.z = (r.z - z) / step;
     }
     for (int i = 0; i < 3; ++i) {

@@ -3,7 +3,8 @@
 // Compiled once for AVX2 and once for the baseline, chosen when the library is loaded; the sums are the same to the bit,
 // since no product is contracted into its sum. Only where the loader can choose.
 #if defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) &&                                             \
+    (!defined(PALPATE_MOST_INSTRUCTIONS) || PALPATE_MOST_INSTRUCTIONS > 0)
 #define PALPATE_CLONES __attribute__((target_clones("avx2", "default")))
 #else
 #define PALPATE_CLONES

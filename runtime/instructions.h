@@ -12,6 +12,10 @@
 
 #if defined(__GNUC__) && defined(__x86_64__)
 #define PALPATE_DISPATCHES 1
+// A build may be held to fewer: 0 the baseline, 1 AVX2, 2 AVX-512. Tests are.
+#ifndef PALPATE_MOST_INSTRUCTIONS
+#define PALPATE_MOST_INSTRUCTIONS 2
+#endif
 #define PALPATE_AVX2 "avx2,f16c"
 // Clang has the wish for whole registers as an option of the command line alone.
 #ifdef __clang__
@@ -29,9 +33,9 @@ enum class Instructions { baseline, avx2, avx512 };
 // The best that this processor has.
 inline Instructions best_instructions() {
 #ifdef PALPATE_DISPATCHES
-  if (__builtin_cpu_supports("avx512f")) return Instructions::avx512;
+  if (PALPATE_MOST_INSTRUCTIONS >= 2 && __builtin_cpu_supports("avx512f")) return Instructions::avx512;
   // Every processor with AVX2 has F16C; not every compiler can ask for the latter.
-  if (__builtin_cpu_supports("avx2")) return Instructions::avx2;
+  if (PALPATE_MOST_INSTRUCTIONS >= 1 && __builtin_cpu_supports("avx2")) return Instructions::avx2;
 #endif
   return Instructions::baseline;
 }

@@ -3,6 +3,20 @@
 #include <cmath>
 
 namespace palpate {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// Of an angle of 0 .. pi, by its series about pi / 2: libraries' cosines differ in the last digit, even one library's from
+// processor to processor.
+double cosine(double angle) {
+  const double x = kPi / 2 - angle, square = x * x;
+  double sum = 1;  // 1 - x^2/(2 3) (1 - x^2/(4 5) (1 - ...))
+  for (int k = 27; k >= 3; k -= 2) sum = 1 - square / (k * (k - 1)) * sum;
+  return x * sum;
+}
+
+}  // namespace
 
 double chebyshev_sum(const double* c, int count, double t) {
   double b1 = 0, b2 = 0;
@@ -24,16 +38,16 @@ bool ResponseCurve::set(const double* coefficients, int count, double range) {
   // Interpolate the quotient at its Chebyshev nodes, none of which is x = 0. A fit's rounding at zero is taken off
   // first.
   const double at_zero = chebyshev_sum(coefficients, count, -1);
-  const double pi = 3.14159265358979323846;
-  double sample[kMaxCoefficients];
+  for (double& c : ratio_) c = 0;
   for (int i = 0; i < count_; ++i) {
-    const double t = std::cos(pi * (i + 0.5) / count_);
-    sample[i] = (chebyshev_sum(coefficients, count, t) - at_zero) / (range * (t + 1) / 2);
-  }
-  for (int k = 0; k < count_; ++k) {
-    double sum = 0;
-    for (int i = 0; i < count_; ++i) sum += sample[i] * std::cos(pi * k * (i + 0.5) / count_);
-    ratio_[k] = sum * (k == 0 ? 1.0 : 2.0) / count_;
+    const double t = cosine(kPi * (i + 0.5) / count_);
+    const double sample = (chebyshev_sum(coefficients, count, t) - at_zero) / (range * (t + 1) / 2);
+    double polynomial = 1, before = t;  // T_0(t), T_-1(t)
+    for (int k = 0; k < count_; ++k) {
+      ratio_[k] += sample * polynomial * (k == 0 ? 1.0 : 2.0) / count_;
+      const double next = 2 * t * polynomial - before;
+      before = polynomial, polynomial = next;
+    }
   }
 
   // T_k(1) = 1 and T_k'(1) = k^2, so value and slope at the range's end are plain sums.

@@ -52,6 +52,8 @@ palpate_status check_def(const palpate_scene_def& def, palpate_error* error) {
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
+  if (!kHasEffects && uses_effects(def))
+    return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
   return PALPATE_OK;
 }
 
@@ -77,12 +79,16 @@ class Builder {
     if (needs_surface()) then(&Builder::surface);
     if (needs_frame(def_)) then(&Builder::measure);
     if (def_.contact == PALPATE_CONTACT_PATCH) then(&Builder::tissue);
+    add_pass(Pass::input, {"input", "touch", "", 0});
     if (def_.collision != PALPATE_COLLISION_OFF) then(&Builder::collision);
     then(&Builder::contacts);
     if (def_.force != PALPATE_FORCE_OFF) then(&Builder::force);
     if (def_.relaxation.model != PALPATE_RELAXATION_OFF) then(&Builder::relaxation);
+    add_pass(Pass::output, {"output", "touch", "", 0});
     if (def_.shape != PALPATE_SHAPE_OFF) then(&Builder::shape);
     if (def_.radial != PALPATE_RADIAL_OFF) then(&Builder::radial);
+    if (def_.shape != PALPATE_SHAPE_OFF)
+      add_pass(Pass::positions, {"positions", "shape", rest_sections(false), rest_bytes(false)});
     if (status == PALPATE_OK && scene_.memory.failed())
       status = fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
     if (bundle_.is_lost())  // whatever else seemed wrong
@@ -105,7 +111,11 @@ class Builder {
     const formats::SectionEntry* entry = formats::find_section(bundle_.index, id);
     return entry ? entry->bytes : 0;
   }
-  void add_pass(const palpate_plan_pass& pass) { scene_.plan[scene_.pass_count++] = pass; }
+  void add_creation(const palpate_plan_pass& pass) { scene_.plan[scene_.pass_count++] = pass; }
+  void add_pass(Pass id, const palpate_plan_pass& pass) {
+    scene_.place_in_plan[static_cast<std::int32_t>(id)] = scene_.pass_count;
+    scene_.plan[scene_.pass_count++] = pass;
+  }
 
   palpate_status not_finite(SectionId id, std::uint64_t at) {
     const formats::SectionEntry* entry = formats::find_section(bundle_.index, id);
@@ -254,25 +264,14 @@ class Builder {
     return scene_.tensors.surface.scale ? Form::scaled_rows : Form::rows;
   }
   std::uint64_t surface_bytes() const {
+    if (form() != Form::blocks)
+      return bytes_of(SectionId::displacement_surface) +
+             (form() == Form::scaled_rows ? bytes_of(SectionId::displacement_scale) : 0);
     std::uint64_t bytes = 0;
-    for (const SectionId id : {SectionId::displacement_surface, SectionId::displacement_scale,
-                               SectionId::compliance_nodes, SectionId::compliance_clusters,
+    for (const SectionId id : {SectionId::compliance_nodes, SectionId::compliance_clusters,
                                SectionId::compliance_blocks, SectionId::compliance_values, SectionId::compliance_scale})
       bytes += bytes_of(id);
     return bytes;
-  }
-  // Read for one node under one contact: a 3 x 3 block; the field of one contact node.
-  std::uint64_t block_bytes() const {
-    if (!scene_.tensors.compliance) return 9 * formats::element_bytes(scene_.tensors.surface.type);
-    return scene_.compliance.numbers_per_entry() * value_bytes();
-  }
-  std::uint64_t field_numbers() const {
-    return scene_.tensors.compliance ? scene_.compliance.numbers_per_column() : 9 * counts_.surface_nodes;
-  }
-  std::uint64_t value_bytes() const {
-    const formats::SectionEntry* entry = formats::find_section(
-        bundle_.index, scene_.tensors.compliance ? SectionId::compliance_values : SectionId::displacement_surface);
-    return formats::element_bytes(static_cast<formats::ElementType>(entry->type));
   }
   const char* surface_sections() const {
     static const char* const names[] = {"tensors/displacement_surface",
@@ -292,7 +291,14 @@ class Builder {
         "tensors/displacement_surface tensors/displacement_interior",
         "tensors/displacement_surface tensors/displacement_interior tensors/displacement_scale",
         PALPATE_COMPLIANCE_SECTIONS " tensors/displacement_interior"};
+    if (form() == Form::blocks && scene_.shape.interior.scale)
+      return PALPATE_COMPLIANCE_SECTIONS " tensors/displacement_interior tensors/displacement_scale";
     return names[static_cast<int>(form())];
+  }
+  std::uint64_t volume_bytes() const {
+    const bool own_scale = form() == Form::blocks && scene_.shape.interior.scale;
+    return surface_bytes() + bytes_of(SectionId::displacement_interior) +
+           (own_scale ? bytes_of(SectionId::displacement_scale) : 0);
   }
 
   palpate_status no_memory(const char* what) {
@@ -304,7 +310,7 @@ class Builder {
     if (const palpate_status status = rest_positions(counts_.surface_nodes, &touch.rest)) return status;
     if (!touch.surface.build(scene_.memory, touch.rest, touch.triangles, static_cast<std::int32_t>(counts_.triangles)))
       return no_memory("surface");
-    add_pass({"rest surface in buckets", "create", rest_sections(true), rest_bytes(true), 0, 0});
+    add_creation({"rest surface in buckets", "create", rest_sections(true), rest_bytes(true)});
     return PALPATE_OK;
   }
 
@@ -323,10 +329,9 @@ class Builder {
                             scene_.tensors.surface_nodes))
       return no_memory("patches");
     const bool regions = counts_.regions > 1;
-    add_pass({"tissue under a patch", "create", tissue_sections(bundle_),
-              bytes_of(SectionId::young) + bytes_of(SectionId::poisson) + bytes_of(SectionId::provenance) +
-                  (regions ? bytes_of(SectionId::tetrahedra) + bytes_of(SectionId::region) : 0),
-              0, 0});
+    add_creation({"tissue under a patch", "create", tissue_sections(bundle_),
+                  bytes_of(SectionId::young) + bytes_of(SectionId::poisson) + bytes_of(SectionId::provenance) +
+                      (regions ? bytes_of(SectionId::tetrahedra) + bytes_of(SectionId::region) : 0)});
     return PALPATE_OK;
   }
 
@@ -338,9 +343,8 @@ class Builder {
     touch.collision.create(&touch.surface, touch.triangles, &touch.field, deformed);
     for (std::int32_t t = 0; t < def_.max_tools; ++t)
       touch.points[t] = scene_.memory.array<PointState>(static_cast<std::size_t>(def_.max_points));
-    // Deformed: the nodes of about 30 triangles near a tool point, three floats of three columns each.
-    add_pass({deformed ? "collision: deformed" : "collision: rest", "touch", deformed ? surface_sections() : "",
-              deformed ? surface_bytes() : 0, deformed ? 30 * block_bytes() : 0, deformed ? 30ull * 18 : 0});
+    add_pass(Pass::collision, {deformed ? "collision: deformed" : "collision: rest", "touch",
+                               deformed ? surface_sections() : "", deformed ? surface_bytes() : 0});
     return PALPATE_OK;
   }
 
@@ -365,16 +369,13 @@ class Builder {
       return no_memory("contacts");
     std::fill(touch.column_of_node, touch.column_of_node + counts_.surface_nodes, -1);
     for (std::int32_t k = 0; k < scene_.tensors.columns; ++k) touch.column_of_node[scene_.touchable[k]] = k;
-    static const char* const names[][4] = {
-        {"contact: node", "contact: node, sliding", "contact: node, unilateral", "contact: node, coulomb"},
-        {"contact: triangle", "contact: triangle, sliding", "contact: triangle, unilateral",
-         "contact: triangle, coulomb"},
-        {"contact: point", "contact: point, sliding", "contact: point, unilateral", "contact: point, coulomb"},
-        {"contact: patch", "contact: patch, sliding", "contact: patch, unilateral", "contact: patch, coulomb"}};
-    // Per contact node at the limit: a 3 x 3 block towards each other one, and its share of the factorisation.
-    add_pass({names[def_.contact][def_.law], "touch", contact_sections(),
-              bytes_of(SectionId::touchable) + bytes_of(SectionId::force) + surface_bytes(), block_bytes() * nodes + 72,
-              9ull * nodes * nodes});
+    static const char* const models[] = {"contact: node", "contact: triangle", "contact: point", "contact: patch"};
+    static const char* const laws[] = {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"};
+    const bool triangles = needs_triangles() && !needs_surface();  // mapped for places in them alone
+    add_pass(Pass::rows, {models[def_.contact], "touch", triangles ? "mesh/triangles" : "",
+                          triangles ? bytes_of(SectionId::triangles) : 0});
+    add_pass(Pass::contact, {laws[def_.law], "touch", contact_sections(),
+                             bytes_of(SectionId::touchable) + bytes_of(SectionId::force) + surface_bytes()});
     return PALPATE_OK;
   }
 
@@ -396,13 +397,13 @@ class Builder {
 
   palpate_status force() {
     if (def_.force == PALPATE_FORCE_LINEAR) {
-      add_pass({"force: linear", "touch", "", 0, 0, 6});
+      add_pass(Pass::force, {"force: linear", "touch", "", 0});
       return PALPATE_OK;
     }
     if (const palpate_status status = curve(SectionId::response_force, "force RESPONSE", 1, &scene_.touch.response))
       return status;
-    add_pass({"force: response", "touch", "material/response/force material/response/range",
-              bytes_of(SectionId::response_force) + bytes_of(SectionId::response_range), 0, 9});
+    add_pass(Pass::force, {"force: response", "touch", "material/response/force material/response/range",
+                           bytes_of(SectionId::response_force) + bytes_of(SectionId::response_range)});
     return PALPATE_OK;
   }
 
@@ -411,7 +412,7 @@ class Builder {
     touch.relaxation.set(def_.relaxation);
     touch.memory = scene_.memory.array<PronySeries::Memory>(static_cast<std::size_t>(def_.max_tools));
     if (!touch.memory) return no_memory("relaxation");
-    add_pass({"relaxation: prony", "touch", "", 0, 0, 0});
+    add_pass(Pass::relaxation, {"relaxation: prony", "touch", "", 0});
     return PALPATE_OK;
   }
 
@@ -444,21 +445,17 @@ class Builder {
     shape.field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
     shape.tool_field = memory.array<float>(3 * ShapeHalf::kChunkNodes);
     const bool interior = shape.interior.numbers != nullptr;
-    const std::uint64_t inside = 9 * (static_cast<std::uint64_t>(shape.nodes) - counts_.surface_nodes);
-    add_pass({volume ? "superposition: volume" : "superposition: surface", "shape",
-              interior ? volume_sections() : surface_sections(),
-              surface_bytes() + (interior ? bytes_of(SectionId::displacement_interior) : 0),
-              value_bytes() * field_numbers() + formats::element_bytes(shape.interior.type) * inside,
-              2 * (field_numbers() + inside)});
-    add_pass({"positions", "shape", rest_sections(false), rest_bytes(false), 0, 0});
+    add_pass(Pass::superposition,
+             {volume ? "superposition: volume" : "superposition: surface", "shape",
+              interior ? volume_sections() : surface_sections(), interior ? volume_bytes() : surface_bytes()});
     return PALPATE_OK;
   }
 
   palpate_status radial() {
     if (const palpate_status status = curve(SectionId::response_radial, "radial RESPONSE", 0, &scene_.shape.radial))
       return status;
-    add_pass({"radial: response", "shape", "material/response/radial material/response/range",
-              bytes_of(SectionId::response_radial) + bytes_of(SectionId::response_range), 0, 0});
+    add_pass(Pass::radial, {"radial: response", "shape", "material/response/radial material/response/range",
+                            bytes_of(SectionId::response_radial) + bytes_of(SectionId::response_range)});
     return PALPATE_OK;
   }
 
@@ -528,4 +525,9 @@ void palpate_scene_destroy(palpate_scene* scene) {
 const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t* count) {
   if (count) *count = scene ? scene->pass_count : 0;
   return scene ? scene->plan : nullptr;
+}
+
+void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, void* user) {
+  if (!scene) return;
+  scene->watcher = watcher, scene->watcher_user = user;
 }

@@ -16,10 +16,39 @@
 
 namespace palpate {
 
+// The same steps without a trace of the effects of uses_effects(): what a scene that leaves them off is compared with, by
+// the bit (recorded_run_test) and by the clock (bench/effects_off.cpp).
+#ifdef PALPATE_WITHOUT_EFFECTS
+inline constexpr bool kHasEffects = false;
+#else
+inline constexpr bool kHasEffects = true;
+#endif
+
+inline bool uses_effects(const palpate_scene_def& def) {
+  return def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
+         def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
+         def.relaxation.model != PALPATE_RELAXATION_OFF;
+}
+
 // Whether contacts tell the normal from what is across it.
 inline bool needs_frame(const palpate_scene_def& def) {
-  return def.contact == PALPATE_CONTACT_PATCH || def.law != PALPATE_LAW_STICKING;
+  return kHasEffects && (def.contact == PALPATE_CONTACT_PATCH || def.law != PALPATE_LAW_STICKING);
 }
+
+// The passes of a step, in order.
+enum class Pass : std::int32_t {
+  input,
+  collision,
+  rows,
+  contact,
+  force,
+  relaxation,
+  output,
+  superposition,
+  radial,
+  positions,
+  count
+};
 
 // What palpate_touch alone reads and writes.
 struct TouchHalf {
@@ -67,7 +96,9 @@ struct ShapeHalf {
 }  // namespace palpate
 
 struct palpate_scene {
-  explicit palpate_scene(const palpate_scene_def& wanted) : def(wanted), memory(wanted.allocator) {}
+  explicit palpate_scene(const palpate_scene_def& wanted) : def(wanted), memory(wanted.allocator) {
+    for (std::int32_t& place : place_in_plan) place = -1;
+  }
   palpate_scene_def def;
   palpate::SceneMemory memory;
   palpate_bundle* bundle = nullptr;
@@ -76,7 +107,20 @@ struct palpate_scene {
   const std::int32_t* touchable = nullptr;  // [S] copied and checked
   palpate::TouchHalf touch;
   palpate::ShapeHalf shape;
-  static constexpr std::int32_t kMaxPasses = 12;
+  static constexpr std::int32_t kPasses = static_cast<std::int32_t>(palpate::Pass::count), kMaxPasses = kPasses + 2;
   palpate_plan_pass plan[kMaxPasses] = {};
   std::int32_t pass_count = 0;
+  std::int32_t place_in_plan[kPasses];  // of a Pass; -1: not in the plan
+  palpate_pass_watcher watcher = nullptr;
+  void* watcher_user = nullptr;
 };
+
+namespace palpate {
+
+// Said at the end of each stretch of a pass. Where nobody watches: one branch that is never taken.
+inline void passed(const palpate_scene& scene, Pass pass) {
+  if (kHasEffects && scene.watcher)
+    scene.watcher(scene.watcher_user, scene.place_in_plan[static_cast<std::int32_t>(pass)]);
+}
+
+}  // namespace palpate

@@ -116,7 +116,7 @@ class Shape {
 
   // A unit vector, or zero: then the tool has no direction and its contribution stays linear.
   Vec3 direction(const palpate_contacts& contacts, std::int32_t tool) {
-    if (scene_.def.radial == PALPATE_RADIAL_OFF) return Vec3{};
+    if (!kHasEffects || scene_.def.radial == PALPATE_RADIAL_OFF) return Vec3{};
     const Vec3 d = load3(contacts.tools[tool].direction);
     const double size = length(d);
     if (size == 0) return Vec3{};
@@ -133,7 +133,7 @@ class Shape {
     Vec3 d[PALPATE_MAX_TOOLS];
     for (std::int32_t t = 0; t < contacts->tool_count; ++t) {
       d[t] = direction(*contacts, t);
-      corrected[t] = dot(d[t], d[t]) > 0;
+      corrected[t] = kHasEffects && dot(d[t], d[t]) > 0;
     }
     add_group(
         *contacts, [&](std::int32_t tool) { return !corrected[tool]; }, Vec3{}, false);
@@ -213,7 +213,11 @@ class Shape {
     for (int g = 0; g < group_count_; ++g) {
       float* target = written ? half_.tool_field : field;
       field_of(g, target);
-      if (groups_[g].corrected) correct(groups_[g].direction, count, target);
+      passed(scene_, Pass::superposition);
+      if (groups_[g].corrected) {
+        correct(groups_[g].direction, count, target);
+        passed(scene_, Pass::radial);
+      }
       if (written)
         for (std::size_t i = 0; i < floats; ++i) field[i] += half_.tool_field[i];
       written = true;
@@ -224,10 +228,12 @@ class Shape {
       for (std::size_t i = 0; i < floats; ++i)
         if (!std::isfinite(field[i])) field[i] = 0;
     }
+    passed(scene_, Pass::superposition);
     if (!out_.positions) return;
     const float* rest = half_.rest + 3 * static_cast<std::size_t>(first);
     float* position = out_.positions + 3 * static_cast<std::size_t>(first);
     for (std::size_t i = 0; i < floats; ++i) position[i] = rest[i] + field[i];
+    passed(scene_, Pass::positions);
   }
 
   void correct(Vec3 d, std::int32_t count, float* u) {

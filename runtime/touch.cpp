@@ -23,15 +23,32 @@ class Touch {
 
   std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
     flags_ = half_.input.take(tools, tool_count, dt);
+    passed(scene_, Pass::input);
+    if (scene_.def.collision != PALPATE_COLLISION_OFF) {
+      for (std::int32_t t = 0; t < half_.input.count(); ++t) collide(t);
+      forget_absent_points();
+      passed(scene_, Pass::collision);
+    }
     half_.rows.begin();
     for (std::int32_t t = 0; t < half_.input.count(); ++t) {
-      if (scene_.def.collision != PALPATE_COLLISION_OFF) collide(t);
+      if (scene_.def.collision != PALPATE_COLLISION_OFF) add_places(t);
       add_grips(t);
     }
-    forget_absent_points();
+    passed(scene_, Pass::rows);
     solve();
+    passed(scene_, Pass::contact);
+    if (scene_.def.force != PALPATE_FORCE_OFF) {
+      for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) factor_[t] = tools_[t].contacts > 0 ? force_factor(t) : 0;
+      passed(scene_, Pass::force);
+    }
+    for (std::int32_t t = 0; t < half_.input.count(); ++t) raw_[t] = -factor_[t] * tools_[t].resultant;
+    if (kHasEffects && half_.memory) {
+      for (std::int32_t t = 0; t < half_.input.count(); ++t) raw_[t] = relaxed(t, raw_[t]);
+      passed(scene_, Pass::relaxation);
+    }
     write_nodes();
     for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) write_tool(t);
+    passed(scene_, Pass::output);
     if (scene_.bundle->is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
     out_.flags = flags_;
     out_.step = ++half_.step;
@@ -46,12 +63,21 @@ class Touch {
 
   void collide(std::int32_t t) {
     Tool& tool = half_.input.tool(t);
-    const ContactLaw law = static_cast<ContactLaw>(scene_.def.law);
+    const bool follows =
+        kHasEffects && (scene_.def.law == PALPATE_LAW_SLIDING || scene_.def.law == PALPATE_LAW_UNILATERAL);
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
       PointState& state = half_.points[t][i];
       half_.collision.move(state, tool.points[i], t, i, tool.hold);
+      if (state.contact && follows) half_.collision.follow(state);
+    }
+  }
+
+  void add_places(std::int32_t t) {
+    Tool& tool = half_.input.tool(t);
+    const ContactLaw law = static_cast<ContactLaw>(scene_.def.law);
+    for (std::int32_t i = 0; i < tool.point_count; ++i) {
+      PointState& state = half_.points[t][i];
       if (!state.contact) continue;
-      if (law == ContactLaw::sliding || law == ContactLaw::unilateral) half_.collision.follow(state);
       ContactWish wish;
       wish.tool = t, wish.point = i;
       wish.displacement = tool.points[i] - state.place_at_rest;
@@ -112,7 +138,6 @@ class Touch {
 
   // A point that was not sent this step starts afresh when it comes back.
   void forget_absent_points() {
-    if (scene_.def.collision == PALPATE_COLLISION_OFF) return;
     for (std::int32_t t = 0; t < scene_.def.max_tools; ++t) {
       const std::int32_t present = t < half_.input.count() ? half_.input.tool(t).point_count : 0;
       for (std::int32_t i = present; i < scene_.def.max_points && half_.points[t][i].known; ++i)
@@ -131,8 +156,9 @@ class Touch {
       if (flag) raise(t, flag);
       tools_[t].resultant += half_.force[e];
     }
-    if (scene_.def.collision == PALPATE_COLLISION_DEFORMED) half_.field.set(scene_.tensors, set, half_.modified);
-    if (scene_.def.law >= PALPATE_LAW_UNILATERAL && outcome != ContactSolver::Outcome::unsolved) slip();
+    if (kHasEffects && scene_.def.collision == PALPATE_COLLISION_DEFORMED)
+      half_.field.set(scene_.tensors, set, half_.modified);
+    if (kHasEffects && scene_.def.law >= PALPATE_LAW_UNILATERAL && outcome != ContactSolver::Outcome::unsolved) slip();
   }
 
   // Places that slipped, or that nothing holds, come along by as much as the tool has left them behind.
@@ -156,7 +182,7 @@ class Touch {
   }
   static bool slips(const ContactBlock& block, Vec3 r) {
     constexpr double rounding = 1e-9;
-    return block.law == ContactLaw::coulomb && std::hypot(r.y, r.z) >= block.friction * r.x * (1 - rounding);
+    return block.law == ContactLaw::coulomb && length({0, r.y, r.z}) >= block.friction * r.x * (1 - rounding);
   }
 
   // d_t; zero where the imposed displacements cancel.
@@ -167,15 +193,13 @@ class Touch {
 
   // Factor on all nodal forces of the tool. Response: its resultant along d_t becomes Q of itself (eqs 3-6).
   double force_factor(std::int32_t t) {
-    if (scene_.def.force == PALPATE_FORCE_OFF) return 0;
-    if (scene_.def.force == PALPATE_FORCE_LINEAR) return 1;
+    if (!kHasEffects || scene_.def.force == PALPATE_FORCE_LINEAR) return 1;
     const double along = dot(tools_[t].resultant, direction(t));
     if (half_.response.outside(along)) raise(t, PALPATE_STEP_RESPONSE_RANGE);
     return half_.response.ratio(along);
   }
 
   void write_nodes() {
-    for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) factor_[t] = tools_[t].contacts > 0 ? force_factor(t) : 0;
     palpate_contact_node* node = reinterpret_cast<palpate_contact_node*>(&out_ + 1);
     const ContactSet& set = half_.rows.set();
     for (std::int32_t e = 0; e < set.entry_count; ++e, ++node) {
@@ -202,9 +226,8 @@ class Touch {
       if (half_.memory && t < scene_.def.max_tools) half_.memory[t] = PronySeries::Memory{};
       return;
     }
-    const Vec3 raw = relaxed(t, -factor_[t] * tools_[t].resultant);
-    store3(raw, state.force_raw);
-    store3(safe_force(t, raw), state.force);
+    store3(raw_[t], state.force_raw);
+    store3(safe_force(t, raw_[t]), state.force);
     store3(direction(t), state.direction);
     state.contact_count = tools_[t].contacts;
     state.slip_count = tools_[t].slips;
@@ -214,7 +237,7 @@ class Touch {
 
   // The force after its relaxation. What is left of a push may not pull, unless the tool holds.
   Vec3 relaxed(std::int32_t t, Vec3 elastic) {
-    if (!half_.memory || !is_finite(elastic)) return elastic;
+    if (!is_finite(elastic)) return elastic;
     const Vec3 force = half_.relaxation.step(half_.memory[t], elastic, half_.input.dt());
     if (tools_[t].contacts == 0) return Vec3{};
     return !half_.input.tool(t).hold && dot(force, elastic) < 0 ? Vec3{} : force;
@@ -248,7 +271,8 @@ class Touch {
   palpate_contacts& out_;
   std::uint32_t flags_ = 0;
   ToolSum tools_[PALPATE_MAX_TOOLS];
-  double factor_[PALPATE_MAX_TOOLS] = {};
+  double factor_[PALPATE_MAX_TOOLS] = {};  // on each tool's nodal forces
+  Vec3 raw_[PALPATE_MAX_TOOLS];            // force on each tool, N, before the limits
 };
 
 }  // namespace

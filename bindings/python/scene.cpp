@@ -35,7 +35,7 @@ palpate_relaxation relaxation_of(const py::object& terms) {
 
 struct PlanPass {
   std::string name, half, sections;
-  std::uint64_t mapped_bytes, bytes_per_contact_node, flops_per_contact_node;
+  std::uint64_t mapped_bytes;
 };
 
 class HeldScene {
@@ -82,8 +82,7 @@ class HeldScene {
     const palpate_plan_pass* passes = palpate_scene_plan(scene_.get(), &count);
     std::vector<PlanPass> plan;
     for (const palpate_plan_pass* pass = passes; pass != passes + count; ++pass)
-      plan.push_back({pass->name, pass->half, pass->sections, pass->mapped_bytes, pass->bytes_per_contact_node,
-                      pass->flops_per_contact_node});
+      plan.push_back({pass->name, pass->half, pass->sections, pass->mapped_bytes});
     return plan;
   }
 
@@ -148,13 +147,11 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
 }
 
 void add_plan_pass(py::module_& module) {
-  py::class_<PlanPass>(module, "PlanPass", "One line of a scene's plan: a pass, what it maps, what it costs per step.")
+  py::class_<PlanPass>(module, "PlanPass", "One line of a scene's plan: a pass, what it maps.")
       .def_readonly("name", &PlanPass::name, "\"collision: rest\", \"superposition: surface\", ...")
       .def_readonly("half", &PlanPass::half, "\"create\", \"touch\" or \"shape\"")
       .def_readonly("sections", &PlanPass::sections, "of the bundle, that it reads")
       .def_readonly("mapped_bytes", &PlanPass::mapped_bytes, "of those sections")
-      .def_readonly("bytes_per_contact_node", &PlanPass::bytes_per_contact_node, "read per step and node under contact")
-      .def_readonly("flops_per_contact_node", &PlanPass::flops_per_contact_node, "per step and node under contact")
       .def("__repr__", [](const PlanPass& self) {
         return "<palpate.PlanPass: " + self.half + ", " + self.name + ", " + self.sections + ">";
       });

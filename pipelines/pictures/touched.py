@@ -30,14 +30,17 @@ def contact_centres(scene, time, points):
 
 
 def tool_actors(tool, points, lean, size):
-    """A capsule as it is; a single point as the tip of a thin rod along lean; others as balls, their skin on the point."""
+    """A capsule as it is; a single point as the tip of a thin rod along lean, or, with a
+    radius, as the middle of its end; others as balls, their skin on the point."""
     if tool.get("capsule"):
         capsule = tool["capsule"]
         radius = capsule["radius_m"] / offscreen.MILLIMETRE
         axis = np.array(capsule["axis"])
         ends = points[-capsule["samples"]] + radius * axis, points[-1] - radius * axis
         return [offscreen.rod(*ends, radius, STEEL)] + [offscreen.sphere(end, radius, STEEL) for end in ends]
-    radius = 0.011 * size
+    radius = tool["radius_m"] / offscreen.MILLIMETRE if "radius_m" in tool else 0.011 * size
+    if len(points) == 1 and "radius_m" in tool:  # a flat disc: the end of the rod
+        return [offscreen.rod(points[0], points[0] + 0.42 * size * lean, radius, STEEL)]
     if len(points) == 1:
         start = points[0] + radius * lean
         end = start + 0.42 * size * lean

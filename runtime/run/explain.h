@@ -1,27 +1,34 @@
-// The plan of a scene as a table: what each pass maps and what it is predicted to cost.
+// The plan of a scene as a table: what each pass maps, what it is predicted to cost on this machine, what it took.
 #pragma once
 
-#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "runtime/run/player.h"
 
 namespace palpate {
 
-// What this machine does now in plain loops: bytes/s of one read pass over that much memory, and flop/s of
-// multiply-adds in cache. About 50 ms.
+// What this machine does now, in plain loops like those that the passes are predicted from.
 struct MachineRates {
-  double bytes_per_second, flops_per_second;
+  double bytes_per_second;  // reading a run of memory again and again
+  double flops_per_second;  // single-precision multiply-adds in cache, by the instructions that every processor has
+  double steps_per_second;  // multiply-adds each of which waits for the one before
 };
-MachineRates measure_machine(std::uint64_t memory_bytes);
+// bytes: how long the run is, which says in which cache it stays. About 10 ms.
+MachineRates measure_machine(std::uint64_t bytes);
 
-// contact_nodes: how many are under contact in one step. A pass is predicted to take the longer of reading its bytes
-// and of doing its flops; passes that do not grow with the contacts show no prediction.
-std::string plan_table(const palpate_plan_pass* passes, int count, int contact_nodes, const MachineRates& rates);
+double predicted_seconds(const palpate_pass_work& work, const MachineRates& rates);
 
-// Plays the scene. Returns the plan, its predicted cost at the most contact nodes that the scene reaches, and what
-// touch and shape took there; and, for each effect that can be left out alone, what they took less without it. bundle: the
-// player's.
-std::string explain(Player& player, const std::filesystem::path& bundle);
+// One pass of a step.
+struct PassCost {
+  palpate_plan_pass pass;
+  palpate_pass_work work = {};
+  double predicted_us = 0, measured_us = 0;
+};
+std::string plan_table(const std::vector<PassCost>& passes);
+
+// Plays the scene and tells its plan with the costs at the steps that hold as many nodes as most do. Measured: medians of
+// what palpate_watch_passes sees, less the clock's own time; and of whole calls that nobody watches.
+std::string explain(Player& player);
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
 #include "runtime/run/bundle_fields.h"
+#include "runtime/run/scene_bundle.h"
 #include "runtime/run/tool_points.h"
 
 namespace palpate {
@@ -207,7 +208,7 @@ Record read_record(const fs::path& record) {
 std::string replay(const fs::path& record, const fs::path& other_bundle, const fs::path& scene) {
   const Record expected = read_record(record);
   const SceneConfig recorded = read_scene_config(record);
-  const fs::path bundle = other_bundle.empty() ? recorded.bundle : other_bundle;
+  const fs::path bundle = bundle_of(recorded, other_bundle);
   if (const std::uint64_t found = read_bundle_fields(bundle).identity; found != expected.bundle)
     throw InputError(
         fmt::format("{}: expected the bundle that {} was recorded on, index {:016x}, found {:016x}; give that one with "

@@ -2,9 +2,12 @@
 
 #include <atomic>
 #include <regex>
+#include <set>
+#include <sstream>
 #include <thread>
 
 #include "tests/runtime/played_box.h"
+#include "tests/support/packed_bundle.h"
 
 namespace palpate::tests {
 namespace {
@@ -57,20 +60,31 @@ TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {
   EXPECT_GT(needed, 10);
 }
 
-// All bytes that a scene shows for a played run.
-std::string played(const palpate_scene_def& def, const std::function<void(palpate_scene*)>& before = {}) {
-  const ScenePointer scene = box().scene(def);
+// All bytes that a scene shows for a played run; forces: those of tools and nodes too.
+std::string played(const palpate_scene_def& def, const std::function<void(palpate_scene*)>& before = {},
+                   const TouchedBox& on = box(), bool forces = true, double radius = 0.004) {
+  const ScenePointer scene = on.scene(def);
   Contacts contacts(scene.get());
   if (before) before(scene.get());
-  std::vector<float> u(3 * static_cast<std::size_t>(box().body.surface_nodes)), x(u.size());
-  palpate_shape_out out = {u.data(), x.data(), box().body.surface_nodes, 0};
+  std::vector<float> u(3 * static_cast<std::size_t>(on.body.surface_nodes)), x(u.size());
+  palpate_shape_out out = {u.data(), x.data(), on.body.surface_nodes, 0};
   std::string bytes;
-  play(scene.get(), contacts, 150, [&](palpate_step_flags) {
-    palpate_shape(scene.get(), contacts.get(), &out);
-    bytes.append(reinterpret_cast<const char*>(contacts.get()), contacts->used_bytes);
-    bytes.append(reinterpret_cast<const char*>(u.data()), 4 * u.size());
-    bytes.append(reinterpret_cast<const char*>(x.data()), 4 * x.size());
-  });
+  const auto add = [&](const auto* numbers, std::size_t count) {
+    bytes.append(reinterpret_cast<const char*>(numbers), count * sizeof *numbers);
+  };
+  play(
+      on, scene.get(), contacts, 150,
+      [&](palpate_step_flags) {
+        palpate_shape(scene.get(), contacts.get(), &out);
+        if (forces) add(reinterpret_cast<const char*>(contacts.get()), contacts->used_bytes);
+        for (int n = 0; n < contacts->node_count; ++n) {
+          add(&contacts.nodes()[n].node, 4);
+          add(contacts.nodes()[n].modified_displacement, 3);
+        }
+        add(u.data(), u.size());
+        add(x.data(), x.size());
+      },
+      radius);
   return bytes;
 }
 
@@ -155,15 +169,128 @@ TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
   EXPECT_EQ(plan_of(box().scene(def).get()),
             "create rest surface in buckets [mesh/nodes mesh/triangles]\n"
             "create tissue under a patch [material/young material/poisson provenance]\n"
+            "touch input []\n"
             "touch collision: rest []\n"
-            "touch contact: patch [tensors/nodes tensors/force tensors/displacement_surface]\n"
+            "touch contact: patch []\n"
+            "touch solve: sticking [tensors/nodes tensors/force tensors/displacement_surface]\n"
             "touch force: linear []\n"
+            "touch output []\n"
             "shape superposition: surface [tensors/displacement_surface]\n"
             "shape positions [mesh/nodes]\n");
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.shape = PALPATE_SHAPE_OFF;
   def.force = PALPATE_FORCE_OFF;
   EXPECT_EQ(plan_of(box().scene(def).get()),
-            "touch contact: node [tensors/nodes tensors/force tensors/displacement_surface]\n");
+            "touch input []\n"
+            "touch contact: node []\n"
+            "touch solve: sticking [tensors/nodes tensors/force tensors/displacement_surface]\n"
+            "touch output []\n");
+}
+
+// Every scene that may be made of the effects: half of the laws, since the others map what these do.
+template <class Each>
+void for_every_scene(Each each) {
+  palpate_scene_def def = palpate_default_scene_def();
+  for (const int collision : {0, 1, 2})
+    for (const int contact : {0, 1, 2, 3})
+      for (const int law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB})
+        for (const int force : {0, 1, 2})
+          for (const int shape : {0, 1, 2})
+            for (const int radial : {0, 1})
+              for (const int preload : {0, 1})
+                for (const int relaxation : {0, 1}) {
+                  if ((radial && !shape) || (relaxation && !force)) continue;
+                  def.collision = static_cast<palpate_collision>(collision);
+                  def.contact = static_cast<palpate_contact_model>(contact);
+                  def.law = static_cast<palpate_contact_law>(law);
+                  def.force = static_cast<palpate_force_model>(force);
+                  def.shape = static_cast<palpate_shape_model>(shape);
+                  def.radial = static_cast<palpate_radial_model>(radial);
+                  def.preload = static_cast<palpate_preload_model>(preload);
+                  def.relaxation = {static_cast<palpate_relaxation_model>(relaxation), 1, {0.5}, {1}};
+                  each(def);
+                }
+}
+
+// What a scene is asked for, as the words of its plan.
+std::string wanted(const palpate_scene_def& d) {
+  static const char* const words[][4] = {{"", "collision: rest", "collision: deformed", ""},
+                                         {"contact: node", "contact: triangle", "contact: point", "contact: patch"},
+                                         {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"},
+                                         {"", "force: linear", "force: response", ""},
+                                         {"", "superposition: surface", "superposition: volume", ""}};
+  std::string text = "input";
+  const auto add = [&](const std::string& word) { text += word.empty() ? "" : ", " + word; };
+  add(words[0][d.collision]), add(words[1][d.contact]), add(words[2][d.law]), add(words[3][d.force]);
+  if (d.relaxation.model) add("relaxation: prony");
+  add("output"), add(words[4][d.shape]);
+  if (d.radial) add("radial: response");
+  if (d.shape) add("positions");
+  return text;
+}
+
+TEST(Plan, HasAPassForEveryEffectThatIsOnAndNoneForOneThatIsOff) {
+  int scenes = 0;
+  for_every_scene([&](const palpate_scene_def& def) {
+    const ScenePointer scene = box().scene(def);
+    int32_t count = 0;
+    const palpate_plan_pass* pass = palpate_scene_plan(scene.get(), &count);
+    std::string found;
+    for (int32_t i = 0; i < count; ++i)
+      if (std::string(pass[i].half) != "create") found += (found.empty() ? "" : ", ") + std::string(pass[i].name);
+    EXPECT_EQ(found, wanted(def));
+    ++scenes;
+  });
+  EXPECT_EQ(scenes, 1200);
+}
+
+// What a watched step runs through is its plan, and watching it changes nothing.
+TEST(Plan, IsWhatAStepRunsThroughInOrder) {
+  for (const int all : {0, 1}) {
+    palpate_scene_def def = palpate_default_scene_def();
+    if (all) {
+      def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB, def.force = PALPATE_FORCE_RESPONSE;
+      def.radial = PALPATE_RADIAL_RESPONSE, def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {1}};
+    }
+    const ScenePointer scene = box().scene(def), plain = box().scene(def);
+    int32_t count = 0;
+    const palpate_plan_pass* pass = palpate_scene_plan(scene.get(), &count);
+    std::vector<std::string> planned, passed;
+    for (int32_t i = 0; i < count; ++i)
+      if (std::string(pass[i].half) != "create") planned.push_back(pass[i].name);
+    struct Watch {
+      const palpate_plan_pass* pass;
+      std::vector<std::string>* passed;
+    } watch = {pass, &passed};
+    palpate_watch_passes(
+        scene.get(),
+        [](void* user, int32_t p) {
+          auto& [passes, names] = *static_cast<Watch*>(user);
+          if (names->empty() || names->back() != passes[p].name) names->push_back(passes[p].name);
+        },
+        &watch);
+    Contacts contacts(scene.get()), unwatched(plain.get());
+    std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes)), y(x.size());
+    palpate_shape_out out = {nullptr, x.data(), box().body.surface_nodes, 0},
+                      other = {nullptr, y.data(), out.node_capacity, 0};
+    std::vector<std::string> of_plain;
+    play(plain.get(), unwatched, 40, [](palpate_step_flags) {});
+    palpate_shape(plain.get(), unwatched.get(), &other);
+    play(scene.get(), contacts, 40, [&](palpate_step_flags) { of_plain.swap(passed), passed.clear(); });
+    passed = of_plain;  // of one touch, the last but one
+    palpate_shape(scene.get(), contacts.get(), &out);
+    // The two tools of the play are corrected one after the other: radial comes once for each.
+    passed.erase(std::unique(passed.begin(), passed.end()), passed.end());
+    std::vector<std::string> distinct;
+    for (const std::string& name : passed)
+      if (std::find(distinct.begin(), distinct.end(), name) == distinct.end()) distinct.push_back(name);
+    EXPECT_EQ(distinct, planned);
+    EXPECT_EQ(x, y);
+    EXPECT_EQ(std::memcmp(contacts.get(), unwatched.get(), contacts->used_bytes), 0);
+    passed.clear();
+    palpate_watch_passes(scene.get(), nullptr, nullptr);
+    palpate_shape(scene.get(), contacts.get(), &out);
+    EXPECT_TRUE(passed.empty());
+  }
 }
 
 TEST(Plan, RefusesAnEffectWhoseSectionIsNotThere) {
@@ -252,6 +379,123 @@ TEST(Plan, MapsTheSectionsThatTheEffectsNeedAndNoOthers) {
   EXPECT_EQ(mapped([](auto& d) { d.contact = PALPATE_CONTACT_POINT, d.preload = PALPATE_PRELOAD_ON; }),
             with({"mesh/nodes", "mesh/triangles", "preload/displacement"}));
   std::filesystem::remove(file);
+}
+
+// The plan says which sections it maps, and the process maps those and no others, of every form of a bundle. After steps:
+// nothing is mapped later.
+TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
+  using formats::ElementType;
+  const std::pair<const char*, std::function<void(BundleParts&)>> forms[] = {
+      {"f32 rows", [](BundleParts&) {}},
+      {"f16 rows", store_as_f16},
+      {"f32 blocks",
+       [](BundleParts& p) {
+         store_in_blocks(p, {ElementType::f32, 1e-4});
+       }},
+      {"f16 blocks",
+       [](BundleParts& p) {
+         store_in_blocks(p, {ElementType::f16, 1e-3});
+       }},
+  };
+  std::set<std::string> ever;
+  for (const auto& [name, store] : forms) {
+    BundleParts parts = tiny_bundle();
+    add_everything(parts);
+    store(parts);
+    const auto file = scratch_file("maps.h5");
+    write_bundle(file, parts);
+    const std::string bytes = file_bytes(file);
+    formats::BundleIndex index;
+    ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);
+    for_every_scene([&, name = name](const palpate_scene_def& def) {
+      // What the forms differ in, neither laws nor relaxation touch.
+      if (name != forms[0].first && (def.law != PALPATE_LAW_STICKING || def.relaxation.model)) return;
+      palpate_bundle* opened = nullptr;
+      palpate_error error = {};
+      ASSERT_EQ(palpate_bundle_open_file(file.c_str(), &opened, &error), PALPATE_OK) << error.text;
+      const BundlePointer bundle(opened);
+      palpate_scene* made = nullptr;
+      ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &made, &error), PALPATE_OK) << error.text;
+      const ScenePointer scene(made);
+      Contacts contacts(made);
+      play(made, contacts, 2, [&](palpate_step_flags) {
+        if (def.shape != PALPATE_SHAPE_OFF) displacements(made, contacts.get(), box().body.surface_nodes);
+      });
+      std::set<std::string> planned;
+      int32_t count = 0;
+      const palpate_plan_pass* pass = palpate_scene_plan(made, &count);
+      std::uint64_t bytes_of_plan = 0, bytes_of_sections = 0;
+      for (int32_t i = 0; i < count; ++i) {
+        bytes_of_plan += pass[i].mapped_bytes;
+        std::istringstream words(pass[i].sections);
+        for (std::string section; words >> section;) {
+          planned.insert(section);
+          for (std::uint32_t e = 0; e < index.header.section_count; ++e)
+            if (formats::describe_section(static_cast<SectionId>(index.entries[e].id))->path == section)
+              bytes_of_sections += index.entries[e].bytes;
+        }
+      }
+      const auto mapped = mapped_sections(file, index);
+      EXPECT_EQ(std::set<std::string>(mapped.begin(), mapped.end()), planned) << name << ": " << wanted(def);
+      EXPECT_EQ(bytes_of_plan, bytes_of_sections) << name << ": " << wanted(def);
+      ever.insert(mapped.begin(), mapped.end());
+    });
+    std::filesystem::remove(file);
+  }
+  // Every section that the runtime knows what to do with was needed by some scene.
+  for (const char* section :
+       {"mesh/nodes", "mesh/triangles", "material/young", "material/poisson", "material/response/force",
+        "material/response/radial", "material/response/range", "preload/displacement", "tensors/nodes", "tensors/force",
+        "tensors/displacement_surface", "tensors/displacement_interior", "tensors/displacement_scale",
+        "tensors/compliance/values", "provenance"})
+    EXPECT_TRUE(ever.count(section)) << section;
+}
+
+// ---- bits -----------------------------------------------------------------------------------------------------------
+
+// A bundle that has nothing for an effect that is off gives the same bytes: nothing of it was used.
+TEST(Scene, IsBitIdenticalOnABundleThatHasNothingForTheEffectsThatAreOff) {
+  const TouchedBox bare({.interior = false});
+  int scenes = 0;
+  for_every_scene([&](const palpate_scene_def& def) {
+    if (def.force == PALPATE_FORCE_RESPONSE || def.shape == PALPATE_SHAPE_VOLUME || def.radial || def.preload) return;
+    EXPECT_TRUE(played(def, {}, bare) == played(def)) << wanted(def);
+    ++scenes;
+  });
+  EXPECT_EQ(scenes, 3 * 4 * 2 * 3 * 2);
+}
+
+// What an effect does not act on has the same bytes whether it is on or off, whatever the others are.
+TEST(Scene, IsBitIdenticalInWhatAnEffectDoesNotActOn) {
+  const auto without_forces = [](const palpate_scene_def& def) {
+    return played(
+        def, [](palpate_scene*) {}, box(), false);
+  };
+  for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
+    for (const auto contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
+      for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
+        palpate_scene_def plain = palpate_default_scene_def();
+        plain.collision = collision, plain.contact = contact, plain.law = law;
+        palpate_scene_def volume = plain, relaxing = plain, none = plain, response = plain;
+        volume.shape = PALPATE_SHAPE_VOLUME;  // the same surface first
+        relaxing.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {0.1}};
+        none.force = PALPATE_FORCE_OFF, response.force = PALPATE_FORCE_RESPONSE;
+        EXPECT_TRUE(played(volume) == played(plain)) << wanted(plain);
+        const std::string fields = without_forces(plain);
+        for (const auto& other : {relaxing, none, response}) {
+          EXPECT_TRUE(without_forces(other) == fields) << wanted(other);
+          // It does act on the forces; but this bundle's response is the identity.
+          EXPECT_EQ(played(other) == played(plain), other.force == PALPATE_FORCE_RESPONSE) << wanted(other);
+        }
+      }
+}
+
+// A disc of no radius is a point: PATCH costs a tool without a radius nothing of its answer.
+TEST(Scene, IsBitIdenticalUnderPatchAndPointWhereNoToolHasARadius) {
+  palpate_scene_def patch = palpate_default_scene_def(), point = patch;
+  patch.law = point.law = PALPATE_LAW_COULOMB, point.contact = PALPATE_CONTACT_POINT;
+  EXPECT_TRUE(played(patch, {}, box(), true, 0) == played(point, {}, box(), true, 0));
+  EXPECT_FALSE(played(patch) == played(point));
 }
 
 TEST(Preload, MovesTheRestShapeThatToolsMeetAndPositionsStartFrom) {

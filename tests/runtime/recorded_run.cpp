@@ -1,9 +1,13 @@
-// recorded_run BUNDLE PATH: plays a recorded path on a bundle and prints, scene by scene, hashes of all that came out.
+// recorded_run BUNDLE PATH THREADS: plays a recorded path on a bundle and prints, scene by scene, hashes of all that came
+// out. The scenes are dealt out to that many threads, which share the bundle.
 // One build of the runtime is one such program; it uses nothing but the C API, so that it can be built by one command.
 #include "tests/runtime/recorded_path.h"
 
 #include <cinttypes>
 #include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "formats/checksum.h"
@@ -16,7 +20,7 @@ using palpate::tests::RecordedStep;
 
 struct Played {
   Xxh64 contacts, forces, shape;
-  long contact_nodes = 0;
+  long contact_nodes = 0, slips = 0;
   unsigned flags = 0;
 };
 
@@ -54,44 +58,84 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const std::vecto
     played.shape.update(displacements.data(), bytes);
     played.shape.update(positions.data(), bytes);
     played.contact_nodes += contacts->node_count;
+    for (int t = 0; t < 3; ++t) played.slips += contacts->tools[t].slip_count;
   }
   return played;
+}
+
+struct Combination {
+  palpate_collision collision;
+  palpate_contact_model contact;
+  palpate_contact_law law;
+};
+
+// Every contact model under every law on both surfaces; in half of them everything else that a scene may call for.
+bool has_the_rest(const Combination& c) {
+  return (c.collision + c.contact + c.law) % 2 == 0;
+}
+
+palpate_scene_def scene_def(const Combination& c) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = c.collision, def.contact = c.contact, def.law = c.law, def.shape = PALPATE_SHAPE_VOLUME;
+  def.force_limit = 20;  // N, reached by the pinch
+  if (!has_the_rest(c)) return def;
+  def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
+  def.relaxation = {PALPATE_RELAXATION_PRONY, 2, {0.45, 0.365}, {0.005, 0.5}};
+  return def;
+}
+
+std::string line_of(const Combination& c, const Played& played) {
+  char line[256];
+  std::snprintf(line, sizeof line,
+                "collision %d contact %d law %d the rest %d: contact_nodes %ld slips %ld flags %u contacts %016" PRIx64
+                " forces %016" PRIx64 " shape %016" PRIx64 "\n",
+                c.collision, c.contact, c.law, has_the_rest(c), played.contact_nodes, played.slips, played.flags,
+                played.contacts.digest(), played.forces.digest(), played.shape.digest());
+  return line;
+}
+
+// Of a scene that this build cannot make: nothing. A reason on stderr, and the end, where something else is wrong.
+std::string play(const Combination& c, palpate_bundle* bundle, const std::vector<RecordedStep>& path) {
+  const palpate_scene_def def = scene_def(c);
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  const palpate_status status = palpate_scene_create(bundle, &def, &scene, &error);
+  if (status == PALPATE_ERROR_EFFECT) return {};
+  if (status != PALPATE_OK) {
+    std::fprintf(stderr, "recorded_run: %s\n", error.text);
+    std::exit(3);
+  }
+  const std::string line = line_of(c, play(scene, bundle, path));
+  palpate_scene_destroy(scene);
+  return line;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
+  if (argc != 4) return 2;
   const std::vector<RecordedStep> path = read_path(argv[2]);
+  const auto thread_count = static_cast<std::size_t>(std::atoi(argv[3]));
   palpate_bundle* bundle = nullptr;
   palpate_error error = {};
-  if (path.empty() || palpate_bundle_open_file(argv[1], &bundle, &error) != PALPATE_OK) {
+  if (path.empty() || thread_count < 1 || palpate_bundle_open_file(argv[1], &bundle, &error) != PALPATE_OK) {
     std::fprintf(stderr, "recorded_run: %s\n", path.empty() ? "no path" : error.text);
     return 3;
   }
-  for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto contact :
-         {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
-      for (const bool corrected : {false, true}) {
-        palpate_scene_def def = palpate_default_scene_def();
-        def.collision = collision, def.contact = contact, def.shape = PALPATE_SHAPE_VOLUME;
-        def.force_limit = 20;  // N, reached by the pinch
-        if (corrected)
-          def.law = contact == PALPATE_CONTACT_NODE       ? PALPATE_LAW_SLIDING
-                    : contact == PALPATE_CONTACT_TRIANGLE ? PALPATE_LAW_UNILATERAL
-                                                          : PALPATE_LAW_COULOMB,
-          def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
-        palpate_scene* scene = nullptr;
-        if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) {
-          std::fprintf(stderr, "recorded_run: %s\n", error.text);
-          return 3;
-        }
-        const Played played = play(scene, bundle, path);
-        palpate_scene_destroy(scene);
-        std::printf("collision %d contact %d corrected %d: contact_nodes %ld flags %u contacts %016" PRIx64
-                    " forces %016" PRIx64 " shape %016" PRIx64 "\n",
-                    collision, contact, corrected, played.contact_nodes, played.flags, played.contacts.digest(),
-                    played.forces.digest(), played.shape.digest());
-      }
+  std::vector<Combination> combinations;
+  for (int collision = PALPATE_COLLISION_REST; collision <= PALPATE_COLLISION_DEFORMED; ++collision)
+    for (int contact = PALPATE_CONTACT_NODE; contact <= PALPATE_CONTACT_PATCH; ++contact)
+      for (int law = PALPATE_LAW_STICKING; law <= PALPATE_LAW_COULOMB; ++law)
+        combinations.push_back({static_cast<palpate_collision>(collision), static_cast<palpate_contact_model>(contact),
+                                static_cast<palpate_contact_law>(law)});
+  std::vector<std::string> lines(combinations.size());
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < thread_count; ++t)
+    threads.emplace_back([&, t] {
+      for (std::size_t c = t; c < combinations.size(); c += thread_count)
+        lines[c] = play(combinations[c], bundle, path);
+    });
+  for (std::thread& thread : threads) thread.join();
   palpate_bundle_close(bundle);
+  for (const std::string& line : lines) std::fputs(line.c_str(), stdout);
 }

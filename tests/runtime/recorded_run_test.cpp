@@ -1,11 +1,15 @@
-// A recorded run hashes the same in every build: unoptimised, optimised, for this machine's instructions, by another
-// compiler. Bundle and path are written once, here, so that all builds read the same bytes.
+// A recorded run hashes the same in every build (unoptimised, optimised, for this machine's instructions, by another
+// compiler, without run-time dispatch), on any number of threads, whatever the mathematics library chooses for the
+// processor, from every form of a bundle. Bundle and path are written once, here, so that all builds read the same bytes.
 #include <cmath>
 #include <cstdio>
+#include <functional>
+#include <set>
 #include <sstream>
 
 #include "tests/runtime/recorded_path.h"
 #include "tests/runtime/touched_box.h"
+#include "tests/support/packed_bundle.h"
 
 namespace palpate::tests {
 namespace {
@@ -15,9 +19,12 @@ std::vector<std::string> builds() {
   return {std::istream_iterator<std::string>(names), {}};
 }
 
-void write_recorded_bundle(const std::filesystem::path& file) {
+using Form = std::function<void(BundleParts&)>;
+
+// In another form, on a mesh fine enough for blocks of low rank.
+void write_recorded_bundle(const std::filesystem::path& file, const Form& store = {}) {
   using formats::SectionId;
-  BundleParts parts = tiny_bundle();
+  BundleParts parts = store ? tiny_bundle({.cells = {6, 5, 4}}) : tiny_bundle();
   const auto nodes = parts.get<double>(SectionId::nodes);
   std::vector<double> preload(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.01 * nodes[i - 2] : 0;
@@ -26,6 +33,7 @@ void write_recorded_bundle(const std::filesystem::path& file) {
   parts.set(SectionId::response_radial, {4}, std::vector<double>{1.1e-3, 1.2e-3, 2e-4, 3e-5});
   parts.set(SectionId::response_force, {5}, std::vector<double>{0.3, 0.34, 0.05, 0.01, 1e-3});
   parts.set(SectionId::response_range, {2}, std::vector<double>{0.002, 0.5});
+  if (store) store(parts);
   write_bundle(file, parts);
 }
 
@@ -56,10 +64,10 @@ void write_path(const std::filesystem::path& file, const std::vector<RecordedSte
       .write(reinterpret_cast<const char*>(path.data()), static_cast<std::streamsize>(path.size() * sizeof path[0]));
 }
 
-std::string output_of(const std::string& build, const std::filesystem::path& bundle,
-                      const std::filesystem::path& path) {
-  const std::string command =
-      std::string("'") + PALPATE_RECORDED_RUN + build + "' '" + bundle.string() + "' '" + path.string() + "'";
+std::string output_of(const std::string& build, const std::filesystem::path& bundle, const std::filesystem::path& path,
+                      int threads = 2, const std::string& environment = "") {
+  const std::string command = environment + " '" + PALPATE_RECORDED_RUN + build + "' '" + bundle.string() + "' '" +
+                              path.string() + "' " + std::to_string(threads);
   std::string output;
   std::FILE* pipe = popen(command.c_str(), "r");
   if (!pipe) return {};
@@ -81,25 +89,85 @@ class RecordedRun : public testing::Test {
   const std::filesystem::path bundle_ = scratch_file("bundle.h5"), path_ = scratch_file("path");
 };
 
+constexpr int kScenes = 32;
+
 TEST_F(RecordedRun, HashesTheSameInEveryBuild) {
   ASSERT_GE(builds().size(), 3u);
   const std::string expected = output_of("configured", bundle_, path_);
-  ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), 16) << expected;
+  ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), kScenes) << expected;
   for (const auto& build : builds()) EXPECT_EQ(output_of(build, bundle_, path_), expected) << build;
 }
 
-TEST_F(RecordedRun, MeetsContactsCorrectionsConflictsAndLimits) {
+#ifdef PALPATE_RECORDED_STATIC
+// What a scene leaves off leaves no bit behind.
+TEST_F(RecordedRun, HashesTheSameInABuildWithoutTheEffectsThatItLeavesOff) {
+  const std::string whole = output_of("configured", bundle_, path_);
+  std::istringstream lines(output_of("without_effects", bundle_, path_));
+  std::set<std::string> found;
+  for (std::string line; std::getline(lines, line); found.insert(line))
+    EXPECT_NE(whole.find(line + '\n'), std::string::npos) << line;
+  EXPECT_EQ(found.size(), 2u);  // a node and a point, sticking, against the surface at rest
+}
+#endif
+
+TEST_F(RecordedRun, HashesTheSameFromEveryFormOfABundleInEveryBuild) {
+  using formats::ElementType;
+  const std::pair<const char*, Form> forms[] = {
+      {"f64 rows", store_as_f64},
+      {"f16 rows", store_as_f16},
+      {"f32 blocks",
+       [](BundleParts& p) {
+         store_in_blocks(p, {ElementType::f32, 1e-4});
+       }},
+      {"f16 blocks",
+       [](BundleParts& p) {
+         store_in_blocks(p, {ElementType::f16, 1e-3});
+       }},
+  };
+  auto path = recorded_path();
+  path.resize(80);  // each form is a run of its own
+  write_path(path_, path);
+  std::set<std::string> different;
+  for (const auto& [name, form] : forms) {
+    write_recorded_bundle(bundle_, form);
+    const std::string expected = output_of("configured", bundle_, path_);
+    ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), kScenes) << name << expected;
+    for (const auto& build : builds()) EXPECT_EQ(output_of(build, bundle_, path_), expected) << name << ", " << build;
+    different.insert(expected);
+  }
+  EXPECT_EQ(different.size(), std::size(forms));  // each form holds other numbers
+}
+
+TEST_F(RecordedRun, HashesTheSameOnAnyNumberOfThreads) {
+  const std::string expected = output_of("configured", bundle_, path_, 1);
+  for (const int threads : {2, 5}) EXPECT_EQ(output_of("configured", bundle_, path_, threads), expected) << threads;
+}
+
+#ifdef __GLIBC__
+// glibc picks its functions by the processor; some then differ in the last digit.
+TEST_F(RecordedRun, HashesTheSameWhateverTheMathematicsLibraryPicks) {
+  EXPECT_EQ(output_of("configured", bundle_, path_, 2, "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F"),
+            output_of("configured", bundle_, path_));
+}
+#endif
+
+TEST_F(RecordedRun, MeetsContactsCorrectionsConflictsSlipsAndLimits) {
   std::istringstream lines(output_of("configured", bundle_, path_));
   unsigned flags = 0;
   int scenes = 0;
   for (std::string line; std::getline(lines, line); ++scenes) {
-    long contact_nodes = 0;
+    int law = 0;
+    long contact_nodes = 0, slips = 0;
     unsigned scene_flags = 0;
-    ASSERT_EQ(std::sscanf(line.c_str(), "%*[^:]: contact_nodes %ld flags %u", &contact_nodes, &scene_flags), 2) << line;
+    ASSERT_EQ(std::sscanf(line.c_str(), "collision %*d contact %*d law %d %*[^:]: contact_nodes %ld slips %ld flags %u",
+                          &law, &contact_nodes, &slips, &scene_flags),
+              4)
+        << line;
     EXPECT_GT(contact_nodes, 3 * 400) << line;  // more than the grip and the two pinching points alone
+    EXPECT_EQ(slips > 0, law == PALPATE_LAW_COULOMB) << line;
     flags |= scene_flags;
   }
-  EXPECT_EQ(scenes, 16);
+  EXPECT_EQ(scenes, kScenes);
   for (const unsigned flag : {PALPATE_STEP_REGULARISED, PALPATE_STEP_RESPONSE_RANGE, PALPATE_STEP_FORCE_LIMITED})
     EXPECT_TRUE(flags & flag) << flag;
   EXPECT_FALSE(flags & (PALPATE_STEP_BAD_INPUT | PALPATE_STEP_CONTACTS_DROPPED | PALPATE_STEP_UNSOLVED)) << flags;

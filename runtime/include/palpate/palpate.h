@@ -180,17 +180,42 @@ PALPATE_API palpate_status palpate_scene_create(palpate_bundle* bundle, const pa
                                                 palpate_scene** scene, palpate_error* error);
 PALPATE_API void palpate_scene_destroy(palpate_scene* scene);
 
-/* One line of the plan: a pass, what it maps and what it costs per step at the scene's limits. */
+/* One line of the plan: a pass and what it maps. */
 typedef struct palpate_plan_pass {
   const char* name;     /* "collision: deformed", "superposition: surface", ... */
   const char* half;     /* "create", "touch" or "shape"                        */
   const char* sections; /* "tensors/force mesh/nodes"                          */
   uint64_t mapped_bytes;
-  uint64_t bytes_per_contact_node; /* read per step and contact node; 0 where it does not grow with contacts */
-  uint64_t flops_per_contact_node;
 } palpate_plan_pass;
 /* The passes in order; *count is set. Valid until the scene is destroyed. */
 PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t* count);
+
+/* What a step meets, on which its cost depends. */
+typedef struct palpate_step_load {
+  int32_t tools, points, grips; /* that are sent; points and grips of all tools together */
+  int32_t contacts;             /* places and nodes that are held                        */
+  int32_t rows;                 /* directions held of them: 3 each, fewer of some grips, 1 where they slide */
+  int32_t nodes;                /* under contact: node_count of palpate_contacts         */
+  int32_t slips;                /* contacts that slip                                    */
+  int32_t sweeps;               /* of palpate_contacts                                   */
+} palpate_step_load;
+
+/* What a pass does in such a step. A machine that reads b bytes, does f flops and goes through s steps in a second takes
+ * about max(bytes / b, flops / f) + steps / s. */
+typedef struct palpate_pass_work {
+  double bytes; /* read in runs                                                                          */
+  double flops; /* of loops over runs: multiply-adds count twice                                         */
+  double steps; /* of scalar code, in units of one multiply-add that waits for the one before: measured  */
+} palpate_pass_work;
+/* pass: its place in the plan. Zero for a pass of creation. */
+PALPATE_API palpate_pass_work palpate_predict_pass(const palpate_scene* scene, int32_t pass,
+                                                   const palpate_step_load* load);
+
+/* For measuring: is called at the end of each stretch of a pass, in the thread of the step, with the pass's place in the
+ * plan. The time since its last call, or since the step began, is that pass's; a pass may come several times in a step. NULL:
+ * nothing is called (the default). Not while a step runs. */
+typedef void (*palpate_pass_watcher)(void* user, int32_t pass);
+PALPATE_API void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, void* user);
 
 /* ---- touch: the haptic half -------------------------------------------------------------------------------------- */
 

@@ -1,0 +1,185 @@
+// What effects cost a scene that leaves them off: steps of the runtime as it is beside those of the same sources built without
+// any effect that can be off, in turns, in one process.
+//
+//   effects_off_bench BUNDLE.h5 [rounds]
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/include/palpate/palpate.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// One build of the runtime. Both export the same names, so each is loaded for itself.
+struct Runtime {
+  explicit Runtime(const std::string& file) : library(dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    if (!library) {
+      std::fprintf(stderr, "effects_off_bench: %s\n", dlerror());
+      std::exit(2);
+    }
+#define PALPATE_LOAD(name) name = reinterpret_cast<decltype(name)>(dlsym(library, "palpate_" #name))
+    PALPATE_LOAD(bundle_open_file);
+    PALPATE_LOAD(bundle_describe);
+    PALPATE_LOAD(bundle_touchable);
+    PALPATE_LOAD(bundle_nodes);
+    PALPATE_LOAD(bundle_triangles);
+    PALPATE_LOAD(default_scene_def);
+    PALPATE_LOAD(scene_create);
+    PALPATE_LOAD(contacts_bytes);
+    PALPATE_LOAD(touch);
+    PALPATE_LOAD(shape);
+#undef PALPATE_LOAD
+  }
+  void* library;
+  decltype(&palpate_bundle_open_file) bundle_open_file;
+  decltype(&palpate_bundle_describe) bundle_describe;
+  decltype(&palpate_bundle_touchable) bundle_touchable;
+  decltype(&palpate_bundle_nodes) bundle_nodes;
+  decltype(&palpate_bundle_triangles) bundle_triangles;
+  decltype(&palpate_default_scene_def) default_scene_def;
+  decltype(&palpate_scene_create) scene_create;
+  decltype(&palpate_contacts_bytes) contacts_bytes;
+  decltype(&palpate_touch) touch;
+  decltype(&palpate_shape) shape;
+};
+
+// One scene with every effect off that can be, and its output; a tool point goes in and out beside the grips.
+class Played {
+ public:
+  Played(const Runtime& runtime, const char* file, int grips) : runtime_(runtime) {
+    palpate_error error = {};
+    palpate_bundle* bundle = nullptr;
+    if (runtime.bundle_open_file(file, &bundle, &error) != PALPATE_OK) fail(error);
+    palpate_scene_def def = runtime.default_scene_def();
+    def.contact = PALPATE_CONTACT_POINT;
+    def.force_limit = def.force_slew = 1e300, def.max_points = 256, def.max_contact_nodes = 600;
+    if (runtime.scene_create(bundle, &def, &scene_, &error) != PALPATE_OK) fail(error);
+    memory_.resize(runtime.contacts_bytes(scene_) / 8 + 1);
+    const palpate_bundle_info info = runtime.bundle_describe(bundle);
+    u_.resize(3 * static_cast<std::size_t>(info.surface_node_count));
+    const std::int32_t* touchable = runtime.bundle_touchable(bundle);
+    for (int g = 0; g < grips; ++g) {
+      palpate_grip grip = {};
+      grip.node = touchable[static_cast<std::int64_t>(g) * info.touchable_count / grips], grip.axes = 7;
+      grip.displacement[2] = 1e-3;
+      grips_.push_back(grip);
+    }
+    // Over the middle of a triangle in the middle of the list, along its normal.
+    const std::int32_t* t = runtime.bundle_triangles(bundle) + 3 * (info.triangle_count / 2);
+    const double* n = runtime.bundle_nodes(bundle);
+    double a[3], b[3];
+    for (int d = 0; d < 3; ++d) {
+      place_[d] = (n[3 * t[0] + d] + n[3 * t[1] + d] + n[3 * t[2] + d]) / 3;
+      a[d] = n[3 * t[1] + d] - n[3 * t[0] + d], b[d] = n[3 * t[2] + d] - n[3 * t[0] + d];
+    }
+    for (int d = 0; d < 3; ++d) out_[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
+    double length = 0;
+    for (const double x : out_) length += x * x;
+    for (double& x : out_) x /= __builtin_sqrt(length);
+  }
+
+  void touch() {
+    const double height = 1e-3 - 1e-5 * std::abs(step_++ % 800 - 400);
+    double point[3];
+    for (int d = 0; d < 3; ++d) point[d] = place_[d] + height * out_[d];
+    grips_[0].displacement[0] += 1e-9;
+    const palpate_tool tool = {point, 1, grips_.data(), static_cast<std::int32_t>(grips_.size()), 0, 0, 0};
+    runtime_.touch(scene_, &tool, 1, 1e-3, contacts());
+  }
+  void shape() {
+    palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
+    runtime_.shape(scene_, contacts(), &out);
+  }
+  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
+  bool operator==(Played& other) {
+    return u_ == other.u_ && contacts()->used_bytes == other.contacts()->used_bytes &&
+           std::equal(memory_.begin(), memory_.begin() + contacts()->used_bytes / 8, other.memory_.begin());
+  }
+
+ private:
+  [[noreturn]] static void fail(const palpate_error& error) {
+    std::fprintf(stderr, "effects_off_bench: %s\n", error.text);
+    std::exit(2);
+  }
+  const Runtime& runtime_;
+  palpate_scene* scene_ = nullptr;
+  std::vector<std::uint64_t> memory_;
+  std::vector<float> u_;
+  std::vector<palpate_grip> grips_;
+  double place_[3], out_[3];
+  int step_ = 0;
+};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+template <class Step>
+double seconds(int steps, const Step& step) {
+  const auto start = Clock::now();
+  for (int s = 0; s < steps; ++s) step();
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Two scenes, one of each build. Where their memory happens to lie is worth some per cent, so there are many pairs, and in
+// turns one or the other is made first.
+struct Pair {
+  Pair(const Runtime& whole_build, const Runtime& without_build, const char* file, int grips, bool whole_first) {
+    if (whole_first) whole = std::make_unique<Played>(whole_build, file, grips);
+    without = std::make_unique<Played>(without_build, file, grips);
+    if (!whole) whole = std::make_unique<Played>(whole_build, file, grips);
+  }
+  std::unique_ptr<Played> whole, without;
+};
+
+// As it is over without: the median of the rounds' ratios. Each round times both, in turns which goes first.
+template <class Step>
+void compare(const char* name, std::vector<Pair>& pairs, int rounds, int steps, const Step& step) {
+  std::vector<double> ratio, time;
+  for (int r = 0; r < rounds; ++r) {
+    const Pair& pair = pairs[static_cast<std::size_t>(r) % pairs.size()];
+    double a = 0, b = 0;
+    const auto first = [&] { a = seconds(steps, [&] { step(*pair.whole); }); };
+    const auto second = [&] { b = seconds(steps, [&] { step(*pair.without); }); };
+    if (r / pairs.size() % 2)
+      first(), second();
+    else
+      second(), first();
+    ratio.push_back(a / b), time.push_back(b / steps);
+  }
+  std::printf("%-6s %8.3f us without, as it is over that %.4f\n", name, 1e6 * median(time), median(ratio));
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: effects_off_bench BUNDLE.h5 [rounds]\n");
+    return 2;
+  }
+  const int rounds = argc > 2 ? std::atoi(argv[2]) : 4001;
+  const Runtime whole(PALPATE_WHOLE), without(PALPATE_WITHOUT);
+  for (const int grips : {1, 4, 30}) {
+    std::vector<Pair> pairs;
+    for (int p = 0; p < 40; ++p) pairs.emplace_back(whole, without, argv[1], grips, p % 2 == 0);
+    std::printf("%d contacts\n", grips + 1);
+    compare("touch", pairs, rounds, grips > 10 ? 30 : 200, [](Played& p) { p.touch(); });
+    compare("shape", pairs, rounds, grips > 10 ? 10 : 50, [](Played& p) { p.shape(); });
+    for (Pair& pair : pairs)
+      if (!(*pair.whole == *pair.without)) {
+        std::fprintf(stderr, "effects_off_bench: the two builds give other numbers\n");
+        return 3;
+      }
+  }
+}
