@@ -71,7 +71,7 @@ struct Combination {
 
 // Every contact model under every law on both surfaces; in half of them everything else that a scene may call for.
 bool has_the_rest(const Combination& c) {
-  return (c.collision + c.contact + c.law) % 2 == 0;
+  return (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
 }
 
 palpate_scene_def scene_def(const Combination& c) {
