@@ -215,11 +215,11 @@ TEST(PalpateBundlePack, RefusesWhatWasMeasuredOfAnotherBundle) {
   const std::string source = box_file(false);
   auto provenance = info(source)["provenance"];
   const auto refused = [&](const std::string& file, const std::string& options) {
-    const Ended ended =
+    const ProgramRun ended =
         palpate_bundle("pack " + source + " -o " + scratch("no.h5").string() + " " + options + " --accuracy " + file);
     EXPECT_EQ(ended.code, 2);
     EXPECT_FALSE(std::filesystem::exists(scratch("no.h5")));
-    return ended.err;
+    return ended.errors;
   };
   EXPECT_THAT(refused(measured_file(provenance, "f16"), "--low-rank 1e-3"),
               HasSubstr("storage \"f16\", this bundle has \"low-rank 0.001\""));
