@@ -8,9 +8,12 @@ if ! command -v dpkg-query >/dev/null; then
   echo "$list: its packages are Debian's and this machine has no dpkg; install their equivalents by hand, then run make with PACKAGES=skip" >&2
   exit 1
 fi
+# What an installed package provides is there: a nodejs of another source brings npm along, and does not bear Debian's beside it.
+provided=" $(dpkg-query -W -f '${db:Status-Status} ${Provides}\n' | sed -n -e 's/([^)]*)//g' -e 's/^installed //p' | tr -s ', \n' ' ') "
 missing=()
 for package in "${wanted[@]}"; do
-  [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing+=("$package")
+  [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || [[ $provided == *" $package "* ]] ||
+    missing+=("$package")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 

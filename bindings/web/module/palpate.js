@@ -198,6 +198,15 @@ export class Bundle {
 
 export class Scene {
   #toolCount = 0;
+  // Where in the module's memory: tools, their points and grips, contacts, the palpate_shape_out and its arrays.
+  #memory = 0;
+  #toolsAt = 0;
+  #pointsAt = 0;
+  #gripsAt = 0;
+  #contactsAt = 0;
+  #shapeAt = 0;
+  #displacementsAt = 0;
+  #positionsAt = 0;
 
   /** @param {Bundle} bundle @param {Effects} effects */
   constructor(bundle, effects) {
@@ -230,15 +239,15 @@ export class Scene {
       runtime.field("palpate_shape_out"), 12 * this.nodeCount, 12 * this.nodeCount,
     ].map((bytes) => (bytes + 15) & ~15);
     const all = sizes.reduce((sum, bytes) => sum + bytes, 0);
-    this.memory = heap.take(all);
-    heap.bytes.fill(0, this.memory, this.memory + all);
-    let at = this.memory;
-    [this.toolsAt, this.pointsAt, this.gripsAt, this.contactsAt, this.shapeAt, this.displacementsAt, this.positionsAt] =
+    this.#memory = heap.take(all);
+    heap.bytes.fill(0, this.#memory, this.#memory + all);
+    let at = this.#memory;
+    [this.#toolsAt, this.#pointsAt, this.#gripsAt, this.#contactsAt, this.#shapeAt, this.#displacementsAt, this.#positionsAt] =
       sizes.map((bytes) => (at += bytes) - bytes);
     const put = (/** @type {string} */ name, /** @type {number} */ value) =>
-      heap.data.setUint32(this.shapeAt + runtime.field(`palpate_shape_out.${name}`), value, true);
-    put("displacements", this.nodeCount ? this.displacementsAt : 0);
-    put("positions", this.nodeCount ? this.positionsAt : 0);
+      heap.data.setUint32(this.#shapeAt + runtime.field(`palpate_shape_out.${name}`), value, true);
+    put("displacements", this.nodeCount ? this.#displacementsAt : 0);
+    put("positions", this.nodeCount ? this.#positionsAt : 0);
     put("node_capacity", this.nodeCount);
   }
 
@@ -268,11 +277,11 @@ export class Scene {
     const points = tool.points ?? [], grips = tool.grips ?? [];
     if (points.length > 3 * this.maxPoints || grips.length > this.maxPoints)
       throw new RangeError(`a tool of ${points.length / 3} points and ${grips.length} grips; the scene was made for ${this.maxPoints}`);
-    const at = this.toolsAt + index * runtime.field("palpate_tool");
+    const at = this.#toolsAt + index * runtime.field("palpate_tool");
     const field = (/** @type {string} */ name) => at + runtime.field(`palpate_tool.${name}`);
-    const pointsAt = this.pointsAt + index * this.maxPoints * 24;
+    const pointsAt = this.#pointsAt + index * this.maxPoints * 24;
     new Float64Array(runtime.heap.buffer, pointsAt, points.length).set(points);
-    const gripSize = runtime.field("palpate_grip"), gripsAt = this.gripsAt + index * this.maxPoints * gripSize;
+    const gripSize = runtime.field("palpate_grip"), gripsAt = this.#gripsAt + index * this.maxPoints * gripSize;
     grips.forEach((grip, g) => this.#setGrip(gripsAt + g * gripSize, grip));
     const { data } = runtime.heap;
     data.setUint32(field("points"), pointsAt, true);
@@ -300,12 +309,12 @@ export class Scene {
   /** The haptic half: collision, contacts, forces. @param {number} dt s since the last touch
    *  @returns {number} flag bits of palpate.h, 0: full trust */
   touch(dt) {
-    return this.runtime.api.palpate_touch(this.pointer, this.toolsAt, this.#toolCount, dt, this.contactsAt) >>> 0;
+    return this.runtime.api.palpate_touch(this.pointer, this.#toolsAt, this.#toolCount, dt, this.#contactsAt) >>> 0;
   }
 
   /** The render half: fills positions and displacements from the last touch's contacts. @returns {number} flag bits */
   shape() {
-    return this.runtime.api.palpate_shape(this.pointer, this.contactsAt, this.shapeAt) >>> 0;
+    return this.runtime.api.palpate_shape(this.pointer, this.#contactsAt, this.#shapeAt) >>> 0;
   }
 
   /** view [3] N: what the organ does to the tool, limited. @param {number} tool */
@@ -319,30 +328,30 @@ export class Scene {
   /** @param {number} tool @param {"force" | "force_raw"} name */
   #toolVector(tool, name) {
     const { runtime } = this;
-    const at = this.contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state");
+    const at = this.#contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state");
     return new Float64Array(runtime.heap.buffer, at + runtime.field(`palpate_tool_state.${name}`), 3);
   }
 
   /** Contacts of a tool. @param {number} tool @returns {number} */
   contactCount(tool) {
     const { runtime } = this;
-    return runtime.heap.i32(this.contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state") +
+    return runtime.heap.i32(this.#contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state") +
       runtime.field("palpate_tool_state.contact_count"));
   }
 
   /** view [nodeCount][3] m, of the last shape() */
   get positions() {
-    return new Float32Array(this.runtime.heap.buffer, this.positionsAt, 3 * this.nodeCount);
+    return new Float32Array(this.runtime.heap.buffer, this.#positionsAt, 3 * this.nodeCount);
   }
   /** view [nodeCount][3] m, of the last shape() */
   get displacements() {
-    return new Float32Array(this.runtime.heap.buffer, this.displacementsAt, 3 * this.nodeCount);
+    return new Float32Array(this.runtime.heap.buffer, this.#displacementsAt, 3 * this.nodeCount);
   }
 
   /** The contacts as plain bytes, view: copy them to another scene's contactBytes of the same bundle and limits. */
   get contactBytes() {
-    const used = this.runtime.heap.u32(this.contactsAt + this.runtime.field("palpate_contacts.used_bytes"));
-    return new Uint8Array(this.runtime.heap.buffer, this.contactsAt, used);
+    const used = this.runtime.heap.u32(this.#contactsAt + this.runtime.field("palpate_contacts.used_bytes"));
+    return new Uint8Array(this.runtime.heap.buffer, this.#contactsAt, used);
   }
 
   /** Forgets contacts, last positions and forces. */
@@ -352,7 +361,7 @@ export class Scene {
 
   destroy() {
     this.runtime.api.palpate_scene_destroy(this.pointer);
-    this.runtime.heap.release(this.memory);
+    this.runtime.heap.release(this.#memory);
   }
 }
 
@@ -447,21 +456,18 @@ class HeapBytes {
   constructor(heap, capacity) {
     this.heap = heap;
     this.count = 0;
-    this.#take(capacity);
-  }
-  /** @param {number} capacity */
-  #take(capacity) {
-    this.memory = this.heap.take(capacity + 64);
-    this.start = Math.ceil(this.memory / 64) * 64;
     this.capacity = capacity;
+    this.memory = heap.take(capacity + 64);
+    this.start = Math.ceil(this.memory / 64) * 64;
   }
   /** @param {Uint8Array} bytes */
   append(bytes) {
     if (this.count + bytes.length > this.capacity) {
-      const { memory, start, count } = this;
-      this.#take(Math.max(2 * this.capacity, count + bytes.length));
-      this.heap.bytes.copyWithin(this.start, start, start + count);
-      this.heap.release(memory);
+      const wider = new HeapBytes(this.heap, Math.max(2 * this.capacity, this.count + bytes.length));
+      this.heap.bytes.copyWithin(wider.start, this.start, this.start + this.count);
+      this.release();
+      wider.count = this.count;
+      Object.assign(this, wider);
     }
     this.heap.bytes.set(bytes, this.start + this.count);
     this.count += bytes.length;

@@ -1,0 +1,22 @@
+// Colour by displacement: from the organ's own tone to pale yellow, lighter all the way, so that it reads without colour too.
+const STOPS: [number, number, number][] = [[152, 74, 70], [191, 98, 66], [221, 139, 68], [241, 190, 96], [253, 238, 178]];
+export const GRADIENT = `linear-gradient(to top, ${STOPS.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;
+
+const linear = (byte: number) => Math.pow(byte / 255, 2.2);
+const LINEAR_STOPS = STOPS.map((stop) => stop.map(linear));
+export const TISSUE = LINEAR_STOPS[0] as [number, number, number];
+
+// lengths [nodes] m -> colours [nodes][3], linear light; `most` m is the palest.
+export function colourByDisplacement(lengths: Float32Array, most: number, colours: Float32Array) {
+  const last = STOPS.length - 1;
+  for (let n = 0; n < lengths.length; ++n) {
+    const at = Math.min(1, lengths[n] / most) * last, low = Math.min(last - 1, Math.floor(at)), share = at - low;
+    for (let c = 0; c < 3; ++c) colours[3 * n + c] = LINEAR_STOPS[low][c] + share * (LINEAR_STOPS[low + 1][c] - LINEAR_STOPS[low][c]);
+  }
+}
+
+// The next of 1, 2, 5, 10, ... that holds the value.
+export function roundUp(value: number): number {
+  const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-12)));
+  return [1, 2, 5, 10].map((m) => m * power).find((m) => m >= value * (1 - 1e-9)) ?? 10 * power;
+}

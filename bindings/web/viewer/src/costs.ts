@@ -1,0 +1,73 @@
+// What each effect costs: the same press with it and without it.
+import type { Bundle, Effects } from "../../module/palpate.js";
+import type { Cost, ToolShape, Vector } from "./messages";
+import { TouchScene } from "./touch_scene";
+
+const ROUNDS = 7;
+const TOUCHES = 100;
+const SHAPES = 20;
+const PRESS_STEP = 1e-5; // m per touch
+
+// For each switch of the page: the effects with it off, and on.
+const SWITCHES: Record<string, [Effects, Effects]> = {
+  follow: [{ collision: "rest" }, { collision: "deformed" }],
+  contact: [{ contact: "point" }, { contact: "patch" }],
+  law: [{ law: "sticking" }, { law: "coulomb" }],
+  force: [{ force: "linear" }, { force: "response" }],
+  radial: [{ radial: "off" }, { radial: "response" }],
+  interior: [{ shape: "surface" }, { shape: "volume" }],
+  relaxation: [{ relaxation: [] }, {}],
+  preload: [{ preload: false }, { preload: true }],
+};
+
+export function measureCosts(bundle: Bundle, effects: Effects, tool: ToolShape, relaxation: Effects["relaxation"],
+                             available: (effect: string) => boolean, place: Vector, normal: Vector): Cost[] {
+  const names = Object.keys(SWITCHES).filter(available);
+  const variant = (change: Effects): TouchScene | null => {
+    try {
+      return new TouchScene(bundle, { ...effects, ...change }, tool);
+    } catch {
+      return null; // the bundle has nothing for it
+    }
+  };
+  return names.flatMap((effect) => {
+    const [off, on] = SWITCHES[effect];
+    const without = variant(off);
+    // A choice of several keeps what is chosen; a switch that is off is measured as if it were on.
+    const chosen = Object.entries(off).every(([key, value]) => same(effects[key as keyof Effects], value));
+    const withIt = variant(chosen ? (effect === "relaxation" ? { relaxation } : on) : {});
+    const cost = without && withIt ? difference(withIt, without, place, normal) : null;
+    without?.destroy();
+    withIt?.destroy();
+    return cost ? [{ effect, ...cost }] : [];
+  });
+}
+
+const same = (a: unknown, b: unknown) => JSON.stringify(a) === JSON.stringify(b);
+
+// The fastest round of each: what interrupts a round only makes it slower.
+function difference(withIt: TouchScene, without: TouchScene, place: Vector, normal: Vector) {
+  const best = { touch: [Infinity, Infinity], shape: [Infinity, Infinity] };
+  for (let round = 0; round < ROUNDS; ++round)
+    [withIt, without].forEach((scene, i) => {
+      best.touch[i] = Math.min(best.touch[i], timePress(scene, place, normal));
+      best.shape[i] = Math.min(best.shape[i], time(SHAPES, () => scene.scene.shape()));
+    });
+  return { touchUs: Math.max(0, best.touch[0] - best.touch[1]), shapeUs: Math.max(0, best.shape[0] - best.shape[1]) };
+}
+
+function timePress(scene: TouchScene, place: Vector, normal: Vector): number {
+  scene.scene.reset();
+  const at = (height: number): Vector => [0, 1, 2].map((d) => place[d] + height * normal[d]) as Vector;
+  let height = 2e-4;
+  const press = () => scene.touch([{ point: at((height -= PRESS_STEP)), hold: false }, null]);
+  for (let step = 0; step < TOUCHES; ++step) press();
+  return time(TOUCHES, press);
+}
+
+// us per call
+function time(count: number, call: () => void): number {
+  const start = performance.now();
+  for (let i = 0; i < count; ++i) call();
+  return ((performance.now() - start) * 1000) / count;
+}

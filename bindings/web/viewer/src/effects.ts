@@ -1,0 +1,77 @@
+// The effects as the page shows them: a line each, with a switch or a choice.
+import type { BundleInfo, Effects } from "../../module/palpate.js";
+import type { ToolShape } from "./messages";
+
+export const DEFAULT_EFFECTS: Effects = {
+  collision: "rest", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [],
+};
+export const DEFAULT_TOOL: ToolShape = { radius: 0.006, friction: 0.3 };
+
+// Swine brain's, after Miller and Chinzei (1997): shares of the force at once that are lost, and their times.
+export const BRAIN_RELAXATION = [{ share: 0.45, time: 0.5 }, { share: 0.365, time: 50 }];
+
+export interface EffectLine {
+  effect: string;
+  label: string;
+  about: string;
+  choices?: [word: string, label: string][]; // of a list; without: a switch
+  cheapest: string | boolean; // the value that costs least: costs are told against it
+  value: (effects: Effects) => string | boolean;
+  change: (value: string | boolean) => Effects;
+}
+
+export const EFFECT_LINES: EffectLine[] = [
+  {
+    effect: "contact", label: "Contact", about: "where a tool holds the surface",
+    choices: [["patch", "disc"], ["point", "point"], ["triangle", "triangle"], ["node", "node"]],
+    cheapest: "point", value: (e) => e.contact!, change: (v) => ({ contact: v as Effects["contact"] }),
+  },
+  {
+    effect: "law", label: "Law", about: "how it holds",
+    choices: [["sticking", "sticks"], ["sliding", "slides"], ["unilateral", "pushes only"], ["coulomb", "friction"]],
+    cheapest: "sticking", value: (e) => e.law!, change: (v) => ({ law: v as Effects["law"] }),
+  },
+  {
+    effect: "follow", label: "Follow the surface", about: "tools meet the organ where it is now",
+    cheapest: false, value: (e) => e.collision === "deformed", change: (v) => ({ collision: v ? "deformed" : "rest" }),
+  },
+  {
+    effect: "force", label: "Measured force", about: "force corrected onto the tissue's measured curve",
+    cheapest: false, value: (e) => e.force === "response", change: (v) => ({ force: v ? "response" : "linear" }),
+  },
+  {
+    effect: "radial", label: "Measured bulging", about: "sideways displacement corrected onto the measured curve",
+    cheapest: false, value: (e) => e.radial === "response", change: (v) => ({ radial: v ? "response" : "off" }),
+  },
+  {
+    effect: "relaxation", label: "Relaxation", about: "force that fades while held, as measured on brain",
+    cheapest: false, value: (e) => !!e.relaxation?.length, change: (v) => ({ relaxation: v ? BRAIN_RELAXATION : [] }),
+  },
+  {
+    effect: "interior", label: "Interior", about: "the nodes inside move too (computed, not drawn)",
+    cheapest: false, value: (e) => e.shape === "volume", change: (v) => ({ shape: v ? "volume" : "surface" }),
+  },
+  {
+    effect: "preload", label: "Weight", about: "rest shape under the organ's own weight",
+    cheapest: false, value: (e) => !!e.preload, change: (v) => ({ preload: !!v }),
+  },
+];
+
+export function isAvailable(effect: string, info: BundleInfo): boolean {
+  if (effect === "force") return info.hasForce;
+  if (effect === "radial") return info.hasRadial;
+  if (effect === "interior") return info.hasInterior && info.nodeCount > info.surfaceNodeCount;
+  if (effect === "preload") return info.hasPreload;
+  return true;
+}
+
+// What the flag bits of palpate.h mean to whoever looks on.
+const FLAG_WORDS: [bit: number, words: string][] = [
+  [1 << 1, "more contacts than the scene has room for"],
+  [1 << 2, "the tools ask for what cannot be: one gives way"],
+  [1 << 3, "beyond the measured range"],
+  [1 << 4, "force limited"],
+  [1 << 6, "not touchable here: neighbours are held instead"],
+  [1 << 7, "not solved: the bundle's numbers are not finite here"],
+];
+export const flagWords = (flags: number) => FLAG_WORDS.filter(([bit]) => flags & bit).map(([, words]) => words);

@@ -1,0 +1,63 @@
+// The list of effects: a switch or a choice for each, and what it costs.
+import type { BundleInfo, Effects } from "../../module/palpate.js";
+import { EFFECT_LINES, isAvailable } from "./effects";
+import type { Cost } from "./messages";
+
+export class EffectsPanel {
+  private effects: Effects = {};
+  private costs = new Map<string, HTMLElement>();
+
+  constructor(private list: HTMLElement, private changed: (effects: Effects) => void) {}
+
+  open(info: BundleInfo, effects: Effects) {
+    this.effects = { ...effects };
+    this.list.replaceChildren(...EFFECT_LINES.map((line) => {
+      const available = isAvailable(line.effect, info);
+      const row = element("label", "line"), cost = element("span", "cost");
+      row.title = available ? line.about : `${line.about}; this bundle holds nothing for it`;
+      row.classList.toggle("absent", !available);
+      const dim = (value: string | boolean) => row.classList.toggle("off", value === line.cheapest);
+      dim(line.value(effects));
+      const name = element("span", "");
+      name.textContent = line.label;
+      const control = line.choices ? choice(line.choices, String(line.value(effects))) : toggle(line.value(effects) === true);
+      control.disabled = !available;
+      control.dataset.effect = line.effect;
+      control.addEventListener("change", () => {
+        const value = control instanceof HTMLInputElement ? control.checked : control.value;
+        dim(value);
+        this.effects = { ...this.effects, ...line.change(value) };
+        this.changed(this.effects);
+      });
+      this.costs.set(line.effect, cost);
+      row.append(name, cost, control);
+      return row;
+    }));
+  }
+
+  showCosts(costs: Cost[]) {
+    for (const { effect, touchUs, shapeUs } of costs) this.costs.get(effect)!.textContent = `${brief(touchUs)} · ${brief(shapeUs)}`;
+  }
+}
+
+const brief = (us: number) => (us < 0.05 ? "0" : us < 9.95 ? us.toFixed(1) : us.toFixed(0));
+
+function element(tag: string, name: string): HTMLElement {
+  const made = document.createElement(tag);
+  made.className = name;
+  return made;
+}
+
+function toggle(on: boolean): HTMLInputElement {
+  const made = document.createElement("input");
+  made.type = "checkbox";
+  made.setAttribute("role", "switch");
+  made.checked = on;
+  return made;
+}
+
+function choice(choices: [string, string][], chosen: string): HTMLSelectElement {
+  const made = document.createElement("select");
+  made.append(...choices.map(([word, label]) => new Option(label, word, false, word === chosen)));
+  return made;
+}

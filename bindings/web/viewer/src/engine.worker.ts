@@ -1,0 +1,281 @@
+// The engine's thread: opens bundles, touches at a fixed rate of its own, shapes when the page asks for a frame.
+import baselineUrl from "@wasm/baseline/palpate.wasm?url";
+import simdUrl from "@wasm/simd/palpate.wasm?url";
+import { hasSimd, loadRuntime, PalpateError, type Bundle, type Effects, type Runtime } from "../../module/palpate.js";
+import { measureCosts } from "./costs";
+import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
+import {
+  TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type Recording, type Sample, type ToWorker, type ToolFrame,
+  type ToolTarget, type Vector,
+} from "./messages";
+import { Recorder, recordedTool, type RecordedTool } from "./recorder";
+import { ToolMotion } from "./tool_motion";
+import { TouchScene } from "./touch_scene";
+
+const MOST_DUE = 100; // touches that are caught up with; what is late by more is left out
+const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left: forces that relax, slews that end
+const SAMPLE_EVERY = 4; // touches per point of the plot
+
+const say = (message: FromWorker, transfer: Transferable[] = []) => postMessage(message, { transfer });
+
+let runtime: Runtime | null = null;
+let bundle: Bundle | null = null;
+let scene: TouchScene | null = null;
+let effects: Effects = DEFAULT_EFFECTS;
+let toolShape = DEFAULT_TOOL;
+
+const motions: (ToolMotion | null)[] = Array(TOOL_COUNT).fill(null);
+const recorder = new Recorder();
+let lastRecording: Recording | null = null;
+let replay: { recording: Recording; step: number; forces: Float64Array } | null = null;
+
+// ---- bundles ---------------------------------------------------------------------------------------------------------
+
+async function start(): Promise<Runtime> {
+  runtime ??= await loadRuntime(fetch(hasSimd() ? simdUrl : baselineUrl));
+  return runtime;
+}
+
+async function fetchBundle(url: string) {
+  const answer = await fetch(url).catch(() => null);
+  if (!answer?.ok || !answer.body) return say({ type: "refused", name: url, what: "absent", message: "", byteOffset: 0 });
+  const total = Number(answer.headers.get("content-length") ?? 0);
+  let told = 0;
+  await opening(url, async (engine) => engine.openBundleStream(answer.body!, total, (done) => {
+    if (done - told < total / 100 && done < total) return;
+    say({ type: "progress", done: (told = done), total });
+  }));
+}
+
+async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>) {
+  let opened: Bundle | null = null;
+  try {
+    const engine = await start();
+    opened = await open(engine);
+    opened.check();
+    const first = new TouchScene(opened, DEFAULT_EFFECTS, DEFAULT_TOOL);
+    close();
+    bundle = opened;
+    scene = first;
+    effects = DEFAULT_EFFECTS;
+    toolShape = DEFAULT_TOOL;
+    stale = true;
+    const mesh = meshOf(opened);
+    say({ type: "opened", name, mesh, info: opened.info, provenance: parsed(opened.provenance), bytes: opened.byteCount, simd: hasSimd() });
+  } catch (error) {
+    opened?.close();
+    const { message } = error as Error;
+    if (error instanceof PalpateError) say({ type: "refused", name, what: "bundle", message, byteOffset: error.byteOffset });
+    else say({ type: "refused", name, what: "runtime", message, byteOffset: 0 });
+  }
+}
+
+function close() {
+  forget();
+  lastRecording = null;
+  scene?.destroy();
+  bundle?.close();
+  scene = bundle = null;
+}
+
+function parsed(provenance: string): Record<string, unknown> {
+  try {
+    return JSON.parse(provenance);
+  } catch {
+    return {};
+  }
+}
+
+function meshOf({ info, nodes, triangles, fixed, touchable }: Bundle): Mesh {
+  const held: number[] = [];
+  for (let n = 0; n < info.surfaceNodeCount; ++n) if (fixed[3 * n] && fixed[3 * n + 1] && fixed[3 * n + 2]) held.push(n);
+  return {
+    positions: Float32Array.from(nodes.subarray(0, 3 * info.surfaceNodeCount)), triangles: Uint32Array.from(triangles),
+    fixed: Int32Array.from(held), touchable: Int32Array.from(touchable),
+  };
+}
+
+function changeEffects(wanted: Effects, tool: typeof DEFAULT_TOOL) {
+  if (!bundle) return;
+  try {
+    const changed = new TouchScene(bundle, wanted, tool);
+    scene?.destroy();
+    scene = changed;
+    effects = wanted;
+    toolShape = tool;
+    stale = true;
+  } catch (error) {
+    say({ type: "refused", name: "", what: "effects", message: (error as Error).message, byteOffset: 0 });
+  }
+}
+
+// ---- the touch loop --------------------------------------------------------------------------------------------------
+
+let running = false;
+let began = 0; // ms: when step 0 of this run was due
+let stepsDone = 0;
+let quiet = 0; // touches since the last tool left
+let lost = 0;
+let flags = 0;
+let stale = true; // the shape is older than the touches
+let touches = 0; // since the last frame
+let shapeMs = 0; // of the newest shape
+let samples: Sample[] = [];
+let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
+const met: (Vector | null)[] = Array(TOOL_COUNT).fill(null); // where each tool met the organ
+
+function run() {
+  quiet = 0;
+  if (running) return;
+  running = true;
+  began = performance.now();
+  stepsDone = 0;
+  tick();
+}
+
+function tick() {
+  if (!scene || !running) return;
+  let due = Math.floor(((performance.now() - began) * TOUCH_HZ) / 1000) - stepsDone;
+  if (due > MOST_DUE) {
+    lost += due - MOST_DUE;
+    stepsDone += due - MOST_DUE;
+    due = MOST_DUE;
+  }
+  for (let made = 0; made < due && running; ++made) step();
+  if (running) setTimeout(tick, 0);
+}
+
+function step() {
+  present = replay ? replayedTools() : movedTools();
+  const active = present.some(Boolean);
+  if (active && !replay) recorder.add(present);
+  flags |= scene!.touch(present);
+  ++stepsDone;
+  ++touches;
+  stale = true;
+  present.forEach(note);
+  quiet = active || replay ? 0 : quiet + 1;
+  if (quiet === 1 && recorder.steps) {
+    lastRecording = recorder.take();
+    recorder.clear();
+  }
+  if (quiet > LINGER) running = false;
+}
+
+function movedTools(): RecordedTool[] {
+  return motions.map((motion, index) => {
+    if (!motion) return null;
+    const tool = { point: [...motion.point] as Vector, hold: motion.target.hold && motion.target.down };
+    if (!motion.step()) motions[index] = null;
+    return tool;
+  });
+}
+
+function replayedTools(): RecordedTool[] {
+  const { recording } = replay!;
+  if (replay!.step === recording.steps) {
+    scene!.scene.shape();
+    const positions = scene!.scene.positions.slice(0, 3 * bundle!.info.surfaceNodeCount);
+    say({ type: "replayed", recording, forces: replay!.forces, positions });
+    lastRecording = recording;
+    replay = null;
+    return Array(TOOL_COUNT).fill(null);
+  }
+  const tools = motions.map((_, tool) => recordedTool(recording, replay!.step, tool));
+  ++replay!.step;
+  return tools;
+}
+
+function note(tool: RecordedTool, index: number) {
+  if (!tool || scene!.scene.contactCount(index) === 0) met[index] = null;
+  else met[index] ??= tool.point;
+  if (!tool) return;
+  const force = scene!.scene.force(index);
+  if (replay) replay.forces.set(force, 3 * ((replay.step - 1) * TOOL_COUNT + index));
+  if (met[index] && stepsDone % SAMPLE_EVERY === 0) samples.push({ tool: index, depth: depth(index, tool.point), force: Math.hypot(...force) });
+}
+
+const depth = (index: number, point: Vector) => (met[index] ? distance(point, met[index]) : 0);
+
+const distance = (a: Vector, b: Vector) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+
+function place(index: number, target: ToolTarget) {
+  if (replay) return;
+  const motion = motions[index];
+  if (!motion && !target.down) return;
+  // A new place is a new tool: it comes from its own start.
+  if (motion && distance(motion.target.start, target.start) === 0) motion.target = target;
+  else if (target.down) motions[index] = new ToolMotion(target);
+  run();
+}
+
+function play(recording: Recording | null) {
+  const chosen = recording ?? lastRecording;
+  if (!scene || !chosen?.steps) return;
+  forget();
+  replay = { recording: chosen, step: 0, forces: new Float64Array(3 * TOOL_COUNT * chosen.steps) };
+  run();
+}
+
+function forget() {
+  motions.fill(null);
+  present = Array(TOOL_COUNT).fill(null);
+  met.fill(null);
+  replay = null;
+  recorder.clear();
+  samples = [];
+  scene?.scene.reset();
+  scene?.scene.setTools([]);
+  if (scene) scene.scene.touch(1 / TOUCH_HZ);
+  stale = true;
+}
+
+// ---- frames ----------------------------------------------------------------------------------------------------------
+
+function answerFrame(recycled: ArrayBuffer | null) {
+  if (!scene || !bundle) return;
+  const nodes = bundle.info.surfaceNodeCount, bytes = 16 * nodes;
+  const buffer = recycled?.byteLength === bytes ? recycled : new ArrayBuffer(bytes);
+  const changed = stale;
+  if (stale) {
+    const start = performance.now();
+    flags |= scene.scene.shape();
+    shapeMs = performance.now() - start;
+    stale = false;
+  }
+  const { positions, displacements: u } = scene.scene;
+  new Float32Array(buffer, 0, 3 * nodes).set(positions.subarray(0, 3 * nodes));
+  const lengths = new Float32Array(buffer, 12 * nodes, nodes);
+  for (let n = 0; n < nodes; ++n) lengths[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
+  const frame: Frame = {
+    type: "frame", buffer, tools: present.map(toolFrame), samples, changed, flags, lost,
+    touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
+    replaying: replay !== null, recorded: lastRecording !== null,
+  };
+  samples = [];
+  touches = scene.touchMs = 0;
+  flags = lost = 0;
+  say(frame, [buffer]);
+}
+
+function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
+  if (!tool) return null;
+  return { point: tool.point, force: scene!.force(index), contacts: scene!.scene.contactCount(index), depth: depth(index, tool.point) };
+}
+
+function measure(place: Vector, normal: Vector) {
+  if (!bundle) return;
+  const available = (effect: string) => isAvailable(effect, bundle!.info);
+  say({ type: "costs", costs: measureCosts(bundle, effects, toolShape, BRAIN_RELAXATION, available, place, normal) });
+}
+
+addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
+  if (data.type === "fetch") void fetchBundle(data.url);
+  if (data.type === "open") void opening(data.name, async (engine) => engine.openBundle(new Uint8Array(data.bytes)));
+  if (data.type === "effects") changeEffects(data.effects, data.tool);
+  if (data.type === "tool") place(data.index, data.target);
+  if (data.type === "frame") answerFrame(data.buffer);
+  if (data.type === "replay") play(data.recording);
+  if (data.type === "measure") measure(data.place, data.normal);
+  if (data.type === "reset") forget();
+});

@@ -1,0 +1,406 @@
+// The page: worker's words -> what is seen, the user's doing -> worker.
+import type { BundleInfo, Effects } from "../../module/palpate.js";
+import { GRADIENT } from "./colours";
+import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords } from "./effects";
+import { EffectsPanel } from "./effects_panel";
+import { ForcePlot } from "./force_plot";
+import type { Frame, FromWorker, Recording, ToWorker, Vector } from "./messages";
+import { OrganView, type Hit } from "./organ_view";
+import { demonstration, forcesFile, pathOfRecording, recordingOfPath, save } from "./path_files";
+import { ToolPointer } from "./tool_pointer";
+
+const BUNDLE_URL = new URL("bundle.h5", location.href).href;
+const QUIET = 400; // ms without a touch before effects are timed
+
+const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
+const isOn = (id: string) => byId<HTMLInputElement>(id).checked;
+
+type State = "loading" | "ready" | "empty" | "error" | "unable";
+const state = (now: State) => (document.body.dataset.state = now);
+
+function begin() {
+  if (typeof WebAssembly !== "object") return unable("It has no WebAssembly, in which the organ is computed. Any browser since 2017 has it, unless it is switched off.");
+  const canvas = byId<HTMLCanvasElement>("organ");
+  let view: OrganView;
+  try {
+    view = new OrganView(canvas);
+  } catch {
+    return unable("It gives the page no WebGL, in which the organ is drawn. It may be switched off, or the graphics driver not be trusted.");
+  }
+  Object.assign(globalThis, { palpateViewer: new Viewer(canvas, view) }); // for scripts: see `shown`
+}
+
+function unable(why: string) {
+  byId("unable-text").textContent = why;
+  state("unable");
+}
+
+class Viewer {
+  private worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
+  private plot = new ForcePlot(byId<HTMLCanvasElement>("plot"));
+  private pointer: ToolPointer;
+  private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects));
+  private effects: Effects = DEFAULT_EFFECTS;
+  private tool = { ...DEFAULT_TOOL };
+  private info: BundleInfo | null = null;
+  private opened = false;
+  private pressed: Hit | null = null; // the last place that was touched
+  private recorded = false;
+  private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
+  private waiting = false; // for a frame of the worker's
+  private buffer: ArrayBuffer | null = null;
+  private lastTouch = 0; // ms
+  private measured = false;
+  private frames = new FrameClock();
+  private smooth = { touchUs: 0, shapeUs: 0 };
+  private newest: { positions: Float32Array; lengths: Float32Array; frame: Frame } | null = null;
+
+  constructor(canvas: HTMLCanvasElement, private view: OrganView) {
+    this.pointer = new ToolPointer(canvas, view, {
+      pulls: () => isOnRadio("pull"),
+      keeps: () => isOn("keep"),
+      followsDeformed: () => this.effects.collision === "deformed",
+      send: (index, target) => this.tell({ type: "tool", index, target }),
+      pressed: (hit) => {
+        this.pressed = hit;
+        byId("hint").classList.add("done");
+        if (!this.newest?.frame.tools.some(Boolean)) this.plot.clear();
+      },
+    });
+    this.worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
+    this.worker.addEventListener("error", (event) => this.refuse("The engine stopped", event.message || "It could not be started.", 0));
+    this.connect(canvas);
+    this.dress();
+    this.tell({ type: "fetch", url: BUNDLE_URL });
+    requestAnimationFrame(() => this.draw());
+  }
+
+  private tell(message: ToWorker, transfer: Transferable[] = []) {
+    this.worker.postMessage(message, transfer);
+  }
+
+  private heard(message: FromWorker) {
+    if (message.type === "frame") return this.take(message);
+    if (message.type === "progress") return this.progress(message.done, message.total);
+    if (message.type === "costs") return this.effectsPanel.showCosts(message.costs);
+    if (message.type === "opened") return this.open(message);
+    if (message.type === "replayed") {
+      this.replayed = message;
+      byId<HTMLButtonElement>("save-forces").disabled = byId<HTMLButtonElement>("save-path").disabled = false;
+      return;
+    }
+    if (message.what === "absent") return void state(this.opened ? "ready" : "empty");
+    if (message.what === "effects") return this.refuseEffects(message.message);
+    const title = message.what === "bundle" ? "This bundle cannot be used" : "The engine could not be started";
+    this.refuse(title, message.message, message.byteOffset);
+  }
+
+  // ---- opening -------------------------------------------------------------------------------------------------------
+
+  private progress(done: number, total: number) {
+    state("loading");
+    const bar = byId<HTMLProgressElement>("progress");
+    if (total) bar.value = done / total;
+    else bar.removeAttribute("value");
+    byId("progress-text").textContent = total ? `${megabytes(done)} of ${megabytes(total)} MB` : `${megabytes(done)} MB`;
+  }
+
+  private open({ mesh, info, provenance, bytes, simd }: Extract<FromWorker, { type: "opened" }>) {
+    this.opened = true;
+    this.info = info;
+    this.effects = DEFAULT_EFFECTS;
+    this.tool = { ...DEFAULT_TOOL };
+    this.buffer = this.newest = this.pressed = this.replayed = null;
+    this.recorded = this.measured = false;
+    this.pointer.forget();
+    this.plot.clear();
+    this.view.most = 0.005;
+    this.view.open(mesh);
+    this.effectsPanel.open(info, this.effects);
+    byId<HTMLInputElement>("radius").value = String(1000 * this.tool.radius);
+    this.showRadius();
+    const name = String(provenance.organ ?? "organ");
+    byId("name").textContent = name;
+    document.title = `${name} – Palpate`;
+    byId("facts").textContent = [
+      `${info.nodeCount.toLocaleString("en")} vertices, ${info.touchableCount.toLocaleString("en")} touchable`,
+      provenance.boundary && `held: ${provenance.boundary}`, provenance.element, `${megabytes(bytes)} MB`, simd ? "" : "without SIMD",
+    ].filter(Boolean).join(" · ");
+    byId("notice").textContent = "";
+    byId<HTMLButtonElement>("save-forces").disabled = byId<HTMLButtonElement>("save-path").disabled = true;
+    byId("hint").classList.remove("done");
+    state("ready");
+    this.lastTouch = performance.now();
+  }
+
+  private refuse(title: string, text: string, byteOffset: number) {
+    byId("error-title").textContent = title;
+    byId("error-text").textContent = text;
+    byId("error-place").textContent = byteOffset ? `At byte ${byteOffset.toLocaleString("en")} of the file.` : "";
+    byId("error-back").hidden = !this.opened;
+    state("error");
+  }
+
+  private refuseEffects(why: string) {
+    byId("notice").textContent = why;
+    this.effects = DEFAULT_EFFECTS;
+    if (this.info) this.effectsPanel.open(this.info, this.effects);
+    this.changeEffects(this.effects);
+  }
+
+  private async openFile(file: File | undefined) {
+    if (!file) return;
+    if (file.name.endsWith(".csv")) return this.playPath(file);
+    this.progress(0, 0);
+    byId("progress-text").textContent = file.name;
+    const bytes = await file.arrayBuffer().catch(() => null);
+    if (!bytes) return this.refuse("This file cannot be read", `${file.name}: the browser could not read it; was it moved or changed?`, 0);
+    this.tell({ type: "open", name: file.name, bytes }, [bytes]);
+  }
+
+  // ---- doing ---------------------------------------------------------------------------------------------------------
+
+  private changeEffects(effects: Effects) {
+    this.effects = effects;
+    this.measured = false;
+    this.pointer.forget();
+    this.tell({ type: "reset" });
+    this.tell({ type: "effects", effects, tool: this.tool });
+  }
+
+  private async playPath(file: File) {
+    try {
+      this.replay(recordingOfPath(await file.text()));
+    } catch (error) {
+      byId("notice").textContent = `${file.name}: ${(error as Error).message}`;
+    }
+  }
+
+  private replay(recording: Recording | null) {
+    if (!this.opened) return;
+    this.pointer.forget();
+    this.plot.clear();
+    byId("hint").classList.add("done");
+    if (!recording && !this.recorded) {
+      const hit = this.pressed ?? this.front();
+      if (hit) recording = demonstration(hit.place, hit.normal);
+    }
+    this.tell({ type: "replay", recording });
+  }
+
+  // The organ's place in the middle of the view, or near it.
+  private front(): Hit | null {
+    const { clientWidth: width, clientHeight: height } = byId("organ");
+    for (const [x, y] of [[0.5, 0.5], [0.5, 0.4], [0.4, 0.5], [0.6, 0.5], [0.5, 0.6]]) {
+      const hit = this.view.pick(x * width, y * height);
+      if (hit) return hit;
+    }
+    return null;
+  }
+
+  private reset() {
+    this.pointer.forget();
+    this.plot.clear();
+    this.tell({ type: "reset" });
+    this.view.home();
+    byId("notice").textContent = "";
+  }
+
+  private connect(canvas: HTMLCanvasElement) {
+    const click = (id: string, act: () => void) => byId(id).addEventListener("click", act);
+    click("replay", () => this.replay(null));
+    click("reset", () => this.reset());
+    click("open", () => byId("file").click());
+    click("open-path", () => byId("path-file").click());
+    click("error-back", () => state("ready"));
+    click("save-path", () => this.replayed && save("path.csv", pathOfRecording(this.replayed.recording)));
+    click("save-forces", () => this.replayed && save("forces.csv", forcesFile(this.replayed.recording, this.replayed.forces)));
+    click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
+    for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
+    for (const id of ["file", "path-file"])
+      byId(id).addEventListener("change", (event) => {
+        const input = event.target as HTMLInputElement;
+        void this.openFile(input.files?.[0]);
+        input.value = "";
+      });
+    for (const id of ["show-colour", "show-mesh", "show-fixed", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
+    byId("radius").addEventListener("input", () => this.showRadius());
+    byId("radius").addEventListener("change", () => this.changeEffects(this.effects));
+    byId("keep").addEventListener("change", () => !isOn("keep") && this.letGo());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
+    this.connectKeys(canvas);
+    this.connectDrops();
+  }
+
+  private letGo() {
+    this.pointer.forget();
+    this.tell({ type: "reset" });
+  }
+
+  private connectKeys(canvas: HTMLCanvasElement) {
+    const acts: Record<string, () => void> = {
+      ArrowLeft: () => this.view.turn(-0.08, 0), ArrowRight: () => this.view.turn(0.08, 0),
+      ArrowUp: () => this.view.turn(0, 0.08), ArrowDown: () => this.view.turn(0, -0.08),
+      "+": () => this.view.nearer(0.92), "=": () => this.view.nearer(0.92), "-": () => this.view.nearer(1 / 0.92),
+      r: () => this.replay(null), Escape: () => this.reset(), " ": () => this.pointer.key(true),
+    };
+    canvas.addEventListener("keydown", (event) => {
+      const act = acts[event.key];
+      if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      act();
+    });
+    canvas.addEventListener("keyup", (event) => event.key === " " && this.pointer.key(false));
+    canvas.addEventListener("blur", () => {
+      byId("cross").hidden = true;
+      this.pointer.key(false);
+    });
+    // The ring and the cross are for whoever has come by keyboard.
+    const byKeys = (on: boolean) => {
+      canvas.classList.toggle("by-keys", on);
+      byId("cross").hidden = !on;
+    };
+    document.addEventListener("keyup", () => document.activeElement === canvas && byKeys(true));
+    canvas.addEventListener("pointerdown", () => byKeys(false), { capture: true });
+  }
+
+  private connectDrops() {
+    let over = 0;
+    const dragging = (on: boolean) => document.body.classList.toggle("dragging", on);
+    window.addEventListener("dragenter", (event) => (event.preventDefault(), dragging(++over > 0)));
+    window.addEventListener("dragleave", () => dragging(--over > 0));
+    window.addEventListener("dragover", (event) => event.preventDefault());
+    window.addEventListener("drop", (event) => {
+      event.preventDefault();
+      over = 0;
+      dragging(false);
+      void this.openFile(event.dataTransfer?.files[0]);
+    });
+  }
+
+  // ---- showing -------------------------------------------------------------------------------------------------------
+
+  private showRadius() {
+    this.tool.radius = Number(byId<HTMLInputElement>("radius").value) / 1000;
+    byId("radius-mm").textContent = `${1000 * this.tool.radius} mm`;
+  }
+
+  private show() {
+    this.view.show({ colour: isOn("show-colour"), mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), touchable: isOn("show-touchable") });
+    if (this.newest) this.view.move(this.newest.positions, this.newest.lengths);
+    byId("legend").hidden = !isOn("show-colour");
+  }
+
+  private dress() {
+    const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
+    this.view.dress(colour("--ink"), colour("--held"), colour("--touchable"), colour("--force"));
+    byId("ramp").style.background = GRADIENT;
+    this.show();
+  }
+
+  private draw() {
+    requestAnimationFrame(() => this.draw());
+    if (!this.opened) return;
+    const start = performance.now();
+    this.pointer.tick();
+    if (!this.waiting) {
+      this.waiting = true;
+      this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
+      this.buffer = null;
+    }
+    this.view.render();
+    this.showTools();
+    this.plot.draw();
+    this.frames.add(start, performance.now());
+    if (!this.measured && start - this.lastTouch > QUIET) this.measure();
+  }
+
+  private take(frame: Frame) {
+    this.waiting = false;
+    const nodes = frame.buffer.byteLength / 16;
+    const positions = new Float32Array(frame.buffer, 0, 3 * nodes), lengths = new Float32Array(frame.buffer, 12 * nodes, nodes);
+    if (nodes !== this.info?.surfaceNodeCount) return; // of the bundle before
+    if (frame.changed) {
+      this.view.move(positions, lengths);
+      this.newest = { positions: positions.slice(), lengths: lengths.slice(), frame };
+    } else if (this.newest) {
+      this.newest.frame = frame;
+    }
+    this.buffer = frame.buffer;
+    this.recorded = frame.recorded;
+    this.plot.add(frame.samples);
+    this.numbers(frame);
+  }
+
+  private numbers(frame: Frame) {
+    const tools = frame.tools.filter((tool) => tool !== null);
+    if (tools.length || frame.replaying) this.lastTouch = performance.now();
+    const most = tools.reduce((a, b) => (length(b.force) > length(a) ? b.force : a), [0, 0, 0] as Vector);
+    byId("newtons").textContent = length(most).toFixed(2);
+    byId("depth").textContent = (1000 * Math.max(0, ...tools.map((tool) => tool.depth))).toFixed(1);
+    for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
+      if (!frame[key]) continue;
+      this.smooth[key] += (this.smooth[key] ? 0.08 : 1) * (frame[key] - this.smooth[key]);
+      byId(id).textContent = this.smooth[key].toFixed(1);
+    }
+    const words = flagWords(frame.flags);
+    if (frame.lost) words.push(`${frame.lost} touches left out: this device is too busy`);
+    if (tools.length) byId("notice").textContent = words.join("; ");
+    byId("touch-rate").textContent = frame.touchUs ? "1000 Hz" : "at rest";
+    byId("replay").toggleAttribute("disabled", frame.replaying);
+    byId("most").textContent = brief(1000 * this.view.most);
+    byId("middle").textContent = brief(500 * this.view.most);
+    byId("frame-ms").textContent = this.frames.median.toFixed(1);
+    byId("frame-rate").textContent = `${this.frames.rate.toFixed(0)} per s`;
+  }
+
+  private showTools() {
+    const frames = this.newest?.frame.tools ?? [];
+    const radius = this.effects.contact === "patch" ? this.tool.radius : 0;
+    const places = this.view.moveTools(frames, radius), labels = byId("labels");
+    while (labels.childElementCount < places.length) labels.append(document.createElement("span"));
+    places.forEach((at, t) => {
+      const label = labels.children[t] as HTMLElement;
+      label.hidden = !at;
+      if (!at) return;
+      label.textContent = `${length(frames[t]!.force).toFixed(2)} N`;
+      label.style.transform = `translate(${at[0].toFixed(1)}px, ${at[1].toFixed(1)}px) translate(-50%, -110%)`;
+    });
+  }
+
+  private measure() {
+    const hit = this.pressed ?? this.front();
+    if (!hit || document.hidden) return;
+    this.measured = true;
+    this.tell({ type: "measure", place: hit.place, normal: hit.normal });
+  }
+
+  // For scripts: what is shown now.
+  get shown() {
+    return { positions: this.newest?.positions ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed };
+  }
+}
+
+// Milliseconds of drawing, and frames per second, of the last two seconds.
+class FrameClock {
+  times: { start: number; ms: number }[] = [];
+  add(start: number, end: number) {
+    this.times.push({ start, ms: end - start });
+    while (this.times.length > 2 && start - this.times[0].start > 2000) this.times.shift();
+  }
+  get median() {
+    const sorted = this.times.map((t) => t.ms).sort((a, b) => a - b);
+    return sorted[sorted.length >> 1] ?? 0;
+  }
+  get rate() {
+    const first = this.times[0], last = this.times.at(-1);
+    return first && last && last.start > first.start ? ((this.times.length - 1) * 1000) / (last.start - first.start) : 0;
+  }
+}
+
+const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;
+const length = (v: Vector) => Math.hypot(...v);
+const megabytes = (bytes: number) => (bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0);
+const brief = (value: number) => String(Number(value.toPrecision(2)));
+
+begin();

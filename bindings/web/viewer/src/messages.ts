@@ -1,0 +1,84 @@
+// What the page and the worker say to one another.
+import type { BundleInfo, Effects } from "../../module/palpate.js";
+
+export const TOOL_COUNT = 2;
+export const TOUCH_HZ = 1000;
+
+export interface ToolShape {
+  radius: number; // m, of the disc under contact "patch"
+  friction: number; // of the law "coulomb"
+}
+
+// Where the pointer wants a tool. It comes to the organ from `start`, outside; when released it goes back there and is gone.
+export interface ToolTarget {
+  start: Vector;
+  point: Vector;
+  hold: boolean; // pulls as well
+  down: boolean; // false: released
+}
+export type Vector = [number, number, number];
+
+// Where the tools were, touch by touch: [step][tool][x y z], NaN where there was none; hold: [step][tool].
+export interface Recording {
+  steps: number;
+  points: Float64Array;
+  hold: Uint8Array;
+}
+
+export type ToWorker =
+  | { type: "fetch"; url: string }
+  | { type: "open"; name: string; bytes: ArrayBuffer }
+  | { type: "effects"; effects: Effects; tool: ToolShape }
+  | { type: "tool"; index: number; target: ToolTarget }
+  | { type: "frame"; buffer: ArrayBuffer | null }
+  | { type: "replay"; recording: Recording | null } // null: the last touch
+  | { type: "measure"; place: Vector; normal: Vector }
+  | { type: "reset" };
+
+export interface Mesh {
+  positions: Float32Array; // rest, [node][3] m, of the surface
+  triangles: Uint32Array;
+  fixed: Int32Array; // surface nodes held in every direction
+  touchable: Int32Array;
+}
+
+export interface ToolFrame {
+  point: Vector;
+  force: Vector; // N, on the tool
+  contacts: number;
+  depth: number; // m, from where it met the organ; 0 while it has not
+}
+
+export interface Sample {
+  tool: number;
+  depth: number; // m
+  force: number; // N
+}
+
+export interface Frame {
+  type: "frame";
+  buffer: ArrayBuffer; // positions, then lengths of displacement, of the surface's nodes, f32
+  tools: (ToolFrame | null)[];
+  samples: Sample[]; // since the last frame
+  changed: boolean; // the shape is not that of the frame before
+  flags: number; // of the last steps
+  touchUs: number; // 0: nothing was timed since the last frame
+  shapeUs: number;
+  lost: number; // touches that were left out because the page was held up
+  replaying: boolean;
+  recorded: boolean; // there is a touch to replay
+}
+
+export interface Cost {
+  effect: string;
+  touchUs: number; // what this effect adds, or would add
+  shapeUs: number;
+}
+
+export type FromWorker =
+  | { type: "progress"; done: number; total: number }
+  | { type: "opened"; name: string; mesh: Mesh; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
+  | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime"; message: string; byteOffset: number }
+  | { type: "replayed"; recording: Recording; forces: Float64Array; positions: Float32Array } // [step][tool][3] N; the last shape, m
+  | { type: "costs"; costs: Cost[] }
+  | Frame;

@@ -1,0 +1,261 @@
+// The organ, the tools and their forces in three dimensions.
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DynamicDrawUsage, Group,
+  HemisphereLight, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Points, PointsMaterial, Raycaster,
+  Scene, SphereGeometry, TorusGeometry, Vector2, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { colourByDisplacement, roundUp, TISSUE } from "./colours";
+import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
+
+const NEWTON = 0.03; // m of arrow
+const LONGEST_ARROW = 0.08; // m
+const FRONT = new Vector3(0.42, -1, 0.34).normalize(); // from the patient's front, a little from above (LPS: y to the back, z up)
+
+export interface Hit {
+  triangle: number;
+  barycentric: Vector;
+  point: Vector; // on the surface as drawn
+  place: Vector; // at rest
+  normal: Vector; // at rest, smooth, outwards
+}
+
+export interface Shown {
+  colour: boolean;
+  mesh: boolean;
+  fixed: boolean;
+  touchable: boolean;
+}
+
+export class OrganView {
+  readonly camera = new PerspectiveCamera(32, 1, 0.005, 20);
+  readonly controls: OrbitControls;
+  most = 0.005; // m: the palest colour
+  private renderer: WebGLRenderer;
+  private scene = new Scene();
+  private geometry = new BufferGeometry();
+  private surface = new Object3(this.geometry, new MeshStandardMaterial({ vertexColors: true, roughness: 0.42, metalness: 0 }));
+  private wire = new Object3(this.geometry, new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.35, depthWrite: false }));
+  private fixed = new Points(new BufferGeometry(), new PointsMaterial({ size: 7, sizeAttenuation: false }));
+  private touchable = new Points(new BufferGeometry(), new PointsMaterial({ size: 5, sizeAttenuation: false }));
+  private tools = Array.from({ length: TOOL_COUNT }, () => new ToolFigure());
+  private raycaster = new Raycaster();
+  private rest: Float32Array<ArrayBufferLike> = new Float32Array(0);
+  private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
+  private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false };
+  private radius = 0.1;
+  private centre = new Vector3();
+
+  constructor(private canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.camera.up.set(0, 0, 1);
+    const lamp = new DirectionalLight(0xffffff, 2.1), rim = new DirectionalLight(0xffffff, 0.7);
+    lamp.position.set(-0.5, 0.8, 1);
+    rim.position.set(1, -0.6, -0.3);
+    this.camera.add(lamp, rim);
+    const sky = new HemisphereLight(0xffffff, 0x998877, 0.75);
+    sky.position.set(0, 0, 1);
+    this.surface.material.polygonOffset = true;
+    this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
+    this.scene.add(this.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enablePan = false;
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.12;
+  }
+
+  open(mesh: Mesh) {
+    const nodes = mesh.positions.length / 3;
+    this.geometry.dispose();
+    this.geometry = new BufferGeometry();
+    const attribute = (numbers: Float32Array) => new BufferAttribute(numbers, 3).setUsage(DynamicDrawUsage);
+    this.geometry.setAttribute("position", attribute(mesh.positions.slice()));
+    this.geometry.setAttribute("color", attribute(new Float32Array(3 * nodes)));
+    this.geometry.setIndex(new BufferAttribute(mesh.triangles, 1));
+    this.geometry.computeVertexNormals();
+    this.rest = mesh.positions;
+    this.restNormals = (this.geometry.getAttribute("normal").array as Float32Array).slice();
+    this.surface.geometry = this.wire.geometry = this.geometry;
+    // Points that share the surface's positions and follow it.
+    for (const [points, list] of [[this.fixed, mesh.fixed], [this.touchable, mesh.touchable]] as const) {
+      points.geometry.dispose();
+      points.geometry = new BufferGeometry();
+      points.geometry.setAttribute("position", this.geometry.getAttribute("position"));
+      points.geometry.setIndex(new BufferAttribute(Uint32Array.from(list), 1));
+      points.frustumCulled = false;
+    }
+    this.surface.frustumCulled = this.wire.frustumCulled = false;
+    this.geometry.computeBoundingSphere();
+    const sphere = this.geometry.boundingSphere!;
+    this.centre.copy(sphere.center);
+    this.radius = sphere.radius;
+    this.move(mesh.positions, new Float32Array(nodes));
+    this.home();
+  }
+
+  // The whole organ, from the front.
+  home() {
+    const tan = Math.tan((this.camera.fov * Math.PI) / 360);
+    const distance = (0.92 * this.radius) / (tan * Math.min(1, this.camera.aspect));
+    this.controls.target.copy(this.centre);
+    this.camera.position.copy(this.centre).addScaledVector(FRONT, distance);
+    this.controls.minDistance = this.radius * 0.5;
+    this.controls.maxDistance = this.radius * 8;
+    this.controls.update();
+  }
+
+  // positions [node][3] and lengths of displacement [node], m.
+  move(positions: Float32Array, lengths: Float32Array) {
+    const position = this.geometry.getAttribute("position") as BufferAttribute, colour = this.geometry.getAttribute("color") as BufferAttribute;
+    (position.array as Float32Array).set(positions);
+    position.needsUpdate = true;
+    this.geometry.computeVertexNormals();
+    let most = 0.002;
+    for (const length of lengths) most = Math.max(most, length);
+    this.most = roundUp(Math.max(most, this.most > 2.5 * most ? most : Math.min(this.most, 2.5 * most)));
+    const colours = colour.array as Float32Array;
+    if (this.shown.colour) colourByDisplacement(lengths, this.most, colours);
+    else for (let i = 0; i < colours.length; ++i) colours[i] = TISSUE[i % 3];
+    colour.needsUpdate = true;
+    this.geometry.boundingSphere!.radius = this.radius * 1.5;
+  }
+
+  show(shown: Shown) {
+    this.shown = shown;
+    this.wire.visible = shown.mesh;
+    this.fixed.visible = shown.fixed;
+    this.touchable.visible = shown.touchable;
+  }
+
+  // Colours of the style sheet, which follow light and dark.
+  dress(ink: string, held: string, touchable: string, force: string) {
+    this.wire.material.color = new Color(ink);
+    this.fixed.material.color = new Color(held);
+    this.touchable.material.color = new Color(touchable);
+    for (const tool of this.tools) tool.dress(ink, force);
+  }
+
+  // Returns where each tool's label goes, in pixels of the canvas.
+  moveTools(frames: (ToolFrame | null)[], radius: number): ([x: number, y: number] | null)[] {
+    return frames.map((frame, t) => {
+      const tip = this.tools[t].move(frame, radius);
+      return tip && this.toScreen(tip);
+    });
+  }
+
+  pick(x: number, y: number): Hit | null {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.raycaster.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
+    const hit = this.raycaster.intersectObject(this.surface, false)[0];
+    if (!hit?.face) return null;
+    const corners = [hit.face.a, hit.face.b, hit.face.c];
+    const barycentric = barycentricOf(hit.point, corners.map((n) => new Vector3().fromBufferAttribute(this.geometry.getAttribute("position") as BufferAttribute, n)));
+    const mix = (of: Float32Array) => [0, 1, 2].map((d) => corners.reduce((sum, n, i) => sum + barycentric[i] * of[3 * n + d], 0)) as Vector;
+    const normal = new Vector3(...mix(this.restNormals)).normalize();
+    return { triangle: hit.faceIndex!, barycentric, point: hit.point.toArray() as Vector, place: mix(this.rest), normal: normal.toArray() as Vector };
+  }
+
+  // A point that is moved by pixels in the plane that faces the camera.
+  drag(point: Vector, dx: number, dy: number): Vector {
+    const metres = this.metresPerPixel(point);
+    const right = new Vector3(), up = new Vector3();
+    this.camera.matrixWorld.extractBasis(right, up, new Vector3());
+    return new Vector3(...point).addScaledVector(right, dx * metres).addScaledVector(up, -dy * metres).toArray() as Vector;
+  }
+
+  metresPerPixel(point: Vector): number {
+    const depth = new Vector3(...point).sub(this.camera.position).dot(this.camera.getWorldDirection(new Vector3()));
+    return (2 * depth * Math.tan((this.camera.fov * Math.PI) / 360)) / this.canvas.clientHeight;
+  }
+
+  turn(right: number, up: number) {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const distance = offset.length(), angle = Math.atan2(offset.y, offset.x) + right;
+    const height = Math.max(-1.45, Math.min(1.45, Math.asin(offset.z / distance) + up));
+    offset.set(Math.cos(angle) * Math.cos(height), Math.sin(angle) * Math.cos(height), Math.sin(height)).multiplyScalar(distance);
+    this.camera.position.copy(this.controls.target).add(offset);
+  }
+
+  nearer(factor: number) {
+    this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
+  }
+
+  render() {
+    const { clientWidth: width, clientHeight: height } = this.canvas, ratio = Math.min(2, devicePixelRatio);
+    const size = this.renderer.getSize(new Vector2());
+    if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== ratio) {
+      this.renderer.setPixelRatio(ratio);
+      this.renderer.setSize(width, height, false);
+      const before = this.camera.aspect;
+      this.camera.aspect = width / Math.max(1, height);
+      this.camera.updateProjectionMatrix();
+      if (before === 1 || Math.min(1, before) !== Math.min(1, this.camera.aspect)) this.home();
+    }
+    this.controls.update();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  private toScreen(point: Vector3): [number, number] {
+    const p = point.clone().project(this.camera);
+    return [((p.x + 1) / 2) * this.canvas.clientWidth, ((1 - p.y) / 2) * this.canvas.clientHeight];
+  }
+}
+
+// A disc or a ball where the tool is, and the arrow of the force on it.
+class ToolFigure {
+  readonly group = new Group();
+  private metal = new MeshStandardMaterial({ roughness: 0.35, metalness: 0.1, transparent: true, opacity: 0.85 });
+  private disc = new Object3(new CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2), this.metal);
+  private rim = new Object3(new TorusGeometry(1, 0.09, 8, 60), new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.8 }));
+  private ball = new Object3(new SphereGeometry(0.0016, 20, 14), this.metal);
+  private red = new MeshBasicMaterial({ depthTest: false, transparent: true });
+  private shaft = new Object3(new CylinderGeometry(0.0009, 0.0009, 1, 12).translate(0, 0.5, 0).rotateX(Math.PI / 2), this.red);
+  private head = new Object3(new ConeGeometry(0.0028, 0.008, 20).translate(0, -0.004, 0).rotateX(Math.PI / 2), this.red);
+  private arrow = new Group().add(this.shaft, this.head);
+  private axis = new Vector3(0, 0, 1);
+
+  constructor() {
+    this.group.add(this.disc, this.rim, this.ball, this.arrow);
+    this.rim.renderOrder = 1; // seen where the surface closes over the disc
+    this.group.visible = false;
+    this.shaft.renderOrder = this.head.renderOrder = 2;
+  }
+
+  dress(ink: string, force: string) {
+    this.metal.color = new Color(ink).lerp(new Color("#8d9aa3"), 0.6);
+    this.red.color = new Color(force);
+    this.rim.material.color = new Color(ink);
+  }
+
+  // The arrow's tip, or null where there is no force to label.
+  move(frame: ToolFrame | null, radius: number): Vector3 | null {
+    this.group.visible = frame !== null;
+    if (!frame) return null;
+    const point = new Vector3(...frame.point), force = new Vector3(...frame.force), newtons = force.length();
+    if (newtons > 1e-3) this.axis.lerp(force.clone().normalize(), 0.3).normalize();
+    this.disc.visible = this.rim.visible = radius > 0;
+    this.ball.visible = radius === 0;
+    this.ball.position.copy(point);
+    this.disc.position.copy(point).addScaledVector(this.axis, 0.0008);
+    this.disc.scale.set(radius, radius, 0.0012);
+    this.disc.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), this.axis);
+    this.rim.position.copy(this.disc.position);
+    this.rim.quaternion.copy(this.disc.quaternion);
+    this.rim.scale.setScalar(radius);
+    this.arrow.visible = newtons > 5e-3;
+    if (!this.arrow.visible) return null;
+    const length = Math.min(LONGEST_ARROW, 0.008 + NEWTON * newtons), direction = force.normalize();
+    this.arrow.position.copy(point);
+    this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), direction);
+    this.head.position.z = length;
+    this.shaft.scale.z = Math.max(1e-4, length - 0.008);
+    return point.addScaledVector(direction, length + 0.004);
+  }
+}
+
+function barycentricOf(p: Vector3, [a, b, c]: Vector3[]): Vector {
+  const area = (u: Vector3, v: Vector3, w: Vector3) => v.clone().sub(u).cross(w.clone().sub(u));
+  const whole = area(a, b, c), square = whole.lengthSq();
+  const first = area(b, c, p).dot(whole) / square, second = area(c, a, p).dot(whole) / square;
+  return [first, second, 1 - first - second];
+}

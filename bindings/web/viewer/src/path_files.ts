@@ -1,0 +1,78 @@
+// Paths and forces as files: the CSV that palpate-run reads (path_csv, in metres) and writes (forces.csv).
+import { TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
+
+// Rows of s, x, y, z, m; '#' comments and one header line. Straight between rows, as palpate-run plays them.
+export function recordingOfPath(text: string): Recording {
+  const rows: number[][] = [];
+  text.split(/\r?\n/).forEach((line, index) => {
+    const row = line.replace(/#.*/, "").trim();
+    if (!row) return;
+    const numbers = row.split(",").map(Number);
+    if (numbers.length === 4 && numbers.every(Number.isFinite)) {
+      const last = rows.at(-1);
+      if (last && !(numbers[0] > last[0])) throw new Error(`line ${index + 1}: expected a time after ${last[0]} s, found ${numbers[0]}`);
+      rows.push(numbers);
+    } else if (rows.length > 0 || /^[-+.\d]/.test(row)) {
+      throw new Error(`line ${index + 1}: expected four numbers s, x, y, z, found "${row}"`);
+    }
+  });
+  if (!rows.length) throw new Error("expected rows of s, x, y, z, found none");
+  const duration = rows.at(-1)![0];
+  if (duration > 600) throw new Error(`expected at most 600 s, found ${duration} s`);
+  const steps = Math.floor(duration * TOUCH_HZ * (1 + 1e-9)) + 1;
+  const recording: Recording = {
+    steps, points: new Float64Array(3 * TOOL_COUNT * steps).fill(NaN), hold: new Uint8Array(TOOL_COUNT * steps),
+  };
+  for (let step = 0; step < steps; ++step) recording.points.set(positionAt(rows, step / TOUCH_HZ), 3 * TOOL_COUNT * step);
+  return recording;
+}
+
+function positionAt(rows: number[][], time: number): Vector {
+  const after = rows.findIndex((row) => row[0] > time);
+  if (after === 0) return rows[0].slice(1) as Vector;
+  if (after < 0) return rows.at(-1)!.slice(1) as Vector;
+  const [t0, ...a] = rows[after - 1], [t1, ...b] = rows[after];
+  const share = (time - t0) / (t1 - t0);
+  return a.map((x, d) => x + share * (b[d] - x)) as Vector;
+}
+
+// The first tool of a recording while it is there the first time.
+export function pathOfRecording({ steps, points }: Recording): string {
+  const rows = ["time_s,x_m,y_m,z_m"];
+  for (let step = 0, begun = -1; step < steps; ++step) {
+    const at = points.subarray(3 * TOOL_COUNT * step, 3 * TOOL_COUNT * step + 3);
+    if (Number.isNaN(at[0])) {
+      if (begun >= 0) break;
+      continue;
+    }
+    if (begun < 0) begun = step;
+    rows.push([(step - begun) / TOUCH_HZ, ...at].join(","));
+  }
+  return rows.join("\n") + "\n";
+}
+
+// forces: [step][tool][3] N.
+export function forcesFile({ steps, points }: Recording, forces: Float64Array): string {
+  const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N"];
+  for (let step = 0; step < steps; ++step)
+    for (let tool = 0; tool < TOOL_COUNT; ++tool) {
+      const at = 3 * (TOOL_COUNT * step + tool);
+      if (!Number.isNaN(points[at])) rows.push([step / TOUCH_HZ, tool + 1, ...points.subarray(at, at + 3), ...forces.subarray(at, at + 3)].join(","));
+    }
+  return rows.join("\n") + "\n";
+}
+
+// The press that is played before any touch: in, held, out.
+export function demonstration(place: Vector, normal: Vector, depth = 0.012): Recording {
+  const at = (height: number) => place.map((x, d) => x + height * normal[d]);
+  const keys: [number, number][] = [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]];
+  return recordingOfPath(keys.map(([time, height]) => [time, ...at(height)].join(",")).join("\n"));
+}
+
+export function save(name: string, text: string) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

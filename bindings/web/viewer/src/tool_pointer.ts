@@ -1,0 +1,158 @@
+// Mouse, fingers and keys -> where the tools should be.
+import { TOOL_COUNT, type ToolTarget, type Vector } from "./messages";
+import type { Hit, OrganView } from "./organ_view";
+
+const ABOVE = 0.002; // m over the surface: where a tool comes from
+const GRASP = 3e-4; // m: how far a pulling tool goes in to take hold
+const TOUCH_DOWN = 0.001; // m: a press that has not moved yet
+const DEEPEST = 0.03; // m
+const KEY_SPEED = 0.012; // m/s while space is held
+const KEYBOARD = -1; // in place of a pointer's id
+
+export interface PointerOptions {
+  pulls: () => boolean;
+  keeps: () => boolean;
+  followsDeformed: () => boolean;
+  send: (index: number, target: ToolTarget) => void;
+  pressed: (hit: Hit) => void;
+}
+
+interface Held {
+  pointer: number;
+  index: number;
+  hit: Hit;
+  place: Vector; // where it meets the surface
+  x: number;
+  y: number;
+  since: number; // ms
+  target: ToolTarget;
+  scale: number; // m per pixel
+}
+
+export class ToolPointer {
+  private held: Held[] = [];
+  private targets: (ToolTarget | null)[] = Array(TOOL_COUNT).fill(null);
+  private oldest = 0;
+
+  constructor(private canvas: HTMLCanvasElement, private view: OrganView, private options: PointerOptions) {
+    // Before the camera's own listeners: a press on the organ is the tool's, beside it the camera's.
+    canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
+    canvas.addEventListener("pointermove", (event) => this.move(event), { capture: true });
+    for (const end of ["pointerup", "pointercancel"] as const)
+      canvas.addEventListener(end, (event) => this.up(event.pointerId, event), { capture: true });
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  get active() {
+    return this.held.length > 0;
+  }
+
+  // Every tool is taken away at once.
+  forget() {
+    this.held = [];
+    this.targets.fill(null);
+    this.canvas.classList.remove("held");
+    this.view.controls.enabled = true;
+  }
+
+  // Space went down or came up: a push at the middle of the view, deeper the longer.
+  key(down: boolean) {
+    const held = this.held.find((h) => h.pointer === KEYBOARD);
+    if (!down) return held && this.up(KEYBOARD);
+    if (held) return;
+    const x = this.canvas.clientWidth / 2, y = this.canvas.clientHeight / 2, hit = this.view.pick(x, y);
+    if (hit) this.take(KEYBOARD, hit, x, y);
+  }
+
+  // Once per frame: what deepens with time.
+  tick() {
+    const held = this.held.find((h) => h.pointer === KEYBOARD);
+    if (held) this.aim(held, TOUCH_DOWN + ((performance.now() - held.since) / 1000) * KEY_SPEED, 0, 0);
+  }
+
+  private down(event: PointerEvent) {
+    if (event.button !== 0) return;
+    const hit = this.view.pick(event.offsetX, event.offsetY);
+    if (!hit) return;
+    event.stopImmediatePropagation();
+    this.canvas.focus({ preventScroll: true });
+    this.canvas.setPointerCapture(event.pointerId);
+    this.view.controls.enabled = false;
+    this.canvas.classList.add("held");
+    this.take(event.pointerId, hit, event.offsetX, event.offsetY);
+  }
+
+  private take(pointer: number, hit: Hit, x: number, y: number) {
+    const index = this.freeTool();
+    if (index === null) return;
+    const place = this.options.followsDeformed() ? hit.point : hit.place;
+    const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, hold: this.options.pulls(), down: true };
+    const held = { pointer, index, hit, place, x, y, since: performance.now(), target, scale: this.view.metresPerPixel(hit.point) };
+    this.held.push(held);
+    this.options.pressed(hit);
+    this.aim(held, target.hold ? GRASP : TOUCH_DOWN, 0, 0);
+  }
+
+  // A tool that is nowhere; else the one that has stayed longest without being held.
+  private freeTool(): number | null {
+    const busy = (index: number) => this.held.some((h) => h.index === index);
+    const free = this.targets.findIndex((target, index) => !target && !busy(index));
+    if (free >= 0) return free;
+    for (let i = 0; i < TOOL_COUNT; ++i) {
+      const index = (this.oldest + i) % TOOL_COUNT;
+      if (busy(index)) continue;
+      this.oldest = (index + 1) % TOOL_COUNT;
+      return index;
+    }
+    return null;
+  }
+
+  private move(event: PointerEvent) {
+    const held = this.held.find((h) => h.pointer === event.pointerId);
+    if (!held) {
+      if (event.pointerType === "mouse" && event.buttons === 0)
+        this.canvas.classList.toggle("over", this.view.pick(event.offsetX, event.offsetY) !== null);
+      return;
+    }
+    event.stopImmediatePropagation();
+    const dx = event.offsetX - held.x, dy = event.offsetY - held.y;
+    this.aim(held, TOUCH_DOWN + Math.hypot(dx, dy) * held.scale * 0.5, dx, dy);
+  }
+
+  // Pushes along the normal by the depth, or pulls where the pointer goes.
+  private aim(held: Held, depth: number, dx: number, dy: number) {
+    const { target, hit, place } = held;
+    const dragged = this.view.drag(hit.point, dx, dy);
+    // Takes hold first, then follows.
+    const grasping = target.hold && (Math.hypot(dx, dy) < 3 || performance.now() - held.since < 60);
+    held.target = {
+      ...target,
+      point: !target.hold ? along(place, hit.normal, -Math.min(DEEPEST, depth))
+        : grasping ? along(place, hit.normal, -GRASP)
+        : limited(place, place.map((x, d) => x + dragged[d] - hit.point[d]) as Vector),
+    };
+    this.targets[held.index] = held.target;
+    this.options.send(held.index, held.target);
+  }
+
+  private up(pointer: number, event?: PointerEvent) {
+    const held = this.held.find((h) => h.pointer === pointer);
+    if (!held) return;
+    event?.stopImmediatePropagation();
+    this.held = this.held.filter((h) => h !== held);
+    if (this.held.length === 0) {
+      this.view.controls.enabled = true;
+      this.canvas.classList.remove("held");
+    }
+    if (this.options.keeps()) return;
+    this.targets[held.index] = null;
+    this.options.send(held.index, { ...held.target, down: false });
+  }
+}
+
+const along = (from: Vector, direction: Vector, by: number) => from.map((x, d) => x + by * direction[d]) as Vector;
+
+function limited(from: Vector, to: Vector): Vector {
+  const way = to.map((x, d) => x - from[d]), length = Math.hypot(...way);
+  return length <= DEEPEST ? to : (from.map((x, d) => x + (way[d] * DEEPEST) / length) as Vector);
+}

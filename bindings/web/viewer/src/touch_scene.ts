@@ -1,0 +1,39 @@
+// A scene of the runtime and its two halves, timed: what the worker's loop steps.
+import type { Bundle, Effects, Scene, Tool } from "../../module/palpate.js";
+import { TOOL_COUNT, TOUCH_HZ, type ToolShape, type Vector } from "./messages";
+import type { RecordedTool } from "./recorder";
+
+const POINTS = 1;
+const NODES_UNDER_DISC = 100; // as palpate-run: a hundred nodes of a fine mesh
+
+export class TouchScene {
+  readonly scene: Scene;
+  touchMs = 0; // of all touches; the caller sets it back
+
+  constructor(bundle: Bundle, effects: Effects, private tool: ToolShape) {
+    this.scene = bundle.createScene({
+      ...effects, maxTools: TOOL_COUNT, maxPoints: TOOL_COUNT * POINTS,
+      maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * TOOL_COUNT * POINTS,
+    });
+    this.scene.setTools([]);
+    this.scene.touch(1 / TOUCH_HZ);
+    if (this.scene.nodeCount) this.scene.shape();
+  }
+
+  touch(tools: RecordedTool[]): number {
+    this.scene.setTools(tools.map((tool): Tool =>
+      tool ? { points: tool.point, hold: tool.hold, radius: this.tool.radius, friction: this.tool.friction } : {}));
+    const start = performance.now();
+    const flags = this.scene.touch(1 / TOUCH_HZ);
+    this.touchMs += performance.now() - start;
+    return flags;
+  }
+
+  force(tool: number): Vector {
+    return [...this.scene.force(tool)] as unknown as Vector;
+  }
+
+  destroy() {
+    this.scene.destroy();
+  }
+}
