@@ -9,6 +9,7 @@
 #include "formats/program.h"
 #include "runtime/run/csv_files.h"
 #include "runtime/run/explain.h"
+#include "runtime/run/gltf_file.h"
 #include "runtime/run/output_folder.h"
 #include "runtime/run/realtime.h"
 #include "runtime/run/record.h"
@@ -22,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  fs::path scene, bundle, output, record, replay;
+  fs::path scene, bundle, output, record, replay, gltf;
   bool explain = false, realtime = false;
   double seconds = 5;
   std::vector<double> rates = {1000, 4000, 10000};
@@ -40,6 +41,8 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
   Summary summary(player);
   const bool shaped = player.scene().shape != SceneConfig::Shape::off;
   auto shapes = shaped ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
+  const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;
+  auto gltf = options.gltf.empty() ? nullptr : std::make_unique<GltfFile>(options.gltf, player, written);
   OutputHasher hasher;
   Progress progress("playing " + player.scene().name, player.touch_count());
   std::uint64_t frame = 0;
@@ -53,13 +56,16 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
       [&](const ShapeRecord& shape) {
         summary.add(shape);
         hasher.add(shape);
-        if (frame++ % options.every == 0) shapes->write(shape);
+        if (frame++ % options.every != 0) return;
+        shapes->write(shape);
+        if (gltf) gltf->add(shape);
       });
   csv.close();
   if (shapes) shapes->close();
   write_text_atomically(folder.part() / "summary.json",
                         summary.text(timing, fields, bundle, shapes ? shapes->written() : 0));
   folder.commit();
+  if (gltf) gltf->write();
   if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
 }
 
@@ -113,10 +119,14 @@ int main(int argc, char** argv) {
         realtime->excludes(explain);
         auto* record = app.add_option("--record", options.record, "also write the run to this file, to be replayed");
         record->excludes(explain)->excludes(realtime);
+        auto* gltf =
+            app.add_option("--export", options.gltf,
+                           "also write the organ's surface, shape by shape, as an animated binary glTF file (.glb)");
+        gltf->excludes(explain)->excludes(realtime);
         auto* replay = app.add_option("--replay", options.replay,
                                       "play this record and hold it to its hashes; writes nothing. SCENE.toml, where "
                                       "given, must be the scene that was recorded");
-        for (auto* other : {output, every, record}) replay->excludes(other);
+        for (auto* other : {output, every, record, gltf}) replay->excludes(other);
         replay->excludes(explain)->excludes(realtime);
         app.callback([scene, &options] {
           if (options.replay.empty() && scene->empty()) throw CLI::RequiredError("SCENE.toml");

@@ -181,6 +181,13 @@ std::uint64_t Player::touch_count() const {
   return static_cast<std::uint64_t>(std::floor(duration() * scene_.touch_hz * (1 + rounding))) + 1;
 }
 
+std::uint64_t Player::shape_count() const {
+  if (scene_.shape == SceneConfig::Shape::off) return 0;
+  std::uint64_t count = 1;
+  while (step_of_frame(count, scene_) < touch_count()) ++count;
+  return count;
+}
+
 int Player::shape_node_count() const {
   if (scene_.shape == SceneConfig::Shape::off) return 0;
   const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());

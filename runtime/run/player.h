@@ -51,6 +51,7 @@ class Player {
   palpate_bundle* bundle() const { return bundle_.get(); }
   palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
   double duration() const;            // s, the last key frame of all tools
+  std::uint64_t shape_count() const;  // shapes that play makes
   std::uint64_t touch_count() const;  // steps of the whole scene, both ends included
   int contact_node_limit() const { return contact_node_limit_; }
 

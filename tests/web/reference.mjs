@@ -4,7 +4,7 @@ import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { inflateSync } from "node:zlib";
 
 // Plays tools along key frames [s, x, y, z], m. Returns forces [step][tool][3] N and shapes [frame] = positions [node][3] m.
-export function playNatively(palpateRun, folder, name, bundle, effects, tools) {
+export function playNatively(palpateRun, folder, name, bundle, effects, tools, more = []) {
   mkdirSync(folder, { recursive: true });
   const value = (v) => (Array.isArray(v) ? `[${v.map(value).join(", ")}]` : typeof v === "string" ? `"${v}"` : String(v));
   const lines = [`name = "${name}"`, `bundle = "${bundle}"`, `unit = "m"`, "[effects]"];
@@ -14,7 +14,7 @@ export function playNatively(palpateRun, folder, name, bundle, effects, tools) {
     for (const [key, v] of Object.entries(tool)) lines.push(`${key} = ${value(v)}`);
   }
   writeFileSync(`${folder}/${name}.toml`, lines.join("\n") + "\n");
-  execFileSync(palpateRun, [`${folder}/${name}.toml`, "--quiet", "-o", `${folder}/${name}`]);
+  execFileSync(palpateRun, [`${folder}/${name}.toml`, "--quiet", ...more, "-o", `${folder}/${name}`]);
   const shapes = readdirSync(`${folder}/${name}/shapes`).filter((file) => /^organ.*\.vtu$/.test(file)).sort();
   return {
     forces: readForces(readFileSync(`${folder}/${name}/forces.csv`, "utf8"), tools.length),
