@@ -276,6 +276,8 @@ def everything(page, study):
                "than 3 s: the median of several.")
     keys = [k for k in study.points[0] if k not in ("is_reference", "axes")]
     page.table(keys, [[p[k] for k in keys] for p in study.points], folded=f"{len(study.points)} points")
+    if study.all.get("left_out"):
+        page.table(("left out", "why"), [(p["name"], p["why"]) for p in study.all["left_out"]], folded="What was left out, and why")
     page.words("The same as data: <code>accuracy.json</code> and <code>accuracy.csv</code> beside this page.")
 
 

@@ -33,13 +33,22 @@ class Study {
     const auto plan = plan_study(organ_);
     Progress progress("study", plan.size());
     for (const auto& planned : plan) {
-      if (const auto setting = fitting(planned.setting)) measure(*setting, planned.axes);
+      // One that fails is told and left out: the others are worth as much as before.
+      try {
+        if (const auto setting = fitting(planned.setting)) measure(*setting, planned.axes);
+      } catch (const OperationError& error) {
+        leave_out(name_of(planned.setting), error.what());
+      }
       progress.advance();
     }
     // Places as different as the organ has, for that the solution takes minutes each on large meshes.
     for (std::size_t p = 0; p < std::min<std::size_t>(3, places_.touch.size()); ++p) {
       say(fmt::format("pushing deep at place {}", p + 1));
-      large_strain_.push_back(push_deep(organ_, bakery_, places_, p));
+      try {
+        large_strain_.push_back(push_deep(organ_, bakery_, places_, p));
+      } catch (const OperationError& error) {
+        leave_out(fmt::format("the deep push at place {}", p + 1), error.what());
+      }
     }
     write();
     report();
@@ -78,13 +87,18 @@ class Study {
       auto why = bakery_.too_large(*fits);
       if (why && fits->everywhere) fits->everywhere = false, why = bakery_.too_large(*fits);
       if (why) {
-        note(fmt::format("{} is left out: {}", name_of(setting), *why));
+        leave_out(name_of(setting), *why);
         fits->resolution.clear();
       }
     }
     if (fits->resolution.empty()) return {};
     setting.bundle = *fits;
     return setting;
+  }
+
+  void leave_out(const std::string& what, const std::string& why) {
+    warn(fmt::format("{} is left out: {}", what, why));
+    left_out_.push_back({{"name", what}, {"why", why}});
   }
 
   std::string key_of(const Setting& setting) const {
@@ -137,6 +151,7 @@ class Study {
                                     {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
                                     {"reference", reference(judged_points)},
                                     {"machine", machine_json()}};
+    study["left_out"] = left_out_;
     study["large_strain"] = large_strain_;
     study["picks"] = picks(records);
     write_results(folder(), study, records);
@@ -175,6 +190,7 @@ class Study {
   };
   std::list<Taken> taken_;
   std::vector<nlohmann::json> large_strain_;
+  nlohmann::ordered_json left_out_ = nlohmann::ordered_json::array();
 };
 
 }  // namespace

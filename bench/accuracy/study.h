@@ -5,7 +5,8 @@
 
 namespace palpate::accuracy {
 
-// Errors: InputError, OperationError; what was measured before stays.
+// A point that fails is told, and stands in accuracy.json as left out. Errors: InputError; OperationError where there is
+// no reference; what was measured before stays.
 void run_study(const StudyOptions& options);
 
 // The places of a study that was run. Errors: InputError.

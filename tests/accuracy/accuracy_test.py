@@ -60,6 +60,9 @@ class Accuracy(unittest.TestCase):
         for p in self.points:
             for cost in ("touch_us", "touch_us_99", "shape_us", "shape_us_99", "open_ms", "precompute_s", "precompute_GB", "bundle_MB"):
                 self.assertGreater(p[cost], 0, (p["name"], cost))
+            # Only the response may leave its measured range (8); above all, no contact reached a node without a column (64).
+            self.assertEqual(p["flags"] & ~8, 0, p["name"])
+        self.assertEqual(self.all["left_out"], [])
 
     def test_a_finer_mesh_is_nearer_to_the_reference(self):
         # Spacings differ by 1.6, which first order would turn into .64; but each mesh has its own surface too.
