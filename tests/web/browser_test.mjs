@@ -145,9 +145,7 @@ test("one tool stays while another pulls; reset takes both away", async () => {
   const drag = async (fromX, fromY, toX, toY) => {
     await page.mouse.move(fromX, fromY);
     await page.mouse.down();
-    await page.waitForTimeout(150);  // to take hold before it pulls
     await page.mouse.move((fromX + toX) / 2, (fromY + toY) / 2);
-    await page.waitForTimeout(150);
     await page.mouse.move(toX, toY);
     await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.05);
   };

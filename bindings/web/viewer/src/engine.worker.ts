@@ -165,8 +165,8 @@ function step() {
 function movedTools(): RecordedTool[] {
   return motions.map((motion, index) => {
     if (!motion) return null;
-    const tool = { point: [...motion.point] as Vector, hold: motion.target.hold && motion.target.down };
-    if (!motion.step()) motions[index] = null;
+    const tool = { point: [...motion.point] as Vector, hold: motion.holds };
+    if (!motion.step(met[index] !== null)) motions[index] = null;
     return tool;
   });
 }

@@ -13,7 +13,7 @@ export interface ToolShape {
 export interface ToolTarget {
   start: Vector;
   point: Vector;
-  hold: boolean; // pulls as well
+  grasp: Vector | null; // a tool that pulls goes here first, below the surface, and takes hold
   down: boolean; // false: released
 }
 export type Vector = [number, number, number];

@@ -7,15 +7,21 @@ const GONE = 2e-4; // m from its start: it has withdrawn
 
 export class ToolMotion {
   point: Vector;
+  private grasped = false;
 
   constructor(public target: ToolTarget) {
     this.point = [...target.start];
   }
 
-  // Moves on by one touch. False: the tool has withdrawn and is gone.
-  step(): boolean {
+  get holds() {
+    return this.target.grasp !== null && this.target.down;
+  }
+
+  // Moves on by one touch; meets: it was in contact in the last. False: the tool has withdrawn and is gone.
+  step(meets: boolean): boolean {
     const { point, target } = this;
-    const goal = target.down ? target.point : target.start;
+    this.grasped ||= meets;
+    const goal = !target.down ? target.start : target.grasp && !this.grasped ? target.grasp : target.point;
     const share = target.down ? FOLLOW : RETREAT;
     let left = 0;
     for (let d = 0; d < 3; ++d) {

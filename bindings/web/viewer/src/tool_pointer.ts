@@ -86,11 +86,12 @@ export class ToolPointer {
     const index = this.freeTool();
     if (index === null) return;
     const place = this.options.followsDeformed() ? hit.point : hit.place;
-    const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, hold: this.options.pulls(), down: true };
+    const grasp = this.options.pulls() ? along(place, hit.normal, -GRASP) : null;
+    const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, grasp, down: true };
     const held = { pointer, index, hit, place, x, y, since: performance.now(), target, scale: this.view.metresPerPixel(hit.point) };
     this.held.push(held);
     this.options.pressed(hit);
-    this.aim(held, target.hold ? GRASP : TOUCH_DOWN, 0, 0);
+    this.aim(held, TOUCH_DOWN, 0, 0);
   }
 
   // A tool that is nowhere; else the one that has stayed longest without being held.
@@ -123,14 +124,8 @@ export class ToolPointer {
   private aim(held: Held, depth: number, dx: number, dy: number) {
     const { target, hit, place } = held;
     const dragged = this.view.drag(hit.point, dx, dy);
-    // Takes hold first, then follows.
-    const grasping = target.hold && (Math.hypot(dx, dy) < 3 || performance.now() - held.since < 60);
-    held.target = {
-      ...target,
-      point: !target.hold ? along(place, hit.normal, -Math.min(DEEPEST, depth))
-        : grasping ? along(place, hit.normal, -GRASP)
-        : limited(place, place.map((x, d) => x + dragged[d] - hit.point[d]) as Vector),
-    };
+    const pulled = place.map((x, d) => x + dragged[d] - hit.point[d]) as Vector;
+    held.target = { ...target, point: target.grasp ? limited(place, pulled) : along(place, hit.normal, -Math.min(DEEPEST, depth)) };
     this.targets[held.index] = held.target;
     this.options.send(held.index, held.target);
   }
