@@ -5,11 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <memory>
 
+#include "tests/support/file_bytes.h"
 #include "tests/support/open_bundle.h"
 #include "tests/support/tiny_bundle.h"
 
@@ -21,11 +20,6 @@ inline std::filesystem::path scratch_file(const std::string& name) {
   std::string file = test ? std::string(test->test_suite_name()) + "." + test->name() + "." + name : name;
   std::replace(file.begin(), file.end(), '/', '_');
   return std::filesystem::path(testing::TempDir()) / file;
-}
-
-inline std::string file_bytes(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 inline std::string bundle_bytes(const BundleParts& parts) {

@@ -1,0 +1,392 @@
+// Contacts that crowd, contradict one another, sit on a fixed border, are huge, tiny or many.
+#include <random>
+
+#include "runtime/contact_solver.h"
+#include "tests/stability/known_compliance.h"
+#include "tests/stability/stability_case.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+palpate_scene_def held_def(std::int32_t contacts, palpate_contact_model model = PALPATE_CONTACT_POINT) {
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_OFF, def.contact = model;
+  def.max_points = contacts, def.max_contact_nodes = 3 * contacts;
+  return def;
+}
+
+// The forces at the nodes under contact, summed by column; what a tool feels is the sum of them reversed.
+struct Held {
+  Held(const KnownBox& known, const palpate_scene_def& def, const std::vector<palpate_grip>& grips)
+      : scene(known.box.scene(def)), contacts(scene.get()) {
+    touch(known, grips);
+  }
+  void touch(const KnownBox& known, const std::vector<palpate_grip>& grips) {
+    const palpate_tool tool = tool_of(grips);
+    flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    by_column = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(known.box.touchable.size()));
+    for (int e = 0; e < contacts->node_count; ++e)
+      by_column.segment<3>(3 * contacts.nodes()[e].column) += Vector3d(contacts.nodes()[e].force);
+  }
+  Vector3d force() { return -Vector3d(contacts->tools[0].force_raw); }
+
+  ScenePointer scene;
+  Contacts contacts;
+  palpate_step_flags flags = 0;
+  Eigen::VectorXd by_column;
+};
+
+// All nodes of this plate are on its surface: 528 touchable ones.
+const KnownBox& plate() {
+  static const KnownBox known({.cells = {24, 10, 1}, .size = {0.24, 0.1, 0.02}, .interior = false});
+  return known;
+}
+const KnownBox& block() {
+  static const KnownBox known({.cells = {4, 4, 4}});
+  return known;
+}
+
+double off(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  return (a - b).lpNorm<Eigen::Infinity>() / b.lpNorm<Eigen::Infinity>();
+}
+
+TEST(StabilityContacts, FiveHundredNodesInAnyOrder) {
+  StabilityCase attack(
+      "The factor is built row by row in the order of the contacts: with hundreds of rows, another order could round "
+      "to "
+      "another force.");
+  std::mt19937 random(41);
+  for (const int count : {1, 5, 20, 100, 500}) {
+    std::vector<std::int32_t> columns = range_of(static_cast<std::int32_t>(plate().box.touchable.size()));
+    std::shuffle(columns.begin(), columns.end(), random);
+    columns.resize(static_cast<std::size_t>(count));
+    const auto in_this_order = [&] {
+      std::vector<palpate_grip> grips;
+      for (const std::int32_t c : columns) {
+        const std::int32_t node = plate().box.touchable[static_cast<std::size_t>(c)];
+        grips.push_back(grip_at_node(node, wave(node)));
+      }
+      return Held(plate(), held_def(500), grips);
+    };
+    const double bound = rounding_of(plate().compliance(columns));
+    Held first = in_this_order();
+    EXPECT_EQ(first.flags, 0u);
+    double worst = 0;
+    for (int order = 0; order < quick_or_long(2, 20); ++order) {
+      std::shuffle(columns.begin(), columns.end(), random);
+      worst = std::max(worst, off(in_this_order().by_column, first.by_column));
+    }
+    attack.hold("force of " + std::to_string(count) + " nodes, relative change with their order", worst, bound,
+                "rounding: rows x 1.1e-16 x the condition of W");
+  }
+}
+
+TEST(StabilityContacts, EverySurfaceNodeAtOnce) {
+  StabilityCase attack(
+      "With every node of the surface held, the system is as large and as ill-conditioned as it can be; a tensor "
+      "summed in "
+      "single precision could miss the targets.");
+  std::vector<palpate_grip> grips;
+  const auto all = range_of(static_cast<std::int32_t>(plate().box.touchable.size()));
+  for (const std::int32_t node : plate().box.touchable) grips.push_back(grip_at_node(node, wave(node)));
+  Held held(plate(), held_def(static_cast<std::int32_t>(grips.size())), grips);
+  EXPECT_EQ(held.flags, 0u);
+  const auto u = displacements(held.scene.get(), held.contacts.get(), plate().box.body.surface_nodes);
+  double missed = 0, terms = 0;
+  for (int e = 0; e < held.contacts->node_count; ++e) {
+    const palpate_contact_node& node = held.contacts.nodes()[e];
+    for (int i = 0; i < 3; ++i)
+      missed = std::max(missed, std::abs(u[3 * static_cast<std::size_t>(node.node) + static_cast<std::size_t>(i)] -
+                                         wave(node.node)[i]));
+    terms += Vector3d(node.modified_displacement).lpNorm<1>();
+  }
+  // No entry of a column is larger than 1.5 here; 2^-24 of each product, and as much for each of the running sums.
+  attack.hold("a target missed by the shape, m", missed, 2 * 6e-8 * 1.5 * terms,
+              "single precision: 2^-24 of every product and of the sum of their sizes");
+  attack.hold("a target missed in the contact system, m", held.contacts->residual_displacement,
+              0.002 * rounding_of(plate().compliance(all)), "rounding of 1584 rows");
+}
+
+TEST(StabilityContacts, AdjacentNodesPulledApartAsTheMeshIsRefined) {
+  StabilityCase attack(
+      "Two neighbours held at opposite displacements: as the edge between them shrinks their rows grow alike, and the "
+      "force could lose its digits or be regularised away.");
+  double missed = 0, worst = 0;
+  palpate_step_flags flags = 0;
+  for (const int n : {2, 4, 8, quick_or_long(12, 20)}) {
+    const KnownBox known({.cells = {n, n, 1}, .size = {0.06, 0.06, 0.015}, .interior = false});
+    const auto nearest = [&](double y) {
+      std::int32_t best = -1;
+      double distance = 1;
+      for (const std::int32_t node : known.box.touchable)
+        if (const double d = (known.box.node(node) - Vector3d(0.03, y, 0.015)).norm(); d < distance)
+          best = node, distance = d;
+      return best;
+    };
+    const std::int32_t pair[2] = {nearest(0.03), nearest(0.03 + 0.06 / n)};
+    const std::vector<std::int32_t> columns = {known.column_of(pair[0]), known.column_of(pair[1])};
+    const Vector3d d(0, 0.0003, 0.001);
+    Eigen::VectorXd target(6);
+    target << d, -d;
+    Held held(known, held_def(2), {grip_at_node(pair[0], d), grip_at_node(pair[1], -d)});
+    flags |= held.flags;
+    const auto u = displacements(held.scene.get(), held.contacts.get(), known.box.body.surface_nodes);
+    for (int c = 0; c < 2; ++c)
+      for (int i = 0; i < 3; ++i)
+        missed = std::max(missed, std::abs(u[static_cast<std::size_t>(3 * pair[c] + i)] - target[3 * c + i]));
+    Eigen::VectorXd found(6);
+    for (int c = 0; c < 2; ++c)
+      found.segment<3>(3 * c) = held.by_column.segment<3>(3 * columns[static_cast<std::size_t>(c)]);
+    worst = std::max(worst, off(found, known.compliance(columns).llt().solve(target)));
+  }
+  attack.hold("a target missed by the shape, m", missed, 2e-6 * 0.001,
+              "two columns of single precision, condition below 10");
+  attack.hold("forces against a direct solve of W, relative", worst, 1e-9,
+              "the refinement ends where the next one would change less than 1e-9");
+  attack.hold("flags raised", flags, 0, "the targets can be met: nothing is to be regularised");
+}
+
+// Vertex forces of places in one triangle, by the formula that contact_solver.h states: along an eigenvector of the scaled
+// A with eigenvalue e, (1 - (shift / (e + shift))^solves) / e of D d.
+Eigen::VectorXd stated_vertex_forces(const Eigen::MatrixXd& w, const std::vector<Vector3d>& k,
+                                     const std::vector<Vector3d>& target, double* reaction_over_bound) {
+  const auto rows = 3 * static_cast<Eigen::Index>(k.size());
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(rows, 9);
+  Eigen::VectorXd d(rows);
+  for (std::size_t p = 0; p < k.size(); ++p) {
+    const auto row = 3 * static_cast<Eigen::Index>(p);
+    for (int v = 0; v < 3; ++v) h.block<3, 3>(row, 3 * v) = k[p][v] * Eigen::Matrix3d::Identity();
+    d.segment<3>(row) = target[p];
+  }
+  const Eigen::MatrixXd a = h * w * h.transpose();
+  const Eigen::VectorXd scale = a.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(scale.asDiagonal() * a * scale.asDiagonal());
+  const Eigen::VectorXd scaled = scale.asDiagonal() * d;
+  Eigen::VectorXd along = modes.eigenvectors().transpose() * scaled;
+  const double shift = ContactSolver::kShift;
+  for (Eigen::Index m = 0; m < rows; ++m) {
+    const double e = std::max(0.0, modes.eigenvalues()[m]),
+                 left = std::pow(shift / (e + shift), ContactSolver::kMostSolves);
+    along[m] *= e > 1e-12 ? (1 - left) / e : ContactSolver::kMostSolves / shift;
+  }
+  const Eigen::VectorXd x = modes.eigenvectors() * along;
+  *reaction_over_bound = x.norm() / (ContactSolver::kMostSolves / shift * scaled.norm());
+  return h.transpose() * Eigen::VectorXd(scale.asDiagonal() * x);
+}
+
+TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
+  StabilityCase attack(
+      "A triangle has nine freedoms. Four places and more that want different motions make a singular system, whose "
+      "solution without a shift is rounding divided by zero.");
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(-1, 1), share(0, 1);
+  const std::int32_t triangle = block().box.far_triangle();
+  std::vector<std::int32_t> columns;
+  for (const std::int32_t n : block().box.body.triangles[static_cast<std::size_t>(triangle)])
+    columns.push_back(block().column_of(n));
+  const Eigen::MatrixXd w = block().compliance(columns);
+  double worst = 0, over_bound = 0;
+  bool flagged = true;
+  for (const int count : {4, 5, 8, 20, 64})
+    for (int again = 0; again < quick_or_long(4, 400); ++again) {
+      std::vector<Vector3d> k, d;
+      std::vector<palpate_grip> grips;
+      for (int p = 0; p < count; ++p) {
+        const double a = share(random), b = share(random) * (1 - a);
+        k.emplace_back(a, b, 1 - a - b), d.emplace_back(0.002 * Vector3d(any(random), any(random), any(random)));
+        grips.push_back(grip_at_place(triangle, k.back(), d.back()));
+      }
+      Held held(block(), held_def(count), grips);
+      flagged = flagged && held.flags == PALPATE_STEP_REGULARISED;
+      double stated = 0;
+      const Eigen::VectorXd expected = stated_vertex_forces(w, k, d, &stated);
+      Eigen::VectorXd found(9);
+      for (int v = 0; v < 3; ++v)
+        found.segment<3>(3 * v) = held.by_column.segment<3>(3 * columns[static_cast<std::size_t>(v)]);
+      worst = std::max(worst, off(found, expected)), over_bound = std::max(over_bound, stated);
+    }
+  attack.hold(
+      "vertex forces against the stated formula, relative", worst,
+      ContactSolver::kMostSolves * 1.1e-16 * 192 / ContactSolver::kShift,
+      "in each of four solves rounding times the condition that the shift leaves: 4 x 1.1e-16 x 192 rows / 1e-6");
+  attack.hold("reaction over the stated bound", over_bound, 1, "|D^-1 r| <= kMostSolves / kShift |D d|");
+  attack.hold("conflicts that raised no flag", flagged ? 0 : 1, 0, "a missed target is said");
+}
+
+TEST(StabilityContacts, OneNodeHeldManyTimes) {
+  StabilityCase attack(
+      "The same rows many times over: a singular system, in which the copies could fight one another.");
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-0.002, 0.002);
+  const std::int32_t node = block().box.touchable[5];
+  double worst = 0;
+  for (const int count : {2, 3, 10, 64}) {
+    Vector3d mean = Vector3d::Zero();
+    std::vector<palpate_grip> grips;
+    for (int g = 0; g < count; ++g) {
+      const Vector3d d(any(random), any(random), any(random));
+      mean += d / count;
+      grips.push_back(grip_at_node(node, d));
+    }
+    Held many(block(), held_def(count), grips), once(block(), held_def(1), {grip_at_node(node, mean)});
+    worst = std::max(worst, (many.force() - once.force()).norm() / once.force().norm());
+  }
+  attack.hold("force against one contact at the mean, relative", worst, 2e-6, "the shift of 1e-6 on the diagonal");
+}
+
+TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {
+  StabilityCase attack(
+      "Two tools that want opposite motions of places a gap apart: without a stated bound the force is the reciprocal "
+      "of "
+      "the gap, then of rounding, and jumps.");
+  const std::int32_t triangle = block().box.far_triangle(6);
+  const auto& t = block().box.body.triangles[static_cast<std::size_t>(triangle)];
+  // The triangle across the edge from vertex 0 to 1, and any other at vertex 0.
+  std::int32_t across = -1, around = -1;
+  const auto& all = block().box.body.triangles;
+  const auto vertex_of = [&](std::int32_t at, std::int32_t n) {
+    const auto& nodes = all[static_cast<std::size_t>(at)];
+    return static_cast<int>(std::find(nodes.begin(), nodes.end(), n) - nodes.begin());
+  };
+  for (std::int32_t f = 0; f < static_cast<std::int32_t>(all.size()); ++f) {
+    if (f == triangle || vertex_of(f, t[0]) > 2) continue;
+    if (vertex_of(f, t[1]) < 3) across = f;
+    if (vertex_of(f, t[1]) > 2 && vertex_of(f, t[2]) > 2) around = f;
+  }
+  ASSERT_TRUE(across >= 0 && around >= 0);
+  double fall = 0, over = 0;
+  for (const bool vertex : {false, true}) {
+    double before = 0;
+    for (double gap = 1e-1; gap >= 0.9e-12; gap /= 10) {
+      const double g = gap / 2;
+      Vector3d one = vertex ? Vector3d(1 - g, g / 2, g / 2) : Vector3d(0.5 - g / 2, 0.5 - g / 2, g),
+               other = Vector3d::Zero();
+      const std::int32_t second = vertex ? around : across;
+      other.setConstant(vertex ? g / 2 : g);
+      other[vertex_of(second, t[0])] = vertex ? 1 - g : 0.5 - g / 2;
+      if (!vertex) other[vertex_of(second, t[1])] = 0.5 - g / 2;
+      const Vector3d d(0.001, 0, 0);
+      const std::vector<palpate_grip> first = {grip_at_place(triangle, one, d)},
+                                      opposite = {grip_at_place(second, other, -d)};
+      const ScenePointer scene = block().box.scene(held_def(2));
+      Contacts contacts(scene.get()), alone(scene.get());
+      const palpate_tool tools[2] = {tool_of(first), tool_of(opposite)};
+      palpate_touch(scene.get(), tools, 1, 1e-3, alone.get());
+      palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+      const double force = Vector3d(contacts->tools[0].force_raw).norm(),
+                   single = Vector3d(alone->tools[0].force_raw).norm();
+      // Two places alike: |D^-1 r| <= 4e6 |D d| with D all but the same, so |r| <= 4e6 sqrt(2) of one place's own force.
+      over = std::max(over, std::isfinite(force) ? force / (4e6 * std::sqrt(2.0) * 2 * single) : INFINITY);
+      if (before > 0) fall = std::max(fall, (before / force - 1) / (10 * gap + 1e-8));
+      before = force;
+      attack.point("conflicting pair", vertex ? "about a vertex" : "across an edge", gap, force);
+    }
+  }
+  attack.hold(
+      "relative fall of the force as the gap closes, over the gap and 1e-8", fall, 1,
+      "monotone; but the places' own compliance changes by as much as they move, and a condition of 1e6 is rounded");
+  attack.hold("force over the stated bound", over, 1, "4e6 of what one alone takes, twice for rows that are not alike");
+}
+
+TEST(StabilityContacts, OnBesideAndBetweenFixedNodes) {
+  StabilityCase attack(
+      "A place whose weight lies on fixed nodes has no compliance: the force to move it would be infinite.");
+  const KnownBox& known = block();
+  double worst = 0;
+  int broken = 0;
+  for (const auto model :
+       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
+    for (std::size_t t = 0; t < known.box.body.triangles.size(); ++t) {
+      const auto& nodes = known.box.body.triangles[t];
+      int fixed = 0, first_fixed = -1;
+      for (int v = 0; v < 3; ++v)
+        if (known.box.fixed[3 * static_cast<std::size_t>(nodes[static_cast<std::size_t>(v)])]) {
+          ++fixed;
+          if (first_fixed < 0) first_fixed = v;
+        }
+      if (fixed == 0) continue;
+      for (const double away : {0.5, 1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 1e-300, 5e-324, 0.0}) {
+        Vector3d k;
+        k.setConstant(away / 2), k[first_fixed] = 1 - away;
+        const auto grip = grip_at_place(static_cast<std::int32_t>(t), k, {-0.0005, 0.0005, 0.001});
+        palpate_scene_def def = held_def(60, model);
+        def.collision = PALPATE_COLLISION_REST;
+        const ScenePointer scene = known.box.scene(def);
+        Contacts contacts(scene.get());
+        palpate_tool tool = {nullptr, 0, &grip, 1, 0, model == PALPATE_CONTACT_PATCH ? 0.004 : 0.0, 0};
+        const palpate_step_flags flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+        const Vector3d force(contacts->tools[0].force_raw);
+        const bool said = (flags & PALPATE_STEP_NOT_TOUCHABLE) != 0 || contacts->node_count > 0;
+        if (!force.allFinite() || !said || (flags & PALPATE_STEP_UNSOLVED)) ++broken;
+        if (contacts->node_count == 0) continue;
+        std::vector<std::int32_t> columns;
+        for (int e = 0; e < contacts->node_count; ++e)
+          if (const std::int32_t c = contacts.nodes()[e].column;
+              std::find(columns.begin(), columns.end(), c) == columns.end())
+            columns.push_back(c);
+        const double softest =
+            Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(known.compliance(columns)).eigenvalues().minCoeff();
+        const double bound = 4 * static_cast<double>(columns.size()) * Vector3d(grip.displacement).norm() / softest;
+        worst = std::max(worst, force.norm() / bound);
+      }
+    }
+  attack.hold("force over that of free nodes moved as far", worst, 1,
+              "weights that sum to one over n free nodes: |r| <= n |d| / least eigenvalue of W, 4 for alpha of eq. 12");
+  attack.hold("steps without an answer or without a flag", broken, 0,
+              "a place with no compliance is left alone, and said");
+}
+
+TEST(StabilityContacts, TargetsOfAPicometreAndOfTenOrgans) {
+  StabilityCase attack(
+      "The model is linear at any size. A tolerance in metres somewhere in the solve would show as a force that does "
+      "not "
+      "scale with the target.");
+  double worst = 0;
+  for (const auto model : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
+    const auto forces = [&](double size) {
+      std::vector<palpate_grip> grips;
+      for (int which = 0; which < 6; ++which)
+        grips.push_back(grip_at_place(block().box.far_triangle(which), {.2, .3, .5}, size / 0.002 * wave(which)));
+      Held held(block(), held_def(6, model), grips);
+      return Eigen::VectorXd(held.by_column / size);
+    };
+    const Eigen::VectorXd expected = forces(0.001);
+    for (const double size : {1e-290, 1e-150, 1e-12, 1e-9, 1e-6, 0.06, 0.6, 1e5})
+      worst = std::max(worst, off(forces(size), expected));
+  }
+  attack.hold("force per displacement, relative change from 1e-290 m to 1e5 m", worst, 1e-9,
+              "rounding of 54 rows, in three of which rows are near-dependent: 1.1e-16 x 54 / 1e-6");
+}
+
+TEST(StabilityContacts, OnAndOffEachTick) {
+  StabilityCase attack(
+      "Rows leave the factor by reflections and come back by elimination, thousands of times a minute: rounding adds "
+      "up, and "
+      "the force drifts from that of a scene that was just made.");
+  const int nodes = 24, ticks = quick_or_long(3000, 1000000);
+  std::mt19937 random(19);
+  std::uniform_int_distribution<int> coin(0, 1);
+  std::vector<std::int32_t> columns;
+  for (int c = 0; c < nodes; ++c) columns.push_back(3 * c);
+  const double bound = rounding_of(block().compliance(columns));
+  Held held(block(), held_def(nodes), {});
+  double worst = 0;
+  for (int tick = 0; tick < ticks; ++tick) {
+    std::vector<palpate_grip> grips;
+    for (int c = 0; c < nodes; ++c) {
+      const std::int32_t node = block().box.touchable[static_cast<std::size_t>(columns[static_cast<std::size_t>(c)])];
+      // All at once, all others, or any.
+      const bool on = tick % 3 == 0 ? tick % 2 == 0 : tick % 3 == 1 ? c % 2 == tick % 2 : coin(random);
+      if (on) grips.push_back(grip_at_node(node, wave(node)));
+    }
+    held.touch(block(), grips);
+    if (grips.empty() || (tick % 50 != 0 && tick < ticks - 10)) continue;
+    worst = std::max(worst, off(held.by_column, Held(block(), held_def(nodes), grips).by_column));
+  }
+  attack.hold("force against a fresh scene's, relative", worst, bound, "rounding: rows x 1.1e-16 x the condition of W");
+}
+
+}  // namespace
+}  // namespace palpate::tests

@@ -1,0 +1,75 @@
+// A box whose stored compliance the test knows too: the reference for what contacts make of it.
+#pragma once
+
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+
+class KnownBox {
+ public:
+  explicit KnownBox(const TinyBox& form, const std::function<void(BundleParts&)>& change = {})
+      : box(form, [&](BundleParts& parts) {
+          surface_ = parts.get<float>(formats::SectionId::displacement_surface);
+          force_ = parts.get<double>(formats::SectionId::force);
+          if (change) change(parts);
+        }) {}
+
+  Eigen::Matrix3d own_stiffness(std::int32_t column) const {
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+        &force_[9 * static_cast<std::size_t>(column)]);
+  }
+  // C_nk of touchable nodes, by column: T^u_nk (T^f_k)^-1, as the bundle stores it.
+  Eigen::Matrix3d block(std::int32_t n, std::int32_t k) const {
+    const std::size_t dofs = 3 * static_cast<std::size_t>(box.body.surface_nodes);
+    Eigen::Matrix3d unit;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        unit(i, j) = surface_[(3 * static_cast<std::size_t>(k) + static_cast<std::size_t>(j)) * dofs +
+                              3 * static_cast<std::size_t>(box.touchable[static_cast<std::size_t>(n)]) +
+                              static_cast<std::size_t>(i)];
+    return unit * own_stiffness(k).inverse();
+  }
+  // W over some columns; of C_nk and C_kn the one in the later column counts, as in the runtime.
+  Eigen::MatrixXd compliance(const std::vector<std::int32_t>& columns) const {
+    const auto count = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd w(3 * count, 3 * count);
+    for (Eigen::Index a = 0; a < count; ++a)
+      for (Eigen::Index b = 0; b < count; ++b) {
+        const std::int32_t n = columns[static_cast<std::size_t>(a)], k = columns[static_cast<std::size_t>(b)];
+        w.block<3, 3>(3 * a, 3 * b) = n <= k ? block(n, k) : Eigen::Matrix3d(block(k, n).transpose());
+      }
+    return w;
+  }
+  std::int32_t column_of(std::int32_t node) const {
+    const auto at = std::lower_bound(box.touchable.begin(), box.touchable.end(), node);
+    return at != box.touchable.end() && *at == node ? static_cast<std::int32_t>(at - box.touchable.begin()) : -1;
+  }
+
+ private:
+  std::vector<float> surface_;
+  std::vector<double> force_;
+
+ public:
+  TouchedBox box;
+};
+
+// What rounding may make of a solve with W: rows times half a unit in the last place times the condition of W scaled to a
+// diagonal of one.
+inline double rounding_of(const Eigen::MatrixXd& w) {
+  const Eigen::VectorXd d = w.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = d.asDiagonal() * w * d.asDiagonal();
+  return 1.1e-16 * static_cast<double>(w.rows()) / scaled.llt().rcond();
+}
+
+inline std::vector<std::int32_t> range_of(std::int32_t count) {
+  std::vector<std::int32_t> all(static_cast<std::size_t>(count));
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+// A displacement of some millimetres that differs from node to node.
+inline Eigen::Vector3d wave(std::int32_t n) {
+  return 0.002 * Eigen::Vector3d(std::sin(3.1 * n), std::cos(1.7 * n), std::sin(0.9 * n + 1));
+}
+
+}  // namespace palpate::tests
