@@ -47,6 +47,7 @@ class Viewer {
   private pressed: Hit | null = null; // the last place that was touched
   private recorded = false;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
+  private moved = false; // the newest shape is not drawn yet
   private waiting = false; // for a frame of the worker's
   private buffer: ArrayBuffer | null = null;
   private lastTouch = 0; // ms
@@ -308,6 +309,8 @@ class Viewer {
       this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
       this.buffer = null;
     }
+    if (this.moved && this.newest) this.view.move(this.newest.positions, this.newest.lengths);
+    this.moved = false;
     this.view.render();
     this.showTools();
     this.plot.draw();
@@ -321,8 +324,8 @@ class Viewer {
     const positions = new Float32Array(frame.buffer, 0, 3 * nodes), lengths = new Float32Array(frame.buffer, 12 * nodes, nodes);
     if (nodes !== this.info?.surfaceNodeCount) return; // of the bundle before
     if (frame.changed) {
-      this.view.move(positions, lengths);
       this.newest = { positions: positions.slice(), lengths: lengths.slice(), frame };
+      this.moved = true;
     } else if (this.newest) {
       this.newest.frame = frame;
     }
@@ -381,7 +384,7 @@ class Viewer {
   }
 }
 
-// Milliseconds of drawing, and frames per second, of the last two seconds.
+// Milliseconds of the page's own work per frame (the shape into the mesh, normals, colours, drawing), and frames per second, of the last two seconds.
 class FrameClock {
   times: { start: number; ms: number }[] = [];
   add(start: number, end: number) {
