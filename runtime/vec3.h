@@ -43,10 +43,11 @@ inline void store3(Vec3 a, double* p) {
   p[0] = a.x, p[1] = a.y, p[2] = a.z;
 }
 
-// Unit vector, or zero where there is no direction.
+// Unit vector, or zero where there is no direction: below 1e-150 squares underflow, and what is left of them is not the
+// direction, nor the same on a host that flushes denormals.
 inline Vec3 unit_or_zero(Vec3 a) {
   const double l = length(a);
-  return l > 0 && std::isfinite(l) ? (1 / l) * a : Vec3{};
+  return l > 1e-150 && std::isfinite(l) ? (1 / l) * a : Vec3{};
 }
 
 struct Mat3 {

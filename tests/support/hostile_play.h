@@ -64,7 +64,9 @@ class HeldPlay {
       for (int i = 0; i < 3; ++i)
         size = std::hypot(size, tool.force[i]), change = std::hypot(change, tool.force[i] - last_[t][i]);
       if (size > def_.force_limit * (1 + 1e-9)) return "a force above its limit";
-      if (sent && change > def_.force_slew * 0.02 * (1 + 1e-9) + 1e-9 * size) return "a force faster than its slew";
+      // Below 1e-150 N squares underflow, and a length is zero.
+      if (sent && change > def_.force_slew * 0.02 * (1 + 1e-9) + 1e-9 * size + 1e-150)
+        return "a force faster than its slew";
       std::memcpy(last_[t], tool.force, sizeof last_[t]);
     }
     return "";

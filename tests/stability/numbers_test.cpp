@@ -1,0 +1,315 @@
+// Numbers that are none, or hardly: in every field a host fills, under every model; and hosts that round otherwise.
+#include <immintrin.h>
+
+#include <limits>
+
+#include "tests/stability/known_compliance.h"
+#include "tests/stability/stability_case.h"
+#include "tests/support/bundle_forms.h"
+#include "tests/support/hostile_play.h"
+#include "tests/support/packed_bundle.h"
+#include "tests/support/program_run.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+using Limits = std::numeric_limits<double>;
+
+const std::vector<double>& odd_numbers() {
+  static const std::vector<double> numbers = {Limits::quiet_NaN(),
+                                              -Limits::quiet_NaN(),
+                                              Limits::signaling_NaN(),
+                                              Limits::infinity(),
+                                              -Limits::infinity(),
+                                              Limits::max(),
+                                              -Limits::max(),
+                                              Limits::min(),
+                                              Limits::denorm_min(),
+                                              -Limits::denorm_min(),
+                                              1e-310,
+                                              -0.0,
+                                              0.0,
+                                              1e300,
+                                              1e-300,
+                                              1e6,
+                                              -1e6,
+                                              Limits::epsilon()};
+  return numbers;
+}
+
+const TouchedBox& everything() {
+  static const TouchedBox box({}, add_everything);
+  return box;
+}
+
+// One tool of two points and two grips, and every double that its host fills.
+struct Sent {
+  Sent() {
+    const std::int32_t far = everything().far_triangle(5);
+    const Vector3d out = everything().outward(far);
+    for (int p = 0; p < 2; ++p) point[p] = everything().place(far, {.3, .2 + .2 * p, .5 - .2 * p}) - 0.001 * out;
+    grip[0] = grip_at_node(everything().touchable[3], {0.001, 0, 0.0005});
+    grip[1] = grip_at_place(everything().far_triangle(1), {.2, .3, .5}, {-0.001, 0.0005, 0});
+    tool = {point[0].data(), 2, grip, 2, 0, 0.004, 0.3};
+  }
+  std::vector<double*> numbers() {
+    std::vector<double*> all = {&dt, &tool.radius, &tool.friction};
+    for (auto& p : point)
+      for (int i = 0; i < 3; ++i) all.push_back(&p[i]);
+    for (auto& g : grip)
+      for (int i = 0; i < 3; ++i) all.push_back(&g.displacement[i]), all.push_back(&g.barycentric[i]);
+    return all;
+  }
+  double dt = 1e-3;
+  Vector3d point[2];
+  palpate_grip grip[2];
+  palpate_tool tool = {};
+};
+
+std::vector<palpate_scene_def> every_model() {
+  std::vector<palpate_scene_def> defs;
+  for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
+    for (const auto contact :
+         {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
+      for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+        palpate_scene_def def = palpate_default_scene_def();
+        def.collision = collision, def.contact = contact, def.law = law;
+        def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
+        def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+        def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1;
+        defs.push_back(def);
+      }
+  return defs;
+}
+
+TEST(StabilityNumbers, InEveryFieldOfATool) {
+  StabilityCase attack(
+      "A NaN, an infinity or a number too small to divide by, in one field of one tool: it could reach the factor, the "
+      "relaxation's memory or the last shape, and stay there.");
+  std::string broken;
+  long steps = 0, unanswered = 0;
+  double left = 0;
+  for (const palpate_scene_def& def : every_model()) {
+    const ScenePointer scene = everything().scene(def);
+    HeldPlay play(scene.get(), def, static_cast<std::int32_t>(everything().dofs() / 3));
+    const std::size_t fields = Sent().numbers().size();
+    for (std::size_t f = 0; f < fields && broken.empty(); ++f)
+      for (const double odd : odd_numbers()) {
+        play.reset();
+        Sent good, bad;
+        *bad.numbers()[f] = odd;
+        Vector3d above[2] = {good.point[0] + Vector3d(0.002, 0, 0), good.point[1] + Vector3d(0.002, 0, 0)};
+        palpate_tool outside = good.tool;
+        outside.points = above[0].data();
+        for (const auto& [tool, dt] :
+             {std::pair{outside, 1e-3}, {good.tool, 1e-3}, {bad.tool, bad.dt}, {bad.tool, bad.dt}}) {
+          if (broken.empty()) broken = play.touch(&tool, 1, dt);
+          if (broken.empty()) broken = play.shape(play.contacts());
+          ++steps;
+        }
+        if (!std::isfinite(odd) && !(play.flags() & PALPATE_STEP_BAD_INPUT)) {
+          // Of a grip at a node the barycentric numbers are not read.
+          const auto* field = bad.numbers()[f];
+          if (field < bad.grip[0].barycentric || field >= bad.grip[0].barycentric + 3) ++unanswered;
+        }
+        // What was refused has left nothing; what was taken, however odd, is gone after a reset.
+        const auto later = [&] {
+          play.touch(&outside, 1, 1e3);
+          play.touch(&good.tool, 1, 1e3);
+          play.touch(&good.tool, 1, 1e3);
+          return Vector3d(play.contacts()->tools[0].force_raw);
+        };
+        const bool refused = (play.flags() & PALPATE_STEP_BAD_INPUT) != 0;
+        if (!refused) play.reset();
+        const Vector3d after = later();
+        play.reset();
+        for (const palpate_tool* tool : {&outside, &good.tool, &good.tool, &good.tool})
+          if (refused) play.touch(tool, 1, 1e-3);
+        const Vector3d never = later();
+        left = std::max(left, (after - never).norm() / never.norm());
+      }
+  }
+  EXPECT_EQ(broken, "");
+  attack.hold("promises broken in " + std::to_string(steps) + " steps", broken.empty() ? 0 : 1, 0,
+              "finite, bounded, slewed, flagged (tests/support/hostile_play.h)");
+  attack.hold("NaN and infinities that raised no flag", static_cast<double>(unanswered), 0, "PALPATE_STEP_BAD_INPUT");
+  attack.hold("what is left of it in a later contact, relative", left, 1e-9,
+              "a tool keeps its last good input, a reset forgets; rounding of a factor that had other rows");
+}
+
+TEST(StabilityNumbers, InEveryFieldOfAScene) {
+  StabilityCase attack(
+      "A limit or a time constant that is no number makes every comparison with it false: no limit at all.");
+  std::string broken, place;
+  long scenes = 0, accepted = 0;
+  for (palpate_scene_def def : every_model())
+    for (int field = 0; field < 4; ++field)
+      for (const double odd : odd_numbers()) {
+        palpate_scene_def with = def;
+        double* numbers[4] = {&with.force_limit, &with.force_slew, &with.relaxation.share[0], &with.relaxation.time[0]};
+        *numbers[field] = odd;
+        palpate_scene* created = nullptr;
+        palpate_error error = {};
+        const palpate_status status = palpate_scene_create(everything().bundle(), &with, &created, &error);
+        const ScenePointer scene(created);
+        ++scenes;
+        if (!broken.empty()) break;
+        place = "field " + std::to_string(field) + ": " + std::to_string(odd);
+        broken = broken_by_error(status, error, 1u << 30);
+        accepted += std::isnan(odd) && created;
+        if (!created) continue;
+        HeldPlay play(created, with, static_cast<std::int32_t>(everything().dofs() / 3));
+        Sent good;
+        Vector3d above[2] = {good.point[0] + Vector3d(0.002, 0, 0), good.point[1] + Vector3d(0.002, 0, 0)};
+        palpate_tool outside = good.tool;
+        outside.points = above[0].data();
+        for (int s = 0; s < 4 && broken.empty(); ++s) {
+          broken = play.touch(s % 2 ? &good.tool : &outside, 1, s == 3 ? 1e-9 : 10);
+          if (broken.empty()) broken = play.shape(play.contacts());
+        }
+      }
+  EXPECT_EQ(broken, "") << place;
+  attack.hold("promises broken in " + std::to_string(scenes) + " scenes", broken.empty() ? 0 : 1, 0,
+              "refused with a sentence, or played within its limits");
+  attack.hold("scenes that took a NaN", static_cast<double>(accepted), 0, "PALPATE_ERROR_ARGUMENT");
+}
+
+TEST(StabilityNumbers, MinusZeroIsZero) {
+  StabilityCase attack("-0 has another sign bit: a branch on the sign, or a hash of the bits, would answer otherwise.");
+  long differing = 0;
+  for (const palpate_scene_def& def : every_model())
+    for (std::size_t f = 0; f < Sent().numbers().size(); ++f) {
+      std::vector<double> answer[2];
+      for (int minus = 0; minus < 2; ++minus) {
+        const ScenePointer scene = everything().scene(def);
+        Contacts contacts(scene.get());
+        Sent sent;
+        *sent.numbers()[f] = minus ? -0.0 : 0.0;
+        palpate_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
+        palpate_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
+        answer[minus].assign(contacts->tools[0].force_raw, contacts->tools[0].force_raw + 3);
+        for (int e = 0; e < contacts->node_count; ++e)
+          answer[minus].insert(answer[minus].end(), contacts.nodes()[e].force, contacts.nodes()[e].force + 3);
+      }
+      differing += answer[0] != answer[1];
+    }
+  attack.hold("fields where -0 and 0 give different answers", static_cast<double>(differing), 0, "they are one number");
+}
+
+// A tool that comes down, is dragged and leaves, and a grip whose motion fades away; every force and place of it.
+std::vector<double> walk(const TouchedBox& box, double smallest) {
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
+  def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
+  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+  def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;
+  const ScenePointer scene = box.scene(def);
+  Contacts contacts(scene.get());
+  std::vector<double> all;
+  const Vector3d place = box.place(box.far_triangle(5), {.3, .3, .4});
+  for (int s = 0; s < 200; ++s) {
+    const Vector3d p = place + Vector3d(0.001 - 4e-5 * (s < 100 ? s : 200 - s), 1e-5 * s, 0);
+    const std::vector<palpate_grip> grips = {
+        grip_at_node(box.touchable[3], {0, 0, 0.001 * std::pow(smallest, s / 200.0)})};
+    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, 0.004, 0.3}, tool_of(grips)};
+    palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+    for (int t = 0; t < 2; ++t) all.insert(all.end(), contacts->tools[t].force_raw, contacts->tools[t].force_raw + 3);
+    for (const float x : displacements(scene.get(), contacts.get(), box.body.surface_nodes)) all.push_back(x);
+  }
+  return all;
+}
+
+TEST(StabilityNumbers, FlushedDenormalsChangeNothingButDenormals) {
+  StabilityCase attack(
+      "Hosts of sound and pictures set FTZ and DAZ: denormals become zero, a division by one that is tested against "
+      "zero "
+      "before becomes a division by zero.");
+  const unsigned mode = _mm_getcsr();
+  for (const double smallest : {1e-3, 1e-297}) {
+    const std::vector<double> kept = walk(everything(), smallest);
+    _mm_setcsr(mode | 0x8040u);
+    const std::vector<double> flushed = walk(everything(), smallest);
+    _mm_setcsr(mode);
+    double most = 0;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const double off = std::abs(kept[i] - flushed[i]);
+      most = std::isfinite(off) ? std::max(most, off) : INFINITY;
+    }
+    // Shapes are single precision, whose denormals end at 1.2e-38.
+    attack.hold(smallest < 1e-200 ? "motions down to 1e-300 m: change under FTZ and DAZ, N or m"
+                                  : "motions of haptics: change under FTZ and DAZ, N or m",
+                most, smallest < 1e-200 ? 1.2e-38 : 0,
+                smallest < 1e-200 ? "the largest denormal of single precision" : "no denormal is met: the same bits");
+  }
+}
+
+TEST(StabilityNumbers, HostBuiltWithFastMath) {
+  StabilityCase attack(
+      "-ffast-math lets a host assume that there is no NaN and links a start-up that sets FTZ and DAZ: inline code of "
+      "the "
+      "API's headers, or a check left to the host, would be lost.");
+  const auto file = scratch_file("everything.h5");
+  BundleParts parts = tiny_bundle();
+  add_everything(parts);
+  write_bundle(file, parts);
+  const auto folder = fresh_folder();
+  const auto run = [&](const char* program) {
+    return run_in(folder, std::string(program) + " '" + file.string() + "'");
+  };
+  const ProgramRun plain = run(PALPATE_PLAIN_HOST), fast = run(PALPATE_FAST_HOST);
+  EXPECT_EQ(plain.code, 0) << plain.errors;
+  EXPECT_EQ(fast.code, 0) << fast.errors;
+  EXPECT_GT(std::count(plain.out.begin(), plain.out.end(), '\n'), 300);
+  long differing = 0;
+  std::istringstream a(plain.out), b(fast.out);
+  for (std::string x, y; std::getline(a, x);) differing += !std::getline(b, y) || x != y;
+  std::filesystem::remove_all(folder);
+  std::filesystem::remove(file);
+  attack.hold("lines of the run that differ", static_cast<double>(differing), 0, "the same calls, the same bits");
+}
+
+TEST(StabilityNumbers, HalfPrecisionUnderManyContacts) {
+  StabilityCase attack(
+      "Half precision stores a column to 5e-4; the contact system multiplies that by its condition, so that with many "
+      "contacts W could lose its definiteness and the force explode.");
+  const TinyBox form = {.cells = {4, 4, 4}};
+  const KnownBox single(form), half(form, store_as_f16);
+  for (const int count : {1, 4, 12, 30, 100}) {
+    std::vector<palpate_grip> grips;
+    std::vector<std::int32_t> columns;
+    const auto all = static_cast<int>(single.box.touchable.size());
+    for (int c = 0; c < std::min(count, all); ++c) {
+      columns.push_back(c * all / std::min(count, all));
+      const std::int32_t node = single.box.touchable[static_cast<std::size_t>(columns.back())];
+      grips.push_back(grip_at_node(node, wave(node)));
+    }
+    const auto force = [&](const KnownBox& known) {
+      palpate_scene_def def = unlimited_def();
+      def.max_points = def.max_contact_nodes = 100;
+      const ScenePointer scene = known.box.scene(def);
+      Contacts contacts(scene.get());
+      const palpate_tool tool = tool_of(grips);
+      palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      Eigen::VectorXd f(3 * contacts->node_count);
+      for (int e = 0; e < contacts->node_count; ++e) f.segment<3>(3 * e) = Vector3d(contacts.nodes()[e].force);
+      return f;
+    };
+    const Eigen::MatrixXd w = single.compliance(columns);
+    const Eigen::VectorXd d = w.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::VectorXd modes =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d.asDiagonal() * w * d.asDiagonal()).eigenvalues();
+    // |dA| <= 2^-11 of every entry, twice where a row has a scale of its own: by its Frobenius norm.
+    const double error = 2 * 4.9e-4 * modes.norm() / modes.minCoeff();
+    const Eigen::VectorXd expected = force(single), found = force(half);
+    const double off =
+        (d.cwiseInverse().asDiagonal() * (found - expected)).norm() / (d.cwiseInverse().asDiagonal() * expected).norm();
+    attack.hold("force of " + std::to_string(columns.size()) + " contacts, f16 against f32, relative", off,
+                error < 0.5 ? error / (1 - error) : 1,
+                error < 0.5 ? "|dA| |A^-1| / (1 - |dA| |A^-1|) of the scaled system"
+                            : "no bound from the condition is left: 1");
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tests
