@@ -1,0 +1,306 @@
+// Tools that cross a closed surface through its vertices, edges and faces, slowly, fast and not at all.
+#include <random>
+
+#include "runtime/surface_index.h"
+#include "tests/runtime/touched_box.h"
+#include "tests/stability/stability_case.h"
+#include "tests/support/closed_surfaces.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Indexed {
+  explicit Indexed(TriangleSurface of) : surface(std::move(of)), memory(palpate_allocator{}) {
+    EXPECT_TRUE(index.build(memory, surface.points[0].data(), surface.triangles[0].data(),
+                            static_cast<std::int32_t>(surface.triangles.size())));
+  }
+  ~Indexed() { memory.release_all(); }
+  TriangleSurface surface;
+  SceneMemory memory;
+  SurfaceIndex index;
+};
+
+// Bumps deep enough that a segment may cross many times.
+TriangleSurface bumpy(TriangleSurface surface) {
+  for (Point& p : surface.points) p = (1 + 0.3 * std::sin(7 * p[0]) * std::cos(6 * p[1] + p[2])) * p;
+  return surface;
+}
+// Every coordinate a multiple of 1/64: segments between such points meet vertices and edges exactly.
+TriangleSurface on_lattice(TriangleSurface surface) {
+  for (Point& p : surface.points)
+    for (double& x : p) x = std::round(64 * x) / 64;
+  return surface;
+}
+// Drawn together about the pole z = 1: edges from 1e-4 of the largest one on.
+TriangleSurface graded(TriangleSurface surface) {
+  for (Point& p : surface.points) {
+    const double polar = std::numbers::pi * std::pow(std::acos(std::clamp(p[2], -1.0, 1.0)) / std::numbers::pi, 4);
+    const double around = std::atan2(p[1], p[0]);
+    p = {std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar)};
+  }
+  return surface;
+}
+
+bool on_surface(SurfaceIndex& index, Vec3 p) {
+  bool on = false;
+  index.near(p, 1, [&](std::int32_t t) {
+    double k[3];
+    on = on || closest_on_triangle(p, index.corner(t, 0), index.corner(t, 1), index.corner(t, 2), k) < 1e-24;
+  });
+  return on;
+}
+
+// Segments that contradict the sides of their ends: missed or counted twice, out of order, or not the same reversed.
+struct Contradictions {
+  long segments = 0, crossings = 0, parity = 0, order = 0, reversed = 0;
+};
+template <class Ends>
+Contradictions cross(SurfaceIndex& index, long count, Ends ends) {
+  Contradictions found;
+  Crossing there[SurfaceIndex::kMaxCrossings], back[SurfaceIndex::kMaxCrossings];
+  for (found.segments = 0; found.segments < count; ++found.segments) {
+    const auto [a, b] = ends();
+    const int n = index.crossings(a, b, there);
+    const bool a_inside = index.inside(a), b_inside = index.inside(b);
+    found.crossings += n;
+    found.parity += (n % 2 == 1) != (a_inside != b_inside);
+    bool ordered = true;
+    for (int c = 0; c < std::min(n, SurfaceIndex::kMaxCrossings); ++c) {
+      ordered = ordered && there[c].entering == ((c % 2 == 0) != a_inside);
+      ordered = ordered && (c == 0 || there[c].time >= there[c - 1].time);
+    }
+    found.order += !ordered;
+    found.reversed += index.crossings(b, a, back) != n;
+  }
+  return found;
+}
+
+void hold_all(StabilityCase& attack, const std::string& where, const Contradictions& found) {
+  const std::string of = " of " + std::to_string(found.segments) + " segments" + where;
+  EXPECT_GT(found.crossings, found.segments / 10);
+  attack.hold("missed or counted twice," + of, static_cast<double>(found.parity), 0,
+              "parity decides inside and outside");
+  attack.hold("in and out not in turns," + of, static_cast<double>(found.order), 0, "a closed surface");
+  attack.hold("another count backwards," + of, static_cast<double>(found.reversed), 0,
+              "the same points of the same segment");
+}
+
+TEST(StabilityCollision, RandomCrossingsOfAClosedSurface) {
+  StabilityCase attack(
+      "A crossing that is missed lets a tool into the organ unfelt; one that is counted twice lets it out.");
+  Indexed body(bumpy(sphere_surface(3, 1)));
+  std::mt19937 random(101);
+  std::uniform_real_distribution<double> at(-1.6, 1.6);
+  std::uniform_int_distribution<int> kind(0, 2);
+  const auto any = [&] { return Vec3{at(random), at(random), at(random)}; };
+  hold_all(attack, "", cross(body.index, quick_or_long(100000L, 10000000L), [&] {
+             const Vec3 a = any(), b = any();
+             const int k = kind(random);
+             // Across the room, a haptic step, a step of rounding.
+             return std::pair{a, k == 0 ? b : a + (k == 1 ? 0.02 : 1e-15) * b};
+           }));
+}
+
+TEST(StabilityCollision, CrossingsThatMeetVerticesEdgesAndFacesExactly) {
+  StabilityCase attack(
+      "On a lattice that nodes and tool share, segments run through vertices, along edges and within faces: a hit "
+      "there "
+      "belongs to several triangles, or to none.");
+  Indexed body(on_lattice(bumpy(sphere_surface(3, 1))));
+  std::mt19937 random(103);
+  std::uniform_int_distribution<int> at(-90, 90), node(0, static_cast<int>(body.surface.points.size()) - 1), kind(0, 3);
+  const auto lattice = [&] { return Vec3{at(random) / 64.0, at(random) / 64.0, at(random) / 64.0}; };
+  // Ends on the surface itself have no side, so they lie off it: next to a vertex along an axis, or anywhere.
+  const auto any = [&]() -> std::pair<Vec3, Vec3> {
+    const Vec3 a = lattice();
+    if (kind(random) == 0) return {a, lattice()};
+    const Vec3 through = load3(body.surface.points[static_cast<std::size_t>(node(random))].data());
+    const Vec3 other = load3(body.surface.points[static_cast<std::size_t>(node(random))].data());
+    if (kind(random) == 1) return {a, a + 2.0 * (through - a)};
+    // Through two vertices and on to both sides.
+    return {through + 2.0 * (through - other), other + 2.0 * (other - through)};
+  };
+  // Ends on the surface itself have no side: GrazingAFace and ToolsAtAnySpeedFromAnywhere hold what a tool does there.
+  const Contradictions found = cross(body.index, quick_or_long(100000L, 10000000L), [&] {
+    for (;;)
+      if (const auto [a, b] = any(); !on_surface(body.index, a) && !on_surface(body.index, b)) return std::pair{a, b};
+  });
+  EXPECT_GT(found.crossings, found.segments / 10);
+  attack.hold(
+      "share missed or counted twice, of " + std::to_string(found.segments) + " segments on a lattice",
+      static_cast<double>(found.parity) / static_cast<double>(found.segments), 5e-4,
+      "segments within the plane of a face, whose projection is rounded; a tool falls back on the sides of its ends: "
+      "ToolsThatMeetVerticesEdgesAndFacesExactly");
+}
+
+TEST(StabilityCollision, TrianglesOfFourDecadesBesideOneBucketSize) {
+  StabilityCase attack(
+      "Buckets have one size: where triangles are a ten-thousandth of it thousands share one, where they are many "
+      "times it "
+      "each is in many; both must be met.");
+  Indexed body(graded(sphere_surface(4, 1)));
+  double shortest = 1, longest = 0;
+  for (const auto& [a, b, c] : body.surface.triangles) {
+    const Vec3 edge = load3(body.surface.points[static_cast<std::size_t>(a)].data()) -
+                      load3(body.surface.points[static_cast<std::size_t>(b)].data());
+    shortest = std::min(shortest, length(edge)), longest = std::max(longest, length(edge));
+  }
+  attack.hold("shortest edge over longest", shortest / longest, 1e-4, "the attack is as sharp as it says");
+  std::mt19937 random(107);
+  std::uniform_real_distribution<double> at(-1, 1), decade(-7, 0);
+  hold_all(attack, " about the pole", cross(body.index, quick_or_long(50000L, 5000000L), [&] {
+             const auto near = [&] {
+               const double size = std::pow(10.0, decade(random));
+               return Vec3{size * at(random), size * at(random), 1 + size * at(random)};
+             };
+             return std::pair{near(), near()};
+           }));
+}
+
+TEST(StabilityCollision, SurfaceFarFromTheOrigin) {
+  StabilityCase attack(
+      "A million metres from the origin a coordinate has ten digits left below a metre: signs could turn.");
+  const Point centre = {1e5, -9e5, 5e5};
+  Indexed body(sphere_surface(3, 0.1, centre));
+  std::mt19937 random(109);
+  std::uniform_real_distribution<double> at(-0.12, 0.12);
+  const auto any = [&] { return Vec3{centre[0] + at(random), centre[1] + at(random), centre[2] + at(random)}; };
+  hold_all(attack, " far away", cross(body.index, quick_or_long(50000L, 5000000L), [&] {
+             return std::pair{any(), any()};
+           }));
+}
+
+// ---- one tool point on a scene --------------------------------------------------------------------------------------
+
+struct Hand {
+  explicit Hand(const TouchedBox& box) : scene(box.scene(unlimited_def())), contacts(scene.get()) {}
+  bool move(const Vector3d& to) {
+    const palpate_tool tool = {to.data(), 1, nullptr, 0, 0, 0, 0};
+    flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    return contacts->tools[0].contact_count > 0;
+  }
+  Vector3d force() { return Vector3d(contacts->tools[0].force_raw); }
+  ScenePointer scene;
+  Contacts contacts;
+  palpate_step_flags flags = 0;
+};
+
+TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
+  StabilityCase attack(
+      "From a nanometre to a centimetre a step, starting outside, inside and on the surface, often standing still: a "
+      "tool "
+      "that is inside after it was outside must be felt, one that never went in must not.");
+  const TouchedBox box({.cells = {4, 4, 4}});
+  TriangleSurface surface;
+  for (std::int32_t n = 0; n < box.body.surface_nodes; ++n)
+    surface.points.push_back(box.body.mesh.nodes[static_cast<std::size_t>(n)]);
+  surface.triangles = box.body.triangles;
+  Indexed body(surface);
+  std::mt19937 random(113);
+  std::uniform_real_distribution<double> unit(0, 1), speed(-9, -2);
+  std::normal_distribution<double> normal;
+  const Vector3d middle(0.03, 0.025, 0.02);
+  long missed = 0, imagined = 0, moved = 0, entered = 0;
+  palpate_step_flags odd_flags = 0;
+  Hand hand(box);
+  Vector3d p = middle;
+  bool was_outside = false, touched = false, first = true;
+  const long steps = quick_or_long(100000L, 20000000L);
+  for (long s = 0; s < steps; ++s) {
+    const Vector3d from = p;
+    if (s % 200 == 0) {  // anew: anywhere, in the middle of the body, or on a node
+      palpate_reset(hand.scene.get());
+      const long way = s / 200;
+      p = way % 3 == 0   ? Vector3d(0.08 * unit(random) - 0.01, 0.07 * unit(random) - 0.01, 0.06 * unit(random) - 0.01)
+          : way % 3 == 1 ? middle
+                         : box.node(box.touchable[static_cast<std::size_t>(way) % box.touchable.size()]);
+      was_outside = touched = false, first = true;
+    } else if (s % 5 != 0) {  // every fifth step it stands still
+      const double length = std::pow(10.0, speed(random));
+      p += length * Vector3d(normal(random), normal(random), normal(random)).normalized();
+      if ((p - middle).norm() > 0.06) p = middle + 0.06 * (p - middle).normalized();
+    }
+    const Vector3d before = hand.force();
+    const bool touches = hand.move(p);
+    const Vec3 now{p[0], p[1], p[2]}, last{from[0], from[1], from[2]};
+    const bool inside = body.index.inside(now);
+    Crossing found[SurfaceIndex::kMaxCrossings];
+    const int crossings = first ? 0 : body.index.crossings(last, now, found);
+    // A contact that began on the fixed face is there, but holds no node.
+    missed += inside && was_outside && !touches && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
+    odd_flags |= hand.flags & ~static_cast<unsigned>(PALPATE_STEP_NOT_TOUCHABLE);
+    imagined += touches && !touched && crossings == 0 && !on_surface(body.index, last);
+    moved += !first && p == from && touches && touched && hand.force() != before;
+    entered += touches && !touched;
+    was_outside = was_outside || (!inside && !on_surface(body.index, now)), touched = touches, first = false;
+  }
+  const std::string of = " of " + std::to_string(steps) + " steps, " + std::to_string(entered) + " ways in";
+  EXPECT_GT(entered, steps / 500);
+  EXPECT_EQ(odd_flags, 0u);
+  attack.hold("inside and not felt," + of, static_cast<double>(missed), 0, "collision is complete");
+  attack.hold("felt without a crossing," + of, static_cast<double>(imagined), 0, "a contact begins on the way in");
+  attack.hold("force that changed while the tool stood still," + of, static_cast<double>(moved), 0,
+              "no motion, no change");
+}
+
+TEST(StabilityCollision, ToolsThatMeetVerticesEdgesAndFacesExactly) {
+  StabilityCase attack(
+      "Whatever the crossings say of a motion through a vertex, along an edge or within a face: a tool that has gone "
+      "in must "
+      "be felt, and one that has come out must not.");
+  const TouchedBox box({.cells = {4, 4, 4}, .size = {0.5, 0.5, 0.5}});
+  std::mt19937 random(127);
+  std::uniform_int_distribution<int> at(-16, 48);
+  Hand hand(box);
+  long missed = 0, kept = 0, ways = 0;
+  const auto inside = [](const Vector3d& p) { return p.minCoeff() > 0 && p.maxCoeff() < 0.5; };
+  const auto outside = [](const Vector3d& p) { return p.minCoeff() < 0 || p.maxCoeff() > 0.5; };
+  for (long s = 0; s < quick_or_long(100000L, 10000000L); ++s) {
+    const auto lattice = [&] { return Vector3d(at(random) / 64.0, at(random) / 64.0, at(random) / 64.0); };
+    const Vector3d a = lattice(), b = lattice();
+    if (!outside(a) || !inside(b)) continue;
+    palpate_reset(hand.scene.get());
+    hand.move(a);
+    missed += !hand.move(b) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
+    kept += hand.move(a) || hand.force().norm() != 0;
+    ++ways;
+  }
+  EXPECT_GT(ways, 1000);
+  attack.hold("inside and not felt, of " + std::to_string(ways) + " ways in", static_cast<double>(missed), 0,
+              "collision is complete");
+  attack.hold("outside again and felt, of " + std::to_string(ways) + " ways out", static_cast<double>(kept), 0,
+              "a contact ends on the way out where it went in");
+}
+
+TEST(StabilityCollision, GrazingAFace) {
+  StabilityCase attack(
+      "A tool that runs along a face a rounding above or below it: whether it touches must not flicker, nor depend on "
+      "the "
+      "triangles it passes.");
+  const TouchedBox box({.cells = {4, 4, 4}});
+  long wrong = 0, steps = 0;
+  for (const double height : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 0.0, -1e-15, -1e-12, -1e-9, -1e-6, -1e-3})
+    for (int lane = 0; lane < 20; ++lane) {
+      Hand hand(box);
+      // From above down to the height, then along the top, over edges and nodes of the mesh.
+      const double y = lane < 5 ? 0.0125 * lane : 0.05 * (lane + 0.5) / 20, z = 0.04 + height;
+      if (y <= 0 || y >= 0.05) continue;
+      hand.move({0.005, y, 0.05});
+      bool touches = hand.move({0.005, y, z}), flickered = false;
+      for (int s = 1; s <= 100; ++s, ++steps) {
+        const bool now = hand.move({0.005 + 0.0005 * s, y, z});
+        flickered = flickered || now != touches;
+        if (z != 0.04) wrong += now != (z < 0.04);
+        touches = now;
+        wrong += !hand.force().allFinite();
+      }
+      wrong += flickered;
+    }
+  attack.hold("wrong or flickering, of " + std::to_string(steps) + " steps", static_cast<double>(wrong), 0,
+              "below the face is inside, above it is not, by exact signs");
+}
+
+}  // namespace
+}  // namespace palpate::tests
