@@ -1,0 +1,214 @@
+// The quasi-non-linear correction at no length, at any length, on data that no tissue gave, and round a cycle.
+#include <random>
+
+#include "formats/errors.h"
+#include "precompute/response_fit.h"
+#include "runtime/response_curve.h"
+#include "tests/runtime/touched_box.h"
+#include "tests/stability/stability_case.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+// Stiffening, as compressed tissue: y = x + x^2 / a + x^3 / a^2 on [0, range], as Chebyshev coefficients (response_test.cpp).
+std::vector<double> stiffening(double range, double a) {
+  const double h = range / 2, b = h * h / a, c = h * h * h / (a * a);
+  return {h + 1.5 * b + 2.5 * c, h + 2 * b + 3.75 * c, 0.5 * b + 1.5 * c, 0.25 * c};
+}
+const TouchedBox& box() {
+  static const TouchedBox shared({}, [](BundleParts& parts) {
+    parts.set(formats::SectionId::response_radial, {4}, stiffening(0.002, 0.004));
+    parts.set(formats::SectionId::response_force, {4}, stiffening(0.5, 0.3));
+    parts.set(formats::SectionId::response_range, {2}, std::vector<double>{0.002, 0.5});
+  });
+  return shared;
+}
+
+class Corrected {
+ public:
+  Corrected() {
+    palpate_scene_def def = unlimited_def();
+    def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE;
+    scene_ = box().scene(def);
+    contacts_ = std::make_unique<Contacts>(scene_.get());
+  }
+  // What the organ does to each tool.
+  std::vector<Vector3d> hold(const std::vector<std::vector<palpate_grip>>& grips) {
+    std::vector<palpate_tool> tools;
+    for (const auto& of_one : grips) tools.push_back(tool_of(of_one));
+    flags = palpate_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts_->get());
+    std::vector<Vector3d> forces;
+    for (std::size_t t = 0; t < tools.size(); ++t) forces.emplace_back((*contacts_)->tools[t].force_raw);
+    return forces;
+  }
+  std::vector<float> shape() { return displacements(scene_.get(), contacts_->get(), box().body.surface_nodes); }
+  palpate_step_flags flags = 0;
+
+ private:
+  ScenePointer scene_;
+  std::unique_ptr<Contacts> contacts_;
+};
+
+std::vector<palpate_grip> face_moved(const Vector3d& d) {
+  std::vector<palpate_grip> grips;
+  for (const std::int32_t n : box().body.triangles[static_cast<std::size_t>(box().far_triangle())])
+    grips.push_back(grip_at_node(n, d));
+  return grips;
+}
+
+TEST(StabilityCorrection, AtNoLengthAndFarOutsideTheRange) {
+  StabilityCase attack(
+      "P(r) / r and Q(f) / f at zero are 0 / 0, at a denormal they overflow, and a polynomial of degree ten a thousand "
+      "ranges "
+      "outside is rounding raised to the tenth.");
+  ResponseCurve curve;
+  const std::vector<double> c = stiffening(0.5, 0.3);
+  ASSERT_TRUE(curve.set(c.data(), 4, 0.5));
+  double at_zero = 0, odd = 0, fall = 0, before = 0;
+  for (const double x : {0.0, -0.0, 5e-324, 1e-310, 2.3e-308, 1e-200, 1e-20})
+    at_zero = std::max(at_zero, std::abs(curve.ratio(x) - 1));
+  for (double x = 1e-320; x < 1e300; x *= 1.7) {
+    const double y = curve.value(x);
+    odd = std::max(odd, std::abs(y + curve.value(-x)));
+    fall = std::isfinite(y) ? std::max(fall, before - y) : INFINITY;
+    before = y;
+  }
+  attack.hold("slope near zero, off the one of the curve", at_zero, 1e-14, "rounding of four terms near one");
+  attack.hold("value at -x off minus that at x", odd, 0,
+              "the curve is odd: reversing the direction reverses the force");
+  attack.hold("fall from 1e-320 to 1e300, N", fall, 0, "monotone, and continued linearly with the slope at the end");
+}
+
+TEST(StabilityCorrection, ScenesFromNoMotionToTenOrgans) {
+  StabilityCase attack(
+      "A tool that does not move has no direction: dividing by its length gives NaN in force and shape.");
+  Corrected scene;
+  const Vector3d along = Vector3d(-0.8, 0.5, 0.33).normalized();
+  double before = 0, fall = 0, asymmetry = 0;
+  bool finite = true, flagged = true;
+  for (const double size :
+       {0.0, 5e-324, 1e-310, 1e-200, 1e-160, 1e-155, 1e-150, 1e-100, 1e-30, 1e-12, 1e-6, 1e-3, 0.06, 0.6}) {
+    const Vector3d there = scene.hold({face_moved(size * along)})[0];
+    for (const float x : scene.shape()) finite = finite && std::isfinite(x);
+    flagged = flagged && (size < 0.06 || (scene.flags & PALPATE_STEP_RESPONSE_RANGE));
+    const Vector3d back = scene.hold({face_moved(-size * along)})[0];
+    finite = finite && there.allFinite() && back.allFinite();
+    asymmetry = std::max(asymmetry, (there + back).norm() / std::max(there.norm(), 1e-300));
+    fall = std::max(fall, before - there.norm()), before = there.norm();
+  }
+  attack.hold("answers that are not finite", finite ? 0 : 1, 0, "zero length: the result is zero, no NaN");
+  attack.hold("use outside the range without a flag", flagged ? 0 : 1, 0, "PALPATE_STEP_RESPONSE_RANGE");
+  attack.hold("force reversed against the reverse of the force, relative", asymmetry, 1e-12,
+              "P and Q are odd; rounding");
+  attack.hold("fall of the force as the motion grows, N", fall, 0, "Q is monotone");
+}
+
+TEST(StabilityCorrection, TwoToolsThatPullOneNodeApart) {
+  StabilityCase attack(
+      "Two tools with opposite directions at one node: their imposed displacements cancel, and the resultant of each "
+      "is as "
+      "large as the regularised system lets it be.");
+  Corrected scene;
+  const std::int32_t node = box().touchable[20];
+  double worst = 0, shape = 0;
+  for (const double size : {1e-9, 1e-6, 1e-4, 1e-3}) {
+    const Vector3d d(0, size, 0);
+    const auto forces = scene.hold({{grip_at_node(node, d)}, {grip_at_node(node, -d)}});
+    EXPECT_TRUE(scene.flags & PALPATE_STEP_REGULARISED);
+    for (const Vector3d& f : forces) worst = f.allFinite() ? worst : INFINITY;
+    worst = std::max(worst, (forces[0] + forces[1]).norm() / forces[0].norm());
+    for (const float x : scene.shape()) shape = std::isfinite(x) ? std::max(shape, std::abs(x) / size) : INFINITY;
+  }
+  attack.hold("sum of the two forces over one of them", worst, 1e-9,
+              "Q is odd, and the node itself is to stay where it is");
+  attack.hold("largest displacement of the shape over the targets", shape, 1, "two opposite contributions cancel");
+}
+
+TEST(StabilityCorrection, PushedAndReleasedInACycle) {
+  StabilityCase attack(
+      "Where the law is elastic the way back is the way there: a force that depended on the direction of motion would "
+      "hand "
+      "the hand energy at every cycle, and a device would sing.");
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  double net = 0;
+  for (int cycle = 0; cycle < quick_or_long(50, 5000); ++cycle) {
+    Corrected scene;
+    const Vector3d most = 0.01 * Vector3d(any(random), any(random), any(random));
+    double work = 0, effort = 0;
+    Vector3d at = Vector3d::Zero(), force = Vector3d::Zero();
+    for (int s = 1; s <= 200; ++s) {
+      const Vector3d d = (s <= 100 ? s : 200 - s) / 100.0 * most, f = scene.hold({face_moved(d)})[0];
+      const double step = -0.5 * (force + f).dot(d - at);
+      work += step, effort += std::abs(step), at = d, force = f;
+    }
+    net = std::max(net, std::abs(work) / effort);
+  }
+  attack.hold("net work over the work done, in and out along one line", net, 1e-12,
+              "one force at one displacement: 200 roundings, and those of the contact system");
+}
+
+TEST(StabilityCorrection, FitsOnDataThatNoTissueGave) {
+  StabilityCase attack(
+      "Least squares of degree 4 to 10 on noise, on a plateau, on data that fall, on points that coincide: the "
+      "polynomial "
+      "may swing, turn negative, or come from a singular matrix.");
+  std::mt19937 random(23);
+  std::normal_distribution<double> noise;
+  std::uniform_real_distribution<double> share(0, 1);
+  struct Data {
+    const char* name;
+    std::function<double(double)> value;
+  };
+  const Data kinds[] = {
+      {"noise of a tenth", [&](double x) { return x * x + 0.1 * noise(random); }},
+      {"noise alone", [&](double) { return std::abs(noise(random)); }},
+      {"constant", [](double) { return 1.0; }},
+      {"falling", [](double x) { return 1 - 0.9 * x; }},
+      {"up and down", [](double x) { return 1 + std::sin(20 * x); }},
+      {"a step", [](double x) { return x < 0.5 ? 1e-6 : 1.0; }},
+      {"a spike", [](double x) { return std::abs(x - 0.5) < 0.02 ? 100.0 : x; }},
+      {"tiny", [](double x) { return 1e-300 * x; }},
+      {"huge", [](double x) { return 1e300 * x * x; }},
+  };
+  double fall = 0, at_zero = 0;
+  int silent = 0, fits = 0, refused = 0;
+  for (const Data& kind : kinds)
+    for (const int points : {1, 2, 3, 4, 5, 8, 40, 1000})
+      for (int degree = 4; degree <= 10; ++degree)
+        for (const bool uneven : {false, true}) {
+          std::vector<double> x, y;
+          for (int i = 1; i <= points; ++i)
+            x.push_back(uneven ? std::pow(static_cast<double>(i) / points, 6) : static_cast<double>(i) / points);
+          for (const double at : x) y.push_back(kind.value(at));
+          ResponsePolynomial p;
+          try {
+            p = fit_response(x, y, degree, kind.name);
+          } catch (const InputError& error) {
+            refused += 1, silent += std::string(error.what()).empty();
+            continue;
+          }
+          ++fits;
+          const double largest =
+              *std::max_element(y.begin(), y.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+          at_zero = std::max(at_zero, std::abs(p(0) / largest));
+          double before = p(0);
+          for (int i = 1; i <= 300; ++i) {
+            const double now = p(p.range * i / 300);
+            fall = std::isfinite(now) ? std::max(fall, (before - now) / std::abs(largest)) : INFINITY;
+            before = now;
+          }
+        }
+  EXPECT_GT(fits, 500);
+  attack.hold("fall of " + std::to_string(fits) + " fits, over the largest datum", fall, 1e-12,
+              "monotone, but for rounding");
+  attack.hold("value at zero, over the largest datum", at_zero, 1e-15 * 11,
+              "through the origin: the last sum of 11 terms");
+  attack.hold("refusals without a sentence, of " + std::to_string(refused), silent, 0,
+              "fewer than four points are refused");
+}
+
+}  // namespace
+}  // namespace palpate::tests
