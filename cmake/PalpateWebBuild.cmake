@@ -2,13 +2,12 @@
 # Debian's emscripten, each configured in a folder of its own.
 find_program(PALPATE_EMCMAKE emcmake)
 find_program(PALPATE_NODE node)
-set(found OFF)
-if(PALPATE_EMCMAKE AND PALPATE_NODE)
-  set(found ON)
-endif()
-option(PALPATE_BUILD_WEB "Build the runtime for browsers (needs emscripten)" ${found})
-if(NOT PALPATE_BUILD_WEB)
+option(PALPATE_BUILD_WEB "Build the runtime for browsers where emscripten and node are there" ON)
+if(PALPATE_BUILD_WEB AND NOT (PALPATE_EMCMAKE AND PALPATE_NODE))
   message(STATUS "No WebAssembly build of the runtime and none of its tests: emscripten or node is missing")
+  set(PALPATE_BUILD_WEB OFF)
+endif()
+if(NOT PALPATE_BUILD_WEB)
   return()
 endif()
 
