@@ -1,0 +1,184 @@
+// Scenes that run for long, at any time step: bounded, and after a closed path as before.
+#include <random>
+
+#include "tests/runtime/touched_box.h"
+#include "tests/stability/stability_case.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+const TouchedBox& box() {
+  static const TouchedBox shared({.cells = {3, 5, 4}});
+  return shared;
+}
+
+// Two tools with discs and a grip; what all of it answers to a fixed set of moves.
+class Played {
+ public:
+  explicit Played(const palpate_scene_def& def) : scene_(box().scene(def)), contacts_(scene_.get()) {}
+  palpate_step_flags touch(const Vector3d& first, const Vector3d& second, const Vector3d& pull, double dt) {
+    const Vector3d points[2] = {first, second};
+    const palpate_grip grip = grip_at_node(box().touchable[3], pull);
+    palpate_tool tools[3] = {};
+    for (int t = 0; t < 2; ++t)
+      tools[t].points = points[t].data(), tools[t].point_count = 1, tools[t].radius = 0.003, tools[t].friction = 0.3;
+    tools[2].grips = &grip, tools[2].grip_count = 1;
+    return palpate_touch(scene_.get(), tools, 3, dt, contacts_.get());
+  }
+  // Both tools leave the organ and go round it, since a contact ends above the face where it began; then they come down at one
+  // place each and are pressed and dragged a little.
+  std::vector<double> probe() {
+    const Vector3d middle(0.03, 0.025, 0.02), x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    const Vector3d first[] = {y, z, -y, -z, -x, y, x}, second[] = {y, x, -y, -x, -z, y, z};
+    // A place that slides follows a tool by no more than eight buckets a step: it is given time.
+    for (int s = 0; s < 140; ++s) touch(middle + first[s / 20], middle + second[s / 20], Vector3d::Zero(), 1e4);
+    std::vector<double> answer;
+    for (int s = 0; s < 6; ++s) {
+      touch({0.061 - 0.0005 * s, 0.02 + 1e-4 * s, 0.018}, {0.03, 0.021 + 1e-4 * s, 0.041 - 0.0004 * s},
+            {0, 1e-4 * s, 0}, 0.01);
+      for (int t = 0; t < 3; ++t)
+        answer.insert(answer.end(), contacts_->tools[t].force_raw, contacts_->tools[t].force_raw + 3);
+    }
+    return answer;
+  }
+  const palpate_contacts& contacts() { return *contacts_.get(); }
+
+ private:
+  ScenePointer scene_;
+  Contacts contacts_;
+};
+
+palpate_relaxation brain() {
+  palpate_relaxation relaxation = {};
+  relaxation.model = PALPATE_RELAXATION_PRONY, relaxation.terms = 2;
+  relaxation.share[0] = 0.45, relaxation.time[0] = 0.5;
+  relaxation.share[1] = 0.365, relaxation.time[1] = 50;
+  return relaxation;
+}
+
+double off(const std::vector<double>& a, const std::vector<double>& b) {
+  double most = 0, largest = 0;
+  for (std::size_t i = 0; i < b.size(); ++i)
+    most = std::max(most, std::abs(a[i] - b[i])), largest = std::max(largest, std::abs(b[i]));
+  return std::isfinite(most) ? most / largest : INFINITY;
+}
+
+TEST(StabilityLongRuns, RandomToolComesBackToTheSameForce) {
+  StabilityCase attack(
+      "Whatever a step leaves behind it (the factor, warm starts, last places, the relaxation's memory) adds up over a "
+      "day's hundred million touches.");
+  const long touches = quick_or_long(100000L, 100000000L) / 8;
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+    for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
+      palpate_scene_def def = palpate_default_scene_def();
+      def.law = law, def.collision = collision, def.force_limit = 5, def.force_slew = 1000;
+      def.relaxation = brain();
+      const std::vector<double> expected = Played(def).probe();
+      Played played(def);
+      std::mt19937 random(31 + 2 * law + collision);
+      std::normal_distribution<double> normal;
+      std::uniform_real_distribution<double> decade(-5, -2.5), unit(0, 1);
+      const Vector3d middle(0.03, 0.025, 0.02);
+      Vector3d p[2] = {Vector3d(0.07, 0.025, 0.02), Vector3d(0.03, 0.025, 0.05)}, pull = Vector3d::Zero();
+      double largest = 0, fastest = 0, change = 0;
+      Vector3d last[3] = {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+      for (long s = 1; s <= touches; ++s) {
+        for (Vector3d& tool : p) {
+          tool += std::pow(10.0, decade(random)) * Vector3d(normal(random), normal(random), normal(random));
+          if ((tool - middle).norm() > 0.05) tool = middle + 0.05 * (tool - middle).normalized();
+        }
+        pull = 0.99 * pull + 1e-4 * Vector3d(normal(random), normal(random), normal(random));
+        played.touch(p[0], p[1], pull, 1e-3 * unit(random) + 1e-6);
+        for (int t = 0; t < 3; ++t) {
+          const Vector3d force(played.contacts().tools[t].force);
+          largest = force.allFinite() ? std::max(largest, force.norm()) : INFINITY;
+          fastest = std::max(fastest, (force - last[t]).norm());
+          last[t] = force;
+        }
+        if (s % (touches / 4) == 0) {
+          change = std::max(change, off(played.probe(), expected));
+          for (int t = 0; t < 3; ++t) last[t] = Vector3d(played.contacts().tools[t].force);
+        }
+      }
+      const char* const laws[] = {"sticking", "sliding", "unilateral", "coulomb"};
+      const std::string of = std::string(", ") + laws[law] +
+                             (collision == PALPATE_COLLISION_REST ? ", at rest" : ", deformed") + ", " +
+                             std::to_string(touches) + " touches";
+      attack.hold("force, N" + of, largest, 5 * (1 + 1e-9), "force_limit");
+      attack.hold("change of force in a step, N" + of, fastest, 1000 * 1.001e-3 * (1 + 1e-9), "force_slew");
+      attack.hold(
+          "probe after the run against before, relative" + of, change, law == PALPATE_LAW_STICKING ? 1e-9 : 1e-6,
+          law == PALPATE_LAW_STICKING ? "rounding of a factor that had other rows"
+                                      : "Gauss-Seidel ends at 1e-10 of the largest target, at most six times in a row");
+    }
+}
+
+TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
+  StabilityCase attack(
+      "A force held for days is a sum of ever smaller parts: steps of ten seconds must not overshoot, steps of a "
+      "nanosecond "
+      "must not lose what they add.");
+  palpate_scene_def def = unlimited_def();
+  const Vector3d d(-0.001, 0.0005, 0.0002);
+  const auto held = [&](const palpate_scene_def& with, double dt, long steps, double* rise) {
+    const ScenePointer scene = box().scene(with);
+    Contacts contacts(scene.get());
+    const palpate_grip grip = grip_at_node(box().touchable[5], d);
+    const palpate_tool tool = {nullptr, 0, &grip, 1, 1, 0, 0};
+    double before = INFINITY;
+    Vector3d force = Vector3d::Zero();
+    for (long s = 0; s < steps; ++s) {
+      palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
+      force = Vector3d(contacts->tools[0].force_raw);
+      if (s > 0 && rise) *rise = std::max(*rise, force.norm() - before);
+      before = force.norm();
+    }
+    return force;
+  };
+  const Vector3d whole = held(def, 1e-3, 1, nullptr);
+  def.relaxation = brain();
+  double rise = 0;
+  const Vector3d days = held(def, 10, 3 * 24 * 360, &rise);
+  attack.hold("after three days of 10 s steps, against 1 - sum of shares, relative",
+              (days - (1 - 0.45 - 0.365) * whole).norm() / whole.norm(), 1e-12, "exp(-5000) is zero: rounding alone");
+  attack.hold("rise of a held force, N", rise, 1e-15 * whole.norm(), "it relaxes: one rounding");
+  const long steps = quick_or_long(200000L, 100000000L);
+  const Vector3d soon = held(def, 1e-9, steps, nullptr);
+  double expected = 1;
+  const double held_for = 1e-9 * static_cast<double>(steps - 1);
+  for (int i = 0; i < 2; ++i) {
+    const double tau = def.relaxation.time[i];
+    // The first step is the ramp: mean of the relaxation over it.
+    expected -= def.relaxation.share[i] * (1 - std::exp(-held_for / tau) * -std::expm1(-1e-9 / tau) * tau / 1e-9);
+  }
+  attack.hold("after " + std::to_string(steps) + " steps of 1 ns, against the closed form, relative",
+              (soon - expected * whole).norm() / whole.norm(), 1.1e-16 * static_cast<double>(steps) + 1e-14,
+              "one rounding a step");
+}
+
+TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
+  StabilityCase attack(
+      "A loop that stalls for ten seconds, or calls twice in a nanosecond, must not buy a jump of the force.");
+  palpate_scene_def def = palpate_default_scene_def();
+  def.force_limit = 2, def.force_slew = 20, def.law = PALPATE_LAW_COULOMB, def.relaxation = brain();
+  Played played(def);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> exponent(-9, 1), unit(-1, 1);
+  double over = 0;
+  Vector3d last = Vector3d::Zero();
+  for (int s = 0; s < quick_or_long(20000, 2000000); ++s) {
+    const double dt = std::pow(10.0, exponent(random));
+    const Vector3d p(0.058 + 0.004 * unit(random), 0.025, 0.02);
+    played.touch(p, {0.03, 0.025, 0.1}, Vector3d::Zero(), dt);
+    const Vector3d force(played.contacts().tools[0].force);
+    over = force.allFinite() ? std::max(over, (force - last).norm() / (20 * std::min(dt, 0.02))) : INFINITY;
+    over = std::max(over, force.norm() / 2), last = force;
+  }
+  attack.hold("force and its change over their limits, steps of 1 ns to 10 s", over, 1 + 1e-6,
+              "force_limit, and force_slew for 20 ms at most; a change of 2e-8 N is rounded at 4e-16");
+}
+
+}  // namespace
+}  // namespace palpate::tests
