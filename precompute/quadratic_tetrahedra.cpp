@@ -74,10 +74,12 @@ Derivatives shape_derivatives(const Barycentric& l) {
   return each.bottomRows<3>().rowwise() - each.row(0);
 }
 
+// From the first corner, so that sums over the ten lose no digits far from the origin.
 using Places = Eigen::Matrix<double, 10, 3>;
 Places places_of(const QuadraticMesh& mesh, std::size_t cell) {
+  const auto at = [&](int a) { return Eigen::RowVector3d(mesh.nodes[mesh.cells[cell][a]].data()); };
   Places places;
-  for (int a = 0; a < 10; ++a) places.row(a) = Eigen::RowVector3d(mesh.nodes[mesh.cells[cell][a]].data());
+  for (int a = 0; a < 10; ++a) places.row(a) = at(a) - at(0);
   return places;
 }
 
