@@ -29,8 +29,21 @@ bool is_reference(const Setting& s) {
 double vertices(const MeasuredPoint& p) {
   return p.cost.at("vertices");
 }
+// Above 1.
 double spacing_ratio(const MeasuredPoint& fine, const MeasuredPoint& coarse) {
   return std::cbrt(vertices(fine) / vertices(coarse));
+}
+
+// Extrapolation over meshes that are nearly alike shows their scatter and no order (Celik et al. 2008 ask for 1.3).
+constexpr double kLeastSpacingRatio = 1.3;
+
+// From fine to coarse, each at least that much coarser than the one before; where none is, the coarsest.
+std::vector<const MeasuredPoint*> spaced_out(const std::vector<const MeasuredPoint*>& fine_to_coarse) {
+  std::vector<const MeasuredPoint*> kept;
+  for (const auto* point : fine_to_coarse)
+    if (kept.empty() || spacing_ratio(*kept.back(), *point) >= kLeastSpacingRatio) kept.push_back(point);
+  if (kept.size() == 1 && fine_to_coarse.size() > 1) kept.push_back(fine_to_coarse.back());
+  return kept;
 }
 
 struct Truth {
@@ -49,11 +62,11 @@ Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
   truth.point = candidates[0];
   if (candidates.size() < 2) return truth;
   const Difference d21 = difference(candidates[1]->seen, candidates[0]->seen);
-  const double r21 = 1 / spacing_ratio(*candidates[1], *candidates[0]);
+  const double r21 = spacing_ratio(*candidates[0], *candidates[1]);
   truth.force = richardson(d21.force, r21), truth.field = richardson(d21.field, r21);
   if (candidates.size() < 3) return truth;
   const Difference d32 = difference(candidates[2]->seen, candidates[1]->seen);
-  const double r32 = 1 / spacing_ratio(*candidates[2], *candidates[1]);
+  const double r32 = spacing_ratio(*candidates[1], *candidates[2]);
   truth.force = richardson(d21.force, r21, d32.force, r32), truth.field = richardson(d21.field, r21, d32.field, r32);
   return truth;
 }
@@ -80,9 +93,11 @@ Difference difference(const Observation& seen, const Observation& truth) {
   std::size_t tools = 0;
   for (std::size_t p = 0; p < truth.presses.size(); ++p) {
     const Press &a = seen.presses.at(p), &b = truth.presses[p];
+    double largest = 0;
+    for (const auto& force : b.forces) largest = std::max(largest, std::sqrt(square(force)));
     for (std::size_t t = 0; t < b.forces.size(); ++t, ++tools) {
       const double off = std::sqrt(square(minus(a.forces.at(t), b.forces[t])));
-      const double relative = ratio(off, std::sqrt(square(b.forces[t])));
+      const double relative = ratio(off, largest);
       d.force += relative * relative;
       d.force_worst = std::max(d.force_worst, relative);
       d.force_newtons = std::max(d.force_newtons, off);

@@ -10,7 +10,8 @@
 
 namespace palpate::accuracy {
 
-// Relative: root mean square over tools or exercises, and the worst of them.
+// Relative - of a tool's force, to the largest force in its exercise: one that hardly touches has none of its own - root
+// mean square over tools or exercises, and the worst of them.
 struct Difference {
   double force = 0, force_worst = 0, force_newtons = 0;  // newtons: the largest difference of a tool's force
   double field = 0, field_worst = 0, field_mm = 0;       // of the surface's displacement in the 2-norm; largest, mm

@@ -72,8 +72,7 @@ std::vector<Motion> motions(const SceneSetting& setting, const StudyPlaces& plac
     all.push_back(Motion(kPressTicks + 1, neighbour_at[first] - kStart * r * places.neighbour[first].inward));
     all.back()[0] = neighbour_at[first] - 2 * kStart * r * places.neighbour[first].inward;
     all[0].resize(2 * kPressTicks + 2, all[0].back());
-    // As deep as the first: the surface has sunk by less, so they meet.
-    const Motion second = press(neighbour_at[first], places.neighbour[first], r, 2 * depth);
+    const Motion second = press(neighbour_at[first], places.neighbour[first], r, depth);
     all[1].insert(all[1].end(), second.begin(), second.end());
     return all;
   }

@@ -102,6 +102,14 @@ TouchPlace place_at(const ElasticBody& body, Vec3 p, double radius) {
   return {p, -1 * outward, unit_or_zero(cross(outward, axis))};
 }
 
+// The middle of a triangle at the node: at a vertex of one of the meshes that mesh's contacts would not be like the others'.
+Vec3 beside(const ElasticBody& body, std::int32_t node) {
+  for (const auto& t : body.triangles)
+    if (std::find(t.begin(), t.end(), node) != t.end())
+      return (1.0 / 3) * (at(body, t[0]) + at(body, t[1]) + at(body, t[2]));
+  return at(body, node);
+}
+
 nlohmann::json json_of(Vec3 v) {
   return {v.x, v.y, v.z};
 }
@@ -132,11 +140,11 @@ StudyPlaces choose_places(const ElasticBody& body, double radius, int touch_coun
   StudyPlaces places;
   places.radius = radius;
   for (const auto n : spread_in_the_middle(body, free, touch_count))
-    places.touch.push_back(place_at(body, at(body, n), radius));
+    places.touch.push_back(place_at(body, beside(body, n), radius));
   const SurfaceView surface = {body.nodes[0].data(), {body.triangles[0].data(), 3 * body.triangles.size()}};
   for (std::size_t p = 0; p < std::min<std::size_t>(2, places.touch.size()); ++p) {
-    const Vec3 beside = places.touch[p].at + kNeighbourDistance * radius * places.touch[p].across;
-    places.neighbour.push_back(place_at(body, closest_place(surface, beside).at, radius));
+    const Vec3 next = places.touch[p].at + kNeighbourDistance * radius * places.touch[p].across;
+    places.neighbour.push_back(place_at(body, closest_place(surface, next).at, radius));
   }
   std::vector<std::int32_t> all;
   for (std::int32_t n = 0; n < body.surface_count; ++n) all.push_back(n);

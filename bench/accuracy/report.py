@@ -123,8 +123,8 @@ def fronts(page, study):
                 (front_plot(study, "Force error against bundle size", "bundle_MB", "bundle, MB", "force_error", "force error, %", force), "force-bundle", "")])
 
 
-def against_vertices(study, title, points, groups, key, y, y_label, scale=1, band=None):
-    plot = Plot(title, "vertices of the mesh", y_label, log_x=True, log_y=scale == 100)
+def against_vertices(title, points, groups, key, y, y_label, scale=1, band=None, log_y=True):
+    plot = Plot(title, "vertices of the mesh", y_label, log_x=True, log_y=log_y)
     for name, (colour, marker) in groups.items():
         own = sorted((p for p in points if p[key] == name and p[y]), key=lambda p: p["vertices"])
         plot.points([p["vertices"] for p in own], [scale * p[y] for p in own], [told(p) for p in own], label=name, joined=True,
@@ -143,14 +143,13 @@ def mesh_and_element(page, study):
     for ratio in ratios:
         points = [p for p in study.axis("poisson", poisson=ratio) if not p["is_reference"]]
         band = next((p["reference_force_error"] for p in points), None)
-        plots.append((against_vertices(study, f"Poisson's ratio {ratio:g}", points, ELEMENTS, "element", "force_error",
+        plots.append((against_vertices(f"Poisson's ratio {ratio:g}", points, ELEMENTS, "element", "force_error",
                                        "force error, %", 100, band), f"force-mesh-nu-{ratio:g}", ""))
     points = [p for p in study.axis("mesh") if not p["is_reference"]]
-    plots.append((against_vertices(study, "Field, the organ's own material", points, ELEMENTS, "element", "field_error", "field error, %",
+    plots.append((against_vertices("Field, the organ's own material", points, ELEMENTS, "element", "field_error", "field error, %",
                                    100, (study.own_reference or {}).get("reference_field_error")), "field-mesh", ""))
-    plots.append((against_vertices(study, "What it costs to bake", [p for p in points if p["columns_everywhere"]], ELEMENTS, "element",
+    plots.append((against_vertices("What it costs to bake", [p for p in points if p["columns_everywhere"]], ELEMENTS, "element",
                                    "precompute_s", "precompute, s"), "precompute-mesh", "With the columns of every touchable vertex."))
-    plots[-1][0].axes.set_yscale("log")
     page.plots(plots)
 
 
@@ -161,11 +160,11 @@ def contact_models(page, study):
     page.heading("Contact model")
     page.words("A displaced point has no stiffness: the force on a node, a triangle or a point belongs to the mesh and falls as the mesh is "
                "refined. A patch - a disc of the tool's radius - has the organ's force on every mesh.")
-    force = against_vertices(study, "Force on the tool", points, CONTACTS, "contact", "force_N", "mean force, N")
+    force = against_vertices("Force on the tool", points, CONTACTS, "contact", "force_N", "mean force, N", log_y=False)
     if study.own_reference:
         force.line(force.axes.get_xlim(), [study.own_reference["force_N"]] * 2, "reference", color="#1c2530", linestyle="--", linewidth=1)
     page.plots([(force, "contact-force", ""),
-                (against_vertices(study, "Its error", points, CONTACTS, "contact", "force_error", "force error, %", 100,
+                (against_vertices("Its error", points, CONTACTS, "contact", "force_error", "force error, %", 100,
                                   (study.own_reference or {}).get("reference_force_error")), "contact-error", "")])
     page.table(("contact", "mesh", "force, N", "force error, %", "field error, %", "touch, us", "touch 99 %, us", "nodes under contact"),
                [(p["contact"], p["resolution"], p["force_N"], hundred(p["force_error"]), hundred(p["field_error"]), p["touch_us"], p["touch_us_99"],
@@ -271,7 +270,7 @@ def everything(page, study):
                f"{number(machine['load'])} (times on a busy machine swing). palpate {study.all['program_version']}. The tool: a disc of "
                f"{number(study.all['radius_mm'])} mm radius, pressed in by half of that at {study.all['places']} places in the middle of equal "
                f"shares of the free surface, the same points of space on every mesh; the field is looked at in {study.all['samples']} places "
-               "spread over the whole surface. Force error: length of the difference over length of the force, root mean square over places. Field error: "
+               "spread over the whole surface. Force error: length of the difference over the largest force of the exercise, root mean square over places. Field error: "
                "2-norm over the sample places, likewise. Touch and shape: median and 99 % of steps in contact, wall clock. Precompute of less "
                "than 3 s: the median of several.")
     keys = [k for k in study.points[0] if k not in ("is_reference", "axes")]

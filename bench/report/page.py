@@ -124,7 +124,7 @@ class Plot:
         """What lies below `most` on the y axis is not told apart: a shaded band with its reason."""
         low = self.axes.get_ylim()[0]
         self.axes.axhspan(min(low, most / 3), most, color="#94a3b8", alpha=0.25, linewidth=0)
-        self.axes.annotate(text, (0.99, most), xycoords=("axes fraction", "data"), xytext=(0, -3), ha="right", va="top",
+        self.axes.annotate(text, (0.01, most), xycoords=("axes fraction", "data"), xytext=(0, -3), ha="left", va="top",
                            textcoords="offset points", fontsize=8, color="#475569")
 
     def line(self, xs, ys, label, **style):
