@@ -132,7 +132,7 @@ TEST(StabilityCollision, CrossingsThatMeetVerticesEdgesAndFacesExactly) {
       "share missed or counted twice, of " + std::to_string(found.segments) + " segments on a lattice",
       static_cast<double>(found.parity) / static_cast<double>(found.segments), 5e-4,
       "segments within the plane of a face, whose projection is rounded; a tool falls back on the sides of its ends: "
-      "ToolsThatMeetVerticesEdgesAndFacesExactly");
+      "ToolsWhoseCrossingsContradictTheirSides");
 }
 
 TEST(StabilityCollision, TrianglesOfFourDecadesBesideOneBucketSize) {
@@ -272,6 +272,51 @@ TEST(StabilityCollision, ToolsThatMeetVerticesEdgesAndFacesExactly) {
               "collision is complete");
   attack.hold("outside again and felt, of " + std::to_string(ways) + " ways out", static_cast<double>(kept), 0,
               "a contact ends on the way out where it went in");
+}
+
+TEST(StabilityCollision, ToolsWhoseCrossingsContradictTheirSides) {
+  StabilityCase attack(
+      "A motion within the plane of a face, on a surface that is askew to the axes, may lose its crossing to rounding: "
+      "then "
+      "only the sides of its ends say that the tool has gone in.");
+  // The box's collision alone is looked at, so its nodes may stand elsewhere than where its tensors were solved.
+  TriangleSurface surface;
+  const TouchedBox box({.cells = {4, 4, 4}, .size = {1, 1, 1}}, [&](BundleParts& parts) {
+    auto nodes = parts.get<double>(formats::SectionId::nodes);
+    for (std::size_t n = 0; n < nodes.size(); n += 3) {
+      const double bump = 1 + 0.2 * std::sin(7 * nodes[n]) * std::cos(6 * nodes[n + 1] + nodes[n + 2]);
+      for (std::size_t d = 0; d < 3; ++d) nodes[n + d] = std::round(64 * bump * nodes[n + d]) / 64;
+      surface.points.push_back({nodes[n], nodes[n + 1], nodes[n + 2]});
+    }
+    parts.set(formats::SectionId::nodes, {nodes.size() / 3, 3}, nodes);
+  });
+  surface.triangles = box.body.triangles;
+  Indexed body(surface);
+  std::mt19937 random(131);
+  std::uniform_int_distribution<int> at(-32, 96), node(0, box.body.surface_nodes - 1), kind(0, 1);
+  Hand hand(box);
+  long missed = 0, contradictions = 0, ways = 0;
+  for (long s = 0; s < quick_or_long(300000L, 30000000L); ++s) {
+    const Vec3 a{at(random) / 64.0, at(random) / 64.0, at(random) / 64.0};
+    const Vec3 through = load3(surface.points[static_cast<std::size_t>(node(random))].data());
+    const Vec3 other = load3(surface.points[static_cast<std::size_t>(node(random))].data());
+    // Through a vertex half-way; from a chord's extension to its middle, or to the other side of its middle.
+    const bool across = kind(random);
+    const Vec3 from = across ? a : through + 2.0 * (through - other);
+    const Vec3 to = across ? a + 2.0 * (through - a) : through + (kind(random) ? 0.5 : 0.75) * (other - through);
+    if (body.index.inside(from) || !body.index.inside(to)) continue;
+    if (on_surface(body.index, from) || on_surface(body.index, to)) continue;
+    Crossing found[SurfaceIndex::kMaxCrossings];
+    contradictions += body.index.crossings(from, to, found) % 2 == 0;
+    palpate_reset(hand.scene.get());
+    hand.move({from.x, from.y, from.z});
+    missed += !hand.move({to.x, to.y, to.z}) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
+    ++ways;
+  }
+  EXPECT_GT(ways, 1000);
+  attack.hold("inside and not felt, of " + std::to_string(ways) + " ways in, " + std::to_string(contradictions) +
+                  " of them without a crossing",
+              static_cast<double>(missed), 0, "collision is complete");
 }
 
 TEST(StabilityCollision, GrazingAFace) {

@@ -162,7 +162,7 @@ TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
   StabilityCase attack(
       "A loop that stalls for ten seconds, or calls twice in a nanosecond, must not buy a jump of the force.");
   palpate_scene_def def = palpate_default_scene_def();
-  def.force_limit = 2, def.force_slew = 20, def.law = PALPATE_LAW_COULOMB, def.relaxation = brain();
+  def.force_limit = 0.1, def.force_slew = 0.2, def.law = PALPATE_LAW_COULOMB, def.relaxation = brain();
   Played played(def);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> exponent(-9, 1), unit(-1, 1);
@@ -173,11 +173,11 @@ TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
     const Vector3d p(0.058 + 0.004 * unit(random), 0.025, 0.02);
     played.touch(p, {0.03, 0.025, 0.1}, Vector3d::Zero(), dt);
     const Vector3d force(played.contacts().tools[0].force);
-    over = force.allFinite() ? std::max(over, (force - last).norm() / (20 * std::min(dt, 0.02))) : INFINITY;
-    over = std::max(over, force.norm() / 2), last = force;
+    over = force.allFinite() ? std::max(over, (force - last).norm() / (0.2 * std::min(dt, 0.02))) : INFINITY;
+    over = std::max(over, force.norm() / 0.1), last = force;
   }
   attack.hold("force and its change over their limits, steps of 1 ns to 10 s", over, 1 + 1e-6,
-              "force_limit, and force_slew for 20 ms at most; a change of 2e-8 N is rounded at 4e-16");
+              "force_limit, and force_slew for 20 ms at most; a change of 2e-10 N is rounded at 1e-17");
 }
 
 }  // namespace
