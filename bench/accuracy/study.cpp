@@ -61,7 +61,8 @@ class Study {
   StudyPlaces choose_or_read_places() const {
     const StudyOptions& o = organ_.options();
     const auto mesh = organ_.make_mesh(organ_.resolutions().back());
-    const nlohmann::json from = {{"mesh_sha256", sha256_of_file(mesh.string())},
+    const nlohmann::json from = {{"version", kStudyVersion},
+                                 {"mesh_sha256", sha256_of_file(mesh.string())},
                                  {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
                                  {"radius_mm", o.radius_mm},
                                  {"places", o.places},

@@ -78,7 +78,6 @@ class Plot:
         for axis, is_log in ((self.axes.xaxis, log_x), (self.axes.yaxis, log_y)):
             if is_log:
                 (self.axes.set_xscale if axis is self.axes.xaxis else self.axes.set_yscale)("log")
-                axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 5), numticks=12))
                 axis.set_major_formatter(lambda value, _: f"{value:g}")
                 axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
         self.axes.grid(True, which="major", alpha=0.35)
@@ -145,6 +144,11 @@ class Plot:
     def finish(self):
         if self.axes.get_legend_handles_labels()[0]:
             self.axes.legend(fontsize=8, framealpha=0.85)
+        for axis in (self.axes.xaxis, self.axes.yaxis):
+            if axis.get_scale() == "log":
+                least, most = sorted(axis.get_view_interval())
+                subs = (1, 2, 5) if most < 2000 * least else (1,)
+                axis.set_major_locator(matplotlib.ticker.LogLocator(subs=subs, numticks=8))
         self.figure.tight_layout()
         self._name_the_front()
 
