@@ -44,6 +44,7 @@ class Corrected {
     return forces;
   }
   std::vector<float> shape() { return displacements(scene_.get(), contacts_->get(), box().body.surface_nodes); }
+  double direction_length() { return Vector3d((*contacts_)->tools[0].direction).norm(); }
   palpate_step_flags flags = 0;
 
  private:
@@ -86,11 +87,13 @@ TEST(StabilityCorrection, ScenesFromNoMotionToTenOrgans) {
       "A tool that does not move has no direction: dividing by its length gives NaN in force and shape.");
   Corrected scene;
   const Vector3d along = Vector3d(-0.8, 0.5, 0.33).normalized();
-  double before = 0, fall = 0, asymmetry = 0;
+  double before = 0, fall = 0, asymmetry = 0, askew = 0;
   bool finite = true, flagged = true;
   for (const double size :
        {0.0, 5e-324, 1e-310, 1e-200, 1e-160, 1e-155, 1e-150, 1e-100, 1e-30, 1e-12, 1e-6, 1e-3, 0.06, 0.6}) {
     const Vector3d there = scene.hold({face_moved(size * along)})[0];
+    const double length = scene.direction_length();
+    askew = std::max(askew, std::min(length, std::abs(length - 1)));
     for (const float x : scene.shape()) finite = finite && std::isfinite(x);
     flagged = flagged && (size < 0.06 || (scene.flags & PALPATE_STEP_RESPONSE_RANGE));
     const Vector3d back = scene.hold({face_moved(-size * along)})[0];
@@ -99,6 +102,8 @@ TEST(StabilityCorrection, ScenesFromNoMotionToTenOrgans) {
     fall = std::max(fall, before - there.norm()), before = there.norm();
   }
   attack.hold("answers that are not finite", finite ? 0 : 1, 0, "zero length: the result is zero, no NaN");
+  attack.hold("length of the direction off 1, or off 0", askew, 1e-15,
+              "a unit vector or none: squares that underflow are no direction");
   attack.hold("use outside the range without a flag", flagged ? 0 : 1, 0, "PALPATE_STEP_RESPONSE_RANGE");
   attack.hold("force reversed against the reverse of the force, relative", asymmetry, 1e-12,
               "P and Q are odd; rounding");
