@@ -57,6 +57,7 @@ Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
   candidates.erase(
       std::unique(candidates.begin(), candidates.end(), [](auto* a, auto* b) { return vertices(*a) == vertices(*b); }),
       candidates.end());
+  candidates = spaced_out(candidates);
   Truth truth;
   if (candidates.empty()) return truth;
   truth.point = candidates[0];
