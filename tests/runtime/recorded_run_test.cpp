@@ -111,31 +111,18 @@ TEST_F(RecordedRun, HashesTheSameInABuildWithoutTheEffectsThatItLeavesOff) {
 #endif
 
 TEST_F(RecordedRun, HashesTheSameFromEveryFormOfABundleInEveryBuild) {
-  using formats::ElementType;
-  const std::pair<const char*, Form> forms[] = {
-      {"f64 rows", store_as_f64},
-      {"f16 rows", store_as_f16},
-      {"f32 blocks",
-       [](BundleParts& p) {
-         store_in_blocks(p, {ElementType::f32, 1e-4});
-       }},
-      {"f16 blocks",
-       [](BundleParts& p) {
-         store_in_blocks(p, {ElementType::f16, 1e-3});
-       }},
-  };
   auto path = recorded_path();
   path.resize(80);  // each form is a run of its own
   write_path(path_, path);
   std::set<std::string> different;
-  for (const auto& [name, form] : forms) {
+  for (const auto& [name, form] : kPackedForms) {
     write_recorded_bundle(bundle_, form);
     const std::string expected = output_of("configured", bundle_, path_);
     ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), kScenes) << name << expected;
     for (const auto& build : builds()) EXPECT_EQ(output_of(build, bundle_, path_), expected) << name << ", " << build;
     different.insert(expected);
   }
-  EXPECT_EQ(different.size(), std::size(forms));  // each form holds other numbers
+  EXPECT_EQ(different.size(), std::size(kPackedForms));  // each form holds other numbers
 }
 
 TEST_F(RecordedRun, HashesTheSameOnAnyNumberOfThreads) {

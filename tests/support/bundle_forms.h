@@ -2,9 +2,8 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
+#include "tests/support/file_bytes.h"
 #include "tests/support/packed_bundle.h"
 #include "tests/support/tiny_bundle.h"
 
@@ -45,9 +44,7 @@ inline std::vector<BundleForm> bundle_forms(const std::filesystem::path& folder)
   const auto file = folder / ("form." + std::to_string(::getpid()) + ".h5");
   const auto written = [&](const BundleParts& parts) {
     write_bundle(file, parts);
-    std::ifstream in(file, std::ios::binary);
-    std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    in.close();
+    const std::string bytes = file_bytes(file);
     std::filesystem::remove(file);
     return bytes;
   };

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <functional>
+#include <utility>
 
 #include "formats/half.h"
 #include "precompute/compliance_packer.h"
@@ -78,5 +80,19 @@ inline PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePack
                                                   options.type};
   return packed;
 }
+
+// All of them, each with other numbers.
+inline const std::pair<const char*, std::function<void(BundleParts&)>> kPackedForms[] = {
+    {"f64 rows", store_as_f64},
+    {"f16 rows", store_as_f16},
+    {"f32 blocks",
+     [](BundleParts& parts) {
+       store_in_blocks(parts, {formats::ElementType::f32, 1e-4});
+     }},
+    {"f16 blocks",
+     [](BundleParts& parts) {
+       store_in_blocks(parts, {formats::ElementType::f16, 1e-3});
+     }},
+};
 
 }  // namespace palpate::tests
