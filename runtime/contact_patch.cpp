@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/exponential.h"
+
 namespace palpate {
 namespace {
 
@@ -100,11 +102,7 @@ void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward,
 
 void ContactPatch::press(const SurfacePlace& place, Vec3 outward, Vec3 tangent, double a) {
   a = std::max(a, kLeastRadius);
-  const double s = measure_->spacing(place), b = std::max(a, kResolved * s);
-  const LocalCompliance tissue = measure_->tissue(place);
-  normal_compliance_ = tissue.normal * (1 / a - 1 / (b + tissue.normal_blur * s));
-  tangent_compliance_ = tissue.tangent * (1 / a - 1 / (b + tissue.tangent_blur * s));
-
+  const double b = std::max(a, kResolved * measure_->spacing(place));
   for (Hit& hit : hit_) hit.triangle = -1;
   const Vec3 centre = surface_->at(place), other = cross(outward, tangent);
   const auto find = [&](std::int32_t triangle) { find_points(triangle, centre, outward, tangent, other, b); };
@@ -112,7 +110,11 @@ void ContactPatch::press(const SurfacePlace& place, Vec3 outward, Vec3 tangent, 
     surface_->near(centre, static_cast<int>(reach), find);
   else
     for (std::int32_t triangle = 0; triangle < surface_->triangle_count(); ++triangle) find(triangle);
+  gather_nodes(place);
+  measure_local(place, outward, tangent, other, a, b);
+}
 
+void ContactPatch::gather_nodes(const SurfacePlace& place) {
   count_ = 0;
   const auto add = [&](std::int32_t triangle, const double* k, double share) {
     for (int c = 0; c < 3; ++c) {
@@ -130,6 +132,30 @@ void ContactPatch::press(const SurfacePlace& place, Vec3 outward, Vec3 tangent, 
     if (hit_[p].triangle >= 0) add(hit_[p].triangle, hit_[p].barycentric, share_[p]);
   if (count_ == 0) add(place.triangle, place.barycentric, 1);
   for (int e = 0; e < count_; ++e) entry_of_node_[node_[e]] = -1;
+}
+
+void ContactPatch::measure_local(const SurfacePlace& place, Vec3 outward, Vec3 u, Vec3 v, double a, double b) {
+  const LocalCompliance tissue = measure_->tissue(place);
+  const double s = measure_->spacing(place), wide = b + tissue.tangent_blur * s;
+  const double normal = tissue.normal * (1 / a - 1 / (b + tissue.normal_blur * s)),
+               tangent = tissue.tangent * (1 / a - 1 / wide), between = natural_log(wide / a);
+
+  Mat3 sum;
+  double whole = 0;
+  for (int e = 0; e < count_; ++e) add_scaled(sum, weight_[e], measure_->curvature(node_[e])), whole += weight_[e];
+  const Vec3 along_u = sum * u, along_v = sum * v;
+  double uu = dot(u, along_u) / whole, vv = dot(v, along_v) / whole, uv = dot(u, along_v) / whole;
+  // A disc sees no curvature beyond its own: to first order it means nothing there, and in a hollow it would make the
+  // compliance negative.
+  const double most = 0.5 * (std::fabs(uu + vv) + std::sqrt((uu - vv) * (uu - vv) + 4 * uv * uv));
+  const double share = most * wide > 1 ? 1 / (most * wide) : 1;
+  uu *= share, vv *= share, uv *= share;
+  const double level = tangent + between * tissue.curved_trace * (uu + vv);
+  uu = level + between * tissue.curved * uu, vv = level + between * tissue.curved * vv, uv *= between * tissue.curved;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      local_.m[i][j] =
+          normal * outward[i] * outward[j] + uu * u[i] * u[j] + vv * v[i] * v[j] + uv * (u[i] * v[j] + v[i] * u[j]);
 }
 
 }  // namespace palpate

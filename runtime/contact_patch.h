@@ -5,8 +5,9 @@
 // mean displacement over force is the punch's compliance c(a) (surface_measure.h). On a mesh whose spacing s is not small
 // against a the contact acts through a wider disc that the mesh resolves, of radius b = max(a, kResolved s), and
 //     c(a) - c(b + blur s)
-// is added to the contact's own compliance: what the small disc has beyond the wide one as the mesh shows it. It is never
-// negative, and it and the weights are continuous in the place, so that a dragged tool feels no element boundaries.
+// is added to the contact's own compliance: what the small disc has beyond the wide one as the mesh shows it; and, across
+// the normal, what the surface's curvature adds between the two. It is never negative, and it and the weights are
+// continuous in the place, so that a dragged tool feels no element boundaries.
 #pragma once
 
 #include <cstdint>
@@ -37,10 +38,9 @@ class ContactPatch {
   const std::int32_t* nodes() const { return node_; }  // [count()]
   const double* weights() const {
     return weight_;
-  }  // [count()] above 0; they sum to one, but for points that fell
-     // beside the surface
-  double normal_compliance() const { return normal_compliance_; }    // m/N, added along the normal
-  double tangent_compliance() const { return tangent_compliance_; }  // m/N, added across it
+  }                                             // [count()] above 0; they sum to one, but for points that fell
+                                                // beside the surface
+  const Mat3& local() const { return local_; }  // m/N, symmetric: what is added to the contact's compliance
 
  private:
   static constexpr int kBins = 8;
@@ -50,6 +50,8 @@ class ContactPatch {
     double barycentric[3];
   };
   void find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b);
+  void gather_nodes(const SurfacePlace& place);
+  void measure_local(const SurfacePlace& place, Vec3 outward, Vec3 u, Vec3 v, double a, double b);
 
   SurfaceIndex* surface_ = nullptr;
   const SurfaceMeasure* measure_ = nullptr;
@@ -62,7 +64,7 @@ class ContactPatch {
   std::int32_t node_[kMaxNodes] = {};
   double weight_[kMaxNodes] = {};
   int count_ = 0;
-  double normal_compliance_ = 0, tangent_compliance_ = 0;
+  Mat3 local_;
 };
 
 // A unit vector across n, as near to `like` as can be, so that it turns with n and does not jump; any where like is zero.

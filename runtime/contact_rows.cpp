@@ -176,11 +176,7 @@ std::uint32_t ContactRows::hold_patch(const ContactWish& wish, const SurfacePlac
   if (!has_room(1, held)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
   ContactBlock& block = add_block(wish, 0);
   frame_block(wish, block);
-  // Across the normal in every direction; in the block's frame the normal is the first row, else it is `outward`.
-  const double normal = patch.normal_compliance(), tangent = patch.tangent_compliance();
-  const Vec3 n = block.framed ? Vec3{1, 0, 0} : wish.outward;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) block.local.m[i][j] = (normal - tangent) * n[i] * n[j] + (i == j ? tangent : 0);
+  block.local = block.framed ? times_transposed(block.frame * patch.local(), block.frame) : patch.local();
   block.radius = wish.radius, block.place = place, block.incomplete = flags != 0;
   for (int e = 0; e < patch.count(); ++e)
     if (source_.column_of_node[patch.nodes()[e]] >= 0)

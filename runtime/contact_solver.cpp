@@ -27,18 +27,6 @@ double largest(const double* x, std::int32_t count) {
   return most;
 }
 
-Mat3 times_transposed(const Mat3& a, const Mat3& b) {
-  Mat3 c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) c.m[i][j] = a.m[i][0] * b.m[j][0] + a.m[i][1] * b.m[j][1] + a.m[i][2] * b.m[j][2];
-  return c;
-}
-
-void add_scaled(Mat3& sum, double factor, const Mat3& a) {
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) sum.m[i][j] += factor * a.m[i][j];
-}
-
 bool comes_before(const ContactBlock& a, const ContactBlock& b) {
   if (a.tool != b.tool) return a.tool < b.tool;
   if (a.point != b.point) return a.point < b.point;

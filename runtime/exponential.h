@@ -1,5 +1,7 @@
-// 1 - exp(-x), the same to the bit in every build: libraries' expm1 differ in the last digit.
+// 1 - exp(-x) and the logarithm, the same to the bit in every build: libraries' own differ in the last digit.
 #pragma once
+
+#include <cmath>
 
 namespace palpate {
 
@@ -14,6 +16,17 @@ inline double one_minus_exp(double x) {
   double q = x * sum;
   for (; halvings > 0; --halvings) q = q * (2 - q);
   return q;
+}
+
+// ln x of a finite x above 0. Absolute error below 2e-16 (1 + |ln x|). 2 artanh of (m - 1) / (m + 1), x = m 2^k.
+inline double natural_log(double x) {
+  int k = 0;
+  double m = std::frexp(x, &k);
+  if (m < 0.70710678118654752) m *= 2, --k;
+  const double z = (m - 1) / (m + 1), square = z * z;
+  double sum = 0;
+  for (int n = 11; n >= 0; --n) sum = 1.0 / (2 * n + 1) + square * sum;
+  return 2 * z * sum + k * 0.69314718055994531;
 }
 
 }  // namespace palpate

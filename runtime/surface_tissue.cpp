@@ -70,15 +70,14 @@ palpate_status read_tissue(palpate_bundle& bundle, SceneMemory& memory, SurfaceM
     for (int v = 0; v < 4; ++v) {
       const auto n = static_cast<std::uint32_t>(tetrahedra[4 * e + v]);
       if (n >= counts.surface_nodes) continue;
-      of_node[n].normal += of_region[r].normal, of_node[n].tangent += of_region[r].tangent;
-      of_node[n].normal_blur += of_region[r].normal_blur, of_node[n].tangent_blur += of_region[r].tangent_blur;
+      add_weighted(of_node[n], 1, of_region[r]);
       share[n] += 1;
     }
   }
   for (std::uint64_t n = 0; n < counts.surface_nodes; ++n) {
-    const double inverse = 1 / std::max(1.0, share[n]);
-    of_node[n].normal *= inverse, of_node[n].tangent *= inverse;
-    of_node[n].normal_blur *= inverse, of_node[n].tangent_blur *= inverse;
+    LocalCompliance mean;
+    add_weighted(mean, 1 / std::max(1.0, share[n]), of_node[n]);
+    of_node[n] = mean;
   }
   return PALPATE_OK;
 }

@@ -65,4 +65,16 @@ inline Mat3 operator*(const Mat3& a, const Mat3& b) {
   return c;
 }
 
+// a b^T.
+inline Mat3 times_transposed(const Mat3& a, const Mat3& b) {
+  Mat3 c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c.m[i][j] = a.m[i][0] * b.m[j][0] + a.m[i][1] * b.m[j][1] + a.m[i][2] * b.m[j][2];
+  return c;
+}
+inline void add_scaled(Mat3& sum, double factor, const Mat3& a) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) sum.m[i][j] += factor * a.m[i][j];
+}
+
 }  // namespace palpate

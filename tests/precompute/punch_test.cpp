@@ -11,37 +11,67 @@ namespace {
 
 constexpr double kYoung = 3000, kEdge = 0.005;
 
-// Even cells of kEdge about the middle of the top, and beyond them some that grow: kReach edges to the held sides and bottom.
-constexpr double kReach = 148.5;
-TetrahedralMesh graded_block() {
-  TetrahedralMesh mesh = box_mesh({24, 24, 12}, {24, 24, 12});
-  const auto spread = [](double cells) {  // from the middle
-    constexpr double beyond[] = {0, 1.5, 4.5, 10.5, 22.5, 52.5, kReach - 6};
-    const int outer = std::max(0, static_cast<int>(std::abs(cells)) - 6);
-    return std::copysign(kEdge * (outer > 0 ? 6 + beyond[outer] : std::abs(cells)), cells);
+// A block with its nodes at the given distances from the middle of its top, in metres, downwards and to all sides.
+TetrahedralMesh graded_block(const std::vector<double>& distance) {
+  const int cells = static_cast<int>(distance.size()) - 1;
+  TetrahedralMesh mesh = box_mesh({2 * cells, 2 * cells, cells}, {2.0 * cells, 2.0 * cells, 1.0 * cells});
+  const auto spread = [&](double at) {
+    return std::copysign(distance[static_cast<std::size_t>(std::lround(std::abs(at)))], at);
   };
-  for (auto& p : mesh.nodes)
-    p = {spread(std::round(p[0]) - 12), spread(std::round(p[1]) - 12), spread(std::round(p[2]) - 12)};
+  for (auto& p : mesh.nodes) p = {spread(p[0] - cells), spread(p[1] - cells), spread(p[2] - cells)};
   return mesh;
 }
 
-class FlatPunch : public testing::TestWithParam<std::pair<Element, double>> {
- protected:
-  FlatPunch() {
-    const auto [element, poisson] = GetParam();
-    ElasticBody body = body_of(graded_block(), {{kYoung, poisson, 0}});
+// A block of gel, held on all sides but its top, from tensors of the nodes within `reach` of the middle to a scene.
+class Punched {
+ public:
+  Punched(const TetrahedralMesh& mesh, Element element, double poisson, double reach) {
+    ElasticBody body = body_of(mesh, {{kYoung, poisson, 0}});
     double low = 0, side = 0;
     for (const auto& p : body.nodes) low = std::min(low, p[2]), side = std::max(side, p[0]);
-    hold(body, [&](const auto& p) {
-      return p[2] < low + 1e-9 || std::abs(p[0]) > side - 1e-9 || std::abs(p[1]) > side - 1e-9 ? 7 : 0;
-    });
+    const auto at_side = [&](const auto& p) {
+      return p[2] < low + 1e-9 || std::abs(p[0]) > side - 1e-9 || std::abs(p[1]) > side - 1e-9;
+    };
+    hold(body, [&](const auto& p) { return at_side(p) ? 7 : 0; });
     std::vector<std::int32_t> touched;
-    for (const std::int32_t n : body.touchable)
-      if (body.nodes[n][2] == 0 && std::abs(body.nodes[n][0]) < 5.5 * kEdge && std::abs(body.nodes[n][1]) < 5.5 * kEdge)
-        touched.push_back(n);
+    for (const std::int32_t n : body.touchable) {
+      const auto& p = body.nodes[static_cast<std::size_t>(n)];
+      if (!at_side(p) && std::abs(p[0]) < reach && std::abs(p[1]) < reach) touched.push_back(n);
+    }
+    for (std::size_t t = 0; t < body.triangles.size(); ++t)
+      for (int v = 0; v < 3; ++v)
+        if (const auto& p = body.nodes[static_cast<std::size_t>(body.triangles[t][v])];
+            p[0] == 0 && p[1] == 0 && p[2] > low)
+          middle_triangle_ = static_cast<std::int32_t>(t), middle_corner_ = v;
     write(body, element, poisson, solve_node_tensors(body, element, touched));
   }
 
+  // N, on a disc that comes down at x, y and is pushed by 1 mm into the gel.
+  double push(double x, double y, double radius) {
+    palpate_reset(scene_.get());
+    Contacts contacts(scene_.get());
+    double p[3] = {x, y, 1e-3};
+    palpate_tool tool = {};
+    tool.points = p, tool.point_count = 1, tool.radius = radius;
+    palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get());
+    p[2] = -1e-3;
+    EXPECT_EQ(palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
+    return contacts->tools[0].force_raw[2];
+  }
+
+  // N, along x, on a disc that grips the middle and is dragged by 1 mm along x.
+  double drag(double radius) {
+    palpate_reset(scene_.get());
+    Contacts contacts(scene_.get());
+    const std::vector<palpate_grip> grips = {
+        grip_at_place(middle_triangle_, Eigen::Vector3d::Unit(middle_corner_), {1e-3, 0, 0})};
+    palpate_tool tool = tool_of(grips);
+    tool.radius = radius;
+    EXPECT_EQ(palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
+    return -contacts->tools[0].force_raw[0];
+  }
+
+ private:
   void write(const ElasticBody& body, Element element, double poisson, const std::vector<NodeTensor>& tensors) {
     using formats::SectionId;
     const std::size_t n = body.nodes.size(), ns = static_cast<std::size_t>(body.surface_count), s = tensors.size();
@@ -88,36 +118,37 @@ class FlatPunch : public testing::TestWithParam<std::pair<Element, double>> {
     scene_.reset(scene);
   }
 
-  // N, on a disc that comes down at x, y and is pushed by 1 mm into the gel.
-  double push(double x, double y, double radius) {
-    palpate_reset(scene_.get());
-    Contacts contacts(scene_.get());
-    double p[3] = {x, y, 1e-3};
-    palpate_tool tool = {};
-    tool.points = p, tool.point_count = 1, tool.radius = radius;
-    palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get());
-    p[2] = -1e-3;
-    EXPECT_EQ(palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
-    return contacts->tools[0].force_raw[2];
-  }
-
+  std::int32_t middle_triangle_ = -1;  // one that has the middle of the top as its corner
+  int middle_corner_ = 0;
   std::unique_ptr<AlignedBytes> bytes_;
   BundlePointer bundle_;
   ScenePointer scene_;
 };
 
+// Even cells of kEdge about the middle of the top, and beyond them some that grow: kReach edges to the held sides and bottom.
+constexpr double kReach = 148.5;
+TetrahedralMesh flat_block() {
+  std::vector<double> distance;
+  for (const double edges : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5, 10.5, 16.5, 28.5, 58.5, kReach})
+    distance.push_back(kEdge * edges);
+  return graded_block(distance);
+}
+
+class FlatPunch : public testing::TestWithParam<std::pair<Element, double>> {};
+
 TEST_P(FlatPunch, NeedsTheForceOfTheClosedFormWhateverTheEdge) {
-  const double poisson = GetParam().second;
+  const auto [element, poisson] = GetParam();
+  Punched block(flat_block(), element, poisson, 5.5 * kEdge);
   double worst = 0;
   for (const double edges : {0.25, 0.5, 1.0, 2.0, 4.0})  // in a radius
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5, 0.25}, {0.33, 0.8}, {-0.5, 0.5}}) {
-      const double a = edges * kEdge, force = push(x * kEdge, y * kEdge, a);
+      const double a = edges * kEdge, force = block.push(x * kEdge, y * kEdge, a);
       // F = 2 E a d / (1 - nu^2): 37.62 mN at a = 5 mm, nu = 0.45. Held at a distance R all around, the block is stiffer
       // by 2 to 3 times what the half-space moves there, 2 a / (pi R) of d: 4 % at the largest disc, taken off.
       const double held = 2.5 * 2 * a / (std::numbers::pi * kReach * kEdge);
       const double error = force / (2e-3 * kYoung * a / (1 - poisson * poisson)) - 1 - held;
       // Linear tetrahedra lock a little at 0.45, and the largest disc reaches down to where the cells grow.
-      const double allowed = GetParam().first == Element::p1 && edges == 4 ? 0.08 : 0.05;
+      const double allowed = element == Element::p1 && edges == 4 ? 0.08 : 0.05;
       EXPECT_LT(std::abs(error), allowed) << "edge over radius " << 1 / edges << " at " << x << " " << y;
       worst = std::max(worst, std::abs(error));
     }
@@ -125,6 +156,33 @@ TEST_P(FlatPunch, NeedsTheForceOfTheClosedFormWhateverTheEdge) {
 }
 INSTANTIATE_TEST_SUITE_P(Elements, FlatPunch,
                          testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45}));
+
+// The middle of a top that bulges (above 0) or is hollow by `curvature`, 1/m, and lies level again 60 mm away.
+TetrahedralMesh curved_block(const std::vector<double>& distance, double curvature) {
+  constexpr double kWidth = 0.025;
+  TetrahedralMesh mesh = graded_block(distance);
+  for (auto& p : mesh.nodes) {
+    const double bell = std::exp(-(p[0] * p[0] + p[1] * p[1]) / (2 * kWidth * kWidth));
+    p[2] += curvature * kWidth * kWidth * bell * (1 + p[2] / distance.back());
+  }
+  return mesh;
+}
+
+TEST(CurvedPunch, OfASmallDiscThatIsDraggedIsAsMuchSofterOnABulgeThanInAHollowOnACoarseMeshAsOnAFineOne) {
+  constexpr double kRadius = 0.0025, kCurvature = 20, kPoisson = 0.3;
+  std::vector<double> coarse,
+      fine = {0, .0025, .005, .0075, .01, .0125, .015, .0185, .0235, .030, .040, .053, .072, .1};
+  for (double x = 0; x < 0.105; x += 0.01) coarse.push_back(x);
+  const auto softer = [&](const std::vector<double>& distance, double reach) {
+    const auto compliance = [&](double curvature) {
+      return 1e-3 / Punched(curved_block(distance, curvature), Element::p1, kPoisson, reach).drag(kRadius);
+    };
+    return compliance(kCurvature) - compliance(-kCurvature);
+  };
+  const double expected = softer(fine, 0.0105), found = softer(coarse, 0.021);
+  RecordProperty("coarse_over_fine", std::to_string(found / expected));
+  EXPECT_NEAR(found, expected, 0.2 * expected);
+}
 
 }  // namespace
 }  // namespace palpate::tests

@@ -37,6 +37,9 @@ TEST(Relaxation, OneMinusExponentialIsThatOfTheMathematicsLibrary) {
   for (double x = 1e-12; x < 200; x *= 1.3)
     EXPECT_NEAR(one_minus_exp(x), -std::expm1(-x), 4e-15 * -std::expm1(-x)) << x;
   EXPECT_EQ(one_minus_exp(0), 0);
+  for (double x = 1e-300; x < 1e300; x *= 1.7)
+    EXPECT_NEAR(natural_log(x), std::log(x), 3e-16 * (1 + std::abs(std::log(x)))) << x;
+  EXPECT_EQ(natural_log(1), 0);
 }
 
 TEST(Relaxation, OfRampAndHoldIsTheClosedFormAtEveryTimeStep) {
