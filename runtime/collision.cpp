@@ -181,7 +181,7 @@ void Collision::look_for_contact(PointState& state, Vec3 from, Vec3 to, bool now
     }
   }
   if (entry >= 0 && (through || now_inside)) return hold_place(state, crossing[entry].place, through);
-  // Inside after having been outside: a crossing was there, even if rounding hid it at an end of the motion.
+  // Inside after having been outside: a crossing was there, even if it is not among the first kMaxCrossings.
   SurfacePlace place;
   if (now_inside && !state.inside && nearest_place(to, &place)) hold_place(state, place, false);
 }

@@ -2,64 +2,38 @@
 
 #include <algorithm>
 
+#include "runtime/exact_signs.h"
+
 namespace palpate {
 namespace {
 
-// Sign of a + b + c, exact: the parts of the sum are made non-overlapping, and the largest one decides.
-int sign_of_sum(double a, double b, double c) {
-  const auto two_sum = [](double x, double y, double& low) {
-    const double high = x + y, x_part = high - y, y_part = high - x_part;
-    low = (x - x_part) + (y - y_part);
-    return high;
-  };
-  double low = 0, h0 = 0, h1 = 0;
-  const double high = two_sum(a, b, low);
-  const double q0 = two_sum(c, low, h0), q = two_sum(q0, high, h1);
-  const double decides = q != 0 ? q : h1 != 0 ? h1 : h0;
-  return (decides > 0) - (decides < 0);
+// A triangle that lies wholly beyond or before [low, high] along an axis is not met within, and nothing else need be asked.
+bool apart(double a, double b, double c, double low, double high) {
+  return (a < low && b < low && c < low) || (a > high && b > high && c > high);
 }
 
-// Sign of ax by - ay bx, exact for the given doubles.
-int sign_of_cross(double ax, double ay, double bx, double by) {
-  const double p = ax * by, q = ay * bx, difference = p - q;
-  if (std::fabs(difference) > 4e-16 * (std::fabs(p) + std::fabs(q))) return (difference > 0) - (difference < 0);
-  // p - q is exact here (they agree to the last bits); the rounding of the two products joins it.
-  return sign_of_sum(difference, std::fma(ax, by, -p), -std::fma(ay, bx, -q));
+// +1 or -1 when side(edge) is the same for all three edges: the line passes through the triangle; else 0.
+template <class Side>
+int common_side(Vec3 a, Vec3 b, Vec3 c, Side side) {
+  const int first = side(a, b);
+  return first != 0 && side(b, c) == first && side(c, a) == first ? first : 0;
 }
 
-struct Point2 {
-  double x, y;
-};
-
-// How ties are broken: as if every point that is asked about stood at its place + (e, e^2, e^3) for an infinitely small
-// e. A line is projected along its direction onto two axes u and v; the offset goes with it.
-struct LineTie {
-  int u, v, major;
-  double shear_u, shear_v;  // direction's u and v per unit of major
-};
-
-int sign(double x) {
-  return (x > 0) - (x < 0);
+// A unit normal of the triangle, or of its line where it has no area; zero where it is a point.
+Vec3 plane_of(Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 normal = unit_or_zero(cross(b - a, c - a));
+  if (largest_of(normal) > 0) return normal;
+  const Vec3 ab = b - a, ac = c - a, line = largest_of(ab) > largest_of(ac) ? ab : ac;
+  for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}})
+    if (const Vec3 across = unit_or_zero(cross(line, axis)); largest_of(across) > 0) return across;
+  return {};
 }
 
-// Side of the origin, so displaced, with respect to the directed line a -> b.
-int side_of_edge(Point2 a, Point2 b, const LineTie& tie) {
-  if (const int decided = sign_of_cross(a.x, a.y, b.x, b.y)) return decided;
-  const Point2 run{b.x - a.x, b.y - a.y};
-  for (int axis = 0; axis < 3; ++axis) {  // powers of e in order
-    const int decided = axis == tie.u   ? sign(-run.y)
-                        : axis == tie.v ? sign(run.x)
-                                        : sign_of_cross(tie.shear_u, tie.shear_v, run.x, run.y);
-    if (decided) return decided;
-  }
-  return 0;
-}
-
-// +1 or -1 when the line through the origin meets the projected triangle (counter-clockwise or clockwise), else 0.
-int meets(Point2 a, Point2 b, Point2 c, const LineTie& tie) {
-  const int ab = side_of_edge(a, b, tie);
-  if (ab == 0 || side_of_edge(b, c, tie) != ab || side_of_edge(c, a, tie) != ab) return 0;
-  return ab;
+int major_axis(Vec3 v) {
+  int major = 0;
+  for (int d = 1; d < 3; ++d)
+    if (std::fabs(v[d]) > std::fabs(v[major])) major = d;
+  return major;
 }
 
 }  // namespace
@@ -100,16 +74,6 @@ Vec3 SurfaceIndex::outward(std::int32_t triangle) const {
   return unit_or_zero(cross(corner(triangle, 1) - a, corner(triangle, 2) - a));
 }
 
-// Distance from the triangle's plane times twice its area, and which side that is; the same answer for the same
-// triangle and point whoever asks. In the plane: as the displaced point would stand.
-SurfaceIndex::Side SurfaceIndex::side(std::int32_t triangle, Vec3 p) const {
-  const Vec3 a = corner(triangle, 0), normal = cross(corner(triangle, 1) - a, corner(triangle, 2) - a);
-  const double height = dot(normal, p - a);
-  for (const double decides : {height, normal.x, normal.y, normal.z})
-    if (decides != 0) return {height, decides < 0};
-  return {height, false};
-}
-
 int SurfaceIndex::cell_of(double x, int axis) const {
   const double at = (x - low_[axis]) / cell_;
   if (!(at > 0)) return 0;
@@ -146,30 +110,44 @@ void SurfaceIndex::cells_of_triangle(std::int32_t triangle, Visit visit) const {
     first[d] = cell_of(std::min({a[d], b[d], c[d]}) - margin, d);
     last[d] = cell_of(std::max({a[d], b[d], c[d]}) + margin, d);
   }
-  const Vec3 normal = unit_or_zero(cross(b - a, c - a));
+  const Vec3 normal = plane_of(a, b, c);
   const double reach =
       (0.5 * cell_ + margin) * (std::fabs(normal.x) + std::fabs(normal.y) + std::fabs(normal.z)) + margin;
-  for (int k = first[2]; k <= last[2]; ++k)
-    for (int j = first[1]; j <= last[1]; ++j)
-      for (int i = first[0]; i <= last[0]; ++i) {
-        const Vec3 centre = low_ + Vec3{(i + 0.5) * cell_, (j + 0.5) * cell_, (k + 0.5) * cell_};
-        if (std::fabs(dot(normal, centre - a)) <= reach) visit(i, j, k);
+  const auto height = [&](double at, int d) { return normal[d] * (low_[d] + (at + 0.5) * cell_ - a[d]); };
+  // Column by column along the axis that is most nearly normal, each only where the plane passes: as many steps as buckets.
+  const int w = major_axis(normal), u = (w + 1) % 3, v = (w + 2) % 3;
+  const double start = height(0, w), rise = normal[w] * cell_;
+  int at[3];
+  for (at[v] = first[v]; at[v] <= last[v]; ++at[v])
+    for (at[u] = first[u]; at[u] <= last[u]; ++at[u]) {
+      const double others = start + height(at[u], u) + height(at[v], v);
+      int from = first[w], to = last[w];
+      if (to - from > 8 && rise != 0) {
+        const double middle = -others / rise, half = reach / std::fabs(rise) + 1;
+        from = static_cast<int>(std::clamp(middle - half, 1.0 * from, 1.0 * to));
+        to = static_cast<int>(std::clamp(middle + half, 1.0 * from, 1.0 * to));
       }
+      for (at[w] = from; at[w] <= to; ++at[w])
+        if (std::fabs(others + rise * at[w]) <= reach) visit(at[0], at[1], at[2]);
+    }
 }
 
-// Buckets about one mean edge wide, no more than kMaxCells along an axis.
+// Buckets about one mean edge wide, no more than kMaxCells along an axis; wider where some edges are so much longer than the
+// mean that all triangles would be entered more than some fifty times as often as there are of them.
 void SurfaceIndex::choose_cells() {
-  double edges = 0;
+  double edges = 0, squares = 0;
   low_ = high_ = corner(0, 0);
   for (std::int32_t t = 0; t < triangle_count_; ++t)
     for (int v = 0; v < 3; ++v) {
       const Vec3 p = corner(t, v);
-      edges += length(corner(t, (v + 1) % 3) - p);
+      const double edge = length(corner(t, (v + 1) % 3) - p);
+      edges += edge, squares += edge * edge;
       for (int d = 0; d < 3; ++d) low_[d] = std::min(low_[d], p[d]), high_[d] = std::max(high_[d], p[d]);
     }
   const Vec3 size = high_ - low_;
   const double largest = std::max({size.x, size.y, size.z});
-  cell_ = std::max({edges / (3.0 * triangle_count_), largest / (kMaxCells - 2), 1e-12});
+  const double count = 3.0 * triangle_count_, mean = edges / count, root_mean_square = std::sqrt(squares / count);
+  cell_ = std::max({mean, root_mean_square / 4, largest / (kMaxCells - 2), 1e-12});
   for (int d = 0; d < 3; ++d) {
     low_[d] -= 1e-3 * cell_, high_[d] += 1e-3 * cell_;
     cells_[d] = std::min(kMaxCells, 1 + static_cast<int>((high_[d] - low_[d]) / cell_));
@@ -183,32 +161,42 @@ bool SurfaceIndex::build(SceneMemory& memory, const double* position, const std:
   if (triangle_count > 0) choose_cells();
 
   // First how many entries, then how many per bucket, then the entries.
+  enum Pass { kTotal, kCounts, kEntries };
   std::uint64_t total = 0;
-  for (std::int32_t t = 0; t < triangle_count; ++t) cells_of_triangle(t, [&](int, int, int) { ++total; });
+  for (const Pass pass : {kTotal, kCounts, kEntries}) {
+    if (pass == kCounts && !make_table(memory, total)) return false;
+    if (pass == kEntries) lay_out_entries();
+    for (std::int32_t t = 0; t < triangle_count; ++t)
+      cells_of_triangle(t, [&](int i, int j, int k) {
+        ++total;
+        if (pass == kTotal) return;
+        Bucket* bucket = slot(key(i, j, k));
+        if (pass == kEntries) entries_[bucket->begin + bucket->count] = t;
+        bucket->key = key(i, j, k);
+        ++bucket->count;
+      });
+  }
+  return true;
+}
+
+bool SurfaceIndex::make_table(SceneMemory& memory, std::uint64_t entries) {
+  const std::uint64_t cells = static_cast<std::uint64_t>(cells_[0]) * cells_[1] * cells_[2];
   std::uint64_t slots = 16;
-  while (slots < 2 * total) slots *= 2;
+  while (slots < 2 * std::min(entries, cells)) slots *= 2;
   table_ = memory.array<Bucket>(slots);
-  entries_ = memory.array<std::int32_t>(total);
-  if (memory.failed() || total > 0xffffffffull) return false;
+  entries_ = memory.array<std::int32_t>(entries);
   table_mask_ = slots - 1;
-  for (std::int32_t t = 0; t < triangle_count; ++t)
-    cells_of_triangle(t, [&](int i, int j, int k) {
-      Bucket* bucket = slot(key(i, j, k));
-      bucket->key = key(i, j, k);
-      ++bucket->count;
-    });
+  return !memory.failed() && entries <= 0xffffffffull;
+}
+
+// The entries of one bucket behind those of the other; counts begin anew.
+void SurfaceIndex::lay_out_entries() {
   std::uint32_t begin = 0;
-  for (std::uint64_t s = 0; s < slots; ++s) {
+  for (std::uint64_t s = 0; s <= table_mask_; ++s) {
     table_[s].begin = begin;
     begin += table_[s].count;
     table_[s].count = 0;
   }
-  for (std::int32_t t = 0; t < triangle_count; ++t)
-    cells_of_triangle(t, [&](int i, int j, int k) {
-      Bucket* bucket = slot(key(i, j, k));
-      entries_[bucket->begin + bucket->count++] = t;
-    });
-  return true;
 }
 
 bool SurfaceIndex::inside(Vec3 p) {
@@ -217,10 +205,11 @@ bool SurfaceIndex::inside(Vec3 p) {
   next_stamp();
   bool odd = false;
   const auto count = [&](std::int32_t t) {
-    const Vec3 a = corner(t, 0) - p, b = corner(t, 1) - p, c = corner(t, 2) - p;
-    const int turn = meets({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, {0, 1, 2, 0, 0});
+    const Vec3 a = corner(t, 0), b = corner(t, 1), c = corner(t, 2);
+    if (apart(a.x, b.x, c.x, p.x, p.x) || apart(a.y, b.y, c.y, p.y, p.y)) return;
+    const int turn = common_side(a, b, c, [&](Vec3 v, Vec3 w) { return side_of_edge_from_above(v, w, p); });
     // The ray runs to +z: it meets an upward triangle from below its plane, a downward one from above.
-    if (turn != 0 && side(t, p).below == (turn > 0)) odd = !odd;
+    if (turn != 0 && side_of_plane(a, b, c, p) == -turn) odd = !odd;
   };
   const int i = cell_of(p.x, 0), j = cell_of(p.y, 1);
   for (int k = cell_of(p.z, 2); k < cells_[2]; ++k) visit_bucket(i, j, k, count);
@@ -266,29 +255,26 @@ void SurfaceIndex::walk(Vec3 a, Vec3 b, Visit visit) {
 
 int SurfaceIndex::crossings(Vec3 a, Vec3 b, Crossing* found) {
   const Vec3 run = b - a;
-  int major = 0;
-  for (int d = 1; d < 3; ++d)
-    if (std::fabs(run[d]) > std::fabs(run[major])) major = d;
-  if (!(std::fabs(run[major]) > 0)) return 0;
-  const int u = (major + 1) % 3, v = (major + 2) % 3;
-  const double shear_u = run[u] / run[major], shear_v = run[v] / run[major];
-  // Along the segment: a vertex becomes a point of the plane, rounded once and shared by all its triangles.
-  const auto project = [&](Vec3 corner) -> Point2 {
-    const Vec3 s = corner - a;
-    return {s[u] - shear_u * s[major], s[v] - shear_v * s[major]};
-  };
+  if (!(largest_of(run) > 0)) return 0;
+  const Vec3 low{std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)},
+      high{std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
   next_stamp();
   int count = 0;
   walk(a, b, [&](std::int32_t t) {
-    const Side from = side(t, a), to = side(t, b);
-    if (from.below == to.below) return;
-    const Point2 p = project(corner(t, 0)), q = project(corner(t, 1)), r = project(corner(t, 2));
-    if (meets(p, q, r, {u, v, major, shear_u, shear_v}) == 0) return;
+    const Vec3 p = corner(t, 0), q = corner(t, 1), r = corner(t, 2);
+    if (apart(p.x, q.x, r.x, low.x, high.x) || apart(p.y, q.y, r.y, low.y, high.y) ||
+        apart(p.z, q.z, r.z, low.z, high.z))
+      return;
+    const int from = side_of_plane(p, q, r, a), to = side_of_plane(p, q, r, b);
+    if (from == to) return;
+    if (common_side(p, q, r, [&](Vec3 v, Vec3 w) { return side_of_edge(v, w, a, b); }) == 0) return;
+    const Vec3 normal = cross(q - p, r - p);
+    const double from_height = dot(normal, a - p), to_height = dot(normal, b - p);
     Crossing crossing;
-    crossing.time = from.height == to.height ? 0 : std::clamp(from.height / (from.height - to.height), 0.0, 1.0);
-    crossing.entering = to.below;
+    crossing.time = from_height == to_height ? 0 : std::clamp(from_height / (from_height - to_height), 0.0, 1.0);
+    crossing.entering = to < 0;
     crossing.place.triangle = t;
-    closest_on_triangle(a + crossing.time * run, corner(t, 0), corner(t, 1), corner(t, 2), crossing.place.barycentric);
+    closest_on_triangle(a + crossing.time * run, p, q, r, crossing.place.barycentric);
     ++count;
     int at = std::min(count, kMaxCrossings + 1) - 1;
     if (at == kMaxCrossings && found[--at].time <= crossing.time) return;  // full: the latest one gives way

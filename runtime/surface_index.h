@@ -3,7 +3,7 @@
 // Source: Cotin, Delingette and Ayache 1999, section 5: buckets over the bounding box in a hash table. Completed:
 // triangles (not only nodes) are entered in every bucket they touch and segments walk the buckets, so that large
 // triangles and fast tools are not missed; and the tests are decided by exact signs, so that a hit on an edge or vertex
-// counts once.
+// counts once and a motion within the plane of a face contradicts nothing.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ class SurfaceIndex {
   static constexpr int kMaxCrossings = 32;
 
   // position: [nodes][3] m, triangles: [triangle_count][3] checked indices, outward. Both are borrowed. False without
-  // memory.
+  // memory. Cost: proportional to the triangles, whatever their sizes.
   bool build(SceneMemory& memory, const double* position, const std::int32_t* triangles, std::int32_t triangle_count);
 
   // Parity along a ray; decided by exact signs, so it never contradicts itself. A point exactly on the surface is
@@ -42,7 +42,8 @@ class SurfaceIndex {
   bool inside(Vec3 p);
 
   // The crossings of the segment from a to b, in order of time, each once; returns how many (more than kMaxCrossings
-  // are counted but not stored). Cost: the buckets along the segment.
+  // are counted but not stored): an odd number exactly when one of inside(a) and inside(b) holds, both ends judged as
+  // inside() does. Cost: the buckets along the segment.
   int crossings(Vec3 a, Vec3 b, Crossing* found);
 
   // Calls visit(triangle) once for every triangle entered in a bucket within `reach` buckets of p's.
@@ -72,12 +73,9 @@ class SurfaceIndex {
   template <class Visit>
   void walk(Vec3 a, Vec3 b, Visit visit);
   void next_stamp();
-  struct Side {
-    double height;
-    bool below;
-  };
-  Side side(std::int32_t triangle, Vec3 p) const;
   void choose_cells();
+  bool make_table(SceneMemory& memory, std::uint64_t entries);
+  void lay_out_entries();
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;

@@ -1,0 +1,98 @@
+// Signs of determinants against integers, where doubles round.
+#include "runtime/exact_signs.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <random>
+
+namespace palpate::tests {
+namespace {
+
+__extension__ using Integer = __int128;
+using IntegerPoint = std::array<std::int64_t, 3>;
+
+Vec3 rounded(const IntegerPoint& p, double unit) {
+  return {unit * static_cast<double>(p[0]), unit * static_cast<double>(p[1]), unit * static_cast<double>(p[2])};
+}
+Integer minus(const IntegerPoint& a, const IntegerPoint& b, int d) {
+  return static_cast<Integer>(a[static_cast<std::size_t>(d)]) - b[static_cast<std::size_t>(d)];
+}
+int sign(Integer x) {
+  return (x > 0) - (x < 0);
+}
+
+Integer determinant(const IntegerPoint& a, const IntegerPoint& b, const IntegerPoint& c, const IntegerPoint& p) {
+  Integer sum = 0;
+  for (int x = 0; x < 3; ++x)
+    sum += minus(a, p, x) *
+           (minus(b, p, (x + 1) % 3) * minus(c, p, (x + 2) % 3) - minus(b, p, (x + 2) % 3) * minus(c, p, (x + 1) % 3));
+  return sum;
+}
+
+TEST(ExactSigns, AreThoseOfIntegersAlsoWhereRoundingSaysZeroOrTurnsThem) {
+  std::mt19937_64 random(3);
+  // Coordinates of up to 2^39, so that a determinant of differences stays below 2^127; the units are powers of two.
+  std::uniform_int_distribution<std::int64_t> at(-(1LL << 39), 1LL << 39), step(-3, 3);
+  const auto any = [&] { return IntegerPoint{at(random), at(random), at(random)}; };
+  long ties = 0, turned = 0, on_edges = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const IntegerPoint a = any(), b = any(), p = any();
+    IntegerPoint c = any(), on;
+    for (std::size_t d = 0; d < 3; ++d) {
+      // Every other time nearly in one plane with the others, or on it; and next to a line, or on it.
+      if (i % 2) c[d] = (a[d] + b[d]) / 2 + (p[d] - a[d]) / 4 + (i % 4 == 1 ? step(random) : 0);
+      on[d] = p[d] + (a[d] - p[d]) / 8 + (i % 5 ? 0 : step(random));
+    }
+    const double unit = i % 3 ? 0x1p-50 : 0x1p-10;
+    const Vec3 da = rounded(a, unit), db = rounded(b, unit), dc = rounded(c, unit), dp = rounded(p, unit),
+               don = rounded(on, unit);
+    // As a plane and a point, and as two lines: det(a - p, b - p, c - p) in other orders.
+    const int expected = sign(determinant(a, b, c, p));
+    ASSERT_EQ(exact_sign_of_determinant({da, dp}, {db, dp}, {dc, dp}), expected);
+    if (expected) {
+      ASSERT_EQ(side_of_plane(da, db, dc, dp), -expected);
+      ASSERT_EQ(side_of_plane(db, da, dc, dp), expected);
+      ASSERT_EQ(side_of_edge(da, db, dp, dc), expected);
+    } else {
+      ASSERT_EQ(side_of_plane(da, db, dc, dp), -side_of_plane(db, da, dc, dp));
+      ASSERT_NE(side_of_plane(da, db, dc, dp), 0);
+      ASSERT_EQ(side_of_edge(da, db, dp, dc), -side_of_edge(db, da, dp, dc));
+    }
+    ties += expected == 0, turned += sign_of(dot(cross(da - dp, db - dp), dc - dp)) != expected;
+
+    const Integer thin = minus(a, p, 0) * minus(on, p, 1) - minus(a, p, 1) * minus(on, p, 0);
+    if (thin != 0) {
+      ASSERT_EQ(side_of_edge_from_above(da, don, dp), sign(thin));
+    }
+    ASSERT_EQ(side_of_edge_from_above(da, don, dp), -side_of_edge_from_above(don, da, dp));
+    on_edges += thin == 0;
+  }
+  EXPECT_GT(turned, 100);  // the attack is as sharp as it says
+  EXPECT_GT(ties, 0);
+  EXPECT_GT(on_edges, 0);
+}
+
+TEST(ExactSigns, AreExactWhereADifferenceOfCoordinatesRounds) {
+  // 1e6 - 2^-60 has no double: the difference is 1e6 to the last bit, and only its lost part tells the side.
+  const Vec3 p{0x1p-60, 0, 0}, a{1e6, 1e6, 0}, b{2e6, 2e6, 0}, q{0x1p-60, 0, 1};
+  EXPECT_EQ(side_of_edge(a, b, p, q), -1);
+  EXPECT_EQ(side_of_edge(b, a, p, q), 1);
+  EXPECT_EQ(side_of_edge_from_above(a, b, p), -1);
+}
+
+TEST(ExactSigns, GiveAPointOnAPlaneTheSideOfAPointALittleFurtherAlongX) {
+  const Vec3 a{0, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  EXPECT_EQ(side_of_plane(a, y, z, {0, .3, .3}), side_of_plane(a, y, z, {1e-9, .3, .3}));
+  EXPECT_EQ(side_of_plane(a, z, y, {0, .3, .3}), side_of_plane(a, z, y, {1e-9, .3, .3}));
+  // Along x nothing changes: then along y.
+  EXPECT_EQ(side_of_plane(a, z, {1, 0, 0}, {.3, 0, .3}), side_of_plane(a, z, {1, 0, 0}, {.3, 1e-9, .3}));
+  EXPECT_EQ(side_of_edge_from_above(a, y, {0, .3, 0}), side_of_edge_from_above(a, y, {1e-9, .3, 0}));
+  EXPECT_EQ(side_of_edge(a, y, {0, .3, -1}, {0, .3, 1}), side_of_edge(a, y, {1e-9, .3, -1}, {1e-9, .3, 1}));
+  // Nothing tells a triangle without area from an edge.
+  EXPECT_EQ(side_of_plane(a, y, {0, 2, 0}, {1, 2, 3}), 0);
+}
+
+}  // namespace
+}  // namespace palpate::tests
