@@ -48,7 +48,6 @@ class ConjugateGradients {
 
  private:
   struct Solver;
-  const Push& push_;
   std::unique_ptr<Solver> solver_;
 };
 

@@ -3,142 +3,22 @@
 //
 //   peers_bench MESH.msh --organ organ.toml --boundary bc.toml --bundle BUNDLE.h5
 #include <fmt/format.h>
-#include <palpate/palpate.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <memory>
 #include <numeric>
 
+#include "bench/peers/measured.h"
+#include "bench/peers/palpate_peer.h"
 #include "bench/peers/peers.h"
-#include "formats/errors.h"
 #include "formats/program.h"
-#include "runtime/run/summary.h"
 
 namespace palpate::bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 struct Options {
   std::filesystem::path mesh, organ, boundary, bundle;
   double seconds = 20;
-};
-
-// Per system: the time of each tick, and each answer's relative L2 distance from the exact one.
-struct Measured {
-  std::vector<double> seconds, error, force_error;
-  void add(double spent, const Answer& answer, const Answer& exact) {
-    seconds.push_back(spent);
-    error.push_back((answer.surface - exact.surface).norm() / exact.surface.norm());
-    force_error.push_back((answer.force - exact.force).norm() / exact.force.norm());
-  }
-  double median() const { return percentile(seconds, .5); }
-};
-
-// ---- palpate itself ------------------------------------------------------------------------------------------------
-
-class Palpate {
- public:
-  Palpate(const Options& options, const Push& push) : push_(push) {
-    palpate_error error = {};
-    palpate_bundle* opened = nullptr;
-    if (palpate_bundle_open_file(options.bundle.c_str(), &opened, &error) != PALPATE_OK)
-      throw InputError(fmt::format("{}: {}", options.bundle.string(), error.text));
-    bundle_.reset(opened);
-    const palpate_bundle_info info = palpate_bundle_describe(opened);
-    if (info.node_count != static_cast<int>(push.body.nodes.size()) ||
-        info.surface_node_count != push.body.surface_count)
-      throw InputError(
-          fmt::format("{}: expected the bundle of this mesh, with {} nodes, found {}; precompute it with this mesh, "
-                      "organ and boundary",
-                      options.bundle.string(), push.body.nodes.size(), info.node_count));
-    palpate_scene_def def = palpate_default_scene_def();
-    def.contact = PALPATE_CONTACT_NODE;
-    def.force_limit = def.force_slew = 1e300;
-    palpate_scene* created = nullptr;
-    if (palpate_scene_create(opened, &def, &created, &error) != PALPATE_OK)
-      throw InputError(fmt::format("{}: {}", options.bundle.string(), error.text));
-    scene_.reset(created);
-    memory_.resize(palpate_contacts_bytes(created) / 8 + 1);
-    surface_.resize(3 * static_cast<std::size_t>(info.surface_node_count));
-    outside_ = push.place + 1e-3 * push.outward;
-  }
-
-  // Collision included: a tool point enters the triangle at push.place and goes on from there.
-  // between runs before each tick, outside the clock.
-  template <typename Between>
-  void play(Measured& touch, Measured& frame, const Exact& exact, const Between& between) {
-    palpate_reset(scene_.get());
-    touch_point(outside_);
-    for (const Eigen::Vector3d& displacement : push_.displacements) {
-      between();
-      const auto start = Clock::now();
-      touch_point(push_.place + displacement);
-      const double touched = seconds_since(start);
-      shape();
-      const double shaped = seconds_since(start);
-      const palpate_contact_node* node = palpate_contacts_nodes(contacts());
-      const Eigen::Map<const Eigen::Vector3d> held(node->modified_displacement);
-      if (contacts()->node_count != 1 || node->node != push_.node ||
-          !((held - displacement).norm() < 1e-6 * displacement.norm()))
-        throw VerificationError("palpate_touch does not hold the pushed node at the push's displacement");
-      touch.add(touched, answer(), exact.at(displacement));
-      frame.add(shaped, answer(), exact.at(displacement));
-    }
-  }
-
-  // The node held by a grip: the same without collision, and at any node.
-  std::pair<double, double> grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out) {
-    palpate_grip grip = {};
-    grip.node = node, grip.triangle = -1, grip.axes = 7;
-    Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
-    const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
-    const auto start = Clock::now();
-    palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
-    const double touched = seconds_since(start);
-    shape();
-    const double shaped = seconds_since(start);
-    out = answer();
-    return {touched, shaped};
-  }
-
-  std::string description() const {
-    const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
-    return fmt::format("{} nodes, {} on the surface, {} touchable, {} tetrahedra", info.node_count,
-                       info.surface_node_count, info.touchable_count, info.tetrahedron_count);
-  }
-
- private:
-  struct Close {
-    void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
-    void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
-  };
-  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
-  void touch_point(const Eigen::Vector3d& point) {
-    const palpate_tool tool = {point.data(), 1, nullptr, 0, 0, 0, 0};
-    palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
-  }
-  void shape() {
-    palpate_shape_out out = {surface_.data(), nullptr, push_.body.surface_count, 0};
-    palpate_shape(scene_.get(), contacts(), &out);
-  }
-  Answer answer() {
-    return {
-        Eigen::Map<const Eigen::VectorXf>(surface_.data(), static_cast<Eigen::Index>(surface_.size())).cast<double>(),
-        -Eigen::Vector3d(contacts()->tools[0].force_raw)};
-  }
-
-  const Push& push_;
-  std::unique_ptr<palpate_bundle, Close> bundle_;
-  std::unique_ptr<palpate_scene, Close> scene_;
-  std::vector<std::uint64_t> memory_;
-  std::vector<float> surface_;
-  Eigen::Vector3d outside_;
 };
 
 // ---- the table -----------------------------------------------------------------------------------------------------
@@ -147,7 +27,7 @@ constexpr std::size_t kOthersBytes = 64 << 20;  // more than the caches hold: wh
 
 class Table {
  public:
-  Table(Palpate& palpate, const Exact& exact) : palpate_(palpate), exact_(exact) {
+  Table(PalpatePeer& palpate, const Exact& exact) : palpate_(palpate), exact_(exact) {
     fmt::print("{:<48} {:>11} {:>9} {:>9} {:>9} {:>10} {:>10} {:>6}\n", "", "ms", "error", "worst", "force", "per tick",
                "per frame", "ticks");
   }
@@ -180,31 +60,14 @@ class Table {
   }
 
  private:
-  Palpate& palpate_;
+  PalpatePeer& palpate_;
   const Exact& exact_;
   double touch_ = 1, frame_ = 1;
   bool shown_ = false;
 };
 
-// Ticks along the push until the time is up; the first, cold one is not counted.
-template <typename Tick>
-Measured follow(const Push& push, const Exact& exact, double budget, const Tick& tick) {
-  Measured measured;
-  Answer answer;
-  answer.surface.resize(3 * push.body.surface_count);
-  const auto start = Clock::now();
-  tick(push.displacements[0], answer);
-  for (std::size_t at = 1; at < push.displacements.size(); ++at) {
-    const auto begin = Clock::now();
-    tick(push.displacements[at], answer);
-    measured.add(seconds_since(begin), answer, exact.at(push.displacements[at]));
-    if (seconds_since(start) > budget) break;
-  }
-  return measured;
-}
-
 // Another node in every tick; palpate's answer and the kept factor's are compared with each other.
-void measure_changing_contact(const Push& push, KeptFactor& kept, Palpate& palpate, Table& table, double budget) {
+void measure_changing_contact(const Push& push, KeptFactor& kept, PalpatePeer& palpate, Table& table, double budget) {
   Measured factor, touch, frame;
   Answer peer, ours;
   peer.surface.resize(3 * push.body.surface_count);
@@ -260,7 +123,7 @@ void measure(const Options& options) {
   const BoundaryConfig boundary = read_boundary_config(options.boundary);
   const Push push = make_push(make_elastic_body(mesh, organ, boundary, {options.mesh, options.organ, options.boundary}),
                               organ.element);
-  Palpate palpate(options, push);
+  PalpatePeer palpate(options.bundle, push, node_contact_scene());
   const Exact exact(push);
   fmt::print("{}; node {} pushed 2.5 to 5 mm at 10 mm/s\n", palpate.description(), push.node);
   fmt::print(

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "bench/peers/cholmod_factor.h"
+#include "bench/peers/dirichlet_problem.h"
 #include "formats/errors.h"
 #include "precompute/discretisation.h"
 
@@ -81,32 +82,14 @@ SparseMatrix sparse(const BlockMatrix& matrix) {
 }
 
 Exact::Exact(const Push& push) {
-  const ElasticBody& body = push.body;
-  auto fixed = body.fixed;
-  fixed[push.node] = {1, 1, 1};
-  const HeldStiffness held = eliminate_held(push.stiffness, fixed);
-  CholmodFactor factor(sparse(held.matrix));
-  surface_.setZero(3 * body.surface_count, 3);
+  const DirichletProblem problem(push, push.node);
+  CholmodFactor factor(sparse(problem.held.matrix));
+  const auto solved = factor.solve(problem.load_of_unit);
+  surface_.resize(3 * push.body.surface_count, 3);
+  Answer answer;
   for (int j = 0; j < 3; ++j) {
-    std::vector<double> unit(3 * body.nodes.size(), 0.0);
-    unit[3 * static_cast<std::size_t>(push.node) + static_cast<std::size_t>(j)] = 1;
-    const std::vector<double> reaction = multiply(push.stiffness, unit);
-    Eigen::VectorXd load(3 * held.matrix.rows);
-    for (std::int32_t row = 0; row < held.matrix.rows; ++row)
-      for (int i = 0; i < 3; ++i) {
-        const std::size_t dof = 3 * static_cast<std::size_t>(held.node_of_row[row]) + static_cast<std::size_t>(i);
-        load[3 * row + i] = fixed[dof / 3][i] ? 0 : -reaction[dof];
-      }
-    const Eigen::MatrixXd& solved = factor.solve(load);
-    std::vector<double> field = unit;
-    for (std::int32_t row = 0; row < held.matrix.rows; ++row)
-      for (int i = 0; i < 3; ++i)
-        field[3 * static_cast<std::size_t>(held.node_of_row[row]) + static_cast<std::size_t>(i)] =
-            solved(3 * row + i, 0);
-    const std::vector<double> forces = multiply(push.stiffness, field);
-    for (int i = 0; i < 3; ++i)
-      force_(i, j) = forces[3 * static_cast<std::size_t>(push.node) + static_cast<std::size_t>(i)];
-    surface_.col(j) = Eigen::Map<const Eigen::VectorXd>(field.data(), surface_.rows());
+    problem.read(solved.col(j), Eigen::Vector3d::Unit(j), answer);
+    surface_.col(j) = answer.surface, force_.col(j) = answer.force;
   }
 }
 

@@ -1,5 +1,6 @@
 #include <Eigen/IterativeLinearSolvers>
 
+#include "bench/peers/dirichlet_problem.h"
 #include "bench/peers/peers.h"
 
 namespace palpate::bench {
@@ -51,47 +52,26 @@ void KeptFactor::scatter(const Eigen::Ref<const Eigen::VectorXd>& rows, Answer& 
 }
 
 struct ConjugateGradients::Solver {
-  HeldStiffness held;
+  DirichletProblem problem;
   SparseMatrix matrix;
-  Eigen::MatrixX3d load_of_unit;  // right-hand side per unit displacement of the pushed node
   Eigen::VectorXd load, solution;
   Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower | Eigen::Upper> gradients;
 };
 
 ConjugateGradients::ConjugateGradients(const Push& push, double tolerance)
-    : push_(push), solver_(std::make_unique<Solver>()) {
-  auto fixed = push.body.fixed;
-  fixed[push.node] = {1, 1, 1};
-  solver_->held = eliminate_held(push.stiffness, fixed);
-  solver_->matrix = sparse(solver_->held.matrix);
+    : solver_(new Solver{DirichletProblem(push, push.node), {}, {}, {}, {}}) {
+  solver_->matrix = sparse(solver_->problem.held.matrix);
   solver_->gradients.setTolerance(tolerance);
   solver_->gradients.compute(solver_->matrix);
   solver_->solution.setZero(solver_->matrix.rows());
-  solver_->load_of_unit.setZero(solver_->matrix.rows(), 3);
-  for (std::int64_t at = push.stiffness.first[push.node]; at < push.stiffness.first[push.node + 1]; ++at) {
-    const std::int32_t node = push.stiffness.column[at], row = solver_->held.row_of_node[node];
-    if (row < 0) continue;
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(push.stiffness.block[at].data());
-    for (int i = 0; i < 3; ++i)
-      if (!fixed[node][i]) solver_->load_of_unit.row(3 * row + i) = -block.col(i);  // the transposed block
-  }
 }
 ConjugateGradients::~ConjugateGradients() = default;
 
 void ConjugateGradients::tick(const Eigen::Vector3d& displacement, Answer& answer) {
   Solver& s = *solver_;
-  s.load.noalias() = s.load_of_unit * displacement;
+  s.load.noalias() = s.problem.load_of_unit * displacement;
   s.solution = s.gradients.solveWithGuess(s.load, s.solution);
-  const auto at = [&](std::int32_t node) -> Eigen::Vector3d {
-    if (node == push_.node) return displacement;
-    const std::int32_t row = s.held.row_of_node[node];
-    return row < 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(s.solution.segment<3>(3 * row));
-  };
-  for (std::int32_t n = 0; n < push_.body.surface_count; ++n) answer.surface.segment<3>(3 * n) = at(n);
-  answer.force.setZero();
-  for (std::int64_t b = push_.stiffness.first[push_.node]; b < push_.stiffness.first[push_.node + 1]; ++b)
-    answer.force += Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(push_.stiffness.block[b].data()) *
-                    at(push_.stiffness.column[b]);
+  s.problem.read(s.solution, displacement, answer);
 }
 
 }  // namespace palpate::bench

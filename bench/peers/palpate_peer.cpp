@@ -1,0 +1,78 @@
+#include "bench/peers/palpate_peer.h"
+
+#include <fmt/format.h>
+
+namespace palpate::bench {
+
+palpate_scene_def node_contact_scene() {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.contact = PALPATE_CONTACT_NODE;
+  def.force_limit = def.force_slew = 1e300;
+  return def;
+}
+
+PalpatePeer::PalpatePeer(const std::filesystem::path& bundle, const Push& push, const palpate_scene_def& def)
+    : push_(push) {
+  palpate_error error = {};
+  palpate_bundle* opened = nullptr;
+  if (palpate_bundle_open_file(bundle.c_str(), &opened, &error) != PALPATE_OK)
+    throw InputError(fmt::format("{}: {}", bundle.string(), error.text));
+  bundle_.reset(opened);
+  const palpate_bundle_info info = palpate_bundle_describe(opened);
+  if (info.node_count != static_cast<int>(push.body.nodes.size()) || info.surface_node_count != push.body.surface_count)
+    throw InputError(
+        fmt::format("{}: expected the bundle of this mesh, with {} nodes, found {}; precompute it with this mesh, "
+                    "organ and boundary",
+                    bundle.string(), push.body.nodes.size(), info.node_count));
+  palpate_scene* created = nullptr;
+  if (palpate_scene_create(opened, &def, &created, &error) != PALPATE_OK)
+    throw InputError(fmt::format("{}: {}", bundle.string(), error.text));
+  scene_.reset(created);
+  memory_.resize(palpate_contacts_bytes(created) / 8 + 1);
+  surface_.resize(3 * static_cast<std::size_t>(info.surface_node_count));
+}
+
+std::pair<double, double> PalpatePeer::grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out) {
+  palpate_grip grip = {};
+  grip.node = node, grip.triangle = -1, grip.axes = 7;
+  Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
+  const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+  const auto start = Clock::now();
+  palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
+  const double touched = seconds_since(start);
+  shape();
+  const double shaped = seconds_since(start);
+  out = answer();
+  return {touched, shaped};
+}
+
+std::string PalpatePeer::description() const {
+  const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
+  return fmt::format("{} nodes, {} on the surface, {} touchable, {} tetrahedra", info.node_count,
+                     info.surface_node_count, info.touchable_count, info.tetrahedron_count);
+}
+
+void PalpatePeer::touch_point(const Eigen::Vector3d& point) {
+  const palpate_tool tool = {point.data(), 1, nullptr, 0, 0, 0, 0};
+  palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
+}
+
+void PalpatePeer::shape() {
+  palpate_shape_out out = {surface_.data(), nullptr, push_.body.surface_count, 0};
+  palpate_shape(scene_.get(), contacts(), &out);
+}
+
+void PalpatePeer::check_held(const Eigen::Vector3d& displacement) {
+  const palpate_contact_node* node = palpate_contacts_nodes(contacts());
+  const Eigen::Map<const Eigen::Vector3d> held(node->modified_displacement);
+  if (contacts()->node_count != 1 || node->node != push_.node ||
+      !((held - displacement).norm() < 1e-6 * displacement.norm()))
+    throw VerificationError("palpate_touch does not hold the pushed node at the push's displacement");
+}
+
+Answer PalpatePeer::answer() {
+  return {Eigen::Map<const Eigen::VectorXf>(surface_.data(), static_cast<Eigen::Index>(surface_.size())).cast<double>(),
+          -Eigen::Vector3d(contacts()->tools[0].force_raw)};
+}
+
+}  // namespace palpate::bench
