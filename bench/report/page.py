@@ -9,6 +9,7 @@
     page.table(("mesh", "error, %"), rows)
     page.write("FOLDER/report.html")
 """
+import base64
 import html
 import io
 import os
@@ -38,8 +39,8 @@ h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem; } p { margin: .4rem 0 .7rem; ma
 .card h3 { margin-top: 0; } .card .choice { font-size: 1.2rem; font-weight: 600; } .card dl { display: grid; grid-template-columns: auto 1fr; gap: .1rem .8rem; margin: .4rem 0; }
 .card dt { color: #475569; } .card dd { margin: 0; font-variant-numeric: tabular-nums; } code, pre { font-size: .85em; background: #eef2f6; padding: .1em .3em; border-radius: .2rem; }
 pre { padding: .5rem; overflow-x: auto; white-space: pre-wrap; }
-figure { margin: 0; max-width: 46rem; } figure svg { width: 100%; height: auto; } figcaption { color: #475569; font-size: .9rem; }
-.scroll { overflow: auto; max-height: 36rem; } table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
+figure { margin: 0; max-width: 46rem; } figure svg, figure img { width: 100%; height: auto; } figure.wide { max-width: 76rem; } figcaption { color: #475569; font-size: .9rem; }
+.scroll { overflow: auto; max-height: 36rem; } .scroll.whole { max-height: none; } table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
 th { position: sticky; top: 0; background: #eef2f6; text-align: left; vertical-align: bottom; } th, td { padding: .2rem .6rem; border-bottom: 1px solid #e2e8f0; } td.number { text-align: right; }
 summary { cursor: pointer; font-weight: 600; } svg g[id^="point-"]:hover { opacity: .55; }
 """
@@ -82,7 +83,7 @@ class Plot:
                 axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
         self.axes.grid(True, which="major", alpha=0.35)
         self.axes.grid(True, which="minor", alpha=0.12)
-        self.names, self.series, self.labels = {}, 0, []
+        self.names, self.series, self.labels, self.legend_at = {}, 0, [], "best"
 
     def points(self, xs, ys, names, label=None, joined=False, faint=False, **style):
         """Points that say their names; joined: with a line between them."""
@@ -143,7 +144,7 @@ class Plot:
 
     def finish(self):
         if self.axes.get_legend_handles_labels()[0]:
-            self.axes.legend(fontsize=8, framealpha=0.85)
+            self.axes.legend(fontsize=8, framealpha=0.85, loc=self.legend_at)
         for axis in (self.axes.xaxis, self.axes.yaxis):
             if axis.get_scale() == "log":
                 least, most = sorted(axis.get_view_interval())
@@ -188,12 +189,19 @@ class Page:
             figures.append(f"<figure>{plot.svg(name)}<figcaption>{caption}</figcaption></figure>")
         self.parts.append(f"<div class=plots>{''.join(figures)}</div>")
 
-    def table(self, head, rows, folded=None):
-        """Rows of texts and numbers; folded: the line behind which a long one is hidden."""
+    def picture(self, file, caption):
+        """A PNG that a program made, inside the page."""
+        with open(file, "rb") as stream:
+            data = base64.b64encode(stream.read()).decode()
+        self.parts.append(f'<figure class=wide><img src="data:image/png;base64,{data}" alt="{html.escape(caption)}">'
+                          f"<figcaption>{html.escape(caption)}</figcaption></figure>")
+
+    def table(self, head, rows, folded=None, whole=False):
+        """Rows of texts and numbers; folded: the line behind which a long one is hidden; whole: never scrolls downwards."""
         def cell(value):
             kind = " class=number" if isinstance(value, (int, float)) and not isinstance(value, bool) else ""
             return f"<td{kind}>{html.escape(number(value) if not isinstance(value, str) else value)}</td>"
-        markup = ("<div class=scroll><table><thead><tr>" + "".join(f"<th>{html.escape(h)}</th>" for h in head) +
+        markup = (f"<div class='scroll{' whole' if whole else ''}'><table><thead><tr>" + "".join(f"<th>{html.escape(h)}</th>" for h in head) +
                   "</tr></thead><tbody>" + "".join("<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows) +
                   "</tbody></table></div>")
         self.parts.append(f"<details><summary>{html.escape(folded)}</summary>{markup}</details>" if folded else markup)
