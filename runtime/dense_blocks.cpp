@@ -5,15 +5,6 @@
 namespace palpate {
 namespace {
 
-// So many numbers are worked on at once.
-#if defined(__GNUC__)
-typedef double Two __attribute__((vector_size(16)));
-typedef double Four __attribute__((vector_size(32)));
-typedef double Eight __attribute__((vector_size(64)));
-#else
-using Two = double;
-#endif
-
 struct Block {
   double* u;
   std::size_t stride;

@@ -30,6 +30,15 @@ namespace palpate {
 // baseline: what the build targets, SSE2 on x86-64, NEON on AArch64.
 enum class Instructions { baseline, avx2, avx512 };
 
+// So many doubles are worked on at once.
+#if defined(__GNUC__)
+typedef double Two __attribute__((vector_size(16)));
+typedef double Four __attribute__((vector_size(32)));
+typedef double Eight __attribute__((vector_size(64)));
+#else
+using Two = double;
+#endif
+
 // The best that this processor has.
 inline Instructions best_instructions() {
 #ifdef PALPATE_DISPATCHES

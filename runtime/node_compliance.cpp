@@ -54,6 +54,9 @@ bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int
   column_ = memory.array<std::int32_t>(nodes);
   node_ = memory.array<std::int32_t>(nodes);
   held_in_ = memory.array<std::uint32_t>(nodes);
+  taken_in_ = memory.array<std::uint32_t>(nodes);
+  by_column_ = memory.array<std::int32_t>(nodes);
+  new_ = memory.array<std::int32_t>(nodes);
   slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
   slot_of_entry_ = memory.array<std::int32_t>(nodes);
   if (memory.failed()) return false;
@@ -72,30 +75,53 @@ void NodeCompliance::forget() {
   slots_ = 0;
 }
 
-// C_ab = T^u_ab C_bb = C_ba^T, by Betti as well as the store holds: read once, from the later of the two columns, so that
-// it does not depend on which of the nodes came first.
-bool NodeCompliance::read(const Tensors& tensors, std::int32_t a) {
-  Mat3* const of_a = matrix_ + static_cast<std::size_t>(a) * stride_;
-  if (!self_compliance(tensors.force + 9 * static_cast<std::size_t>(column_[a]), &of_a[a])) return false;
-  for (std::int32_t b = 0; b < slots_; ++b)
-    if (b != a && in_use(b)) {
-      const bool later = column_[a] > column_[b];
-      tensors.prefetch(later ? node_[b] : node_[a], later ? column_[a] : column_[b]);
-    }
+// C_ba = T^u_ba C_aa = C_ab^T, by Betti as well as the store holds: read once, from the later of the two columns, so that it
+// does not depend on which of the nodes came first. Column by column, for what is read of one lies together.
+bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count) {
   bool finite = true;
-  for (std::int32_t b = 0; b < slots_; ++b) {
-    if (b == a || !in_use(b)) continue;
-    Mat3 &ab = of_a[b], &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a];
-    if (column_[a] > column_[b]) {
-      ba = tensors.displacement(node_[b], column_[a]) * of_a[a];
-      ab = transposed(ba);
-    } else {
-      ab = tensors.displacement(node_[a], column_[b]) * self(b);
-      ba = transposed(ab);
-    }
-    finite = finite && is_finite(ab);
+  for (std::int32_t k = 0; k < count; ++k) {
+    const std::int32_t b = earlier[k];
+    Mat3 &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a],
+         &ab = matrix_[static_cast<std::size_t>(a) * stride_ + b];
+    ba = tensors.displacement(node_[b], column_[a]) * self(a);
+    ab = transposed(ba);
+    finite = finite && is_finite(ba);
   }
   return finite;
+}
+
+// The pairs of which one at least is new.
+bool NodeCompliance::read_new(const Tensors& tensors) {
+  std::int32_t used = 0, coming = 0;
+  for (std::int32_t slot = 0; slot < slots_; ++slot) {
+    if (!in_use(slot)) continue;
+    by_column_[used++] = slot;
+    if (is_new(slot) && !self_compliance(tensors.force + 9 * static_cast<std::size_t>(column_[slot]),
+                                         &matrix_[static_cast<std::size_t>(slot) * stride_ + slot]))
+      return false;
+  }
+  std::sort(by_column_, by_column_ + used, [&](std::int32_t a, std::int32_t b) { return column_[a] < column_[b]; });
+  for (std::int32_t p = 0; p < used; ++p)
+    if (is_new(by_column_[p])) new_[coming++] = by_column_[p];
+
+  // Of a new node all that come before it, of another the new ones. What is read next is asked for ahead.
+  std::int32_t before = 0;
+  const auto ask = [&](std::int32_t p) {
+    if (p >= used) return;
+    const std::int32_t a = by_column_[p];
+    const bool all = is_new(a);
+    const std::int32_t* const earlier = all ? by_column_ : new_;
+    for (std::int32_t k = 0; k < (all ? p : before); ++k) tensors.prefetch(node_[earlier[k]], column_[a]);
+  };
+  ask(0);
+  for (std::int32_t p = 0; p < used; ++p) {
+    const std::int32_t a = by_column_[p], here = before;
+    const bool all = is_new(a);
+    before += all;
+    ask(p + 1);
+    if (!read(tensors, a, all ? by_column_ : new_, all ? p : here)) return false;
+  }
+  return true;
 }
 
 bool NodeCompliance::hold(const Tensors& tensors, const ContactSet& set) {
@@ -105,20 +131,22 @@ bool NodeCompliance::hold(const Tensors& tensors, const ContactSet& set) {
   for (std::int32_t slot = 0; slot < slots_; ++slot)
     if (in_use(slot) && held_in_[slot] != round_) release(slot);
   std::int32_t free = 0;
+  bool more = false;
   for (std::int32_t e = 0; e < set.entry_count; ++e) {
     const ContactEntry& entry = set.entries[e];
     std::int32_t& slot = slot_of_column_[entry.column];
     if (slot < 0) {
       while (free < slots_ && in_use(free)) ++free;
       slot = free;
-      column_[slot] = entry.column, node_[slot] = entry.node, held_in_[slot] = round_;
+      column_[slot] = entry.column, node_[slot] = entry.node, held_in_[slot] = taken_in_[slot] = round_;
       slots_ = std::max(slots_, slot + 1);
-      if (!read(tensors, slot)) {
-        forget();
-        return false;
-      }
+      more = true;
     }
     slot_of_entry_[e] = slot;
+  }
+  if (more && !read_new(tensors)) {
+    forget();
+    return false;
   }
   while (slots_ > 0 && !in_use(slots_ - 1)) --slots_;
   return true;

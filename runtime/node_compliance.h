@@ -32,13 +32,18 @@ class NodeCompliance {
   const Mat3& self(std::int32_t a) const { return at(a)[a]; }
 
  private:
-  bool read(const Tensors& tensors, std::int32_t slot);
+  bool read_new(const Tensors& tensors);
+  bool read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count);
+  bool is_new(std::int32_t slot) const { return taken_in_[slot] == round_; }
   void release(std::int32_t slot);
 
   Mat3* matrix_ = nullptr;                  // [capacity][stride]
   std::int32_t* column_ = nullptr;          // [capacity] of each slot, or -1
   std::int32_t* node_ = nullptr;            // [capacity]
   std::uint32_t* held_in_ = nullptr;        // [capacity] the last round that asked for it
+  std::uint32_t* taken_in_ = nullptr;       // [capacity] the round in which it came
+  std::int32_t* by_column_ = nullptr;       // [capacity] slots in use
+  std::int32_t* new_ = nullptr;             // [capacity] those of them that are new
   std::int32_t* slot_of_column_ = nullptr;  // [columns] or -1
   std::int32_t* slot_of_entry_ = nullptr;   // [capacity]
   std::size_t stride_ = 0;

@@ -11,9 +11,9 @@ namespace palpate {
 bool UpdatedCholesky::create(SceneMemory& memory, std::int32_t capacity) {
   capacity_ = capacity;
   const std::size_t rows = static_cast<std::size_t>(capacity);
-  stride_ = odd_lines(rows + 16);  // and what eliminate_rows overwrites after a row's end
+  stride_ = odd_lines(rows + 1 + kOverrun);  // and what the inner loops overwrite after a row's end
   factor_ = memory.array<double>(rows * stride_);
-  leaving_ = memory.array<double>(kBatch * rows);
+  leaving_ = memory.array<double>(kBatch * stride_);
   return !memory.failed();
 }
 
@@ -64,7 +64,7 @@ void UpdatedCholesky::remove_batch(int count, const std::int32_t* positions) {
   for (std::int32_t i = positions[0]; i < size_; ++i) {
     const bool leaves = left < count && positions[left] == i;
     const double* from = row(i);
-    double* to = leaves ? leaving_ + static_cast<std::size_t>(left) * capacity_ : row(i - left);
+    double* to = leaves ? leaving_ + static_cast<std::size_t>(left) * stride_ : row(i - left);
     // Columns i .. of the old numbering, without those that leave, at their new numbers.
     std::int32_t column = leaves ? i + 1 : i, place = i - left;
     for (int k = leaves ? left + 1 : left; k <= count; ++k) {
@@ -102,15 +102,7 @@ void UpdatedCholesky::remove_batch(int count, const std::int32_t* positions) {
 }
 
 void UpdatedCholesky::solve(double* x) const {
-  for (std::int32_t i = 0; i < size_; ++i) {
-    const double* u = row(i);
-    x[i] /= u[i];
-    add_row(size_ - i - 1, -x[i], u + i + 1, x + i + 1);
-  }
-  for (std::int32_t i = size_ - 1; i >= 0; --i) {
-    const double* u = row(i);
-    x[i] = (x[i] - dot_rows(size_ - i - 1, u + i + 1, x + i + 1)) / u[i];
-  }
+  solve_upper(size_, factor_, stride_, x);
 }
 
 }  // namespace palpate

@@ -39,7 +39,7 @@ class UpdatedCholesky {
   void remove_batch(int count, const std::int32_t* positions);
 
   double* factor_ = nullptr;   // [capacity][stride]; row i is used from column i on
-  double* leaving_ = nullptr;  // [kBatch][capacity]
+  double* leaving_ = nullptr;  // [kBatch][stride]
   std::size_t stride_ = 0;
   std::int32_t capacity_ = 0, size_ = 0;
 };

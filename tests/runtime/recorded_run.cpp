@@ -33,22 +33,32 @@ std::vector<RecordedStep> read_path(const char* file) {
   return steps;
 }
 
+// So many rows, two of each, that the widest instructions are used.
+constexpr int kMostGrips = 24;
+
 // Both structs are without padding: every byte is a result.
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
 static_assert(sizeof(palpate_tool_state) == 4 * sizeof(std::int32_t) + 9 * sizeof(double));
 
-Played play(palpate_scene* scene, const palpate_bundle* bundle, const std::vector<RecordedStep>& path) {
+Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, const std::vector<RecordedStep>& path) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene) / 8 + 1);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
   std::vector<float> displacements(3 * static_cast<std::size_t>(info.node_count)), positions(displacements.size());
   Played played;
-  for (const RecordedStep& step : path) {
-    palpate_grip grip = {palpate_bundle_touchable(bundle)[4], -1, {0, 0, 0}, {0, 0, 0}, 5};  // x and z
-    for (int d = 0; d < 3; ++d) grip.displacement[d] = step.pull[d];
+  for (std::size_t s = 0; s < path.size(); ++s) {
+    const RecordedStep& step = path[s];
+    palpate_grip grips[kMostGrips];
+    for (int g = 0; g < grip_count; ++g) {
+      // One after another moves on: rows of the contact matrix come and go.
+      const auto at = static_cast<std::int32_t>(
+          4 + g + (s / 4 + kMostGrips - 1 - static_cast<std::size_t>(g)) / kMostGrips * kMostGrips);
+      grips[g] = {palpate_bundle_touchable(bundle)[at % info.touchable_count], -1, {0, 0, 0}, {0, 0, 0}, 5};  // x and z
+      for (int d = 0; d < 3; ++d) grips[g].displacement[d] = step.pull[d];
+    }
     const palpate_tool tools[3] = {{step.press[0], 3, nullptr, 0, 0, 0.004, 0.3},
                                    {step.pinch[0], 2, nullptr, 0, 1, 0, 0.5},
-                                   {nullptr, 0, &grip, 1, 0, 0, 0}};
+                                   {nullptr, 0, grips, grip_count, 0, 0, 0}};
     played.flags |= palpate_touch(scene, tools, 3, 1e-3, contacts);
     played.contacts.update(palpate_contacts_nodes(contacts), contacts->node_count * sizeof(palpate_contact_node));
     played.forces.update(contacts->tools, 3 * sizeof(palpate_tool_state));
@@ -105,7 +115,7 @@ std::string play(const Combination& c, palpate_bundle* bundle, const std::vector
     std::fprintf(stderr, "recorded_run: %s\n", error.text);
     std::exit(3);
   }
-  const std::string line = line_of(c, play(scene, bundle, path));
+  const std::string line = line_of(c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1, path));
   palpate_scene_destroy(scene);
   return line;
 }
