@@ -38,6 +38,8 @@ class PassWork {
                 (2.5 + 0.25 * scene_.shape.radial.ratio_count()) * scene_.shape.nodes * std::min(tools, contacts)};
       case Pass::positions:
         return {36.0 * scene_.shape.nodes, 3.0 * scene_.shape.nodes, 100};
+      case Pass::skin:
+        return skin();
       case Pass::count:
         break;
     }
@@ -57,6 +59,14 @@ class PassWork {
     return {0, 2 * rows * rows * (3 + load_.sweeps),
             60 + 60 * contacts + 20 * nodes + 120 * contacts * load_.sweeps +
                 (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
+  }
+
+  // A bone from every triangle about a node, and every vertex from three bones.
+  palpate_pass_work skin() const {
+    const Skin& skin = scene_.skin;
+    const double vertices = skin.vertex_count(), triangles = skin.triangle_count(), nodes = skin.node_count();
+    const double floats = skin.has_normals() ? 21 : 15;  // of a vertex, in and out
+    return {4 * (floats * vertices + 21 * triangles + 19 * nodes), 0, 9 * vertices + 12 * triangles};
   }
 
   palpate_pass_work superposition() const {

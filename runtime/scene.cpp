@@ -52,6 +52,7 @@ palpate_status check_def(const palpate_scene_def& def, palpate_error* error) {
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
+  if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
   if (!kHasEffects && uses_effects(def))
     return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
   return PALPATE_OK;
@@ -79,6 +80,7 @@ class Builder {
     if (needs_surface()) then(&Builder::surface);
     if (needs_frame(def_)) then(&Builder::measure);
     if (def_.contact == PALPATE_CONTACT_PATCH) then(&Builder::tissue);
+    if (def_.render_mesh) then(&Builder::render_mesh);
     add_pass(Pass::input, {"input", "touch", "", 0});
     if (def_.collision != PALPATE_COLLISION_OFF) then(&Builder::collision);
     then(&Builder::contacts);
@@ -89,6 +91,7 @@ class Builder {
     if (def_.radial != PALPATE_RADIAL_OFF) then(&Builder::radial);
     if (def_.shape != PALPATE_SHAPE_OFF)
       add_pass(Pass::positions, {"positions", "shape", rest_sections(false), rest_bytes(false)});
+    if (def_.render_mesh) add_pass(Pass::skin, {"skin: render mesh", "shape", "", 0});
     if (status == PALPATE_OK && scene_.memory.failed())
       status = fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
     if (bundle_.is_lost())  // whatever else seemed wrong
@@ -224,22 +227,33 @@ class Builder {
                         &scene_.touch.triangles);
   }
 
+  // What the preload moves every node by; nullptr where the scene has none.
+  palpate_status preload(const double** out) {
+    *out = nullptr;
+    if (def_.preload == PALPATE_PRELOAD_OFF) return PALPATE_OK;
+    if (!formats::find_section(bundle_.index, SectionId::preload_displacement))
+      return missing(error_, "preload ON", SectionId::preload_displacement);
+    *out = section<double>(SectionId::preload_displacement);
+    return *out ? PALPATE_OK : failed();
+  }
+
   // Rest positions of the first `nodes` nodes, preload included, as T.
   template <class T>
   palpate_status rest_positions(std::uint64_t nodes, const T** out) {
-    const double* position = section<double>(SectionId::nodes);
+    const double *position = section<double>(SectionId::nodes), *moved = nullptr;
     if (!position) return failed();
-    const double* preload = nullptr;
-    if (def_.preload == PALPATE_PRELOAD_ON) {
-      if (!formats::find_section(bundle_.index, SectionId::preload_displacement))
-        return missing(error_, "preload ON", SectionId::preload_displacement);
-      preload = section<double>(SectionId::preload_displacement);
-      if (!preload) return failed();
-    }
-    T* rest = scene_.memory.array<T>(3 * nodes);
+    if (const palpate_status status = preload(&moved)) return status;
+    return sum_of(position, moved, nodes, scene_.memory, out);
+  }
+
+  // position + moved of the first `nodes` nodes, as T, in memory's; moved may be nullptr.
+  template <class T>
+  palpate_status sum_of(const double* position, const double* moved, std::uint64_t nodes, SceneMemory& memory,
+                        const T** out) {
+    T* rest = memory.array<T>(3 * nodes);
     if (!rest) return fail(error_, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
     for (std::uint64_t i = 0; i < 3 * nodes; ++i) {
-      const double sum = position[i] + (preload ? preload[i] : 0.0);
+      const double sum = position[i] + (moved ? moved[i] : 0.0);
       if (!(std::fabs(sum) <= 1e6)) return not_finite(SectionId::nodes, i);
       rest[i] = static_cast<T>(sum);
     }
@@ -333,6 +347,31 @@ class Builder {
                   bytes_of(SectionId::young) + bytes_of(SectionId::poisson) + bytes_of(SectionId::provenance) +
                       (regions ? bytes_of(SectionId::tetrahedra) + bytes_of(SectionId::region) : 0)});
     return PALPATE_OK;
+  }
+
+  palpate_status render_mesh() {
+    SceneMemory scratch(def_.allocator);
+    const palpate_status status = bind_render_mesh(scratch);
+    scratch.release_all();
+    add_creation({"render mesh on the surface", "create", rest_sections(true), rest_bytes(true)});
+    return status;
+  }
+  palpate_status bind_render_mesh(SceneMemory& scratch) {
+    const std::int32_t* triangles = scene_.touch.triangles;
+    if (!triangles)
+      if (const palpate_status status = copy_indices(SectionId::triangles, 3 * counts_.triangles,
+                                                     &formats::IndexedSections::triangles, &triangles))
+        return status;
+    const double *position = section<double>(SectionId::nodes), *moved = nullptr, *nodes = nullptr;
+    const float* preloaded = nullptr;
+    if (!position) return failed();
+    if (const palpate_status status = preload(&moved)) return status;
+    if (const palpate_status status = sum_of(position, nullptr, counts_.surface_nodes, scratch, &nodes)) return status;
+    if (moved)
+      if (const palpate_status status = sum_of(moved, nullptr, counts_.surface_nodes, scene_.memory, &preloaded))
+        return status;
+    return scene_.skin.bind(scene_.memory, scratch, *def_.render_mesh, nodes, scene_.tensors.surface_nodes, preloaded,
+                            triangles, static_cast<std::int32_t>(counts_.triangles), error_);
   }
 
   palpate_status collision() {
@@ -507,6 +546,7 @@ palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_
     palpate_scene_destroy(created);
     return status;
   }
+  created->def.render_mesh = nullptr;  // the host's, who may be done with it
   *scene = created;
   return palpate::succeed(error);
 }

@@ -10,6 +10,7 @@
 #include "runtime/relaxation.h"
 #include "runtime/response_curve.h"
 #include "runtime/scene_memory.h"
+#include "runtime/skin.h"
 #include "runtime/surface_index.h"
 #include "runtime/surface_measure.h"
 #include "runtime/tool_input.h"
@@ -27,7 +28,7 @@ inline constexpr bool kHasEffects = true;
 inline bool uses_effects(const palpate_scene_def& def) {
   return def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
-         def.relaxation.model != PALPATE_RELAXATION_OFF;
+         def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh;
 }
 
 // Whether contacts tell the normal from what is across it.
@@ -47,6 +48,7 @@ enum class Pass : std::int32_t {
   superposition,
   radial,
   positions,
+  skin,
   count
 };
 
@@ -107,7 +109,8 @@ struct palpate_scene {
   const std::int32_t* touchable = nullptr;  // [S] copied and checked
   palpate::TouchHalf touch;
   palpate::ShapeHalf shape;
-  static constexpr std::int32_t kPasses = static_cast<std::int32_t>(palpate::Pass::count), kMaxPasses = kPasses + 2;
+  palpate::Skin skin;  // of the shape's half; bound where the host gave a render mesh
+  static constexpr std::int32_t kPasses = static_cast<std::int32_t>(palpate::Pass::count), kMaxPasses = kPasses + 3;
   palpate_plan_pass plan[kMaxPasses] = {};
   std::int32_t pass_count = 0;
   std::int32_t place_in_plan[kPasses];  // of a Pass; -1: not in the plan

@@ -216,6 +216,24 @@ bool SurfaceIndex::inside(Vec3 p) {
   return odd;
 }
 
+SurfacePlace SurfaceIndex::nearest(Vec3 p) {
+  SurfacePlace place;
+  double best = INFINITY;
+  for (int reach = 0; reach <= 8 * kMaxCells; reach = reach ? 2 * reach : 1) {
+    near(p, reach, [&](std::int32_t t) {
+      double k[3];
+      const double distance = closest_on_triangle(p, corner(t, 0), corner(t, 1), corner(t, 2), k);
+      if (!(distance < best)) return;
+      best = distance;
+      place.triangle = t;
+      std::copy(k, k + 3, place.barycentric);
+    });
+    // What these buckets do not hold is farther than reach of them.
+    if (best <= reach * cell_ * reach * cell_) break;
+  }
+  return place;
+}
+
 // Every bucket that the segment passes, from a to b (Amanatides and Woo 1987), in exactly as many steps as it is long.
 template <class Visit>
 void SurfaceIndex::walk(Vec3 a, Vec3 b, Visit visit) {

@@ -50,6 +50,10 @@ class SurfaceIndex {
   template <class Visit>
   void near(Vec3 p, int reach, Visit visit);
 
+  // The place of the surface nearest to p, wherever p is; its triangle is -1 where there is none. Not for a step: for a p
+  // that is far from the surface it goes through all buckets.
+  SurfacePlace nearest(Vec3 p);
+
   Vec3 corner(std::int32_t triangle, int v) const { return load3(position_ + 3 * triangles_[3 * triangle + v]); }
   Vec3 at(const SurfacePlace& place) const;
   Vec3 outward(std::int32_t triangle) const;  // unit normal, or zero for a degenerate triangle

@@ -19,6 +19,13 @@ const TouchedBox& box() {
   return shared;
 }
 
+// Two vertices beside the box.
+const palpate_render_mesh& vertices() {
+  static const float positions[6] = {0.02f, 0.02f, 0.041f, 0.061f, 0.03f, 0.02f}, normals[6] = {0, 0, 1, 1, 0, 0};
+  static const palpate_render_mesh mesh = {positions, normals, 2};
+  return mesh;
+}
+
 template <class Each>
 void play(palpate_scene* scene, Contacts& contacts, int steps, Each each) {
   play(box(), scene, contacts, steps, each);
@@ -29,6 +36,7 @@ TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {
     long taken = 0, given = 0, limit = 1000;
   } host;
   palpate_scene_def def = palpate_default_scene_def();
+  def.render_mesh = &vertices();
   def.allocator.user = &host;
   def.allocator.allocate = [](void* user, std::size_t bytes, std::size_t alignment) -> void* {
     Host& h = *static_cast<Host*>(user);
@@ -97,6 +105,9 @@ TEST(Scene, IsBitIdenticalWhenAnEffectThatDoesNothingIsAddedOrLeftOut) {
   palpate_scene_def bigger = plain;
   bigger.max_tools = 8, bigger.max_points = 100;
   EXPECT_EQ(played(bigger), reference);
+  palpate_scene_def drawn = plain;
+  drawn.render_mesh = &vertices();
+  EXPECT_EQ(played(drawn), reference);
   palpate_scene_def response = plain;
   response.force = PALPATE_FORCE_RESPONSE;
   EXPECT_NE(played(response), "");
@@ -199,6 +210,7 @@ void for_every_scene(Each each) {
               for (const int preload : {0, 1})
                 for (const int relaxation : {0, 1}) {
                   if ((radial && !shape) || (relaxation && !force)) continue;
+                  def.render_mesh = nullptr;
                   def.collision = static_cast<palpate_collision>(collision);
                   def.contact = static_cast<palpate_contact_model>(contact);
                   def.law = static_cast<palpate_contact_law>(law);
@@ -207,6 +219,9 @@ void for_every_scene(Each each) {
                   def.radial = static_cast<palpate_radial_model>(radial);
                   def.preload = static_cast<palpate_preload_model>(preload);
                   def.relaxation = {static_cast<palpate_relaxation_model>(relaxation), 1, {0.5}, {1}};
+                  each(def);
+                  if (!shape || radial) continue;
+                  def.render_mesh = &vertices();
                   each(def);
                 }
 }
@@ -225,6 +240,7 @@ std::string wanted(const palpate_scene_def& d) {
   add("output"), add(words[4][d.shape]);
   if (d.radial) add("radial: response");
   if (d.shape) add("positions");
+  if (d.render_mesh) add("skin: render mesh");
   return text;
 }
 
@@ -240,7 +256,7 @@ TEST(Plan, HasAPassForEveryEffectThatIsOnAndNoneForOneThatIsOff) {
     EXPECT_EQ(found, wanted(def));
     ++scenes;
   });
-  EXPECT_EQ(scenes, 1200);
+  EXPECT_EQ(scenes, 1680);
 }
 
 // What a watched step runs through is its plan, and watching it changes nothing.
@@ -250,6 +266,7 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
     if (all) {
       def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB, def.force = PALPATE_FORCE_RESPONSE;
       def.radial = PALPATE_RADIAL_RESPONSE, def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {1}};
+      def.render_mesh = &vertices();
     }
     const ScenePointer scene = box().scene(def), plain = box().scene(def);
     int32_t count = 0;
@@ -269,8 +286,8 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
         },
         &watch);
     Contacts contacts(scene.get()), unwatched(plain.get());
-    std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes)), y(x.size());
-    palpate_shape_out out = {nullptr, x.data(), box().body.surface_nodes, 0},
+    std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes)), y(x.size()), u(x.size());
+    palpate_shape_out out = {u.data(), x.data(), box().body.surface_nodes, 0},
                       other = {nullptr, y.data(), out.node_capacity, 0};
     std::vector<std::string> of_plain;
     play(plain.get(), unwatched, 40, [](palpate_step_flags) {});
@@ -278,6 +295,9 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
     play(scene.get(), contacts, 40, [&](palpate_step_flags) { of_plain.swap(passed), passed.clear(); });
     passed = of_plain;  // of one touch, the last but one
     palpate_shape(scene.get(), contacts.get(), &out);
+    float moved[6];
+    palpate_skin_out skin = {moved, nullptr, 2, 0};
+    EXPECT_EQ(palpate_skin(scene.get(), &out, &skin) == 0, all == 1);
     // The two tools of the play are corrected one after the other: radial comes once for each.
     passed.erase(std::unique(passed.begin(), passed.end()), passed.end());
     std::vector<std::string> distinct;
@@ -451,7 +471,7 @@ TEST(Scene, IsBitIdenticalOnABundleThatHasNothingForTheEffectsThatAreOff) {
     EXPECT_TRUE(played(def, {}, bare) == played(def)) << wanted(def);
     ++scenes;
   });
-  EXPECT_EQ(scenes, 3 * 4 * 2 * 3 * 2);
+  EXPECT_EQ(scenes, 3 * 4 * 2 * 3 * 3);  // no shape, one, one with a render mesh
 }
 
 // What an effect does not act on has the same bytes whether it is on or off, whatever the others are.

@@ -98,6 +98,15 @@ class FileBox {
   std::filesystem::path file_;
 };
 
+// Vertices beside the box, with normals.
+constexpr int kVertices = 3;
+const palpate_render_mesh& vertices() {
+  static const float positions[3 * kVertices] = {0.02f, 0.02f, 0.041f, 0.061f, 0.03f, 0.02f, 0.03f, 0.02f, 0.039f};
+  static const float normals[3 * kVertices] = {0, 0, 1, 1, 0, 0, 0, 0, 1};
+  static const palpate_render_mesh mesh = {positions, normals, kVertices};
+  return mesh;
+}
+
 // Every value of every effect, each collision with each contact model; the others are all on, or all off.
 std::vector<palpate_scene_def> every_effect() {
   std::vector<palpate_scene_def> all;
@@ -114,6 +123,7 @@ std::vector<palpate_scene_def> every_effect() {
         if (on) {
           def.shape = PALPATE_SHAPE_VOLUME, def.radial = PALPATE_RADIAL_RESPONSE;
           def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
+          def.render_mesh = &vertices();
         }
         all.push_back(def);
       }
@@ -127,6 +137,7 @@ struct Running {
         contacts(scene.get()),
         u(static_cast<std::size_t>(from.box.dofs())),
         out{u.data(), nullptr, static_cast<std::int32_t>(from.box.dofs() / 3), 0},
+        skinned(def.render_mesh),
         box(from.box) {}
 
   // Both halves; every touchable node is held at some time, so that every column of the tensors is read.
@@ -135,6 +146,7 @@ struct Running {
     play(box, scene.get(), contacts, steps, [&](palpate_step_flags) {
       contact_steps += contacts->tools[0].contact_count > 0;
       palpate_shape(scene.get(), contacts.get(), &out);
+      if (skinned) palpate_skin(scene.get(), &out, &skin);
     });
     for (const std::int32_t node : box.touchable) {
       const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
@@ -148,6 +160,9 @@ struct Running {
   Contacts contacts;
   std::vector<float> u;
   palpate_shape_out out;
+  bool skinned;
+  float moved[2][3 * kVertices];
+  palpate_skin_out skin = {moved[0], moved[1], kVertices, 0};
   const TouchedBox& box;
   int contact_steps = 0;
 };

@@ -1,8 +1,8 @@
 /* palpate.h - from a tensor bundle and the tools that touch the organ, to forces and the deformed shape.
  *
  * Units    SI: metre, newton, second. Points are x y z, node after node, in the bundle's frame.
- * Memory   all of it is taken in palpate_bundle_open* and palpate_scene_create; a step (palpate_touch, palpate_shape)
- *          never allocates, locks, prints, throws or makes a system call.
+ * Memory   all of it is taken in palpate_bundle_open* and palpate_scene_create; a step (palpate_touch, palpate_shape,
+ *          palpate_skin) never allocates, locks, prints, throws or makes a system call.
  * Threads  a bundle is constant and may be shared. Of one scene, palpate_touch belongs to one thread and palpate_shape to
  *          one thread; the two may differ and run at the same time: what passes between them is the palpate_contacts.
  * Errors   opening and creating return a status and fill the caller's palpate_error; a step always fills its output and
@@ -145,6 +145,16 @@ typedef struct palpate_relaxation {
   double time[PALPATE_MAX_RELAXATION_TERMS];  /* s, above 0                                     */
 } palpate_relaxation;
 
+/* A finer mesh that follows the surface: the one a renderer draws (palpate_skin). Every vertex is bound once, when the scene
+ * is created, to the place of the surface at rest that is nearest to it, and moves by the barycentric weights of that place;
+ * what it stands off the surface turns and stretches with the surface. Vertices may repeat, as at a texture's seam, and need
+ * no triangles. Refused: a vertex that is not finite, or farther from the organ than the organ is large. */
+typedef struct palpate_render_mesh {
+  const float* positions; /* [vertex_count][3] m, in the bundle's frame, as the organ was meshed: before any preload */
+  const float* normals;   /* [vertex_count][3] outward, of any length; NULL: palpate_skin gives none                 */
+  int32_t vertex_count;   /* 1 and more                                                                              */
+} palpate_render_mesh;
+
 /* The host's memory; both NULL: malloc and free. allocate returns memory aligned to `alignment`, or NULL. */
 typedef struct palpate_allocator {
   void* (*allocate)(void* user, size_t bytes, size_t alignment);
@@ -169,6 +179,8 @@ typedef struct palpate_scene_def {
                                     disc, a dozen where the mesh is coarse                                         */
   double force_limit;            /* default 50   N, on the length of each tool's force                            */
   double force_slew;             /* default 1e4  N/s, on the change of each tool's force; INFINITY: none          */
+  /* default NULL: none. Read while the scene is created, and no longer. */
+  const palpate_render_mesh* render_mesh;
   palpate_allocator allocator;
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
@@ -331,6 +343,21 @@ typedef struct palpate_shape_out {
 /* Superposition (eq. 9) and radial correction of the contacts that touch made. */
 PALPATE_API palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* contacts,
                                              palpate_shape_out* out);
+
+/* Caller's arrays; either may be NULL. */
+typedef struct palpate_skin_out {
+  float* positions; /* [vertex_capacity][3] m                                                      */
+  float* normals;   /* [vertex_capacity][3] unit length; NULL for a render mesh without normals     */
+  int32_t vertex_capacity;
+  int32_t vertex_count; /* out: vertices filled */
+} palpate_skin_out;
+
+/* The scene's render mesh under a shape: of it, displacements and node_count as palpate_shape left them, at least those of the
+ * surface. Belongs to the thread of palpate_shape. A node whose displacement is not finite counts as one that rests:
+ * BAD_INPUT. A vertex that comes out not finite stays where it was bound: UNSOLVED. Cost: a pass over the surface's triangles
+ * and one over the vertices. */
+PALPATE_API palpate_step_flags palpate_skin(palpate_scene* scene, const palpate_shape_out* shape,
+                                            palpate_skin_out* out);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -106,6 +106,9 @@ class Scene {
   palpate_step_flags shape(const Contacts& contacts, palpate_shape_out& out) noexcept {
     return palpate_shape(get(), contacts.get(), &out);
   }
+  palpate_step_flags skin(const palpate_shape_out& shape, palpate_skin_out& out) noexcept {
+    return palpate_skin(get(), &shape, &out);
+  }
   void reset() noexcept { palpate_reset(get()); }
 
  private:
