@@ -1,4 +1,4 @@
-// Text and STL surfaces, line by line; read_ply.cpp and read_vtp.cpp have the others.
+// Text and STL surfaces, line by line; formats/ply_reader.h and read_vtp.cpp have the others.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,24 +87,6 @@ std::int64_t TextLines::integer(const std::string& what) {
   return value;
 }
 
-void add_polygon(const std::filesystem::path& file, const std::string& place, const std::vector<std::int64_t>& corners,
-                 std::size_t points, TriangleSurface& surface) {
-  if (corners.size() < 3) {
-    throw InputError(
-        fmt::format("{}: {}: expected a face of at least 3 points, found {}", file.string(), place, corners.size()));
-  }
-  for (const std::int64_t c : corners) {
-    if (c < 0 || static_cast<std::size_t>(c) >= points) {
-      throw InputError(
-          fmt::format("{}: {}: expected point indices below {}, found {}", file.string(), place, points, c));
-    }
-  }
-  for (std::size_t c = 1; c + 1 < corners.size(); ++c) {
-    surface.triangles.push_back({static_cast<std::int32_t>(corners[0]), static_cast<std::int32_t>(corners[c]),
-                                 static_cast<std::int32_t>(corners[c + 1])});
-  }
-}
-
 namespace {
 
 TriangleSurface read_off(const std::filesystem::path& file, const std::string& text) {
@@ -133,7 +115,7 @@ TriangleSurface read_off(const std::filesystem::path& file, const std::string& t
     if (count < 3 || count > points) lines.fail("a face of at least 3 points", std::to_string(count));
     corners.clear();
     for (std::int64_t c = 0; c < count; ++c) corners.push_back(lines.integer("a point index"));
-    add_polygon(file, fmt::format("line {}", lines.number()), corners, surface.points.size(), surface);
+    add_polygon(file, fmt::format("line {}", lines.number()), corners, surface.points.size(), surface.triangles);
   }
   return surface;
 }
@@ -157,7 +139,8 @@ TriangleSurface read_obj(const std::filesystem::path& file, const std::string& t
         }
         corners.push_back(index > 0 ? index - 1 : static_cast<std::int64_t>(surface.points.size()) + index);
       }
-      add_polygon(file, fmt::format("line {} (from 0)", lines.number()), corners, surface.points.size(), surface);
+      add_polygon(file, fmt::format("line {} (from 0)", lines.number()), corners, surface.points.size(),
+                  surface.triangles);
     }
   }
   return surface;
@@ -247,9 +230,10 @@ TriangleSurface read_surface(const std::filesystem::path& file, double millimetr
     surface = read_obj(file, bytes);
   else if (ending == ".stl")
     surface = read_stl(file, bytes);
-  else if (ending == ".ply")
-    surface = read_ply(file, bytes);
-  else if (ending == ".vtp")
+  else if (ending == ".ply") {
+    PlyTriangles ply = read_ply(file, bytes);
+    surface = {std::move(ply.points), std::move(ply.triangles)};
+  } else if (ending == ".vtp")
     surface = read_vtp(file, bytes);
   else {
     throw InputError(

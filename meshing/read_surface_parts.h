@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/ply_reader.h"
 #include "meshing/triangle_surface.h"
 
 namespace palpate {
@@ -34,11 +35,6 @@ class TextLines {
   std::size_t next_ = 0, number_ = 0;
 };
 
-// Appends a polygon as a fan after checking its indices against the number of points. place is for the sentence.
-void add_polygon(const std::filesystem::path& file, const std::string& place, const std::vector<std::int64_t>& corners,
-                 std::size_t points, TriangleSurface& surface);
-
-TriangleSurface read_ply(const std::filesystem::path& file, const std::string& bytes);
 TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& bytes);
 
 }  // namespace palpate

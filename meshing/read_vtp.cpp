@@ -96,7 +96,7 @@ TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& b
   for (vtkIdType c = 0; c < output->GetPolys()->GetNumberOfCells(); ++c) {
     output->GetPolys()->GetCellAtId(c, ids);
     std::vector<std::int64_t> corners(ids->begin(), ids->end());
-    add_polygon(file, fmt::format("polygon {}", c), corners, surface.points.size(), surface);
+    add_polygon(file, fmt::format("polygon {}", c), corners, surface.points.size(), surface.triangles);
   }
   return surface;
 }

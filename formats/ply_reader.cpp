@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "formats/errors.h"
-#include "meshing/read_surface_parts.h"
+#include "formats/ply_reader.h"
 
 namespace palpate {
 namespace {
@@ -158,10 +158,28 @@ std::uint64_t least_bytes(const Element& element, bool text) {
 
 }  // namespace
 
-TriangleSurface read_ply(const std::filesystem::path& file, const std::string& bytes) {
+void add_polygon(const std::filesystem::path& file, const std::string& place, const std::vector<std::int64_t>& corners,
+                 std::size_t points, std::vector<std::array<std::int32_t, 3>>& triangles) {
+  if (corners.size() < 3) {
+    throw InputError(
+        fmt::format("{}: {}: expected a face of at least 3 points, found {}", file.string(), place, corners.size()));
+  }
+  for (const std::int64_t c : corners) {
+    if (c < 0 || static_cast<std::size_t>(c) >= points) {
+      throw InputError(
+          fmt::format("{}: {}: expected point indices below {}, found {}", file.string(), place, points, c));
+    }
+  }
+  for (std::size_t c = 1; c + 1 < corners.size(); ++c) {
+    triangles.push_back({static_cast<std::int32_t>(corners[0]), static_cast<std::int32_t>(corners[c]),
+                         static_cast<std::int32_t>(corners[c + 1])});
+  }
+}
+
+PlyTriangles read_ply(const std::filesystem::path& file, const std::string& bytes) {
   const Header header = read_header(file, bytes);
   Records records(file, bytes, header);
-  TriangleSurface surface;
+  PlyTriangles surface;
   std::size_t points = 0;
   for (const Element& element : header.elements) {
     if (element.name == "vertex") points = element.count;
@@ -174,7 +192,7 @@ TriangleSurface read_ply(const std::filesystem::path& file, const std::string& b
     }
     for (std::uint64_t r = 0; r < element.count; ++r) {
       const std::string place = fmt::format("{} {} (byte {})", element.name, r, records.at());
-      Point point{NAN, NAN, NAN};
+      std::array<double, 3> point{NAN, NAN, NAN};
       std::vector<std::int64_t> corners;
       for (const Property& property : element.properties) {
         if (property.count_type.empty()) {
@@ -202,7 +220,7 @@ TriangleSurface read_ply(const std::filesystem::path& file, const std::string& b
         }
         surface.points.push_back(point);
       } else if (element.name == "face") {
-        add_polygon(file, place, corners, points, surface);
+        add_polygon(file, place, corners, points, surface.triangles);
       }
     }
   }
