@@ -22,28 +22,6 @@ constexpr int kFloat = 5126, kUnsignedInt = 5125, kTriangles = 4;
 constexpr int kVertices = 34962, kIndices = 34963;
 constexpr std::uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
-// Smooth normals: the mean of the triangles', weighted by area. A vertex of no triangle gets the z axis: the format allows
-// no zero.
-Floats normals_of(const Floats& positions, const std::vector<std::uint32_t>& indices) {
-  using Vector = std::array<double, 3>;
-  const auto at = [&](std::uint32_t n) { return Vector{positions[3 * n], positions[3 * n + 1], positions[3 * n + 2]}; };
-  std::vector<Vector> sums(positions.size() / 3);
-  for (std::size_t t = 0; t < indices.size(); t += 3) {
-    const Vector a = at(indices[t]), b = at(indices[t + 1]), c = at(indices[t + 2]);
-    for (int d = 0, e = 1, f = 2; d < 3; e = f, f = d++) {
-      const double area = (b[e] - a[e]) * (c[f] - a[f]) - (b[f] - a[f]) * (c[e] - a[e]);
-      for (int corner = 0; corner < 3; ++corner) sums[indices[t + corner]][d] += area;
-    }
-  }
-  Floats normals(positions.size());
-  for (std::size_t n = 0; n < sums.size(); ++n) {
-    const double length = std::hypot(sums[n][0], sums[n][1], sums[n][2]);
-    for (int d = 0; d < 3; ++d)
-      normals[3 * n + d] = static_cast<float>(length > 0 ? sums[n][d] / length : d == 2 ? 1 : 0);
-  }
-  return normals;
-}
-
 Floats difference(const Floats& a, const Floats& b) {
   Floats result(a.size());
   std::transform(a.begin(), a.end(), b.begin(), result.begin(), std::minus<>());
@@ -126,22 +104,31 @@ GltfFile::GltfFile(std::filesystem::path target, const Player& player, std::uint
   if (shapes > kMostShapes)
     throw InputError(fmt::format("{}: expected at most {} shapes, found {}; write fewer with --every {}",
                                  target_.string(), kMostShapes, shapes, (shapes + kMostShapes - 1) / kMostShapes));
+  if (const RenderMesh* mesh = player.render_mesh()) {
+    indices_ = mesh->indices, rest_ = mesh->positions, rest_normals_ = mesh->normals;
+    return;
+  }
   const palpate_bundle_info info = palpate_bundle_describe(player.bundle());
   const std::int32_t* triangles = palpate_bundle_triangles(player.bundle());
   indices_.assign(triangles, triangles + 3 * static_cast<std::size_t>(info.triangle_count));
 }
 
 void GltfFile::add(const ShapeRecord& shape) {
+  times_.push_back(static_cast<float>(shape.time));
+  if (player_.render_mesh()) {
+    displacements_.push_back(difference({shape.skin_positions, shape.skin_positions + rest_.size()}, rest_));
+    normal_change_.push_back(difference({shape.skin_normals, shape.skin_normals + rest_.size()}, rest_normals_));
+    return;
+  }
   const std::size_t numbers =
       3 * static_cast<std::size_t>(palpate_bundle_describe(player_.bundle()).surface_node_count);
   const Floats positions(shape.positions, shape.positions + numbers);
   displacements_.emplace_back(shape.displacements, shape.displacements + numbers);
   if (rest_.empty()) {
     rest_ = difference(positions, displacements_.back());
-    rest_normals_ = normals_of(rest_, indices_);
+    rest_normals_ = smooth_normals(rest_, indices_);
   }
-  normal_change_.push_back(difference(normals_of(positions, indices_), rest_normals_));
-  times_.push_back(static_cast<float>(shape.time));
+  normal_change_.push_back(difference(smooth_normals(positions, indices_), rest_normals_));
 }
 
 void GltfFile::write() const {

@@ -1,5 +1,5 @@
-// A played scene for renderers: one binary glTF 2.0 file (.glb) of the organ's surface, each shape a morph target, and an
-// animation that goes from one to the next in the scene's own time.
+// A played scene for renderers: one binary glTF 2.0 file (.glb) of the organ's surface or of the render mesh
+// that follows it, each shape a morph target, and an animation that goes from one to the next in the scene's own time.
 //
 // Units are metres and seconds. The mesh stays in the bundle's frame; its node turns z, to the head, up, as glTF has y.
 #pragma once

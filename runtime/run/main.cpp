@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 
 #include "formats/atomic_file.h"
 #include "formats/program.h"
@@ -23,11 +24,12 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  fs::path scene, bundle, output, record, replay, gltf;
+  fs::path scene, bundle, output, record, replay, gltf, render_mesh;
   bool explain = false, realtime = false;
   double seconds = 5;
   std::vector<double> rates = {1000, 4000, 10000};
   unsigned every = 1;
+  double render_unit = 1e-3;  // m
 };
 
 fs::path target_of(const Options& options) {
@@ -88,7 +90,9 @@ void run(const Options& options) {
   const SceneConfig scene = read_scene_config(options.scene);
   const fs::path bundle = bundle_of(scene, options.bundle);
   if (!options.record.empty()) check_target(options.record);
-  Player player(scene, bundle);
+  RenderMesh render_mesh;
+  if (!options.render_mesh.empty()) render_mesh = read_render_mesh(options.render_mesh, options.render_unit);
+  Player player(scene, bundle, Half::both, options.render_mesh.empty() ? nullptr : &render_mesh);
   if (options.explain)
     fmt::print("{}", explain(player));
   else if (options.realtime)
@@ -123,10 +127,19 @@ int main(int argc, char** argv) {
             app.add_option("--export", options.gltf,
                            "also write the organ's surface, shape by shape, as an animated binary glTF file (.glb)");
         gltf->excludes(explain)->excludes(realtime);
+        auto* render_mesh =
+            app.add_option("--render-mesh", options.render_mesh,
+                           "a finer surface (.ply) that follows the organ: it is in the shapes' files as "
+                           "well, and --export writes it in place of the bundle's own");
+        render_mesh->excludes(realtime);
+        app.add_option("--render-unit", options.render_unit,
+                       "unit of the finer surface; default: mm, as palpate-surface")
+            ->needs(render_mesh)
+            ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"m", 1.}, {"cm", 1e-2}, {"mm", 1e-3}}));
         auto* replay = app.add_option("--replay", options.replay,
                                       "play this record and hold it to its hashes; writes nothing. SCENE.toml, where "
                                       "given, must be the scene that was recorded");
-        for (auto* other : {output, every, record, gltf}) replay->excludes(other);
+        for (auto* other : {output, every, record, gltf, render_mesh}) replay->excludes(other);
         replay->excludes(explain)->excludes(realtime);
         app.callback([scene, &options] {
           if (options.replay.empty() && scene->empty()) throw CLI::RequiredError("SCENE.toml");

@@ -139,7 +139,8 @@ palpate_step_flags timed(std::vector<double>& microseconds, const Call& call) {
 
 }  // namespace
 
-Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half) : scene_(std::move(scene)) {
+Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half, const RenderMesh* render_mesh)
+    : scene_(std::move(scene)), render_mesh_(render_mesh) {
   if (duration() * scene_.touch_hz > kMostSteps)
     throw InputError(fmt::format("{}: rate.touch: expected at most {} steps, found {} s at {} Hz", scene_.file.string(),
                                  kMostSteps, duration(), scene_.touch_hz));
@@ -154,10 +155,15 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
     grips_.push_back(resolve_grips(tool, bundle_.get(), scene_.file));
     total += local_points_.back().size() + grips_.back().size();
   }
-  const palpate_scene_def def =
-      half_of(scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20))), half);
+  palpate_scene_def def = half_of(scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20))), half);
   scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
   contact_node_limit_ = def.max_contact_nodes;
+  palpate_render_mesh skin = {};
+  if (render_mesh_) {
+    skin = {render_mesh_->positions.data(), render_mesh_->normals.data(),
+            static_cast<std::int32_t>(render_mesh_->positions.size() / 3)};
+    def.render_mesh = &skin;
+  }
   palpate_scene* created = nullptr;
   if (palpate_scene_create(bundle_.get(), &def, &created, &error) != PALPATE_OK) refuse(scene_, bundle, error);
   runtime_scene_.reset(created);
@@ -222,6 +228,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
   const bool shaped = scene_.shape != SceneConfig::Shape::off;
   const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());
+  std::vector<float> skin_positions(render_mesh_ ? render_mesh_->positions.size() : 0), skin_normals(skin_positions);
   // 8-byte aligned, as the API asks.
   std::vector<std::uint64_t> memory((palpate_contacts_bytes(runtime_scene_.get()) + 7) / 8);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
@@ -240,10 +247,15 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
     ++frame;
     palpate_shape_out out{displacements.data(), positions.data(), node_count, 0};
     if (before) before();
-    const auto shape_flags =
-        timed(timing.shape_us, [&] { return palpate_shape(runtime_scene_.get(), contacts, &out); });
+    auto shape_flags = timed(timing.shape_us, [&] { return palpate_shape(runtime_scene_.get(), contacts, &out); });
+    if (render_mesh_) {
+      palpate_skin_out skin{skin_positions.data(), skin_normals.data(),
+                            static_cast<std::int32_t>(skin_positions.size() / 3), 0};
+      shape_flags |= timed(timing.skin_us, [&] { return palpate_skin(runtime_scene_.get(), &out, &skin); });
+    }
     if (on_shape)
-      on_shape({time, shape_flags, points_, *contacts, out.node_count, displacements.data(), positions.data()});
+      on_shape({time, shape_flags, points_, *contacts, out.node_count, displacements.data(), positions.data(),
+                render_mesh_ ? skin_positions.data() : nullptr, render_mesh_ ? skin_normals.data() : nullptr});
   }
   return timing;
 }

@@ -8,6 +8,7 @@
 
 #include <palpate/palpate.h>
 #include "formats/scene_config.h"
+#include "runtime/run/render_mesh.h"
 
 namespace palpate {
 
@@ -28,13 +29,15 @@ struct ShapeRecord {
   int node_count;
   const float* displacements;
   const float* positions;
+  const float* skin_positions;  // of the render mesh, [vertex][3] m, and its normals; nullptr without one
+  const float* skin_normals;
 };
 
 using Rotation = std::array<std::array<double, 3>, 3>;  // rows
 inline constexpr Rotation kNoTurn = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 struct Timing {
-  std::vector<double> touch_us, shape_us;  // one per step, in order
+  std::vector<double> touch_us, shape_us, skin_us;  // one per step, in order; none where nothing is skinned
 };
 
 // What a program plays of a scene: effects of the other half are off, so that its sections are not mapped.
@@ -42,13 +45,16 @@ enum class Half { both, touch, shape };
 
 class Player {
  public:
-  // Opens the bundle, finds the grips' nodes, creates the runtime's scene.
+  // Opens the bundle, finds the grips' nodes, creates the runtime's scene. render_mesh follows the shapes; it must outlive
+  // this, or be nullptr.
   // Errors: InputError with the bundle's or the scene's place.
-  Player(SceneConfig scene, const std::filesystem::path& bundle, Half half = Half::both);
+  Player(SceneConfig scene, const std::filesystem::path& bundle, Half half = Half::both,
+         const RenderMesh* render_mesh = nullptr);
 
   const SceneConfig& scene() const { return scene_; }
   const std::vector<std::vector<palpate_grip>>& grips() const { return grips_; }  // [tool][grip], a node each
   palpate_bundle* bundle() const { return bundle_.get(); }
+  const RenderMesh* render_mesh() const { return render_mesh_; }
   palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
   double duration() const;            // s, the last key frame of all tools
   std::uint64_t shape_count() const;  // shapes that play makes
@@ -68,8 +74,8 @@ class Player {
     return palpate_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt, contacts);
   }
 
-  // From the start, as after create. Either callback may be empty. The timed calls are palpate_touch and palpate_shape
-  // alone; before runs before each of them.
+  // From the start, as after create. Either callback may be empty. The timed calls are palpate_touch, palpate_shape and
+  // palpate_skin alone; before runs before each touch and each shape.
   Timing play(const std::function<void(const TouchRecord&)>& on_touch,
               const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {});
 
@@ -82,6 +88,7 @@ class Player {
   };
 
   SceneConfig scene_;
+  const RenderMesh* render_mesh_;
   std::unique_ptr<palpate_bundle, CloseBundle> bundle_;
   std::unique_ptr<palpate_scene, DestroyScene> runtime_scene_;
   int contact_node_limit_ = 0;

@@ -39,11 +39,12 @@ void add_point_data(vtkUnstructuredGrid* grid, vtkNew<Array>& array, const char*
 }
 
 // cell_nodes: count rows of cell_size node indices.
-void add_cells(vtkUnstructuredGrid* grid, int cell_type, int cell_size, const std::int32_t* cell_nodes, int count) {
+template <typename Index>
+void add_cells(vtkUnstructuredGrid* grid, int cell_type, int cell_size, const Index* cell_nodes, int count) {
   grid->AllocateEstimate(count, cell_size);
   for (int c = 0; c < count; ++c) {
     vtkIdType ids[4] = {};
-    for (int i = 0; i < cell_size; ++i) ids[i] = cell_nodes[c * cell_size + i];
+    for (int i = 0; i < cell_size; ++i) ids[i] = static_cast<vtkIdType>(cell_nodes[c * cell_size + i]);
     grid->InsertNextCell(cell_type, cell_size, ids);
   }
 }
@@ -125,8 +126,38 @@ struct ShapeFiles::Organ {
   }
 };
 
+// The render mesh, likewise.
+struct ShapeFiles::Skin {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkFloatArray> positions, displacement, normals;
+  const RenderMesh& mesh;
+
+  explicit Skin(const RenderMesh& of) : mesh(of) {
+    const auto rows = static_cast<vtkIdType>(mesh.positions.size() / 3);
+    positions->SetNumberOfComponents(3);
+    positions->SetNumberOfTuples(rows);
+    vtkNew<vtkPoints> points;
+    points->SetData(positions);
+    grid->SetPoints(points);
+    add_cells(grid, VTK_TRIANGLE, 3, mesh.indices.data(), static_cast<int>(mesh.indices.size() / 3));
+    add_point_data(grid, displacement, "displacement", 3, rows);
+    add_point_data(grid, normals, "normal", 3, rows);
+  }
+
+  void move_to(const ShapeRecord& shape) {
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      positions->GetPointer(0)[i] = shape.skin_positions[i];
+      displacement->GetPointer(0)[i] = shape.skin_positions[i] - mesh.positions[i];
+      normals->GetPointer(0)[i] = shape.skin_normals[i];
+    }
+    positions->Modified();
+    grid->GetPoints()->Modified();
+  }
+};
+
 ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player, const BundleFields& fields)
     : folder_(folder), organ_(std::make_unique<Organ>(player, fields)) {
+  if (player.render_mesh()) skin_ = std::make_unique<Skin>(*player.render_mesh());
   vtkObject::GlobalWarningDisplayOff();  // failures are reported here, in one sentence
   std::filesystem::create_directory(folder_ / "shapes");
 }
@@ -139,8 +170,14 @@ void ShapeFiles::write(const ShapeRecord& shape) {
   const std::string tools = fmt::format("shapes/tools_{:06}.vtu", written_);
   write_grid(organ_->grid, folder_ / organ);
   write_tools(shape, folder_ / tools);
-  for (const auto& [part, name] : {std::pair{0, organ}, {1, tools}})
-    entries_ += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", shape.time, part, name);
+  std::vector<std::string> parts = {organ, tools};
+  if (skin_) {
+    parts.push_back(fmt::format("shapes/skin_{:06}.vtu", written_));
+    skin_->move_to(shape);
+    write_grid(skin_->grid, folder_ / parts.back());
+  }
+  for (std::size_t part = 0; part < parts.size(); ++part)
+    entries_ += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", shape.time, part, parts[part]);
   ++written_;
 }
 

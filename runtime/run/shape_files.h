@@ -3,7 +3,8 @@
 // The organ's points are where the nodes are now, m; point data: displacement (m), contact_force (N, on the organ at
 // nodes under contact), fixed (0 or 1: all three axes held). SHAPE surface writes triangles, SHAPE volume tetrahedra
 // with their region. The tools are vertices; point data: tool (its index in the scene) and force (N, of the organ on
-// the tool, at each of its points).
+// the tool, at each of its points). Where a render mesh follows, part 2 is its triangles where they are now; point data:
+// displacement (m) and normal.
 #pragma once
 
 #include <filesystem>
@@ -29,9 +30,11 @@ class ShapeFiles {
 
  private:
   struct Organ;
+  struct Skin;
   std::filesystem::path folder_;
   std::unique_ptr<Organ> organ_;
-  std::string entries_;  // of the PVD
+  std::unique_ptr<Skin> skin_;  // with a render mesh
+  std::string entries_;         // of the PVD
   int written_ = 0;
 };
 

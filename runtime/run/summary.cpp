@@ -106,6 +106,7 @@ std::string Summary::text(const Timing& timing, const BundleFields& fields, cons
   out["touches_with_flag"] = touches_with_flag;
   out["shape_flags"] = flag_names(shape_flags_);
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};
+  if (!timing.skin_us.empty()) out["timing_us"]["skin"] = percentiles(timing.skin_us);
   return out.dump(2) + "\n";
 }
 

@@ -146,6 +146,72 @@ TEST_F(PlayedScene, WritesShapesThatVtkReadsWithThePositionsOfTheContact) {
             std::stod(rows.back().at("force_z_N")));
 }
 
+// The box's own surface as a render mesh: it goes where the nodes go.
+std::string ply_of(const tests::BundleParts& parts, const std::string& unit = "mm") {
+  const auto nodes = parts.get<double>(formats::SectionId::nodes);
+  const auto triangles = parts.get<std::int32_t>(formats::SectionId::triangles);
+  const double scale = unit == "mm" ? 1000 : 1;
+  std::ostringstream text;
+  text << "ply\nformat ascii 1.0\nelement vertex " << nodes.size() / 3
+       << "\nproperty double x\nproperty double y\nproperty double z\nelement face " << triangles.size() / 3
+       << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t i = 0; i < nodes.size(); ++i) text << scale * nodes[i] << (i % 3 == 2 ? "\n" : " ");
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    text << (i % 3 ? " " : "3 ") << triangles[i] << (i % 3 == 2 ? "\n" : "");
+  return text.str();
+}
+
+vtkNew<vtkUnstructuredGrid> read_grid(const fs::path& file) {
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName(file.c_str());
+  reader->Update();
+  vtkNew<vtkUnstructuredGrid> grid;
+  grid->ShallowCopy(reader->GetOutput());
+  return grid;
+}
+
+TEST_F(PlayedScene, MovesARenderMeshWithTheOrganInEveryUnit) {
+  write_scene(kProbe);
+  const tests::BundleParts parts = tests::tiny_bundle();
+  for (const std::string unit : {"mm", "m"}) {
+    std::ofstream(folder_ / "fine.ply") << ply_of(parts, unit);
+    ASSERT_EQ(run("scene.toml -o out --render-mesh fine.ply" + (unit == "mm" ? "" : " --render-unit " + unit)).code, 0);
+    EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("part=\"2\" file=\"shapes/skin_000006.vtu\""));
+    const auto organ = read_grid(folder_ / "out/shapes/organ_000006.vtu"),
+               skin = read_grid(folder_ / "out/shapes/skin_000006.vtu");
+    EXPECT_EQ(skin->GetNumberOfPoints() * 3,
+              static_cast<vtkIdType>(parts.get<double>(formats::SectionId::nodes).size()));
+    EXPECT_EQ(skin->GetNumberOfCells(), organ->GetNumberOfCells());
+    double largest = 0;
+    for (vtkIdType n = 0; n < organ->GetNumberOfPoints(); ++n)
+      for (int d = 0; d < 3; ++d) {
+        EXPECT_NEAR(skin->GetPoint(n)[d], organ->GetPoint(n)[d], 1e-7);  // six digits of 60 mm in the text
+        largest = std::max(largest, std::abs(skin->GetPointData()->GetArray("displacement")->GetComponent(n, d)));
+      }
+    EXPECT_GT(largest, 3e-3);
+    const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+    EXPECT_GT(summary["timing_us"]["skin"]["max"], 0);
+  }
+  EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").output,
+              HasSubstr("shape   skin: render mesh"));
+}
+
+TEST_F(PlayedScene, RefusesARenderMeshThatIsNone) {
+  write_scene(kProbe);
+  const std::string good = ply_of(tests::tiny_bundle());
+  std::ofstream(folder_ / "cut.ply") << good.substr(0, good.size() / 2);
+  std::ofstream(folder_ / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
+                                           "y\nproperty float z\nend_header\n1 2 3\n";
+  std::ofstream(folder_ / "good.ply") << good;
+  expect_refused("scene.toml -o out --render-mesh none.ply", "none.ply: expected a render mesh");
+  expect_refused("scene.toml -o out --render-mesh cut.ply", "cut.ply: 108 elements 'face' do not fit");
+  expect_refused("scene.toml -o out --render-mesh points.ply", "points.ply: expected triangles, found none");
+  expect_refused("scene.toml -o out --render-mesh good.ply --render-unit m", "give metres");
+  expect_refused("scene.toml -o out --render-mesh good.ply --render-unit mile", "mile");
+  expect_refused("scene.toml -o out --render-unit m", "--render-mesh");
+  expect_refused("scene.toml -o out --realtime --render-mesh good.ply", "--render-mesh");
+}
+
 TEST_F(PlayedScene, MovesGripsOnlyAlongTheirAxes) {
   write_scene(
       "[[tool]]\nname = \"plate\"\npath = [[0, 9, 9, 9], [0.1, 9, 9, 7]]\n[[tool.grip]]\n"

@@ -2,7 +2,7 @@
 // validator, and the same shapes as in its VTU files. 77, which ctest counts as skipped, without the packages of npm.
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
-import { existsSync, mkdirSync, readFileSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
 import { test } from "node:test";
@@ -53,6 +53,28 @@ for (const shape of ["surface", "volume"])
     const normals = numbers[primitive.attributes.NORMAL];
     for (let n = 0; n < rest.length; n += 3) assert.ok(Math.abs(Math.hypot(...normals.subarray(n, n + 3)) - 1) < 1e-5);
   });
+
+test("with a render mesh the file is of that mesh, valid, and holds its shapes", async () => {
+  const { document: coarse, numbers: own } = read((play({ contact: "point" }, ["--export", glb]), readFileSync(glb)));
+  const surface = own[coarse.meshes[0].primitives[0].attributes.POSITION], triangles = own[coarse.meshes[0].primitives[0].indices];
+  // The box's surface, every triangle with corners of its own, a fifth of a millimetre out.
+  const header = `ply\nformat ascii 1.0\nelement vertex ${triangles.length}\nproperty float x\nproperty float y\nproperty float z\n` +
+    `element face ${triangles.length / 3}\nproperty list uchar int vertex_indices\nend_header\n`;
+  const corners = [...triangles].map((n) => [0, 1, 2].map((d) => 1000 * surface[3 * n + d] + (surface[3 * n + d] > 0.03 ? 0.2 : -0.2)).join(" "));
+  const faces = Array.from({ length: triangles.length / 3 }, (_, t) => `3 ${3 * t} ${3 * t + 1} ${3 * t + 2}`);
+  writeFileSync(`${folder}/fine.ply`, header + [...corners, ...faces].join("\n") + "\n");
+  const { skins } = play({ contact: "point" }, ["--render-mesh", `${folder}/fine.ply`, "--export", glb]);
+  const bytes = readFileSync(glb), report = await validator.validateBytes(new Uint8Array(bytes), { maxIssues: 10 });
+  assert.deepEqual([report.issues.numErrors, report.issues.numWarnings], [0, 0], JSON.stringify(report.issues.messages));
+  const { document, numbers } = read(bytes), [primitive] = document.meshes[0].primitives, rest = numbers[primitive.attributes.POSITION];
+  assert.equal(rest.length, 3 * triangles.length);
+  assert.equal(primitive.targets.length, skins.length);
+  skins.forEach((expected, i) => {
+    const moved = numbers[primitive.targets[i].POSITION].map((x, n) => x + rest[n]);
+    assert.ok(relativeDifference(moved, expected) < 1e-6, `shape ${i}: float's rounding`);
+  });
+  assert.ok(relativeDifference(skins.at(-5), rest) > 1e-3, "it moves");
+});
 
 test("every Nth shape alone", () => {
   play({ contact: "point" }, ["--export", glb, "--every", "5"]);

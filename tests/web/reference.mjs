@@ -3,7 +3,8 @@ import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { inflateSync } from "node:zlib";
 
-// Plays tools along key frames [s, x, y, z], m. Returns forces [step][tool][3] N and shapes [frame] = positions [node][3] m.
+// Plays tools along key frames [s, x, y, z], m. Returns forces [step][tool][3] N, shapes [frame] = positions [node][3] m, and
+// skins, those of the render mesh where `more` names one.
 export function playNatively(palpateRun, folder, name, bundle, effects, tools, more = []) {
   mkdirSync(folder, { recursive: true });
   const value = (v) => (Array.isArray(v) ? `[${v.map(value).join(", ")}]` : typeof v === "string" ? `"${v}"` : String(v));
@@ -15,10 +16,11 @@ export function playNatively(palpateRun, folder, name, bundle, effects, tools, m
   }
   writeFileSync(`${folder}/${name}.toml`, lines.join("\n") + "\n");
   execFileSync(palpateRun, [`${folder}/${name}.toml`, "--quiet", ...more, "-o", `${folder}/${name}`]);
-  const shapes = readdirSync(`${folder}/${name}/shapes`).filter((file) => /^organ.*\.vtu$/.test(file)).sort();
+  const files = readdirSync(`${folder}/${name}/shapes`).sort();
+  const shapes = (of) => files.filter((file) => file.startsWith(of)).map((file) => readPoints(readFileSync(`${folder}/${name}/shapes/${file}`)));
   return {
     forces: readForces(readFileSync(`${folder}/${name}/forces.csv`, "utf8"), tools.length),
-    shapes: shapes.map((file) => readPoints(readFileSync(`${folder}/${name}/shapes/${file}`))),
+    shapes: shapes("organ"), skins: shapes("skin"),
   };
 }
 
