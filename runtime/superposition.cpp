@@ -61,12 +61,16 @@ PALPATE_INLINE void add_columns(const void* const* column, const float* coeffici
   }
 }
 
-// What the build targets: SSE2 on x86-64, NEON on AArch64.
+// What the build targets: SSE2 on x86-64, NEON on AArch64. Halves go three columns at a time, however many there are: next to
+// converting them the sum costs nothing, and wider kernels would be all code.
 struct Baseline {
   template <class Stored, int Width>
   static void add(const void* const* column, const float* coefficient, std::size_t begin, std::size_t count,
                   float* __restrict out) {
-    add_columns<Stored, Width>(column, coefficient, begin, count, out);
+    if constexpr (!std::is_same_v<Stored, Half> || Width <= 3)
+      add_columns<Stored, Width>(column, coefficient, begin, count, out);
+    else
+      for (int j = 0; j < Width; j += 3) add<Stored, 3>(column + j, coefficient + j, begin, count, out);
   }
 };
 
