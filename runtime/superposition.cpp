@@ -61,16 +61,12 @@ PALPATE_INLINE void add_columns(const void* const* column, const float* coeffici
   }
 }
 
-// What the build targets: SSE2 on x86-64, NEON on AArch64. Halves go three columns at a time, however many there are: next to
-// converting them the sum costs nothing, and wider kernels would be all code.
+// What the build targets: SSE2 on x86-64, NEON on AArch64.
 struct Baseline {
   template <class Stored, int Width>
   static void add(const void* const* column, const float* coefficient, std::size_t begin, std::size_t count,
                   float* __restrict out) {
-    if constexpr (!std::is_same_v<Stored, Half> || Width <= 3)
-      add_columns<Stored, Width>(column, coefficient, begin, count, out);
-    else
-      for (int j = 0; j < Width; j += 3) add<Stored, 3>(column + j, coefficient + j, begin, count, out);
+    add_columns<Stored, Width>(column, coefficient, begin, count, out);
   }
 };
 
@@ -129,6 +125,17 @@ constexpr Kernels kKernels = {{&Instructions::template add<Stored, 12>, &Instruc
                                &Instructions::template add<Stored, 6>, &Instructions::template add<Stored, 3>,
                                &Instructions::template add<Stored, 1>}};
 
+#ifdef PALPATE_DISPATCHES
+// Where wider instructions are nearly everywhere, the baseline is kept small.
+template <class Stored>
+constexpr Kernels kKernels<Baseline, Stored> = {
+    {nullptr, nullptr, &Baseline::add<Stored, 6>, &Baseline::add<Stored, 3>, &Baseline::add<Stored, 1>}};
+#endif
+// Next to converting halves one by one the sum costs nothing: wider kernels would be all code.
+template <>
+constexpr Kernels kKernels<Baseline, Half> = {
+    {nullptr, nullptr, nullptr, &Baseline::add<Half, 3>, &Baseline::add<Half, 1>}};
+
 template <class Instructions>
 const Kernels& kernels(formats::ElementType type) {
   if (type == formats::ElementType::f64) return kKernels<Instructions, double>;
@@ -154,7 +161,7 @@ void add_all(const Kernels& use, const void* const* column, const float* coeffic
     if (!onto) std::memset(out + begin, 0, size * sizeof(float));
     int done = 0;
     for (std::size_t w = 0; w < std::size(kWidths); ++w)
-      for (; column_count - done >= kWidths[w]; done += kWidths[w])
+      for (; use.add[w] && column_count - done >= kWidths[w]; done += kWidths[w])
         use.add[w](column + done, coefficient + done, first + begin, size, out + begin);
   }
 }
