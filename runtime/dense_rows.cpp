@@ -138,15 +138,13 @@ void reflect_baseline(int n, int count, double tau, const double* v, double* row
   reflect<Two>(n, count, tau, v, row, below);
 }
 
+#ifdef PALPATE_DISPATCHES
 // Short rows gain nothing from wide registers, whose last numbers are then most of the work.
 Instructions best_for(int n) {
   constexpr int kShort = 40;
   return n < kShort ? Instructions::baseline : best_instructions();
 }
 
-}  // namespace
-
-#ifdef PALPATE_DISPATCHES
 #define PALPATE_DISPATCH(function, n, ...)      \
   switch (best_for(n)) {                        \
     case Instructions::avx512:                  \
@@ -160,6 +158,8 @@ Instructions best_for(int n) {
 #else
 #define PALPATE_DISPATCH(function, n, ...) return function##_baseline(n, __VA_ARGS__)
 #endif
+
+}  // namespace
 
 void solve_upper(int n, const double* u, std::size_t stride, double* x) {
   PALPATE_DISPATCH(solve, n, u, stride, x);
