@@ -11,6 +11,8 @@ constexpr double kOppositeFaces = -0.5;
 constexpr int kMaxReach = 8;
 // No place moves by more than this many times the largest imposed displacement (alpha_v of a triangle reaches 4/3).
 constexpr double kMargin = 1.5;
+// A pulled-back point that moves by this part of a bucket more than its tool was taken along by the surface.
+constexpr double kJump = 0.25;
 // How many buckets a place slides in one step at the most.
 constexpr int kMostSlides = 8;
 
@@ -19,6 +21,7 @@ constexpr int kMostSlides = 8;
 bool ContactField::create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t surface_nodes) {
   entries_ = memory.array<ContactEntry>(static_cast<std::size_t>(entry_capacity));
   modified_ = memory.array<Vec3>(static_cast<std::size_t>(entry_capacity));
+  if_gone_ = memory.array<Vec3>(static_cast<std::size_t>(entry_capacity));
   row_ = memory.array<const void*>(3 * static_cast<std::size_t>(entry_capacity));
   coefficient_ = memory.array<double>(3 * static_cast<std::size_t>(entry_capacity));
   known_ = memory.array<Vec3>(static_cast<std::size_t>(surface_nodes));
@@ -27,8 +30,8 @@ bool ContactField::create(SceneMemory& memory, std::int32_t entry_capacity, std:
   return !memory.failed();
 }
 
-void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3* modified) {
-  tensors_ = tensors;
+void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3* modified, ContactSolver* solver) {
+  tensors_ = tensors, solver_ = solver;
   count_ = set.entry_count;
   std::copy(set.entries, set.entries + count_, entries_);
   std::copy(modified, modified + count_, modified_);
@@ -37,12 +40,43 @@ void ContactField::set(const Tensors& tensors, const ContactSet& set, const Vec3
     row_[r] = tensors.surface.row(column, j);
     coefficient_[r] = modified[e][j] * static_cast<double>(tensors.surface.row_scale(column, j));
   }
-  if (++stamp_ == 0) {
-    std::fill(known_stamp_, known_stamp_ + surface_nodes_, 0u);
-    stamp_ = 1;
-  }
+  forget_nodes();
   largest_ = 0;
   for (std::int32_t p = 0; p < set.block_count; ++p) largest_ = std::max(largest_, length(set.target[p]));
+}
+
+void ContactField::forget_nodes() {
+  if (++stamp_ != 0) return;
+  std::fill(known_stamp_, known_stamp_ + surface_nodes_, 0u);
+  stamp_ = 1;
+}
+
+// The entries of a contact stand together.
+ContactField::Range ContactField::entries_of(std::int32_t tool, std::int32_t point) const {
+  const auto own = [&](const ContactEntry& entry) { return entry.tool == tool && entry.point == point; };
+  const ContactEntry *end = entries_ + count_, *first = std::find_if(entries_, entries_ + count_, own);
+  return {static_cast<std::int32_t>(first - entries_),
+          static_cast<std::int32_t>(std::find_if_not(first, end, own) - entries_)};
+}
+
+void ContactField::drop(std::int32_t tool, std::int32_t point) {
+  const Range own = entries_of(tool, point);
+  for (std::int32_t e = own.first; e < own.last; ++e) {
+    modified_[e] = Vec3{};
+    for (int j = 0; j < 3; ++j) coefficient_[3 * e + j] = 0;
+  }
+  solver_ = nullptr;
+  forget_nodes();
+}
+
+bool ContactField::let_go(std::int32_t tool, std::int32_t point) {
+  return solver_ && solver_->without(tool, point, if_gone_);
+}
+
+Vec3 ContactField::at_node_if_gone(std::int32_t node) const {
+  Vec3 sum;
+  for (std::int32_t e = 0; e < count_; ++e) sum += tensors_.displacement(node, entries_[e].column) * if_gone_[e];
+  return is_finite(sum) ? sum : Vec3{};
 }
 
 // What entries first .. last - 1 do to a node.
@@ -61,12 +95,9 @@ Vec3 ContactField::at_node(std::int32_t node) {
   return known_[node] = is_finite(u) ? u : Vec3{};
 }
 
-// The entries of a contact stand together.
 Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point) const {
-  const auto own = [&](const ContactEntry& entry) { return entry.tool == tool && entry.point == point; };
-  const auto first = static_cast<std::int32_t>(std::find_if(entries_, entries_ + count_, own) - entries_);
-  const auto last = static_cast<std::int32_t>(std::find_if_not(entries_ + first, entries_ + count_, own) - entries_);
-  const Vec3 u = sum(0, first, node) + sum(last, count_, node);
+  const Range own = entries_of(tool, point);
+  const Vec3 u = sum(0, own.first, node) + sum(own.last, count_, node);
   return is_finite(u) ? u : Vec3{};
 }
 
@@ -74,20 +105,24 @@ void Collision::create(SurfaceIndex* surface, const std::int32_t* triangles, Con
   surface_ = surface, triangles_ = triangles, field_ = field, deformed_ = deformed;
 }
 
-Vec3 Collision::free_displacement(const SurfacePlace& place, std::int32_t tool, std::int32_t point) const {
+template <class AtNode>
+Vec3 Collision::at_place(const SurfacePlace& place, AtNode at_node) const {
   Vec3 sum;
   for (int v = 0; v < 3; ++v)
-    if (place.barycentric[v] != 0)
-      sum += place.barycentric[v] * field_->at_node_without(triangles_[3 * place.triangle + v], tool, point);
+    if (place.barycentric[v] != 0) sum += place.barycentric[v] * at_node(triangles_[3 * place.triangle + v]);
   return sum;
 }
 
 Vec3 Collision::pull_back(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
   if (!deformed_ || field_->empty()) return p;
   // In contact: against the surface as it would be without this contact, at the place it holds.
-  if (state.contact) return p - free_displacement(state.place, tool, point);
+  if (state.contact)
+    return p - at_place(state.place, [&](std::int32_t n) { return field_->at_node_without(n, tool, point); });
+  return pull_back_free(p);
+}
 
-  // Free. Further from the rest surface than any part of it moves, a point stands to both surfaces alike.
+Vec3 Collision::pull_back_free(Vec3 p) {
+  // Further from the rest surface than any part of it moves, a point stands to both surfaces alike.
   const double farthest = kMargin * field_->largest();
   const int reach = std::min(kMaxReach, 1 + static_cast<int>(std::min(1e6, farthest / surface_->bucket_size())));
   double rest_distance = INFINITY;
@@ -116,17 +151,33 @@ Vec3 Collision::pull_back(const PointState& state, Vec3 p, std::int32_t tool, st
   return p - displacement;
 }
 
+// Where a free point's motion to `to` began. Where contacts came or went, the surface has jumped and takes a point along that
+// stood still: that is no motion along a line, and the last position is pulled back anew.
+Vec3 Collision::start_of_motion(const PointState& state, Vec3 p, Vec3 to) {
+  const bool jumped = length(to - state.pulled) > 2 * length(p - state.at) + kJump * surface_->bucket_size();
+  if (!deformed_ || !jumped) return state.pulled;
+  return field_->empty() ? state.at : pull_back_free(state.at);
+}
+
 void Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold) {
-  const Vec3 from = state.pulled, to = pull_back(state, p, tool, point);
-  const bool now_inside = surface_->inside(to);
-  if (state.known) {
-    if (state.contact)
-      look_for_release(state, from, to, now_inside, hold);
-    else
-      look_for_contact(state, from, to, now_inside);
+  Vec3 to = pull_back(state, p, tool, point);
+  bool now_inside = surface_->inside(to);
+  // Outside of where the others' forces bring the surface; but where this contact holds against them, those forces are what it
+  // takes to overcome it. It ends where the others' places alone would do.
+  if (state.known && state.contact && deformed_ && !now_inside && !hold && field_->let_go(tool, point)) {
+    to = p - at_place(state.place, [&](std::int32_t n) { return field_->at_node_if_gone(n); });
+    now_inside = surface_->inside(to);
+  }
+  if (state.known && state.contact) {
+    look_for_release(state, state.pulled, to, now_inside, hold);
+    // Two contacts that each stand outside of what the other presses down do not both end: without this one the other holds.
+    if (!state.contact && deformed_) field_->drop(tool, point);
+  } else if (state.known) {
+    look_for_contact(state, start_of_motion(state, p, to), to, now_inside);
   }
   state.known = true;
   state.inside = now_inside;
+  state.at = p;
   state.pulled = to;
 }
 
@@ -204,7 +255,7 @@ void Collision::look_for_release(PointState& state, Vec3 from, Vec3 to, bool now
 
 bool Collision::nearest_place(Vec3 p, SurfacePlace* place) {
   double best = INFINITY;
-  for (int reach = 0; reach <= 1 && best == INFINITY; ++reach)
+  for (int reach = 0; reach <= kMaxReach && best == INFINITY; ++reach)
     surface_->near(p, reach, [&](std::int32_t t) {
       double k[3];
       const double distance =

@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-#include "runtime/contact_set.h"
+#include "runtime/contact_solver.h"
 #include "runtime/scene_memory.h"
 #include "runtime/surface_index.h"
 #include "runtime/tensors.h"
@@ -20,7 +20,7 @@ struct PointState {
   bool inside = false;   // of the surface, where it was last seen
   bool contact = false;  // holds `place`
   bool through = false;  // in contact, and out again on the far side of a thin part
-  Vec3 pulled;           // last position, pulled back
+  Vec3 at, pulled;       // last position, as it was and pulled back
   SurfacePlace place;
   Vec3 place_at_rest, outward;
   Vec3 tangent;  // of the contact's frame: turns with the surface as the place moves; zero: none yet
@@ -31,23 +31,37 @@ class ContactField {
  public:
   bool create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t surface_nodes);
   void clear() { count_ = 0; }
-  void set(const Tensors& tensors, const ContactSet& set, const Vec3* modified);
+  // solver: has solved the set; asked later what it would be without a contact.
+  void set(const Tensors& tensors, const ContactSet& set, const Vec3* modified, ContactSolver* solver);
   bool empty() const { return count_ == 0; }
+  // Without what the contact (tool, point) does, from now on.
+  void drop(std::int32_t tool, std::int32_t point);
 
   // Displacement of a surface node, m; remembered until the next set().
   Vec3 at_node(std::int32_t node);
   // The same without what the contact (tool, point) itself does.
   Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point) const;
+
+  // The field as it would be if the contact were gone and the others held what they hold: with it at_node_if_gone. False where
+  // that is not known: a law decided, or another contact was dropped.
+  bool let_go(std::int32_t tool, std::int32_t point);
+  Vec3 at_node_if_gone(std::int32_t node) const;
   // About the largest displacement: the largest that a contact imposes, m.
   double largest() const { return largest_; }
 
  private:
+  struct Range {
+    std::int32_t first, last;
+  };
+  Range entries_of(std::int32_t tool, std::int32_t point) const;
+  void forget_nodes();
   Vec3 sum(std::int32_t first, std::int32_t last, std::int32_t node) const;
   Tensors tensors_;
   ContactEntry* entries_ = nullptr;
-  Vec3* modified_ = nullptr;
-  const void** row_ = nullptr;     // [entries][3] of the surface's displacements, where they are stored as rows
-  double* coefficient_ = nullptr;  // [entries][3] m, of each row
+  Vec3 *modified_ = nullptr, *if_gone_ = nullptr;
+  ContactSolver* solver_ = nullptr;  // nullptr: a contact was dropped
+  const void** row_ = nullptr;       // [entries][3] of the surface's displacements, where they are stored as rows
+  double* coefficient_ = nullptr;    // [entries][3] m, of each row
   std::int32_t count_ = 0;
   double largest_ = 0;
   Vec3* known_ = nullptr;  // [surface_nodes]
@@ -72,7 +86,10 @@ class Collision {
 
  private:
   Vec3 pull_back(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
-  Vec3 free_displacement(const SurfacePlace& place, std::int32_t tool, std::int32_t point) const;
+  Vec3 pull_back_free(Vec3 p);
+  Vec3 start_of_motion(const PointState& state, Vec3 p, Vec3 to);
+  template <class AtNode>
+  Vec3 at_place(const SurfacePlace& place, AtNode at_node) const;
   void look_for_contact(PointState& state, Vec3 from, Vec3 to, bool now_inside);
   void look_for_release(PointState& state, Vec3 from, Vec3 to, bool now_inside, bool hold);
   void hold_place(PointState& state, const SurfacePlace& place, bool through);

@@ -49,6 +49,7 @@ bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity, std
   target_ = memory.array<double>(rows);
   reaction_ = memory.array<double>(rows);
   work_ = memory.array<double>(2 * rows);
+  removal_ = memory.array<double>(kMostRowsOfAContact * rows);
   row_at_ = memory.array<std::int32_t>(rows);
   list_ = memory.array<std::int32_t>(rows);
   leaving_ = memory.array<std::int32_t>(rows);
@@ -64,7 +65,7 @@ void ContactSolver::forget() {
   nodes_.forget();
   factor_.clear();
   std::fill(scale_, scale_ + rows_end_, 0.0);
-  rows_end_ = free_row_ = kept_blocks_ = 0;
+  rows_end_ = free_row_ = kept_blocks_ = kept_entries_ = 0;
 }
 
 // ---- rows that stay, leave and come -------------------------------------------------------------------------------
@@ -227,7 +228,7 @@ void ContactSolver::keep(const ContactSet& set) {
   std::copy(set.entries, set.entries + set.entry_count, kept_entry_);
   std::copy(set.blocks, set.blocks + set.block_count, kept_block_);
   std::copy(rows_, rows_ + set.block_count, kept_rows_);
-  kept_blocks_ = set.block_count;
+  kept_blocks_ = set.block_count, kept_entries_ = set.entry_count;
 }
 
 bool ContactSolver::update(const Tensors& tensors, const ContactSet& set) {
@@ -313,6 +314,80 @@ Vec3 ContactSolver::reaction(std::int32_t p) const {
   return r;
 }
 
+// What the rows carry, handed to the entries of their blocks: force[e] is added to.
+void ContactSolver::spread_reactions(const ContactBlock* blocks, const Rows* rows, std::int32_t count,
+                                     const ContactEntry* entries, const double* reaction, Vec3* force) {
+  for (std::int32_t p = 0; p < count; ++p) {
+    const ContactBlock& block = blocks[p];
+    Vec3 sum;
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = rows[p].at[i];
+      if (row < 0) continue;
+      if (!block.framed)
+        sum[i] = reaction[row];
+      else
+        sum += reaction[row] * Vec3{block.frame.m[i][0], block.frame.m[i][1], block.frame.m[i][2]};
+    }
+    for (std::int32_t e = block.first_entry; e < block.first_entry + block.entry_count; ++e)
+      force[e] += entries[e].weight * sum;
+  }
+}
+
+int ContactSolver::rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const {
+  int count = 0;
+  for (std::int32_t p = 0; p < kept_blocks_; ++p) {
+    if (kept_block_[p].tool != tool || kept_block_[p].point != point) continue;
+    for (const std::int32_t at : kept_rows_[p].at)
+      if (at >= 0 && count < kMostRowsOfAContact) row[count++] = at;
+  }
+  return count;
+}
+
+// With Z the contact's columns of the inverse: r - Z (Z_own)^-1 r_own is zero on its own rows and keeps the others' targets.
+bool ContactSolver::without(std::int32_t tool, std::int32_t point, Vec3* modified) {
+  std::int32_t own[kMostRowsOfAContact], position[kMostRowsOfAContact] = {};
+  const int count = rows_of(tool, point, own);
+  const std::int32_t size = factor_.size();
+  if (count == 0 || residual_.sweeps > 0) return false;
+  double system[kMostRowsOfAContact][kMostRowsOfAContact + 1];
+  for (int k = 0; k < count; ++k) {
+    double* z = removal_ + static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_);
+    for (std::int32_t at = 0; at < size; ++at) {
+      z[at] = row_at_[at] == own[k] ? scale_[own[k]] : 0;
+      if (row_at_[at] == own[k]) position[k] = at;
+    }
+    factor_.solve(z);
+    for (std::int32_t at = 0; at < size; ++at) z[at] *= scale_[row_at_[at]];
+  }
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < count; ++k)
+      system[i][k] = removal_[static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_) +
+                              static_cast<std::size_t>(position[i])];
+    system[i][count] = reaction_[own[i]];
+  }
+  // Positive definite: Gauss-Jordan without pivots.
+  for (int i = 0; i < count; ++i) {
+    if (!(system[i][i] > 0)) return false;
+    for (int r = 0; r < count; ++r) {
+      const double factor = r == i ? 0 : system[r][i] / system[i][i];
+      for (int k = i; k <= count && factor != 0; ++k) system[r][k] -= factor * system[i][k];
+    }
+  }
+  double* const left = work_;
+  for (std::int32_t at = 0; at < size; ++at) {
+    double sum = reaction_[row_at_[at]];
+    for (int k = 0; k < count; ++k)
+      sum -= system[k][count] / system[k][k] *
+             removal_[static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_) + static_cast<std::size_t>(at)];
+    left[row_at_[at]] = sum;
+  }
+  for (int k = 0; k < count; ++k) left[own[k]] = 0;
+  std::fill(modified, modified + kept_entries_, Vec3{});
+  spread_reactions(kept_block_, kept_rows_, kept_blocks_, kept_entry_, left, modified);
+  for (std::int32_t e = 0; e < kept_entries_; ++e) modified[e] = nodes_.self(nodes_.slot_of_entry(e)) * modified[e];
+  return true;
+}
+
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactSet& set, Vec3* force,
                                             Vec3* modified) {
   for (std::int32_t e = 0; e < set.entry_count; ++e) force[e] = modified[e] = Vec3{};
@@ -338,20 +413,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
     outcome = Outcome::solved;
   }
 
-  for (std::int32_t p = 0; p < set.block_count; ++p) {
-    const ContactBlock& block = set.blocks[p];
-    Vec3 reaction;
-    for (int i = 0; i < 3; ++i) {
-      const std::int32_t row = rows_[p].at[i];
-      if (row < 0) continue;
-      if (!block.framed)
-        reaction[i] = reaction_[row];
-      else
-        reaction += reaction_[row] * Vec3{block.frame.m[i][0], block.frame.m[i][1], block.frame.m[i][2]};
-    }
-    for (std::int32_t e = block.first_entry; e < block.first_entry + block.entry_count; ++e)
-      force[e] += set.entries[e].weight * reaction;
-  }
+  spread_reactions(set.blocks, rows_, set.block_count, set.entries, reaction_, force);
   bool finite = true;
   for (std::int32_t e = 0; e < set.entry_count; ++e) {
     modified[e] = nodes_.self(nodes_.slot_of_entry(e)) * force[e];

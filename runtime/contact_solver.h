@@ -43,9 +43,15 @@ class ContactSolver {
   Vec3 reaction(std::int32_t p) const;
   Vec3 missed(const ContactSet& set, std::int32_t p) const { return palpate::missed(system(set), reaction_, p); }
 
+  // modified[e] of the last set's entries as they would be if the contact (tool, point) were gone and the others kept their
+  // targets. False, and nothing written, where the last set has no such contact or a law decided beside the factor.
+  // Cost, in multiply-adds: rows^2 per row of the contact.
+  bool without(std::int32_t tool, std::int32_t point, Vec3* modified);
+
   void forget();
 
  private:
+  static constexpr int kMostRowsOfAContact = 9;  // a triangle's
   using Rows = ContactRowsOfBlock;
   bool update(const Tensors& tensors, const ContactSet& set);
   void match(const ContactSet& set);
@@ -62,6 +68,9 @@ class ContactSolver {
   ContactSystem system(const ContactSet& set) const;
   Outcome solve_factored();
   void solve_laws(const ContactSystem& laws);
+  static void spread_reactions(const ContactBlock* blocks, const Rows* rows, std::int32_t count,
+                               const ContactEntry* entries, const double* reaction, Vec3* force);
+  int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
   bool measure_residual();
 
   NodeCompliance nodes_;
@@ -78,6 +87,7 @@ class ContactSolver {
   double* reaction_ = nullptr;       // [rows] N
   double* last_ = nullptr;           // [rows] N, of the last step, where rows have stayed
   double* work_ = nullptr;           // [2][rows]
+  double* removal_ = nullptr;        // [kMostRowsOfAContact][rows]
   std::int32_t* row_at_ = nullptr;   // [rows] row at each position of the factor
   std::int32_t* list_ = nullptr;     // [rows]
   std::int32_t* leaving_ = nullptr;  // [rows]
@@ -88,7 +98,7 @@ class ContactSolver {
   Rows* kept_rows_ = nullptr;  // [blocks] of the last one
   ContactEntry* kept_entry_ = nullptr;
   ContactBlock* kept_block_ = nullptr;
-  std::int32_t kept_blocks_ = 0;
+  std::int32_t kept_blocks_ = 0, kept_entries_ = 0;
   ContactResidual residual_;
 };
 

@@ -157,7 +157,7 @@ class Touch {
       tools_[t].resultant += half_.force[e];
     }
     if (kHasEffects && scene_.def.collision == PALPATE_COLLISION_DEFORMED)
-      half_.field.set(scene_.tensors, set, half_.modified);
+      half_.field.set(scene_.tensors, set, half_.modified, &half_.solver);
     if (kHasEffects && scene_.def.law >= PALPATE_LAW_UNILATERAL && outcome != ContactSolver::Outcome::unsolved) slip();
   }
 
