@@ -45,6 +45,13 @@ $(WORK)/surface.ply: $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
 # SHELLS: more surfaces of an organ.mk, nested in the first.
 $(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(BIN)/palpate-tetrahedra
 	$(BIN)/palpate-tetrahedra $< $(SHELLS) -o $@ $(TETRAHEDRA_OPTIONS)
+# A finer surface to draw over any of the meshes (palpate_skin), where the organ.mk says how fine.
+ifdef RENDER_OPTIONS
+RENDER_MESH := $(DATA)/$(ORGAN)/render.ply
+$(RENDER_MESH): $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
+	mkdir -p $(@D)
+	$(BIN)/palpate-surface $< -o $@ $(RENDER_OPTIONS)
+endif
 else
 $(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
 	mkdir -p $(@D)

@@ -1,5 +1,5 @@
 // Builds and serves the viewer. PALPATE_WASM: folder of simd/palpate.wasm and baseline/palpate.wasm; PALPATE_BUNDLE: the bundle
-// that the page opens by itself; PALPATE_VIEWER: where the built page goes.
+// that the page opens by itself; PALPATE_RENDER_MESH: the finer surface that it draws; PALPATE_VIEWER: where the built page goes.
 import { createReadStream, statSync } from "node:fs";
 import { resolve } from "node:path";
 import { defineConfig } from "vite";
@@ -8,21 +8,23 @@ const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
 const wasm = resolve(process.env.PALPATE_WASM ?? `${here}/../../build/web`);
 const out = resolve(process.env.PALPATE_VIEWER ?? `${here}/../../build/viewer`);
 
-// /bundle.h5 is the bundle of PALPATE_BUNDLE, read anew for every request.
-const serveBundle = {
-  name: "serve-bundle",
+// Files of the environment's, read anew for every request.
+const FILES = { "/bundle.h5": "PALPATE_BUNDLE", "/render.ply": "PALPATE_RENDER_MESH" };
+const serveFiles = {
+  name: "serve-files",
   configurePreviewServer(server) {
-    server.middlewares.use("/bundle.h5", (_request, response) => {
-      try {
-        const file = process.env.PALPATE_BUNDLE;
-        response.setHeader("Content-Length", statSync(file).size);
-        response.setHeader("Content-Type", "application/x-hdf5");
-        createReadStream(file).pipe(response);
-      } catch {
-        response.statusCode = 404;
-        response.end("no bundle");
-      }
-    });
+    for (const [path, variable] of Object.entries(FILES))
+      server.middlewares.use(path, (_request, response) => {
+        try {
+          const file = process.env[variable];
+          response.setHeader("Content-Length", statSync(file).size);
+          response.setHeader("Content-Type", "application/octet-stream");
+          createReadStream(file).pipe(response);
+        } catch {
+          response.statusCode = 404;
+          response.end(`no ${variable}`);
+        }
+      });
   },
 };
 
@@ -36,5 +38,5 @@ export default defineConfig({
   build: { outDir: out, emptyOutDir: true, assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, target: "es2022" },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
-  plugins: [serveBundle],
+  plugins: [serveFiles],
 });

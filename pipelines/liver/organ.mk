@@ -21,6 +21,9 @@ TETRAHEDRA_OPTIONS_10000 := --region liver --size 4.7
 TETRAHEDRA_OPTIONS_20000 := --region liver --size 3.8
 TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
 
+# What is drawn over any of them: 14,000 triangles, denser where the liver bends.
+RENDER_OPTIONS ?= --labels 255 --triangles 14000 --spread curvature
+
 $(DATA)/liver/liver.inr.gz: $(PIPELINES)/liver/extract-image.sh
 	mkdir -p $(@D)
 	$< $@

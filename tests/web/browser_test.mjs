@@ -1,15 +1,17 @@
-// node browser_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER: the built viewer in headless Chromium. Its forces and shapes
+// node browser_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH]: the built viewer in headless Chromium. Without a
+// RENDER_MESH the bundle is the box of tests/support, and gets one. Its forces and shapes
 // against palpate-run on the same paths, what mouse and keys do, the states of the page; pictures and frame times into FOLDER.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { playNatively, readForces, relativeDifference } from "./reference.mjs";
 
-const [packageFolder, palpateRun, bundle, folder] = process.argv.slice(2).map((path) => resolve(path));
+const [packageFolder, palpateRun, bundle, folder, givenMesh] = process.argv.slice(2).map((path) => resolve(path));
+const renderMesh = givenMesh ?? `${folder}/render.ply`;
 const require = createRequire(`${packageFolder}/package.json`);
 const { chromium } = require("playwright-core");
 const { preview } = await import(pathToFileURL(require.resolve("vite").replace(/index\.cjs$/, "dist/node/index.js")));
@@ -24,7 +26,9 @@ const PATIENCE = 120_000;  // ms: a busy machine draws a frame a second
 let server, browser, url;
 before(async () => {
   mkdirSync(folder, { recursive: true });
+  if (!givenMesh) writeFileSync(renderMesh, boxSurface([60, 50, 40], 12));
   process.env.PALPATE_BUNDLE = bundle;
+  process.env.PALPATE_RENDER_MESH = renderMesh;
   server = await preview({ configFile: `${packageFolder}/vite.config.js`, preview: { port: 0, strictPort: false }, logLevel: "error" });
   url = server.resolvedUrls.local[0];
   browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
@@ -56,6 +60,29 @@ async function ready(options) {
   return page;
 }
 
+// A box of that size, mm, from the origin and a way along x, each face cut into squares of two triangles: a PLY file.
+function boxSurface(size, cuts, away = 0) {
+  const points = [], faces = [];
+  for (let axis = 0; axis < 3; ++axis)
+    for (const side of [0, 1]) {
+      const first = points.length, row = cuts + 1, [u, v] = side ? [(axis + 1) % 3, (axis + 2) % 3] : [(axis + 2) % 3, (axis + 1) % 3];
+      for (let i = 0; i <= cuts; ++i)
+        for (let j = 0; j <= cuts; ++j) {
+          const point = [0, 0, 0];
+          point[axis] = side * size[axis], point[u] = (i * size[u]) / cuts, point[v] = (j * size[v]) / cuts;
+          point[0] += away;
+          points.push(point.join(" "));
+        }
+      for (let i = 0; i < cuts; ++i)
+        for (let j = 0; j < cuts; ++j) {
+          const a = first + i * row + j, b = a + row;
+          faces.push(`3 ${a} ${b} ${b + 1}`, `3 ${a} ${b + 1} ${a + 1}`);
+        }
+    }
+  return `ply\nformat ascii 1.0\nelement vertex ${points.length}\nproperty float x\nproperty float y\nproperty float z\n` +
+    `element face ${faces.length}\nproperty list uchar int vertex_indices\nend_header\n${[...points, ...faces].join("\n")}\n`;
+}
+
 // A place of the surface in the middle of the view and the way in, from the page itself.
 const middle = (page) => page.evaluate(() => {
   const { place, normal } = globalThis.palpateViewer.front();
@@ -74,7 +101,11 @@ async function replayed(page) {
   await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
   const [file] = await Promise.all([page.waitForEvent("download"), page.evaluate(() => document.getElementById("save-forces").click())]);
   const forces = readForces(readFileSync(await file.path(), "utf8"), 1);
-  return { forces, positions: await page.evaluate(() => [...globalThis.palpateViewer.replayed.positions]) };
+  const { positions, fine } = await page.evaluate(() => {
+    const { positions, fine } = globalThis.palpateViewer.replayed;
+    return { positions: [...positions], fine: [...fine] };
+  });
+  return { forces, positions, fine };
 }
 
 function assertSame(found, expected) {
@@ -85,6 +116,9 @@ function assertSame(found, expected) {
   if (!expected.shapes) return;
   const shapes = relativeDifference(found.positions, expected.shapes.at(-1));
   assert.ok(shapes < TOLERANCE, `shapes differ by ${shapes}`);
+  const fine = relativeDifference(found.fine, expected.skins.at(-1));
+  assert.ok(fine < TOLERANCE, `the finer surface differs by ${fine}`);
+  assert.ok(relativeDifference(expected.skins.at(-1), expected.skins[0]) > 100 * TOLERANCE, "it moves");
 }
 
 test("a path gives palpate-run's forces and shape, under each effect that is switched on", async () => {
@@ -92,18 +126,76 @@ test("a path gives palpate-run's forces and shape, under each effect that is swi
   // 250 touches: the last is one of palpate-run's frames as well (60 a second).
   const rows = pathRows(await middle(page), [[0, 0.002], [0.05, 0.001], [0.2, -0.006], [0.25, -0.008]]);
   const tool = { name: "probe", points: [[0, 0, 0]], path: rows };
+  const native = (name, effects, tools) => playNatively(palpateRun, folder, name, bundle, effects, tools, ["--render-mesh", renderMesh]);
   const disc = { ...tool, radius: RADIUS }, rubbing = { ...disc, friction: 0.3 };
-  assertSame(await playInPage(page, csv(rows)), playNatively(palpateRun, folder, "disc", bundle, { contact: "patch" }, [disc]));
+  assertSame(await playInPage(page, csv(rows)), native("disc", { contact: "patch" }, [disc]));
 
   await page.selectOption('[data-effect="law"]', "coulomb");
   await page.check('[data-effect="follow"]');
   assertSame(await playInPage(page, csv(rows)),
-    playNatively(palpateRun, folder, "slipping", bundle, { contact: "patch", law: "coulomb", collision: "deformed" }, [rubbing]));
+    native("slipping", { contact: "patch", law: "coulomb", collision: "deformed" }, [rubbing]));
 
   await page.selectOption('[data-effect="law"]', "sticking");
   await page.uncheck('[data-effect="follow"]');
   await page.selectOption('[data-effect="contact"]', "point");
-  assertSame(await playInPage(page, csv(rows)), playNatively(palpateRun, folder, "point", bundle, { contact: "point" }, [tool]));
+  assertSame(await playInPage(page, csv(rows)), native("point", { contact: "point" }, [tool]));
+
+  // Of a bundle that has it, the interior: computed and drawn when it is asked for, and not before.
+  const inside = () => page.evaluate(() => globalThis.palpateViewer.shown.inside);
+  assert.equal(await inside(), 0);
+  if (await page.isEnabled('[data-effect="interior"]')) {
+    await page.check('[data-effect="interior"]');
+    assertSame(await playInPage(page, csv(rows)), native("volume", { contact: "point", shape: "volume" }, [tool]));
+    await page.waitForFunction(() => globalThis.palpateViewer.shown.inside > 0);
+    await picture(page, "interior");
+  }
+  assert.deepEqual(page.failures, []);
+  await page.close();
+});
+
+test("the finer surface is drawn where there is one, its cost is told, and it can be switched off", async () => {
+  const page = await ready();
+  const drawn = () => page.evaluate(() => globalThis.palpateViewer.shown.fine?.positions.length ?? 0);
+  const vertices = Number(readFileSync(renderMesh).toString("latin1").match(/element vertex (\d+)/)[1]);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
+  assert.equal(await drawn(), 3 * vertices);
+  const cost = page.locator("#effects .line", { hasText: "Fine surface" }).locator(".cost");
+  assert.match(await cost.textContent(), /^\d.* · [\d.]+$/);
+  assert.ok(Number((await cost.textContent()).split(" · ")[1]) > 0);
+  for (const id of ["show-fixed", "show-touchable", "show-mesh"]) await page.check(`#${id}`);
+  await picture(page, "mesh-under-fine");
+  await page.uncheck('[data-effect="fine"]');
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.fine === null);
+  await picture(page, "mesh");
+  await page.check('[data-effect="fine"]');
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
+  assert.deepEqual(page.failures, []);
+  await page.close();
+});
+
+test("a finer surface is dropped beside a bundle or on an open organ; one that is none or of another organ is named", async () => {
+  const page = await open({}, (p) => p.route("**/render.ply", (route) => route.fulfill({ status: 404, body: "" })));
+  await inState(page, "ready");
+  assert.equal(await page.isDisabled('[data-effect="fine"]'), true);
+  const give = (text) => page.setInputFiles("#file", { name: "given.ply", mimeType: "application/octet-stream", buffer: Buffer.from(text) });
+  const notice = (pattern) => page.waitForFunction((p) => new RegExp(p).test(document.getElementById("notice").textContent), pattern);
+  await give("ply\nthis is none");
+  await notice("given.ply: no finer surface");
+  const good = readFileSync(renderMesh);
+  await give(good);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
+  await give(boxSurface([60, 50, 40], 2, 1000));  // a metre away
+  await notice("give metres");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.fine === null);
+  assert.equal(await page.isDisabled('[data-effect="fine"]'), true);
+  await page.evaluate(async (ply) => {
+    const files = new DataTransfer(), bytes = await (await fetch("bundle.h5")).arrayBuffer();
+    files.items.add(new File([Uint8Array.from(atob(ply), (c) => c.charCodeAt(0))], "fine.PLY"));
+    files.items.add(new File([bytes], "dropped.h5"));
+    dispatchEvent(new DragEvent("drop", { dataTransfer: files }));
+  }, good.toString("base64"));
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
+  assert.equal(await page.isChecked('[data-effect="fine"]'), true);
   assert.deepEqual(page.failures, []);
   await page.close();
 });
@@ -209,17 +301,20 @@ test("no bundle: the page says what to do, and takes one that is opened; a damag
   const page = await open({}, (p) => p.route("**/bundle.h5", (route) => route.fulfill({ status: 404, body: "" })));
   await inState(page, "empty");
   await picture(page, "empty");
-  const bytes = readFileSync(bundle);
-  const give = (buffer) => page.setInputFiles("#file", { name: "given.h5", mimeType: "application/x-hdf5", buffer });
-  await give(bytes.subarray(0, bytes.length / 2));
+  const give = (file) => page.setInputFiles("#file", file);  // by name: Playwright takes no more than 50 MB as bytes
+  const damaged = `${folder}/damaged.h5`, bytes = readFileSync(bundle);
+  writeFileSync(damaged, bytes.subarray(0, bytes.length / 2));
+  await give(damaged);
   await inState(page, "error");
   assert.match(await page.textContent("#error-text"), /bytes/);
   assert.equal(await page.isVisible("#error-back"), false);
   await picture(page, "error");
-  await give(bytes);
+  await give(bundle);
   await inState(page, "ready");
-  await give(Buffer.from("this is no bundle".repeat(1000)));
+  writeFileSync(damaged, "this is no bundle".repeat(1000));
+  await give(damaged);
   await inState(page, "error");
+  rmSync(damaged);
   await page.click("#error-back");
   await inState(page, "ready");
   assert.deepEqual(page.failures, []);
@@ -264,17 +359,26 @@ test("a picture of a press, seen from the side", async () => {
   await page.close();
 });
 
-test("frames are timed while the demonstration plays", async () => {
-  const page = await ready();
+// Of a press that is replayed in the surface that is drawn now.
+async function timed(page) {
+  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
   await page.click("#replay");
   await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
-  const times = await page.evaluate(() => ({
-    vertices: globalThis.palpateViewer.info.nodeCount, surface: globalThis.palpateViewer.info.surfaceNodeCount,
-    drawMs: globalThis.palpateViewer.frames.median, framesPerSecond: globalThis.palpateViewer.frames.rate,
-    touchUs: globalThis.palpateViewer.smooth.touchUs, shapeUs: globalThis.palpateViewer.smooth.shapeUs,
-  }));
+  return page.evaluate(() => {
+    const { info, shown, frames, smooth, fine } = globalThis.palpateViewer;
+    return { vertices: info.nodeCount, surface: info.surfaceNodeCount, drawnTriangles: shown.fine ? fine.triangles.length / 3 : info.triangleCount,
+      drawMs: frames.median, framesPerSecond: frames.rate, touchUs: smooth.touchUs, shapeUs: smooth.shapeUs };
+  });
+}
+
+test("frames are timed while a press plays, with the finer surface and without", async () => {
+  const page = await ready();
+  const fine = await timed(page);
+  await page.uncheck('[data-effect="fine"]');
+  const coarse = await timed(page), times = [coarse, fine];
   writeFileSync(`${folder}/frame-times.json`, JSON.stringify(times, null, 1) + "\n");
   console.log(JSON.stringify(times));
-  assert.ok(times.drawMs > 0 && times.framesPerSecond > 0 && times.touchUs > 0 && times.shapeUs > 0);
+  for (const { drawMs, framesPerSecond, touchUs, shapeUs } of times) assert.ok(drawMs > 0 && framesPerSecond > 0 && touchUs > 0 && shapeUs > 0);
+  assert.ok(fine.drawnTriangles > coarse.drawnTriangles);
   await page.close();
 });

@@ -2,7 +2,7 @@
 // paths, its size, what it says of damaged bytes, and that a step leaves the memory's arrays where they are.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, statSync } from "node:fs";
+import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { boxScenes, boxToolsFor, playNatively, positionAt, relativeDifference } from "./reference.mjs";
@@ -68,6 +68,39 @@ for (const wasm of wasms) {
       scene.destroy();
       bundle.close();
     });
+
+  test(`${wasm}: a render mesh goes where palpate-run has it`, () => {
+    const effects = { collision: "deformed", contact: "point" }, tools = boxToolsFor(effects), bundle = runtime.openBundle(bytes);
+    // Every node of the surface, and the middle of every triangle a millimetre out of the box's middle.
+    const { nodes, triangles, info } = bundle, positions = Array.from(nodes.subarray(0, 3 * info.surfaceNodeCount));
+    for (let t = 0; t < info.triangleCount; ++t)
+      for (let d = 0; d < 3; ++d) {
+        const middle = [0, 1, 2].reduce((sum, v) => sum + nodes[3 * triangles[3 * t + v] + d] / 3, 0);
+        positions.push(middle + (middle > 0.025 ? 0.001 : -0.001));
+      }
+    const rows = Array.from({ length: positions.length / 3 }, (_, v) => positions.slice(3 * v, 3 * v + 3).map((x) => 1000 * x).join(" "));
+    writeFileSync(`${folder}/fine.ply`, `ply\nformat ascii 1.0\nelement vertex ${rows.length}\nproperty double x\nproperty double y\n` +
+      `property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n${rows.join("\n")}\n3 0 1 2\n`);
+    const expected = playNatively(palpateRun, folder, "skin", file, effects, tools, ["--render-mesh", `${folder}/fine.ply`]);
+    const renderMesh = { positions: Float32Array.from(positions), normals: new Float32Array(positions.length).fill(1) };
+    const scene = bundle.createScene({ ...effects, renderMesh, maxTools: 2, maxPoints: 2 }), skins = [];
+    assert.ok(scene.plan.some((pass) => pass.name === "skin: render mesh"));
+    expected.forces.forEach((_, step) => {
+      scene.setTools(tools.map((tool) => ({ ...tool, points: positionAt(tool.path, step / 1000) })));
+      scene.touch(1e-3);
+      if (step < Math.ceil((skins.length * 1000) / 60 - 1e-9)) return;
+      assert.equal(scene.shape() | scene.skin(), 0);
+      skins.push(scene.skinPositions.slice());
+    });
+    assert.equal(skins.length, expected.skins.length);
+    skins.forEach((skin, i) => assert.ok(relativeDifference(skin, expected.skins[i]) < tolerance, `skin ${i}`));
+    assert.ok(relativeDifference(skins.at(-4), skins[0]) > 100 * tolerance, "the mesh moves");
+    for (let i = 0; i < scene.skinNormals.length; i += 3) assert.ok(Math.abs(Math.hypot(...scene.skinNormals.subarray(i, i + 3)) - 1) < 1e-5);
+    assert.throws(() => bundle.createScene({ renderMesh: { positions: Float32Array.of(1, 2) } }), /three numbers a vertex/);
+    assert.throws(() => bundle.createScene({ renderMesh: { positions: Float32Array.of(30, 20, 40) } }), /give metres/);
+    scene.destroy();
+    bundle.close();
+  });
 
   test(`${wasm}: a grip holds a node where it is told`, () => {
     const bundle = runtime.openBundle(bytes), scene = bundle.createScene({ collision: "off", forceSlew: Infinity });

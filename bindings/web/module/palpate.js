@@ -10,9 +10,11 @@
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
  *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
- *   relaxation?: {share: number, time: number}[],
+ *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number
  * }} Effects What a scene calls for; what is left out is palpate_default_scene_def's. */
+/** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
+ *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; read while the scene is created. */
 /** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
 /** @typedef {{nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
  *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean}} BundleInfo */
@@ -207,6 +209,9 @@ export class Scene {
   #shapeAt = 0;
   #displacementsAt = 0;
   #positionsAt = 0;
+  #skinAt = 0;
+  #skinPositionsAt = 0;
+  #skinNormalsAt = 0;
 
   /** @param {Bundle} bundle @param {Effects} effects */
   constructor(bundle, effects) {
@@ -214,9 +219,14 @@ export class Scene {
     this.bundle = bundle;
     this.runtime = runtime;
     const def = heap.take(runtime.field("palpate_scene_def"));
+    /** vertices that skin() fills: the render mesh's */
+    this.vertexCount = (effects.renderMesh?.positions.length ?? 0) / 3;
+    this.hasNormals = !!effects.renderMesh?.normals;
+    let mesh = 0;
     try {
       api.palpate_default_scene_def(def);
       fillSceneDef(runtime, def, effects);
+      if (effects.renderMesh) mesh = lendRenderMesh(runtime, def, effects.renderMesh);
       this.pointer = runtime.open((out, error) => api.palpate_scene_create(bundle.pointer, def, out, error));
       const limit = (/** @type {string} */ name) => heap.i32(def + runtime.field(`palpate_scene_def.${name}`));
       this.maxTools = limit("max_tools");
@@ -226,6 +236,7 @@ export class Scene {
       this.nodeCount = [0, bundle.info.surfaceNodeCount, bundle.info.nodeCount][shape] ?? 0;
     } finally {
       heap.release(def);
+      if (mesh) heap.release(mesh);
     }
     this.#takeMemory();
   }
@@ -237,18 +248,22 @@ export class Scene {
       this.maxTools * runtime.field("palpate_tool"), this.maxTools * this.maxPoints * 24,
       this.maxTools * this.maxPoints * runtime.field("palpate_grip"), api.palpate_contacts_bytes(this.pointer),
       runtime.field("palpate_shape_out"), 12 * this.nodeCount, 12 * this.nodeCount,
+      runtime.field("palpate_skin_out"), 12 * this.vertexCount, this.hasNormals ? 12 * this.vertexCount : 0,
     ].map((bytes) => (bytes + 15) & ~15);
     const all = sizes.reduce((sum, bytes) => sum + bytes, 0);
     this.#memory = heap.take(all);
     heap.bytes.fill(0, this.#memory, this.#memory + all);
     let at = this.#memory;
-    [this.#toolsAt, this.#pointsAt, this.#gripsAt, this.#contactsAt, this.#shapeAt, this.#displacementsAt, this.#positionsAt] =
-      sizes.map((bytes) => (at += bytes) - bytes);
-    const put = (/** @type {string} */ name, /** @type {number} */ value) =>
-      heap.data.setUint32(this.#shapeAt + runtime.field(`palpate_shape_out.${name}`), value, true);
-    put("displacements", this.nodeCount ? this.#displacementsAt : 0);
-    put("positions", this.nodeCount ? this.#positionsAt : 0);
-    put("node_capacity", this.nodeCount);
+    [this.#toolsAt, this.#pointsAt, this.#gripsAt, this.#contactsAt, this.#shapeAt, this.#displacementsAt, this.#positionsAt,
+      this.#skinAt, this.#skinPositionsAt, this.#skinNormalsAt] = sizes.map((bytes) => (at += bytes) - bytes);
+    const put = (/** @type {number} */ at, /** @type {string} */ name, /** @type {number} */ value) =>
+      heap.data.setUint32(at + runtime.field(name), value, true);
+    put(this.#shapeAt, "palpate_shape_out.displacements", this.nodeCount ? this.#displacementsAt : 0);
+    put(this.#shapeAt, "palpate_shape_out.positions", this.nodeCount ? this.#positionsAt : 0);
+    put(this.#shapeAt, "palpate_shape_out.node_capacity", this.nodeCount);
+    put(this.#skinAt, "palpate_skin_out.positions", this.#skinPositionsAt);
+    put(this.#skinAt, "palpate_skin_out.normals", this.hasNormals ? this.#skinNormalsAt : 0);
+    put(this.#skinAt, "palpate_skin_out.vertex_capacity", this.vertexCount);
   }
 
   /** The passes of a step, in order. @returns {PlanPass[]} */
@@ -317,6 +332,11 @@ export class Scene {
     return this.runtime.api.palpate_shape(this.pointer, this.#contactsAt, this.#shapeAt) >>> 0;
   }
 
+  /** The render mesh under the last shape(): fills skinPositions and skinNormals. @returns {number} flag bits */
+  skin() {
+    return this.runtime.api.palpate_skin(this.pointer, this.#shapeAt, this.#skinAt) >>> 0;
+  }
+
   /** view [3] N: what the organ does to the tool, limited. @param {number} tool */
   force(tool) {
     return this.#toolVector(tool, "force");
@@ -346,6 +366,15 @@ export class Scene {
   /** view [nodeCount][3] m, of the last shape() */
   get displacements() {
     return new Float32Array(this.runtime.heap.buffer, this.#displacementsAt, 3 * this.nodeCount);
+  }
+
+  /** view [vertexCount][3] m, of the last skin() */
+  get skinPositions() {
+    return new Float32Array(this.runtime.heap.buffer, this.#skinPositionsAt, 3 * this.vertexCount);
+  }
+  /** view [vertexCount][3], unit, of the last skin(); empty for a render mesh without normals */
+  get skinNormals() {
+    return new Float32Array(this.runtime.heap.buffer, this.#skinNormalsAt, this.hasNormals ? 3 * this.vertexCount : 0);
   }
 
   /** The contacts as plain bytes, view: copy them to another scene's contactBytes of the same bundle and limits. */
@@ -391,6 +420,24 @@ function fillSceneDef(runtime, def, effects) {
   if (effects.maxContactNodes !== undefined) data.setInt32(field("max_contact_nodes"), effects.maxContactNodes, true);
   if (effects.forceLimit !== undefined) data.setFloat64(field("force_limit"), effects.forceLimit, true);
   if (effects.forceSlew !== undefined) data.setFloat64(field("force_slew"), effects.forceSlew, true);
+}
+
+// Copies the mesh to where the scene reads it while it is created. Returns what is to be released then.
+/** @param {Runtime} runtime @param {number} def @param {RenderMesh} mesh @returns {number} */
+function lendRenderMesh(runtime, def, { positions, normals }) {
+  if (positions.length % 3 || (normals && normals.length !== positions.length))
+    throw new PalpateError(ARGUMENT, `renderMesh: expected three numbers a vertex and as many in normals, found ${positions.length} and ${normals?.length}`);
+  const { heap } = runtime, size = runtime.field("palpate_render_mesh"), at = heap.take(size + 24 + 8 * positions.length);
+  const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
+  new Float32Array(heap.buffer, first, positions.length).set(positions);
+  if (normals) new Float32Array(heap.buffer, second, normals.length).set(normals);
+  const put = (/** @type {string} */ name, /** @type {number} */ value) =>
+    heap.data.setUint32(at + runtime.field(`palpate_render_mesh.${name}`), value, true);
+  put("positions", first);
+  put("normals", normals ? second : 0);
+  put("vertex_count", positions.length / 3);
+  heap.data.setUint32(def + runtime.field("palpate_scene_def.render_mesh"), at, true);
+  return at;
 }
 
 /** @param {any} api @param {Heap} heap @returns {Map<string, number>} */

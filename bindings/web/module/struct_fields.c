@@ -44,6 +44,11 @@ static const palpate_web_field fields[] = {
     FIELD(palpate_scene_def, max_contact_nodes),
     FIELD(palpate_scene_def, force_limit),
     FIELD(palpate_scene_def, force_slew),
+    FIELD(palpate_scene_def, render_mesh),
+    SIZE(palpate_render_mesh),
+    FIELD(palpate_render_mesh, positions),
+    FIELD(palpate_render_mesh, normals),
+    FIELD(palpate_render_mesh, vertex_count),
     SIZE(palpate_plan_pass),
     FIELD(palpate_plan_pass, name),
     FIELD(palpate_plan_pass, half),
@@ -82,6 +87,10 @@ static const palpate_web_field fields[] = {
     FIELD(palpate_shape_out, positions),
     FIELD(palpate_shape_out, node_capacity),
     FIELD(palpate_shape_out, node_count),
+    SIZE(palpate_skin_out),
+    FIELD(palpate_skin_out, positions),
+    FIELD(palpate_skin_out, normals),
+    FIELD(palpate_skin_out, vertex_capacity),
     {0, 0},
 };
 

@@ -1,6 +1,6 @@
 // What each effect costs: the same press with it and without it.
-import type { Bundle, Effects } from "../../module/palpate.js";
-import type { Cost, ToolShape, Vector } from "./messages";
+import type { Bundle, RenderMesh } from "../../module/palpate.js";
+import type { Cost, PageEffects, ToolShape, Vector } from "./messages";
 import { TouchScene } from "./touch_scene";
 
 const ROUNDS = 7;
@@ -9,7 +9,7 @@ const SHAPES = 20;
 const PRESS_STEP = 1e-5; // m per touch
 
 // For each switch of the page: the effects with it off, and on.
-const SWITCHES: Record<string, [Effects, Effects]> = {
+const SWITCHES: Record<string, [PageEffects, PageEffects]> = {
   follow: [{ collision: "rest" }, { collision: "deformed" }],
   contact: [{ contact: "point" }, { contact: "patch" }],
   law: [{ law: "sticking" }, { law: "coulomb" }],
@@ -18,14 +18,16 @@ const SWITCHES: Record<string, [Effects, Effects]> = {
   interior: [{ shape: "surface" }, { shape: "volume" }],
   relaxation: [{ relaxation: [] }, {}],
   preload: [{ preload: false }, { preload: true }],
+  fine: [{ fine: false }, { fine: true }],
 };
 
-export function measureCosts(bundle: Bundle, effects: Effects, tool: ToolShape, relaxation: Effects["relaxation"],
+export function measureCosts(bundle: Bundle, effects: PageEffects, tool: ToolShape, mesh: RenderMesh | null, relaxation: PageEffects["relaxation"],
                              available: (effect: string) => boolean, place: Vector, normal: Vector): Cost[] {
   const names = Object.keys(SWITCHES).filter(available);
-  const variant = (change: Effects): TouchScene | null => {
+  const base: PageEffects = { ...effects, fine: false }; // which takes so long that the others would be lost in it
+  const variant = (change: PageEffects): TouchScene | null => {
     try {
-      return new TouchScene(bundle, { ...effects, ...change }, tool);
+      return new TouchScene(bundle, { ...base, ...change }, tool, mesh);
     } catch {
       return null; // the bundle has nothing for it
     }
@@ -34,7 +36,7 @@ export function measureCosts(bundle: Bundle, effects: Effects, tool: ToolShape, 
     const [off, on] = SWITCHES[effect];
     const without = variant(off);
     // A choice of several keeps what is chosen; a switch that is off is measured as if it were on.
-    const chosen = Object.entries(off).every(([key, value]) => same(effects[key as keyof Effects], value));
+    const chosen = Object.entries(off).every(([key, value]) => same(base[key as keyof PageEffects], value));
     const withIt = variant(chosen ? (effect === "relaxation" ? { relaxation } : on) : {});
     const cost = without && withIt ? difference(withIt, without, place, normal) : null;
     without?.destroy();
@@ -51,7 +53,7 @@ function difference(withIt: TouchScene, without: TouchScene, place: Vector, norm
   for (let round = 0; round < ROUNDS; ++round)
     [withIt, without].forEach((scene, i) => {
       best.touch[i] = Math.min(best.touch[i], timePress(scene, place, normal));
-      best.shape[i] = Math.min(best.shape[i], time(SHAPES, () => scene.scene.shape()));
+      best.shape[i] = Math.min(best.shape[i], time(SHAPES, () => scene.shape()));
     });
   return { touchUs: Math.max(0, best.touch[0] - best.touch[1]), shapeUs: Math.max(0, best.shape[0] - best.shape[1]) };
 }

@@ -1,9 +1,9 @@
 // The effects as the page shows them: a line each, with a switch or a choice.
-import type { BundleInfo, Effects } from "../../module/palpate.js";
-import type { ToolShape } from "./messages";
+import type { BundleInfo } from "../../module/palpate.js";
+import type { PageEffects, ToolShape } from "./messages";
 
-export const DEFAULT_EFFECTS: Effects = {
-  collision: "rest", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [],
+export const DEFAULT_EFFECTS: PageEffects = {
+  collision: "rest", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [], fine: false,
 };
 export const DEFAULT_TOOL: ToolShape = { radius: 0.006, friction: 0.3 };
 
@@ -16,20 +16,20 @@ export interface EffectLine {
   about: string;
   choices?: [word: string, label: string][]; // of a list; without: a switch
   cheapest: string | boolean; // the value that costs least: costs are told against it
-  value: (effects: Effects) => string | boolean;
-  change: (value: string | boolean) => Effects;
+  value: (effects: PageEffects) => string | boolean;
+  change: (value: string | boolean) => PageEffects;
 }
 
 export const EFFECT_LINES: EffectLine[] = [
   {
     effect: "contact", label: "Contact", about: "where a tool holds the surface",
     choices: [["patch", "disc"], ["point", "point"], ["triangle", "triangle"], ["node", "node"]],
-    cheapest: "point", value: (e) => e.contact!, change: (v) => ({ contact: v as Effects["contact"] }),
+    cheapest: "point", value: (e) => e.contact!, change: (v) => ({ contact: v as PageEffects["contact"] }),
   },
   {
     effect: "law", label: "Law", about: "how it holds",
     choices: [["sticking", "sticks"], ["sliding", "slides"], ["unilateral", "pushes only"], ["coulomb", "friction"]],
-    cheapest: "sticking", value: (e) => e.law!, change: (v) => ({ law: v as Effects["law"] }),
+    cheapest: "sticking", value: (e) => e.law!, change: (v) => ({ law: v as PageEffects["law"] }),
   },
   {
     effect: "follow", label: "Follow the surface", about: "tools meet the organ where it is now",
@@ -48,20 +48,25 @@ export const EFFECT_LINES: EffectLine[] = [
     cheapest: false, value: (e) => !!e.relaxation?.length, change: (v) => ({ relaxation: v ? BRAIN_RELAXATION : [] }),
   },
   {
-    effect: "interior", label: "Interior", about: "the nodes inside move too (computed, not drawn)",
+    effect: "interior", label: "Interior", about: "the mesh inside moves too and is drawn, through the surface",
     cheapest: false, value: (e) => e.shape === "volume", change: (v) => ({ shape: v ? "volume" : "surface" }),
   },
   {
     effect: "preload", label: "Weight", about: "rest shape under the organ's own weight",
     cheapest: false, value: (e) => !!e.preload, change: (v) => ({ preload: !!v }),
   },
+  {
+    effect: "fine", label: "Fine surface", about: "a finer mesh follows the organ and is drawn in its place; a .ply file, dropped beside the bundle",
+    cheapest: false, value: (e) => !!e.fine, change: (v) => ({ fine: !!v }),
+  },
 ];
 
-export function isAvailable(effect: string, info: BundleInfo): boolean {
+export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean): boolean {
   if (effect === "force") return info.hasForce;
   if (effect === "radial") return info.hasRadial;
   if (effect === "interior") return info.hasInterior && info.nodeCount > info.surfaceNodeCount;
   if (effect === "preload") return info.hasPreload;
+  if (effect === "fine") return hasMesh;
   return true;
 }
 

@@ -1,20 +1,19 @@
 // The list of effects: a switch or a choice for each, and what it costs.
-import type { BundleInfo, Effects } from "../../module/palpate.js";
-import { EFFECT_LINES, isAvailable } from "./effects";
-import type { Cost } from "./messages";
+import { EFFECT_LINES } from "./effects";
+import type { Cost, PageEffects } from "./messages";
 
 export class EffectsPanel {
-  private effects: Effects = {};
+  private effects: PageEffects = {};
   private costs = new Map<string, HTMLElement>();
 
-  constructor(private list: HTMLElement, private changed: (effects: Effects) => void) {}
+  constructor(private list: HTMLElement, private changed: (effects: PageEffects) => void) {}
 
-  open(info: BundleInfo, effects: Effects) {
+  open(effects: PageEffects, isAvailable: (effect: string) => boolean) {
     this.effects = { ...effects };
     this.list.replaceChildren(...EFFECT_LINES.map((line) => {
-      const available = isAvailable(line.effect, info);
+      const available = isAvailable(line.effect);
       const row = element("label", "line"), cost = element("span", "cost");
-      row.title = available ? line.about : `${line.about}; this bundle holds nothing for it`;
+      row.title = available ? line.about : `${line.about}; there is nothing for it here`;
       row.classList.toggle("absent", !available);
       const dim = (value: string | boolean) => row.classList.toggle("off", value === line.cheapest);
       dim(line.value(effects));

@@ -1,12 +1,12 @@
 // The engine's thread: opens bundles, touches at a fixed rate of its own, shapes when the page asks for a frame.
 import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
-import { hasSimd, loadRuntime, PalpateError, type Bundle, type Effects, type Runtime } from "../../module/palpate.js";
+import { hasSimd, loadRuntime, PalpateError, type Bundle, type RenderMesh, type Runtime } from "../../module/palpate.js";
 import { measureCosts } from "./costs";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
-  TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type Recording, type Sample, type ToWorker, type ToolFrame,
-  type ToolTarget, type Vector,
+  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Recording, type Sample,
+  type ToWorker, type ToolFrame, type ToolTarget, type Vector,
 } from "./messages";
 import { Recorder, recordedTool, type RecordedTool } from "./recorder";
 import { ToolMotion } from "./tool_motion";
@@ -21,7 +21,8 @@ const say = (message: FromWorker, transfer: Transferable[] = []) => postMessage(
 let runtime: Runtime | null = null;
 let bundle: Bundle | null = null;
 let scene: TouchScene | null = null;
-let effects: Effects = DEFAULT_EFFECTS;
+let effects: PageEffects = DEFAULT_EFFECTS;
+let fineMesh: Required<RenderMesh> | null = null;
 let toolShape = DEFAULT_TOOL;
 
 const motions: (ToolMotion | null)[] = Array(TOOL_COUNT).fill(null);
@@ -53,12 +54,13 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     const engine = await start();
     opened = await open(engine);
     opened.check();
-    const first = new TouchScene(opened, DEFAULT_EFFECTS, DEFAULT_TOOL);
+    const first = new TouchScene(opened, DEFAULT_EFFECTS, DEFAULT_TOOL, null);
     close();
     bundle = opened;
     scene = first;
     effects = DEFAULT_EFFECTS;
     toolShape = DEFAULT_TOOL;
+    fineMesh = null;
     stale = true;
     const mesh = meshOf(opened);
     say({ type: "opened", name, mesh, info: opened.info, provenance: parsed(opened.provenance), bytes: opened.byteCount, simd: hasSimd() });
@@ -86,19 +88,20 @@ function parsed(provenance: string): Record<string, unknown> {
   }
 }
 
-function meshOf({ info, nodes, triangles, fixed, touchable }: Bundle): Mesh {
+function meshOf({ info, nodes, triangles, tetrahedra, fixed, touchable }: Bundle): Mesh {
   const held: number[] = [];
   for (let n = 0; n < info.surfaceNodeCount; ++n) if (fixed[3 * n] && fixed[3 * n + 1] && fixed[3 * n + 2]) held.push(n);
   return {
     positions: Float32Array.from(nodes.subarray(0, 3 * info.surfaceNodeCount)), triangles: Uint32Array.from(triangles),
+    tetrahedra: Uint32Array.from(info.hasInterior ? tetrahedra : []),
     fixed: Int32Array.from(held), touchable: Int32Array.from(touchable),
   };
 }
 
-function changeEffects(wanted: Effects, tool: typeof DEFAULT_TOOL) {
+function changeEffects(wanted: PageEffects, tool: typeof DEFAULT_TOOL) {
   if (!bundle) return;
   try {
-    const changed = new TouchScene(bundle, wanted, tool);
+    const changed = new TouchScene(bundle, wanted, tool, fineMesh);
     scene?.destroy();
     scene = changed;
     effects = wanted;
@@ -174,9 +177,8 @@ function movedTools(): RecordedTool[] {
 function replayedTools(): RecordedTool[] {
   const { recording } = replay!;
   if (replay!.step === recording.steps) {
-    scene!.scene.shape();
-    const positions = scene!.scene.positions.slice(0, 3 * bundle!.info.surfaceNodeCount);
-    say({ type: "replayed", recording, forces: replay!.forces, positions });
+    scene!.shape();
+    say({ type: "replayed", recording, forces: replay!.forces, positions: scene!.scene.positions.slice(), fine: scene!.scene.skinPositions.slice() });
     lastRecording = recording;
     replay = null;
     return Array(TOOL_COUNT).fill(null);
@@ -234,21 +236,19 @@ function forget() {
 
 function answerFrame(recycled: ArrayBuffer | null) {
   if (!scene || !bundle) return;
-  const nodes = bundle.info.surfaceNodeCount, bytes = 16 * nodes;
+  const nodes = bundle.info.surfaceNodeCount, inside = scene.scene.nodeCount - nodes, vertices = scene.scene.vertexCount;
+  const bytes = frameBytes(nodes, inside, vertices);
   const buffer = recycled?.byteLength === bytes ? recycled : new ArrayBuffer(bytes);
   const changed = stale;
   if (stale) {
     const start = performance.now();
-    flags |= scene.scene.shape();
+    flags |= scene.shape();
     shapeMs = performance.now() - start;
     stale = false;
   }
-  const { positions, displacements: u } = scene.scene;
-  new Float32Array(buffer, 0, 3 * nodes).set(positions.subarray(0, 3 * nodes));
-  const lengths = new Float32Array(buffer, 12 * nodes, nodes);
-  for (let n = 0; n < nodes; ++n) lengths[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
+  fillFrame(buffer, nodes, scene);
   const frame: Frame = {
-    type: "frame", buffer, tools: present.map(toolFrame), samples, changed, flags, lost,
+    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost,
     touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
     replaying: replay !== null, recorded: lastRecording !== null,
   };
@@ -258,6 +258,18 @@ function answerFrame(recycled: ArrayBuffer | null) {
   say(frame, [buffer]);
 }
 
+function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, displacements: u, nodeCount, vertexCount, skinPositions: x, skinNormals } }: TouchScene) {
+  const out = frameArrays(buffer, nodes, nodeCount - nodes, vertexCount);
+  out.positions.set(positions.subarray(0, 3 * nodes));
+  out.inside.set(positions.subarray(3 * nodes));
+  for (let n = 0; n < nodes; ++n) out.lengths[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
+  if (!vertexCount) return;
+  out.fine.positions.set(x);
+  out.fine.normals.set(skinNormals);
+  const rest = fineMesh!.positions;
+  for (let i = 0, v = 0; v < vertexCount; ++v, i += 3) out.fine.lengths[v] = Math.hypot(x[i] - rest[i], x[i + 1] - rest[i + 1], x[i + 2] - rest[i + 2]);
+}
+
 function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
   if (!tool) return null;
   return { point: tool.point, force: scene!.force(index), contacts: scene!.scene.contactCount(index), depth: depth(index, tool.point) };
@@ -265,13 +277,14 @@ function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
 
 function measure(place: Vector, normal: Vector) {
   if (!bundle) return;
-  const available = (effect: string) => isAvailable(effect, bundle!.info);
-  say({ type: "costs", costs: measureCosts(bundle, effects, toolShape, BRAIN_RELAXATION, available, place, normal) });
+  const available = (effect: string) => isAvailable(effect, bundle!.info, fineMesh !== null);
+  say({ type: "costs", costs: measureCosts(bundle, effects, toolShape, fineMesh, BRAIN_RELAXATION, available, place, normal) });
 }
 
 addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "fetch") void fetchBundle(data.url);
   if (data.type === "open") void opening(data.name, async (engine) => engine.openBundle(new Uint8Array(data.bytes)));
+  if (data.type === "fine") fineMesh = data.mesh;
   if (data.type === "effects") changeEffects(data.effects, data.tool);
   if (data.type === "tool") place(data.index, data.target);
   if (data.type === "frame") answerFrame(data.buffer);

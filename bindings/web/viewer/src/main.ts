@@ -1,15 +1,17 @@
 // The page: worker's words -> what is seen, the user's doing -> worker.
-import type { BundleInfo, Effects } from "../../module/palpate.js";
+import type { BundleInfo } from "../../module/palpate.js";
 import { GRADIENT } from "./colours";
-import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords } from "./effects";
+import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
+import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
-import type { Frame, FromWorker, Recording, ToWorker, Vector } from "./messages";
-import { OrganView, type Hit } from "./organ_view";
+import { frameArrays, frameBytes, type Frame, type FromWorker, type PageEffects, type Recording, type ToWorker, type Vector } from "./messages";
+import { OrganView, type Hit, type Shape } from "./organ_view";
 import { demonstration, forcesFile, pathOfRecording, recordingOfPath, save } from "./path_files";
 import { ToolPointer } from "./tool_pointer";
 
 const BUNDLE_URL = new URL("bundle.h5", location.href).href;
+const RENDER_MESH_URL = new URL("render.ply", location.href).href;
 const QUIET = 400; // ms without a touch before effects are timed
 
 const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -40,7 +42,9 @@ class Viewer {
   private plot = new ForcePlot(byId<HTMLCanvasElement>("plot"));
   private pointer: ToolPointer;
   private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects));
-  private effects: Effects = DEFAULT_EFFECTS;
+  private effects: PageEffects = DEFAULT_EFFECTS;
+  private fine: FineMesh | null = null; // what effects.fine draws
+  private fineFile: Promise<{ name: string; bytes: ArrayBuffer } | null>; // of the bundle that is being opened
   private tool = { ...DEFAULT_TOOL };
   private info: BundleInfo | null = null;
   private opened = false;
@@ -54,7 +58,7 @@ class Viewer {
   private measured = false;
   private frames = new FrameClock();
   private smooth = { touchUs: 0, shapeUs: 0 };
-  private newest: { positions: Float32Array; lengths: Float32Array; frame: Frame } | null = null;
+  private newest: { shape: Shape; frame: Frame } | null = null;
 
   constructor(canvas: HTMLCanvasElement, private view: OrganView) {
     this.pointer = new ToolPointer(canvas, view, {
@@ -72,6 +76,7 @@ class Viewer {
     this.worker.addEventListener("error", (event) => this.refuse("The engine stopped", event.message || "It could not be started.", 0));
     this.connect(canvas);
     this.dress();
+    this.fineFile = fetched(RENDER_MESH_URL);
     this.tell({ type: "fetch", url: BUNDLE_URL });
     requestAnimationFrame(() => this.draw());
   }
@@ -84,7 +89,7 @@ class Viewer {
     if (message.type === "frame") return this.take(message);
     if (message.type === "progress") return this.progress(message.done, message.total);
     if (message.type === "costs") return this.effectsPanel.showCosts(message.costs);
-    if (message.type === "opened") return this.open(message);
+    if (message.type === "opened") return void this.open(message);
     if (message.type === "replayed") {
       this.replayed = message;
       byId<HTMLButtonElement>("save-forces").disabled = byId<HTMLButtonElement>("save-path").disabled = false;
@@ -106,7 +111,7 @@ class Viewer {
     byId("progress-text").textContent = total ? `${megabytes(done)} of ${megabytes(total)} MB` : `${megabytes(done)} MB`;
   }
 
-  private open({ mesh, info, provenance, bytes, simd }: Extract<FromWorker, { type: "opened" }>) {
+  private async open({ mesh, info, provenance, bytes, simd }: Extract<FromWorker, { type: "opened" }>) {
     this.opened = true;
     this.info = info;
     this.effects = DEFAULT_EFFECTS;
@@ -117,7 +122,8 @@ class Viewer {
     this.plot.clear();
     this.view.most = 0.005;
     this.view.open(mesh);
-    this.effectsPanel.open(info, this.effects);
+    this.fine = null;
+    this.showEffects();
     byId<HTMLInputElement>("radius").value = String(1000 * this.tool.radius);
     this.showRadius();
     const name = String(provenance.organ ?? "organ");
@@ -130,8 +136,29 @@ class Viewer {
     byId("notice").textContent = "";
     byId<HTMLButtonElement>("save-forces").disabled = byId<HTMLButtonElement>("save-path").disabled = true;
     byId("hint").classList.remove("done");
+    const file = await this.fineFile;
+    if (file) this.drawFine(file.name, file.bytes);
     state("ready");
     this.lastTouch = performance.now();
+  }
+
+  // A finer surface for the organ that is open.
+  private drawFine(name: string, bytes: ArrayBuffer) {
+    try {
+      this.fine = readFineMesh(bytes, this.view.radius);
+    } catch (error) {
+      byId("notice").textContent = `${name}: no finer surface in this file: ${(error as Error).message}`;
+      return;
+    }
+    const { positions, normals } = this.fine;
+    this.view.openFine(this.fine);
+    this.tell({ type: "fine", mesh: { positions, normals } });
+    this.changeEffects({ ...this.effects, fine: true });
+    this.showEffects();
+  }
+
+  private showEffects() {
+    this.effectsPanel.open(this.effects, (effect) => isAvailable(effect, this.info!, this.fine !== null));
   }
 
   private refuse(title: string, text: string, byteOffset: number) {
@@ -144,14 +171,29 @@ class Viewer {
 
   private refuseEffects(why: string) {
     byId("notice").textContent = why;
-    this.effects = DEFAULT_EFFECTS;
-    if (this.info) this.effectsPanel.open(this.info, this.effects);
-    this.changeEffects(this.effects);
+    if (this.effects.fine) this.fine = null; // it may be of another organ
+    if (this.info) {
+      this.effects = DEFAULT_EFFECTS;
+      this.showEffects();
+    }
+    this.changeEffects(DEFAULT_EFFECTS);
   }
 
-  private async openFile(file: File | undefined) {
-    if (!file) return;
-    if (file.name.endsWith(".csv")) return this.playPath(file);
+  // A bundle, and a finer surface with it; or one of them, or a path, for the organ that is open.
+  private async openFiles(files: Iterable<File>) {
+    const all = [...files], ending = (ends: string) => all.find((file) => file.name.toLowerCase().endsWith(ends));
+    const path = ending(".csv"), fine = ending(".ply"), bundle = all.find((file) => file !== path && file !== fine);
+    const bytes = fine?.arrayBuffer().catch(() => new ArrayBuffer(0));
+    if (bundle) {
+      this.fineFile = Promise.resolve(bytes && bytes.then((given) => ({ name: fine!.name, bytes: given }))).then((file) => file ?? null);
+      return this.openBundle(bundle);
+    }
+    if (!this.opened) return;
+    if (bytes) this.drawFine(fine!.name, await bytes);
+    if (path) return this.playPath(path);
+  }
+
+  private async openBundle(file: File) {
     this.progress(0, 0);
     byId("progress-text").textContent = file.name;
     const bytes = await file.arrayBuffer().catch(() => null);
@@ -161,7 +203,7 @@ class Viewer {
 
   // ---- doing ---------------------------------------------------------------------------------------------------------
 
-  private changeEffects(effects: Effects) {
+  private changeEffects(effects: PageEffects) {
     this.effects = effects;
     this.measured = false;
     this.pointer.forget();
@@ -221,7 +263,7 @@ class Viewer {
     for (const id of ["file", "path-file"])
       byId(id).addEventListener("change", (event) => {
         const input = event.target as HTMLInputElement;
-        void this.openFile(input.files?.[0]);
+        void this.openFiles(input.files ?? []);
         input.value = "";
       });
     for (const id of ["show-colour", "show-mesh", "show-fixed", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
@@ -275,7 +317,7 @@ class Viewer {
       event.preventDefault();
       over = 0;
       dragging(false);
-      void this.openFile(event.dataTransfer?.files[0]);
+      void this.openFiles(event.dataTransfer?.files ?? []);
     });
   }
 
@@ -288,7 +330,7 @@ class Viewer {
 
   private show() {
     this.view.show({ colour: isOn("show-colour"), mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), touchable: isOn("show-touchable") });
-    if (this.newest) this.view.move(this.newest.positions, this.newest.lengths);
+    if (this.newest) this.view.move(this.newest.shape);
     byId("legend").hidden = !isOn("show-colour");
   }
 
@@ -309,7 +351,7 @@ class Viewer {
       this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
       this.buffer = null;
     }
-    if (this.moved && this.newest) this.view.move(this.newest.positions, this.newest.lengths);
+    if (this.moved && this.newest) this.view.move(this.newest.shape);
     this.moved = false;
     this.view.render();
     this.showTools();
@@ -320,11 +362,11 @@ class Viewer {
 
   private take(frame: Frame) {
     this.waiting = false;
-    const nodes = frame.buffer.byteLength / 16;
-    const positions = new Float32Array(frame.buffer, 0, 3 * nodes), lengths = new Float32Array(frame.buffer, 12 * nodes, nodes);
-    if (nodes !== this.info?.surfaceNodeCount) return; // of the bundle before
+    const nodes = this.info?.surfaceNodeCount ?? 0, { inside, vertices } = frame;
+    if (frame.buffer.byteLength !== frameBytes(nodes, inside, vertices) || (vertices && 3 * vertices !== this.fine?.positions.length)) return; // of the bundle or the mesh before
     if (frame.changed) {
-      this.newest = { positions: positions.slice(), lengths: lengths.slice(), frame };
+      const { fine, ...shape } = frameArrays(frame.buffer.slice(0), nodes, inside, vertices);
+      this.newest = { shape: { ...shape, fine: vertices ? fine : null }, frame };
       this.moved = true;
     } else if (this.newest) {
       this.newest.frame = frame;
@@ -380,7 +422,8 @@ class Viewer {
 
   // For scripts: what is shown now.
   get shown() {
-    return { positions: this.newest?.positions ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed };
+    const shape = this.newest?.shape;
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed };
   }
 }
 
@@ -399,6 +442,13 @@ class FrameClock {
     const first = this.times[0], last = this.times.at(-1);
     return first && last && last.start > first.start ? ((this.times.length - 1) * 1000) / (last.start - first.start) : 0;
   }
+}
+
+// A file of the server's; null where it has none.
+async function fetched(url: string) {
+  const answer = await fetch(url).catch(() => null);
+  const bytes = answer?.ok ? await answer.arrayBuffer().catch(() => null) : null;
+  return bytes && { name: url.slice(url.lastIndexOf("/") + 1), bytes };
 }
 
 const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;

@@ -1,5 +1,5 @@
 // What the page and the worker say to one another.
-import type { BundleInfo, Effects } from "../../module/palpate.js";
+import type { BundleInfo, Effects, RenderMesh } from "../../module/palpate.js";
 
 export const TOOL_COUNT = 2;
 export const TOUCH_HZ = 1000;
@@ -16,6 +16,9 @@ export interface ToolTarget {
   grasp: Vector | null; // a tool that pulls goes here first, below the surface, and takes hold
   down: boolean; // false: released
 }
+// The runtime's, and whether a finer mesh of the page's is bound.
+export type PageEffects = Omit<Effects, "renderMesh"> & { fine?: boolean };
+
 export type Vector = [number, number, number];
 
 // Where the tools were, touch by touch: [step][tool][x y z], NaN where there was none; hold: [step][tool].
@@ -28,7 +31,8 @@ export interface Recording {
 export type ToWorker =
   | { type: "fetch"; url: string }
   | { type: "open"; name: string; bytes: ArrayBuffer }
-  | { type: "effects"; effects: Effects; tool: ToolShape }
+  | { type: "fine"; mesh: Required<RenderMesh> | null } // what `fine` then binds
+  | { type: "effects"; effects: PageEffects; tool: ToolShape }
   | { type: "tool"; index: number; target: ToolTarget }
   | { type: "frame"; buffer: ArrayBuffer | null }
   | { type: "replay"; recording: Recording | null } // null: the last touch
@@ -38,6 +42,7 @@ export type ToWorker =
 export interface Mesh {
   positions: Float32Array; // rest, [node][3] m, of the surface
   triangles: Uint32Array;
+  tetrahedra: Uint32Array; // none where the bundle has no interior
   fixed: Int32Array; // surface nodes held in every direction
   touchable: Int32Array;
 }
@@ -57,7 +62,9 @@ export interface Sample {
 
 export interface Frame {
   type: "frame";
-  buffer: ArrayBuffer; // positions, then lengths of displacement, of the surface's nodes, f32
+  buffer: ArrayBuffer; // see frameArrays
+  inside: number; // nodes of the interior; 0: it is not computed
+  vertices: number; // of the finer mesh; 0: none follows
   tools: (ToolFrame | null)[];
   samples: Sample[]; // since the last frame
   changed: boolean; // the shape is not that of the frame before
@@ -67,6 +74,15 @@ export interface Frame {
   lost: number; // touches that were left out because the page was held up
   replaying: boolean;
   recorded: boolean; // there is a touch to replay
+}
+
+export const frameBytes = (nodes: number, inside: number, vertices: number) => 16 * nodes + 12 * inside + 28 * vertices;
+
+// What a frame's buffer holds: the surface's nodes, those inside, and the finer mesh.
+export function frameArrays(buffer: ArrayBuffer, nodes: number, inside: number, vertices: number) {
+  let at = 0;
+  const next = (count: number) => new Float32Array(buffer, (at += 4 * count) - 4 * count, count);
+  return { positions: next(3 * nodes), inside: next(3 * inside), lengths: next(nodes), fine: { positions: next(3 * vertices), normals: next(3 * vertices), lengths: next(vertices) } };
 }
 
 export interface Cost {
@@ -79,6 +95,6 @@ export type FromWorker =
   | { type: "progress"; done: number; total: number }
   | { type: "opened"; name: string; mesh: Mesh; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
   | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime"; message: string; byteOffset: number }
-  | { type: "replayed"; recording: Recording; forces: Float64Array; positions: Float32Array } // [step][tool][3] N; the last shape, m
+  | { type: "replayed"; recording: Recording; forces: Float64Array; positions: Float32Array; fine: Float32Array } // [step][tool][3] N; the nodes of the last shape, m, and the finer mesh's
   | { type: "costs"; costs: Cost[] }
   | Frame;

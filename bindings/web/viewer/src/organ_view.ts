@@ -1,11 +1,12 @@
 // The organ, the tools and their forces in three dimensions.
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DynamicDrawUsage, Group,
-  HemisphereLight, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Points, PointsMaterial, Raycaster,
+  HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Points, PointsMaterial, Raycaster,
   Scene, SphereGeometry, TorusGeometry, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
+import type { FineMesh } from "./fine_mesh";
 import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const NEWTON = 0.03; // m of arrow
@@ -27,6 +28,15 @@ export interface Shown {
   touchable: boolean;
 }
 
+export interface Shape {
+  positions: Float32Array; // [node][3] m
+  inside: Float32Array; // [node][3] m; empty: the interior is not drawn
+  lengths: Float32Array; // of displacement, m
+  fine: { positions: Float32Array; normals: Float32Array; lengths: Float32Array } | null; // [vertex]
+}
+
+const FINE_HIDES = 0.004; // m: what lies on the surface's own nodes shows through this much of a finer one
+
 export class OrganView {
   readonly camera = new PerspectiveCamera(32, 1, 0.005, 20);
   readonly controls: OrbitControls;
@@ -35,6 +45,9 @@ export class OrganView {
   private scene = new Scene();
   private geometry = new BufferGeometry();
   private surface = new Object3(this.geometry, new MeshStandardMaterial({ vertexColors: true, roughness: 0.42, metalness: 0 }));
+  private fine = new Object3(new BufferGeometry(), this.surface.material); // drawn in the surface's place where it follows
+  private inside = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.5 }));
+  private tetrahedra: Uint32Array<ArrayBufferLike> = new Uint32Array(0);
   private wire = new Object3(this.geometry, new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.35, depthWrite: false }));
   private fixed = new Points(new BufferGeometry(), new PointsMaterial({ size: 7, sizeAttenuation: false }));
   private touchable = new Points(new BufferGeometry(), new PointsMaterial({ size: 5, sizeAttenuation: false }));
@@ -43,7 +56,7 @@ export class OrganView {
   private rest: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false };
-  private radius = 0.1;
+  radius = 0.1; // m, of the organ
   private centre = new Vector3();
 
   constructor(private canvas: HTMLCanvasElement) {
@@ -57,7 +70,8 @@ export class OrganView {
     sky.position.set(0, 0, 1);
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
-    this.scene.add(this.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
+    this.scene.add(this.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
+    for (const { material } of [this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enablePan = false;
     this.controls.enableDamping = true;
@@ -84,13 +98,26 @@ export class OrganView {
       points.geometry.setIndex(new BufferAttribute(Uint32Array.from(list), 1));
       points.frustumCulled = false;
     }
-    this.surface.frustumCulled = this.wire.frustumCulled = false;
+    this.surface.frustumCulled = this.wire.frustumCulled = this.fine.frustumCulled = this.inside.frustumCulled = false;
     this.geometry.computeBoundingSphere();
     const sphere = this.geometry.boundingSphere!;
     this.centre.copy(sphere.center);
     this.radius = sphere.radius;
-    this.move(mesh.positions, new Float32Array(nodes));
+    this.openFine(null);
+    this.inside.geometry.dispose();
+    this.inside.geometry = new BufferGeometry();
+    this.tetrahedra = mesh.tetrahedra;
+    this.move({ positions: mesh.positions, inside: new Float32Array(0), lengths: new Float32Array(nodes), fine: null });
     this.home();
+  }
+
+  openFine(mesh: FineMesh | null) {
+    this.fine.geometry.dispose();
+    this.fine.geometry = new BufferGeometry();
+    if (!mesh) return;
+    for (const [name, numbers] of [["position", mesh.positions], ["normal", mesh.normals], ["color", mesh.positions]] as const)
+      this.fine.geometry.setAttribute(name, new BufferAttribute(numbers.slice(), 3).setUsage(DynamicDrawUsage));
+    this.fine.geometry.setIndex(new BufferAttribute(mesh.triangles, 1));
   }
 
   // The whole organ, from the front.
@@ -104,20 +131,53 @@ export class OrganView {
     this.controls.update();
   }
 
-  // positions [node][3] and lengths of displacement [node], m.
-  move(positions: Float32Array, lengths: Float32Array) {
-    const position = this.geometry.getAttribute("position") as BufferAttribute, colour = this.geometry.getAttribute("color") as BufferAttribute;
-    (position.array as Float32Array).set(positions);
-    position.needsUpdate = true;
-    this.geometry.computeVertexNormals();
+  // Where everything is now. A finer mesh is drawn in the surface's place, and the interior through it.
+  move({ positions, inside, lengths, fine }: Shape) {
+    this.moveInside(positions, inside);
     let most = 0.002;
     for (const length of lengths) most = Math.max(most, length);
     this.most = roundUp(Math.max(most, this.most > 2.5 * most ? most : Math.min(this.most, 2.5 * most)));
-    const colours = colour.array as Float32Array;
+    put(this.geometry, "position", positions);
+    this.geometry.boundingSphere!.radius = this.radius * 1.5;
+    this.surface.visible = !fine;
+    this.fine.visible = !!fine;
+    if (fine) {
+      put(this.fine.geometry, "position", fine.positions);
+      put(this.fine.geometry, "normal", fine.normals);
+      this.colour(this.fine.geometry, fine.lengths);
+    } else {
+      this.geometry.computeVertexNormals();
+      this.colour(this.geometry, lengths);
+    }
+  }
+
+  // The edges between nodes of which one at least is inside: made when they are drawn for the first time.
+  private moveInside(positions: Float32Array, inside: Float32Array) {
+    this.inside.visible = inside.length > 0;
+    const skin = this.surface.material;
+    if (skin.transparent !== this.inside.visible) {
+      skin.transparent = this.inside.visible;
+      skin.opacity = this.inside.visible ? 0.35 : 1;
+      skin.depthWrite = !this.inside.visible;
+      skin.needsUpdate = true;
+    }
+    if (!this.inside.visible) return;
+    const { geometry } = this.inside;
+    if (!geometry.hasAttribute("position")) {
+      geometry.setAttribute("position", new BufferAttribute(new Float32Array(positions.length + inside.length), 3).setUsage(DynamicDrawUsage));
+      geometry.setIndex(new BufferAttribute(edgesInside(this.tetrahedra, positions.length / 3), 1));
+    }
+    const position = geometry.getAttribute("position") as BufferAttribute;
+    (position.array as Float32Array).set(positions);
+    (position.array as Float32Array).set(inside, positions.length);
+    position.needsUpdate = true;
+  }
+
+  private colour(geometry: BufferGeometry, lengths: Float32Array) {
+    const colour = geometry.getAttribute("color") as BufferAttribute, colours = colour.array as Float32Array;
     if (this.shown.colour) colourByDisplacement(lengths, this.most, colours);
     else for (let i = 0; i < colours.length; ++i) colours[i] = TISSUE[i % 3];
     colour.needsUpdate = true;
-    this.geometry.boundingSphere!.radius = this.radius * 1.5;
   }
 
   show(shown: Shown) {
@@ -130,6 +190,7 @@ export class OrganView {
   // Colours of the style sheet, which follow light and dark.
   dress(ink: string, held: string, touchable: string, force: string) {
     this.wire.material.color = new Color(ink);
+    this.inside.material.color = new Color(ink);
     this.fixed.material.color = new Color(held);
     this.touchable.material.color = new Color(touchable);
     for (const tool of this.tools) tool.dress(ink, force);
@@ -199,6 +260,35 @@ export class OrganView {
     const p = point.clone().project(this.camera);
     return [((p.x + 1) / 2) * this.canvas.clientWidth, ((1 - p.y) / 2) * this.canvas.clientHeight];
   }
+}
+
+// Pairs of nodes; the first `surface` nodes are the surface's.
+function edgesInside(tetrahedra: Uint32Array, surface: number): Uint32Array {
+  const seen = new Set<number>(), edges: number[] = [];
+  for (let t = 0; t < tetrahedra.length; t += 4)
+    for (let i = 0; i < 4; ++i)
+      for (let j = i + 1; j < 4; ++j) {
+        const a = Math.min(tetrahedra[t + i], tetrahedra[t + j]), b = Math.max(tetrahedra[t + i], tetrahedra[t + j]), key = a * 2 ** 26 + b;
+        if (b < surface || seen.has(key)) continue;
+        seen.add(key);
+        edges.push(a, b);
+      }
+  return Uint32Array.from(edges);
+}
+
+function put(geometry: BufferGeometry, name: string, numbers: Float32Array) {
+  const attribute = geometry.getAttribute(name) as BufferAttribute;
+  (attribute.array as Float32Array).set(numbers);
+  attribute.needsUpdate = true;
+}
+
+// As deep in the picture as if it stood nearer to the camera by that much, m.
+function shownThrough(material: Material, by: number) {
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>
+      vec4 nearer = projectionMatrix * (mvPosition + vec4(0.0, 0.0, ${by.toFixed(4)}, 0.0));
+      gl_Position.z = nearer.z / nearer.w * gl_Position.w;`);
+  };
 }
 
 // A disc or a ball where the tool is, and the arrow of the force on it.

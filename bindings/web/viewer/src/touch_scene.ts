@@ -1,6 +1,6 @@
 // A scene of the runtime and its two halves, timed: what the worker's loop steps.
-import type { Bundle, Effects, Scene, Tool } from "../../module/palpate.js";
-import { TOOL_COUNT, TOUCH_HZ, type ToolShape, type Vector } from "./messages";
+import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
+import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
 
 const POINTS = 1;
@@ -10,14 +10,20 @@ export class TouchScene {
   readonly scene: Scene;
   touchMs = 0; // of all touches; the caller sets it back
 
-  constructor(bundle: Bundle, effects: Effects, private tool: ToolShape) {
+  // mesh: what effects.fine binds.
+  constructor(bundle: Bundle, { fine, ...effects }: PageEffects, private tool: ToolShape, mesh: RenderMesh | null) {
     this.scene = bundle.createScene({
-      ...effects, maxTools: TOOL_COUNT, maxPoints: TOOL_COUNT * POINTS,
+      ...effects, renderMesh: fine && mesh ? mesh : undefined, maxTools: TOOL_COUNT, maxPoints: TOOL_COUNT * POINTS,
       maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * TOOL_COUNT * POINTS,
     });
     this.scene.setTools([]);
     this.scene.touch(1 / TOUCH_HZ);
-    if (this.scene.nodeCount) this.scene.shape();
+    this.shape();
+  }
+
+  // The surface's nodes, and the finer mesh where one follows.
+  shape(): number {
+    return this.scene.shape() | (this.scene.vertexCount ? this.scene.skin() : 0);
   }
 
   touch(tools: RecordedTool[]): number {
