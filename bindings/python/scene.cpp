@@ -1,5 +1,7 @@
 // palpate.Scene: one organ under the effects it is asked for. touch and shape run without the interpreter's lock.
 #include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "bindings/python/tools.h"
@@ -33,6 +35,29 @@ palpate_relaxation relaxation_of(const py::object& terms) {
   return relaxation;
 }
 
+// The arrays of a render mesh while a scene is made of it: (positions, normals) or positions, [vertices, 3].
+struct RenderMesh {
+  using Array = py::array_t<float, py::array::c_style | py::array::forcecast>;
+  Array positions, normals;
+  palpate_render_mesh mesh = {};
+
+  explicit RenderMesh(const py::object& from) {
+    const bool both = py::isinstance<py::tuple>(from);
+    positions = rows(both ? from.cast<py::tuple>()[0] : from);
+    if (both) normals = rows(from.cast<py::tuple>()[1]);
+    if (both && normals.shape(0) != positions.shape(0))
+      throw py::value_error("render_mesh: expected a normal for every position");
+    mesh = {positions.data(), both ? normals.data() : nullptr, static_cast<std::int32_t>(positions.shape(0))};
+  }
+  static Array rows(const py::handle& from) {
+    Array array = Array::ensure(from);
+    if (!array || array.ndim() != 2 || array.shape(1) != 3 || array.shape(0) > INT32_MAX)
+      throw py::value_error(
+          "render_mesh: expected positions, or a tuple of positions and normals, of shape [vertices, 3]");
+    return array;
+  }
+};
+
 struct PlanPass {
   std::string name, half, sections;
   std::uint64_t mapped_bytes;
@@ -41,7 +66,12 @@ struct PlanPass {
 class HeldScene {
  public:
   HeldScene(std::shared_ptr<HeldBundle> bundle, const palpate_scene_def& def)
-      : bundle_(std::move(bundle)), def_(def), scene_(create(bundle_->bundle, def_)) {}
+      : bundle_(std::move(bundle)),
+        def_(def),
+        vertex_count_(def.render_mesh ? def.render_mesh->vertex_count : 0),
+        scene_(create(bundle_->bundle, def_)) {
+    def_.render_mesh = nullptr;  // the caller's, no longer needed
+  }
 
   std::shared_ptr<HeldContacts> make_contacts() const {
     return std::make_shared<HeldContacts>(palpate_contacts_bytes(scene_.get()));
@@ -63,12 +93,24 @@ class HeldScene {
         without_lock([&] { return scene_.touch(copies_.data(), copies_.count(), dt, contacts.contacts); }));
   }
 
+  std::int32_t vertex_count() const { return vertex_count_; }
+
+  py::object skin(const py::object& displacements, const py::object& positions, const py::object& normals) {
+    const InUse use(shaping_, "shape already runs on another thread");
+    palpate_shape_out shape = {};
+    shape.node_count = bundle_->bundle.describe().surface_node_count;
+    shape.displacements = writable(displacements, "displacements", shape.node_count);
+    palpate_skin_out out = {writable(positions, "positions", vertex_count_),
+                            writable(normals, "normals", vertex_count_), vertex_count_, 0};
+    return step_flags(without_lock([&] { return scene_.skin(shape, out); }));
+  }
+
   py::object shape(HeldContacts& contacts, const py::object& positions, const py::object& displacements) {
     const InUse use(shaping_, "shape already runs on another thread"), contacts_use(contacts.in_use, kContactsInUse);
     palpate_shape_out out = {};
     out.node_capacity = shape_node_count();
-    out.positions = writable(positions, "positions");
-    out.displacements = writable(displacements, "displacements");
+    out.positions = writable(positions, "positions", out.node_capacity);
+    out.displacements = writable(displacements, "displacements", out.node_capacity);
     return step_flags(without_lock([&] { return scene_.shape(contacts.contacts, out); }));
   }
 
@@ -100,7 +142,7 @@ class HeldScene {
   }
 
   // The first number of a caller's array that the step writes to.
-  float* writable(const py::object& object, const char* name) const {
+  static float* writable(const py::object& object, const char* name, std::int32_t rows) {
     if (object.is_none()) return nullptr;
     if (!py::isinstance<py::array_t<float>>(object))
       throw py::type_error(
@@ -108,8 +150,8 @@ class HeldScene {
           std::string(py::str(py::type::of(object).attr("__name__"))) +
           (py::isinstance<py::array>(object) ? " of " + std::string(py::str(object.attr("dtype"))) : ""));
     auto array = py::reinterpret_borrow<py::array_t<float>>(object);
-    if (array.ndim() != 2 || array.shape(1) != 3 || array.shape(0) < shape_node_count())
-      throw py::value_error(std::string(name) + ": expected shape [" + std::to_string(shape_node_count()) +
+    if (array.ndim() != 2 || array.shape(1) != 3 || array.shape(0) < rows)
+      throw py::value_error(std::string(name) + ": expected shape [" + std::to_string(rows) +
                             ", 3], or more rows; found " + std::string(py::str(array.attr("shape"))));
     if ((array.flags() & py::array::c_style) == 0 || !array.writeable() ||
         reinterpret_cast<std::uintptr_t>(array.data()) % alignof(float) != 0)
@@ -119,6 +161,7 @@ class HeldScene {
 
   std::shared_ptr<HeldBundle> bundle_;  // outlives the scene
   palpate_scene_def def_;
+  std::int32_t vertex_count_;  // of the render mesh
   Scene scene_;
   ToolCopies copies_;
   std::atomic_flag touching_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT;
@@ -127,8 +170,9 @@ class HeldScene {
 std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const std::string& collision,
                                       const std::string& contact, const std::string& law, const std::string& force,
                                       const std::string& shape, const std::string& radial, const std::string& preload,
-                                      const py::object& relaxation, std::int32_t max_tools, std::int32_t max_points,
-                                      std::int32_t max_contact_nodes, double force_limit, double force_slew) {
+                                      const py::object& relaxation, const py::object& render_mesh,
+                                      std::int32_t max_tools, std::int32_t max_points, std::int32_t max_contact_nodes,
+                                      double force_limit, double force_slew) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
   def.contact = choose<palpate_contact_model>("contact", contact, {"node", "triangle", "point", "patch"});
@@ -138,6 +182,8 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.radial = choose<palpate_radial_model>("radial", radial, {"off", "response"});
   def.preload = choose<palpate_preload_model>("preload", preload, {"off", "on"});
   def.relaxation = relaxation_of(relaxation);
+  std::optional<RenderMesh> mesh;
+  if (!render_mesh.is_none()) def.render_mesh = &mesh.emplace(render_mesh).mesh;
   def.max_tools = max_tools;
   def.max_points = max_points;
   def.max_contact_nodes = max_contact_nodes;
@@ -169,14 +215,18 @@ void add_scene(py::module_& module) {
       .def(py::init(&make_scene), py::arg("bundle"), py::kw_only(), py::arg("collision") = "rest",
            py::arg("contact") = "patch", py::arg("law") = "sticking", py::arg("force") = "linear",
            py::arg("shape") = "surface", py::arg("radial") = "off", py::arg("preload") = "off",
-           py::arg("relaxation") = py::none(), py::arg("max_tools") = start.max_tools,
-           py::arg("max_points") = start.max_points, py::arg("max_contact_nodes") = start.max_contact_nodes,
-           py::arg("force_limit") = start.force_limit, py::arg("force_slew") = start.force_slew,
+           py::arg("relaxation") = py::none(), py::arg("render_mesh") = py::none(),
+           py::arg("max_tools") = start.max_tools, py::arg("max_points") = start.max_points,
+           py::arg("max_contact_nodes") = start.max_contact_nodes, py::arg("force_limit") = start.force_limit,
+           py::arg("force_slew") = start.force_slew,
            "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n\n"
            "collision: off, rest, deformed        contact: node, triangle, point, patch (of a tool's radius)\n"
            "law: sticking, sliding, unilateral, coulomb          force: off, linear, response\n"
            "shape: off, surface, volume           radial: off, response           preload: off, on\n"
            "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
+           "render_mesh: None, or a finer mesh that skin moves with the surface: positions [vertices, 3], m, or a "
+           "tuple of\n"
+           "positions and normals; read now and no longer\n"
            "max_tools, max_points, max_contact_nodes: limits that memory is taken for\n"
            "force_limit, N; force_slew, N/s: on each tool's force, for a device")
       .def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
@@ -200,6 +250,11 @@ void add_scene(py::module_& module) {
           py::arg("displacements") = py::none(),
           "The render half: writes the deformed nodes into the caller's arrays, float32 [shape_node_count, 3] or more\n"
           "rows, contiguous, m; nothing is allocated. Returns StepFlags; 0 is full trust.")
+      .def_property_readonly("vertex_count", &HeldScene::vertex_count, "vertices that skin fills: the render mesh's")
+      .def("skin", &HeldScene::skin, py::arg("displacements"), py::arg("positions") = py::none(),
+           py::arg("normals") = py::none(),
+           "The render mesh under a shape: displacements as shape wrote them. Fills the caller's arrays, float32\n"
+           "[vertex_count, 3] or more rows, contiguous; m. Returns StepFlags; 0 is full trust.")
       .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces.");
 }
 

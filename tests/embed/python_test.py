@@ -295,6 +295,38 @@ class Step(unittest.TestCase):
             force[0] = 0
 
 
+class RenderMesh(unittest.TestCase):
+    def test_a_render_mesh_goes_where_the_surface_does(self):
+        bundle = palpate.Bundle(BUNDLE)
+        rest = bundle.nodes[: bundle.surface_node_count]
+        scene = palpate.Scene(bundle, render_mesh=(rest, np.tile([0.0, 0.0, 2.0], (len(rest), 1))))
+        self.assertEqual(scene.vertex_count, len(rest))
+        self.assertEqual(scene.plan[-1].name, "skin: render mesh")
+        _, contacts, _ = pressed(scene)
+        shape = np.empty((2, len(rest), 3), np.float32)
+        positions, normals = np.empty_like(shape[0]), np.empty_like(shape[0])
+        scene.shape(contacts, positions=shape[0], displacements=shape[1])
+        self.assertEqual(scene.skin(shape[1], positions=positions, normals=normals), 0)
+        self.assertGreater(np.abs(shape[1]).max(), 1e-3)
+        np.testing.assert_allclose(positions, shape[0], atol=3e-8)  # floats of 6 cm
+        np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6)
+
+    def test_what_is_no_render_mesh_is_named(self):
+        bundle = palpate.Bundle(BUNDLE)
+        for mesh in ([1.0, 2.0], "fine", ([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]])):
+            with self.assertRaisesRegex(ValueError, "render_mesh"):
+                palpate.Scene(bundle, render_mesh=mesh)
+        with self.assertRaisesRegex(palpate.Error, "give metres"):
+            palpate.Scene(bundle, render_mesh=[[30, 20, 40]])
+        scene = palpate.Scene(bundle, render_mesh=[[0.03, 0.02, 0.04]])
+        u = np.zeros((bundle.surface_node_count, 3), np.float32)
+        with self.assertRaisesRegex(ValueError, "positions: expected shape"):
+            scene.skin(u, positions=np.empty((0, 3), np.float32))
+        with self.assertRaisesRegex(ValueError, "displacements: expected shape"):
+            scene.skin(u[1:])
+        self.assertEqual(scene.skin(u, normals=np.empty((1, 3), np.float32)), palpate.StepFlags.BAD_INPUT)
+
+
 class Threads(unittest.TestCase):
     def setUp(self):
         self.scene = palpate.Scene(palpate.Bundle(BUNDLE))

@@ -306,6 +306,10 @@ TEST(Skin, StaysFiniteUnderDisplacementsThatAreNot) {
       for (const float x : found.positions) ASSERT_TRUE(std::isfinite(x)) << evil;
       for (const float x : found.normals) ASSERT_LE(std::fabs(x), 1.001f) << evil;
       EXPECT_EQ((found.flags & PALPATE_STEP_BAD_INPUT) == 0, std::fabs(evil) <= 1e6f) << evil;
+      if (std::fabs(evil) <= 1e6f) continue;
+      for (std::size_t n = 0; n < u.size(); n += 3)  // such a node counts as one that rests
+        if (!std::all_of(&u[n], &u[n] + 3, [](float x) { return std::fabs(x) <= 1e6f; })) std::fill_n(&u[n], 3, 0.0f);
+      EXPECT_EQ(found.positions, skinned(scene.get(), mesh, u).positions) << evil;
     }
 }
 

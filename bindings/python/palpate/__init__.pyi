@@ -165,6 +165,7 @@ class Scene:
         radial: Literal["off", "response"] = ...,
         preload: Literal["off", "on"] = ...,
         relaxation: Optional[Sequence[tuple[float, float]]] = ...,
+        render_mesh: Union[npt.ArrayLike, tuple[npt.ArrayLike, npt.ArrayLike], None] = ...,
         max_tools: int = ...,
         max_points: int = ...,
         max_contact_nodes: int = ...,
@@ -184,5 +185,13 @@ class Scene:
         contacts: Contacts,
         positions: Optional[npt.NDArray[np.float32]] = ...,
         displacements: Optional[npt.NDArray[np.float32]] = ...,
+    ) -> StepFlags: ...
+    @property
+    def vertex_count(self) -> int: ...
+    def skin(
+        self,
+        displacements: npt.NDArray[np.float32],
+        positions: Optional[npt.NDArray[np.float32]] = ...,
+        normals: Optional[npt.NDArray[np.float32]] = ...,
     ) -> StepFlags: ...
     def reset(self) -> None: ...
