@@ -2,6 +2,7 @@
 #include <cstring>
 #include <random>
 
+#include "runtime/skin.h"
 #include "runtime/surface_index.h"
 #include "tests/runtime/played_box.h"
 
@@ -311,6 +312,23 @@ TEST(Skin, StaysFiniteUnderDisplacementsThatAreNot) {
         if (!std::all_of(&u[n], &u[n] + 3, [](float x) { return std::fabs(x) <= 1e6f; })) std::fill_n(&u[n], 3, 0.0f);
       EXPECT_EQ(found.positions, skinned(scene.get(), mesh, u).positions) << evil;
     }
+}
+
+// Two faces as long as the organ and next to nothing wide, whose nodes are drawn apart: a gradient of 1e33 over 400 km.
+TEST(Skin, LeavesAVertexWhereItWasBoundWhereItsMotionIsNoNumber) {
+  SceneMemory memory({}), scratch({});
+  const double nodes[9] = {0, 0, 0, 1e-27, 0, 0, 0, 5e5, 0};
+  const std::int32_t triangles[6] = {0, 1, 2, 0, 2, 1};
+  const float place[3] = {4e5f, 2e5f, 0}, apart[9] = {0, 0, 0, 1e6f, 0, 0, 0, 0, 0};
+  Skin skin;
+  palpate_error error = {};
+  ASSERT_EQ(skin.bind(memory, scratch, {place, nullptr, 1}, nodes, 3, nullptr, triangles, 2, &error), PALPATE_OK)
+      << error.text;
+  float moved[3];
+  palpate_skin_out out = {moved, nullptr, 1, 0};
+  EXPECT_EQ(skin.move(apart, &out), palpate_step_flags{PALPATE_STEP_UNSOLVED});
+  EXPECT_EQ(std::memcmp(moved, place, sizeof place), 0);
+  scratch.release_all(), memory.release_all();
 }
 
 // Nodes that have fallen together make triangles without area and without a normal, some nodes have no others.
