@@ -160,6 +160,7 @@ test("the finer surface is drawn where there is one, its cost is told, and it ca
   const vertices = Number(readFileSync(renderMesh).toString("latin1").match(/element vertex (\d+)/)[1]);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
   assert.equal(await drawn(), 3 * vertices);
+  assert.match(await page.textContent("#facts"), /drawn: [\d,]+ triangles/);
   const cost = page.locator("#effects .line", { hasText: "Fine surface" }).locator(".cost");
   assert.match(await cost.textContent(), /^\d.* · [\d.]+$/);
   assert.ok(Number((await cost.textContent()).split(" · ")[1]) > 0);
@@ -167,6 +168,7 @@ test("the finer surface is drawn where there is one, its cost is told, and it ca
   await picture(page, "mesh-under-fine");
   await page.uncheck('[data-effect="fine"]');
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine === null);
+  assert.doesNotMatch(await page.textContent("#facts"), /drawn/);
   await picture(page, "mesh");
   await page.check('[data-effect="fine"]');
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);

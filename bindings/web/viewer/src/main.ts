@@ -43,6 +43,7 @@ class Viewer {
   private pointer: ToolPointer;
   private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects));
   private effects: PageEffects = DEFAULT_EFFECTS;
+  private facts = ""; // of the bundle
   private fine: FineMesh | null = null; // what effects.fine draws
   private fineFile: Promise<{ name: string; bytes: ArrayBuffer } | null>; // of the bundle that is being opened
   private tool = { ...DEFAULT_TOOL };
@@ -129,10 +130,11 @@ class Viewer {
     const name = String(provenance.organ ?? "organ");
     byId("name").textContent = name;
     document.title = `${name} – Palpate`;
-    byId("facts").textContent = [
+    this.facts = [
       `${info.nodeCount.toLocaleString("en")} vertices, ${info.touchableCount.toLocaleString("en")} touchable`,
       provenance.boundary && `held: ${provenance.boundary}`, provenance.element, `${megabytes(bytes)} MB`, simd ? "" : "without SIMD",
     ].filter(Boolean).join(" · ");
+    this.showFacts();
     byId("notice").textContent = "";
     byId<HTMLButtonElement>("save-forces").disabled = byId<HTMLButtonElement>("save-path").disabled = true;
     byId("hint").classList.remove("done");
@@ -155,6 +157,11 @@ class Viewer {
     this.tell({ type: "fine", mesh: { positions, normals } });
     this.changeEffects({ ...this.effects, fine: true });
     this.showEffects();
+  }
+
+  private showFacts() {
+    const drawn = this.effects.fine && this.fine ? ` · drawn: ${(this.fine.triangles.length / 3).toLocaleString("en")} triangles` : "";
+    byId("facts").textContent = this.facts + drawn;
   }
 
   private showEffects() {
@@ -205,6 +212,7 @@ class Viewer {
 
   private changeEffects(effects: PageEffects) {
     this.effects = effects;
+    this.showFacts();
     this.measured = false;
     this.pointer.forget();
     this.tell({ type: "reset" });
