@@ -481,6 +481,33 @@ double sixfold_volume(const TetrahedralMesh& mesh, const std::array<std::int32_t
          e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
 }
 
+// Below this a tetrahedron's height is lost among the last digits of its corners, and its stiffness with it.
+constexpr double kFlattest = 1e-13;
+
+// The distance of a corner from the face opposite, the least of the four, over the longest edge.
+double least_height(const TetrahedralMesh& mesh, const std::array<std::int32_t, 4>& t) {
+  using Edge = std::array<double, 3>;
+  const auto edge = [&](int to, int from) {
+    Edge e;
+    for (int d = 0; d < 3; ++d) e[d] = mesh.nodes[t[to]][d] - mesh.nodes[t[from]][d];
+    return e;
+  };
+  const auto length = [](const Edge& e) { return std::hypot(e[0], e[1], e[2]); };
+  std::array<Edge, 6> edges = {edge(1, 0), edge(2, 0), edge(3, 0), edge(2, 1), edge(3, 1), edge(3, 2)};
+  double longest = 0;
+  for (const Edge& e : edges) longest = std::max(longest, length(e));
+  for (Edge& e : edges)
+    for (double& x : e) x /= longest;
+  const auto cross = [](const Edge& a, const Edge& b) {
+    return Edge{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  };
+  const Edge face = cross(edges[0], edges[1]);
+  double widest = length(face);
+  for (const auto& [a, b] : {std::pair{0, 2}, {1, 2}, {3, 4}})
+    widest = std::max(widest, length(cross(edges[a], edges[b])));
+  return (face[0] * edges[2][0] + face[1] * edges[2][1] + face[2] * edges[2][2]) / widest;
+}
+
 // Regions: the physical volume of a tetrahedron, or its geometric volume where it is in no group.
 void assign_regions(const Cursor& in, const MshFile& file, TetrahedralMesh& mesh) {
   using RegionKey = std::pair<bool, int>;  // whether geometric, number
@@ -580,6 +607,12 @@ TetrahedralMesh assemble(const Cursor& in, const MshFile& file) {
           fmt::format("tetrahedron {} has volume {:.3g}, expected a positive one; its nodes are flat or in the wrong "
                       "order: mesh the body again",
                       file.tetrahedra[e].tag, volume));
+    if (const double height = least_height(mesh, t); !(height >= kFlattest))
+      in.fail_at(
+          file.tetrahedra[e].at,
+          fmt::format("tetrahedron {} is flat: its least height is {:.3g} of its longest edge, expected {:.0e} at "
+                      "least; mesh the body again",
+                      file.tetrahedra[e].tag, height, kFlattest));
   }
   assign_regions(in, file, mesh);
   std::uint64_t dropped = 0;

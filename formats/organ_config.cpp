@@ -31,15 +31,24 @@ double length(TomlTable& parent, const char* key) {
   return value;
 }
 
+// What no tissue or tool has: a slip of the unit, or a number that solving would lose to overflow.
+constexpr double kSoftest = 1e-6, kStiffest = 1e15;  // Pa
+constexpr double kHeaviest = 1e6;                    // kg/m^3
+constexpr double kStrongestGravity = 1e6;            // m/s^2
+// At 1/2 nothing would be compressible, at -1 nothing would shear: K has no digits left nearer to either.
+constexpr double kFromTheEnds = 1e-6;
+
 SourcedValue young(TomlTable& parent) {
   const SourcedValue result = sourced(parent, "young", kPressures);
   if (result.value <= 0) parent.wrong("young", "a modulus above 0");
+  if (!(result.value >= kSoftest && result.value <= kStiffest)) parent.wrong("young", "a modulus from 1e-6 to 1e15 Pa");
   return result;
 }
 
 SourcedValue poisson(TomlTable& parent) {
   const SourcedValue result = sourced(parent, "poisson", {});
-  if (!(result.value > -1 && result.value < 0.5)) parent.wrong("poisson", "a ratio with -1 < value < 0.5");
+  if (!(result.value >= -1 + kFromTheEnds && result.value <= 0.5 - kFromTheEnds))
+    parent.wrong("poisson", "a ratio with -1 < value < 0.5, at least 1e-6 away from both");
   return result;
 }
 
@@ -50,7 +59,8 @@ OrganConfig::Region region(TomlTable& table) {
   result.poisson = poisson(table);
   if (table.asked_and_present("density")) {
     result.density = sourced(table, "density", kDensities);
-    if (result.density->value <= 0) table.wrong("density", "a density above 0");
+    if (!(result.density->value > 0 && result.density->value <= kHeaviest))
+      table.wrong("density", "a density above 0 and up to 1e6 kg/m^3");
   }
   table.finish();
   return result;
@@ -218,7 +228,10 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
     TomlTable gravity = preload.table("gravity");
     const double unit = gravity.choice("unit", kAccelerations);
     result.gravity = gravity.vector("value");
-    for (double& g : *result.gravity) g *= unit;
+    for (double& g : *result.gravity) {
+      g *= unit;
+      if (std::abs(g) > kStrongestGravity) gravity.wrong("value", "components of at most 1e6 m/s^2");
+    }
     gravity.finish();
     preload.finish();
   }

@@ -32,8 +32,8 @@ const char* name_of(Element element);  // "p1", "p1-anp", "p2-p0"
 //
 //   [[region]]                   # one per region of the mesh, found by name
 //   name = "liver"
-//   young   = { value = 5.4, unit = "kPa", source = "..." }    # Pa, kPa, MPa, GPa
-//   poisson = { value = 0.45, source = "..." }                 # -1 < nu < 0.5
+//   young   = { value = 5.4, unit = "kPa", source = "..." }    # Pa, kPa, MPa, GPa; 1e-6 to 1e15 Pa
+//   poisson = { value = 0.45, source = "..." }                 # -1 < nu < 0.5, 1e-6 from both
 //   density = { value = 1060, unit = "kg/m^3", source = "..." }  # only needed by gravity; also g/cm^3
 //
 //   [response]                   # optional: measured curve of a cylinder, for P and Q

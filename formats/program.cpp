@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -34,12 +35,43 @@ void close_bar() {
   bar_is_open = false;
 }
 
+// CLI11's own names the largest double in full.
+CLI::Validator number_from(const char* type, const char* expected, bool zero) {
+  return CLI::Validator(
+      [expected, zero](const std::string& text) -> std::string {
+        double number = 0;
+        if (CLI::detail::lexical_cast(text, number) && (number > 0 || (zero && number == 0)) && std::isfinite(number))
+          return {};
+        return fmt::format("expected {}, found {}", expected, text);
+      },
+      type);
+}
+
+// CLI11's ranges hold NaN.
+void refuse_numbers_that_are_not_finite(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& text : option->results()) {
+      double number = 0;
+      if (option->get_type_name().find("FLOAT") != std::string::npos && CLI::detail::lexical_cast(text, number) &&
+          !std::isfinite(number))
+        throw CLI::ValidationError(option->get_name(), fmt::format("expected a finite number, found {}", text));
+    }
+  for (const CLI::App* sub : app.get_subcommands()) refuse_numbers_that_are_not_finite(*sub);
+}
+
 int fail(const std::string& name, const std::string& text, ExitCode code) {
   say_failure(name, text);
   return code;
 }
 
 }  // namespace
+
+CLI::Validator positive_number() {
+  return number_from("POSITIVE", "a number above 0", false);
+}
+CLI::Validator non_negative_number() {
+  return number_from("NONNEGATIVE", "a number of 0 or above", true);
+}
 
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& define, const std::function<void()>& body) {
@@ -52,6 +84,7 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
     define(app);
     try {
       app.parse(argc, argv);
+      refuse_numbers_that_are_not_finite(app);
     } catch (const CLI::Success& success) {  // --help, --version
       return app.exit(success);
     } catch (const CLI::ParseError& error) {

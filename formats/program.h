@@ -10,9 +10,14 @@ namespace palpate {
 
 // Parses with CLI11 and runs body. Adds --version and --quiet (errors and warnings only). Returns the exit code: 0 done, 1 OperationError (and std::bad_alloc, unknown
 // exceptions), 2 InputError or bad usage, 3 VerificationError. One sentence goes to stderr, prefixed "NAME: ".
-// define gets the app to add options to; body runs after a successful parse.
+// define gets the app to add options to; body runs after a successful parse. A number that is not finite is refused in any
+// option.
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& define, const std::function<void()>& body);
+
+// For an option's check(): a number above 0; or 0 too.
+CLI::Validator positive_number();
+CLI::Validator non_negative_number();
 
 // A progress bar with time left on a terminal; elsewhere plain lines at tenths, at most one a second and the last. stderr.
 class Progress {

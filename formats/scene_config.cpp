@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::size_t kMaxTools = 8;
 constexpr int kMaxPoints = 1 << 16;
-constexpr double kMaxRadius = 1;  // m
+constexpr double kMaxRadius = 1;   // m
+constexpr double kSlowest = 1e-6;  // Hz
 constexpr std::size_t kMaxRelaxationTerms = 8;
 
 using Lengths = std::vector<std::pair<std::string, double>>;
@@ -229,9 +230,10 @@ SceneConfig::Relaxation read_relaxation(TomlTable table) {
 void read_rate(TomlTable table, SceneConfig& scene) {
   if (table.asked_and_present("touch")) scene.touch_hz = table.number("touch");
   if (table.asked_and_present("shape")) scene.shape_hz = table.number("shape");
-  if (!(scene.touch_hz > 0 && scene.touch_hz <= 1e6)) table.wrong("touch", "a rate above 0 and up to 1e6 Hz");
-  if (!(scene.shape_hz > 0 && scene.shape_hz <= scene.touch_hz))
-    table.wrong("shape", fmt::format("a rate above 0 and up to the touch rate, {} Hz", scene.touch_hz));
+  if (!(scene.touch_hz >= kSlowest && scene.touch_hz <= 1e6))
+    table.wrong("touch", "a rate of at least 1e-6 Hz and up to 1e6 Hz");
+  if (!(scene.shape_hz >= kSlowest && scene.shape_hz <= scene.touch_hz))
+    table.wrong("shape", fmt::format("a rate of at least 1e-6 Hz and up to the touch rate, {} Hz", scene.touch_hz));
   table.finish();
 }
 

@@ -310,6 +310,15 @@ void check_nrrd_header(const path& file) {
     }
     check_spacing(file, spacing);
   }
+  // ITK takes a direction whose length overflows for one of 1 mm.
+  std::string directions = header.get("space directions", "");
+  std::replace_if(
+      directions.begin(), directions.end(), [](char c) { return c == '(' || c == ')' || c == ','; }, ' ');
+  for (const std::string& text : words(directions))
+    if (text != "none" && !(std::abs(number(file, "space directions", text)) <= kLargestVoxel))
+      throw InputError(
+          fmt::format("{}: space directions: expected voxels of at most {:.0e} mm, found {}; correct the header",
+                      file.string(), kLargestVoxel, text));
 
   std::string data_name = header.get("data file", header.get("datafile", ""));
   if (data_name.starts_with("LIST") || data_name.find('%') != std::string::npos) {

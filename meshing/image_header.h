@@ -7,6 +7,8 @@
 
 namespace palpate {
 
+constexpr double kLargestVoxel = 1e6;  // mm, of a side
+
 // Each checks the header's dimensions, voxel size and type, and that the file (decompressed where it is compressed)
 // holds as many bytes as they ask for. Nothing of the claimed size is allocated. Errors: InputError with the field,
 // what was expected and what was found.

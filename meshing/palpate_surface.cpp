@@ -39,12 +39,12 @@ void define(CLI::App& app, Options& options) {
   app.add_option("--threshold", options.selection.threshold, "Everything at or above this value")->excludes(labels);
   app.add_option("--spacing", options.spacing, "Voxel size x,y,z in mm, for PNG slices")->delimiter(',')->expected(3);
   app.add_option("--smooth", options.smooth_mm, "Gaussian width in mm; 0 for none (default: 1.5 mean voxel sides)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   auto* triangles = app.add_option("--triangles", options.target.triangles,
                                    "How many triangles (default: 2000 of an image, a surface's own)")
                         ->check(CLI::Range(40, 20'000'000));
   app.add_option("--edge-mm", options.target.edge_mm, "Or their edge length in mm")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->excludes(triangles);
   app.add_option("--spread", options.spread, "Triangles: even, or denser by curvature")
       ->check(CLI::IsMember({"even", "curvature"}))

@@ -47,11 +47,11 @@ void define_for_images(CLI::App& app, Options& o) {
       ->delimiter(',')
       ->allow_extra_args(false);
   image(app.add_option("--edge-mm", o.image.edge_mm, "Longest edge of surface triangles, mm"))
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   image(app.add_option("--facet-distance", o.image.facet_distance, "Farthest a triangle may be from the border, mm"))
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   image(app.add_option("--smooth", o.image.smooth_mm, "Gaussian width, mm (default: 1.5 mean voxel sides)"))
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   image(app.add_option("--spacing", o.spacing, "Voxel size x,y,z in mm, for PNG slices"))->delimiter(',')->expected(3);
   image(app.add_option("--fill", o.filler, "Interior by hxt, or mesh_3 (CGAL's own: smaller angles)"))
       ->check(CLI::IsMember({"hxt", "mesh_3"}))
@@ -65,7 +65,7 @@ void define(CLI::App& app, Options& o) {
   app.add_option("--report", o.report, "Also write the quality report as JSON");
   app.add_option("--size", o.fill.size,
                  "Largest edge inside, in the unit of the input (default: as the surface nearby)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   app.add_option("--optimize-below", o.fill.optimize_below, "Improve elements of a gmsh quality below this; 0: none")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
@@ -81,7 +81,7 @@ void define(CLI::App& app, Options& o) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--time-limit", o.fill.time_limit, "Stop the mesher after this many seconds")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   app.add_option("--region", o.regions, "NAME: name the regions in order; NAME=FILE: name all of a file's shells")
       ->allow_extra_args(false)

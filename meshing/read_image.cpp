@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <memory>
 
 #include "formats/errors.h"
@@ -135,8 +136,9 @@ bool is_image_name(const std::string& input) {
          ends_with_any(input, {".inr", ".inr.gz", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".mha", ".mhd", ".png"});
 }
 
-LabelImage read_label_image(const std::vector<std::string>& inputs,
-                            const std::optional<std::array<double, 3>>& spacing) {
+namespace {
+
+LabelImage read_any(const std::vector<std::string>& inputs, const std::optional<std::array<double, 3>>& spacing) {
   const std::string& name = inputs.front();
   if (std::filesystem::is_directory(name) || ends_with_any(name, {".png"})) {
     if (!spacing) throw InputError(fmt::format("{}: PNG slices carry no voxel size; give --spacing x,y,z in mm", name));
@@ -151,6 +153,31 @@ LabelImage read_label_image(const std::vector<std::string>& inputs,
   if (ends_with_any(name, {".nii", ".nii.gz", ".hdr"})) return read_nifti(name);
   throw InputError(
       fmt::format("{}: expected an image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd, PNG slices)", name));
+}
+
+// Where and how large no scan is; far outside, the digits of a voxel are lost in those of its place.
+constexpr double kFarthest = 1e9, kSmallestVoxel = 1e-9;  // mm
+
+void check_grid(const std::string& name, const VoxelGrid& grid) {
+  for (int d = 0; d < 3; ++d) {
+    const auto& step = grid.axis[d];
+    const double size = std::hypot(step[0], step[1], step[2]);
+    if (!(size >= kSmallestVoxel && size <= kLargestVoxel))
+      throw InputError(
+          fmt::format("{}: expected voxels of 1e-9 to 1e6 mm, found {:.3g} mm; correct the header", name, size));
+    if (!(std::abs(grid.origin[d]) <= kFarthest))
+      throw InputError(fmt::format("{}: expected an origin within 1e9 mm, found {:.3g} mm; correct the header", name,
+                                   grid.origin[d]));
+  }
+}
+
+}  // namespace
+
+LabelImage read_label_image(const std::vector<std::string>& inputs,
+                            const std::optional<std::array<double, 3>>& spacing) {
+  LabelImage image = read_any(inputs, spacing);
+  check_grid(inputs.front(), image.grid);
+  return image;
 }
 
 }  // namespace palpate

@@ -50,6 +50,21 @@ std::vector<std::int32_t> nodes_of(const std::vector<std::array<std::int32_t, 3>
   return nodes;
 }
 
+// No organ is outside; mesh_unit slipped, or the file holds something else. Far outside squares and cubes overflow.
+constexpr double kSmallest = 1e-9, kLargest = 1e9;  // m
+
+void check_extent(const ElasticBody& body, const BodyFiles& files) {
+  double extent = 0;
+  for (int d = 0; d < 3; ++d) {
+    const auto [low, high] = std::minmax_element(body.nodes.begin(), body.nodes.end(),
+                                                 [d](const auto& a, const auto& b) { return a[d] < b[d]; });
+    extent = std::max(extent, (*high)[d] - (*low)[d]);
+  }
+  if (!(extent >= kSmallest && extent <= kLargest))
+    throw InputError(fmt::format("{}: the body is {:.3g} m across, expected 1e-9 to 1e9 m; check mesh_unit in {}",
+                                 files.mesh.string(), extent, files.organ.string()));
+}
+
 // The touchable nodes: on the surface, with a dof that can move.
 std::vector<std::int32_t> touchable_nodes(const std::vector<std::int32_t>& wanted, const ElasticBody& body,
                                           const BodyFiles& files) {
@@ -78,7 +93,11 @@ std::vector<std::int32_t> touchable_nodes(const std::vector<std::int32_t>& wante
 ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& organ, const BoundaryConfig& boundary,
                               const BodyFiles& files) {
   ElasticBody body;
-  body.triangles = boundary_triangles(mesh);
+  try {
+    body.triangles = boundary_triangles(mesh);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", files.mesh.string(), error.what()));
+  }
   const auto surface = nodes_of(body.triangles);
   const auto order = surface_first(mesh.nodes.size(), surface);
   body.surface_count = static_cast<std::int32_t>(surface.size());
@@ -86,6 +105,7 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
   body.nodes.resize(mesh.nodes.size());
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     for (int d = 0; d < 3; ++d) body.nodes[order[n]][d] = mesh.nodes[n][d] * organ.metres_per_mesh_unit;
+  check_extent(body, files);
   body.tetrahedra = mesh.tetrahedra;
   for (auto& tetrahedron : body.tetrahedra)
     for (auto& n : tetrahedron) n = order[n];

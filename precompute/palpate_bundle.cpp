@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
     organ->needs(mesh);
     boundary->needs(mesh);
     verify->add_option("--columns", options.columns, "Touchable nodes to solve again, drawn at random")
-        ->check(CLI::PositiveNumber)
+        ->check(positive_number())
         ->needs(mesh)
         ->capture_default_str();
     verify->add_option("--seed", options.seed, "Of the draw")->needs(mesh)->capture_default_str();

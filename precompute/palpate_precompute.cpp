@@ -39,7 +39,7 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
       ->option_text("R");
   app.add_option("--memory", options.memory_gigabytes,
                  "what all ranks on one machine may take, in GB (1e9 bytes); default: what is free")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->option_text("GB");
   app.add_option("--block", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 32")
       ->check(CLI::Range(1, 4096))
@@ -57,7 +57,7 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
          "--ranks-per-operator", options.ranks_per_operator,
          "ranks that divide one operator among them; default: the fewest whose memory holds it; above 1, bundles of "
          "two runs are equal to rounding, and to the byte only with -- -column_pc_type gamg")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->option_text("G");
   app.add_option("--json", options.json, "what was done and what it took, as JSON; - is standard output")
       ->option_text("FILE");

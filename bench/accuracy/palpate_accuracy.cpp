@@ -31,15 +31,15 @@ void define_study(CLI::App& app, StudyOptions& options) {
       ->delimiter(',')
       ->option_text("R,R,...");
   app.add_option("--memory", options.memory_gigabytes, "GB that a precompute may take; default: what is free")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   app.add_option("--most-seconds", options.most_seconds, "that a precompute with p2-p0 is predicted to take")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   app.add_option("--repeats", options.repeats, "of a precompute of less than 3 s, of which the median counts")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   app.add_option("--radius", options.radius_mm, "of the disc that is pressed, mm")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   app.add_option("--places", options.places, "places that are pressed")
       ->check(CLI::Range(1, 50))

@@ -100,6 +100,11 @@ TEST(OrganConfig, RefusesEachFaultInOneSentenceWithItsLine) {
   EXPECT_THAT(with("5.4", "\"5.4\""), HasSubstr(":7: [[region]] 1.young: value: expected a finite number"));
   EXPECT_THAT(with(", source = \"a\"", ""), HasSubstr(":7: [[region]] 1.young: the key \"source\" is missing"));
   EXPECT_THAT(with("\"a\"", "\"\""), HasSubstr("source: expected a string that is not empty"));
+  EXPECT_THAT(with("5.4", "1e-300"), HasSubstr("young: expected a modulus from 1e-6 to 1e15 Pa"));
+  EXPECT_THAT(with("5.4", "1e300"), HasSubstr("young: expected a modulus from 1e-6 to 1e15 Pa"));
+  EXPECT_THAT(with("0.45", "0.4999999999"), HasSubstr("poisson: expected a ratio"));
+  EXPECT_THAT(with("0.45", "-0.9999999999"), HasSubstr("poisson: expected a ratio"));
+  EXPECT_THAT(with("1.06", "1e300"), HasSubstr("a density above 0 and up to 1e6"));
   EXPECT_THAT(with("0.45", "0.5"), HasSubstr(":8: [[region]] 1: poisson: expected a ratio with -1 < value < 0.5"));
   EXPECT_THAT(with("0.45", "-1"), HasSubstr("poisson"));
   EXPECT_THAT(with("1.06", "0"), HasSubstr("a density above 0"));
@@ -154,6 +159,7 @@ TEST(BoundaryConfig, RefusesEachFaultInOneSentenceWithItsLine) {
   };
   EXPECT_THAT(with("\"xz\"", "\"xw\""),
               HasSubstr(":3: [[fixed]] 1: dofs: expected some of the letters x, y, z, each once"));
+  EXPECT_THAT(with("-9.81", "-9.81e6"), HasSubstr("gravity: value: expected components of at most 1e6 m/s^2"));
   EXPECT_THAT(with("\"xz\"", "\"xx\""), HasSubstr("each once"));
   EXPECT_THAT(with("{ patch = \"x0\" }", "{ path = \"x0\" }"), HasSubstr(":4: select: expected exactly one of box"));
   EXPECT_THAT(with("{ patch = \"x0\" }", "{ patch = \"x0\", everything = true }"),

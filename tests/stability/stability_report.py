@@ -1,4 +1,4 @@
-"""Runs the cases of tests/stability and writes what they measured: a table in HTML, the same as JSON, pictures of the sweeps.
+"""Runs the cases of tests/stability and writes what they measured: a table in HTML, the same as JSON, a picture of the sweeps.
 
     stability_report.py PROGRAM... -o FOLDER [--long] [--filter PATTERN]
 """
@@ -12,12 +12,12 @@ import sys
 
 STYLE = """body{font:15px/1.4 sans-serif;max-width:76em;margin:2em auto;padding:0 1em}table{border-collapse:collapse;width:100%}
 td,th{text-align:left;vertical-align:top;padding:.25em .6em;border-bottom:1px solid #ddd}td.n{text-align:right;white-space:nowrap}
-tr.threat td{background:#f4f4f4}tr.lost td{background:#fdd}img{max-width:48%}"""
+tr.threat td{background:#f4f4f4}tr.lost td{background:#fdd}img{max-width:100%}"""
 
 # sweep: axes, and how they are scaled.
-PICTURES = {
+SWEEPS = {
     "conflicting pair": ("gap / edge", "force, N", "log", "log"),
-    "force against nu": ("Poisson's ratio", "force over that of p2-p0", "linear", "linear"),
+    "force against nu": ("1/2 - Poisson's ratio", "force over that of p2-p0", "log", "linear"),
     "error against sliver angle": ("dihedral angle, degrees", "relative error", "log", "log"),
     "iterations against contrast": ("contrast of stiffness", "iterations", "log", "linear"),
 }
@@ -71,35 +71,34 @@ def table(figures):
 
 
 def draw(points, folder):
-    """One PNG per sweep that has points; the names of the files."""
+    """The sweeps that have points, in one PNG; its name, or none."""
     try:
         import matplotlib
     except ImportError:
-        print("no pictures: matplotlib (python3-matplotlib) is not installed", file=sys.stderr)
+        print("no picture: matplotlib (python3-matplotlib) is not installed", file=sys.stderr)
         return []
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    files = []
-    for sweep, (x_name, y_name, x_scale, y_scale) in PICTURES.items():
-        curves = {}
-        for p in points:
-            if p["sweep"] == sweep and not isinstance(p["y"], str):
-                curves.setdefault(p["curve"], []).append((p["x"], p["y"]))
-        if not curves:
-            continue
-        figure, axes = pyplot.subplots(figsize=(5.6, 4))
+    sweeps = {}
+    for p in points:
+        if not isinstance(p["y"], str):
+            sweeps.setdefault(p["sweep"], {}).setdefault(p["curve"], []).append((p["x"], p["y"]))
+    if not sweeps:
+        return []
+    figure, places = pyplot.subplots((len(sweeps) + 1) // 2, 2, figsize=(11, 4 * ((len(sweeps) + 1) // 2)), squeeze=False)
+    for axes in places.flat[len(sweeps):]:
+        axes.set_axis_off()
+    for axes, (sweep, curves) in zip(places.flat, sweeps.items()):
+        x_name, y_name, x_scale, y_scale = SWEEPS[sweep]
         for name, values in curves.items():
             axes.plot(*zip(*sorted(values)), marker=".", label=name)
         axes.set(xlabel=x_name, ylabel=y_name, xscale=x_scale, yscale=y_scale, title=sweep)
         axes.grid(alpha=0.3)
         axes.legend(fontsize=8)
-        file = sweep.replace(" ", "-") + ".png"
-        figure.tight_layout()
-        figure.savefig(folder / file, dpi=110)
-        pyplot.close(figure)
-        files.append(file)
-    return files
+    figure.tight_layout()
+    figure.savefig(folder / "sweeps.png", dpi=90)
+    return ["sweeps.png"]
 
 
 def main():

@@ -1,0 +1,184 @@
+// Supports that leave a motion, that just do not, and that hold a part of a node: refused exactly where K is singular.
+#include "formats/errors.h"
+#include "precompute/support_check.h"
+#include "tests/stability/extended_precision.h"
+#include "tests/stability/stability_case.h"
+
+namespace palpate::tests {
+namespace {
+
+// The box [0, 2]^3 and, beside it, the same box shifted, joined where their nodes meet.
+TetrahedralMesh boxes(const std::vector<Point>& shifts) {
+  const TetrahedralMesh one = box_mesh({2, 2, 2}, {2, 2, 2});
+  TetrahedralMesh mesh = one;
+  for (const Point& shift : shifts) {
+    std::vector<std::int32_t> place;
+    for (const Point& p : one.nodes) {
+      const Point moved = {p[0] + shift[0], p[1] + shift[1], p[2] + shift[2]};
+      const auto at = std::find(mesh.nodes.begin(), mesh.nodes.end(), moved);
+      place.push_back(static_cast<std::int32_t>(at - mesh.nodes.begin()));
+      if (at == mesh.nodes.end()) mesh.nodes.push_back(moved);
+    }
+    for (auto t : one.tetrahedra) {
+      for (auto& n : t) n = place[static_cast<std::size_t>(n)];
+      mesh.tetrahedra.push_back(t);
+    }
+  }
+  mesh.region.assign(mesh.tetrahedra.size(), 0);
+  mesh.patches.clear();
+  return mesh;
+}
+
+struct Support {
+  const char* name;
+  std::vector<Point> shifts;               // of further boxes
+  std::function<int(const Point&)> holds;  // bits 1, 2, 4: x, y, z
+  int motions;                             // that statics leaves
+};
+bool is(const Point& p, double x, double y, double z) {
+  return p == Point{x, y, z};
+}
+const std::vector<Support>& supports() {
+  static const std::vector<Support> all = {
+      {"floating", {}, [](const Point&) { return 0; }, 6},
+      {"one node", {}, [](const Point& p) { return is(p, 0, 0, 0) ? 7 : 0; }, 3},
+      {"two nodes", {}, [](const Point& p) { return is(p, 0, 0, 0) || is(p, 2, 1, 2) ? 7 : 0; }, 1},
+      {"three nodes on a line", {}, [](const Point& p) { return p[1] == 0 && p[2] == 0 ? 7 : 0; }, 1},
+      {"three nodes", {}, [](const Point& p) { return is(p, 0, 0, 0) || is(p, 2, 0, 0) || is(p, 0, 2, 0) ? 7 : 0; }, 0},
+      {"3-2-1", {}, [](const Point& p) { return is(p, 0, 0, 0)   ? 7
+                                                : is(p, 2, 0, 0) ? 6
+                                                : is(p, 0, 2, 0) ? 4
+                                                                 : 0; }, 0},
+      {"3-2-1 with the last one beside its place",
+       {},
+       [](const Point& p) {
+         return is(p, 0, 0, 0) ? 7 : is(p, 2, 0, 0) ? 6 : is(p, 1, 0, 0) ? 4 : 0;
+       },
+       1},
+      {"a plane in z", {}, [](const Point& p) { return p[2] == 0 ? 4 : 0; }, 3},
+      {"planes in y and z", {}, [](const Point& p) { return (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); }, 1},
+      {"planes in x, y and z",
+       {},
+       [](const Point& p) { return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); },
+       0},
+      {"six dofs that meet one axis",
+       {},
+       [](const Point& p) {
+         return (p[2] == 0 && p[0] != 1 && p[1] != 1 ? 4 : 0) | (is(p, 1, 1, 0) || is(p, 1, 1, 2) ? 3 : 0);
+       },
+       1},
+      {"all x of one line", {}, [](const Point& p) { return p[1] == 0 && p[2] == 0 ? 1 : 0; }, 5},
+      {"two boxes apart, one held", {{5, 0, 0}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 6},
+      {"two boxes apart, both held", {{5, 0, 0}}, [](const Point& p) { return p[0] == 0 || p[0] == 7 ? 7 : 0; }, 0},
+      {"two boxes with one vertex in common", {{2, 2, 2}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 3},
+      {"two boxes with one edge in common", {{2, 2, 0}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 1},
+      {"two boxes with half a face in common", {{2, 1, 1}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 0},
+      {"an arch of three hinges",
+       {{2, 2, 0}},
+       [](const Point& p) { return (p[0] == 0 && p[1] == 0) || (p[0] == 4 && p[1] == 2) ? 7 : 0; },
+       0},
+      {"an arch whose three hinges stand in line",
+       {{2, 2, 0}},
+       [](const Point& p) { return (p[0] == 0 && p[1] == 0) || (p[0] == 4 && p[1] == 4) ? 7 : 0; },
+       1},
+      {"a chain of three boxes by edges, its ends held",
+       {{2, 2, 0}, {4, 0, 0}},
+       [](const Point& p) { return (p[0] == 0 && p[1] <= 2) || p[0] == 6 ? 7 : 0; },
+       0},
+  };
+  return all;
+}
+
+ElasticBody held(const Support& support, double size) {
+  TetrahedralMesh mesh = boxes(support.shifts);
+  ElasticBody body = body_of(mesh, {{5400, 0.45, 0}});
+  hold(body, support.holds);
+  for (Point& p : body.nodes)
+    for (double& x : p) x *= size;
+  return body;
+}
+
+// Motions without energy that the support leaves, by the eigenvalues of K.
+int nullity(const ElasticBody& body) {
+  const auto free = free_dofs(body);
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(
+                                     dense(assemble_stiffness(body))(free, free), Eigen::EigenvaluesOnly)
+                                     .eigenvalues();
+  return static_cast<int>((values.array() < 1e-10 * values.maxCoeff()).count());
+}
+std::string refusal(const ElasticBody& body) {
+  try {
+    check_support(body, "bc.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(StabilitySupport, IsRefusedExactlyWhereKIsSingular) {
+  StabilityCase attack(
+      "A motion that nothing holds makes K singular: the factor breaks down, or does not, and its columns are "
+      "rounding. A "
+      "hinge at a vertex or an edge counts as joined for every search of connected elements, and holds no moment.");
+  double singular = 0, refused = 0, motions = 0, cases = 0;
+  for (const Support& support : supports())
+    for (const double size : {1e-6, 0.01, 1e3}) {
+      const ElasticBody body = held(support, size);
+      const std::string said = refusal(body);
+      const std::string counted = std::to_string(support.motions) + " of its 6 rigid motions left";
+      ++cases;
+      singular += nullity(body) != support.motions;
+      refused += said.empty() != (support.motions == 0);
+      motions += support.motions > 0 && said.find(counted) == std::string::npos;
+    }
+  const std::string of = " of " + std::to_string(static_cast<int>(cases));
+  attack.hold("supports where K has another nullity than statics," + of, singular, 0, "the attack is what it says");
+  attack.hold("supports refused that hold, or taken that do not," + of, refused, 0, "support_check.h");
+  attack.hold("refusals that count other motions than K," + of, motions, 0, "each is named in the sentence");
+}
+
+TEST(StabilitySupport, ThatHoldsIsSolvedHoweverFewItsDofs) {
+  StabilityCase attack(
+      "Three nodes, or six dofs, that just hold a body: forces between them are large against the touch, and a node "
+      "held "
+      "in part has a row whose held dofs must couple to nothing.");
+  for (const Element element : kElements) {
+    double worst = 0;
+    for (const Support& support : supports()) {
+      if (support.motions > 0 || !support.shifts.empty()) continue;
+      const ElasticBody body = held(support, 0.01);
+      // A node that is free, and each that is held in part.
+      std::vector<std::int32_t> nodes = {body.touchable[body.touchable.size() / 2]};
+      for (const std::int32_t n : body.touchable)
+        if (const auto& f = body.fixed[static_cast<std::size_t>(n)]; (f[0] || f[1] || f[2]) && nodes.size() < 8)
+          nodes.push_back(n);
+      for (const NodeTensor& tensor : solve_node_tensors(body, element, nodes, 1e-9))
+        worst = std::max(worst, off(tensor.displacement, in_extended_precision(body, element, tensor.node)));
+    }
+    attack.hold(std::string("error of a tensor against extended precision, ") + name_of(element), worst, 1e-6,
+                "the tolerance of 1e-9 times the condition of a body on its points, some hundred");
+  }
+}
+
+TEST(StabilitySupport, WithEverythingFixedIsRefused) {
+  StabilityCase attack("With every node held there is no dof to solve for: an empty system, or a bundle of nothing.");
+  const TetrahedralMesh mesh = box_mesh({2, 2, 2}, {2, 2, 2});
+  OrganConfig organ;
+  organ.regions.push_back({"box", {5400, "test"}, {0.45, "test"}, {}});
+  BoundaryConfig everything;
+  everything.fixed.emplace_back();
+  everything.fixed[0].dofs = {true, true, true};
+  everything.fixed[0].select.emplace_back();
+  everything.fixed[0].select[0].kind = Selector::Kind::everything;
+  std::string said;
+  try {
+    make_elastic_body(mesh, organ, everything, {"box.msh", "organ.toml", "bc.toml"});
+  } catch (const InputError& error) {
+    said = error.what();
+  }
+  attack.hold("taken, or refused without naming file and cause",
+              said.find("bc.toml: no node can be touched") == std::string::npos, 0, "elastic_body.h");
+}
+
+}  // namespace
+}  // namespace palpate::tests
