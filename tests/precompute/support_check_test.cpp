@@ -5,6 +5,7 @@
 
 #include "formats/errors.h"
 #include "tests/precompute/support.h"
+#include "tests/support/joined_meshes.h"
 
 namespace palpate::tests {
 namespace {
@@ -98,20 +99,7 @@ TEST(Support, RefusesSixDofsThatAllMeetOneAxis) {
 // The same box again, shifted, its nodes joined to those it meets.
 TetrahedralMesh two_boxes(const Point& shift) {
   TetrahedralMesh mesh = box_mesh({2, 2, 2}, {2, 2, 2});
-  const TetrahedralMesh other = mesh;
-  std::vector<std::int32_t> place;
-  for (const auto& p : other.nodes) {
-    const Point moved = {p[0] + shift[0], p[1] + shift[1], p[2] + shift[2]};
-    const auto at = std::find(mesh.nodes.begin(), mesh.nodes.end(), moved);
-    place.push_back(static_cast<std::int32_t>(at - mesh.nodes.begin()));
-    if (at == mesh.nodes.end()) mesh.nodes.push_back(moved);
-  }
-  for (auto t : other.tetrahedra) {
-    for (auto& n : t) n = place[n];
-    mesh.tetrahedra.push_back(t);
-  }
-  mesh.region.assign(mesh.tetrahedra.size(), 0);
-  mesh.patches.clear();
+  add_shifted(mesh, TetrahedralMesh(mesh), shift);
   return mesh;
 }
 

@@ -6,6 +6,7 @@
 #include "formats/errors.h"
 #include "tests/stability/programs.h"
 #include "tests/stability/stability_case.h"
+#include "tests/support/joined_meshes.h"
 
 namespace palpate::tests {
 namespace {
@@ -70,22 +71,9 @@ std::size_t inner_node(const TetrahedralMesh& mesh) {
     if (mesh.nodes[n] == std::array<double, 3>{20, 25, 20}) return n;
   throw std::logic_error("no such node");
 }
-// A second copy of the box, shifted; nodes that meet are one.
-void add_box(TetrahedralMesh& mesh, std::array<double, 3> shift) {
-  const TetrahedralMesh one = mesh;
-  std::vector<std::int32_t> place;
-  for (auto p : one.nodes) {
-    for (std::size_t d = 0; d < 3; ++d) p[d] += shift[d];
-    const auto at = std::find(mesh.nodes.begin(), mesh.nodes.end(), p);
-    place.push_back(static_cast<std::int32_t>(at - mesh.nodes.begin()));
-    if (at == mesh.nodes.end()) mesh.nodes.push_back(p);
-  }
-  for (auto t : one.tetrahedra) {
-    for (auto& n : t) n = place[static_cast<std::size_t>(n)];
-    mesh.tetrahedra.push_back(t), mesh.region.push_back(0);
-  }
+void add_box(TetrahedralMesh& mesh, const std::array<double, 3>& shift) {
+  add_shifted(mesh, TetrahedralMesh(mesh), shift);
 }
-
 void scale(TetrahedralMesh& mesh, double by) {
   for (auto& p : mesh.nodes)
     for (double& x : p) x *= by;

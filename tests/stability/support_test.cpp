@@ -3,6 +3,7 @@
 #include "precompute/support_check.h"
 #include "tests/stability/extended_precision.h"
 #include "tests/stability/stability_case.h"
+#include "tests/support/joined_meshes.h"
 
 namespace palpate::tests {
 namespace {
@@ -11,21 +12,7 @@ namespace {
 TetrahedralMesh boxes(const std::vector<Point>& shifts) {
   const TetrahedralMesh one = box_mesh({2, 2, 2}, {2, 2, 2});
   TetrahedralMesh mesh = one;
-  for (const Point& shift : shifts) {
-    std::vector<std::int32_t> place;
-    for (const Point& p : one.nodes) {
-      const Point moved = {p[0] + shift[0], p[1] + shift[1], p[2] + shift[2]};
-      const auto at = std::find(mesh.nodes.begin(), mesh.nodes.end(), moved);
-      place.push_back(static_cast<std::int32_t>(at - mesh.nodes.begin()));
-      if (at == mesh.nodes.end()) mesh.nodes.push_back(moved);
-    }
-    for (auto t : one.tetrahedra) {
-      for (auto& n : t) n = place[static_cast<std::size_t>(n)];
-      mesh.tetrahedra.push_back(t);
-    }
-  }
-  mesh.region.assign(mesh.tetrahedra.size(), 0);
-  mesh.patches.clear();
+  for (const Point& shift : shifts) add_shifted(mesh, one, shift);
   return mesh;
 }
 
