@@ -15,7 +15,8 @@ struct Limit {
   double most = 0;
 };
 
-// Settings that a user would have: the organ's own material, columns everywhere, the solver's own choice, one disc pressed.
+// Settings that a user would have: the organ's own material, columns everywhere, the solver's own choice, one disc pressed;
+// not f64, twice the bytes of f32 for nothing that can be felt.
 bool can_be_chosen(const nlohmann::ordered_json& record);
 
 // The one with the least `least` among those within all limits; of equals the smaller bundle. Null where there is none.
@@ -25,8 +26,9 @@ const nlohmann::ordered_json* cheapest(const std::vector<nlohmann::ordered_json>
 // One line for each limit that alone keeps every setting out, or the nearest where several do.
 std::string what_stands_in_the_way(const std::vector<nlohmann::ordered_json>& points, const std::vector<Limit>& limits);
 
-// What to pick for three budgets: of the settings within a tenth of the smallest force error that each affords, the one
-// with the shortest precompute. [{budget, limits, pick: name or null, why_not}]
-nlohmann::ordered_json picks(const std::vector<nlohmann::ordered_json>& points);
+// What to pick for three budgets: of the settings within a tenth, or within scatter, of the smallest force error that each
+// affords, the one with the shortest precompute. scatter: by how much meshes that are equally good differ; relative.
+// [{budget, limits, pick: name or null, why_not}]
+nlohmann::ordered_json picks(const std::vector<nlohmann::ordered_json>& points, double scatter);
 
 }  // namespace palpate::accuracy

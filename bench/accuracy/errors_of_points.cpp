@@ -34,22 +34,21 @@ double spacing_ratio(const MeasuredPoint& fine, const MeasuredPoint& coarse) {
   return std::cbrt(vertices(fine) / vertices(coarse));
 }
 
-// Extrapolation over meshes that are nearly alike shows their scatter and no order (Celik et al. 2008 ask for 1.3).
-constexpr double kLeastSpacingRatio = 1.3;
-
-// From fine to coarse, each at least that much coarser than the one before; where none is, the coarsest.
-std::vector<const MeasuredPoint*> spaced_out(const std::vector<const MeasuredPoint*>& fine_to_coarse) {
-  std::vector<const MeasuredPoint*> kept;
-  for (const auto* point : fine_to_coarse)
-    if (kept.empty() || spacing_ratio(*kept.back(), *point) >= kLeastSpacingRatio) kept.push_back(point);
-  if (kept.size() == 1 && fine_to_coarse.size() > 1) kept.push_back(fine_to_coarse.back());
-  return kept;
-}
-
 struct Truth {
   const MeasuredPoint* point = nullptr;
-  Extrapolated force = {NAN, NAN}, field = {NAN, NAN};
+  TruthError error;
 };
+
+// fine_to_coarse: of different meshes. What its finest is off by, from the distances of all others to it.
+std::array<Extrapolated, 2> extrapolate_finest(std::span<const MeasuredPoint* const> fine_to_coarse) {
+  std::vector<DistanceToFinest> force, field;
+  for (const auto* coarse : fine_to_coarse.subspan(1)) {
+    const Difference d = difference(coarse->seen, fine_to_coarse[0]->seen);
+    const double ratio = spacing_ratio(*fine_to_coarse[0], *coarse);
+    force.push_back({ratio, d.force}), field.push_back({ratio, d.field});
+  }
+  return {extrapolate(force), extrapolate(field)};
+}
 
 Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
   std::sort(candidates.begin(), candidates.end(), [](auto* a, auto* b) { return vertices(*a) > vertices(*b); });
@@ -57,18 +56,16 @@ Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
   candidates.erase(
       std::unique(candidates.begin(), candidates.end(), [](auto* a, auto* b) { return vertices(*a) == vertices(*b); }),
       candidates.end());
-  candidates = spaced_out(candidates);
   Truth truth;
   if (candidates.empty()) return truth;
   truth.point = candidates[0];
-  if (candidates.size() < 2) return truth;
-  const Difference d21 = difference(candidates[1]->seen, candidates[0]->seen);
-  const double r21 = spacing_ratio(*candidates[0], *candidates[1]);
-  truth.force = richardson(d21.force, r21), truth.field = richardson(d21.field, r21);
+  const auto estimate = extrapolate_finest(candidates);
+  truth.error.force = estimate[0], truth.error.field = estimate[1];
   if (candidates.size() < 3) return truth;
-  const Difference d32 = difference(candidates[2]->seen, candidates[1]->seen);
-  const double r32 = spacing_ratio(*candidates[1], *candidates[2]);
-  truth.force = richardson(d21.force, r21, d32.force, r32), truth.field = richardson(d21.field, r21, d32.field, r32);
+  const auto before = extrapolate_finest(std::span(candidates).subspan(1));
+  const Difference found = difference(candidates[1]->seen, candidates[0]->seen);
+  truth.error.check = {static_cast<int>(vertices(*candidates[1])), before[0].error, found.force, before[1].error,
+                       found.field};
   return truth;
 }
 
@@ -117,18 +114,40 @@ Difference difference(const Observation& seen, const Observation& truth) {
   return d;
 }
 
-Extrapolated richardson(double e21, double r21, double e32, double r32) {
-  double order = 1;
-  for (int round = 0; round < 50; ++round)
-    order =
-        std::clamp(std::fabs(std::log(e32 / e21) + std::log((std::pow(r21, order) - 1) / (std::pow(r32, order) - 1))) /
-                       std::log(r21),
-                   0.5, 2.0);
-  return {1.25 * e21 / (std::pow(r21, order) - 1), order};
+namespace {
+
+// distance = c (ratio^order - 1), by least squares; scatter: root mean square of what is left, per degree of freedom.
+struct PowerFit {
+  double order, c, scatter;
+};
+
+PowerFit fit_power(std::span<const DistanceToFinest> distances, double order) {
+  double products = 0, squares = 0, left = 0;
+  for (const auto& [ratio, distance] : distances) {
+    const double x = std::pow(ratio, order) - 1;
+    products += x * distance, squares += x * x;
+  }
+  const double c = products / squares;
+  for (const auto& [ratio, distance] : distances) {
+    const double off = distance - c * (std::pow(ratio, order) - 1);
+    left += off * off;
+  }
+  const double freedom = std::max<double>(1, static_cast<double>(distances.size()) - 2);
+  return {order, c, std::sqrt(left / freedom)};
 }
 
-Extrapolated richardson(double e21, double r21) {
-  return {3 * e21 / (r21 - 1), 1};
+}  // namespace
+
+Extrapolated extrapolate(std::span<const DistanceToFinest> distances) {
+  if (distances.empty()) return {};
+  constexpr double kLeastOrder = 0.5, kMostOrder = 2, kStep = 0.01;
+  PowerFit best = fit_power(distances, kLeastOrder);
+  for (double order = kLeastOrder; order <= kMostOrder + kStep / 2; order += kStep)
+    if (const PowerFit fit = fit_power(distances, order); fit.scatter < best.scatter) best = fit;
+  const bool observed =
+      distances.size() >= 2 && best.order > kLeastOrder + kStep / 2 && best.order < kMostOrder - kStep / 2;
+  if (!observed) best = fit_power(distances, 1);
+  return {(observed ? 1.25 : 3) * best.c + best.scatter, best.order, best.scatter, observed};
 }
 
 std::vector<JudgedPoint> judge(const std::vector<PlannedMeasurement>& points) {
@@ -144,11 +163,10 @@ std::vector<JudgedPoint> judge(const std::vector<PlannedMeasurement>& points) {
   for (const auto& [point, axes] : points) {
     const auto truth = truths.find(situation_of(point->setting));
     if (truth == truths.end()) continue;
-    JudgedPoint j = {point, axes, {}, {}, {}, 0, 0};
+    JudgedPoint j = {point, axes, {}, {}, {}, {}};
     j.is_reference = truth->second.point == point;
     j.error = difference(point->seen, truth->second.point->seen);
-    j.reference_force_error = truth->second.force.error;
-    j.reference_field_error = truth->second.field.error;
+    j.reference_error = truth->second.error;
     const auto& twins = same.at(same_but_for_solving_and_storing(*point));
     auto exact = std::find_if(twins.begin(), twins.end(), [](auto* p) { return is_exact(p->setting); });
     if (exact == twins.end())

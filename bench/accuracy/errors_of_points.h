@@ -1,8 +1,10 @@
 // Measured points against the truth of their situation, and how far that truth itself may be off.
 #pragma once
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,25 +21,41 @@ struct Difference {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Difference, force, force_worst, force_newtons, field, field_worst, field_mm)
 Difference difference(const Observation& seen, const Observation& truth);
 
-// Estimated error of the finest of three solutions by Richardson's extrapolation on meshes that are not nested: the order
-// is the one observed (Celik et al. 2008, J. Fluids Eng. 130, 078001, eq. 3), kept between 0.5 and 2, and the estimate is
-// 1.25 e21 / (r21^p - 1). With two solutions the order is taken as 1 and the factor as 3; with one, nothing is known: NaN.
-// e21, e32: relative differences of neighbours; r: ratios of their spacings, above 1.
-struct Extrapolated {
-  double error, order;
+// A coarser mesh: its spacing over the finest one's, above 1, and how far its answer is from the finest one's, relative.
+struct DistanceToFinest {
+  double ratio, distance;
 };
-Extrapolated richardson(double e21, double r21, double e32, double r32);
-Extrapolated richardson(double e21, double r21);
+
+// Estimated error of the finest of several solutions, by Richardson's extrapolation in the least-squares form that meshes
+// which are not nested need (Eca and Hoekstra 2014, J. Comput. Phys. 262, 104-130): c (ratio^p - 1) is fitted to all
+// distances, p between 0.5 and 2; the finest one's own error is c, to which a factor of safety and the scatter about the
+// fit are added. The factor is 1.25 where p was observed; where it lies on a bound or there is one distance, p is taken
+// as 1 and the factor as 3 (Roache's grid convergence index). Without a distance nothing is known: NaN.
+struct Extrapolated {
+  double error = NAN, order = NAN, scatter = NAN;
+  bool order_observed = false;
+};
+Extrapolated extrapolate(std::span<const DistanceToFinest> distances);
+
+// The estimate put to the test: what it would have been without the finest mesh, against what that mesh then showed.
+struct EstimateCheck {
+  int vertices = 0;  // of the finest but one; 0: too few meshes to say
+  double estimated_force = NAN, found_force = NAN, estimated_field = NAN, found_field = NAN;
+};
+
+struct TruthError {
+  Extrapolated force, field;
+  EstimateCheck check;
+};
 
 struct JudgedPoint {
   const MeasuredPoint* point;
   std::set<std::string> axes;
   bool is_reference = false;
-  Difference error;              // against the reference of its situation
-  Difference added;              // against the same mesh, element and scene with nothing saved in solving or storing
-  double reference_force_error;  // of that reference, by extrapolation
-  double reference_field_error;
-  double force_newtons = 0;  // mean length of the tools' forces
+  Difference error;            // against the reference of its situation
+  Difference added;            // against the same mesh, element and scene with nothing saved in solving or storing
+  TruthError reference_error;  // of that reference, by extrapolation
+  double force_newtons = 0;    // mean length of the tools' forces
 };
 
 struct PlannedMeasurement {

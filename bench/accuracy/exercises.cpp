@@ -48,7 +48,8 @@ palpate_scene_def scene_def(const SceneSetting& setting, int contact_nodes) {
     std::copy(kShares, kShares + 2, def.relaxation.share);
     std::copy(kTimes, kTimes + 2, def.relaxation.time);
   }
-  def.max_tools = PALPATE_MAX_TOOLS, def.max_points = PALPATE_MAX_TOOLS, def.max_contact_nodes = contact_nodes;
+  def.max_tools = PALPATE_MAX_TOOLS, def.max_points = std::max(PALPATE_MAX_TOOLS, setting.contacts);
+  def.max_contact_nodes = contact_nodes;
   def.force_limit = def.force_slew = INFINITY;
   return def;
 }
@@ -148,14 +149,17 @@ class Player {
  private:
   Press play(const std::vector<Motion>& all) {
     scene_.reset();
-    std::vector<palpate_tool> tools(all.size());
+    // A tool each; more than there may be tools are shared out among them, neighbours to one.
+    std::vector<palpate_tool> tools(std::min<std::size_t>(all.size(), PALPATE_MAX_TOOLS));
     std::vector<std::array<double, 3>> points(all.size());
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      const std::size_t first = t * all.size() / tools.size(), end = (t + 1) * all.size() / tools.size();
+      tools[t] = palpate_tool{
+          points[first].data(), static_cast<std::int32_t>(end - first), nullptr, 0, 0, places_.radius, 0.3};
+    }
     const std::size_t ticks = all[0].size();
     for (std::size_t tick = 0; tick < ticks; ++tick) {
-      for (std::size_t t = 0; t < all.size(); ++t) {
-        store3(all[t][tick], points[t].data());
-        tools[t] = palpate_tool{points[t].data(), 1, nullptr, 0, 0, places_.radius, 0.3};
-      }
+      for (std::size_t p = 0; p < all.size(); ++p) store3(all[p][tick], points[p].data());
       const Stopwatch watch;
       const auto flags = scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
       const double took = watch.microseconds();
@@ -231,7 +235,8 @@ Observation observe_with(const std::filesystem::path& file, const SceneSetting& 
 
 Observation observe(const std::filesystem::path& file, const SceneSetting& setting, const StudyPlaces& places) try {
   // A scene's memory grows with the square of its room for contact nodes, so it gets no more than the mesh needs.
-  for (int room = 64 * std::max(setting.contacts, 2);; room *= 2) {
+  for (int room = setting.contacts > PALPATE_MAX_TOOLS ? 16 * setting.contacts : 64 * std::max(setting.contacts, 2);;
+       room *= 2) {
     Observation seen = observe_with(file, setting, places, room);
     if (!(seen.flags & PALPATE_STEP_CONTACTS_DROPPED) || room > 3000) return seen;
   }

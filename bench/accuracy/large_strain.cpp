@@ -192,7 +192,8 @@ nlohmann::json push_deep(const OrganCase& organ, const Bakery& bakery, const Stu
   write_input(folder / "push.inp", body, push, places.radius);
   std::string ended;
   try {
-    run_command({"env", "OMP_NUM_THREADS=1", "ccx", (folder / "push").string()}, folder / "log.txt");
+    // In its folder, where it leaves files of its own.
+    run_command({"env", "-C", folder.string(), "OMP_NUM_THREADS=1", "ccx", "push"}, folder / "log.txt");
   } catch (const OperationError& error) {
     ended = error.what();  // the deepest steps may not converge; those before them stand
   }

@@ -19,7 +19,8 @@ struct StudyOptions {
   std::vector<std::string> resolutions;     // coarse to fine; default: all of the organ's
   std::vector<std::string> make_variables;  // "IMAGE=...": for the pipeline's rules
   double memory_gigabytes = 0;              // a precompute may take; 0: what it finds free
-  double most_seconds = 150;                // a precompute is predicted to take, else it is left out
+  double most_seconds = 150;                // a precompute with p2-p0 is predicted to take, else it is left out; the
+                                            // organ's own reference, near the places alone, may take twice that
   int repeats = 3;                          // of a short precompute; the median counts
   double radius_mm = 10;                    // of the tool's disc
   int places = 6, samples = 200;            // pressed; looked at

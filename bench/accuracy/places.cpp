@@ -131,15 +131,36 @@ std::vector<TouchPlace> touch_places_of(const nlohmann::json& json) {
 
 }  // namespace
 
-StudyPlaces choose_places(const ElasticBody& body, double radius, int touch_count, int sample_count) {
+namespace {
+
+// Touchable nodes that keep off what is held by three radii, or by less where that leaves fewer than count.
+std::vector<std::int32_t> nodes_to_touch(const ElasticBody& body, double radius, int count) {
   std::vector<std::int32_t> free;
-  for (double distance = 3 * radius; static_cast<int>(free.size()) < touch_count && distance > 0.01 * radius;
-       distance /= 2)
+  for (double distance = 3 * radius; static_cast<int>(free.size()) < count && distance > 0.01 * radius; distance /= 2)
     free = free_nodes(body, distance);
   if (free.empty()) throw InputError("the boundary set leaves nothing that can be touched; see its [touchable]");
+  return free;
+}
+
+}  // namespace
+
+StudyPlaces choose_crowd(const ElasticBody& body, double radius, int most, const std::vector<Vec3>& samples) {
+  StudyPlaces crowd;
+  crowd.radius = radius, crowd.samples = samples;
+  for (const auto n : spread(body, nodes_to_touch(body, radius, most), most)) {
+    const Vec3 next = beside(body, n);
+    if (std::any_of(crowd.touch.begin(), crowd.touch.end(),
+                    [&](const TouchPlace& p) { return length(p.at - next) < kCrowdDistance * radius; }))
+      break;
+    crowd.touch.push_back(place_at(body, next, radius));
+  }
+  return crowd;
+}
+
+StudyPlaces choose_places(const ElasticBody& body, double radius, int touch_count, int sample_count) {
   StudyPlaces places;
   places.radius = radius;
-  for (const auto n : spread_in_the_middle(body, free, touch_count))
+  for (const auto n : spread_in_the_middle(body, nodes_to_touch(body, radius, touch_count), touch_count))
     places.touch.push_back(place_at(body, beside(body, n), radius));
   const SurfaceView surface = {body.nodes[0].data(), {body.triangles[0].data(), 3 * body.triangles.size()}};
   for (std::size_t p = 0; p < std::min<std::size_t>(2, places.touch.size()); ++p) {

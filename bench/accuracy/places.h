@@ -28,6 +28,12 @@ inline constexpr double kDragDistance = 0.4;  // of the radius: how far an exerc
 // where nothing can be touched.
 StudyPlaces choose_places(const ElasticBody& body, double radius, int touch_count, int sample_count);
 
+// Places for many discs at once, each the farthest from those before it: as many as asked for, or fewer where the next would
+// be less than kCrowdDistance radii from another. No neighbours. samples: where the field is looked at. Errors: InputError
+// as above.
+inline constexpr double kCrowdDistance = 2.2;
+StudyPlaces choose_crowd(const ElasticBody& body, double radius, int most, const std::vector<Vec3>& samples);
+
 nlohmann::json json_of(const StudyPlaces& places);
 StudyPlaces places_of(const nlohmann::json& json);
 

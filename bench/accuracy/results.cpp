@@ -58,8 +58,8 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["field_error"] = judged.error.field;
   r["field_error_worst"] = judged.error.field_worst;
   r["field_error_mm"] = judged.error.field_mm;
-  r["reference_force_error"] = number_or_null(judged.reference_force_error);
-  r["reference_field_error"] = number_or_null(judged.reference_field_error);
+  r["reference_force_error"] = number_or_null(judged.reference_error.force.error);
+  r["reference_field_error"] = number_or_null(judged.reference_error.field.error);
   r["added_force_error"] = judged.added.force;
   r["added_field_error"] = judged.added.field;
   r["reciprocity_error"] = p.cost.at("reciprocity_error");
@@ -80,6 +80,21 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["mesh_sha256"] = p.cost.at("mesh_sha256");
   r["solved_by"] = p.cost.at("solver");
   return r;
+}
+
+nlohmann::ordered_json json_of(const Extrapolated& estimate) {
+  return {{"error", number_or_null(estimate.error)},
+          {"order", number_or_null(estimate.order)},
+          {"order_observed", estimate.order_observed},
+          {"scatter", number_or_null(estimate.scatter)}};
+}
+
+nlohmann::ordered_json json_of(const EstimateCheck& check) {
+  return {{"vertices", check.vertices},
+          {"estimated_force", number_or_null(check.estimated_force)},
+          {"found_force", number_or_null(check.found_force)},
+          {"estimated_field", number_or_null(check.estimated_field)},
+          {"found_field", number_or_null(check.found_field)}};
 }
 
 nlohmann::ordered_json machine_json() {

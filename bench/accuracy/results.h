@@ -15,6 +15,10 @@ namespace palpate::accuracy {
 // settings that keep it.
 nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson);
 
+// What is not known is null.
+nlohmann::ordered_json json_of(const Extrapolated& estimate);
+nlohmann::ordered_json json_of(const EstimateCheck& check);
+
 // Processor, cores, memory and load of this machine.
 nlohmann::ordered_json machine_json();
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <fstream>
 #include <list>
 
@@ -22,15 +23,27 @@ namespace palpate::accuracy {
 namespace {
 
 // Of what a measured point means: raised when exercises or what is recorded of them change.
-constexpr int kStudyVersion = 4;
+constexpr int kStudyVersion = 5;
+constexpr int kMostTogether = 100;  // contacts
 
 class Study {
  public:
   explicit Study(const StudyOptions& options)
-      : organ_(options), measured_(folder() / "points"), places_(choose_or_read_places()), bakery_(organ_, places_) {}
+      : organ_(options),
+        measured_(folder() / "points"),
+        places_(choose_or_read("places.json",
+                               [&](const ElasticBody& body, double radius) {
+                                 return choose_places(body, radius, options.places, options.samples);
+                               })),
+        crowd_(choose_or_read("crowd.json",
+                              [&](const ElasticBody& body, double radius) {
+                                return choose_crowd(body, radius, kMostTogether, places_.samples);
+                              })),
+        bakery_(organ_, places_) {}
 
   void run() {
-    const auto plan = plan_study(organ_);
+    for (const auto& resolution : organ_.resolutions()) make_mesh_early(resolution);
+    const auto plan = plan_study(organ_, static_cast<int>(crowd_.touch.size()));
     Progress progress("study", plan.size());
     for (const auto& planned : plan) {
       // One that fails is told and left out: the others are worth as much as before.
@@ -45,7 +58,7 @@ class Study {
     for (std::size_t p = 0; p < std::min<std::size_t>(3, places_.touch.size()); ++p) {
       say(fmt::format("pushing deep at place {}", p + 1));
       try {
-        large_strain_.push_back(push_deep(organ_, bakery_, places_, p));
+        timed("large strain", [&] { large_strain_.push_back(push_deep(organ_, bakery_, places_, p)); });
       } catch (const OperationError& error) {
         leave_out(fmt::format("the deep push at place {}", p + 1), error.what());
       }
@@ -57,23 +70,39 @@ class Study {
  private:
   const std::filesystem::path& folder() const { return organ_.options().output; }
 
+  // One that fails is told with its points.
+  void make_mesh_early(const std::string& resolution) const try {
+    timed("meshes", [&] { organ_.make_mesh(resolution); });
+  } catch (const OperationError&) {
+  }
+
+  // Adds to what a stage took.
+  template <class Work>
+  void timed(const char* stage, const Work& work) const {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    took_[stage] += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
   // Of the finest mesh, once: they belong to the study, and so does every point measured at them.
-  StudyPlaces choose_or_read_places() const {
+  template <class Choose>
+  StudyPlaces choose_or_read(const char* name, const Choose& choose) const {
     const StudyOptions& o = organ_.options();
-    const auto mesh = organ_.make_mesh(organ_.resolutions().back());
+    std::filesystem::path mesh;
+    timed("meshes", [&] { mesh = organ_.make_mesh(organ_.resolutions().back()); });
     const nlohmann::json from = {{"version", kStudyVersion},
                                  {"mesh_sha256", sha256_of_file(mesh.string())},
                                  {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
                                  {"radius_mm", o.radius_mm},
                                  {"places", o.places},
+                                 {"together", kMostTogether},
                                  {"samples", o.samples}};
-    const auto file = folder() / "places.json";
+    const auto file = folder() / name;
     if (std::ifstream in(file); in) {
       const auto json = nlohmann::json::parse(in, nullptr, false);
       if (json.is_object() && json.value("from", nlohmann::json()) == from) return places_of(json.at("places"));
     }
-    const StudyPlaces places =
-        choose_places(organ_.body(organ_.resolutions().back()), 1e-3 * o.radius_mm, o.places, o.samples);
+    const StudyPlaces places = choose(organ_.body(organ_.resolutions().back()), 1e-3 * o.radius_mm);
     write_text_atomically(file, nlohmann::json{{"from", from}, {"places", json_of(places)}}.dump(1) + "\n");
     return places;
   }
@@ -93,9 +122,15 @@ class Study {
       }
     }
     if (fits->resolution.empty()) return {};
+    if (is_crowded(setting) && !fits->everywhere) return {};  // the next coarser mesh is their reference
     setting.bundle = *fits;
     return setting;
   }
+
+  bool is_crowded(const Setting& setting) const {
+    return setting.scene.contacts > static_cast<int>(places_.touch.size());
+  }
+  const StudyPlaces& places_for(const Setting& setting) const { return is_crowded(setting) ? crowd_ : places_; }
 
   void leave_out(const std::string& what, const std::string& why) {
     warn(fmt::format("{} is left out: {}", what, why));
@@ -103,12 +138,12 @@ class Study {
   }
 
   std::string key_of(const Setting& setting) const {
-    const std::string text = nlohmann::json{
-        {"version", kStudyVersion},
-        {"bundle", bakery_.look(setting.bundle).fingerprint},
-        {"scene", setting.scene},
-        {"places",
-         json_of(places_)}}.dump();
+    const std::string text = nlohmann::json{{"version", kStudyVersion},
+                                            {"bundle", bakery_.look(setting.bundle).fingerprint},
+                                            {"scene", setting.scene},
+                                            {"measured_by", own_hash_},
+                                            {"places", json_of(places_for(setting))}}
+                                 .dump();
     return fmt::format("{:016x}", formats::xxh64(text.data(), text.size()));
   }
 
@@ -122,8 +157,10 @@ class Study {
     auto point = measured_.find(key);
     if (!point) {
       say("measuring " + name_of(setting));
-      MeasuredPoint fresh = {setting, bakery_.bake(setting.bundle), {}};
-      fresh.seen = observe(bakery_.look(setting.bundle).bundle, setting.scene, places_);
+      MeasuredPoint fresh = {setting, {}, {}};
+      timed("bundles", [&] { fresh.cost = bakery_.bake(setting.bundle); });
+      timed("touches",
+            [&] { fresh.seen = observe(bakery_.look(setting.bundle).bundle, setting.scene, places_for(setting)); });
       measured_.add(key, fresh);
       point = std::move(fresh);
     }
@@ -147,15 +184,19 @@ class Study {
                                     {"radius_mm", o.radius_mm},
                                     {"places", places_.touch.size()},
                                     {"samples", places_.samples.size()},
+                                    {"room_for_contacts", std::max(places_.touch.size(), crowd_.touch.size())},
                                     {"data", o.data.string()},
                                     {"bin", o.bin.string()},
                                     {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
                                     {"reference", reference(judged_points)},
                                     {"machine", machine_json()}};
+    study["took_s"] = took_;  // this run; what was there before took nothing
     study["left_out"] = left_out_;
     study["large_strain"] = large_strain_;
-    study["picks"] = picks(records);
+    const auto& scatter = study["reference"]["force"]["scatter"];
+    study["picks"] = picks(records, scatter.is_number() ? scatter.get<double>() : 0);
     write_results(folder(), study, records);
+    for (const auto& [stage, seconds] : took_) note(fmt::format("{}: {}", stage, duration_text(seconds)));
     note(fmt::format("{}: {} points", (folder() / "accuracy.json").string(), records.size()));
   }
 
@@ -165,7 +206,11 @@ class Study {
     for (const auto& judged : points)
       for (const auto& taken : taken_)
         if (judged.is_reference && judged.point == &taken.point && situation_of(taken.point.setting) == plain)
-          return {{"name", name_of(taken.point.setting)}, {"key", taken.key}};
+          return {{"name", name_of(taken.point.setting)},
+                  {"key", taken.key},
+                  {"force", json_of(judged.reference_error.force)},
+                  {"field", json_of(judged.reference_error.field)},
+                  {"check", json_of(judged.reference_error.check)}};
     throw OperationError(
         "no mesh of the study can be solved with p2-p0, the reference, in that memory and time; raise "
         "--memory or --most-seconds, or add a coarser mesh to --resolutions");
@@ -179,9 +224,11 @@ class Study {
     note(fmt::format("{}: the report", page.string()));
   }
 
+  const std::string own_hash_ = sha256_of_file("/proc/self/exe");  // the runtime that is measured is inside
+  mutable std::map<std::string, double> took_;                     // s, of this run
   OrganCase organ_;
   MeasuredPoints measured_;
-  StudyPlaces places_;
+  StudyPlaces places_, crowd_;
   Bakery bakery_;
   std::map<std::string, std::optional<BundleSetting>> fits_;
   struct Taken {
@@ -190,6 +237,7 @@ class Study {
     std::set<std::string> axes;
   };
   std::list<Taken> taken_;
+
   std::vector<nlohmann::json> large_strain_;
   nlohmann::ordered_json left_out_ = nlohmann::ordered_json::array();
 };

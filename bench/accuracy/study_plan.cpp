@@ -8,7 +8,7 @@ namespace {
 
 class Plan {
  public:
-  explicit Plan(const OrganCase& organ) : organ_(organ) {}
+  Plan(const OrganCase& organ, int crowd) : organ_(organ), crowd_(crowd) {}
 
   std::vector<PlannedPoint> all() {
     mesh_and_element();
@@ -67,8 +67,9 @@ class Plan {
       }
     for (const char* law : {"sticking", "sliding", "unilateral", "coulomb"})
       add_scene("law", [&](SceneSetting& s) { s.exercise = "drag", s.law = law; });
-    for (const int contacts : {1, 2, 3, 6})
-      if (contacts <= organ_.options().places) add_scene("contacts", [&](SceneSetting& s) { s.contacts = contacts; });
+    for (const int contacts : {1, 2, 3, 6, 10, 30, 100})
+      if (contacts <= std::max(organ_.options().places, crowd_))
+        add_scene("contacts", [&](SceneSetting& s) { s.contacts = contacts; });
     for (const char* collision : {"rest", "deformed"})
       add_scene("collision", [&](SceneSetting& s) { s.exercise = "neighbour", s.collision = collision; });
     if (organ_.has_response())
@@ -124,13 +125,14 @@ class Plan {
   }
 
   const OrganCase& organ_;
+  int crowd_;
   std::vector<PlannedPoint> points_;
 };
 
 }  // namespace
 
-std::vector<PlannedPoint> plan_study(const OrganCase& organ) {
-  return Plan(organ).all();
+std::vector<PlannedPoint> plan_study(const OrganCase& organ, int crowd) {
+  return Plan(organ, crowd).all();
 }
 
 }  // namespace palpate::accuracy

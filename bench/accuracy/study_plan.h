@@ -16,6 +16,7 @@ struct PlannedPoint {
 };
 
 // Each setting once. The meshes of p2-p0 come first: the finest of them that is not too large is the reference.
-std::vector<PlannedPoint> plan_study(const OrganCase& organ);
+// crowd: how many places there are for contacts beyond --places.
+std::vector<PlannedPoint> plan_study(const OrganCase& organ, int crowd);
 
 }  // namespace palpate::accuracy

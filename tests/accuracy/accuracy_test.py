@@ -17,9 +17,9 @@ from ellipsoid_image import write_ellipsoid  # noqa: E402
 MESHES = ("200", "600", "1700")  # the liver's names for them; the ellipsoid's are smaller: 120, 290 and 460 vertices
 
 
-def accuracy(*arguments, code=0):
+def accuracy(*arguments, code=0, folder=None):
     run = subprocess.run([os.path.join(BIN, "palpate-accuracy"), *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                         text=True)
+                         text=True, cwd=folder)
     if run.returncode != code:
         raise AssertionError("palpate-accuracy %s ended with %d:\n%s" % (" ".join(arguments), run.returncode, run.stdout[-3000:]))
     return run.stdout
@@ -37,7 +37,9 @@ class Accuracy(unittest.TestCase):
                      "SURFACE_OPTIONS_200=--labels 255 --smooth 4 --triangles 200", "TETRAHEDRA_OPTIONS_200=--region liver --size 32",
                      "SURFACE_OPTIONS_600=--labels 255 --smooth 4 --triangles 420", "TETRAHEDRA_OPTIONS_600=--region liver --size 22",
                      "SURFACE_OPTIONS_1700=--labels 255 --smooth 4 --triangles 640", "TETRAHEDRA_OPTIONS_1700=--region liver --size 18"]
-        cls.said = accuracy(*cls.study)
+        cls.called_from = os.path.join(cls.scratch.name, "called from")
+        os.mkdir(cls.called_from)
+        cls.said = accuracy(*cls.study, folder=cls.called_from)
         with open(os.path.join(cls.folder, "accuracy.json")) as file:
             cls.all = json.load(file)
         cls.points = cls.all["points"]
@@ -64,6 +66,17 @@ class Accuracy(unittest.TestCase):
             self.assertEqual(p["flags"] & ~8, 0, p["name"])
         self.assertEqual(self.all["left_out"], [])
 
+    def test_contacts_beyond_the_places_are_pressed_where_there_is_room(self):
+        base = self.all["base_resolution"]
+        points = {p["contacts"]: p for p in self.axis("contacts", resolution=base, element="p1-anp")}
+        self.assertLessEqual({1, 2, 3, 10}, set(points))
+        self.assertGreater(points[10]["contact_nodes"], 2 * points[3]["contact_nodes"])
+        self.assertLess(points[10]["field_error"], 0.5)  # the same places on both meshes, or nothing would agree
+
+    def test_programs_leave_nothing_where_the_study_was_called(self):
+        self.assertGreater(len(self.all["large_strain"]), 0)  # CalculiX, which writes beside itself, ran
+        self.assertEqual(os.listdir(self.called_from), [])
+
     def test_a_finer_mesh_is_nearer_to_the_reference(self):
         # Spacings differ by 1.6, which first order would turn into .64; but each mesh has its own surface too.
         for element in ("p1", "p1-anp"):
@@ -79,6 +92,9 @@ class Accuracy(unittest.TestCase):
         self.assertEqual(reference["force_error"], 0)
         self.assertGreater(reference["reference_force_error"], 0)
         self.assertLess(reference["reference_force_error"], 0.5)
+        # Put to the test without the finest mesh, it covers what that mesh then showed.
+        check = self.all["reference"]["check"]
+        self.assertGreater(check["estimated_force"], check["found_force"])
         # The estimate is of the finest: the next coarser mesh is farther from it than nothing.
         self.assertGreater(self.one("mesh", element="p2-p0", resolution="600")["force_error"], 0)
 

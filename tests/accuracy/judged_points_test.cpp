@@ -9,27 +9,44 @@
 namespace palpate::accuracy {
 namespace {
 
-// q(h) = q0 (1 + c h^p): e21 and e32 of three meshes that are not nested.
-Extrapolated of_a_power(double p, double h1, double h2, double h3) {
-  const auto q = [p](double h) { return 1 + 0.1 * std::pow(h, p); };
-  return richardson((q(h2) - q(h1)) / q(h1), h2 / h1, (q(h3) - q(h2)) / q(h2), h3 / h2);
+// Distances to the finest of meshes with q(h) = q0 + c h^p, the finest of spacing 1 and error c.
+std::vector<DistanceToFinest> of_a_power(double p, double c, std::initializer_list<double> spacings) {
+  std::vector<DistanceToFinest> distances;
+  for (const double h : spacings) distances.push_back({h, c * (std::pow(h, p) - 1)});
+  return distances;
 }
 
-TEST(Richardson, FindsTheOrderAndTheErrorOfAPower) {
+TEST(Extrapolation, FindsTheOrderAndTheErrorOfAPower) {
   for (const double p : {0.7, 1.0, 1.8}) {
-    const auto found = of_a_power(p, 0.2, 0.29, 0.5);
-    // Neighbours are divided by their own values, which differ by some per cent: so does the order.
-    EXPECT_NEAR(found.order, p, 0.1) << p;
-    EXPECT_NEAR(found.error, 1.25 * 0.1 * std::pow(0.2, p), 0.1 * 0.1 * std::pow(0.2, p)) << p;
+    const Extrapolated found = extrapolate(of_a_power(p, 0.02, {1.3, 1.9, 2.8, 4.1}));
+    EXPECT_TRUE(found.order_observed);
+    EXPECT_NEAR(found.order, p, 0.011) << p;            // the order's steps are 0.01
+    EXPECT_NEAR(found.error, 1.25 * 0.02, 0.001) << p;  // a step of the order moves it by some per cent
+    EXPECT_NEAR(found.scatter, 0, 1e-3) << p;
   }
 }
 
-TEST(Richardson, DoesNotBelieveAnOrderAboveTwo) {
-  EXPECT_EQ(of_a_power(5, 0.2, 0.29, 0.5).order, 2);
+TEST(Extrapolation, TakesFirstOrderAndAFactorOfThreeWhereItSeesNoOrder) {
+  const Extrapolated steep = extrapolate(of_a_power(5, 0.02, {1.3, 1.9, 2.8, 4.1}));
+  EXPECT_FALSE(steep.order_observed);
+  EXPECT_EQ(steep.order, 1);
+  EXPECT_GT(steep.error, 3 * 0.02);
+  const Extrapolated two = extrapolate(of_a_power(1, 0.02, {2}));
+  EXPECT_FALSE(two.order_observed);
+  EXPECT_NEAR(two.error, 3 * 0.02, 1e-12);
 }
 
-TEST(Richardson, TakesTwoMeshesWithAFactorOfThree) {
-  EXPECT_DOUBLE_EQ(richardson(0.01, 2).error, 0.03);
+TEST(Extrapolation, AddsTheScatterOfMeshesThatAreNotNested) {
+  auto distances = of_a_power(1, 0.02, {1.3, 1.9, 2.8, 4.1});
+  const double smooth = extrapolate(distances).error;
+  for (std::size_t i = 0; i < distances.size(); ++i) distances[i].distance += i % 2 ? 0.01 : -0.004;
+  const Extrapolated rough = extrapolate(distances);
+  EXPECT_GT(rough.scatter, 0.004);
+  EXPECT_GT(rough.error, smooth);
+}
+
+TEST(Extrapolation, SaysNothingOfOneMesh) {
+  EXPECT_TRUE(std::isnan(extrapolate({}).error));
 }
 
 Observation one_press(double force, double moved) {
@@ -47,9 +64,10 @@ TEST(Difference, IsRelativeToTheTruth) {
 }
 
 nlohmann::ordered_json setting(const char* name, double error, double touch, double megabytes, double seconds) {
-  return {{"name", name},         {"own_material", true}, {"solver", "auto"},       {"columns_everywhere", true},
-          {"exercise", "press"},  {"law", "sticking"},    {"contacts", 1},          {"is_reference", false},
-          {"force_error", error}, {"touch_us", touch},    {"bundle_MB", megabytes}, {"precompute_s", seconds}};
+  return {{"name", name},           {"own_material", true}, {"solver", "auto"},  {"columns_everywhere", true},
+          {"exercise", "press"},    {"law", "sticking"},    {"contacts", 1},     {"is_reference", false},
+          {"storage", "f32"},       {"force_error", error}, {"touch_us", touch}, {"bundle_MB", megabytes},
+          {"precompute_s", seconds}};
 }
 
 class Chooser : public testing::Test {
@@ -65,6 +83,7 @@ TEST_F(Chooser, TakesTheCheapestWithinAllLimits) {
 }
 
 TEST_F(Chooser, LeavesOutWhatNobodyCanHave) {
+  points_[0]["force_error"] = 0.02, points_[0]["storage"] = "f64";
   points_[1]["columns_everywhere"] = false;
   EXPECT_EQ(cheapest(points_, {{"force_error", "--force-error 5%", 0.05}}, "precompute_s")->at("name"), "fine");
   points_[2]["is_reference"] = true;
@@ -82,7 +101,7 @@ TEST_F(Chooser, SaysWhatStandsInTheWay) {
 }
 
 TEST_F(Chooser, PicksTheSmallestErrorThatEachBudgetAffords) {
-  const auto picked = picks(points_);
+  const auto picked = picks(points_, 0);
   ASSERT_EQ(picked.size(), 3u);
   EXPECT_EQ(picked[0].at("pick"), "coarse");
   EXPECT_EQ(picked[1].at("pick"), "middle");
@@ -92,7 +111,12 @@ TEST_F(Chooser, PicksTheSmallestErrorThatEachBudgetAffords) {
 TEST_F(Chooser, PicksTheShorterPrecomputeOfTwoThatAreAsGood) {
   points_.push_back(setting("as fine", 0.0105, 30, 400, 50));
   points_.push_back(setting("coarser", 0.012, 30, 400, 1));
-  EXPECT_EQ(picks(points_)[2].at("pick"), "as fine");
+  EXPECT_EQ(picks(points_, 0)[2].at("pick"), "as fine");
+}
+
+TEST_F(Chooser, PicksTheShorterPrecomputeOfTwoThatMeshesDoNotTellApart) {
+  EXPECT_EQ(picks(points_, 0.019)[2].at("pick"), "fine");
+  EXPECT_EQ(picks(points_, 0.021)[2].at("pick"), "middle");
 }
 
 }  // namespace
