@@ -5,10 +5,10 @@
 
 #include <cmath>
 #include <fstream>
-#include <palpate/palpate.hpp>
 #include <sstream>
 
-#include "bench/accuracy/command.h"
+#include "bench/accuracy/calculix.h"
+#include "bench/accuracy/held_nodes.h"
 #include "formats/atomic_file.h"
 #include "formats/checksum.h"
 #include "formats/errors.h"
@@ -47,29 +47,17 @@ Push push_at(const ElasticBody& body, const TouchPlace& place, double radius) {
 
 // ---- CalculiX -------------------------------------------------------------------------------------------------------
 
+std::string neo_hookean_words(const Material& material) {
+  const double nu = kLargeStrainPoisson;
+  const double shear = material.young / (2 * (1 + nu)), bulk = material.young / (3 * (1 - 2 * nu));
+  return fmt::format("*HYPERELASTIC, NEO HOOKE\n{:.12e},{:.12e}\n", shear / 2, 2 / bulk);
+}
+
 void write_input(const std::filesystem::path& file, const ElasticBody& body, const Push& push, double radius) {
   auto out = fmt::output_file(file.string());
-  out.print("*NODE, NSET=ALL\n");
-  for (std::size_t n = 0; n < body.nodes.size(); ++n)
-    out.print("{},{:.12e},{:.12e},{:.12e}\n", n + 1, body.nodes[n][0], body.nodes[n][1], body.nodes[n][2]);
+  write_calculix_model(out, body, linear_model(body, neo_hookean_words));
   out.print("*NSET, NSET=SURFACE, GENERATE\n1,{},1\n*NSET, NSET=DISC\n", body.surface_count);
   for (const auto n : push.nodes) out.print("{},\n", n + 1);
-  for (std::size_t r = 0; r < body.materials.size(); ++r) {
-    out.print("*ELEMENT, TYPE=C3D4, ELSET=R{}\n", r);
-    for (std::size_t e = 0; e < body.tetrahedra.size(); ++e)
-      if (const auto& t = body.tetrahedra[e]; body.region[e] == static_cast<std::int32_t>(r))
-        out.print("{},{},{},{},{}\n", e + 1, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
-    const double young = body.materials[r].young, nu = kLargeStrainPoisson;
-    const double shear = young / (2 * (1 + nu)), bulk = young / (3 * (1 - 2 * nu));
-    out.print(
-        "*MATERIAL, NAME=M{0}\n*HYPERELASTIC, NEO HOOKE\n{1:.12e},{2:.12e}\n*SOLID SECTION, ELSET=R{0}, "
-        "MATERIAL=M{0}\n",
-        r, shear / 2, 2 / bulk);
-  }
-  out.print("*BOUNDARY\n");
-  for (std::size_t n = 0; n < body.nodes.size(); ++n)
-    for (std::size_t d = 0; d < 3; ++d)
-      if (body.fixed[n][d]) out.print("{},{},{}\n", n + 1, d + 1, d + 1);
   for (const double depth : kDepths) {
     out.print("*STEP, NLGEOM, INC=200\n*STATIC\n0.5,1.,1e-4,1.\n*BOUNDARY\n");
     for (const auto n : push.nodes)
@@ -104,33 +92,10 @@ std::vector<State> read_states(const std::filesystem::path& file, const ElasticB
 
 // ---- Palpate --------------------------------------------------------------------------------------------------------
 
-// The same nodes held by a depth of one metre; everything is linear in it.
+// The same nodes held by a depth of one metre; everything is linear in it. The force as CalculiX's reaction: on the organ.
 State unit_push(const std::filesystem::path& file, const Push& push) {
-  const Bundle bundle(file.c_str());
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;
-  def.max_points = static_cast<std::int32_t>(push.nodes.size());
-  def.max_contact_nodes = 3 * def.max_points;
-  def.force_limit = def.force_slew = INFINITY;
-  Scene scene(bundle, def);
-  Contacts contacts = scene.make_contacts();
-  std::vector<palpate_grip> grips(push.nodes.size());
-  for (std::size_t g = 0; g < grips.size(); ++g) {
-    grips[g] = palpate_grip{};
-    grips[g].node = push.nodes[g], grips[g].axes = 7;
-    store3(push.inward, grips[g].displacement);
-  }
-  const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0, 0, 0};
-  std::vector<float> u(3 * static_cast<std::size_t>(bundle.describe().surface_node_count));
-  palpate_shape_out out = {u.data(), nullptr, bundle.describe().surface_node_count, 0};
-  const auto flags = scene.touch(&tool, 1, 1e-3, contacts) | scene.shape(contacts, out);
-  if (flags != 0)
-    throw OperationError(fmt::format("{}: holding {} nodes raised flags {}", file.string(), grips.size(), flags));
-  State state;
-  for (std::size_t n = 0; 3 * n < u.size(); ++n) state.u.push_back({u[3 * n], u[3 * n + 1], u[3 * n + 2]});
-  // On the organ, as CalculiX's reaction.
-  state.force = -1 * load3(contacts->tools[0].force_raw);
-  return state;
+  HeldAnswer held = hold_nodes(file, push.nodes, std::vector<Vec3>(push.nodes.size(), push.inward));
+  return {std::move(held.u), held.force};
 }
 
 // ---- the two together -----------------------------------------------------------------------------------------------
@@ -192,8 +157,7 @@ nlohmann::json push_deep(const OrganCase& organ, const Bakery& bakery, const Stu
   write_input(folder / "push.inp", body, push, places.radius);
   std::string ended;
   try {
-    // In its folder, where it leaves files of its own.
-    run_command({"env", "-C", folder.string(), "OMP_NUM_THREADS=1", "ccx", "push"}, folder / "log.txt");
+    run_calculix(folder, "push");
   } catch (const OperationError& error) {
     ended = error.what();  // the deepest steps may not converge; those before them stand
   }

@@ -6,9 +6,8 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import Page, Plot, number  # noqa: E402
+from page import ELEMENTS, Page, Plot, number  # noqa: E402
 
-ELEMENTS = {"p1": ("#c2410c", "s"), "p1-anp": ("#0b6fa4", "o"), "p2-p0": ("#3f7d20", "^")}
 CONTACTS = {"node": ("#c2410c", "s"), "triangle": ("#a16207", "v"), "point": ("#7c3aed", "D"), "patch": ("#0b6fa4", "o")}
 
 

@@ -114,18 +114,18 @@ nlohmann::ordered_json machine_json() {
           {"load", known ? nlohmann::ordered_json(load[0]) : nlohmann::ordered_json()}};
 }
 
-void write_results(const std::filesystem::path& folder, nlohmann::ordered_json study,
+void write_results(const std::filesystem::path& folder, const std::string& name, nlohmann::ordered_json study,
                    const std::vector<nlohmann::ordered_json>& points) {
   study["points"] = points;
-  write_text_atomically(folder / "accuracy.json", study.dump(1) + "\n");
+  write_text_atomically(folder / (name + ".json"), study.dump(1) + "\n");
   std::string csv;
   for (const auto& point : points) {
     std::vector<std::string> names, cells;
-    for (const auto& [name, value] : point.items()) names.push_back(name), cells.push_back(cell(value));
+    for (const auto& [key, value] : point.items()) names.push_back(key), cells.push_back(cell(value));
     if (csv.empty()) csv = fmt::format("{}\n", fmt::join(names, ","));
     csv += fmt::format("{}\n", fmt::join(cells, ","));
   }
-  write_text_atomically(folder / "accuracy.csv", csv);
+  write_text_atomically(folder / (name + ".csv"), csv);
 }
 
 }  // namespace palpate::accuracy

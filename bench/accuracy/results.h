@@ -22,8 +22,8 @@ nlohmann::ordered_json json_of(const EstimateCheck& check);
 // Processor, cores, memory and load of this machine.
 nlohmann::ordered_json machine_json();
 
-// accuracy.json and accuracy.csv in the folder, atomically. study: what stands beside "points". Errors: OperationError.
-void write_results(const std::filesystem::path& folder, nlohmann::ordered_json study,
+// NAME.json and NAME.csv in the folder, atomically. study: what stands beside "points". Errors: OperationError.
+void write_results(const std::filesystem::path& folder, const std::string& name, nlohmann::ordered_json study,
                    const std::vector<nlohmann::ordered_json>& points);
 
 }  // namespace palpate::accuracy

@@ -195,7 +195,7 @@ class Study {
     study["large_strain"] = large_strain_;
     const auto& scatter = study["reference"]["force"]["scatter"];
     study["picks"] = picks(records, scatter.is_number() ? scatter.get<double>() : 0);
-    write_results(folder(), study, records);
+    write_results(folder(), "accuracy", study, records);
     for (const auto& [stage, seconds] : took_) note(fmt::format("{}: {}", stage, duration_text(seconds)));
     note(fmt::format("{}: {} points", (folder() / "accuracy.json").string(), records.size()));
   }

@@ -22,11 +22,13 @@ import matplotlib.pyplot as plt  # noqa: E402
 import matplotlib.ticker  # noqa: E402
 
 # Text stays text in the SVG, so that the page's font, search and zoom work on it.
-matplotlib.rcParams.update({"svg.fonttype": "none", "font.size": 10, "axes.spines.top": False,
+matplotlib.rcParams.update({"svg.fonttype": "none", "figure.max_open_warning": 0, "font.size": 10, "axes.spines.top": False,
                             "axes.spines.right": False, "axes.axisbelow": True})
 
 COLOURS = ("#0b6fa4", "#c2410c", "#3f7d20", "#7c3aed", "#a16207", "#be185d", "#475569")
 MARKERS = "os^Dv*P"
+# An element looks the same on every page.
+ELEMENTS = {"p1": ("#c2410c", "s"), "p1-anp": ("#0b6fa4", "o"), "p2-p0": ("#3f7d20", "^")}
 
 STYLE = """
 :root { color-scheme: light; }
@@ -40,7 +42,7 @@ h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem; } p { margin: .4rem 0 .7rem; ma
 .card dt { color: #475569; } .card dd { margin: 0; font-variant-numeric: tabular-nums; } code, pre { font-size: .85em; background: #eef2f6; padding: .1em .3em; border-radius: .2rem; }
 pre { padding: .5rem; overflow-x: auto; white-space: pre-wrap; }
 figure { margin: 0; max-width: 46rem; } figure svg, figure img { width: 100%; height: auto; } figure.wide { max-width: 76rem; } figcaption { color: #475569; font-size: .9rem; }
-.scroll { overflow: auto; max-height: 36rem; } .scroll.whole { max-height: none; } table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
+.scroll { overflow: auto; max-height: 36rem; } .scroll.whole { max-height: none; } .whole td { vertical-align: top; min-width: 5rem; } .whole td:nth-child(n+8) { min-width: 16rem; } table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
 th { position: sticky; top: 0; background: #eef2f6; text-align: left; vertical-align: bottom; } th, td { padding: .2rem .6rem; border-bottom: 1px solid #e2e8f0; } td.number { text-align: right; }
 summary { cursor: pointer; font-weight: 600; } svg g[id^="point-"]:hover { opacity: .55; }
 """

@@ -2,7 +2,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/precompute/imposed.h"
+#include "tests/precompute/support.h"
+#include "tests/support/imposed.h"
 
 namespace palpate::tests {
 namespace {

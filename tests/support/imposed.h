@@ -2,7 +2,8 @@
 #pragma once
 
 #include "precompute/column_solver.h"
-#include "tests/precompute/support.h"
+#include "precompute/discretisation.h"
+#include "tests/support/bodies.h"
 
 namespace palpate::tests {
 

@@ -1,0 +1,246 @@
+#!/usr/bin/env python3
+"""report.py FOLDER/validation.json -o FOLDER/report.html: whether the solver is right, for a person who has to decide."""
+import argparse
+import json
+import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
+from page import ELEMENTS, Page, Plot, number  # noqa: E402
+
+EXACT = 1e-5  # a bound below it is of rounding, printed digits or f32: no mesh error to draw
+
+
+def size_of(error):
+    """A relative error: per cent where it is one of a mesh, else a power of ten."""
+    if error is None:
+        return "not a number"
+    return f"{number(100 * error, 2)} %" if error >= 1e-5 else f"{error:.0e}".replace("e-0", "e-")
+
+
+def span(values, text):
+    least, most = text(min(values)), text(max(values))
+    return least if least == most else f"{least} to {most}"
+
+
+def theory_of(series):
+    """The order that theory has, as text."""
+    if series["order_least"] is None:
+        return ""
+    least, most = series["order_least"], series["order_most"]
+    return f"{least:g}" if least == most else f"{least:g} to {most:g}"
+
+
+class Study:
+    def __init__(self, file):
+        with open(file) as stream:
+            self.all = json.load(stream)
+        self.cases, self.calculix, self.points = self.all["cases"], self.all["calculix"], self.all["points"]
+
+    def points_of(self, case, series):
+        return [p for p in self.points if p["case"] == case["id"] and all(p[k] == series[k] for k in ("element", "poisson", "quantity"))]
+
+    def judged(self):
+        return [s for c in self.cases for s in c["series"] if s["judged"]]
+
+    def seconds(self):
+        solved = {(p["case"], p["element"], p["poisson"], p["cells"]): p["assemble_s"] + p["solve_s"] for p in self.points}
+        return sum(solved.values()) + sum(a["assemble_s"] + a["solve_s"] + a["calculix_s"] for a in self.calculix)
+
+
+# ---- first screen ----
+
+
+def cell(case, element):
+    """What an element does in a case: error on the finest mesh, order against theory, over every Poisson's ratio; quantity by quantity."""
+    lines = []
+    for quantity in dict.fromkeys(s["quantity"] for s in case["series"]):
+        own = [s for s in case["series"] if s["element"] == element and s["quantity"] == quantity and s["judged"]]
+        if not own:
+            continue
+        line = span([s["error"] for s in own], size_of) if all(s["error"] is not None for s in own) else "not a number"
+        if own[0]["order_least"] is not None and all(s["order"] is not None for s in own):
+            line += f"; order {span([s['order'] for s in own], lambda x: f'{x:.2f}')} ({'; '.join(dict.fromkeys(map(theory_of, own)))})"
+        lines.append(line)
+    return lines
+
+
+def quantities(case):
+    return list(dict.fromkeys(s["quantity"] for s in case["series"] if s["judged"]))
+
+
+def verdict(rows):
+    failed = sum(not r["holds"] for r in rows)
+    return "holds" if not failed else f"{failed} FAIL{'S' if failed == 1 else ''}"
+
+
+def bounds(case):
+    by_quantity = []
+    for quantity in quantities(case):
+        own = {s["bound"] for s in case["series"] if s["quantity"] == quantity and s["judged"] and s["bound"] is not None}
+        by_quantity.append(span(sorted(own), size_of) if own else "")
+    return by_quantity
+
+
+def first_screen(page, study):
+    judged = study.judged()
+    ordered = [s for s in judged if s["order_least"] is not None]
+    failed = study.all["failed"]
+    same = [a for a in study.calculix if a["bound"] <= EXACT]
+    cards = [("Everything", f"{study.all['checks'] - len(failed)} of {study.all['checks']} checks hold",
+              [("closed forms", f"{len(study.cases)} cases, {len(judged)} errors, each under a bound"),
+               ("time", f"{number(study.seconds())} s of one processor")], "".join(f"<p>Fails: {f}</p>" for f in failed[:5]))]
+    if ordered:
+        within = sum(s["holds"] for s in ordered)
+        cards.append(("Orders of convergence", f"{within} of {len(ordered)} within {study.all['order_tolerance']:g} of theory"
+                      if not study.all["brief"] else f"{within} of {len(ordered)} errors fall",
+                      [("between", "the two finest meshes of each"), ("theory", "per case, element and norm: below, with its source")], ""))
+    if same:
+        cards.append(("The same problem in CalculiX", f"{sum(a['holds'] for a in same)} of {len(same)} meshes agree",
+                      [("largest difference", f"{max(a['difference'] for a in same):.1e} of the largest displacement"),
+                       ("CalculiX prints", "seven digits"),
+                       ("vertices", f"{min(a['vertices'] for a in same):,} to {max(a['vertices'] for a in same):,}")], ""))
+    page.cards(cards)
+    if study.all["brief"]:
+        page.words("<b>A short run</b>: the two coarsest meshes of each case. Errors have only to fall; exact answers are held to their bounds.")
+    rows = []
+    for case in study.cases:
+        names = quantities(case)
+        columns = {e: cell(case, e) for e in ELEMENTS}
+        for i, name in enumerate(names):
+            own = [s for s in case["series"] if s["quantity"] == name and s["judged"]]
+            rows.append((case["title"] if i == 0 else "", verdict(own), name, *(columns[e][i] if i < len(columns[e]) else "" for e in ELEMENTS),
+                         bounds(case)[i], f"{case['closed_form']} - {case['source']}" if i == 0 else ""))
+    if study.calculix:
+        rows.append(("CalculiX, the same mesh", verdict(study.calculix), "largest difference", *calculix_cells(study),
+                     size_of(same[0]["bound"]) if same else "", f"{len(study.calculix)} meshes - CalculiX 2.20, C3D4 and C3D10"))
+    page.heading("Each case in a line")
+    page.words("Relative error on the finest mesh; where the error is the mesh's, the measured order of convergence and, in brackets, "
+               "theory's. A range is over Poisson's ratios. Empty: the element has no such case, or is only shown there.")
+    page.table(("case", "verdict", "quantity", *ELEMENTS, "bound", "closed form, source"), rows, whole=True)
+
+
+def calculix_cells(study):
+    cells = []
+    for element in ELEMENTS:
+        own = [a["difference"] for a in study.calculix if a["element"] == element and a["bound"] <= EXACT]
+        cells.append(span(own, size_of) if own else "no such element there")
+    return cells
+
+
+# ---- case by case ----
+
+
+def told(point):
+    known = f", {number(point['value'], 5)} for {number(point['exact'], 5)}" if point["value"] is not None and point["exact"] is not None else ""
+    return (f"{point['element']}, nu {point['poisson']:g}, {point['cells']} cells, {point['vertices']:,} vertices\n{point['quantity']}: "
+            f"error {size_of(point['error'])}{known}\nassembled in {number(point['assemble_s'])} s, solved in {number(point['solve_s'])} s")
+
+
+def slope(plot, points, order, colour):
+    """Theory's line through the finest point."""
+    fine = points[-1]
+    cells = [points[0]["cells"], fine["cells"]]
+    plot.line(cells, [100 * fine["error"] * (fine["cells"] / n) ** order for n in cells], None, color=colour, linestyle=":", linewidth=1.2)
+
+
+def drawn(case):
+    """The quantities that theory gives an order; where it gives none, those with an error of the mesh."""
+    ordered = [s["quantity"] for s in case["series"] if s["order_least"] is not None]
+    return list(dict.fromkeys(ordered or [s["quantity"] for s in case["series"] if s["bound"] is None or s["bound"] > EXACT]))
+
+
+def plots_of(study, case, quantity):
+    own = [s for s in case["series"] if s["quantity"] == quantity and all(p["error"] for p in study.points_of(case, s))]
+    if not own:
+        return []
+    against_cells = Plot(f"{quantity}: error against the mesh", "cells along an edge", "error, %", log_x=True, log_y=True)
+    against_time = Plot(f"{quantity}: error against time", "assembly and solution, s of one processor", "error, %", log_x=True, log_y=True)
+    for s in own:
+        points = study.points_of(case, s)
+        colour, marker = ELEMENTS[s["element"]]
+        ratios = sorted({o["poisson"] for o in own if o["element"] == s["element"]})
+        faint = s["poisson"] != ratios[0]
+        label = f"{s['element']}, nu {s['poisson']:g}" + (" (locks)" if not s["judged"] else "")
+        errors, names = [100 * p["error"] for p in points], [told(p) for p in points]
+        against_cells.points([p["cells"] for p in points], errors, names, label=label, joined=True, faint=faint, color=colour, marker=marker)
+        against_time.points([max(p["assemble_s"] + p["solve_s"], 1e-3) for p in points], errors, names, label=label, joined=True,
+                            faint=faint, color=colour, marker=marker)
+        if s["order_least"] is not None and not faint:
+            slope(against_cells, points, s["order_least"], colour)
+    name = f"{case['id']}-{quantity.split(',')[0].replace(' ', '-').replace('(', '').replace(')', '')}"
+    return [(against_cells, f"{name}-mesh", "Dotted: theory's order, the least where it has a range." if any(s["order_least"] for s in own) else ""),
+            (against_time, f"{name}-time", "")]
+
+
+def series_rows(study, case):
+    rows = []
+    for s in case["series"]:
+        points = study.points_of(case, s)
+        for p in points:
+            last = p is points[-1]
+            rows.append((s["quantity"], s["element"], s["poisson"], p["cells"], p["vertices"], p["unknowns"], p["assemble_s"], p["solve_s"],
+                         p["value"], p["exact"], size_of(p["error"]), s["order"] if last else None, theory_of(s) if last else "",
+                         ("holds" if s["holds"] and s["judged"] else s["why"]) if last else ""))
+    return rows
+
+
+def case_by_case(page, study):
+    for case in study.cases:
+        page.heading(case["title"], anchor=case["id"])
+        page.words(f"{case['closed_form']}. <i>{case['source']}</i>. Theory: {case['theory']}.")
+        plots = [plot for quantity in drawn(case) for plot in plots_of(study, case, quantity)]
+        if plots:
+            page.plots(plots)
+        page.table(("quantity", "element", "nu", "cells", "vertices", "unknowns", "assemble, s", "solve, s", "found", "exact", "error",
+                    "order", "theory", "verdict"), series_rows(study, case), folded="Every mesh: error and time")
+
+
+def against_calculix(page, study):
+    if not study.calculix:
+        return
+    page.heading("CalculiX on the same mesh", anchor="calculix")
+    page.words("One force on a surface node; the largest difference of any node's displacement over the largest displacement. p1 is "
+               "CalculiX's C3D4. p2-p0 has one mean dilatation a cell, where C3D10 has one at each quadrature point: without a bulk modulus "
+               "(nu near -1) the two are one element and have to agree, at nu 0.3 they only come closer as the mesh is refined; and "
+               "CalculiX integrates curved cells with four points, Palpate with fourteen. p1-anp has no counterpart there. Times are seconds of one processor; CalculiX's include reading and writing its text, ours assembly, "
+               "factor and solution.")
+    page.table(("mesh", "element", "nu", "vertices", "tetrahedra", "difference", "bound", "ours, s", "CalculiX, s", "verdict"),
+               [(a["mesh"], a["element"], a["poisson"], a["vertices"], a["tetrahedra"], f"{a['difference']:.1e}", f"{a['bound']:g}",
+                 a["assemble_s"] + a["solve_s"], a["calculix_s"], "holds" if a["holds"] else "FAILS") for a in study.calculix])
+    time = Plot("Time of one solution", "vertices of the mesh", "s of one processor", log_x=True, log_y=True)
+    for label, seconds, colour, marker in (("CalculiX", lambda a: a["calculix_s"], "#c2410c", "s"),
+                                           ("Palpate", lambda a: a["assemble_s"] + a["solve_s"], "#0b6fa4", "o")):
+        own = sorted((a for a in study.calculix if a["element"] == "p1"), key=lambda a: a["vertices"])
+        time.points([a["vertices"] for a in own], [max(seconds(a), 1e-3) for a in own],
+                    [f"{a['mesh']}: {label} {number(seconds(a))} s" for a in own], label=f"{label}, linear", color=colour, marker=marker)
+    page.plot(time, "calculix-time")
+
+
+def everything(page, study):
+    machine = study.all["machine"]
+    page.heading("How it was measured")
+    page.words(f"{machine['processor']}, {machine['cores']} cores, {number(machine['memory_GB'])} GB; load when the study ended: "
+               f"{number(machine['load'])}. palpate {study.all['program_version']}. Assembly and solver are those of palpate-precompute; the "
+               "solver's own residual, 1e-10, is below every error but those of exact answers. Times are processor time of one thread. Norms "
+               "are integrals over the mesh's cells, 14 points each, relative to the norm of the exact field. The same as data: "
+               "<code>validation.json</code> and <code>validation.csv</code> beside this page.")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("study")
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args()
+    study = Study(arguments.study)
+    page = Page("Is the solver right?", "Palpate's three elements against the closed forms of elasticity, mesh by mesh, and against CalculiX on the "
+                "same meshes.")
+    first_screen(page, study)
+    case_by_case(page, study)
+    against_calculix(page, study)
+    everything(page, study)
+    page.write(arguments.output)
+
+
+if __name__ == "__main__":
+    main()

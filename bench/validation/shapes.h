@@ -1,0 +1,27 @@
+// Meshes of the bodies whose answer is known, for the tests and for palpate-validation.
+#pragma once
+
+#include "formats/tetrahedral_mesh.h"
+
+namespace palpate::validation {
+
+// One octant of the shell a <= r <= b: an n-fold triangulation of the octant, extruded in n layers of prisms whose
+// thickness grows with the radius.
+TetrahedralMesh shell_octant(double a, double b, int n);
+
+// A disc of rings of triangles, pulled up into layers of prisms of three tetrahedra each; its axis is z.
+TetrahedralMesh cylinder_mesh(double radius, double height, int rings, int layers);
+
+// A quarter of a cylinder about an indenter of radius a at its top z = 0, 5 a wide and deep, the material at z > 0: 3 n cells
+// along each radius, n of them under the indenter, and 2 n in depth.
+enum class TowardsEdge {
+  even,    // cells of a / n about the indenter's edge, growing away from it
+  squared  // cells shrink to a / n^2 at the edge: their size goes with the root of the distance from it
+};
+TetrahedralMesh indented_quarter(double a, int n, TowardsEdge cells);
+
+// A quarter of NAFEMS' thick elliptic plate LE10, m: n cells through the thickness of 0.6 (even), 2 n across, 3 n around.
+TetrahedralMesh elliptic_plate(int n);
+inline constexpr double kPlateThickness = 0.6;
+
+}  // namespace palpate::validation

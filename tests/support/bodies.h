@@ -1,0 +1,33 @@
+// Meshes as bodies: a material each, and what is held. For tests and bench/validation.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "precompute/elastic_body.h"
+#include "tests/support/box_mesh.h"
+
+namespace palpate::tests {
+
+// The mesh as a body in metres (mesh unit: m), nothing held, everything touchable.
+inline ElasticBody body_of(const TetrahedralMesh& mesh, const std::vector<Material>& materials) {
+  OrganConfig organ;
+  for (std::size_t r = 0; r < mesh.region_names.size(); ++r)
+    organ.regions.push_back({mesh.region_names[r], {materials[r].young, "test"}, {materials[r].poisson, "test"}, {}});
+  return make_elastic_body(mesh, organ, {}, {});
+}
+
+// Holds the dofs of every node that which(point) names: bits 1, 2, 4 for x, y, z. Touchable nodes follow.
+inline void hold(ElasticBody& body, const std::function<int(const std::array<double, 3>&)>& which) {
+  body.touchable.clear();
+  for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+    const int dofs = which(body.nodes[n]);
+    for (int d = 0; d < 3; ++d) body.fixed[n][d] |= static_cast<std::uint8_t>((dofs >> d) & 1);
+    const auto& f = body.fixed[n];
+    if (static_cast<std::int32_t>(n) < body.surface_count && !(f[0] && f[1] && f[2]))
+      body.touchable.push_back(static_cast<std::int32_t>(n));
+  }
+}
+
+}  // namespace palpate::tests
