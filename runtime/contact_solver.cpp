@@ -395,6 +395,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
   const auto fail = [&] {
     forget();
     for (std::int32_t e = 0; e < set.entry_count; ++e) force[e] = modified[e] = Vec3{};
+    residual_ = {};
     return Outcome::unsolved;
   };
   if (!update(tensors, set)) return fail();
@@ -414,7 +415,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
   }
 
   spread_reactions(set.blocks, rows_, set.block_count, set.entries, reaction_, force);
-  bool finite = true;
+  bool finite = std::isfinite(residual_.displacement) && std::isfinite(residual_.force);
   for (std::int32_t e = 0; e < set.entry_count; ++e) {
     modified[e] = nodes_.self(nodes_.slot_of_entry(e)) * force[e];
     finite = finite && is_finite(force[e]) && is_finite(modified[e]);

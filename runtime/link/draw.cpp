@@ -125,7 +125,8 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
     ++run.shapes;
     for (std::int32_t t = 0; t < contacts->tool_count; ++t)
       player.place_tool(static_cast<std::size_t>(t), note.positions[static_cast<std::size_t>(t)]);
-    on_shape({note.time, flags, player.points(), *contacts, out.node_count, displacements.data(), positions.data()});
+    on_shape({note.time, flags, player.points(), *contacts, out.node_count, displacements.data(), positions.data(),
+              nullptr, nullptr});
     return end - begin;
   };
   try {

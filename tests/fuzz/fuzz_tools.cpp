@@ -93,6 +93,8 @@ class Host : public FuzzedTools {
   }
 };
 
+constexpr int kVertices = 4;
+
 void play(FuzzInput& input) {
   const std::uint32_t forms = static_cast<std::uint32_t>(good_bundles().size());
   palpate_bundle* bundle = good_bundles()[input.below(forms)].bundle.get();
@@ -101,6 +103,15 @@ void play(FuzzInput& input) {
   def.max_points = Host::kPoints - 1;
   scramble(input, &def, offsetof(palpate_scene_def, allocator), 2);
   def.allocator = {take, give_back, &budget};
+  // A render mesh of any floats beside the box, with or without normals; the pointer is the host's to keep right.
+  float positions[kVertices][3], normals[kVertices][3];
+  palpate_render_mesh mesh = {positions[0], input.flag() ? normals[0] : nullptr, kVertices};
+  def.render_mesh = input.flag() ? &mesh : nullptr;
+  for (int v = 0; def.render_mesh && v < kVertices; ++v)
+    for (int i = 0; i < 3; ++i) {
+      positions[v][i] = 0.02F + static_cast<float>(input.number(0.03));
+      normals[v][i] = static_cast<float>(input.number(1));
+    }
   palpate_scene* created = nullptr;
   palpate_error error = {};
   const palpate_status status = palpate_scene_create(bundle, &def, &created, &error);

@@ -35,6 +35,7 @@ class HeldPlay {
       : scene_(scene), def_(def), memory_(palpate_contacts_bytes(scene) / 8 + 1) {
     const std::size_t floats = def.shape == PALPATE_SHAPE_OFF ? 0 : 3 * static_cast<std::size_t>(nodes);
     displacements_.resize(floats), positions_.resize(floats);
+    if (def.render_mesh) skin_.resize(3 * static_cast<std::size_t>(def.render_mesh->vertex_count));
   }
 
   palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
@@ -81,6 +82,13 @@ class HeldPlay {
     if (out.node_count < 0 || out.node_count > out.node_capacity) return "more nodes than there is room for";
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(out.node_count); ++i)
       if (!std::isfinite(displacements_[i]) || !std::isfinite(positions_[i])) return "a node that is not finite";
+    if (skin_.empty()) return "";
+    palpate_skin_out skin = {skin_.data(), nullptr, static_cast<std::int32_t>(skin_.size() / 3), 0};
+    flags_ |= palpate_skin(scene_, &out, &skin);
+    if (skin.vertex_count < 0 || skin.vertex_count > skin.vertex_capacity)
+      return "more vertices than there is room for";
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(skin.vertex_count); ++i)
+      if (!std::isfinite(skin_[i])) return "a vertex that is not finite";
     return "";
   }
 
@@ -93,7 +101,7 @@ class HeldPlay {
   palpate_scene* scene_;
   palpate_scene_def def_;
   std::vector<std::uint64_t> memory_;
-  std::vector<float> displacements_, positions_;
+  std::vector<float> displacements_, positions_, skin_;
   double last_[PALPATE_MAX_TOOLS][3] = {};
   palpate_step_flags flags_ = 0;
 };
