@@ -109,7 +109,7 @@ TEST(PalpateBundlePack, RefusesWhatGainsNothing) {
       {source + " --precision f32", "would change nothing"},
       {source + " --surface", "would change nothing"},
       {source + " --low-rank 0.5", "from 1e-6 to 0.1"},
-      {source + " --low-rank nan", "from 1e-6 to 0.1"},
+      {source + " --low-rank nan", "expected a finite number"},
       {source + " --low-rank 1e-3 --precision f64", "more bytes"},
       {f16 + " --low-rank 1e-3", "pack the bundle it was made from"},
       {blocks + " --precision f16", "pack the bundle it was made from"},
