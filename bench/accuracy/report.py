@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """report.py FOLDER/accuracy.json -o FOLDER/report.html: the accuracy study as a page for a person who has to decide."""
-import argparse
 import json
 import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import ELEMENTS, Page, Plot, number  # noqa: E402
+from page import ELEMENTS, Page, Plot, number, study_and_output  # noqa: E402
 
 CONTACTS = {"node": ("#c2410c", "s"), "triangle": ("#a16207", "v"), "point": ("#7c3aed", "D"), "patch": ("#0b6fa4", "o")}
 
@@ -323,10 +322,7 @@ def everything(page, study):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = study_and_output(__doc__)
     study = Study(arguments.study)
     page = Page(f"What accuracy costs: {study.all['organ']}, held at {study.all['boundary']}",
                 "Each choice that trades accuracy for time, measured on this organ on this machine. What to pick, for three budgets:")

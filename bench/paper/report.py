@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """report.py FOLDER/paper.json -o FOLDER/report.html: the paper's tables and figures beside ours; FOLDER/paper.csv beside it."""
-import argparse
 import csv
 import json
 import os
@@ -11,7 +10,7 @@ import numpy as np
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 sys.path[:0] = [os.path.join(ROOT, "bench", "report"), os.path.join(ROOT, "pipelines", "pictures")]
 import cylinder  # noqa: E402
-from page import COLOURS, Page, Plot, number  # noqa: E402
+from page import COLOURS, Page, Plot, number, study_and_output  # noqa: E402
 
 # What the paper printed: Cotin, Delingette and Ayache, IEEE TVCG 5(1), 1999.
 PAPER_PREPROCESSING_S = {"193": 7 * 60, "1735": 9 * 3600}
@@ -238,10 +237,7 @@ def write_csv(rows, file):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = study_and_output(__doc__)
     study = Study(arguments.study)
     machine = study.all["machine"]
     page = Page("The paper's tables and figures, and ours",

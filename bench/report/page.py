@@ -9,6 +9,7 @@
     page.table(("mesh", "error, %"), rows)
     page.write("FOLDER/report.html")
 """
+import argparse
 import base64
 import html
 import io
@@ -154,6 +155,14 @@ class Plot:
                 axis.set_major_locator(matplotlib.ticker.LogLocator(subs=subs, numticks=8))
         self.figure.tight_layout()
         self._name_the_front()
+
+
+def study_and_output(description):
+    """What a report is called with: .study, the study's results, and .output, the page."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("study")
+    parser.add_argument("-o", "--output", required=True)
+    return parser.parse_args()
 
 
 class Page:

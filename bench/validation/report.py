@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """report.py FOLDER/validation.json -o FOLDER/report.html: whether the solver is right, for a person who has to decide."""
-import argparse
 import json
 import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import ELEMENTS, Page, Plot, number  # noqa: E402
+from page import ELEMENTS, Page, Plot, number, study_and_output  # noqa: E402
 
 EXACT = 1e-5  # a bound below it is of rounding, printed digits or f32: no mesh error to draw
 
@@ -228,10 +227,7 @@ def everything(page, study):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = study_and_output(__doc__)
     study = Study(arguments.study)
     page = Page("Is the solver right?", "Palpate's three elements against the closed forms of elasticity, mesh by mesh, and against CalculiX on the "
                 "same meshes.")

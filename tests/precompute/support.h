@@ -7,8 +7,10 @@
 #include <memory>
 #include <string>
 
+#include "formats/errors.h"
 #include "precompute/discretisation.h"
 #include "precompute/petsc_session.h"
+#include "precompute/support_check.h"
 #include "tests/support/bodies.h"
 
 namespace palpate::tests {
@@ -44,6 +46,16 @@ inline std::vector<Eigen::Index> free_dofs(const ElasticBody& body) {
     for (int d = 0; d < 3; ++d)
       if (!body.fixed[n][d]) result.push_back(static_cast<Eigen::Index>(3 * n) + d);
   return result;
+}
+
+// What check_support says of a body, or "" when its support holds.
+inline std::string refusal(const ElasticBody& body) {
+  try {
+    check_support(body, "bc.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
 }
 
 }  // namespace palpate::tests

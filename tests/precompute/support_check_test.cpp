@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include "formats/errors.h"
 #include "tests/precompute/support.h"
 #include "tests/support/joined_meshes.h"
 
@@ -15,16 +14,6 @@ using ::testing::HasSubstr;
 
 ElasticBody box() {
   return body_of(box_mesh({2, 2, 2}, {2, 2, 2}), {{1000, 0.3, 0}});
-}
-
-// The sentence, or "" when the support holds.
-std::string refusal(const ElasticBody& body) {
-  try {
-    check_support(body, "bc.toml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 std::string refusal_of_box(const std::function<int(const Point&)>& which) {

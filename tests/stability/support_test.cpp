@@ -1,5 +1,4 @@
 // Supports that leave a motion, that just do not, and that hold a part of a node: refused exactly where K is singular.
-#include "formats/errors.h"
 #include "precompute/support_check.h"
 #include "tests/stability/extended_precision.h"
 #include "tests/stability/stability_case.h"
@@ -92,14 +91,6 @@ int nullity(const ElasticBody& body) {
                                      dense(assemble_stiffness(body))(free, free), Eigen::EigenvaluesOnly)
                                      .eigenvalues();
   return static_cast<int>((values.array() < 1e-10 * values.maxCoeff()).count());
-}
-std::string refusal(const ElasticBody& body) {
-  try {
-    check_support(body, "bc.toml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(StabilitySupport, IsRefusedExactlyWhereKIsSingular) {
