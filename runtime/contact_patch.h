@@ -36,10 +36,8 @@ class ContactPatch {
 
   int count() const { return count_; }
   const std::int32_t* nodes() const { return node_; }  // [count()]
-  const double* weights() const {
-    return weight_;
-  }                                             // [count()] above 0; they sum to one, but for points that fell
-                                                // beside the surface
+  // [count()] above 0; they sum to one, but for points that fell beside the surface.
+  const double* weights() const { return weight_; }
   const Mat3& local() const { return local_; }  // m/N, symmetric: what is added to the contact's compliance
 
  private:

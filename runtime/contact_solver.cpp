@@ -349,20 +349,19 @@ bool ContactSolver::without(std::int32_t tool, std::int32_t point, Vec3* modifie
   const int count = rows_of(tool, point, own);
   const std::int32_t size = factor_.size();
   if (count == 0 || residual_.sweeps > 0) return false;
-  double system[kMostRowsOfAContact][kMostRowsOfAContact + 1];
+  double* z[kMostRowsOfAContact];  // [size] each, by position
   for (int k = 0; k < count; ++k) {
-    double* z = removal_ + static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_);
+    z[k] = removal_ + static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_);
     for (std::int32_t at = 0; at < size; ++at) {
-      z[at] = row_at_[at] == own[k] ? scale_[own[k]] : 0;
+      z[k][at] = row_at_[at] == own[k] ? scale_[own[k]] : 0;
       if (row_at_[at] == own[k]) position[k] = at;
     }
-    factor_.solve(z);
-    for (std::int32_t at = 0; at < size; ++at) z[at] *= scale_[row_at_[at]];
+    factor_.solve(z[k]);
+    for (std::int32_t at = 0; at < size; ++at) z[k][at] *= scale_[row_at_[at]];
   }
+  double system[kMostRowsOfAContact][kMostRowsOfAContact + 1];
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < count; ++k)
-      system[i][k] = removal_[static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_) +
-                              static_cast<std::size_t>(position[i])];
+    for (int k = 0; k < count; ++k) system[i][k] = z[k][position[i]];
     system[i][count] = reaction_[own[i]];
   }
   // Positive definite: Gauss-Jordan without pivots.
@@ -373,12 +372,12 @@ bool ContactSolver::without(std::int32_t tool, std::int32_t point, Vec3* modifie
       for (int k = i; k <= count && factor != 0; ++k) system[r][k] -= factor * system[i][k];
     }
   }
+  double share[kMostRowsOfAContact];
+  for (int k = 0; k < count; ++k) share[k] = system[k][count] / system[k][k];
   double* const left = work_;
   for (std::int32_t at = 0; at < size; ++at) {
     double sum = reaction_[row_at_[at]];
-    for (int k = 0; k < count; ++k)
-      sum -= system[k][count] / system[k][k] *
-             removal_[static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_) + static_cast<std::size_t>(at)];
+    for (int k = 0; k < count; ++k) sum -= share[k] * z[k][at];
     left[row_at_[at]] = sum;
   }
   for (int k = 0; k < count; ++k) left[own[k]] = 0;
