@@ -65,7 +65,7 @@ std::string what_stands_in_the_way(const std::vector<Record>& points, const std:
   return text.empty() ? "nothing was measured that could be chosen" : text;
 }
 
-nlohmann::ordered_json picks(const std::vector<Record>& points, double scatter) {
+nlohmann::ordered_json picks(const std::vector<Record>& points, const Scatter& scatter) {
   const std::vector<std::pair<std::string, std::vector<Limit>>> budgets = {
       {"small: a download, a browser, a small computer",
        {{"bundle_MB", "bundle at most 5 MB", 5}, {"touch_us", "touch at most 20 us", 20}}},
@@ -77,10 +77,12 @@ nlohmann::ordered_json picks(const std::vector<Record>& points, double scatter) 
   for (const auto& [budget, limits] : budgets) {
     nlohmann::ordered_json pick = {{"budget", budget}, {"limits", nlohmann::ordered_json::array()}, {"pick", nullptr}};
     for (const Limit& limit : limits) pick["limits"].push_back(limit.option);
-    if (const Record* best = cheapest(points, limits, "force_error")) {
+    if (cheapest(points, limits, "force_error")) {
       auto as_good = limits;
-      const double least = best->at("force_error");
-      as_good.push_back({"force_error", "", std::max(kAsGood * least, least + scatter)});
+      for (const auto& [error, scattered] : {std::pair("force_error", scatter.force), {"field_error", scatter.field}}) {
+        const double least = cheapest(points, as_good, error)->at(error);
+        as_good.push_back({error, "", std::max(kAsGood * least, least + scattered)});
+      }
       pick["pick"] = cheapest(points, as_good, "precompute_s")->at("name");
     } else {
       pick["why_not"] = what_stands_in_the_way(points, limits);

@@ -26,9 +26,14 @@ const nlohmann::ordered_json* cheapest(const std::vector<nlohmann::ordered_json>
 // One line for each limit that alone keeps every setting out, or the nearest where several do.
 std::string what_stands_in_the_way(const std::vector<nlohmann::ordered_json>& points, const std::vector<Limit>& limits);
 
+// By how much the errors of meshes that are equally good differ; relative.
+struct Scatter {
+  double force = 0, field = 0;
+};
+
 // What to pick for three budgets: of the settings within a tenth, or within scatter, of the smallest force error that each
-// affords, the one with the shortest precompute. scatter: by how much meshes that are equally good differ; relative.
+// affords, those so near the smallest field error among them; of these the one with the shortest precompute.
 // [{budget, limits, pick: name or null, why_not}]
-nlohmann::ordered_json picks(const std::vector<nlohmann::ordered_json>& points, double scatter);
+nlohmann::ordered_json picks(const std::vector<nlohmann::ordered_json>& points, const Scatter& scatter);
 
 }  // namespace palpate::accuracy

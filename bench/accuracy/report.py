@@ -100,8 +100,9 @@ def first_screen(page, study):
         page.words(f"Errors are against <b>{reference['name']}</b> ({reference['vertices']:,} vertices, quadratic): the finest that the "
                    f"study could afford, not the truth. Its own error is estimated at <b>{percent(reference['reference_force_error'])}</b> of "
                    f"the force and <b>{percent(reference['reference_field_error'])}</b> of the field, which the grey bands show; {checked(study)} "
-                   f"Meshes that are equally good differ by about {percent(study.all['reference']['force']['scatter'])} of the force: "
-                   "of settings nearer to one another than that, the cards take the shorter precompute. "
+                   f"Meshes that are equally good differ by about {percent(study.all['reference']['force']['scatter'])} of the force and "
+                   f"{percent(study.all['reference']['field']['scatter'])} of the field: of settings nearer to one another than that in the "
+                   "force, the cards take the better field, of those the shorter precompute. "
                    "<code>palpate-accuracy choose</code> with limits of your own writes the files that bake a setting. "
                    "<a href='#reference'>How it was estimated</a>.")
     page.words("All of it is linear elasticity: how deep one may push before that itself is the error stands under "
@@ -245,6 +246,10 @@ def scene_effects(page, study):
         if not points:
             continue
         page.heading(title, 3)
+        if axis == "law":
+            page.words("What sticks keeps the place it met. What slides is pushed to its depth under the surface where it now stands, along the "
+                       "surface's normal there: both belong to each mesh's own surface, and the less a mesh shows of bumps and edges, the farther "
+                       "off they are. That, not the solution, is most of the error of the laws that slide, the reference's own too.")
         if axis == "contacts":
             page.words("Each contact is a disc pressed at its own place. Up to 8 tools each hold one; more are shared out among 8 tools, and "
                        "the forces compared are the tools' resultants. What can be touched of this organ has room for "

@@ -193,8 +193,11 @@ class Study {
     study["took_s"] = took_;  // this run; what was there before took nothing
     study["left_out"] = left_out_;
     study["large_strain"] = large_strain_;
-    const auto& scatter = study["reference"]["force"]["scatter"];
-    study["picks"] = picks(records, scatter.is_number() ? scatter.get<double>() : 0);
+    const auto scatter = [&](const char* what) {
+      const auto& known = study["reference"][what]["scatter"];
+      return known.is_number() ? known.get<double>() : 0;
+    };
+    study["picks"] = picks(records, {scatter("force"), scatter("field")});
     write_results(folder(), "accuracy", study, records);
     for (const auto& [stage, seconds] : took_) note(fmt::format("{}: {}", stage, duration_text(seconds)));
     note(fmt::format("{}: {} points", (folder() / "accuracy.json").string(), records.size()));

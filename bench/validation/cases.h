@@ -40,8 +40,8 @@ struct Expectation {
     double least, most;
   };
   std::optional<Order> order = {};
-  bool logarithm = false;  // theory's error is h^order ln(1 / h): what is judged is the order of the rest
-  bool locks = false;      // shown, not judged: the element is known to fail there
+  double logarithms = 0;  // theory's error is h^order ln(1 / h)^logarithms: what is judged is the order of the rest
+  bool locks = false;     // shown, not judged: the element is known to fail there
 };
 
 struct Case {

@@ -13,7 +13,11 @@ using Eigen::Vector3d;
 
 double shear_modulus(const Material& material);
 
-// Hooke's stress of a displacement field, by central differences over 1e-5 of the distance from the origin: off by 1e-10.
+// d u_i / d x_j of a displacement field, by central differences over a step (m): off by the square of the step over the
+// distance in which the field changes.
+Matrix3d gradient_of(const std::function<Vector3d(const Vector3d&)>& displacement, const Vector3d& x, double step);
+
+// Hooke's stress of a displacement field, by differences over 1e-5 of the distance from the origin: off by 1e-10.
 Matrix3d stress_of(const Material& material, const std::function<Vector3d(const Vector3d&)>& displacement,
                    const Vector3d& x);
 
@@ -32,13 +36,14 @@ struct ThickSphere {
 Vector3d point_load(const Material& material, double force, const Vector3d& x);
 
 // A rigid flat circular punch without friction, pressed in by depth: F = 2 E a d / (1 - nu^2). Boussinesq; Johnson,
-// eq. 3.36.
+// eq. 3.36; inside, Sneddon 1946 (Proc. Camb. Phil. Soc. 42).
 struct FlatPunch {
   double radius, depth;
   Material material;
 
   double force() const;
-  Vector3d displacement(const Vector3d& x) const;  // at two radii and farther away
+  Vector3d displacement(const Vector3d& x) const;  // everywhere
+  Matrix3d gradient(const Vector3d& x) const;      // d u_i / d x_j, not on the edge: it is infinite there
 };
 
 // A rigid sphere (its paraboloid) pressed in by depth, without friction: F = 4/3 E* sqrt(R) d^1.5, contact radius sqrt(R d).

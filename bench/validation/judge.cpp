@@ -11,11 +11,11 @@ namespace {
 constexpr double kExact = 1e-5;     // a bound below it is of rounding, of printed digits or of f32, on every mesh
 constexpr double kRounding = 1e-9;  // errors below it have no order
 
-std::optional<double> order_of(const std::vector<int>& levels, const std::vector<double>& errors, bool logarithm) {
+std::optional<double> order_of(const std::vector<int>& levels, const std::vector<double>& errors, double logarithms) {
   const std::size_t n = errors.size();
   if (n < 2 || !(errors[n - 1] > kRounding)) return {};
   double ratio = errors[n - 2] / errors[n - 1];
-  if (logarithm) ratio *= std::log(levels[n - 1]) / std::log(levels[n - 2]);
+  ratio *= std::pow(std::log(levels[n - 1]) / std::log(levels[n - 2]), logarithms);
   return std::log(ratio) / std::log(static_cast<double>(levels[n - 1]) / levels[n - 2]);
 }
 
@@ -43,7 +43,7 @@ Verdict judge(const Expectation& expectation, const std::vector<int>& levels, co
   if (expectation.bound <= kExact)  // on every mesh
     for (const double error : errors) verdict.error = std::isnan(error) ? error : std::max(verdict.error, error);
   else
-    verdict.order = order_of(levels, errors, expectation.logarithm);
+    verdict.order = order_of(levels, errors, expectation.logarithms);
   verdict.judged = !expectation.locks && (!std::isnan(expectation.bound) || expectation.order);
   verdict.sentence = expectation.locks ? "locks: shown, not judged" : why_not(expectation, verdict, finest_planned);
   verdict.holds = expectation.locks || verdict.sentence.empty();

@@ -63,11 +63,22 @@ TEST(Difference, IsRelativeToTheTruth) {
   EXPECT_NEAR(d.field_mm, 0.1, 1e-12);
 }
 
-nlohmann::ordered_json setting(const char* name, double error, double touch, double megabytes, double seconds) {
-  return {{"name", name},           {"own_material", true}, {"solver", "auto"},  {"columns_everywhere", true},
-          {"exercise", "press"},    {"law", "sticking"},    {"contacts", 1},     {"is_reference", false},
-          {"storage", "f32"},       {"force_error", error}, {"touch_us", touch}, {"bundle_MB", megabytes},
-          {"precompute_s", seconds}};
+nlohmann::ordered_json setting(const char* name, double error, double touch, double megabytes, double seconds,
+                               double field_error = 0.1) {
+  return {{"name", name},
+          {"own_material", true},
+          {"solver", "auto"},
+          {"columns_everywhere", true},
+          {"exercise", "press"},
+          {"law", "sticking"},
+          {"contacts", 1},
+          {"is_reference", false},
+          {"storage", "f32"},
+          {"force_error", error},
+          {"touch_us", touch},
+          {"bundle_MB", megabytes},
+          {"precompute_s", seconds},
+          {"field_error", field_error}};
 }
 
 class Chooser : public testing::Test {
@@ -101,7 +112,7 @@ TEST_F(Chooser, SaysWhatStandsInTheWay) {
 }
 
 TEST_F(Chooser, PicksTheSmallestErrorThatEachBudgetAffords) {
-  const auto picked = picks(points_, 0);
+  const auto picked = picks(points_, {});
   ASSERT_EQ(picked.size(), 3u);
   EXPECT_EQ(picked[0].at("pick"), "coarse");
   EXPECT_EQ(picked[1].at("pick"), "middle");
@@ -111,12 +122,19 @@ TEST_F(Chooser, PicksTheSmallestErrorThatEachBudgetAffords) {
 TEST_F(Chooser, PicksTheShorterPrecomputeOfTwoThatAreAsGood) {
   points_.push_back(setting("as fine", 0.0105, 30, 400, 50));
   points_.push_back(setting("coarser", 0.012, 30, 400, 1));
-  EXPECT_EQ(picks(points_, 0)[2].at("pick"), "as fine");
+  EXPECT_EQ(picks(points_, {})[2].at("pick"), "as fine");
 }
 
 TEST_F(Chooser, PicksTheShorterPrecomputeOfTwoThatMeshesDoNotTellApart) {
-  EXPECT_EQ(picks(points_, 0.019)[2].at("pick"), "fine");
-  EXPECT_EQ(picks(points_, 0.021)[2].at("pick"), "middle");
+  EXPECT_EQ(picks(points_, {0.019, 0})[2].at("pick"), "fine");
+  EXPECT_EQ(picks(points_, {0.021, 0})[2].at("pick"), "middle");
+}
+
+TEST_F(Chooser, PicksTheSmallerFieldErrorOfTwoForcesThatAreAsGood) {
+  points_.push_back(setting("smooth", 0.0105, 30, 400, 600, 0.05));
+  EXPECT_EQ(picks(points_, {})[2].at("pick"), "smooth");
+  EXPECT_EQ(picks(points_, {0, 0.049})[2].at("pick"), "smooth");
+  EXPECT_EQ(picks(points_, {0, 0.051})[2].at("pick"), "fine");
 }
 
 }  // namespace

@@ -51,9 +51,31 @@ TEST(ClosedForm, FieldsOfIndentersHaveTheirSurfaceDisplacementOutside) {
   const double a = sphere.contact_radius();
   for (const double r : {2.0, 3.0, 5.0}) {
     const double sinks = 2 * punch.depth / std::numbers::pi * std::asin(1 / r);
-    EXPECT_NEAR(punch.displacement({r * punch.radius, 0, 0})[2] / sinks, 1, 1e-9) << r;  // of eight Gauss points
+    EXPECT_NEAR(punch.displacement({r * punch.radius, 0, 0})[2] / sinks, 1, 1e-12) << r;
     const double lens = sphere.depth / std::numbers::pi * ((2 - r * r) * std::asin(1 / r) + std::sqrt(r * r - 1));
-    EXPECT_NEAR(sphere.displacement({0, r * a, 0})[2] / lens, 1, 1e-9) << r;
+    EXPECT_NEAR(sphere.displacement({0, r * a, 0})[2] / lens, 1, 1e-9) << r;  // of eight Gauss points
+  }
+}
+
+TEST(ClosedForm, TheFlatPunchsFieldHoldsBelowItAndBesideItsEdge) {
+  const FlatPunch punch = {0.005, 1e-3, kGel};
+  const double a = punch.radius;
+  for (const double r : {0.0, 0.3, 0.999}) EXPECT_NEAR(punch.displacement({0, r * a, 0})[2], punch.depth, 1e-15) << r;
+  // Far away a point force's: what is left goes with the square of the radius over the distance.
+  const Vector3d far(30 * a, 40 * a, 50 * a), point = point_load(kGel, punch.force(), far);
+  EXPECT_LT((punch.displacement(far) - point).norm(), 1e-3 * point.norm());
+  // Navier's equation: mu lap u + (lambda + mu) grad div u = 0, against its first term's size.
+  for (const Vector3d& radii : {Vector3d(0.2, 0.1, 0.3), Vector3d(0.8, 0.5, 0.05), Vector3d(1.5, -0.7, 0.4)}) {
+    const Vector3d x = a * radii;
+    const double h = 1e-3 * a, nu = kGel.poisson;
+    Vector3d laplacian = Vector3d::Zero(), slope_of_divergence = Vector3d::Zero();
+    double size = 0;
+    for (int j = 0; j < 3; ++j) {
+      const Vector3d aside = h * Vector3d::Unit(j);
+      const Matrix3d change = (punch.gradient(x + aside) - punch.gradient(x - aside)) / (2 * h);
+      laplacian += change.col(j), slope_of_divergence[j] = change.trace(), size += change.norm();
+    }
+    EXPECT_LT((laplacian + slope_of_divergence / (1 - 2 * nu)).norm(), 1e-3 * size) << x.transpose();
   }
 }
 
@@ -107,6 +129,11 @@ TEST(ClosedForm, ARigidFlatCircularPunchNeedsItsForce) {
   EXPECT_GT(squared[1].value, squared[1].exact);
   EXPECT_LT(squared[1].error, 0.06);
   EXPECT_GT(squared[0].error / squared[1].error, 2.6);
+  // The gradient by the root of h, with every element.
+  for (const Element element : {Element::p1, Element::p2_p0}) {
+    const auto gradient = found(flat_punch_even(), element, 0.45, "gradient, L2", {2, 4});
+    EXPECT_NEAR(gradient[0].error / gradient[1].error, std::sqrt(2), 0.15);
+  }
 }
 
 TEST(ClosedForm, HertzSphereFindsItsForceAndItsContact) {
