@@ -52,8 +52,10 @@ TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
     band = std::max(band, std::abs(force[1] / force[2] - 1)), locks = std::max(locks, force[0] / force[2]);
   }
   attack.hold("runs that failed or did not verify, of 18", failed, 0, "nothing here is out of reach");
-  attack.hold("force of p1-anp off that of p2-p0, relative", band, 0.15,
-              "what p1-anp has over p2-p0 at places of the liver held from afar and near (precompute/ELEMENTS.md)");
+  attack.hold(
+      "force of p1-anp off that of p2-p0, relative", band, 0.063,
+      "what both are off one reference in the accuracy study where edges are as long as the disc's radius: 3.5 and "
+      "2.8 % at nu 0.499, 1,696 vertices (make -f Makefile.data accuracy)");
   attack.hold("p1 above 0.4 without a warning, or with one below", unsaid, 0, "\"p1\" locks");
   attack.hold("1 over the locking of p1 at 0.4999", 1 / locks, 0.9, "the attack is as sharp as it says");
 }
