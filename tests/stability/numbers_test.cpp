@@ -2,6 +2,7 @@
 #include <immintrin.h>
 
 #include <limits>
+#include <optional>
 
 #include "tests/stability/known_compliance.h"
 #include "tests/stability/stability_case.h"
@@ -173,6 +174,120 @@ TEST(StabilityNumbers, InEveryFieldOfAScene) {
   attack.hold("promises broken in " + std::to_string(scenes) + " scenes", broken.empty() ? 0 : 1, 0,
               "refused with a sentence, or played within its limits");
   attack.hold("scenes that took a NaN", static_cast<double>(accepted), 0, "PALPATE_ERROR_ARGUMENT");
+}
+
+// What one half hands to the next: contacts, which may come through a socket, a shape, a mesh to draw.
+class HandedOn {
+ public:
+  explicit HandedOn(bool corrected) {
+    const std::int32_t nodes = palpate_bundle_describe(everything().bundle()).surface_node_count;
+    const double* rest = palpate_bundle_nodes(everything().bundle());
+    vertices_.assign(rest, rest + 3 * nodes), normals_.assign(vertices_.size(), 1.0f);
+    mesh_ = {vertices_.data(), normals_.data(), nodes};
+    def_ = palpate_default_scene_def();
+    def_.radial = corrected ? PALPATE_RADIAL_RESPONSE : PALPATE_RADIAL_OFF;
+    def_.render_mesh = &mesh_;
+    scene_ = everything().scene(def_);
+    contacts_.emplace(scene_.get());
+    field_.resize(vertices_.size()), drawn_.resize(vertices_.size()), drawn_normals_.resize(vertices_.size());
+    Sent good;
+    Vector3d above[2] = {good.point[0] + Vector3d(0.002, 0, 0), good.point[1] + Vector3d(0.002, 0, 0)};
+    palpate_tool outside = good.tool;
+    outside.points = above[0].data();
+    palpate_touch(scene_.get(), &outside, 1, 1e-3, contacts_->get());
+    palpate_touch(scene_.get(), &good.tool, 1, 1e-3, contacts_->get());
+    shape();
+  }
+
+  palpate_step_flags shape() {
+    shape_ = {field_.data(), nullptr, static_cast<std::int32_t>(field_.size() / 3), 0};
+    return palpate_shape(scene_.get(), contacts_->get(), &shape_);
+  }
+  palpate_step_flags skin() {
+    palpate_skin_out out = {drawn_.data(), drawn_normals_.data(), mesh_.vertex_count, 0};
+    return palpate_skin(scene_.get(), &shape_, &out);
+  }
+  bool is_finite() const {
+    const auto finite = [](const std::vector<float>& all) {
+      return std::all_of(all.begin(), all.end(), [](float x) { return std::isfinite(x); });
+    };
+    return finite(drawn_) && finite(drawn_normals_);
+  }
+  // What is read of the contacts, and what is not.
+  std::vector<double*> contact_numbers() {
+    std::vector<double*> all = {&(*contacts_)->residual_displacement, &(*contacts_)->residual_force};
+    for (int i = 0; i < 3; ++i)
+      for (double* x : {(*contacts_)->tools[0].force, (*contacts_)->tools[0].force_raw}) all.push_back(x + i);
+    read_from_ = all.size();
+    if (def_.radial != PALPATE_RADIAL_OFF)
+      for (int i = 0; i < 3; ++i) all.push_back(&(*contacts_)->tools[0].direction[i]);
+    for (std::int32_t e = 0; e < (*contacts_)->node_count; ++e)
+      for (int i = 0; i < 3; ++i) all.push_back(const_cast<double*>(&contacts_->nodes()[e].modified_displacement[i]));
+    return all;
+  }
+  std::size_t first_that_is_read() const { return read_from_; }
+  std::vector<float>& field() { return field_; }
+  const std::vector<float>& drawn() const { return drawn_; }
+  std::vector<float>& vertices() { return vertices_; }
+  std::vector<float>& normals() { return normals_; }
+  const palpate_scene_def& def() const { return def_; }
+
+ private:
+  std::vector<float> vertices_, normals_, field_, drawn_, drawn_normals_;
+  palpate_render_mesh mesh_ = {};
+  palpate_scene_def def_ = {};
+  ScenePointer scene_;
+  std::optional<Contacts> contacts_;
+  palpate_shape_out shape_ = {};
+  std::size_t read_from_ = 0;
+};
+
+TEST(StabilityNumbers, InEveryFieldOfWhatIsHandedOn) {
+  StabilityCase attack(
+      "Contacts come through a socket and a shape through the host's hands: a NaN in either fills the picture; in a "
+      "mesh to "
+      "draw it binds a vertex to nothing.");
+  long calls = 0, unflagged = 0, not_finite = 0, left = 0, taken = 0;
+  for (const bool corrected : {false, true}) {
+    HandedOn handed(corrected);
+    handed.skin();
+    const std::vector<float> before = handed.drawn();
+    const auto try_number = [&](auto* number, double odd, bool is_read) {
+      const auto good = std::exchange(*number, static_cast<std::remove_pointer_t<decltype(number)>>(odd));
+      const bool of_contacts = sizeof good == sizeof(double);
+      const palpate_step_flags flags = (of_contacts ? handed.shape() : 0u) | handed.skin();
+      ++calls;
+      unflagged += !std::isfinite(*number) && is_read && !(flags & PALPATE_STEP_BAD_INPUT);
+      not_finite += !handed.is_finite();
+      *number = good;
+      handed.shape(), handed.skin();
+      left += handed.drawn() != before;
+    };
+    for (const double odd : odd_numbers()) {
+      const auto numbers = handed.contact_numbers();
+      for (std::size_t f = 0; f < numbers.size(); ++f) try_number(numbers[f], odd, f >= handed.first_that_is_read());
+      for (std::size_t i = 0; i < handed.field().size(); ++i) try_number(&handed.field()[i], odd, true);
+    }
+  }
+  HandedOn handed(false);
+  for (const double odd : odd_numbers())
+    for (std::vector<float>* of : {&handed.vertices(), &handed.normals()})
+      for (float& number : *of) {
+        const float good = std::exchange(number, static_cast<float>(odd));
+        palpate_scene* created = nullptr;
+        palpate_error error = {};
+        const palpate_status status = palpate_scene_create(everything().bundle(), &handed.def(), &created, &error);
+        const ScenePointer scene(created);
+        ++calls;
+        taken += created && !std::isfinite(number);
+        EXPECT_EQ(broken_by_error(status, error, 1u << 30), "");
+        number = good;
+      }
+  attack.hold("pictures that are not finite, of " + std::to_string(calls) + " calls", static_cast<double>(not_finite),
+              0, "what palpate_shape and palpate_skin promise of any input");
+  attack.hold("NaN and infinities that raised no flag", static_cast<double>(unflagged), 0, "PALPATE_STEP_BAD_INPUT");
+  attack.hold("pictures that differ after it", static_cast<double>(left), 0, "the render half keeps no state");
+  attack.hold("meshes to draw that were taken with one", static_cast<double>(taken), 0, "PALPATE_ERROR_ARGUMENT");
 }
 
 TEST(StabilityNumbers, MinusZeroIsZero) {
