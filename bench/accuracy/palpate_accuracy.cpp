@@ -56,7 +56,7 @@ void define_study(CLI::App& app, StudyOptions& options) {
 }
 
 // "2%" or "0.02".
-double number_or_percent(const std::string& text) {
+double number_or_percent(const char* option, const std::string& text) {
   std::size_t read = 0;
   double value = -1;
   try {
@@ -65,7 +65,7 @@ double number_or_percent(const std::string& text) {
   }
   const bool percent = text.substr(read) == "%";
   if (!(value > 0) || (!percent && read != text.size()))
-    throw CLI::ValidationError(text, "expected a number above 0, or one and %, such as 2%");
+    throw CLI::ValidationError(option, "expected a number above 0, or one and %, such as 2%; found " + text);
   return percent ? value / 100 : value;
 }
 
@@ -76,7 +76,7 @@ CLI::App* define_choose(CLI::App& app, ChooseOptions& options) {
     choose->add_option_function<std::string>(
         option,
         [&options, option, field](const std::string& text) {
-          options.limits.push_back({field, std::string(option) + " " + text, number_or_percent(text)});
+          options.limits.push_back({field, std::string(option) + " " + text, number_or_percent(option, text)});
         },
         what);
   };
