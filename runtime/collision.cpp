@@ -11,8 +11,6 @@ constexpr double kOppositeFaces = -0.5;
 constexpr int kMaxReach = 8;
 // No place moves by more than this many times the largest imposed displacement (alpha_v of a triangle reaches 4/3).
 constexpr double kMargin = 1.5;
-// A pulled-back point that moves by this part of a bucket more than its tool was taken along by the surface.
-constexpr double kJump = 0.25;
 // How many buckets a place slides in one step at the most.
 constexpr int kMostSlides = 8;
 
@@ -151,14 +149,6 @@ Vec3 Collision::pull_back_free(Vec3 p) {
   return p - displacement;
 }
 
-// Where a free point's motion to `to` began. Where contacts came or went, the surface has jumped and takes a point along that
-// stood still: that is no motion along a line, and the last position is pulled back anew.
-Vec3 Collision::start_of_motion(const PointState& state, Vec3 p, Vec3 to) {
-  const bool jumped = length(to - state.pulled) > 2 * length(p - state.at) + kJump * surface_->bucket_size();
-  if (!deformed_ || !jumped) return state.pulled;
-  return field_->empty() ? state.at : pull_back_free(state.at);
-}
-
 void Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold) {
   Vec3 to = pull_back(state, p, tool, point);
   bool now_inside = surface_->inside(to);
@@ -173,11 +163,10 @@ void Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t 
     // Two contacts that each stand outside of what the other presses down do not both end: without this one the other holds.
     if (!state.contact && deformed_) field_->drop(tool, point);
   } else if (state.known) {
-    look_for_contact(state, start_of_motion(state, p, to), to, now_inside);
+    look_for_contact(state, state.pulled, to, now_inside);
   }
   state.known = true;
   state.inside = now_inside;
-  state.at = p;
   state.pulled = to;
 }
 

@@ -20,7 +20,7 @@ struct PointState {
   bool inside = false;   // of the surface, where it was last seen
   bool contact = false;  // holds `place`
   bool through = false;  // in contact, and out again on the far side of a thin part
-  Vec3 at, pulled;       // last position, as it was and pulled back
+  Vec3 pulled;           // last position, pulled back
   SurfacePlace place;
   Vec3 place_at_rest, outward;
   Vec3 tangent;  // of the contact's frame: turns with the surface as the place moves; zero: none yet
@@ -87,7 +87,6 @@ class Collision {
  private:
   Vec3 pull_back(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
   Vec3 pull_back_free(Vec3 p);
-  Vec3 start_of_motion(const PointState& state, Vec3 p, Vec3 to);
   template <class AtNode>
   Vec3 at_place(const SurfacePlace& place, AtNode at_node) const;
   void look_for_contact(PointState& state, Vec3 from, Vec3 to, bool now_inside);

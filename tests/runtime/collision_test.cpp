@@ -404,21 +404,29 @@ TEST(Collision, DoesNotLetAMovingSurfacePassARestingPoint) {
   EXPECT_GT(contacts->tools[1].force_raw[0], 0);  // the face presses against the point
 }
 
-// Two discs pressed side by side into a bar as thin as they are wide, each moving away from under the other, and out again.
-// How often contacts began or ended, and the most by which a force changed in a step, in worst cases over many pairs.
-std::pair<int, double> unrest_of_two_discs_on_a_bar() {
+// Pairs of discs pressed into a bar as thin as they are wide, each moving away from under the other, and out again; pinched: from
+// opposite sides.
+struct Unrest {
+  int most_changes = 0;   // how often the contacts of a pair began or ended
+  double most_jump = 0;   // of a force in a step
+  int ended_in_vain = 0;  // steps in which both of a pair ended, of which one was back within three
+};
+Unrest unrest_of_two_discs_on_a_bar(palpate_contact_law law, bool pinched) {
   const TouchedBox bar({.cells = {8, 2, 2}, .size = {0.06, 0.012, 0.01}});
   palpate_scene_def def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED;
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = law;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> along(0.035, 0.058), share(-0.5, 0.5), depth(0.006, 0.015);
-  int most_changes = 0;
-  double most_jump = 0;
+  Unrest found;
   for (int pair = 0; pair < 40; ++pair) {
     Eigen::Vector3d start[2], in[2];
+    int axis = 0;
+    double side = 0;
     for (int t = 0; t < 2; ++t) {
-      const int axis = 1 + static_cast<int>(random() % 2);
-      const double side = random() % 2 ? 1 : -1, half[3] = {0, 0.006, 0.005};
+      const int any_axis = 1 + static_cast<int>(random() % 2);
+      const double any_side = random() % 2 ? 1 : -1, half[3] = {0, 0.006, 0.005};
+      axis = pinched && t == 1 ? axis : any_axis;
+      side = pinched && t == 1 ? -side : any_side;
       in[t] = -side * Eigen::Vector3d::Unit(axis);
       start[t] = {along(random), 0.006 + 0.01 * share(random), 0.005 + 0.008 * share(random)};
       start[t][axis] = half[axis] * (1 + side) + 0.002 * side;
@@ -426,7 +434,7 @@ std::pair<int, double> unrest_of_two_discs_on_a_bar() {
     const double deepest[2] = {depth(random), depth(random)};
     const ScenePointer scene = bar.scene(def);
     Contacts contacts(scene.get());
-    int changes = 0;
+    int changes = 0, both_ended = -100;
     bool held[2] = {};
     double force[2] = {};
     for (int ms = 0; ms <= 400; ++ms) {
@@ -434,28 +442,65 @@ std::pair<int, double> unrest_of_two_discs_on_a_bar() {
       palpate_tool tools[2] = {};
       for (int t = 0; t < 2; ++t) {
         point[t] = start[t] + in[t] * (0.002 + deepest[t]) * (1 - std::abs(ms - 200) / 200.0);
-        tools[t].points = point[t].data(), tools[t].point_count = 1, tools[t].radius = 0.004;
+        tools[t].points = point[t].data(), tools[t].point_count = 1, tools[t].radius = 0.004, tools[t].friction = 0.3;
       }
       palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+      int ended = 0;
       for (int t = 0; t < 2; ++t) {
         const double now = Eigen::Map<const Eigen::Vector3d>(contacts->tools[t].force_raw).norm();
-        most_jump = std::max(most_jump, std::abs(now - std::exchange(force[t], now)));
-        const bool holds = contacts->tools[t].contact_count > 0;
-        changes += std::exchange(held[t], holds) != holds;
+        found.most_jump = std::max(found.most_jump, std::abs(now - std::exchange(force[t], now)));
+        const bool holds = contacts->tools[t].contact_count > 0, before = std::exchange(held[t], holds);
+        changes += before != holds;
+        ended += before && !holds;
+        if (holds && !before && ms - both_ended <= 3) ++found.ended_in_vain, both_ended = -100;
       }
+      if (ended == 2) both_ended = ms;
     }
-    most_changes = std::max(most_changes, changes);
+    found.most_changes = std::max(found.most_changes, changes);
   }
-  return {most_changes, most_jump};
+  testing::Test::RecordProperty("changes", found.most_changes);
+  testing::Test::RecordProperty("jump", std::to_string(found.most_jump));
+  testing::Test::RecordProperty("ended_in_vain", found.ended_in_vain);
+  return found;
 }
 
 TEST(Collision, OfTwoToolsThatPressAThinPartAwayFromEachOtherDoesNotEndAndBeginInEveryStep) {
-  const auto [changes, jump] = unrest_of_two_discs_on_a_bar();
-  RecordProperty("changes", changes);
-  RecordProperty("jump", std::to_string(jump));
   // Four where each comes and goes once; a disc that slides off an edge comes again on the next face. Without let_go the worst
-  // pair has 84, with none of start_of_motion, drop and let_go 167.
-  EXPECT_LE(changes, 14);
+  // pair has 128.
+  EXPECT_LE(unrest_of_two_discs_on_a_bar(PALPATE_LAW_STICKING, false).most_changes, 14);
+}
+
+TEST(Collision, OfTwoToolsThatSlipOnAThinPartDoesNotEndAndBeginInEveryStep) {
+  // A rule that took a point under a surface that jumps for one that had not moved made 88 of it.
+  EXPECT_LE(unrest_of_two_discs_on_a_bar(PALPATE_LAW_COULOMB, true).most_changes, 20);
+}
+
+TEST(Collision, OfTwoToolsThatPinchAThinPartSeldomEndsForTheSakeOfTheOtherOne) {
+  // 6 of 40 pairs, since the first one that is asked does not know that the other will end; without drop 17.
+  EXPECT_LE(unrest_of_two_discs_on_a_bar(PALPATE_LAW_STICKING, true).ended_in_vain, 10);
+}
+
+TEST(Collision, MeetsAPointThatTheSurfaceSpringsBackOver) {
+  const TouchedBox plate({.cells = {6, 6, 1}, .size = {0.06, 0.06, 0.006}});
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED;
+  const ScenePointer scene = plate.scene(def);
+  Contacts contacts(scene.get());
+  // A grip presses the plate down by twice its thickness; a point goes after it, a millimetre above.
+  const auto step = [&](bool grips, double down) {
+    std::vector<palpate_grip> pressed;
+    for (const std::int32_t n : plate.touchable)
+      if (grips && (plate.node(n) - Eigen::Vector3d(0.04, 0.03, 0.006)).norm() < 0.015)
+        pressed.push_back(grip_at_node(n, {0, 0, -down}));
+    const double point[3] = {0.04, 0.03, 0.007 - down};
+    const palpate_tool tools[2] = {tool_of(pressed), {point, 1, nullptr, 0, 0, 0, 0}};
+    palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+    return contacts->tools[1].contact_count > 0;
+  };
+  for (int ms = 0; ms <= 120; ++ms) ASSERT_FALSE(step(true, 1e-4 * ms)) << ms;
+  step(false, 0.012);
+  EXPECT_TRUE(step(false, 0.012));  // the grip was gone in the last step: the plate does not pass through the point
+  EXPECT_GT(contacts->tools[1].force_raw[2], 0);
 }
 
 }  // namespace
