@@ -149,11 +149,8 @@ void from_surface(const Options& options) {
       !options.spacing.empty()) {
     throw InputError(fmt::format("{}: --labels, --threshold, --spacing and --smooth are for images", name));
   }
-  TriangleSurface soup = read_surface(name, millimetres(options.unit));
-  const double diagonal = bounding_box(soup).diagonal();
-  if (!(diagonal < 1e150)) throw InputError(fmt::format("{}: expected an organ, found a box of {} mm", name, diagonal));
-  RepairedSurface repaired =
-      repair_surface(std::move(soup), parse_piece_filter(options.components), options.cavities, name);
+  const RepairedSurface repaired = repair_surface(read_surface(name, millimetres(options.unit)),
+                                                  parse_piece_filter(options.components), options.cavities, name);
   for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", name, repair));
 
   TriangleSurface surface = repaired.surface;

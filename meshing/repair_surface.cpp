@@ -20,6 +20,8 @@ namespace {
 
 namespace pmp = CGAL::Polygon_mesh_processing;
 
+constexpr double kLargest = 1e9;  // mm. Far beyond it squares of lengths overflow.
+
 std::string at(const Point& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", p[0], p[1], p[2]);
 }
@@ -147,7 +149,11 @@ RepairedSurface repair_surface(TriangleSurface soup, const PieceFilter& filter, 
   RepairedSurface result;
   Repairs repairs(result.repairs);
   repairs.add(drop_isolated_points(soup), "isolated points dropped");
-  const double tolerance = 1e-6 * bounding_box(soup).diagonal();
+  const double diagonal = bounding_box(soup).diagonal();
+  if (!(diagonal < kLargest))
+    throw InputError(
+        fmt::format("{}: expected an organ, found a box of {:.3g} mm; correct its points", name, diagonal));
+  const double tolerance = 1e-6 * diagonal;
   repairs.add(merge_near_points(soup, tolerance),
               fmt::format("repeated points merged (nearer than {:.2g} mm)", tolerance));
   repairs.add(drop_collapsed_triangles(soup), "triangles of fewer than three points dropped");

@@ -19,7 +19,7 @@ struct RepairedSurface {
 // (patches with a free edge that hang on an edge of three or more triangles); turns triangles and shells outward; drops
 // shells that the filter refuses. A shell inside another is a cavity when it is oriented so, and is kept or filled as
 // cavities says ("keep", "fill" or nothing).
-// Errors: InputError for an open surface (loops and place), walls inside, self-intersections (pairs and place), shells
+// Errors: InputError for a box of 1e9 mm and more, an open surface (loops and place), walls inside, self-intersections (pairs and place), shells
 // that cannot be oriented, and nested shells that all point outward while cavities is empty.
 RepairedSurface repair_surface(TriangleSurface surface, const PieceFilter& filter, const std::string& cavities,
                                const std::string& name);

@@ -25,7 +25,9 @@ SWEEPS = {
 
 def run(program, long_form, pattern):
     """The lines of one program, and its exit status."""
-    environment = dict(os.environ, PALPATE_STABILITY_LONG="1" if long_form else "0")
+    files = pathlib.Path(program).resolve().parent / "files"  # as ctest has it (tests/CMakeLists.txt)
+    files.mkdir(exist_ok=True)
+    environment = dict(os.environ, PALPATE_STABILITY_LONG="1" if long_form else "0", TEST_TMPDIR=str(files))
     found, said = [], []
     command = [program, f"--gtest_filter={pattern}", "--gtest_color=no"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as running:
