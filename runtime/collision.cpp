@@ -179,6 +179,19 @@ void Collision::hold_place(PointState& state, const SurfacePlace& place, bool th
   state.tangent = Vec3{};
 }
 
+// Pulled back with all that moves the place, its own contact too, the tool stands beside it however hard contacts conflict.
+// Without its own, in a thin part it stands beyond the far side, and what is nearest to it there lies round the rim.
+void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
+  if (!deformed_ || field_->empty()) return slide(state, p);
+  const Vec3 moved = at_place(state.place, [&](std::int32_t n) { return field_->at_node(n); });
+  const Vec3 others = at_place(state.place, [&](std::int32_t n) { return field_->at_node_without(n, tool, point); });
+  // What the contact itself does changes along the way, by about as much of the way as it is of what the tool asks for: so
+  // much less is gone, or the place would swing.
+  const double asked = length(p - state.place_at_rest), own = length(moved - others);
+  const double share = own > 0 ? asked / (asked + own) : 1;
+  slide(state, state.place_at_rest + share * (p - moved - state.place_at_rest));
+}
+
 void Collision::slide(PointState& state, Vec3 p) {
   const auto squared = [](Vec3 v) { return dot(v, v); };
   double best = squared(p - state.place_at_rest);

@@ -43,7 +43,7 @@ class ContactField {
   Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point) const;
 
   // The field as it would be if the contact were gone and the others held what they hold: with it at_node_if_gone. False where
-  // that is not known: a law decided, or another contact was dropped.
+  // that is not known: another contact was dropped.
   bool let_go(std::int32_t tool, std::int32_t point);
   Vec3 at_node_if_gone(std::int32_t node) const;
   // About the largest displacement: the largest that a contact imposes, m.
@@ -81,8 +81,8 @@ class Collision {
   // Moves the place that is held to the place of the rest surface nearest to p, going over the surface from where it is:
   // it does not change sides. Cost: a few microseconds.
   void slide(PointState& state, Vec3 p);
-  // The same under the tool: p is where the tool point was last, pulled back.
-  void follow(PointState& state) { slide(state, state.pulled); }
+  // Moves the place that is held towards the one under the tool point, which is at p, as the contacts have left the surface.
+  void follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
 
  private:
   Vec3 pull_back(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);

@@ -36,7 +36,7 @@ bool comes_before(const ContactBlock& a, const ContactBlock& b) {
 }  // namespace
 
 bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t block_capacity,
-                           std::int32_t columns) {
+                           std::int32_t columns, bool lets_go) {
   capacity_ = 3 * block_capacity;
   const std::size_t rows = static_cast<std::size_t>(capacity_), entries = static_cast<std::size_t>(entry_capacity),
                     blocks = static_cast<std::size_t>(block_capacity);
@@ -49,7 +49,7 @@ bool ContactSolver::create(SceneMemory& memory, std::int32_t entry_capacity, std
   target_ = memory.array<double>(rows);
   reaction_ = memory.array<double>(rows);
   work_ = memory.array<double>(2 * rows);
-  removal_ = memory.array<double>(kMostRowsOfAContact * rows);
+  if (lets_go) removal_ = memory.array<double>(kMostRowsOfAContact * rows);
   row_at_ = memory.array<std::int32_t>(rows);
   list_ = memory.array<std::int32_t>(rows);
   leaving_ = memory.array<std::int32_t>(rows);
@@ -286,11 +286,11 @@ bool ContactSolver::measure_residual() {
   return off <= kDrift * most;
 }
 
-ContactSystem ContactSolver::system(const ContactSet& set) const {
+ContactSystem ContactSolver::system(const ContactBlock* blocks, std::int32_t count) const {
   ContactSystem system;
   system.matrix = matrix_, system.stride = stride_, system.rows_end = rows_end_;
   system.soft = soft_, system.target = target_;
-  system.blocks = set.blocks, system.rows = rows_, system.block_count = set.block_count;
+  system.blocks = blocks, system.rows = rows_, system.block_count = count;
   return system;
 }
 
@@ -343,18 +343,16 @@ int ContactSolver::rows_of(std::int32_t tool, std::int32_t point, std::int32_t r
   return count;
 }
 
-// With Z the contact's columns of the inverse: r - Z (Z_own)^-1 r_own is zero on its own rows and keeps the others' targets.
-bool ContactSolver::without(std::int32_t tool, std::int32_t point, Vec3* modified) {
-  std::int32_t own[kMostRowsOfAContact], position[kMostRowsOfAContact] = {};
-  const int count = rows_of(tool, point, own);
+// With Z the columns of the inverse for `gone` rows: r - Z (Z_gone)^-1 r_gone is zero on those and keeps the others' targets.
+bool ContactSolver::take_out(const std::int32_t* gone, int count, double* left) {
   const std::int32_t size = factor_.size();
-  if (count == 0 || residual_.sweeps > 0) return false;
+  std::int32_t position[kMostRowsOfAContact] = {};
   double* z[kMostRowsOfAContact];  // [size] each, by position
   for (int k = 0; k < count; ++k) {
     z[k] = removal_ + static_cast<std::size_t>(k) * static_cast<std::size_t>(capacity_);
     for (std::int32_t at = 0; at < size; ++at) {
-      z[k][at] = row_at_[at] == own[k] ? scale_[own[k]] : 0;
-      if (row_at_[at] == own[k]) position[k] = at;
+      z[k][at] = row_at_[at] == gone[k] ? scale_[gone[k]] : 0;
+      if (row_at_[at] == gone[k]) position[k] = at;
     }
     factor_.solve(z[k]);
     for (std::int32_t at = 0; at < size; ++at) z[k][at] *= scale_[row_at_[at]];
@@ -362,7 +360,7 @@ bool ContactSolver::without(std::int32_t tool, std::int32_t point, Vec3* modifie
   double system[kMostRowsOfAContact][kMostRowsOfAContact + 1];
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < count; ++k) system[i][k] = z[k][position[i]];
-    system[i][count] = reaction_[own[i]];
+    system[i][count] = reaction_[gone[i]];
   }
   // Positive definite: Gauss-Jordan without pivots.
   for (int i = 0; i < count; ++i) {
@@ -374,17 +372,33 @@ bool ContactSolver::without(std::int32_t tool, std::int32_t point, Vec3* modifie
   }
   double share[kMostRowsOfAContact];
   for (int k = 0; k < count; ++k) share[k] = system[k][count] / system[k][k];
+  for (std::int32_t at = 0; at < size; ++at)
+    for (int k = 0; k < count; ++k) left[row_at_[at]] -= share[k] * z[k][at];
+  return true;
+}
+
+bool ContactSolver::without(std::int32_t tool, std::int32_t point, Vec3* modified) {
+  std::int32_t own[kMostRowsOfAContact];
+  const int count = rows_of(tool, point, own);
+  if (count == 0) return false;
   double* const left = work_;
-  for (std::int32_t at = 0; at < size; ++at) {
-    double sum = reaction_[row_at_[at]];
-    for (int k = 0; k < count; ++k) sum -= share[k] * z[k][at];
-    left[row_at_[at]] = sum;
-  }
+  std::copy(reaction_, reaction_ + rows_end_, left);
+  if (residual_.sweeps == 0 && !take_out(own, count, left)) return false;
   for (int k = 0; k < count; ++k) left[own[k]] = 0;
+  hold_others_to_laws(tool, point, left);
   std::fill(modified, modified + kept_entries_, Vec3{});
   spread_reactions(kept_block_, kept_rows_, kept_blocks_, kept_entry_, left, modified);
   for (std::int32_t e = 0; e < kept_entries_; ++e) modified[e] = nodes_.self(nodes_.slot_of_entry(e)) * modified[e];
   return true;
+}
+
+void ContactSolver::hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left) {
+  // A block without rows takes no part.
+  for (std::int32_t p = 0; p < kept_blocks_; ++p)
+    if (kept_block_[p].tool == tool && kept_block_[p].point == point) rows_[p] = {{-1, -1, -1}};
+  const ContactSystem others = system(kept_block_, kept_blocks_);
+  if (residual_.sweeps > 0 || !obeys_laws(others, left)) sweep_contacts(others, left, 0, kFewestSweeps);
+  std::copy(kept_rows_, kept_rows_ + kept_blocks_, rows_);
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactSet& set, Vec3* force,
@@ -408,7 +422,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
     outcome = solve_factored();
     measure_residual();
   }
-  if (const ContactSystem laws = system(set); !obeys_laws(laws, reaction_)) {
+  if (const ContactSystem laws = system(set.blocks, set.block_count); !obeys_laws(laws, reaction_)) {
     solve_laws(laws);
     outcome = Outcome::solved;
   }

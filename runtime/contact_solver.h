@@ -26,8 +26,9 @@ class ContactSolver {
   static constexpr double kShift = 1e-6;
   static constexpr int kMostSolves = 4;
 
-  // Memory: 72 entries^2 + 16 (3 blocks)^2 bytes and less.
-  bool create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t block_capacity, std::int32_t columns);
+  // lets_go: without() will be asked. Memory: 72 entries^2 + 16 (3 blocks)^2 bytes and less.
+  bool create(SceneMemory& memory, std::int32_t entry_capacity, std::int32_t block_capacity, std::int32_t columns,
+              bool lets_go);
 
   // force[e], modified[e]: per entry of the set, N and m. Blocks that the set has in common with the last one keep their
   // rows of the matrix and the factor. regularised: some targets conflict, residual() says by how much they are missed.
@@ -41,11 +42,13 @@ class ContactSolver {
 
   // Of block p of the last set: what its rows carry, N, and how far the place missed its target, m, both in its frame.
   Vec3 reaction(std::int32_t p) const;
-  Vec3 missed(const ContactSet& set, std::int32_t p) const { return palpate::missed(system(set), reaction_, p); }
+  Vec3 missed(const ContactSet& set, std::int32_t p) const {
+    return palpate::missed(system(set.blocks, set.block_count), reaction_, p);
+  }
 
   // modified[e] of the last set's entries as they would be if the contact (tool, point) were gone and the others kept their
-  // targets. False, and nothing written, where the last set has no such contact or a law decided beside the factor.
-  // Cost, in multiply-adds: rows^2 per row of the contact.
+  // targets and laws. False, and nothing written, where the last set has no such contact.
+  // Cost, in multiply-adds: rows^2 per row of the contact; where a law decides, in place of that or beside it, ten sweeps.
   bool without(std::int32_t tool, std::int32_t point, Vec3* modified);
 
   void forget();
@@ -65,12 +68,14 @@ class ContactSolver {
   std::int32_t take_row();
   double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * stride_ + j]; }
 
-  ContactSystem system(const ContactSet& set) const;
+  ContactSystem system(const ContactBlock* blocks, std::int32_t count) const;
   Outcome solve_factored();
   void solve_laws(const ContactSystem& laws);
   static void spread_reactions(const ContactBlock* blocks, const Rows* rows, std::int32_t count,
                                const ContactEntry* entries, const double* reaction, Vec3* force);
   int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
+  bool take_out(const std::int32_t* gone, int count, double* left);
+  void hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
   bool measure_residual();
 
   NodeCompliance nodes_;
@@ -87,7 +92,7 @@ class ContactSolver {
   double* reaction_ = nullptr;       // [rows] N
   double* last_ = nullptr;           // [rows] N, of the last step, where rows have stayed
   double* work_ = nullptr;           // [2][rows]
-  double* removal_ = nullptr;        // [kMostRowsOfAContact][rows]
+  double* removal_ = nullptr;        // [kMostRowsOfAContact][rows], where without() is asked
   std::int32_t* row_at_ = nullptr;   // [rows] row at each position of the factor
   std::int32_t* list_ = nullptr;     // [rows]
   std::int32_t* leaving_ = nullptr;  // [rows]

@@ -404,7 +404,8 @@ class Builder {
     const ContactRows::Source source = {def_.contact, touch.column_of_node, touch.triangles, touch.rest,
                                         def_.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr};
     if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def_.max_contact_nodes, blocks) ||
-        !touch.solver.create(memory, def_.max_contact_nodes, blocks, scene_.tensors.columns))
+        !touch.solver.create(memory, def_.max_contact_nodes, blocks, scene_.tensors.columns,
+                             def_.collision == PALPATE_COLLISION_DEFORMED))
       return no_memory("contacts");
     std::fill(touch.column_of_node, touch.column_of_node + counts_.surface_nodes, -1);
     for (std::int32_t k = 0; k < scene_.tensors.columns; ++k) touch.column_of_node[scene_.touchable[k]] = k;

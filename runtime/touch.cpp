@@ -68,7 +68,12 @@ class Touch {
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
       PointState& state = half_.points[t][i];
       half_.collision.move(state, tool.points[i], t, i, tool.hold);
-      if (state.contact && follows) half_.collision.follow(state);
+      if (!state.contact || !follows) continue;
+      // A node contact moves a vertex, not the place: whose displacement would not say how far the tool has left it behind.
+      if (scene_.def.contact == PALPATE_CONTACT_NODE)
+        half_.collision.slide(state, state.pulled);
+      else
+        half_.collision.follow(state, tool.points[i], t, i);
     }
   }
 

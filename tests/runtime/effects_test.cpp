@@ -68,6 +68,25 @@ TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {
   EXPECT_GT(needed, 10);
 }
 
+TEST(Scene, TakesMemoryForLettingContactsGoOnlyWhereItFollowsTheSurface) {
+  const auto bytes = [](palpate_collision collision, std::int32_t points) {
+    std::size_t taken = 0;
+    palpate_scene_def def = palpate_default_scene_def();
+    def.collision = collision, def.max_points = points;
+    def.allocator.user = &taken;
+    def.allocator.allocate = [](void* user, std::size_t count, std::size_t alignment) -> void* {
+      *static_cast<std::size_t*>(user) += count;
+      return std::aligned_alloc(alignment, (count + alignment - 1) / alignment * alignment);
+    };
+    def.allocator.release = [](void*, void* memory) { std::free(memory); };
+    box().scene(def);
+    return taken;
+  };
+  const auto growth = [&](palpate_collision collision) { return bytes(collision, 64) - bytes(collision, 32); };
+  // The followed field is as large as the nodes; a contact that goes asks for nine rows of the solver's size, three a point.
+  EXPECT_GE(growth(PALPATE_COLLISION_DEFORMED) - growth(PALPATE_COLLISION_REST), sizeof(double) * 9 * 3 * 32);
+}
+
 // All bytes that a scene shows for a played run; forces: those of tools and nodes too.
 std::string played(const palpate_scene_def& def, const std::function<void(palpate_scene*)>& before = {},
                    const TouchedBox& on = box(), bool forces = true, double radius = 0.004) {

@@ -2,7 +2,7 @@
 #include <random>
 
 #include "runtime/surface_index.h"
-#include "tests/runtime/touched_box.h"
+#include "tests/runtime/two_discs.h"
 #include "tests/stability/stability_case.h"
 #include "tests/support/closed_surfaces.h"
 
@@ -394,6 +394,31 @@ TEST(StabilityCollision, GrazingAFace) {
     }
   attack.hold("wrong or flickering, of " + std::to_string(steps) + " steps", static_cast<double>(wrong), 0,
               "below the face is inside, above it is not, by exact signs");
+}
+
+TEST(StabilityCollision, TwoDiscsDeepInAThinLobe) {
+  StabilityCase attack(
+      "Two discs pressed into a lobe to twice its thickness conflict, and each is out of where the other's force "
+      "brings the "
+      "surface: contacts that end for it, or follow it, begin and end in every step.");
+  const PressedBar lobe = {{.cells = {8, 4, 2}, .size = {0.08, 0.03, 0.01}}, 0.01, 0.02};
+  static const char* const names[] = {"sticking", "sliding", "unilateral", "coulomb"};
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+    const Unrest unrest = unrest_of_two_discs(lobe, law, quick_or_long(40, 4000));
+    const double pairs = unrest.pairs;
+    const std::string with = std::string(", ") + names[law];
+    attack.hold(
+        "beginnings and ends beyond the least, the worst pair" + with, unrest.worst, quick_or_long(14, 60),
+        "a disc slips off an edge and comes again on the next face, and the other way back; sliding, it was 350");
+    attack.hold("beginnings and ends beyond the least, the mean of all pairs" + with, unrest.more / pairs, 4,
+                "each disc slips once; sliding, it was 44");
+    attack.hold("contacts that begin again within eight steps, for a pair" + with, unrest.again / pairs, 1,
+                "a disc that slips meets the next face soon; sliding, it was 20");
+    attack.hold("steps that change a force by a tenth of its largest, for a pair" + with, unrest.jumps / pairs, 10,
+                "two discs that slip, and whose places snap over an edge, there and back; sliding, it was 93");
+    attack.hold("discs that rest and whose force swings on by 1e-6, for a pair" + with, unrest.swinging / pairs, 0.4,
+                "weak: where the surface is bent most, the place under a disc that slides may have nowhere to rest");
+  }
 }
 
 }  // namespace
