@@ -206,11 +206,13 @@ bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
     for (std::int32_t q = std::max(0, at - size); q < count; ++q) to[q] = scale_[row] * scale_[rows[q]] * from[rows[q]];
     if (at >= size) to[at - size] = 1 + kShift;
   }
-  // Rounding of the stored tensors may leave a pivot below what the shift guarantees.
+  // Rounding of the stored tensors may leave a pivot below what the shift guarantees. Where it takes more than the shift makes up
+  // for, as of hundreds of contacts in half precision, A is not definite and no force is bounded.
   double* const raised = work_;
   if (!factor_.append(count, 0.5 * kShift, raised)) return false;
   for (std::int32_t q = 0; q < count; ++q) {
     const std::int32_t row = rows[q];
+    if (raised[q] > kShift) return false;
     shift_[row] = kShift + raised[q];
     soft_[row] = shift_[row] / (scale_[row] * scale_[row]);
   }

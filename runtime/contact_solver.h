@@ -32,7 +32,7 @@ class ContactSolver {
 
   // force[e], modified[e]: per entry of the set, N and m. Blocks that the set has in common with the last one keep their
   // rows of the matrix and the factor. regularised: some targets conflict, residual() says by how much they are missed.
-  // unsolved (numbers of the bundle are not finite): outputs are zero.
+  // unsolved (numbers of the bundle are not finite, or rounded until A is not definite): outputs are zero.
   // Where a law forbids what the factor says, projected Gauss-Seidel goes on from the last step's forces.
   // Cost, in multiply-adds: 3 rows^2 or so, and rows^2 per sweep; per block that changed 9 (its entries + 1) nodes, and per row of it
   // rows^2 / 2 to come and up to rows^2 to leave; the tensors are read for new nodes alone.

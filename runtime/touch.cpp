@@ -211,7 +211,10 @@ class Touch {
       const ContactEntry& entry = set.entries[e];
       node->node = entry.node, node->column = entry.column, node->tool = entry.tool, node->point = entry.point;
       store3(half_.modified[e], node->modified_displacement);
-      store3(factor_[entry.tool] * half_.force[e], node->force);
+      // A response may be so steep that it takes a force beyond all numbers.
+      const Vec3 force = factor_[entry.tool] * half_.force[e];
+      if (!is_finite(force)) raise(entry.tool, PALPATE_STEP_UNSOLVED);
+      store3(is_finite(force) ? force : Vec3{}, node->force);
     }
     out_.node_count = set.entry_count;
     out_.node_capacity = scene_.def.max_contact_nodes;

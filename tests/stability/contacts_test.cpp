@@ -4,6 +4,7 @@
 #include "runtime/contact_solver.h"
 #include "tests/stability/known_compliance.h"
 #include "tests/stability/stability_case.h"
+#include "tests/support/packed_bundle.h"
 
 namespace palpate::tests {
 namespace {
@@ -107,6 +108,40 @@ TEST(StabilityContacts, EverySurfaceNodeAtOnce) {
               "single precision: 2^-24 of every product and of the sum of their sizes");
   attack.hold("a target missed in the contact system, m", held.contacts->residual_displacement,
               0.002 * rounding_of(plate().compliance(all)), "rounding of 1584 rows");
+}
+
+TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
+  StabilityCase attack(
+      "Rounded to half precision, the compliance between most nodes of a plate is definite no more: a factor that goes "
+      "on "
+      "from a pivot below zero gives 1e19 N.");
+  const KnownBox half({.cells = {24, 10, 1}, .size = {0.24, 0.1, 0.02}, .interior = false}, store_as_f16);
+  const auto all = static_cast<int>(half.box.touchable.size());
+  double worst = 0;
+  int unsolved = 0, wrong = 0;
+  for (const int count : {300, 440, 470, 480, 500, all}) {
+    std::vector<palpate_grip> grips;
+    double wanted = 0, reaction = 0;
+    for (int c = 0; c < count; ++c) {
+      const std::int32_t column = c * all / count, node = half.box.touchable[static_cast<std::size_t>(column)];
+      grips.push_back(grip_at_node(node, wave(node)));
+      wanted +=
+          (half.block(column, column).diagonal().cwiseSqrt().cwiseInverse().cwiseProduct(wave(node))).squaredNorm();
+    }
+    Held held(half, held_def(count), grips);
+    for (int c = 0; c < count; ++c) {
+      const std::int32_t column = c * all / count;
+      reaction +=
+          (half.block(column, column).diagonal().cwiseSqrt().cwiseProduct(held.by_column.segment<3>(3 * column)))
+              .squaredNorm();
+    }
+    const bool said = held.flags & PALPATE_STEP_UNSOLVED;
+    unsolved += said, wrong += said != (reaction == 0);
+    worst = std::max(worst, std::sqrt(reaction / wanted) * ContactSolver::kShift / ContactSolver::kMostSolves);
+  }
+  EXPECT_TRUE(unsolved > 0 && unsolved < 6);
+  attack.hold("reaction over the stated bound", worst, 1, "|D^-1 r| <= kMostSolves / kShift |D d|, or unsolved");
+  attack.hold("unsolved without a flag, or flagged with a force", wrong, 0, "an unsolved system has no force");
 }
 
 TEST(StabilityContacts, AdjacentNodesPulledApartAsTheMeshIsRefined) {
@@ -222,7 +257,7 @@ TEST(StabilityContacts, OneNodeHeldManyTimes) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-0.002, 0.002);
   const std::int32_t node = block().box.touchable[5];
-  double worst = 0;
+  double worst = 0, elsewhere = 0;
   for (const int count : {2, 3, 10, 64}) {
     Vector3d mean = Vector3d::Zero();
     std::vector<palpate_grip> grips;
@@ -233,8 +268,14 @@ TEST(StabilityContacts, OneNodeHeldManyTimes) {
     }
     Held many(block(), held_def(count), grips), once(block(), held_def(1), {grip_at_node(node, mean)});
     worst = std::max(worst, (many.force() - once.force()).norm() / once.force().norm());
+    const auto of_many = displacements(many.scene.get(), many.contacts.get(), block().box.body.surface_nodes),
+               of_one = displacements(once.scene.get(), once.contacts.get(), block().box.body.surface_nodes);
+    for (std::size_t i = 0; i < of_one.size(); ++i)
+      elsewhere = std::max(elsewhere, std::abs(of_many[i] - of_one[i]) / mean.lpNorm<Eigen::Infinity>());
   }
   attack.hold("force against one contact at the mean, relative", worst, 2e-6, "the shift of 1e-6 on the diagonal");
+  attack.hold("shape against that of one contact at the mean, relative", elsewhere, 4e-6,
+              "the same, and single precision of one column: copies that cancel a millionfold are summed before");
 }
 
 TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {

@@ -316,7 +316,7 @@ enum {
   PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the bundle's file shrank or was written over: do not trust this step           */
   PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met the surface where the bundle has no tensor column: the contact acts
                                              on the triangle's other nodes, or is not made where none has one               */
-  PALPATE_STEP_UNSOLVED         = 1 << 7  /* the bundle's numbers are not finite there: no contact forces, or no displacement of those nodes */
+  PALPATE_STEP_UNSOLVED         = 1 << 7  /* numbers of the bundle, or made of them, are not finite, or too coarse for so many contacts: no contact forces, or no displacement of those nodes */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
