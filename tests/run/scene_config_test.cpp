@@ -80,6 +80,7 @@ TEST_F(SceneFile, MakesAPatchOfAToolWithARadius) {
   EXPECT_DOUBLE_EQ(scene.tools.at(0).radius, 0.003);
   EXPECT_DOUBLE_EQ(scene.tools.at(0).friction, 0.2);
   expect_refused(kPoint + kPath + "radius = 0\n", "", "scene.toml:7: [[tool]] 1: radius: expected a length above 0");
+  expect_refused(kPoint + kPath + "radius = 1001\n", "", "a length of at most 1 m");
   expect_refused(kPoint + kPath + "radius = 3\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
   expect_refused(kPoint + kPath + "friction = 0.2\n", "", "law = \"coulomb\"");
   expect_refused(kPoint + kPath + "friction = -1\n", "[effects]\nlaw = \"coulomb\"\n", "a coefficient of 0 to 100");

@@ -335,6 +335,87 @@ TEST(StabilityCollision, MoreCrossingsInAStepThanAreKept) {
               "beyond the list the sides of the ends decide");
 }
 
+TEST(StabilityCollision, TheFirstOfMoreCrossingsThanAreKept) {
+  StabilityCase attack(
+      "Triangles come bucket by bucket, and those of one bucket in any order: what a full list holds may be any of the "
+      "crossings, and the way in another one.");
+  // Sheets across one bucket, in any order.
+  constexpr int kSheets = 200;
+  std::vector<int> place(kSheets);
+  std::iota(place.begin(), place.end(), 0);
+  std::shuffle(place.begin(), place.end(), std::mt19937(139));
+  TriangleSurface sheets;
+  for (int t = 0; t < kSheets; ++t) {
+    const double x = 1.0 * place[static_cast<std::size_t>(t)] / kSheets;
+    for (const Point& p : {Point{x, -1, -1}, Point{x, 2, -1}, Point{x, -1, 2}}) sheets.points.push_back(p);
+    sheets.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+  }
+  Indexed body(sheets);
+  Crossing found[SurfaceIndex::kMaxCrossings];
+  EXPECT_EQ(body.index.crossings({-1, 0, 0}, {2, 0, 0}, found), kSheets);
+  double off = 0;
+  for (int c = 0; c < SurfaceIndex::kMaxCrossings; ++c)
+    off = std::max(off, std::abs(3 * found[c].time - 1 - 1.0 * c / kSheets));
+  attack.hold("distance of the crossings kept from the first ones", off, 1e-15 * 10, "some roundings near one");
+}
+
+TEST(StabilityCollision, FacesOnTheBorderOfABucket) {
+  StabilityCase attack(
+      "A face that lies in the plane between two buckets is, to rounding, in neither: a motion through it meets "
+      "nothing.");
+  // A box around all, and a small one whose top is put on a border of the buckets that the two make, or a rounding beside it.
+  const auto both = [](double low, double high) {
+    TriangleSurface surface;
+    const auto add = [&](Point a, Point b) {
+      const auto first = static_cast<std::int32_t>(surface.points.size());
+      for (int n = 0; n < 8; ++n)
+        surface.points.push_back({n & 1 ? b[0] : a[0], n & 2 ? b[1] : a[1], n & 4 ? b[2] : a[2]});
+      for (const auto& [i, j, k] : std::vector<std::array<std::int32_t, 3>>{{0, 2, 3},
+                                                                            {0, 3, 1},
+                                                                            {4, 5, 7},
+                                                                            {4, 7, 6},
+                                                                            {0, 1, 5},
+                                                                            {0, 5, 4},
+                                                                            {2, 6, 7},
+                                                                            {2, 7, 3},
+                                                                            {0, 4, 6},
+                                                                            {0, 6, 2},
+                                                                            {1, 3, 7},
+                                                                            {1, 7, 5}})
+        surface.triangles.push_back({first + i, first + j, first + k});
+    };
+    add({0, 0, 0}, {11, 12, 13});
+    for (int n = 0; n < 20; ++n) add({1, 1, 0.2 + 0.01 * n}, {1.1, 1.1, 0.201 + 0.01 * n});
+    add({4, 4, low}, {5, 5, high});
+    return surface;
+  };
+  long missed = 0, motions = 0;
+  for (int border = 1; border < 12; ++border)
+    for (int step = -2; step <= 2; ++step) {
+      // The buckets follow the edges, which are the same wherever the small box stands, but for rounding.
+      double top = 6.5;
+      for (int again = 0; again < 4; ++again) {
+        Indexed tried(both(top - 1.5, top));
+        const double size = tried.index.bucket_size();
+        top = border * size - 1e-3 * size;
+        for (int s = 0; s < std::abs(step); ++s) top = std::nextafter(top, step * 100.0);
+      }
+      if (top < 2 || top > 12) continue;
+      Indexed body(both(top - 1.5, top));
+      Crossing found[SurfaceIndex::kMaxCrossings];
+      for (const double x : {4.1, 4.5, 4.9})
+        for (const double y : {4.2, 4.5, 4.8}) {
+          missed += body.index.crossings({x, y, top + 0.3}, {x, y, top - 0.3}, found) != 1;
+          missed += body.index.crossings({x, y, top - 0.3}, {x, y, top + 0.3}, found) != 1;
+          missed += body.index.inside({x, y, top - 1e-9}) || !body.index.inside({x, y, top + 1e-9});
+          motions += 3;
+        }
+    }
+  EXPECT_GT(motions, 500);
+  attack.hold("missed, or another side, of " + std::to_string(motions), static_cast<double>(missed), 0,
+              "triangles are entered with a margin far above rounding");
+}
+
 TEST(StabilityCollision, HugeTrianglesAmongTinyOnes) {
   StabilityCase attack(
       "Buckets as wide as the mean edge: a few hundred huge triangles among tiny ones are entered in fifty thousand "
@@ -366,6 +447,31 @@ TEST(StabilityCollision, HugeTrianglesAmongTinyOnes) {
       "bytes of the buckets for each triangle", worst, 2000,
       "a bucket is a quarter of the root mean square edge or more: some dozen entries for each triangle, and up "
       "to four slots of 16 bytes for each");
+}
+
+TEST(StabilityCollision, PressedBeyondTheMiddleOfAThinPart) {
+  StabilityCase attack(
+      "A place that slides is the nearest one of the surface: beyond the middle of a thin part that is one on the far "
+      "side, and the force turns round and draws the tool through.");
+  const TouchedBox plate({.cells = {6, 6, 1}, .size = {0.06, 0.06, 0.006}});
+  double drawn = 0, fall = 0;
+  for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+    palpate_scene_def def = unlimited_def();
+    def.law = law;
+    const ScenePointer scene = plate.scene(def);
+    Contacts contacts(scene.get());
+    double before = 0;
+    for (int s = 0; s <= 60; ++s) {  // from above down to 1 mm from the bottom, a little aside
+      const double point[3] = {0.041 + 1e-5 * s, 0.032, 0.007 - 1e-4 * s};
+      const palpate_tool tool = {point, 1, nullptr, 0, 0, 0, 0.3};
+      palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      const double up = contacts->tools[0].force_raw[2];
+      drawn = std::max(drawn, -up), fall = std::max(fall, before - up), before = up;
+    }
+    EXPECT_GT(before, 0);
+  }
+  attack.hold("force that draws the tool in, N", drawn, 0, "it is pressed out where it came in");
+  attack.hold("fall of the force from one depth to the next, N", fall, 0, "the deeper, the more");
 }
 
 TEST(StabilityCollision, GrazingAFace) {

@@ -110,6 +110,24 @@ TEST(StabilityCorrection, ScenesFromNoMotionToTenOrgans) {
   attack.hold("fall of the force as the motion grows, N", fall, 0, "Q is monotone");
 }
 
+TEST(StabilityCorrection, MotionsOfAToolThatCancelButForRounding) {
+  StabilityCase attack(
+      "A tool that spreads its nodes apart imposes motions whose sum is zero, or rounding: the direction of that "
+      "rounding "
+      "would decide which part of the force is corrected.");
+  Corrected scene;
+  double length = 0;
+  for (const double size : {1e-9, 1e-6, 1e-3}) {
+    std::vector<palpate_grip> grips;
+    for (const double part : {0.1, 0.2, -0.3})
+      grips.push_back(
+          grip_at_node(box().touchable[static_cast<std::size_t>(10 + 5 * grips.size())], {0, part * size, 0}));
+    scene.hold({grips});
+    length = std::max(length, scene.direction_length());
+  }
+  attack.hold("length of the direction", length, 0, "0.1 + 0.2 - 0.3 is rounding, not a direction");
+}
+
 TEST(StabilityCorrection, TwoToolsThatPullOneNodeApart) {
   StabilityCase attack(
       "Two tools with opposite directions at one node: their imposed displacements cancel, and the resultant of each "

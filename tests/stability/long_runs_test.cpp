@@ -158,6 +158,29 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
               "one rounding a step");
 }
 
+TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
+  StabilityCase attack("A step so short, or a time so long, that their ratio underflows: what it adds is 0 / 0.");
+  palpate_scene_def def = unlimited_def();
+  const palpate_grip grip = grip_at_node(box().touchable[5], {-0.001, 0.0005, 0.0002});
+  const palpate_tool tool = {nullptr, 0, &grip, 1, 1, 0, 0};
+  const auto held = [&](double dt) {
+    const ScenePointer scene = box().scene(def);
+    Contacts contacts(scene.get());
+    for (int s = 0; s < 3; ++s) palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
+    return Vector3d(contacts->tools[0].force_raw);
+  };
+  const Vector3d whole = held(1e-3);
+  def.relaxation = brain();
+  double off = 0;
+  for (const double time : {1.0, 1e10, 1e300})
+    for (const double dt : {1e-20, 1e-300, 5e-324}) {
+      def.relaxation.time[1] = time;
+      const double change = (held(dt) - whole).norm() / whole.norm();
+      off = std::isfinite(change) ? std::max(off, change) : INFINITY;
+    }
+  attack.hold("force off the one before any relaxation, relative", off, 1e-15, "nothing relaxes in no time: rounding");
+}
+
 TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
   StabilityCase attack(
       "A loop that stalls for ten seconds, or calls twice in a nanosecond, must not buy a jump of the force.");
