@@ -35,7 +35,7 @@ ContactBlock& ContactRows::add_block(const ContactWish& wish, std::int32_t part)
   block.first_entry = set_.entry_count;
   block.axes = wish.axes;
   block.tool = wish.tool, block.point = wish.point, block.part = part;
-  block.law = wish.law, block.friction = wish.friction;
+  block.law = wish.law, block.friction = wish.friction, block.share = 1;
   set_.target[set_.block_count++] = wish.displacement;
   return block;
 }
@@ -118,6 +118,7 @@ std::uint32_t ContactRows::hold_place(const ContactWish& wish, const SurfacePlac
       part.displacement = (weight[v] + 1 - squares) * wish.displacement;
       ContactBlock& block = add_block(part, v);
       add_entry(part, block, node[v], 1);
+      block.share = weight[v];
       frame_block(part, block);
     }
   } else {

@@ -28,6 +28,7 @@ struct ContactBlock {
   Mat3 frame;       // unit rows, orthogonal
   Mat3 local;       // m/N, in the frame: compliance of the place itself, that the mesh does not resolve
   double friction;  // coulomb: largest tangential force over the normal one
+  double share;     // of the place that the tool holds: a vertex' weight in its triangle, else 1
   // Of a patch: where it was pressed, to know it again.
   SurfacePlace place;
   double radius;    // m; 0: not a patch

@@ -166,24 +166,39 @@ class Touch {
     if (kHasEffects && scene_.def.law >= PALPATE_LAW_UNILATERAL && outcome != ContactSolver::Outcome::unsolved) slip();
   }
 
-  // Places that slipped, or that nothing holds, come along by as much as the tool has left them behind.
+  // Places that slipped, or that nothing holds, come along by as much as the tool has left them behind. A triangle's three
+  // vertices rub each for itself: its place sticks as long as one of them does.
   void slip() {
     const ContactSet& set = half_.rows.set();
-    for (std::int32_t p = 0; p < set.block_count; ++p) {
-      const ContactBlock& block = set.blocks[p];
-      if (block.law != ContactLaw::unilateral && block.law != ContactLaw::coulomb) continue;
-      const Vec3 r = half_.solver.reaction(p);
-      const bool released = !(r.x > 0), slipped = slips(block, r);
-      tools_[block.tool].releases += released;
-      tools_[block.tool].slips += slipped && !released;
-      if (block.law != ContactLaw::coulomb || !(released || slipped)) continue;
-      const Vec3 left_behind = half_.solver.missed(set, p);
-      PointState& state = half_.points[block.tool][block.point];
+    for (std::int32_t p = 0, end = 0; p < set.block_count; p = end) {
+      const ContactBlock& first = set.blocks[p];
+      bool sticks = false;
+      for (; end < set.block_count && set.blocks[end].tool == first.tool && set.blocks[end].point == first.point; ++end)
+        sticks = !gives_way(end) || sticks;
+      if (first.law != ContactLaw::coulomb || sticks) continue;
+      PointState& state = half_.points[first.tool][first.point];
       Vec3 along;
-      for (int i = 1; i < 3; ++i)
-        along += -left_behind[i] * Vec3{block.frame.m[i][0], block.frame.m[i][1], block.frame.m[i][2]};
+      for (std::int32_t part = p; part < end; ++part) along += left_behind(part);
       half_.collision.slide(state, state.place_at_rest + along);
     }
+  }
+  bool gives_way(std::int32_t p) {
+    const ContactBlock& block = half_.rows.set().blocks[p];
+    if (block.law != ContactLaw::unilateral && block.law != ContactLaw::coulomb) return false;
+    const Vec3 r = half_.solver.reaction(p);
+    const bool released = !(r.x > 0), slipped = slips(block, r);
+    tools_[block.tool].releases += released;
+    tools_[block.tool].slips += slipped && !released;
+    return released || slipped;
+  }
+  // Across the normal, the block's share of its place.
+  Vec3 left_behind(std::int32_t p) const {
+    const ContactBlock& block = half_.rows.set().blocks[p];
+    const Vec3 missed = half_.solver.missed(half_.rows.set(), p);
+    Vec3 along;
+    for (int i = 1; i < 3; ++i)
+      along += -block.share * missed[i] * Vec3{block.frame.m[i][0], block.frame.m[i][1], block.frame.m[i][2]};
+    return along;
   }
   static bool slips(const ContactBlock& block, Vec3 r) {
     constexpr double rounding = 1e-9;
