@@ -12,9 +12,6 @@ namespace {
 constexpr double kMet = 1e-9;
 // The targets conflict where one more refinement would still change the scaled forces by more than this part of them.
 constexpr double kConflict = 1e-6;
-// The factor is made anew when what it solves is off by this part of the largest scaled force: rounding adds up over
-// millions of updates.
-constexpr double kDrift = 1e-7;
 // Gauss-Seidel ends when a sweep moves nothing by more than this part of the largest target, after kMostSweeps, or when
 // it has spent kMostWork multiply-adds (about a millisecond).
 constexpr double kSettled = 1e-10;
@@ -219,13 +216,6 @@ bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
   return true;
 }
 
-bool ContactSolver::rebuild_factor() {
-  const std::int32_t count = factor_.size();
-  factor_.clear();
-  std::copy(row_at_, row_at_ + count, list_);
-  return append_rows(list_, count);
-}
-
 void ContactSolver::keep(const ContactSet& set) {
   std::copy(set.entries, set.entries + set.entry_count, kept_entry_);
   std::copy(set.blocks, set.blocks + set.block_count, kept_block_);
@@ -251,7 +241,7 @@ bool ContactSolver::update(const Tensors& tensors, const ContactSet& set) {
 
 // ---- solving ---------------------------------------------------------------------------------------------------------
 
-// reaction_ from target_ through the factor, refined; scaled: D r, position by position in work_.
+// reaction_ from target_ through the factor, refined.
 ContactSolver::Outcome ContactSolver::solve_factored() {
   const std::int32_t rows = factor_.size();
   double *change = work_, *sum = work_ + capacity_;
@@ -271,21 +261,16 @@ ContactSolver::Outcome ContactSolver::solve_factored() {
   return next > kConflict ? Outcome::regularised : Outcome::solved;
 }
 
-// True where the factor solves what it should: the residual of the matrix is the one that the shift leaves.
-bool ContactSolver::measure_residual() {
-  const std::int32_t rows = factor_.size();
-  const double* left = work_;  // scaled, as solve_factored leaves it
-  double off = 0, most = 0;
+// Of the matrix, not of the factor, in which rows that come and go leave no more than rounding, however many
+// (StabilityContacts.OneOfManyMovesEachTick): it need not be made anew.
+void ContactSolver::measure_residual() {
   residual_ = {};
-  for (std::int32_t at = 0; at < rows; ++at) {
+  for (std::int32_t at = 0; at < factor_.size(); ++at) {
     const std::int32_t row = row_at_[at];
     const double missed = target_[row] - dot_rows(rows_end_, &entry(row, 0), reaction_);
     residual_.displacement = std::max(residual_.displacement, std::fabs(missed));
     residual_.force = std::max(residual_.force, std::fabs(missed) * scale_[row] * scale_[row]);
-    off = std::max(off, std::fabs(scale_[row] * missed - left[at]));
-    most = std::max(most, std::fabs(reaction_[row] / scale_[row]));
   }
-  return off <= kDrift * most;
 }
 
 ContactSystem ContactSolver::system(const ContactBlock* blocks, std::int32_t count) const {
@@ -419,11 +404,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
       if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
   std::copy(reaction_, reaction_ + rows_end_, last_);
   Outcome outcome = solve_factored();
-  if (!measure_residual()) {
-    if (!rebuild_factor()) return fail();
-    outcome = solve_factored();
-    measure_residual();
-  }
+  measure_residual();
   if (const ContactSystem laws = system(set.blocks, set.block_count); !obeys_laws(laws, reaction_)) {
     solve_laws(laws);
     outcome = Outcome::solved;

@@ -64,7 +64,6 @@ class ContactSolver {
   const Mat3* spread_of(const ContactSet& set, const ContactBlock& block);
   bool fill_rows(const ContactSet& set, std::int32_t p);
   bool append_rows(const std::int32_t* rows, std::int32_t count);
-  bool rebuild_factor();
   std::int32_t take_row();
   double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * stride_ + j]; }
 
@@ -76,7 +75,7 @@ class ContactSolver {
   int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
   bool take_out(const std::int32_t* gone, int count, double* left);
   void hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
-  bool measure_residual();
+  void measure_residual();
 
   NodeCompliance nodes_;
   UpdatedCholesky factor_;

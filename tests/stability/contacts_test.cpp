@@ -430,5 +430,34 @@ TEST(StabilityContacts, OnAndOffEachTick) {
   attack.hold("force against a fresh scene's, relative", worst, bound, "rounding: rows x 1.1e-16 x the condition of W");
 }
 
+TEST(StabilityContacts, OneOfManyMovesEachTick) {
+  StabilityCase attack(
+      "Where few rows leave, the factor is updated and never made anew: what each update rounds stays in it for as "
+      "long "
+      "as other contacts last.");
+  const int nodes = 24, ticks = quick_or_long(20000, 10000000);
+  std::mt19937 random(23);
+  std::uniform_int_distribution<int> any(0, nodes - 1), beside(0, 2);
+  std::vector<std::int32_t> columns;
+  for (int c = 0; c < nodes; ++c) columns.push_back(3 * c);
+  Held held(block(), held_def(nodes), {});
+  std::vector<palpate_grip> grips(nodes);
+  const auto touch = [&] {
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const std::int32_t node = block().box.touchable[static_cast<std::size_t>(columns[c])];
+      grips[c] = grip_at_node(node, wave(node));
+    }
+    held.touch(block(), grips);
+  };
+  for (int tick = 0; tick < ticks; ++tick) {
+    const int c = any(random);
+    columns[static_cast<std::size_t>(c)] = 3 * c + beside(random);
+    touch();
+  }
+  attack.hold("force after " + std::to_string(ticks) + " ticks against a fresh scene's, relative",
+              off(held.by_column, Held(block(), held_def(nodes), grips).by_column),
+              rounding_of(block().compliance(columns)), "rounding: rows x 1.1e-16 x the condition of W");
+}
+
 }  // namespace
 }  // namespace palpate::tests
