@@ -163,9 +163,11 @@ def page(results, summary):
         lost = "" if r["verdict"] == "caught" else " class=lost"
         rows.append(f"<tr{lost}><td>{html.escape(r['name'])}</td><td>{r['file']}</td><td>{r['verdict']}</td><td>{cases}</td>"
                     f"<td class=n>{r['seconds']}</td></tr>")
-    head = "<tr><th>without it<th>file<th>removed<th>by<th>s</tr>"
-    return (f"<!doctype html><meta charset=utf-8><title>Guards</title><style>{STYLE}</style><h1>Guards</h1>"
-            f"<p>{html.escape(summary)}</p><table>{head}{''.join(rows)}</table>\n")
+    head = ("<tr><th style='width:36%'>without it<th style='width:19%'>file<th style='width:9%'>removed<th>by"
+            "<th style='width:3em'>s</tr>")
+    return (f"<!doctype html><meta charset=utf-8><title>Guards</title><style>{STYLE} table{{table-layout:fixed}}"
+            f"td{{overflow-wrap:anywhere}}</style><h1>Guards</h1><p>{html.escape(summary)}</p>"
+            f"<table>{head}{''.join(rows)}</table>\n")
 
 
 def study(guards, copy):
