@@ -11,8 +11,8 @@
 
 #include "bench/petsc_bench.h"
 #include "bench/processor_time.h"
-#include "precompute/discretisation.h"
-#include "precompute/distributed_solver.h"
+#include "precompute/elements/discretisation.h"
+#include "precompute/ranks/distributed_solver.h"
 
 namespace palpate {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "bench/petsc_bench.h"
 #include "bench/processor_time.h"
-#include "precompute/column_solver.h"
-#include "precompute/discretisation.h"
-#include "precompute/petsc_matrix.h"
+#include "precompute/elements/discretisation.h"
+#include "precompute/solver/column_solver.h"
+#include "precompute/solver/petsc_matrix.h"
 
 namespace palpate {
 namespace {

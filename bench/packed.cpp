@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/bundle.h"
+#include "runtime/bundle/bundle.h"
 #include "runtime/include/palpate/palpate.h"
 
 namespace {

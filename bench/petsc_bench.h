@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "precompute/petsc_session.h"
+#include "precompute/solver/petsc_session.h"
 
 namespace palpate::bench {
 

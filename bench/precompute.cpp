@@ -16,13 +16,13 @@
 #include <vector>
 
 #include "bench/processor_time.h"
-#include "precompute/block.h"
-#include "precompute/block_residual.h"
-#include "precompute/cholmod_session.h"
-#include "precompute/discretisation.h"
-#include "precompute/displacement_rows.h"
-#include "precompute/solver_plan.h"
-#include "precompute/supernodal_factor.h"
+#include "precompute/elements/block.h"
+#include "precompute/elements/discretisation.h"
+#include "precompute/solver/block_residual.h"
+#include "precompute/solver/cholmod_session.h"
+#include "precompute/solver/solver_plan.h"
+#include "precompute/solver/supernodal_factor.h"
+#include "precompute/tensors/displacement_rows.h"
 #include "tests/support/box_mesh.h"
 
 namespace palpate {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "runtime/include/palpate/palpate.hpp"
-#include "runtime/surface_index.h"
+#include "runtime/surface/surface_index.h"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/bundle.h"
+#include "runtime/bundle/bundle.h"
 #include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 

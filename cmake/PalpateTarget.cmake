@@ -39,3 +39,21 @@ function(palpate_program name)
   add_executable(${name} ${ARGN})
   palpate_target(${name})
 endfunction()
+
+# palpate_room(NAME SOURCES ... [USES ...] [PRIVATE ...]): the static library of one folder. USES: the rooms and libraries that its
+# headers and sources may use; PRIVATE: those that its sources alone may use. Where tests are built, NAME_links links the
+# whole room with what it states and nothing else: the link fails where a room calls another that it does not state.
+function(palpate_room name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;USES;PRIVATE" ${ARGN})
+  palpate_library(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC ${ARG_USES} PRIVATE ${ARG_PRIVATE})
+  if(PALPATE_BUILD_TESTS AND NOT PALPATE_SANITIZE)
+    set(main ${PROJECT_BINARY_DIR}/room_links.cpp)
+    if(NOT EXISTS ${main})
+      file(WRITE ${main} "int main() {}\n")
+    endif()
+    palpate_program(${name}_links ${main})
+    target_link_libraries(${name}_links PRIVATE $<LINK_LIBRARY:WHOLE_ARCHIVE,${name}>)
+    set_target_properties(${name}_links PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests/rooms)
+  endif()
+endfunction()

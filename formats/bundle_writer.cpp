@@ -373,6 +373,12 @@ void finish_provenance(const std::filesystem::path& file, const std::vector<Sect
   SectionWriter(file).write(*entry, 0, text.data(), text.size());
 }
 
+const SectionEntry& entry_of(const std::vector<SectionEntry>& entries, SectionId id) {
+  for (const auto& entry : entries)
+    if (entry.id == static_cast<std::uint32_t>(id)) return entry;
+  throw std::logic_error(fmt::format("section {} was not laid out", static_cast<std::uint32_t>(id)));
+}
+
 SectionWriter::SectionWriter(const std::filesystem::path& file) : file_(file, O_WRONLY) {}
 
 void SectionWriter::write(const SectionEntry& entry, std::uint64_t first_byte, const void* bytes, std::uint64_t count) {

@@ -40,6 +40,9 @@ std::vector<formats::SectionEntry> lay_out_bundle(const std::filesystem::path& f
                                                   const std::vector<SectionShape>& sections,
                                                   const std::string& provenance_json);
 
+// The entry of a section that was laid out. Errors: std::logic_error where it was not.
+const formats::SectionEntry& entry_of(const std::vector<formats::SectionEntry>& entries, formats::SectionId id);
+
 // Gives the numbers of a laid-out bundle's provenance their final values, where they are known only after the tensors:
 // the attributes are written in place, the section's text is ended by spaces. The JSON given to lay_out_bundle must
 // have had the same keys and texts, a number of the same kind (whole or not) for each, and room (spaces at its end) for

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/peers/push.h"
-#include "runtime/run/summary.h"
+#include "programs/player/summary.h"
 
 namespace palpate::bench {
 

@@ -10,7 +10,7 @@
 #include "bench/peers/cholmod_factor.h"
 #include "bench/peers/dirichlet_problem.h"
 #include "formats/errors.h"
-#include "precompute/discretisation.h"
+#include "precompute/elements/discretisation.h"
 
 namespace palpate::bench {
 namespace {

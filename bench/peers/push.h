@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "precompute/elastic_body.h"
-#include "precompute/linear_tetrahedra.h"
+#include "precompute/elements/elastic_body.h"
+#include "precompute/elements/linear_tetrahedra.h"
 
 namespace palpate::bench {
 

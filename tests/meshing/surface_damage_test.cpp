@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "meshing/surface_file.h"
+#include "meshing/surface/surface_file.h"
 #include "tests/meshing/run_surface.h"
 #include "tests/meshing/surface_images.h"
 #include "tests/support/closed_surfaces.h"

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "formats/errors.h"
-#include "meshing/extract_surface.h"
-#include "meshing/isosurface.h"
-#include "meshing/surface_checks.h"
-#include "meshing/surface_report.h"
+#include "meshing/surface/extract_surface.h"
+#include "meshing/surface/isosurface.h"
+#include "meshing/surface/surface_checks.h"
+#include "meshing/surface/surface_report.h"
 #include "tests/meshing/run_surface.h"
 #include "tests/meshing/surface_images.h"
 

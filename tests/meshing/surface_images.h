@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "meshing/label_image.h"
-#include "meshing/triangle_surface.h"
+#include "meshing/image/label_image.h"
+#include "meshing/surface/triangle_surface.h"
 
 namespace palpate::tests {
 

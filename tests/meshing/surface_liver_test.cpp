@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "meshing/surface_checks.h"
-#include "meshing/surface_file.h"
+#include "meshing/surface/surface_checks.h"
+#include "meshing/surface/surface_file.h"
 #include "tests/meshing/run_surface.h"
 
 namespace palpate {

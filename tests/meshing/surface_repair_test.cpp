@@ -4,12 +4,12 @@
 
 #include <random>
 
-#include "meshing/extract_surface.h"
-#include "meshing/offset_to_volume.h"
-#include "meshing/repair_surface.h"
-#include "meshing/surface_checks.h"
-#include "meshing/surface_file.h"
-#include "meshing/triangle_soup.h"
+#include "meshing/surface/extract_surface.h"
+#include "meshing/surface/offset_to_volume.h"
+#include "meshing/surface/repair_surface.h"
+#include "meshing/surface/surface_checks.h"
+#include "meshing/surface/surface_file.h"
+#include "meshing/surface/triangle_soup.h"
 #include "tests/meshing/run_surface.h"
 #include "tests/meshing/surface_images.h"
 #include "tests/support/closed_surfaces.h"

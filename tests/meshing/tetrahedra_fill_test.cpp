@@ -4,10 +4,10 @@
 #include <numbers>
 
 #include "formats/errors.h"
-#include "meshing/fill_with_tetrahedra.h"
-#include "meshing/mesh_quality.h"
-#include "meshing/mesh_report.h"
-#include "meshing/shells.h"
+#include "meshing/tetrahedra/fill_with_tetrahedra.h"
+#include "meshing/tetrahedra/mesh_quality.h"
+#include "meshing/tetrahedra/mesh_report.h"
+#include "meshing/tetrahedra/shells.h"
 #include "tests/support/closed_surfaces.h"
 
 namespace palpate {

@@ -7,11 +7,11 @@
 
 #include "formats/errors.h"
 #include "formats/tetrahedral_mesh.h"
-#include "meshing/fill_with_tetrahedra.h"
-#include "meshing/gmsh_session.h"
-#include "meshing/in_child_process.h"
-#include "meshing/mesh_geometry.h"
-#include "meshing/mesh_quality.h"
+#include "meshing/tetrahedra/fill_with_tetrahedra.h"
+#include "meshing/tetrahedra/gmsh_session.h"
+#include "meshing/tetrahedra/in_child_process.h"
+#include "meshing/tetrahedra/mesh_geometry.h"
+#include "meshing/tetrahedra/mesh_quality.h"
 #include "tests/meshing/run_tetrahedra.h"
 #include "tests/support/box_mesh.h"
 

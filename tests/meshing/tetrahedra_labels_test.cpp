@@ -9,8 +9,8 @@
 
 #include "formats/errors.h"
 #include "formats/tetrahedral_mesh.h"
-#include "meshing/mesh_label_image.h"
-#include "meshing/tetrahedra_from_labels.h"
+#include "meshing/tetrahedra/mesh_label_image.h"
+#include "meshing/tetrahedra/tetrahedra_from_labels.h"
 #include "tests/meshing/run_tetrahedra.h"
 
 namespace palpate {

@@ -7,7 +7,7 @@
 
 #include "formats/errors.h"
 #include "formats/tetrahedral_mesh.h"
-#include "meshing/mesh_quality.h"
+#include "meshing/tetrahedra/mesh_quality.h"
 #include "tests/meshing/run_tetrahedra.h"
 #include "tests/support/box_mesh.h"
 #include "tests/support/closed_surfaces.h"

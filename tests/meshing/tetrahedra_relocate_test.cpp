@@ -2,8 +2,8 @@
 
 #include <set>
 
-#include "meshing/mesh_quality.h"
-#include "meshing/relocate_vertices.h"
+#include "meshing/tetrahedra/mesh_quality.h"
+#include "meshing/tetrahedra/relocate_vertices.h"
 #include "tests/support/box_mesh.h"
 
 namespace palpate {

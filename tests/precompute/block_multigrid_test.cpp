@@ -1,13 +1,13 @@
 // Multigrid on blocks of columns: the kernels, the V-cycle as a linear operator, the columns it leads to.
-#include "precompute/block_multigrid.h"
+#include "precompute/solver/block_multigrid.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "precompute/column_solver.h"
-#include "precompute/sparse_blocks.h"
+#include "precompute/solver/column_solver.h"
+#include "precompute/solver/sparse_blocks.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

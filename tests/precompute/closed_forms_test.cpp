@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/validation/cases.h"
-#include "bench/validation/closed_forms.h"
-#include "bench/validation/judge.h"
+#include "studies/validation/cases.h"
+#include "studies/validation/closed_forms.h"
+#include "studies/validation/judge.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::validation {

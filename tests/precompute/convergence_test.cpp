@@ -1,7 +1,7 @@
 // Orders of convergence of the elements, by manufactured displacements on the unit box: the cases of palpate-validation on
 // meshes of seconds.
-#include "bench/validation/cases.h"
-#include "bench/validation/judge.h"
+#include "studies/validation/cases.h"
+#include "studies/validation/judge.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::validation {

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/validation/cases.h"
-#include "bench/validation/rigid_motion.h"
-#include "bench/validation/shapes.h"
 #include "formats/errors.h"
-#include "precompute/element_warnings.h"
-#include "precompute/locking_estimate.h"
-#include "precompute/probe_columns.h"
-#include "precompute/quadratic_tetrahedra.h"
+#include "precompute/elements/element_warnings.h"
+#include "precompute/elements/quadratic_tetrahedra.h"
+#include "precompute/tensors/locking_estimate.h"
+#include "precompute/tensors/probe_columns.h"
+#include "studies/validation/cases.h"
+#include "studies/validation/rigid_motion.h"
+#include "studies/validation/shapes.h"
 #include "tests/precompute/support.h"
 #include "tests/support/imposed.h"
 

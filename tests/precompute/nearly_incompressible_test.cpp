@@ -1,7 +1,7 @@
 // The elements where nu -> 1/2: a thick sphere under pressure, a bonded punch on deep and thin layers, a
 // cantilever. The bounds are what these elements are known to reach on such meshes, with room for the mesh.
-#include "bench/validation/cases.h"
-#include "bench/validation/solved_body.h"
+#include "studies/validation/cases.h"
+#include "studies/validation/solved_body.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

@@ -2,7 +2,7 @@
 // radii from a quarter of its edges to four of them: the force is the closed form's, whatever the edge.
 #include <numbers>
 
-#include "precompute/probe_columns.h"
+#include "precompute/tensors/probe_columns.h"
 #include "tests/precompute/support.h"
 #include "tests/runtime/touched_box.h"
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/accuracy/calculix.h"
-#include "bench/validation/closed_forms.h"
-#include "bench/validation/shapes.h"
-#include "bench/validation/tensor_answer.h"
+#include "studies/accuracy/calculix.h"
+#include "studies/validation/closed_forms.h"
+#include "studies/validation/shapes.h"
+#include "studies/validation/tensor_answer.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

@@ -1,5 +1,5 @@
 // P and Q from measured curves.
-#include "precompute/response_fit.h"
+#include "precompute/run/response_fit.h"
 
 #include <gmock/gmock.h>
 

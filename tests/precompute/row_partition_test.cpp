@@ -1,12 +1,12 @@
 // Rows divided among ranks: each row once, pieces compact, and what a rank assembles is what the whole body gives.
-#include "precompute/row_partition.h"
+#include "precompute/ranks/row_partition.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numeric>
 
-#include "precompute/discretisation.h"
+#include "precompute/elements/discretisation.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

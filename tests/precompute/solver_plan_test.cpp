@@ -1,10 +1,10 @@
 // What the plan predicts against what happens.
-#include "precompute/solver_plan.h"
+#include "precompute/solver/solver_plan.h"
 
 #include <nlohmann/json.hpp>
 
-#include "precompute/column_solver.h"
-#include "precompute/supernodal_factor.h"
+#include "precompute/solver/column_solver.h"
+#include "precompute/solver/supernodal_factor.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

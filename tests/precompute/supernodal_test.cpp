@@ -2,10 +2,10 @@
 #include <random>
 
 #include "formats/errors.h"
-#include "precompute/block_residual.h"
-#include "precompute/elimination.h"
-#include "precompute/supernodal_factor.h"
-#include "precompute/supernodal_kernels.h"
+#include "precompute/solver/block_residual.h"
+#include "precompute/solver/elimination.h"
+#include "precompute/solver/supernodal_factor.h"
+#include "precompute/solver/supernodal_kernels.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

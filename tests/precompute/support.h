@@ -8,9 +8,9 @@
 #include <string>
 
 #include "formats/errors.h"
-#include "precompute/discretisation.h"
-#include "precompute/petsc_session.h"
-#include "precompute/support_check.h"
+#include "precompute/elements/discretisation.h"
+#include "precompute/elements/support_check.h"
+#include "precompute/solver/petsc_session.h"
 #include "tests/support/bodies.h"
 
 namespace palpate::tests {

@@ -1,5 +1,5 @@
 // Every support that leaves a motion is refused, with the part and the motion in the sentence.
-#include "precompute/support_check.h"
+#include "precompute/elements/support_check.h"
 
 #include <gmock/gmock.h>
 

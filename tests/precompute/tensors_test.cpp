@@ -1,6 +1,6 @@
 // The tensors against literal dense solves.
-#include "precompute/tensors.h"
-#include "precompute/probe_columns.h"
+#include "precompute/tensors/tensors.h"
+#include "precompute/tensors/probe_columns.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

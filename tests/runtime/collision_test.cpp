@@ -1,7 +1,7 @@
 // No crossing of the closed surface is missed, at rest or deformed, and none is counted twice.
 #include <random>
 
-#include "runtime/surface_index.h"
+#include "runtime/surface/surface_index.h"
 #include "tests/runtime/two_discs.h"
 
 namespace palpate::tests {

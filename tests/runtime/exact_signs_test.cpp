@@ -1,5 +1,5 @@
 // Signs of determinants against integers, where doubles round.
-#include "runtime/exact_signs.h"
+#include "runtime/surface/exact_signs.h"
 
 #include <gtest/gtest.h>
 

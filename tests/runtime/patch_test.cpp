@@ -1,5 +1,5 @@
 // The disc of a tool with a radius: its weights, its frame-free stiffness, and that a dragged one feels no elements.
-#include "runtime/contact_patch.h"
+#include "runtime/contact/contact_patch.h"
 
 #include <numbers>
 

@@ -1,10 +1,10 @@
 // Force that relaxes under a held displacement, against the closed form of ramp and hold, at any time step.
-#include "runtime/relaxation.h"
+#include "runtime/tissue/relaxation.h"
 
 #include <functional>
 #include <random>
 
-#include "runtime/exponential.h"
+#include "runtime/base/exponential.h"
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {

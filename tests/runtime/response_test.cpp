@@ -1,5 +1,5 @@
 // The quasi-non-linear corrections P and Q: the paper's rule for one tool, ours for several, and the ends of the range.
-#include "runtime/response_curve.h"
+#include "runtime/tissue/response_curve.h"
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {

@@ -2,8 +2,8 @@
 #include <cstring>
 #include <random>
 
-#include "runtime/skin.h"
-#include "runtime/surface_index.h"
+#include "runtime/shape/skin.h"
+#include "runtime/surface/surface_index.h"
 #include "tests/runtime/played_box.h"
 
 namespace palpate::tests {

@@ -1,5 +1,5 @@
 // The superposition's kernels against a plain sum, and against one another to the bit.
-#include "runtime/superposition.h"
+#include "runtime/dense/superposition.h"
 
 #include <gtest/gtest.h>
 

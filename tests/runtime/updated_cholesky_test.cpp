@@ -1,5 +1,5 @@
 // The factor whose rows come and go, against one made anew; and the contact solver's cost as contacts come and go.
-#include "runtime/updated_cholesky.h"
+#include "runtime/dense/updated_cholesky.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "runtime/dense_blocks.h"
+#include "runtime/dense/dense_blocks.h"
 
 namespace palpate::tests {
 namespace {

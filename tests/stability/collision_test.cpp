@@ -1,7 +1,7 @@
 // Tools that cross a closed surface through its vertices, edges and faces, slowly, fast and not at all.
 #include <random>
 
-#include "runtime/surface_index.h"
+#include "runtime/surface/surface_index.h"
 #include "tests/runtime/two_discs.h"
 #include "tests/stability/stability_case.h"
 #include "tests/support/closed_surfaces.h"

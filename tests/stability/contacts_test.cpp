@@ -1,7 +1,7 @@
 // Contacts that crowd, contradict one another, sit on a fixed border, are huge, tiny or many.
 #include <random>
 
-#include "runtime/contact_solver.h"
+#include "runtime/contact/contact_solver.h"
 #include "tests/stability/known_compliance.h"
 #include "tests/stability/stability_case.h"
 #include "tests/support/packed_bundle.h"

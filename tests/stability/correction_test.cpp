@@ -2,8 +2,8 @@
 #include <random>
 
 #include "formats/errors.h"
-#include "precompute/response_fit.h"
-#include "runtime/response_curve.h"
+#include "precompute/run/response_fit.h"
+#include "runtime/tissue/response_curve.h"
 #include "tests/runtime/touched_box.h"
 #include "tests/stability/stability_case.h"
 

@@ -2,7 +2,7 @@
 // double precision has few digits left.
 #pragma once
 
-#include "precompute/quadratic_tetrahedra.h"
+#include "precompute/elements/quadratic_tetrahedra.h"
 #include "tests/stability/solid.h"
 
 namespace palpate::tests {

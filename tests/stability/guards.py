@@ -31,7 +31,7 @@ MEMORY_LIMIT = 8 << 30  # bytes of a case: without some guards it would take the
 def cases_of_programs(source):
     """Program -> the cases of the folder that makes it, both as the sources spell them."""
     programs = {}
-    for lists in source.glob("tests/*/CMakeLists.txt"):
+    for lists in (source / "tests").rglob("CMakeLists.txt"):
         cases = set()
         for file in lists.parent.glob("*.cpp"):
             cases.update(f"{suite}.{name}" for suite, name in re.findall(r"^TEST(?:_F)?\((\w+), (\w+)\)", file.read_text(), re.M))

@@ -1,5 +1,5 @@
 // Materials at the ends of what is measured: units, nu towards 1/2, contrast.
-#include "precompute/element_warnings.h"
+#include "precompute/elements/element_warnings.h"
 #include "tests/stability/solved_columns.h"
 #include "tests/stability/stability_case.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "formats/organ_config.h"
-#include "precompute/probe_columns.h"
+#include "precompute/tensors/probe_columns.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {

@@ -1,7 +1,7 @@
 // How the solver fares on a body: iterations and true residual of a block of columns.
 #pragma once
 
-#include "precompute/column_solver.h"
+#include "precompute/solver/column_solver.h"
 #include "tests/stability/solid.h"
 
 namespace palpate::tests {

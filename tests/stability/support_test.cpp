@@ -1,5 +1,5 @@
 // Supports that leave a motion, that just do not, and that hold a part of a node: refused exactly where K is singular.
-#include "precompute/support_check.h"
+#include "precompute/elements/support_check.h"
 #include "tests/stability/extended_precision.h"
 #include "tests/stability/stability_case.h"
 #include "tests/support/joined_meshes.h"

@@ -1,11 +1,11 @@
-// Meshes as bodies: a material each, and what is held. For tests and bench/validation.
+// Meshes as bodies: a material each, and what is held. For tests and studies/validation.
 #pragma once
 
 #include <array>
 #include <functional>
 #include <vector>
 
-#include "precompute/elastic_body.h"
+#include "precompute/elements/elastic_body.h"
 #include "tests/support/box_mesh.h"
 
 namespace palpate::tests {

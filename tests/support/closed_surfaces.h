@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "meshing/triangle_surface.h"
+#include "meshing/surface/triangle_surface.h"
 
 namespace palpate::tests {
 

@@ -1,8 +1,8 @@
 // K u = load with displacements imposed where the body is held, solved by the program's own assembly and solver.
 #pragma once
 
-#include "precompute/column_solver.h"
-#include "precompute/discretisation.h"
+#include "precompute/elements/discretisation.h"
+#include "precompute/solver/column_solver.h"
 #include "tests/support/bodies.h"
 
 namespace palpate::tests {

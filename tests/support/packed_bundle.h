@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "formats/half.h"
-#include "precompute/compliance_packer.h"
+#include "precompute/bundle_tool/compliance_packer.h"
 #include "tests/support/bundle_parts.h"
 
 namespace palpate::tests {

@@ -1,0 +1,56 @@
+#include "meshing/image/label_image.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+namespace palpate {
+
+std::array<double, 3> VoxelGrid::point(double i, double j, double k) const {
+  std::array<double, 3> p = origin;
+  for (int c = 0; c < 3; ++c) p[c] += i * axis[0][c] + j * axis[1][c] + k * axis[2][c];
+  return p;
+}
+
+std::array<double, 3> VoxelGrid::spacing() const {
+  const auto length = [](const std::array<double, 3>& a) { return std::hypot(a[0], a[1], a[2]); };
+  return {length(axis[0]), length(axis[1]), length(axis[2])};
+}
+
+namespace {
+double determinant(const std::array<std::array<double, 3>, 3>& m) {
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+}  // namespace
+
+double VoxelGrid::voxel_volume() const {
+  return std::abs(determinant(axis));
+}
+
+bool VoxelGrid::left_handed() const {
+  return determinant(axis) < 0;
+}
+
+std::string describe_values(const LabelImage& image, std::size_t limit) {
+  // an image of real numbers has as many values as voxels: stop counting new ones early
+  std::map<float, std::uint64_t> counts;
+  bool more = false;
+  for (const float value : image.values) {
+    const auto found = counts.find(value);
+    if (found != counts.end()) {
+      ++found->second;
+    } else if (counts.size() < limit && !std::isnan(value)) {
+      counts.emplace(value, 1);
+    } else {
+      more = true;
+    }
+  }
+  std::string text;
+  for (const auto& [value, count] : counts)
+    text += fmt::format("{}{} ({} voxels)", text.empty() ? "" : ", ", value, count);
+  return more ? text + ", ..." : text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,253 @@
+// Text and STL surfaces, line by line; formats/ply_reader.h and read_vtp.cpp have the others.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "meshing/image/file_bytes.h"
+#include "meshing/surface/read_surface_parts.h"
+#include "meshing/surface/surface_file.h"
+
+namespace palpate {
+
+std::string read_whole(const std::filesystem::path& file) {
+  std::string bytes(file_bytes(file), '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (in.gcount() != static_cast<std::streamsize>(bytes.size())) {
+    throw InputError(fmt::format("{}: cannot be read", file.string()));
+  }
+  return bytes;
+}
+
+TextLines::TextLines(const std::filesystem::path& file, const std::string& text, std::size_t start)
+    : file_(file), text_(text), next_(start) {
+  number_ = static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(start), '\n'));
+}
+
+bool TextLines::advance() {
+  while (next_ < text_.size()) {
+    const std::size_t end = std::min(text_.find('\n', next_), text_.size());
+    line_ = std::string_view(text_).substr(next_, end - next_);
+    next_ = end + 1;
+    ++number_;
+    line_ = line_.substr(0, line_.find('#'));
+    if (line_.find_first_not_of(" \t\r") != std::string_view::npos) return true;
+  }
+  line_ = {};
+  return false;
+}
+
+void TextLines::expect(const std::string& what) {
+  if (!advance()) {
+    throw InputError(
+        fmt::format("{}: the file ends after line {}, expected {}; it is cut off", file_.string(), number_, what));
+  }
+}
+
+std::string_view TextLines::word() {
+  const std::size_t first = line_.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  const std::size_t end = std::min(line_.find_first_of(" \t\r", first), line_.size());
+  const std::string_view found = line_.substr(first, end - first);
+  line_ = line_.substr(end);
+  return found;
+}
+
+void TextLines::fail(const std::string& expected, std::string_view found) const {
+  if (found.empty() && next_ >= text_.size()) {
+    throw InputError(
+        fmt::format("{}: the file ends in line {}, expected {}; it is cut off", file_.string(), number_, expected));
+  }
+  throw InputError(
+      fmt::format("{}: line {}: expected {}, found '{}'", file_.string(), number_, expected, found.substr(0, 40)));
+}
+
+double TextLines::coordinate() {
+  std::string_view text = word();
+  double value = 0;
+  const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value)) {
+    fail("a finite coordinate", text);
+  }
+  return value;
+}
+
+std::int64_t TextLines::integer(const std::string& what) {
+  const std::string_view text = word();
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) fail(what, text);
+  return value;
+}
+
+namespace {
+
+TriangleSurface read_off(const std::filesystem::path& file, const std::string& text) {
+  TextLines lines(file, text);
+  lines.expect("OFF");
+  std::string_view word = lines.word();
+  if (word != "OFF" && word != "COFF" && word != "NOFF") lines.fail("OFF", word);
+  if (lines.at_end()) lines.expect("the numbers of points and faces");
+  const std::int64_t points = lines.integer("the number of points"), faces = lines.integer("the number of faces");
+  // "0 0 0\n" and "3 0 0 0\n" at the least
+  if (points < 0 || faces < 0 || points > static_cast<std::int64_t>(text.size() / 5) ||
+      faces > static_cast<std::int64_t>(text.size() / 5)) {
+    throw InputError(fmt::format("{}: {} points and {} faces do not fit a file of {} bytes; it is cut off or damaged",
+                                 file.string(), points, faces, text.size()));
+  }
+  TriangleSurface surface;
+  for (std::int64_t p = 0; p < points; ++p) {
+    lines.expect(fmt::format("{} points", points));
+    const double x = lines.coordinate(), y = lines.coordinate(), z = lines.coordinate();
+    surface.points.push_back({x, y, z});
+  }
+  std::vector<std::int64_t> corners;
+  for (std::int64_t f = 0; f < faces; ++f) {
+    lines.expect(fmt::format("{} faces", faces));
+    const std::int64_t count = lines.integer("the number of a face's points");
+    if (count < 3 || count > points) lines.fail("a face of at least 3 points", std::to_string(count));
+    corners.clear();
+    for (std::int64_t c = 0; c < count; ++c) corners.push_back(lines.integer("a point index"));
+    add_polygon(file, fmt::format("line {}", lines.number()), corners, surface.points.size(), surface.triangles);
+  }
+  return surface;
+}
+
+TriangleSurface read_obj(const std::filesystem::path& file, const std::string& text) {
+  TextLines lines(file, text);
+  TriangleSurface surface;
+  std::vector<std::int64_t> corners;
+  while (lines.advance()) {
+    const std::string_view word = lines.word();
+    if (word == "v") {
+      const double x = lines.coordinate(), y = lines.coordinate(), z = lines.coordinate();
+      surface.points.push_back({x, y, z});
+    } else if (word == "f") {
+      corners.clear();
+      for (std::string_view corner = lines.word(); !corner.empty(); corner = lines.word()) {
+        std::int64_t index = 0;  // "7", "7/1", "7//3", "7/1/3"; from 1, or from the last point backwards
+        const auto [end, error] = std::from_chars(corner.data(), corner.data() + corner.size(), index);
+        if (error != std::errc() || (end != corner.data() + corner.size() && *end != '/') || index == 0) {
+          lines.fail("a point index of at least 1", corner);
+        }
+        corners.push_back(index > 0 ? index - 1 : static_cast<std::int64_t>(surface.points.size()) + index);
+      }
+      add_polygon(file, fmt::format("line {} (from 0)", lines.number()), corners, surface.points.size(),
+                  surface.triangles);
+    }
+  }
+  return surface;
+}
+
+TriangleSurface read_binary_stl(const std::filesystem::path& file, const std::string& bytes) {
+  TriangleSurface surface;
+  const std::size_t count = (bytes.size() - 84) / 50;
+  for (std::size_t t = 0; t < count; ++t) {
+    const auto first = static_cast<std::int32_t>(surface.points.size());
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      float xyz[3];
+      std::memcpy(xyz, bytes.data() + 84 + 50 * t + 12 + 12 * corner, sizeof xyz);
+      for (const float c : xyz) {
+        if (!std::isfinite(c)) {
+          throw InputError(fmt::format("{}: triangle {} (byte {}): expected finite coordinates, found {}",
+                                       file.string(), t, 84 + 50 * t, c));
+        }
+      }
+      surface.points.push_back({xyz[0], xyz[1], xyz[2]});
+    }
+    surface.triangles.push_back({first, first + 1, first + 2});
+  }
+  return surface;
+}
+
+TriangleSurface read_text_stl(const std::filesystem::path& file, const std::string& text) {
+  TextLines lines(file, text);
+  TriangleSurface surface;
+  bool ended = false;
+  std::size_t corners = 0;
+  while (lines.advance()) {
+    const std::string_view word = lines.word();
+    if (word == "vertex") {
+      const double x = lines.coordinate(), y = lines.coordinate(), z = lines.coordinate();
+      surface.points.push_back({x, y, z});
+      ++corners;
+    } else if (word == "endfacet") {
+      if (corners != 3) lines.fail("three vertices in a facet", std::to_string(corners));
+      const auto last = static_cast<std::int32_t>(surface.points.size());
+      surface.triangles.push_back({last - 3, last - 2, last - 1});
+      corners = 0;
+    } else if (word == "endsolid") {
+      ended = true;
+    } else if (word == "solid") {
+      ended = false;
+    } else if (word != "facet" && word != "outer" && word != "endloop") {
+      lines.fail("facet, vertex, endfacet or endsolid", word);
+    }
+  }
+  if (!ended || corners) {
+    throw InputError(
+        fmt::format("{}: the file ends at line {} without endsolid; it is cut off", file.string(), lines.number()));
+  }
+  return surface;
+}
+
+// Binary when its size is what its count says, whatever the header begins with.
+TriangleSurface read_stl(const std::filesystem::path& file, const std::string& bytes) {
+  std::uint32_t count = 0;
+  if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, 4);
+  const std::uint64_t needed = 84 + 50 * std::uint64_t{count};
+  if (bytes.size() >= 84 && bytes.size() == needed) return read_binary_stl(file, bytes);
+  const bool text = bytes.starts_with("solid") && bytes.substr(0, 4096).find("facet") != std::string::npos;
+  if (text) return read_text_stl(file, bytes);
+  throw InputError(
+      fmt::format("{}: expected a binary STL of {} triangles in {} bytes, or a text one, found {} bytes; it is cut "
+                  "off or damaged",
+                  file.string(), count, needed, bytes.size()));
+}
+
+// 3D Slicer and others say in a comment which way the axes point.
+bool says_ras(const std::string& bytes) {
+  return bytes.substr(0, 1024).find("SPACE=RAS") != std::string::npos;
+}
+
+}  // namespace
+
+TriangleSurface read_surface(const std::filesystem::path& file, double millimetres_per_unit) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string bytes = read_whole(file);
+  TriangleSurface surface;
+  if (ending == ".off")
+    surface = read_off(file, bytes);
+  else if (ending == ".obj")
+    surface = read_obj(file, bytes);
+  else if (ending == ".stl")
+    surface = read_stl(file, bytes);
+  else if (ending == ".ply") {
+    PlyTriangles ply = read_ply(file, bytes);
+    surface = {std::move(ply.points), std::move(ply.triangles)};
+  } else if (ending == ".vtp")
+    surface = read_vtp(file, bytes);
+  else {
+    throw InputError(
+        fmt::format("{}: expected a surface (.off .obj .ply .stl .vtp) or an image (.inr .inr.gz .nrrd .nhdr .nii "
+                    ".nii.gz .mha .mhd, PNG slices)",
+                    file.string()));
+  }
+  if (surface.triangles.empty()) throw InputError(fmt::format("{}: the surface has no triangles", file.string()));
+  if (says_ras(bytes)) {
+    note(fmt::format("{}: the file says SPACE=RAS; x and y are turned to LPS", file.string()));
+    for (Point& p : surface.points) p = {-p[0], -p[1], p[2]};
+  }
+  for (Point& p : surface.points) p = millimetres_per_unit * p;
+  return surface;
+}
+
+}  // namespace palpate

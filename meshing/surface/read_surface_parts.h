@@ -1,0 +1,40 @@
+// What the readers of surface files share; surface_file.h is what callers use.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/ply_reader.h"
+#include "meshing/surface/triangle_surface.h"
+
+namespace palpate {
+
+// Errors: InputError.
+std::string read_whole(const std::filesystem::path& file);
+
+// Lines of a text with their numbers; blank lines and what follows a '#' are skipped. Errors: InputError with the line.
+class TextLines {
+ public:
+  TextLines(const std::filesystem::path& file, const std::string& text, std::size_t start = 0);
+  bool advance();                        // to the next line; false at the end
+  void expect(const std::string& what);  // advance, or fail because the file ends
+  std::string_view word();               // the next of this line; empty at its end
+  double coordinate();                   // finite
+  std::int64_t integer(const std::string& what);
+  bool at_end() const { return line_.find_first_not_of(" \t\r") == std::string_view::npos; }
+  std::size_t number() const { return number_; }
+  [[noreturn]] void fail(const std::string& expected, std::string_view found) const;
+
+ private:
+  const std::filesystem::path& file_;
+  const std::string& text_;
+  std::string_view line_;
+  std::size_t next_ = 0, number_ = 0;
+};
+
+TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& bytes);
+
+}  // namespace palpate

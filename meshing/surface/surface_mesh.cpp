@@ -1,0 +1,38 @@
+#include "meshing/surface/surface_mesh.h"
+
+#include <stdexcept>
+
+namespace palpate {
+
+CgalMesh to_cgal(const TriangleSurface& surface) {
+  CgalMesh mesh;
+  mesh.reserve(static_cast<unsigned>(surface.points.size()), static_cast<unsigned>(surface.triangles.size() * 3 / 2),
+               static_cast<unsigned>(surface.triangles.size()));
+  for (const auto& [x, y, z] : surface.points) mesh.add_vertex({x, y, z});
+  for (const auto& [a, b, c] : surface.triangles) {
+    using Vertex = CgalMesh::Vertex_index;
+    const auto face = mesh.add_face(Vertex(static_cast<unsigned>(a)), Vertex(static_cast<unsigned>(b)),
+                                    Vertex(static_cast<unsigned>(c)));
+    if (face == CgalMesh::null_face()) throw std::logic_error("the surface is not an oriented manifold");
+  }
+  return mesh;
+}
+
+TriangleSurface from_cgal(const CgalMesh& mesh) {
+  TriangleSurface surface;
+  std::vector<std::int32_t> number(mesh.number_of_vertices() + mesh.number_of_removed_vertices(), -1);
+  for (const auto vertex : mesh.vertices()) {
+    number[vertex] = static_cast<std::int32_t>(surface.points.size());
+    const auto& p = mesh.point(vertex);
+    surface.points.push_back({p.x(), p.y(), p.z()});
+  }
+  for (const auto face : mesh.faces()) {
+    Triangle triangle{};
+    int corner = 0;
+    for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face))) triangle[corner++] = number[vertex];
+    surface.triangles.push_back(triangle);
+  }
+  return surface;
+}
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// How good a surface is, in figures, for a reader and for a program.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "meshing/surface/triangle_surface.h"
+
+namespace palpate {
+
+struct Spread {
+  double least = 0, mean = 0, most = 0;
+};
+
+struct SurfaceQuality {
+  std::size_t triangles = 0, points = 0, shells = 0;
+  std::int64_t handles = 0;
+  Spread edge_mm;
+  Spread radius_ratio;  // of each triangle, as in triangle_surface.h
+  double least_angle_deg = 0;
+  double area_mm2 = 0, volume_mm3 = 0;
+  Point centroid{};  // of the volume
+};
+SurfaceQuality measure_quality(const TriangleSurface& closed);
+
+// Distance from points of the reference (at most 100,000, evenly picked) to the nearest point of the surface.
+struct SurfaceDistance {
+  double mean_mm = 0, p95_mm = 0, most_mm = 0;
+};
+SurfaceDistance measure_distance(const TriangleSurface& reference, const TriangleSurface& surface);
+
+// reference_name: what the volume and the distance are compared with ("voxels", "input").
+nlohmann::ordered_json report_json(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
+                                   const std::string& reference_name);
+std::string report_text(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
+                        const std::string& reference_name);
+
+}  // namespace palpate

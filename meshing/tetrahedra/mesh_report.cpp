@@ -1,0 +1,117 @@
+#include "meshing/tetrahedra/mesh_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "meshing/surface/triangle_surface.h"
+
+namespace palpate {
+namespace {
+
+std::size_t surface_vertices(const TetrahedralMesh& mesh) {
+  std::set<std::int32_t> vertices;
+  for (const Triangle& t : boundary_triangles(mesh)) vertices.insert(t.begin(), t.end());
+  return vertices.size();
+}
+
+std::size_t elements_of(const TetrahedralMesh& mesh, std::size_t region) {
+  std::size_t count = 0;
+  for (const std::int32_t r : mesh.region) count += r == static_cast<std::int32_t>(region);
+  return count;
+}
+
+std::size_t improved(const MeshReport& r) {
+  return r.improvement.below_before - std::min(r.improvement.below_before, r.improvement.below_after);
+}
+
+}  // namespace
+
+std::vector<double> enclosed_volumes(const VolumeBoundary& boundary) {
+  std::vector<double> volumes(boundary.region_names.size(), 0.0);
+  const Point origin = boundary.points.front();
+  for (const auto& patch : boundary.patches)
+    for (const Triangle& t : patch.triangles) {
+      const double v =
+          dot(boundary.points[t[0]] - origin, cross(boundary.points[t[1]] - origin, boundary.points[t[2]] - origin)) /
+          6;
+      volumes[patch.behind] += v;
+      if (patch.ahead >= 0) volumes[patch.ahead] -= v;
+    }
+  return volumes;
+}
+
+std::string text_of(const MeshReport& r) {
+  const TetrahedralMesh& mesh = r.mesh;
+  const MeshQuality& q = r.quality;
+  std::string text =
+      fmt::format("vertices          {} ({} on the outer surface)\n", mesh.nodes.size(), surface_vertices(mesh));
+  text += fmt::format("tetrahedra        {}\n", mesh.tetrahedra.size());
+  for (std::size_t i = 0; i < mesh.region_names.size(); ++i) {
+    text += fmt::format("region            \"{}\": {} tetrahedra, volume {:.6g}", mesh.region_names[i],
+                        elements_of(mesh, i), q.region_volume[i]);
+    if (!r.region_volume_of_surface.empty())
+      text += fmt::format(" (surface {:.6g}, difference {:.1e})", r.region_volume_of_surface[i],
+                          q.region_volume[i] / r.region_volume_of_surface[i] - 1);
+    if (!r.region_volume_of_voxels.empty())
+      text += fmt::format(" (voxels {:.6g}, {:+.2f} %)", r.region_volume_of_voxels[i],
+                          100 * (q.region_volume[i] / r.region_volume_of_voxels[i] - 1));
+    text += '\n';
+  }
+  for (const auto& patch : mesh.patches)
+    text += fmt::format("patch             \"{}\": {} triangles\n", patch.name, patch.triangles.size());
+  if (r.surface_triangles > 0)
+    text += fmt::format("surface triangles {} kept of {}\n", r.kept_triangles, r.surface_triangles);
+  text += fmt::format("dihedral angle    min {:.2f}, mean of smallest {:.2f}, max {:.2f} degrees\n", q.dihedral.value,
+                      q.mean_smallest_dihedral, q.largest_dihedral.value);
+  if (r.improvement.below_before > 0)
+    text += fmt::format("improved          {} of {} elements below {:g} degrees, by moving {} interior vertices\n",
+                        improved(r), r.improvement.below_before, r.goal, r.improvement.vertices_moved);
+  if (r.improvement.out_of_reach > 0)
+    text += fmt::format("out of reach      {} elements below {:g} degrees have all their corners on surfaces\n",
+                        r.improvement.out_of_reach, r.goal);
+  text += fmt::format("radius ratio      mean {:.3f}, min {:.3f}\n", q.mean_radius_ratio, q.radius_ratio.value);
+  text += fmt::format("smallest volume   {:.3g}\n", q.volume.value);
+  return text;
+}
+
+std::string json_of(const MeshReport& r) {
+  using nlohmann::ordered_json;
+  const MeshQuality& q = r.quality;
+  ordered_json json;
+  json["inputs"] = r.inputs;
+  json["vertices"] = r.mesh.nodes.size();
+  json["surface_vertices"] = surface_vertices(r.mesh);
+  json["tetrahedra"] = r.mesh.tetrahedra.size();
+  json["regions"] = ordered_json::array();
+  for (std::size_t i = 0; i < r.mesh.region_names.size(); ++i) {
+    ordered_json region = {
+        {"name", r.mesh.region_names[i]}, {"tetrahedra", elements_of(r.mesh, i)}, {"volume", q.region_volume[i]}};
+    if (!r.region_volume_of_surface.empty()) region["surface_volume"] = r.region_volume_of_surface[i];
+    if (!r.region_volume_of_voxels.empty()) region["voxel_volume"] = r.region_volume_of_voxels[i];
+    json["regions"].push_back(region);
+  }
+  json["patches"] = ordered_json::array();
+  for (const auto& patch : r.mesh.patches)
+    json["patches"].push_back({{"name", patch.name}, {"triangles", patch.triangles.size()}});
+  if (r.surface_triangles > 0) json["surface_triangles"] = {{"given", r.surface_triangles}, {"kept", r.kept_triangles}};
+  const auto worst = [](const MeshQuality::Worst& w) {
+    return ordered_json{{"value", w.value}, {"tetrahedron", w.tetrahedron}};
+  };
+  json["min_dihedral_degrees"] = worst(q.dihedral);
+  json["max_dihedral_degrees"] = worst(q.largest_dihedral);
+  json["mean_smallest_dihedral_degrees"] = q.mean_smallest_dihedral;
+  json["improvement"] = {{"goal_degrees", r.goal},
+                         {"below_before", r.improvement.below_before},
+                         {"below_after", r.improvement.below_after},
+                         {"out_of_reach", r.improvement.out_of_reach},
+                         {"vertices_moved", r.improvement.vertices_moved}};
+  json["min_radius_ratio"] = worst(q.radius_ratio);
+  json["mean_radius_ratio"] = q.mean_radius_ratio;
+  json["min_volume"] = worst(q.volume);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace palpate

@@ -1,0 +1,218 @@
+#include "precompute/bundle_tool/bundle_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/tetrahedral_mesh.h"
+
+namespace palpate {
+
+using namespace formats;
+
+void Checks::add(const std::string& name, bool held, const std::string& detail) {
+  list.push_back({{"name", name}, {"held", held}, {"detail", detail}});
+}
+
+void Checks::add_bounded(const std::string& name, bool held, const std::string& what, double found, double bound) {
+  add(name, held, fmt::format("{}: {:.3g} <= {:.3g}", what, found, bound));
+  list.back()["found"] = found;
+  list.back()["bound"] = bound;
+}
+
+void Checks::add_stated(const std::string& name, bool held, const std::string& what, const nlohmann::json& provenance,
+                        const char* key, double found, double bound) {
+  const bool states = provenance.is_object() && provenance.contains(key) && provenance[key].is_number();
+  const std::string stated = states ? fmt::format("{:.3g}", provenance[key].get<double>()) : "nothing";
+  add(name, held, fmt::format("{}: stated {}, found {:.3g}, bound {:.3g}", what, stated, found, bound));
+  if (states) list.back()["stated"] = provenance[key];
+  list.back()["found"] = found;
+  list.back()["bound"] = bound;
+}
+
+bool Checks::all_held() const {
+  return std::all_of(list.begin(), list.end(), [](const auto& check) { return check["held"].template get<bool>(); });
+}
+
+SmallSections read_small_sections(const BundleFile& file) {
+  SmallSections s;
+  s.nodes = file.numbers<double>(SectionId::nodes);
+  s.young = file.numbers<double>(SectionId::young);
+  s.poisson = file.numbers<double>(SectionId::poisson);
+  s.force = file.numbers<double>(SectionId::force);
+  s.residual = file.numbers<double>(SectionId::residual);
+  s.tetrahedra = file.numbers<std::int32_t>(SectionId::tetrahedra);
+  s.region = file.numbers<std::int32_t>(SectionId::region);
+  s.triangles = file.numbers<std::int32_t>(SectionId::triangles);
+  s.touchable = file.numbers<std::int32_t>(SectionId::touchable);
+  s.iterations = file.numbers<std::int32_t>(SectionId::iterations);
+  s.fixed = file.numbers<std::uint8_t>(SectionId::fixed);
+  return s;
+}
+
+void check_checksums(const BundleFile& file, const std::map<SectionId, std::uint64_t>& known, Checks& checks) {
+  std::string wrong;
+  const BundleIndex& index = file.index();
+  for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
+    const SectionEntry& entry = index.entries[i];
+    const auto seen = known.find(static_cast<SectionId>(entry.id));
+    const std::uint64_t sum = seen != known.end() ? seen->second : file.checksum(entry);
+    if (sum != entry.checksum) wrong += (wrong.empty() ? "" : ", ") + section_name(entry);
+  }
+  checks.add("checksums", wrong.empty(),
+             wrong.empty() ? fmt::format("{} sections hold the bytes that were written", index.header.section_count)
+                           : fmt::format("changed since they were written: {}", wrong));
+}
+
+void check_finite_small(const BundleFile& file, Checks& checks) {
+  std::string wrong;
+  const BundleIndex& index = file.index();
+  for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
+    const auto id = static_cast<SectionId>(index.entries[i].id);
+    const SectionDescription* section = describe_section(id);
+    if (!section || index.entries[i].type != static_cast<std::uint32_t>(ElementType::f64)) continue;
+    const auto values = file.numbers<double>(id);
+    const auto bad = std::find_if(values.begin(), values.end(), [](double x) { return !std::isfinite(x); });
+    if (bad != values.end() && wrong.empty())
+      wrong = fmt::format("{}: element {} is {}", section->path, bad - values.begin(), *bad);
+  }
+  checks.add("finite numbers", wrong.empty(), wrong.empty() ? "in all sections but the displacements" : wrong);
+}
+
+void check_indices(const BundleFile& file, const SmallSections& s, Checks& checks) {
+  BundleError error;
+  IndexedSections sections{s.tetrahedra.data(), s.region.data(), s.triangles.data(), s.touchable.data(),
+                           s.fixed.data()};
+  const auto scale = file.numbers<float>(SectionId::displacement_scale),
+             block_scale = file.numbers<float>(SectionId::compliance_scale);
+  const auto nodes = file.numbers<std::int32_t>(SectionId::compliance_nodes),
+             clusters = file.numbers<std::int32_t>(SectionId::compliance_clusters),
+             blocks = file.numbers<std::int32_t>(SectionId::compliance_blocks);
+  if (!scale.empty()) sections.displacement_scale = scale.data();
+  if (!nodes.empty()) {
+    sections.compliance_nodes = nodes.data(), sections.compliance_clusters = clusters.data();
+    sections.compliance_blocks = blocks.data(), sections.compliance_scale = block_scale.data();
+  }
+  const bool held = check_stored_indices(file.index(), sections, &error) == BundleStatus::ok;
+  checks.add("stored indices", held, held ? "all point inside their targets" : error.text);
+}
+
+void check_materials(const BundleFile& file, const SmallSections& s, Checks& checks) {
+  std::string wrong;
+  for (std::size_t r = 0; r < s.young.size() && wrong.empty(); ++r)
+    if (!(s.young[r] > 0) || !(s.poisson[r] > -1 && s.poisson[r] < 0.5))
+      wrong = fmt::format("region {} has Young's modulus {} Pa and Poisson's ratio {}", r, s.young[r], s.poisson[r]);
+  if (const std::size_t names = file.region_names().size(); wrong.empty() && names != s.young.size())
+    wrong = fmt::format("{} regions but {} names", s.young.size(), names);
+  checks.add("materials", wrong.empty(),
+             wrong.empty() ? fmt::format("{} regions, Young > 0, -1 < Poisson < 0.5", s.young.size()) : wrong);
+}
+
+// Positive volumes; triangles are the outer surface, oriented outward; the first Ns nodes are exactly its nodes.
+void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) {
+  TetrahedralMesh mesh;
+  mesh.nodes.resize(s.nodes.size() / 3);
+  mesh.tetrahedra.resize(s.tetrahedra.size() / 4);
+  for (std::size_t i = 0; i < s.nodes.size(); ++i) mesh.nodes[i / 3][i % 3] = s.nodes[i];
+  for (std::size_t i = 0; i < s.tetrahedra.size(); ++i) mesh.tetrahedra[i / 4][i % 4] = s.tetrahedra[i];
+
+  std::string wrong;
+  for (std::size_t e = 0; e < mesh.tetrahedra.size() && wrong.empty(); ++e) {
+    const auto& t = mesh.tetrahedra[e];
+    Matrix3 edges;
+    for (int i = 0; i < 9; ++i) edges[i] = mesh.nodes[t[1 + i / 3]][i % 3] - mesh.nodes[t[0]][i % 3];
+    const double volume = (edges[0] * (edges[4] * edges[8] - edges[5] * edges[7]) -
+                           edges[1] * (edges[3] * edges[8] - edges[5] * edges[6]) +
+                           edges[2] * (edges[3] * edges[7] - edges[4] * edges[6])) /
+                          6;
+    if (!(volume > 0)) wrong = fmt::format("tetrahedron {} has volume {:.3g} m^3", e, volume);
+  }
+  checks.add("volumes", wrong.empty(),
+             wrong.empty() ? fmt::format("{} tetrahedra, all positive", mesh.tetrahedra.size()) : wrong);
+
+  // Each triangle with its smallest node first: a rotation is the same triangle, a reflection is not.
+  const auto turned = [](std::array<std::int32_t, 3> t) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    return t;
+  };
+  std::vector<std::array<std::int32_t, 3>> stored, outer;
+  for (std::size_t i = 0; i < s.triangles.size(); i += 3)
+    stored.push_back(turned({s.triangles[i], s.triangles[i + 1], s.triangles[i + 2]}));
+  wrong.clear();
+  try {
+    for (const auto& triangle : boundary_triangles(mesh)) outer.push_back(turned(triangle));
+  } catch (const InputError& error) {
+    wrong = error.what();
+  }
+  std::sort(stored.begin(), stored.end());
+  std::sort(outer.begin(), outer.end());
+  if (wrong.empty() && stored != outer) wrong = "the triangles are not the outer surface of the tetrahedra";
+  std::vector<bool> used(file.index().counts.surface_nodes, false);
+  for (const std::int32_t node : s.triangles) used[node] = true;
+  if (const auto unused = std::find(used.begin(), used.end(), false); wrong.empty() && unused != used.end())
+    wrong = fmt::format("node {} is counted among the surface nodes, but no triangle uses it", unused - used.begin());
+  checks.add("surface", wrong.empty(),
+             wrong.empty() ? fmt::format("{} triangles, the outer faces of the tetrahedra", stored.size()) : wrong);
+}
+
+// The provenance's tolerance, or what double precision allowed where that is more; infinite where it states none.
+double stated_tolerance(const BundleFile& file) {
+  const nlohmann::json provenance = file.provenance();
+  const auto number = [&](const char* key, double otherwise) {
+    return provenance.is_object() && provenance.contains(key) && provenance[key].is_number()
+               ? provenance[key].get<double>()
+               : otherwise;
+  };
+  return std::max(number("tolerance", INFINITY), number("residual_floor", 0));
+}
+
+void check_certificate(const BundleFile& file, const SmallSections& s, Checks& checks) {
+  const double tolerance = stated_tolerance(file);
+  const double worst = *std::max_element(s.residual.begin(), s.residual.end());
+  const bool in_order = std::all_of(s.residual.begin(), s.residual.end(), [](double r) { return r >= 0; }) &&
+                        std::all_of(s.iterations.begin(), s.iterations.end(), [](std::int32_t i) { return i >= 0; });
+  const nlohmann::json provenance = file.provenance();
+  bool as_stated = true;
+  if (provenance.is_object() && provenance.contains("worst_residual") && provenance["worst_residual"].is_number())
+    as_stated = provenance["worst_residual"].get<double>() == worst;
+  checks.add_stated("certificate", in_order && as_stated && worst <= tolerance, "worst residual of all columns",
+                    provenance, "worst_residual", worst, tolerance);
+}
+
+void check_preload(const BundleFile& file, const SmallSections& s, Checks& checks) {
+  const auto displacement = file.numbers<double>(SectionId::preload_displacement);
+  if (displacement.empty()) return;
+  std::string wrong;
+  for (std::size_t i = 0; i < displacement.size() && wrong.empty(); ++i)
+    if (s.fixed[i] && displacement[i] != 0)
+      wrong = fmt::format("fixed node {} moves by {} m under the body force", i / 3, displacement[i]);
+  checks.add("preload", wrong.empty(), wrong.empty() ? "fixed nodes have zero displacement" : wrong);
+}
+
+// T^f: zero on fixed dofs, symmetric and positive definite on the free ones. Fills compliance with C_kk = T^f_k^-1.
+void check_force(const SmallSections& s, std::vector<Matrix3>& compliance, Checks& checks) {
+  double asymmetry = 0;
+  std::string wrong;
+  compliance.resize(s.touchable.size());
+  for (std::size_t k = 0; k < s.touchable.size(); ++k) {
+    Matrix3 force;
+    std::copy_n(s.force.begin() + static_cast<std::ptrdiff_t>(9 * k), 9, force.begin());
+    const std::uint8_t* fixed = &s.fixed[3 * static_cast<std::size_t>(s.touchable[k])];
+    const double scale = largest(force);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        asymmetry = std::max(asymmetry, std::abs(force[3 * i + j] - force[3 * j + i]) / (scale > 0 ? scale : 1));
+        if (wrong.empty() && (fixed[i] || fixed[j]) && force[3 * i + j] != 0)
+          wrong = fmt::format("node {}: a fixed dof has the force {} N/m", s.touchable[k], force[3 * i + j]);
+      }
+    if (!invert_on_free(force, fixed, &compliance[k]) && wrong.empty())
+      wrong = fmt::format("node {}: not positive definite", s.touchable[k]);
+  }
+  // C_kk is symmetrised before it is inverted: what is left are roundings of a 3 x 3 inverse.
+  checks.add_bounded("symmetric T^f", asymmetry <= 1e-12, "largest asymmetry, relative", asymmetry, 1e-12);
+  checks.add("definite T^f", wrong.empty(),
+             wrong.empty() ? "positive definite on free dofs, zero on fixed ones" : wrong);
+}
+
+}  // namespace palpate

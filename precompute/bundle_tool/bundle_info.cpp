@@ -1,0 +1,214 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "precompute/bundle_tool/bundle_commands.h"
+#include "precompute/bundle_tool/bundle_file.h"
+#include "precompute/bundle_tool/stored_columns.h"
+
+namespace palpate {
+
+using namespace formats;
+
+namespace {
+
+nlohmann::json counts_json(const BundleCounts& n) {
+  return {{"nodes", n.nodes},           {"surface_nodes", n.surface_nodes},
+          {"tetrahedra", n.tetrahedra}, {"triangles", n.triangles},
+          {"regions", n.regions},       {"touchable", n.touchable}};
+}
+
+nlohmann::json materials_json(const BundleFile& file) {
+  const auto names = file.region_names();
+  const auto young = file.numbers<double>(SectionId::young), poisson = file.numbers<double>(SectionId::poisson);
+  nlohmann::json materials = nlohmann::json::array();
+  for (std::size_t r = 0; r < young.size(); ++r)
+    materials.push_back({{"name", r < names.size() ? names[r] : ""}, {"young_pa", young[r]}, {"poisson", poisson[r]}});
+  return materials;
+}
+
+nlohmann::json certificate_json(const BundleFile& file) {
+  const auto residual = file.numbers<double>(SectionId::residual);
+  const auto iterations = file.numbers<std::int32_t>(SectionId::iterations);
+  // A residual that is no number is the worst.
+  const auto worst = std::max_element(residual.begin(), residual.end(),
+                                      [](double a, double b) { return !std::isnan(a) && (std::isnan(b) || a < b); });
+  const auto column = static_cast<std::size_t>(worst - residual.begin());
+  nlohmann::json json = {{"worst_residual", *worst},
+                         {"worst_residual_node", file.numbers<std::int32_t>(SectionId::touchable)[column / 3]},
+                         {"worst_residual_dof", std::string(1, "xyz"[column % 3])},
+                         {"most_iterations", *std::max_element(iterations.begin(), iterations.end())}};
+  const nlohmann::json provenance = file.provenance();
+  for (const char* key : {"solver", "tolerance", "reciprocity_error", "reciprocity_pairs", "cast_error", "stored_error",
+                          "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition",
+                          "locking_estimate", "locking_probes", "locking_note", "plan"})
+    if (provenance.is_object() && provenance.contains(key)) json[key] = provenance[key];
+  if (provenance.is_object())
+    for (const auto& [key, value] : provenance.items())
+      if (key.rfind("accuracy_", 0) == 0) json[key] = value;
+  return json;
+}
+
+nlohmann::json sections_json(const BundleIndex& index) {
+  nlohmann::json sections = nlohmann::json::array();
+  for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
+    const SectionEntry& entry = index.entries[i];
+    const SectionDescription* section = describe_section(static_cast<SectionId>(entry.id));
+    sections.push_back({{"id", entry.id},
+                        {"path", section_name(entry)},
+                        {"type", type_name(entry.type)},
+                        {"shape", std::vector(entry.shape, entry.shape + std::min(entry.rank, kMaxRank))},
+                        {"unit", section ? section->unit : ""},
+                        {"offset", entry.offset},
+                        {"bytes", entry.bytes},
+                        {"xxh64", fmt::format("{:016x}", entry.checksum)}});
+  }
+  return sections;
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+  if (bytes < 1000) return fmt::format("{} B", bytes);
+  if (bytes < 1000000) return fmt::format("{:.1f} kB", 1e-3 * static_cast<double>(bytes));
+  if (bytes < 1000000000) return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
+  return fmt::format("{:.2f} GB", 1e-9 * static_cast<double>(bytes));
+}
+
+// A provenance value as text; "-" where it is missing or empty.
+std::string value_text(const nlohmann::json& provenance, const char* key) {
+  if (!provenance.is_object() || !provenance.contains(key)) return "-";
+  const nlohmann::json& value = provenance[key];
+  const std::string text = value.is_string() ? value.get<std::string>() : json_text(value);
+  return text.empty() ? "-" : printable(text);
+}
+
+bool has_number(const nlohmann::json& object, const char* key) {
+  return object.contains(key) && object[key].is_number();
+}
+
+// "2.8e-08", or "not measured".
+std::string measured(const nlohmann::json& object, const char* key) {
+  return has_number(object, key) ? fmt::format("{:.2g}", object[key].get<double>()) : "not measured";
+}
+
+// What is stored, and how far it is from what was solved.
+void print_storage(const nlohmann::json& report) {
+  const nlohmann::json& p = report["provenance"];
+  fmt::print("stored      {}\n", printable(report["stored"].get<std::string>()));
+  if (!has_number(p, "pack_error_worst")) {
+    fmt::print("            worst relative error of a column: {}\n", measured(p, "cast_error"));
+    return;
+  }
+  const int dof = has_number(p, "pack_error_worst_dof") ? p["pack_error_worst_dof"].get<int>() : -1;
+  fmt::print(
+      "            error against the source: worst column {} (node {}, {}), RMS {}, entry {}; against the solve at "
+      "most {}\n",
+      measured(p, "pack_error_worst"), value_text(p, "pack_error_worst_node"),
+      dof >= 0 && dof < 3 ? std::string(1, "xyz"[dof]) : "-", measured(p, "pack_error_rms"),
+      measured(p, "pack_error_entry"), measured(p, "stored_error"));
+  fmt::print("            {}\n", value_text(p, "pack_history"));
+}
+
+// Below this a column solved to 1e-9 of its residual may be off by its size.
+constexpr double kLeastReciprocalCondition = 1e-12;
+
+void print_certificate(const nlohmann::json& report) {
+  const nlohmann::json &p = report["provenance"], &c = report["certificate"];
+  fmt::print("solver      {}, tolerance {}\n", value_text(p, "solver"), value_text(p, "tolerance"));
+  if (p.is_object() && p.contains("plan")) fmt::print("plan        {}\n", value_text(p, "plan"));
+  fmt::print("certificate worst residual {:.2g} (node {}, {}), at most {} iterations\n",
+             c["worst_residual"].get<double>(), c["worst_residual_node"].get<int>(),
+             c["worst_residual_dof"].get<std::string>(), c["most_iterations"].get<int>());
+  fmt::print("            reciprocity error of far pairs: {}\n", measured(p, "reciprocity_error"));
+  // 0 is written where the solver tells none.
+  const bool told = has_number(p, "reciprocal_condition") && p["reciprocal_condition"].get<double>() != 0;
+  const bool poor = told && !(p["reciprocal_condition"].get<double>() >= kLeastReciprocalCondition);
+  fmt::print("            reciprocal condition: {}{}\n", told ? measured(p, "reciprocal_condition") : "not measured",
+             poor ? " (warning: residuals say little about columns; is the organ held, are its materials right?)" : "");
+  const bool estimated = has_number(p, "locking_estimate");
+  fmt::print("            locking: {}",
+             estimated ? fmt::format("forces {:.3f} times those of p2-p0", p["locking_estimate"].get<double>())
+                       : "not measured");
+  if (has_number(p, "locking_probes")) fmt::print(" over {} probes", value_text(p, "locking_probes"));
+  if (p.is_object() && p.contains("locking_note")) fmt::print("; {}", value_text(p, "locking_note"));
+  fmt::print("\n");
+}
+
+// What palpate-accuracy measured of this setting.
+void print_accuracy(const nlohmann::json& p) {
+  if (!p.is_object() || !has_number(p, "accuracy_force_error") || !has_number(p, "accuracy_field_error")) return;
+  const auto percent = [&](const char* key) {
+    return has_number(p, key) ? fmt::format("{:.2g} %", 100 * p[key].get<double>()) : std::string("unknown");
+  };
+  fmt::print("accuracy    force {}, field {}, against {}, itself off by about {} and {}\n",
+             percent("accuracy_force_error"), percent("accuracy_field_error"), value_text(p, "accuracy_reference"),
+             percent("accuracy_reference_force_error"), percent("accuracy_reference_field_error"));
+  fmt::print("            touch {} us, shape {} us on {}\n", measured(p, "accuracy_touch_us"),
+             measured(p, "accuracy_shape_us"), value_text(p, "accuracy_machine"));
+}
+
+void print_report(const BundleFile& file, const nlohmann::json& report) {
+  const nlohmann::json& p = report["provenance"];
+  const BundleCounts& n = file.index().counts;
+  fmt::print("{}: tensor bundle, layout {}, {}, written by palpate {}\n", file.path().string(),
+             file.index().header.layout_version, bytes_text(file.index().header.file_bytes),
+             value_text(p, "program_version"));
+  fmt::print("organ       {}, boundary {}, element {}, frame {}\n", value_text(p, "organ"), value_text(p, "boundary"),
+             value_text(p, "element"), value_text(p, "frame"));
+  fmt::print("mesh        {} nodes, {} on the surface, {} touchable; {} tetrahedra, {} surface triangles\n", n.nodes,
+             n.surface_nodes, n.touchable, n.tetrahedra, n.triangles);
+  const char* label = "materials";
+  for (const auto& material : report["materials"]) {
+    fmt::print("{:<11} {}: Young {:.6g} Pa, Poisson {:.6g}\n", label, printable(material["name"].get<std::string>()),
+               material["young_pa"].get<double>(), material["poisson"].get<double>());
+    label = "";
+  }
+  print_storage(report);
+  print_certificate(report);
+  print_accuracy(p);
+  fmt::print("sha256      image    {}\n            mesh     {}\n            organ    {}\n            boundary {}\n",
+             value_text(p, "image_sha256"), value_text(p, "mesh_sha256"), value_text(p, "organ_sha256"),
+             value_text(p, "boundary_sha256"));
+  if (p.is_object() && p.contains("curve_sha256"))
+    fmt::print("            curve    {}\n", value_text(p, "curve_sha256"));
+  if (p.is_object() && p.contains("packed_from_sha256"))
+    fmt::print("            packed from {}\n", value_text(p, "packed_from_sha256"));
+  label = "sections";
+  for (std::uint32_t i = 0; i < file.index().header.section_count; ++i) {
+    const SectionEntry& entry = file.index().entries[i];
+    fmt::print("{:<11} {:<30} {:<4} {:<20} {:>10}\n", label, section_name(entry), type_name(entry.type),
+               shape_text(entry), bytes_text(entry.bytes));
+    label = "";
+  }
+}
+
+// In words; a bundle whose tables do not hold is shown as far as it goes.
+std::string stored_form(const BundleFile& file) {
+  try {
+    const StoredColumns columns(file);
+    return columns.form() + (columns.has_interior() ? ", with the interior" : ", surface alone");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+void show_bundle(const std::filesystem::path& path, bool json) {
+  const BundleFile file(path);
+  nlohmann::json report = {{"file", path.string()},
+                           {"layout", file.index().header.layout_version},
+                           {"bytes", file.index().header.file_bytes},
+                           {"provenance", file.provenance()},
+                           {"counts", counts_json(file.index().counts)},
+                           {"materials", materials_json(file)},
+                           {"stored", stored_form(file)},
+                           {"certificate", certificate_json(file)},
+                           {"sections", sections_json(file.index())}};
+  if (json)
+    fmt::print("{}\n", json_text(report));
+  else
+    print_report(file, report);
+}
+
+}  // namespace palpate

@@ -1,0 +1,144 @@
+// Solves a sample of columns again from the mesh and the configs, and compares.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/organ_config.h"
+#include "formats/program.h"
+#include "formats/tetrahedral_mesh.h"
+#include "precompute/bundle_tool/bundle_checks.h"
+#include "precompute/bundle_tool/column_errors.h"
+#include "precompute/elements/elastic_body.h"
+#include "precompute/solver/petsc_session.h"
+#include "precompute/tensors/probe_columns.h"
+
+namespace palpate {
+
+using namespace formats;
+
+namespace {
+
+// The hashes of the inputs against those the bundle recorded.
+void check_hashes(const BundleFile& file, const VerifyOptions& options, Checks& checks) {
+  const nlohmann::json provenance = file.provenance();
+  const std::pair<const char*, const std::filesystem::path&> inputs[] = {
+      {"mesh_sha256", options.mesh}, {"organ_sha256", options.organ}, {"boundary_sha256", options.boundary}};
+  std::string wrong;
+  for (const auto& [key, path] : inputs) {
+    const std::string hash = sha256_of_file(path.string());
+    if (!provenance.is_object() || !provenance.contains(key) || provenance[key] != hash)
+      wrong += fmt::format("{}{} is not the file it was made from", wrong.empty() ? "" : ", ", path.string());
+  }
+  checks.add("input hashes", wrong.empty(),
+             wrong.empty() ? "mesh, organ and boundary are the files it was made from" : wrong);
+}
+
+template <class Row, class Number>
+bool same(const std::vector<Row>& rows, const std::vector<Number>& flat) {
+  if (rows.size() * std::tuple_size_v<Row> != flat.size()) return false;
+  for (std::size_t i = 0; i < flat.size(); ++i)
+    if (rows[i / std::tuple_size_v<Row>][i % std::tuple_size_v<Row>] != flat[i]) return false;
+  return true;
+}
+
+// The bundle's nodes, elements, supports and materials are what the inputs give, bit for bit.
+void check_body(const ElasticBody& body, const SmallSections& small, Checks& checks) {
+  std::string wrong;
+  const auto require = [&](bool equal, const char* what) {
+    if (!equal) wrong += (wrong.empty() ? "" : ", ") + std::string(what);
+  };
+  require(same(body.nodes, small.nodes), "nodes");
+  require(same(body.tetrahedra, small.tetrahedra), "tetrahedra");
+  require(body.region == small.region, "regions");
+  require(same(body.triangles, small.triangles), "triangles");
+  require(same(body.fixed, small.fixed), "fixed dofs");
+  // pack may have kept a part of them.
+  require(std::includes(body.touchable.begin(), body.touchable.end(), small.touchable.begin(), small.touchable.end()),
+          "touchable nodes");
+  bool materials = body.materials.size() == small.young.size();
+  for (std::size_t r = 0; materials && r < body.materials.size(); ++r)
+    materials = body.materials[r].young == small.young[r] && body.materials[r].poisson == small.poisson[r];
+  require(materials, "materials");
+  checks.add("same body", wrong.empty(),
+             wrong.empty() ? "mesh, supports and materials are those of the inputs" : "the inputs give other " + wrong);
+}
+
+struct SolvedErrors {
+  ColumnErrors displacement;
+  double force = 0, residual = 0;  // relative, in 2-norms; of the new solve
+};
+
+SolvedErrors compare_columns(const BundleFile& file, const SmallSections& small, const std::vector<std::int32_t>& drawn,
+                             const std::vector<NodeTensor>& solved) {
+  SolvedErrors found;
+  StoredColumns columns(file);
+  ColumnRows stored, expected;
+  const std::size_t surface = 3 * columns.surface_nodes(), all = 3 * file.index().counts.nodes;
+  for (std::size_t s = 0; s < drawn.size(); ++s) {
+    const auto k = static_cast<std::size_t>(drawn[s]);
+    columns.read(k, stored);
+    expected.surface.clear(), expected.interior.clear();
+    for (std::size_t j = 0; j < 3; ++j) {
+      const auto row = solved[s].displacement.begin() + static_cast<std::ptrdiff_t>(j * all);
+      expected.surface.insert(expected.surface.end(), row, row + static_cast<std::ptrdiff_t>(surface));
+      expected.interior.insert(expected.interior.end(), row + static_cast<std::ptrdiff_t>(surface),
+                               row + static_cast<std::ptrdiff_t>(all));
+    }
+    found.displacement.add(stored, expected, solved[s].node);
+    double difference = 0, size = 0;
+    for (int i = 0; i < 9; ++i) {
+      difference += std::pow(small.force[9 * k + i] - solved[s].force[i], 2);
+      size += std::pow(solved[s].force[i], 2);
+    }
+    found.force = std::max(found.force, std::sqrt(difference / size));
+    found.residual = std::max(found.residual, solved[s].residual);
+  }
+  return found;
+}
+
+// What storing may have cost a column, relative: stated by pack, or the rounding of the type that holds it.
+double storing_bound(const BundleFile& file, const nlohmann::json& provenance) {
+  if (provenance.is_object() && provenance.contains("stored_error") && provenance["stored_error"].is_number())
+    return provenance["stored_error"].get<double>() * (1 + 1e-6);
+  return 2 * StoredColumns(file).relative_rounding();
+}
+
+}  // namespace
+
+void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
+                          Checks& checks) {
+  check_hashes(file, options, checks);
+  const OrganConfig organ = read_organ_config(options.organ);
+  const ElasticBody body = make_elastic_body(read_mesh(options.mesh), organ, read_boundary_config(options.boundary),
+                                             {options.mesh, options.organ, options.boundary});
+  check_body(body, small, checks);
+  if (!checks.all_held()) return;
+
+  const auto drawn =
+      draw(small.touchable.size(), std::min<std::size_t>(small.touchable.size(), options.columns), options.seed);
+  std::vector<std::int32_t> nodes;
+  for (const auto k : drawn) nodes.push_back(small.touchable[k]);
+  const double stored_residual = *std::max_element(small.residual.begin(), small.residual.end());
+  const PetscSession session({});
+  const auto solved = solve_node_tensors(body, organ.element, nodes, std::max(1e-12, std::min(1e-9, stored_residual)));
+  const SolvedErrors found = compare_columns(file, small, drawn, solved);
+
+  // A residual r leaves C r in a column C e: relative to it at most the largest eigenvalue of C over |C e|. A column
+  // that takes its share in the softest mode has |C e| of about that eigenvalue over sqrt(3 N); ten is for those that
+  // take less. Storing adds what it states, or the rounding of its type.
+  const double amplification = 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size()));
+  const double solving = amplification * (stored_residual + found.residual);
+  const nlohmann::json provenance = file.provenance();
+  const bool packed = provenance.is_object() && provenance.contains("stored_error");
+  const double bound = storing_bound(file, provenance) + solving;
+  checks.add_stated("solved again", found.displacement.worst <= bound,
+                    fmt::format("largest relative error of {} columns (node {} dof {})", 3 * drawn.size(),
+                                found.displacement.worst_node, "xyz"[found.displacement.worst_dof]),
+                    provenance, packed ? "stored_error" : "cast_error", found.displacement.worst, bound);
+  // T^f is stored in double; 1e-12 is for the inverse of its 3 x 3 block.
+  checks.add_bounded("T^f solved again", found.force <= 1e-12 + solving,
+                     fmt::format("largest relative error of {} blocks", drawn.size()), found.force, 1e-12 + solving);
+}
+
+}  // namespace palpate

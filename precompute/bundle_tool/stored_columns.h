@@ -1,0 +1,72 @@
+// The displacements of a bundle, column by column, as numbers: whatever form they are stored in.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "formats/checksum.h"
+#include "formats/compliance_blocks.h"
+#include "precompute/bundle_tool/bundle_file.h"
+
+namespace palpate {
+
+// T^u of the three columns of one touchable node.
+struct ColumnRows {
+  std::vector<double> surface;   // [3][Ns][3]
+  std::vector<double> interior;  // [3][N-Ns][3]; empty where it is not stored
+};
+
+class StoredColumns {
+ public:
+  // Holds the compliance's tables and values in memory, or a column of stored rows at a time. Errors: InputError when the
+  // tables of the compliance do not hold.
+  explicit StoredColumns(const BundleFile& file);
+
+  std::size_t columns() const { return columns_; }
+  std::uint64_t surface_nodes() const { return file_.index().counts.surface_nodes; }
+  bool has_interior() const { return interior_ != nullptr; }
+
+  // T^u of the k-th touchable node. Errors: OperationError when the file cannot be read.
+  void read(std::size_t k, ColumnRows& rows);
+
+  // XXH64 of the displacement sections that read() has gone through from first to last column, once each.
+  std::map<formats::SectionId, std::uint64_t> checksums() const;
+
+  // "f32 rows", "f16 rows with scales", "f32 compliance blocks (2193, 844 dense)".
+  std::string form() const;
+  formats::ElementType type() const { return type_; }
+  bool in_blocks() const { return !blocks_.empty(); }
+  std::size_t block_count() const { return blocks_.size(); }
+  std::size_t dense_blocks() const;
+
+  // How far rounding to the stored type may move a number of row [k, j], relative to it and absolutely. 0, 0 for blocks,
+  // whose numbers are symmetric by construction, and for f64.
+  double relative_rounding() const;
+  double absolute_rounding(std::size_t k, int j) const;
+
+ private:
+  struct Rows {
+    const formats::SectionEntry* entry;
+    std::uint64_t next = 0;  // column that the checksum expects
+    formats::Xxh64 checksum;
+  };
+  void read_rows(Rows& rows, std::size_t k, std::vector<double>& out);
+  void read_blocks(std::size_t k, std::vector<double>& out) const;
+
+  const BundleFile& file_;
+  std::size_t columns_;
+  const formats::SectionEntry *surface_, *interior_;
+  formats::ElementType type_;
+  Rows surface_rows_, interior_rows_;
+  std::vector<float> scale_;
+  std::vector<char> buffer_;
+  // of a compliance
+  std::vector<formats::ComplianceBlock> blocks_;
+  std::vector<std::int32_t> nodes_, place_of_column_;
+  std::vector<char> values_;
+  std::vector<double> force_;
+};
+
+}  // namespace palpate

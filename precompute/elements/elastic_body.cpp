@@ -1,0 +1,129 @@
+#include "precompute/elements/elastic_body.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "formats/errors.h"
+#include "formats/program.h"
+
+namespace palpate {
+namespace {
+
+std::string quoted(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "\"" : ", \"") + name + '"';
+  return text;
+}
+
+std::vector<Material> materials_by_name(const TetrahedralMesh& mesh, const OrganConfig& organ, const BodyFiles& files) {
+  std::vector<Material> result;
+  for (const auto& name : mesh.region_names) {
+    const auto at = std::find_if(organ.regions.begin(), organ.regions.end(),
+                                 [&name](const OrganConfig::Region& r) { return r.name == name; });
+    if (at == organ.regions.end())
+      throw InputError(fmt::format("{}: no [[region]] is named \"{}\", but {} has such a region (its regions: {})",
+                                   files.organ.string(), name, files.mesh.string(), quoted(mesh.region_names)));
+    result.push_back({at->young.value, at->poisson.value, at->density ? at->density->value : 0.0});
+  }
+  for (const auto& region : organ.regions)
+    if (std::find(mesh.region_names.begin(), mesh.region_names.end(), region.name) == mesh.region_names.end())
+      warn(fmt::format("{}: [[region]] \"{}\" is not in {}", files.organ.string(), region.name, files.mesh.string()));
+  return result;
+}
+
+// Old node -> new node: those of the surface first, each group in the old order.
+std::vector<std::int32_t> surface_first(std::size_t count, const std::vector<std::int32_t>& surface_nodes) {
+  std::vector<std::int32_t> order(count, -1);
+  std::int32_t next = 0;
+  for (const auto n : surface_nodes) order[n] = next++;
+  for (auto& place : order)
+    if (place < 0) place = next++;
+  return order;
+}
+
+std::vector<std::int32_t> nodes_of(const std::vector<std::array<std::int32_t, 3>>& triangles) {
+  std::vector<std::int32_t> nodes;
+  for (const auto& triangle : triangles) nodes.insert(nodes.end(), triangle.begin(), triangle.end());
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+// No organ is outside; mesh_unit slipped, or the file holds something else. Far outside squares and cubes overflow.
+constexpr double kSmallest = 1e-9, kLargest = 1e9;  // m
+
+void check_extent(const ElasticBody& body, const BodyFiles& files) {
+  double extent = 0;
+  for (int d = 0; d < 3; ++d) {
+    const auto [low, high] = std::minmax_element(body.nodes.begin(), body.nodes.end(),
+                                                 [d](const auto& a, const auto& b) { return a[d] < b[d]; });
+    extent = std::max(extent, (*high)[d] - (*low)[d]);
+  }
+  if (!(extent >= kSmallest && extent <= kLargest))
+    throw InputError(fmt::format("{}: the body is {:.3g} m across, expected 1e-9 to 1e9 m; check mesh_unit in {}",
+                                 files.mesh.string(), extent, files.organ.string()));
+}
+
+// The touchable nodes: on the surface, with a dof that can move.
+std::vector<std::int32_t> touchable_nodes(const std::vector<std::int32_t>& wanted, const ElasticBody& body,
+                                          const BodyFiles& files) {
+  std::vector<std::int32_t> result;
+  std::size_t inside = 0;
+  for (const auto n : wanted) {
+    const auto& held = body.fixed[n];
+    if (n >= body.surface_count)
+      ++inside;
+    else if (!(held[0] && held[1] && held[2]))
+      result.push_back(n);
+  }
+  std::sort(result.begin(), result.end());
+  if (inside > 0)
+    warn(fmt::format("{}: [touchable] names {} nodes inside the body; left out", files.boundary.string(), inside));
+  if (result.empty())
+    throw InputError(
+        fmt::format("{}: no node can be touched: expected surface nodes with a free degree of freedom, found "
+                    "that all {} selected ones are held; let [touchable] select others",
+                    files.boundary.string(), wanted.size() - inside));
+  return result;
+}
+
+}  // namespace
+
+ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& organ, const BoundaryConfig& boundary,
+                              const BodyFiles& files) {
+  ElasticBody body;
+  try {
+    body.triangles = boundary_triangles(mesh);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", files.mesh.string(), error.what()));
+  }
+  const auto surface = nodes_of(body.triangles);
+  const auto order = surface_first(mesh.nodes.size(), surface);
+  body.surface_count = static_cast<std::int32_t>(surface.size());
+
+  body.nodes.resize(mesh.nodes.size());
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    for (int d = 0; d < 3; ++d) body.nodes[order[n]][d] = mesh.nodes[n][d] * organ.metres_per_mesh_unit;
+  check_extent(body, files);
+  body.tetrahedra = mesh.tetrahedra;
+  for (auto& tetrahedron : body.tetrahedra)
+    for (auto& n : tetrahedron) n = order[n];
+  for (auto& triangle : body.triangles)
+    for (auto& n : triangle) n = order[n];
+  body.region = mesh.region;
+  body.region_names = mesh.region_names;
+  body.materials = materials_by_name(mesh, organ, files);
+
+  body.fixed.assign(mesh.nodes.size(), {0, 0, 0});
+  for (const auto& fixed : boundary.fixed)
+    for (const auto n : select_nodes(fixed.select, mesh, surface, files.boundary))
+      for (int d = 0; d < 3; ++d) body.fixed[order[n]][d] |= fixed.dofs[d] ? 1 : 0;
+
+  auto wanted = boundary.touchable.empty() ? surface : select_nodes(boundary.touchable, mesh, surface, files.boundary);
+  for (auto& n : wanted) n = order[n];
+  body.touchable = touchable_nodes(wanted, body, files);
+  return body;
+}
+
+}  // namespace palpate

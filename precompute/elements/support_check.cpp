@@ -1,0 +1,282 @@
+#include "precompute/elements/support_check.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Row = Eigen::Matrix<double, 1, 6>;
+
+// A support whose weakest motion is held less than this against its best held one is taken as loose: the square of it
+// is what it adds to the conditioning of K.
+constexpr double kWeakest = 1e-6;
+
+// Above this many parts that hold only together, the mechanism's dense matrix is no longer worth its memory.
+constexpr std::size_t kMostHinged = 300;
+
+class Sets {  // union-find
+ public:
+  explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  std::int32_t find(std::int32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::int32_t a, std::int32_t b) { parent_[std::max(find(a), find(b))] = std::min(find(a), find(b)); }
+
+ private:
+  std::vector<std::int32_t> parent_;
+};
+
+struct Part {
+  std::vector<std::int32_t> nodes;
+  std::size_t tetrahedra = 0;
+  std::int32_t region = 0;
+  Vector3d center = Vector3d::Zero();
+  double size = 0;  // root mean square distance of its nodes from the centre
+};
+
+Vector3d at(const ElasticBody& body, std::int32_t n) {
+  return Vector3d(body.nodes[n].data());
+}
+
+std::vector<Part> rigid_parts(const ElasticBody& body) {
+  struct Face {
+    std::array<std::int32_t, 3> nodes;
+    std::int32_t tetrahedron;
+  };
+  std::vector<Face> faces;
+  faces.reserve(body.tetrahedra.size() * 4);
+  for (std::size_t t = 0; t < body.tetrahedra.size(); ++t)
+    for (int skip = 0; skip < 4; ++skip) {
+      Face face{{}, static_cast<std::int32_t>(t)};
+      for (int i = 0, k = 0; i < 4; ++i)
+        if (i != skip) face.nodes[k++] = body.tetrahedra[t][i];
+      std::sort(face.nodes.begin(), face.nodes.end());
+      faces.push_back(face);
+    }
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.nodes < b.nodes; });
+  Sets sets(body.tetrahedra.size());
+  for (std::size_t f = 0; f + 1 < faces.size(); ++f)
+    if (faces[f].nodes == faces[f + 1].nodes) sets.join(faces[f].tetrahedron, faces[f + 1].tetrahedron);
+
+  std::vector<Part> parts;
+  std::vector<std::int32_t> part_of(body.tetrahedra.size(), -1);
+  for (std::size_t t = 0; t < body.tetrahedra.size(); ++t) {
+    auto& part = part_of[sets.find(static_cast<std::int32_t>(t))];
+    if (part < 0) {
+      part = static_cast<std::int32_t>(parts.size());
+      parts.emplace_back().region = body.region[t];
+    }
+    ++parts[part].tetrahedra;
+    parts[part].nodes.insert(parts[part].nodes.end(), body.tetrahedra[t].begin(), body.tetrahedra[t].end());
+  }
+  for (auto& part : parts) {
+    std::sort(part.nodes.begin(), part.nodes.end());
+    part.nodes.erase(std::unique(part.nodes.begin(), part.nodes.end()), part.nodes.end());
+    for (const auto n : part.nodes) part.center += at(body, n) / static_cast<double>(part.nodes.size());
+    for (const auto n : part.nodes) part.size += (at(body, n) - part.center).squaredNorm();
+    part.size = std::sqrt(part.size / static_cast<double>(part.nodes.size()));
+  }
+  return parts;
+}
+
+// Displacement d of a node under the part's rigid motion (t, size * w): t + w x (p - center).
+Row motion_of(const Part& part, const Vector3d& p, int d) {
+  const Vector3d arm = (p - part.center) / part.size;
+  Row row = Row::Zero();
+  row[d] = 1;
+  row[3 + (d + 1) % 3] = arm[(d + 2) % 3];
+  row[3 + (d + 2) % 3] = -arm[(d + 1) % 3];
+  return row;
+}
+
+// What rows (times their transpose, summed) leave free.
+MatrixXd null_space(const MatrixXd& gram) {
+  Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
+  const double largest = solver.eigenvalues().tail<1>()[0];
+  Eigen::Index free = 0;
+  while (free < gram.rows() && solver.eigenvalues()[free] <= kWeakest * kWeakest * std::max(largest, 1e-300)) ++free;
+  return largest > 0 ? MatrixXd(solver.eigenvectors().leftCols(free)) : MatrixXd::Identity(gram.rows(), gram.rows());
+}
+
+std::string coordinates(const Vector3d& v) {
+  const auto clean = [&v](double x) { return std::abs(x) < 1e-9 * v.cwiseAbs().maxCoeff() ? 0.0 : x; };
+  return fmt::format("({:.4g}, {:.4g}, {:.4g})", clean(v[0]), clean(v[1]), clean(v[2]));
+}
+
+// Largest component positive, so that the sentence does not depend on the sign of an eigenvector.
+Vector3d upright(const Vector3d& v) {
+  Eigen::Index most;
+  v.cwiseAbs().maxCoeff(&most);
+  return (v[most] < 0 ? -v : v).normalized();
+}
+
+// "can still slide along (1, 0, 0) and rotate about the axis through (...) m along (0, 1, 0)".
+std::string describe(const Part& part, const MatrixXd& motions) {
+  if (motions.cols() == 6) return "nothing holds it at all";
+  // Translations are the motions without rotation; the rest is turned so that rotations are orthogonal.
+  Eigen::JacobiSVD<MatrixXd> turn(motions.bottomRows(3), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const MatrixXd basis = motions * turn.matrixV();
+  std::vector<std::string> ways;
+  std::vector<Vector3d> slides;
+  for (Eigen::Index m = 0; m < basis.cols(); ++m) {
+    const bool turns = m < 3 && turn.singularValues()[m] > 1e-4;
+    if (!turns) slides.push_back(basis.col(m).head<3>().normalized());
+  }
+  for (const auto& slide : slides) ways.push_back("slide along " + coordinates(upright(slide)));
+  for (Eigen::Index m = 0; m < basis.cols() && m < 3; ++m) {
+    if (turn.singularValues()[m] <= 1e-4) continue;
+    const Vector3d w = basis.col(m).tail<3>() / part.size;
+    Vector3d t = basis.col(m).head<3>();
+    for (const auto& slide : slides) t -= slide * slide.dot(t);
+    const Vector3d through = part.center + w.cross(t) / w.squaredNorm();
+    const bool screws = std::abs(w.dot(t)) > 1e-4 * w.norm() * t.norm() && t.norm() > 1e-6 * part.size * w.norm();
+    ways.push_back(fmt::format("{} about the axis through {} m along {}", screws ? "screw" : "rotate",
+                               coordinates(through), coordinates(upright(w))));
+  }
+  std::string text = "it can still ";
+  for (std::size_t i = 0; i < ways.size(); ++i) text += (i == 0 ? "" : i + 1 == ways.size() ? " and " : ", ") + ways[i];
+  return text;
+}
+
+class SupportCheck {
+ public:
+  SupportCheck(const ElasticBody& body, const std::filesystem::path& file)
+      : body_(body), file_(file), parts_(rigid_parts(body)), grounded_(parts_.size(), 0) {
+    std::vector<std::vector<std::int32_t>> parts_at(body.nodes.size());
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      for (const auto n : parts_[p].nodes) parts_at[n].push_back(static_cast<std::int32_t>(p));
+    for (std::size_t n = 0; n < parts_at.size(); ++n)
+      if (parts_at[n].size() > 1) hinges_[static_cast<std::int32_t>(n)] = parts_at[n];
+  }
+
+  void run() {
+    // Parts that hold by themselves, or by those already known to hold.
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (std::size_t p = 0; p < parts_.size(); ++p)
+        if (!grounded_[p] && null_space(gram_of(p)).cols() == 0) grounded_[p] = changed = true;
+    }
+    for (const auto& group : loose_groups()) check_mechanism(group);
+  }
+
+ private:
+  Eigen::Matrix<double, 6, 6> gram_of(std::size_t p) const {
+    Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
+    for (const auto n : parts_[p].nodes) {
+      const auto hinge = hinges_.find(n);
+      bool held_by_neighbour = false;
+      if (hinge != hinges_.end())
+        for (const auto other : hinge->second) held_by_neighbour = held_by_neighbour || grounded_[other];
+      for (int d = 0; d < 3; ++d) {
+        if (!body_.fixed[n][d] && !held_by_neighbour) continue;
+        const Row row = motion_of(parts_[p], at(body_, n), d);
+        gram += row.transpose() * row;
+      }
+    }
+    return gram;
+  }
+
+  // Parts that do not hold yet, in groups hinged together.
+  std::vector<std::vector<std::int32_t>> loose_groups() const {
+    Sets sets(parts_.size());
+    for (const auto& [node, parts] : hinges_) {
+      std::int32_t before = -1;
+      for (const auto p : parts) {
+        if (grounded_[p]) continue;
+        if (before >= 0) sets.join(before, p);
+        before = p;
+      }
+    }
+    std::map<std::int32_t, std::vector<std::int32_t>> groups;
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      if (!grounded_[p]) groups[sets.find(static_cast<std::int32_t>(p))].push_back(static_cast<std::int32_t>(p));
+    std::vector<std::vector<std::int32_t>> result;
+    for (auto& [first, group] : groups) result.push_back(std::move(group));
+    return result;
+  }
+
+  void check_mechanism(const std::vector<std::int32_t>& group) const {
+    if (group.size() > kMostHinged)
+      throw InputError(
+          fmt::format("{}: {} parts of the mesh hang together by single vertices or edges only, too many to check "
+                      "whether they are held; fix more of each, or mesh without such hinges",
+                      file_.string(), group.size()));
+    const auto size = static_cast<Eigen::Index>(6 * group.size());
+    MatrixXd gram = MatrixXd::Zero(size, size);
+    std::map<std::int32_t, Eigen::Index> place;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      place[group[i]] = static_cast<Eigen::Index>(6 * i);
+      gram.block<6, 6>(static_cast<Eigen::Index>(6 * i), static_cast<Eigen::Index>(6 * i)) += gram_of(group[i]);
+    }
+    // Two parts move alike where they share a node.
+    for (const auto& [node, parts] : hinges_)
+      for (std::size_t i = 0; i < parts.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+          if (!place.count(parts[i]) || !place.count(parts[j])) continue;
+          const auto a = place[parts[i]], b = place[parts[j]];
+          for (int d = 0; d < 3; ++d) {
+            const Row u = motion_of(parts_[parts[i]], at(body_, node), d);
+            const Row v = motion_of(parts_[parts[j]], at(body_, node), d);
+            gram.block<6, 6>(a, a) += u.transpose() * u;
+            gram.block<6, 6>(b, b) += v.transpose() * v;
+            gram.block<6, 6>(a, b) -= u.transpose() * v;
+            gram.block<6, 6>(b, a) -= v.transpose() * u;
+          }
+        }
+    const MatrixXd free = null_space(gram);
+    if (free.cols() > 0) refuse(group, free);
+  }
+
+  // Names the part that moves most.
+  [[noreturn]] void refuse(const std::vector<std::int32_t>& group, const MatrixXd& free) const {
+    std::size_t worst = 0;
+    double most = 0;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      const double motion = free.middleRows(static_cast<Eigen::Index>(6 * i), 6).norm();
+      if (motion > most * (1 + 1e-9)) most = motion, worst = i;
+    }
+    const Part& part = parts_[group[worst]];
+    Eigen::JacobiSVD<MatrixXd> svd(free.middleRows(static_cast<Eigen::Index>(6 * worst), 6), Eigen::ComputeThinU);
+    Eigen::Index count = 0;
+    while (count < svd.singularValues().size() && svd.singularValues()[count] > 1e-6) ++count;
+    const MatrixXd motions = svd.matrixU().leftCols(count);
+    std::size_t held = 0;
+    for (const auto n : part.nodes)
+      for (int d = 0; d < 3; ++d) held += body_.fixed[n][d];
+    std::string hinge;
+    std::size_t shared = 0;
+    for (const auto n : part.nodes) shared += hinges_.count(n);
+    if (shared > 0) hinge = fmt::format(", hinged to others at {} nodes", shared);
+    throw InputError(fmt::format(
+        "{}: the organ is not held: part {} of {} ({} tetrahedra of region \"{}\" around {} m, {} fixed degrees of "
+        "freedom{}) has {} of its 6 rigid motions left: {}; fix more of its nodes in [[fixed]]",
+        file_.string(), group[worst] + 1, parts_.size(), part.tetrahedra, body_.region_names[part.region],
+        coordinates(part.center), held, hinge, count, describe(part, motions)));
+  }
+
+  const ElasticBody& body_;
+  const std::filesystem::path& file_;
+  std::vector<Part> parts_;
+  std::vector<char> grounded_;
+  std::map<std::int32_t, std::vector<std::int32_t>> hinges_;  // nodes of several parts
+};
+
+}  // namespace
+
+void check_support(const ElasticBody& body, const std::filesystem::path& boundary_file) {
+  SupportCheck(body, boundary_file).run();
+}
+
+}  // namespace palpate

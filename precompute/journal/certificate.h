@@ -1,0 +1,28 @@
+// What is known about all columns together, from the records of their blocks.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "precompute/journal/block_record.h"
+
+namespace palpate {
+
+struct Certificate {
+  double worst_residual = 0;
+  double residual_floor = 0;  // 0, or what double precision allows columns above the tolerance: epsilon ||K|| ||x||
+  std::int64_t worst_node = -1, worst_dof = 0;  // node in the bundle's order; of equals the first
+  std::int64_t most_iterations = 0;
+  double reciprocity_error = 0;  // largest |C_nk - C_kn^T| / |C_nk| over pairs of nodes far apart; Frobenius norm
+  std::int64_t reciprocity_pairs = 0;
+  double cast_error = 0;  // largest ||T stored - T solved|| / ||T solved|| of a column
+  double preload_residual = 0;
+  double locking_estimate = 0;      // of LockingEstimate; 0 where it is not measured
+  double reciprocal_condition = 0;  // of the stiffness, an upper bound; 0 where the solver tells none
+};
+
+// records: one per block. sample is filled. The last three are the caller's.
+Certificate certify(std::span<const ColumnBlock> blocks, std::span<const BlockRecord> records,
+                    ReciprocitySample& sample);
+
+}  // namespace palpate

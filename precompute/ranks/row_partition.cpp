@@ -1,0 +1,137 @@
+#include "precompute/ranks/row_partition.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace palpate {
+namespace {
+
+using Point = std::array<double, 3>;
+
+int longest_extent(std::span<const Point> nodes, std::span<const std::int32_t> some) {
+  Point low = nodes[some[0]], high = low;
+  for (const auto n : some)
+    for (int d = 0; d < 3; ++d) {
+      low[d] = std::min(low[d], nodes[n][d]);
+      high[d] = std::max(high[d], nodes[n][d]);
+    }
+  int axis = 0;
+  for (int d = 1; d < 3; ++d)
+    if (high[d] - low[d] > high[axis] - low[axis]) axis = d;
+  return axis;
+}
+
+// Puts some in order; ends: where each rank's share ends.
+void bisect(std::span<const Point> nodes, std::span<std::int32_t> some, int ranks, std::int32_t begin,
+            std::vector<std::int32_t>* ends) {
+  constexpr std::size_t kFew = 8;  // too few for an order to matter
+  if (ranks == 1 && some.size() <= kFew) {
+    std::sort(some.begin(), some.end());
+    if (ends) ends->push_back(begin + static_cast<std::int32_t>(some.size()));
+    return;
+  }
+  const int left = ranks > 1 ? ranks / 2 : 1, of = ranks > 1 ? ranks : 2;
+  const std::size_t half = some.size() * static_cast<std::size_t>(left) / static_cast<std::size_t>(of);
+  if (!some.empty()) {
+    const int axis = longest_extent(nodes, some);
+    std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(half), some.end(), [&](auto a, auto b) {
+      return nodes[a][axis] != nodes[b][axis] ? nodes[a][axis] < nodes[b][axis] : a < b;
+    });
+  }
+  const auto middle = begin + static_cast<std::int32_t>(half);
+  if (ranks > 1) {
+    bisect(nodes, some.first(half), left, begin, ends);
+    bisect(nodes, some.subspan(half), ranks - left, middle, ends);
+    return;
+  }
+  bisect(nodes, some.first(half), 1, begin, nullptr);
+  bisect(nodes, some.subspan(half), 1, middle, nullptr);
+  if (ends) ends->push_back(begin + static_cast<std::int32_t>(some.size()));
+}
+
+// The tetrahedra around the marked nodes; marks their nodes as well.
+std::vector<std::size_t> one_ring(const ElasticBody& body, std::vector<char>& marked) {
+  std::vector<std::size_t> result;
+  for (std::size_t t = 0; t < body.tetrahedra.size(); ++t) {
+    const auto& nodes = body.tetrahedra[t];
+    if (std::any_of(nodes.begin(), nodes.end(), [&](auto n) { return marked[n] != 0; })) result.push_back(t);
+  }
+  for (const auto t : result)
+    for (const auto n : body.tetrahedra[t]) marked[n] = 1;
+  return result;
+}
+
+// The marked nodes and the tetrahedra between them, in the order of the body.
+struct Part {
+  ElasticBody body;
+  std::vector<std::int32_t> node;       // of the whole
+  std::vector<std::int32_t> part_node;  // of a node of the whole; -1: none
+};
+Part part_of(const ElasticBody& body, const std::vector<std::size_t>& tetrahedra, const std::vector<char>& marked) {
+  Part part;
+  part.part_node.assign(body.nodes.size(), -1);
+  for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+    if (!marked[n]) continue;
+    part.part_node[n] = static_cast<std::int32_t>(part.node.size());
+    part.node.push_back(static_cast<std::int32_t>(n));
+    part.body.nodes.push_back(body.nodes[n]);
+    part.body.fixed.push_back(body.fixed[n]);
+  }
+  for (const auto t : tetrahedra) {
+    auto nodes = body.tetrahedra[t];
+    for (auto& n : nodes) n = part.part_node[n];
+    part.body.tetrahedra.push_back(nodes);
+    part.body.region.push_back(body.region[t]);
+  }
+  part.body.materials = body.materials;
+  part.body.region_names = body.region_names;
+  return part;
+}
+
+}  // namespace
+
+RowPartition partition_rows(std::span<const Point> nodes, std::span<const std::array<std::uint8_t, 3>> fixed,
+                            int ranks) {
+  RowPartition result;
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    if (!(fixed[n][0] && fixed[n][1] && fixed[n][2])) result.node_of_row.push_back(static_cast<std::int32_t>(n));
+  result.first_row.assign(1, 0);
+  bisect(nodes, result.node_of_row, ranks, 0, &result.first_row);
+  result.row_of_node.assign(nodes.size(), -1);
+  for (std::size_t r = 0; r < result.node_of_row.size(); ++r)
+    result.row_of_node[result.node_of_row[r]] = static_cast<std::int32_t>(r);
+  return result;
+}
+
+BlockMatrix assemble_own_rows(const ElasticBody& body, const RowPartition& partition, int rank,
+                              const std::function<BlockMatrix(const ElasticBody&)>& assemble) {
+  const auto first = partition.first_row[rank], last = partition.first_row[rank + 1];
+  std::vector<char> marked(body.nodes.size(), 0);
+  for (auto row = first; row < last; ++row) marked[partition.node_of_row[row]] = 1;
+  one_ring(body, marked);                          // averaged dilatation couples the neighbours of a node's neighbours,
+  const auto tetrahedra = one_ring(body, marked);  // whose volumes want every tetrahedron around them
+  const Part part = part_of(body, tetrahedra, marked);
+  const BlockMatrix all = assemble(part.body);
+
+  BlockMatrix own;
+  own.rows = last - first;
+  own.first.assign(1, 0);
+  std::vector<std::pair<std::int32_t, std::int64_t>> entries;  // row of the whole, place in all
+  for (auto row = first; row < last; ++row) {
+    const auto from = part.part_node[partition.node_of_row[row]];
+    entries.clear();
+    for (auto at = all.first[from]; at < all.first[from + 1]; ++at)
+      if (const auto column = partition.row_of_node[part.node[all.column[at]]]; column >= 0)
+        entries.emplace_back(column, at);
+    std::sort(entries.begin(), entries.end());
+    for (const auto& [column, at] : entries) {
+      own.column.push_back(column);
+      own.block.push_back(all.block[at]);
+    }
+    own.first.push_back(static_cast<std::int64_t>(own.column.size()));
+  }
+  return own;
+}
+
+}  // namespace palpate

@@ -1,0 +1,161 @@
+#include "precompute/run/bundle_output.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "formats/program.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+std::string joined_names(const ElasticBody& body) {
+  std::string text;
+  for (const auto& name : body.region_names) text += name + '\n';
+  return text;
+}
+
+bool has_radial(const BundleContent& content) {
+  return content.response && !content.response->radial.coefficient.empty();
+}
+
+template <class Value>
+void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries, SectionId id,
+               const std::vector<Value>& values) {
+  writer.write(entry_of(entries, id), 0, values.data(), values.size() * sizeof(Value));
+}
+
+}  // namespace
+
+std::vector<SectionShape> section_shapes(const BundleContent& content) {
+  const ElasticBody& body = content.body;
+  const std::uint64_t n = body.nodes.size(), ns = static_cast<std::uint64_t>(body.surface_count);
+  const std::uint64_t s = body.touchable.size(), r = body.materials.size();
+  std::vector<SectionShape> shapes = {{SectionId::nodes, {n, 3}},
+                                      {SectionId::tetrahedra, {body.tetrahedra.size(), 4}},
+                                      {SectionId::region, {body.tetrahedra.size()}},
+                                      {SectionId::triangles, {body.triangles.size(), 3}},
+                                      {SectionId::fixed, {n, 3}},
+                                      {SectionId::young, {r}},
+                                      {SectionId::poisson, {r}},
+                                      {SectionId::region_names, {joined_names(body).size()}}};
+  if (content.response) {
+    if (has_radial(content))
+      shapes.push_back({SectionId::response_radial, {content.response->radial.coefficient.size()}});
+    shapes.push_back({SectionId::response_force, {content.response->force.coefficient.size()}});
+    shapes.push_back({SectionId::response_range, {2}});
+  }
+  if (!content.preload.empty()) shapes.push_back({SectionId::preload_displacement, {n, 3}});
+  shapes.push_back({SectionId::touchable, {s}});
+  shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, content.store});
+  if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store});
+  shapes.push_back({SectionId::force, {s, 3, 3}});
+  shapes.push_back({SectionId::residual, {s, 3}});
+  shapes.push_back({SectionId::iterations, {s, 3}});
+  return shapes;
+}
+
+void write_body_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
+                         const BundleContent& content) {
+  const ElasticBody& body = content.body;
+  std::vector<double> young, poisson;
+  for (const auto& material : body.materials) young.push_back(material.young), poisson.push_back(material.poisson);
+  const std::string names = joined_names(body);
+  write_all(writer, entries, SectionId::nodes, body.nodes);
+  write_all(writer, entries, SectionId::tetrahedra, body.tetrahedra);
+  write_all(writer, entries, SectionId::region, body.region);
+  write_all(writer, entries, SectionId::triangles, body.triangles);
+  write_all(writer, entries, SectionId::fixed, body.fixed);
+  write_all(writer, entries, SectionId::young, young);
+  write_all(writer, entries, SectionId::poisson, poisson);
+  writer.write(entry_of(entries, SectionId::region_names), 0, names.data(), names.size());
+  if (content.response) {
+    const auto& fit = *content.response;
+    if (has_radial(content)) write_all(writer, entries, SectionId::response_radial, fit.radial.coefficient);
+    write_all(writer, entries, SectionId::response_force, fit.force.coefficient);
+    write_all(writer, entries, SectionId::response_range, std::vector<double>{fit.radial.range, fit.force.range});
+  }
+  if (!content.preload.empty()) write_all(writer, entries, SectionId::preload_displacement, content.preload);
+  write_all(writer, entries, SectionId::touchable, body.touchable);
+}
+
+void write_column_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
+                           std::span<const ColumnBlock> blocks, std::span<const BlockRecord> records) {
+  std::size_t nodes = 0;
+  for (const auto& block : blocks) nodes += block.nodes.size();
+  std::vector<std::array<double, 9>> force(nodes);
+  std::vector<std::array<double, 3>> residual(nodes);
+  std::vector<std::array<std::int32_t, 3>> iterations(nodes);
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    for (std::size_t i = 0; i < blocks[b].places.size(); ++i) {
+      const auto place = static_cast<std::size_t>(blocks[b].places[i]);
+      force[place] = records[b].nodes[i].force;
+      residual[place] = records[b].nodes[i].residual;
+      iterations[place] = records[b].nodes[i].iterations;
+    }
+  write_all(writer, entries, SectionId::force, force);
+  write_all(writer, entries, SectionId::residual, residual);
+  write_all(writer, entries, SectionId::iterations, iterations);
+}
+
+nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
+                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time,
+                             const LockingEstimate& locking) {
+  const OrganConfig& organ = inputs.organ;
+  const BoundaryConfig& boundary = inputs.boundary;
+  nlohmann::json p;
+  p["format"] = "palpate bundle";
+  p["version"] = formats::kLayoutVersion;
+  p["program"] = "palpate-precompute";
+  p["program_version"] = PALPATE_VERSION;
+  p["element"] = name_of(organ.element);
+  p["units"] = "m, N, Pa";
+  p["frame"] = organ.frame;
+  p["organ"] = organ.name;
+  p["boundary"] = boundary.name;
+  p["node_order"] = "surface nodes, then interior nodes, each in the order of the mesh file";
+  p.update(inputs.hashes);
+  p["solver"] = solver;
+  p["petsc_options"] = petsc_options;
+  p["columns_at_a_time"] = columns_at_a_time;
+  p["tolerance"] = options.tolerance;
+  if (locking.probes > 0)
+    p["locking_probes"] = locking.probes;
+  else
+    p["locking_note"] = locking.note;
+  p["preload"] = !content.preload.empty();
+  for (const auto& region : organ.regions) {
+    p["young_source " + region.name] = region.young.source;
+    p["poisson_source " + region.name] = region.poisson.source;
+    if (region.density) p["density_source " + region.name] = region.density->source;
+  }
+  if (boundary.gravity)
+    for (int d = 0; d < 3; ++d) p[std::string("gravity_") + "xyz"[d]] = (*boundary.gravity)[d];
+  if (content.response) {
+    const auto& fit = *content.response;
+    p["curve_source"] = organ.response->source;
+    p["response_force_rms"] = fit.force.rms;
+    p["response_force_note"] = fit.force.note;
+    if (has_radial(content)) p["response_radial_rms"] = fit.radial.rms;
+    if (has_radial(content)) p["response_radial_note"] = fit.radial.note;
+  }
+  return p;
+}
+
+std::string provenance_text(nlohmann::json p, const Certificate& certificate) {
+  p["worst_residual"] = certificate.worst_residual;
+  p["residual_floor"] = certificate.residual_floor;
+  p["worst_column_node"] = certificate.worst_node;
+  p["worst_column_dof"] = certificate.worst_dof;
+  p["most_iterations"] = certificate.most_iterations;
+  p["reciprocity_error"] = certificate.reciprocity_error;
+  p["reciprocity_pairs"] = certificate.reciprocity_pairs;
+  p["cast_error"] = certificate.cast_error;
+  if (p.contains("locking_probes")) p["locking_estimate"] = certificate.locking_estimate;
+  p["reciprocal_condition"] = certificate.reciprocal_condition;
+  if (p["preload"].get<bool>()) p["preload_residual"] = certificate.preload_residual;
+  return p.dump();
+}
+
+}  // namespace palpate

@@ -1,0 +1,57 @@
+#include "precompute/run/run_inputs.h"
+
+#include <fmt/format.h>
+
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "precompute/elements/element_warnings.h"
+#include "precompute/elements/support_check.h"
+
+namespace palpate {
+namespace {
+
+void check_densities(const RunInputs& inputs, const PrecomputeOptions& options) {
+  for (std::size_t r = 0; r < inputs.body.materials.size(); ++r)
+    if (inputs.body.materials[r].density <= 0)
+      throw InputError(
+          fmt::format("{}: [preload] gravity needs the density of every region; [[region]] \"{}\" of {} has none",
+                      options.boundary.string(), inputs.body.region_names[r], options.organ.string()));
+}
+
+std::string hash_or_nothing(const std::filesystem::path& file) {
+  return file.empty() ? std::string() : sha256_of_file(file.string());
+}
+
+nlohmann::json hashes_of(const PrecomputeOptions& options, const OrganConfig& organ) {
+  nlohmann::json hashes = {{"image_sha256", hash_or_nothing(options.image)},
+                           {"mesh_sha256", hash_or_nothing(options.mesh)},
+                           {"organ_sha256", hash_or_nothing(options.organ)},
+                           {"boundary_sha256", hash_or_nothing(options.boundary)}};
+  if (organ.response) hashes["curve_sha256"] = hash_or_nothing(organ.response->curve);
+  return hashes;
+}
+
+}  // namespace
+
+RunInputs read_run_inputs(const PrecomputeOptions& options) {
+  RunInputs inputs;
+  if (!options.image.empty() && !std::filesystem::is_regular_file(options.image))
+    throw InputError(fmt::format("{}: expected the image file, found none", options.image.string()));
+  inputs.organ = read_organ_config(options.organ);
+  inputs.boundary = read_boundary_config(options.boundary);
+  if (inputs.organ.response) inputs.fit = fit_responses(*inputs.organ.response);
+  inputs.hashes = hashes_of(options, inputs.organ);
+  inputs.body = make_elastic_body(read_mesh(options.mesh), inputs.organ, inputs.boundary,
+                                  {options.mesh, options.organ, options.boundary});
+  if (inputs.boundary.gravity) check_densities(inputs, options);
+  check_support(inputs.body, options.boundary);
+  for (const auto& sentence : element_warnings(inputs.body, inputs.organ.element))
+    warn(fmt::format("{}: {}", options.organ.string(), sentence));
+  const bool has_interior = inputs.body.surface_count < static_cast<std::int32_t>(inputs.body.nodes.size());
+  if (inputs.boundary.store_interior && !has_interior)
+    warn("the mesh has no interior nodes; [store] interior has no effect");
+  inputs.store_interior = inputs.boundary.store_interior && has_interior;
+  return inputs;
+}
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+// All that a run reads, checked against one another before anything is computed.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "formats/organ_config.h"
+#include "precompute/elements/elastic_body.h"
+#include "precompute/run/precompute.h"
+#include "precompute/run/response_fit.h"
+
+namespace palpate {
+
+struct RunInputs {
+  OrganConfig organ;
+  BoundaryConfig boundary;
+  ElasticBody body;
+  std::optional<ResponseFit> fit;
+  bool store_interior = false;
+  nlohmann::json hashes;  // "mesh_sha256" and so on of every file that was read; "" where there is none
+};
+
+// Errors: InputError.
+RunInputs read_run_inputs(const PrecomputeOptions& options);
+
+}  // namespace palpate

@@ -1,0 +1,86 @@
+#include "precompute/run/run_summary.h"
+
+#include <fmt/format.h>
+
+#include "formats/atomic_file.h"
+#include "formats/program.h"
+
+namespace palpate {
+namespace {
+
+std::string fitted(const char* name, const ResponsePolynomial& p) {
+  return fmt::format("{} fitted to {:.2g} rms, {:.2g} at most, of the largest datum{}", name, p.rms, p.largest,
+                     p.note.empty() ? "" : " (" + p.note + ")");
+}
+
+}  // namespace
+
+void tell(const RunOutcome& outcome, const RunReport& report) {
+  const Certificate& c = outcome.certificate;
+  if (const auto& fit = outcome.inputs.fit)
+    note(fitted("Q", fit->force) + (fit->radial.coefficient.empty() ? "" : "; " + fitted("P", fit->radial)));
+  note(
+      fmt::format("{}; worst column: node {} dof {}, true relative residual {:.2g} (tolerance {:.2g}); at most {} "
+                  "iterations; reciprocity of far pairs {:.2g} ({} pairs); stored to {:.2g}",
+                  outcome.solver, c.worst_node, "xyz"[c.worst_dof], c.worst_residual, outcome.options.tolerance,
+                  c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
+  if (c.worst_residual > outcome.options.tolerance)
+    warn(
+        fmt::format("the tolerance of {:.2g} is below what double precision allows some columns, {:.2g} at most; they "
+                    "end at a true relative residual of {:.2g}",
+                    outcome.options.tolerance, c.residual_floor, c.worst_residual));
+  const LockingEstimate& locking = outcome.locking;
+  note(locking.probes > 0 ? fmt::format("forces are {:.3f} times those of p2-p0 on this mesh ({} probes)",
+                                        locking.ratio, locking.probes)
+                          : "locking is not measured: " + locking.note);
+  say(outcome_text(outcome.plan, outcome.took));
+  say(fmt::format("{}: {} columns, {:.4g} MB, in {}; peak memory {:.2g} GB", outcome.options.bundle.string(),
+                  3 * outcome.inputs.body.touchable.size(), outcome.took.bundle_bytes / 1e6,
+                  duration_text(report.seconds()), report.peak_bytes() / 1e9));
+}
+
+nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& report) {
+  const Certificate& c = outcome.certificate;
+  const ElasticBody& body = outcome.inputs.body;
+  nlohmann::ordered_json json;
+  json["program"] = "palpate-precompute";
+  json["program_version"] = PALPATE_VERSION;
+  json["bundle"] = outcome.options.bundle.string();
+  json["bundle_bytes"] = static_cast<std::uint64_t>(outcome.took.bundle_bytes);
+  json["nodes"] = body.nodes.size();
+  json["surface_nodes"] = body.surface_count;
+  json["touchable_nodes"] = body.touchable.size();
+  json["tetrahedra"] = body.tetrahedra.size();
+  json["columns"] = 3 * body.touchable.size();
+  json["blocks_of_columns"] = outcome.blocks;
+  json["blocks_of_earlier_runs"] = outcome.resumed;
+  json["solver"] = outcome.solver;
+  json["plan"] = plan_json(outcome.plan);
+  json["predicted_and_took"] = outcome_json(outcome.plan, outcome.took);
+  json["columns_seconds"] = {{"solve", outcome.columns.solve}, {"wait_for_disk", outcome.columns.wait}};
+  json["tolerance"] = outcome.options.tolerance;
+  json["certificate"] = {{"worst_residual", c.worst_residual},
+                         {"worst_column_node", c.worst_node},
+                         {"worst_column_dof", c.worst_dof},
+                         {"most_iterations", c.most_iterations},
+                         {"reciprocity_error", c.reciprocity_error},
+                         {"reciprocity_pairs", c.reciprocity_pairs},
+                         {"cast_error", c.cast_error}};
+  if (outcome.locking.probes > 0)
+    json["certificate"].update(
+        {{"locking_estimate", outcome.locking.ratio}, {"locking_probes", outcome.locking.probes}});
+  else
+    json["certificate"]["locking_note"] = outcome.locking.note;
+  json.update(report.json());
+  return json;
+}
+
+void write_json(const nlohmann::ordered_json& report, const std::string& where) {
+  const std::string text = report.dump(2) + "\n";
+  if (where == "-")
+    fmt::print("{}", text);
+  else
+    write_text_atomically(where, text);
+}
+
+}  // namespace palpate

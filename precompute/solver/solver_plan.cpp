@@ -1,0 +1,290 @@
+#include "precompute/solver/solver_plan.h"
+
+#include <fmt/format.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "precompute/elements/block.h"
+#include "precompute/solver/supernodal_kernels.h"
+
+namespace palpate {
+namespace {
+
+// Fitted with bench/precompute and bench/multigrid, 200 to 100,000 vertices: as shares of the kernel's rate where they are
+// arithmetic, so that a slower machine predicts longer times.
+constexpr double kSolveShare = 0.62;         // of the kernel's rate, over the whole factor
+constexpr double kFactorShare = 0.33;        // CHOLMOD's factor, through BLAS
+constexpr double kFactorPerRow = 10e-6;      // s: its assembly
+constexpr double kFactorPerNumber = 5e-9;    // s: our packing
+constexpr double kProductShare = 0.45;       // K x, with the certificate
+constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error, the write
+constexpr double kFactorBytes = 3e6;         // CHOLMOD's and BLAS's own
+constexpr double kMultigridProducts = 300;   // V-cycles times products with K, to 1e-9
+constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
+constexpr double kMultigridBytes = 200;      // per block of K while PETSc builds the levels
+
+double processor_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+// Operations per second of the backward kernel on one supernode of 72 columns with 216 rows below, 96 right-hand sides:
+// where a factor's time goes. The fastest of several runs: other work on the machine only slows it.
+double kernel_rate() {
+  constexpr std::int32_t kColumns = 24, kBelow = 72;
+  constexpr int kWidth = 96, kRuns = 8, kCalls = 40;
+  const std::int64_t numbers = supernode_numbers(kColumns, kBelow);
+  std::vector<double> values(static_cast<std::size_t>(numbers), 1e-3);
+  std::vector<std::int32_t> rows(kBelow);
+  for (std::int32_t i = 0; i < kBelow; ++i) rows[i] = kColumns + 2 * i;
+  const std::int64_t dofs = 3 * (kColumns + 2 * kBelow);
+  const Block y = make_block(dofs, kWidth);
+  std::fill_n(y.get(), dofs * kWidth, 1.0);
+  const Supernode supernode{0, kColumns, kBelow, rows.data(), values.data()};
+  double best = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < kRuns; ++run) {
+    const double begun = processor_seconds();
+    for (int call = 0; call < kCalls; ++call) supernodal_kernels().backward(supernode, false, y.get(), kWidth);
+    best = std::min(best, processor_seconds() - begun);
+  }
+  return 2.0 * static_cast<double>(numbers) * kWidth * kCalls / best;
+}
+
+// Numbers of the factor that the forward solves of all blocks read, per column: the way from each block's rows to the
+// root.
+double forward_numbers(const Elimination& e, std::span<const std::int32_t> column_rows, int width) {
+  const std::size_t supernodes = e.first.size() - 1;
+  std::vector<std::int32_t> supernode_of(e.order.size()), places;
+  std::vector<double> numbers(supernodes);
+  for (std::size_t s = 0; s < supernodes; ++s) {
+    std::fill(supernode_of.begin() + e.first[s], supernode_of.begin() + e.first[s + 1], static_cast<std::int32_t>(s));
+    numbers[s] =
+        static_cast<double>(supernode_numbers(e.first[s + 1] - e.first[s], e.row_begin[s + 1] - e.row_begin[s]));
+  }
+  for (const auto row : column_rows) places.push_back(e.place[row]);
+  std::sort(places.begin(), places.end());
+  const std::size_t per_block = std::max(1, width / 3);
+  double sum = 0;
+  std::size_t blocks = 0;
+  std::vector<char> touched(supernodes);
+  for (std::size_t at = 0; at < places.size(); at += per_block, ++blocks) {
+    std::fill(touched.begin(), touched.end(), 0);
+    for (std::size_t i = at; i < std::min(at + per_block, places.size()); ++i) touched[supernode_of[places[i]]] = 1;
+    for (std::size_t s = 0; s < supernodes; ++s) {
+      if (!touched[s]) continue;
+      sum += numbers[s];
+      if (e.row_begin[s] < e.row_begin[s + 1]) touched[supernode_of[e.rows[e.row_begin[s]]]] = 1;
+    }
+  }
+  return blocks > 0 ? sum / static_cast<double>(blocks) : 0;
+}
+
+// CHOLMOD's rectangles and the largest of its updates: what factoring holds at its peak, beside the triangle of K.
+double factoring_numbers(const Elimination& e) {
+  double rectangles = 0, largest = 0;
+  for (std::size_t s = 0; s + 1 < e.first.size(); ++s) {
+    const double c = 3.0 * (e.first[s + 1] - e.first[s]),
+                 r = 3.0 * static_cast<double>(e.row_begin[s + 1] - e.row_begin[s]);
+    rectangles += c * (c + r);
+    largest = std::max(largest, std::max(r * r, c * (c + r)));
+  }
+  return rectangles + largest;
+}
+
+SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& request, int width) {
+  const Elimination& e = *plan.elimination;
+  const double dofs = 3.0 * static_cast<double>(plan.rows), blocks = static_cast<double>(plan.blocks);
+  const double numbers = static_cast<double>(e.numbers()), stored = 3.0 * static_cast<double>(request.stored_rows);
+  SolverEstimate result;
+  result.width = width;
+  const double triangle = 16 * (9 * blocks + dofs) / 2;  // indices of 64 bits
+  const double columns = width * (8 * dofs + 2 * 4 * stored);
+  const double renumbered = 76 * blocks;  // a second K while its rows are put in order
+  result.bytes = kFactorBytes + renumbered + std::max(8 * factoring_numbers(e) + triangle, 8 * numbers + columns);
+  result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second) +
+                         kFactorPerRow * static_cast<double>(plan.rows) + kFactorPerNumber * numbers;
+  result.column_seconds =
+      2 * (forward_numbers(e, request.column_rows, width) + numbers) / (kSolveShare * plan.flops_per_second) +
+      18 * blocks / (kProductShare * plan.flops_per_second) + kPerStoredNumber * stored;
+  return result;
+}
+
+SolverEstimate estimate_multigrid(const SolverPlan& plan, const PlanRequest& request, int width) {
+  const double dofs = 3.0 * static_cast<double>(plan.rows), blocks = static_cast<double>(plan.blocks);
+  const double stored = 3.0 * static_cast<double>(request.stored_rows);
+  SolverEstimate result;
+  result.width = width;
+  result.bytes = kMultigridBytes * blocks + width * (8 * 8 * dofs + 2 * 4 * stored);
+  result.setup_seconds = kMultigridSetup * blocks;
+  result.column_seconds =
+      kMultigridProducts * 18 * blocks / (kProductShare * plan.flops_per_second) + kPerStoredNumber * stored;
+  return result;
+}
+
+double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan) {
+  const double columns = std::ceil(static_cast<double>(plan.columns) / plan.ranks);
+  return estimate.setup_seconds + columns * estimate.column_seconds;
+}
+
+std::string bytes_text(double bytes) {
+  return bytes < 1e9 ? fmt::format("{:.0f} MB", bytes / 1e6) : fmt::format("{:.2f} GB", bytes / 1e9);
+}
+
+std::string seconds_text(double seconds) {
+  if (seconds < 100) return fmt::format("{:.2g} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+// "VmRSS:   123 kB" of /proc/self/status or "MemAvailable:   123 kB" of /proc/meminfo, in bytes; 0 where it is not told.
+double kilobyte_line(const char* path, const std::string& key) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with(key)) return 1024 * std::strtod(line.c_str() + key.size(), nullptr);
+  return 0;
+}
+
+// What the control group leaves, where it limits memory at all.
+double control_group_left() {
+  std::ifstream limit("/sys/fs/cgroup/memory.max"), used("/sys/fs/cgroup/memory.current");
+  double most = 0, now = 0;
+  if (!(limit >> most) || !(used >> now)) return std::numeric_limits<double>::infinity();
+  return std::max(0.0, most - now);
+}
+
+void choose(SolverPlan& plan, const PlanRequest& request) {
+  const auto widest = static_cast<int>(std::clamp<std::int64_t>((plan.columns + 7) / 8 * 8, 8, 96));
+  const int asked = request.columns_at_a_time;
+  plan.factor = estimate_factor(plan, request, asked > 0 ? asked : widest);
+  plan.multigrid = estimate_multigrid(plan, request, asked > 0 ? asked : std::min(widest, 32));
+  plan.cholesky = plan.factor.bytes <= plan.available_bytes;
+  if (plan.cholesky) {
+    plan.why =
+        fmt::format("the Cholesky factor fits the {} available and is the fastest", bytes_text(plan.available_bytes));
+    return;
+  }
+  plan.why = fmt::format("the Cholesky factor needs {} of the {} available", bytes_text(plan.factor.bytes),
+                         bytes_text(plan.available_bytes));
+  if (plan.multigrid.bytes > plan.available_bytes)
+    plan.why += fmt::format("; multigrid needs {}, which is more as well: expect the machine to swap, or fail",
+                            bytes_text(plan.multigrid.bytes));
+}
+
+}  // namespace
+
+double SolverPlan::seconds() const {
+  return seconds_of(chosen(), *this);
+}
+
+SolverPlan make_plan(const PlanRequest& request) {
+  SolverPlan plan;
+  plan.available_bytes = request.available_bytes;
+  plan.bundle_bytes = request.bundle_bytes;
+  plan.rows = request.matrix.rows;
+  plan.blocks = static_cast<std::int64_t>(request.matrix.column.size());
+  plan.columns = 3 * static_cast<std::int64_t>(request.column_rows.size());
+  plan.ranks = std::max(1, request.ranks);
+  const double begun = processor_seconds();
+  plan.elimination = std::make_shared<const Elimination>(analyse_elimination(request.matrix));
+  plan.order_seconds = processor_seconds() - begun;
+  plan.flops_per_second = kernel_rate();
+  choose(plan, request);
+  return plan;
+}
+
+double operations_of(const SolverPlan& plan) {
+  const Elimination* e = plan.elimination.get();
+  return e ? e->factor_flops() + static_cast<double>(plan.columns) * e->solve_flops() : 0;
+}
+
+std::string plan_text(const SolverPlan& plan) {
+  if (plan.ranks_per_operator > 1)
+    return fmt::format("solver  {}, {} columns at a time\nwhy     {}\nmemory  {} more than now, each rank\nbundle  {}",
+                       plan.cholesky ? "distributed Cholesky factor" : "conjugate gradients with algebraic multigrid",
+                       plan.width(), plan.why, bytes_text(plan.chosen().bytes), bytes_text(plan.bundle_bytes));
+  const SolverEstimate& other = plan.cholesky ? plan.multigrid : plan.factor;
+  const char* other_name = plan.cholesky ? "multigrid" : "the Cholesky factor";
+  const std::string each = plan.ranks > 1 ? fmt::format(", each of {} ranks", plan.ranks) : "";
+  const std::string solver = plan.cholesky ? fmt::format("Cholesky factor of {:.3g} million numbers, {:.3g} Gflop",
+                                                         1e-6 * static_cast<double>(plan.elimination->numbers()),
+                                                         1e-9 * plan.elimination->factor_flops())
+                                           : "conjugate gradients with algebraic multigrid";
+  return fmt::format(
+      "solver  {}, {} columns at a time\n"
+      "why     {}\n"
+      "memory  {} more than now{}; with {} {}\n"
+      "time    {}{}: set up {}, {} columns of {:.2g} ms; with {} {}\n"
+      "bundle  {}",
+      solver, plan.width(), plan.why, bytes_text(plan.chosen().bytes), each, other_name, bytes_text(other.bytes),
+      seconds_text(plan.seconds()), each, seconds_text(plan.chosen().setup_seconds), plan.columns,
+      1e3 * plan.chosen().column_seconds, other_name, seconds_text(seconds_of(other, plan)),
+      bytes_text(plan.bundle_bytes));
+}
+
+nlohmann::json plan_json(const SolverPlan& plan) {
+  const auto estimate = [&](const SolverEstimate& e) {
+    return nlohmann::json{{"bytes", e.bytes},
+                          {"setup_seconds", e.setup_seconds},
+                          {"column_seconds", e.column_seconds},
+                          {"seconds", seconds_of(e, plan)}};
+  };
+  return {{"solver", plan.cholesky ? "supernodal" : "multigrid"},
+          {"why", plan.why},
+          {"columns_at_a_time", plan.width()},
+          {"rows", plan.rows},
+          {"blocks", plan.blocks},
+          {"columns", plan.columns},
+          {"ranks", plan.ranks},
+          {"ranks_per_operator", plan.ranks_per_operator},
+          {"factor_numbers", plan.elimination ? plan.elimination->numbers() : 0},
+          {"factor_flops", plan.elimination ? plan.elimination->factor_flops() : 0},
+          {"flops_per_second", plan.flops_per_second},
+          {"available_bytes", plan.available_bytes},
+          {"bytes", plan.chosen().bytes},
+          {"seconds", plan.seconds()},
+          {"bundle_bytes", plan.bundle_bytes},
+          {"supernodal", estimate(plan.factor)},
+          {"multigrid", estimate(plan.multigrid)}};
+}
+
+std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome) {
+  if (plan.ranks_per_operator > 1)
+    return fmt::format("predicted / took: memory {} / {}, bundle {} / {}; took {}", bytes_text(plan.chosen().bytes),
+                       bytes_text(outcome.bytes), bytes_text(plan.bundle_bytes), bytes_text(outcome.bundle_bytes),
+                       seconds_text(outcome.seconds));
+  return fmt::format("predicted / took: memory {} / {}, time {} / {}, bundle {} / {}",
+                     bytes_text(std::max(plan.chosen().bytes, outcome.locking_bytes)), bytes_text(outcome.bytes),
+                     seconds_text(plan.seconds()), seconds_text(outcome.seconds), bytes_text(plan.bundle_bytes),
+                     bytes_text(outcome.bundle_bytes));
+}
+
+nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome) {
+  const auto pair = [](double predicted, double took) {
+    return nlohmann::json{{"predicted", predicted}, {"took", took}};
+  };
+  return {{"bytes", pair(std::max(plan.chosen().bytes, outcome.locking_bytes), outcome.bytes)},
+          {"seconds", pair(plan.seconds(), outcome.seconds)},
+          {"bundle_bytes", pair(plan.bundle_bytes, outcome.bundle_bytes)}};
+}
+
+double resident_bytes() {
+  return kilobyte_line("/proc/self/status", "VmRSS:");
+}
+double peak_resident_bytes() {
+  return kilobyte_line("/proc/self/status", "VmHWM:");
+}
+
+double memory_left_bytes(double limit_gigabytes, int processes_here) {
+  const int processes = std::max(1, processes_here);
+  if (limit_gigabytes > 0) return std::max(0.0, 1e9 * limit_gigabytes / processes - resident_bytes());
+  return 0.8 * std::min(kilobyte_line("/proc/meminfo", "MemAvailable:"), control_group_left()) / processes;
+}
+
+}  // namespace palpate

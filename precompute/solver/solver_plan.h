@@ -1,0 +1,79 @@
+// What a run will take, predicted before it starts, and so which preconditioner serves it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "precompute/elements/stiffness.h"
+#include "precompute/solver/elimination.h"
+
+namespace palpate {
+
+struct PlanRequest {
+  const BlockMatrix& matrix;
+  std::span<const std::int32_t> column_rows;  // the block row of each touchable node; three columns each
+  std::int64_t stored_rows = 0;               // nodes whose displacement is written for each column
+  int columns_at_a_time = 0;                  // 0: the plan chooses
+  double available_bytes = 0;                 // what this process may take beyond what it holds: memory_left_bytes()
+  double bundle_bytes = 0;                    // of the file
+  int ranks = 1;                              // they share the columns
+};
+
+// Bytes and seconds are of one rank, beyond what the process holds when the plan is made.
+struct SolverEstimate {
+  int width = 0;              // columns at a time
+  double bytes = 0;           // at the peak
+  double setup_seconds = 0;   // factoring, or building the levels
+  double column_seconds = 0;  // solving, certifying and converting one column
+};
+
+struct SolverPlan {
+  bool cholesky = true;
+  std::string why;
+  SolverEstimate factor, multigrid;
+  double available_bytes = 0;
+  double bundle_bytes = 0;
+  std::int64_t rows = 0, blocks = 0, columns = 0;
+  int ranks = 1;
+  int ranks_per_operator = 1;                      // more than one: no time is predicted, and there is no elimination
+  double order_seconds = 0;                        // taken, not predicted
+  double flops_per_second = 0;                     // of the triangular solves' kernel, measured when planning
+  std::shared_ptr<const Elimination> elimination;  // exact: the factor's pattern
+
+  const SolverEstimate& chosen() const { return cholesky ? factor : multigrid; }
+  int width() const { return chosen().width; }
+  double seconds() const;  // setup and columns of one rank
+};
+
+// Orders the rows (exact counts of the factor's numbers and operations), times the kernel for some hundredths of a
+// second, and chooses: the factor where it fits, else multigrid. Errors: OperationError (memory).
+SolverPlan make_plan(const PlanRequest& request);
+
+// Floating-point operations of its factor and columns; 0 where there is no factor to count. From the pattern alone.
+double operations_of(const SolverPlan& plan);
+
+// A screen of text, and the same as JSON.
+std::string plan_text(const SolverPlan& plan);
+nlohmann::json plan_json(const SolverPlan& plan);
+
+// What was predicted beside what it took. bytes: the process's growth from the plan to its peak.
+struct PlanOutcome {
+  double seconds = 0;  // setup and columns, the slowest rank
+  double bytes = 0;
+  double bundle_bytes = 0;
+  double locking_bytes = 0;  // predicted of the locking estimate, which may be the peak; 0: none
+};
+std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome);
+nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome);
+
+// What this process may still take: its share of limit_gigabytes less what it holds; where limit_gigabytes is 0, its
+// share of four fifths of what the machine and the control group have left.
+double memory_left_bytes(double limit_gigabytes, int processes_here);
+
+double resident_bytes();       // of this process now
+double peak_resident_bytes();  // at most so far
+
+}  // namespace palpate

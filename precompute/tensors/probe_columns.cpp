@@ -1,0 +1,51 @@
+#include "precompute/tensors/probe_columns.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "formats/errors.h"
+#include "precompute/solver/column_solver.h"
+#include "precompute/solver/solver_plan.h"
+#include "precompute/tensors/tensors.h"
+
+namespace palpate {
+
+std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, Element element,
+                                           std::span<const std::int32_t> nodes, double tolerance) {
+  for (const auto n : nodes)
+    if (n < 0 || static_cast<std::size_t>(n) >= body.nodes.size() ||
+        (body.fixed[n][0] && body.fixed[n][1] && body.fixed[n][2]))
+      throw InputError(
+          fmt::format("node {}: expected one of the {} nodes with a free degree of freedom", n, body.nodes.size()));
+  const Discretisation discretisation = discretise(body, element);
+  const HeldStiffness held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+  ColumnSolverOptions options;
+  options.tolerance = tolerance;
+  std::vector<std::int32_t> column_rows;
+  for (const auto n : nodes) column_rows.push_back(held.row_of_node[n]);
+  const SolverPlan plan = make_plan({held.matrix, column_rows, held.matrix.rows, 0, memory_left_bytes(0, 1), 0, 1});
+  options.width = plan.width();
+  options.cholesky = plan.cholesky;
+  options.elimination = plan.elimination;
+  ColumnSolver solver(held.matrix, row_coordinates(discretisation, held), options);
+  TensorBlock block(solver, discretisation, held);
+  const auto per_block = static_cast<std::size_t>(TensorBlock::nodes_per_solve(solver));
+  const auto all = static_cast<std::int32_t>(body.nodes.size());
+  std::vector<NodeTensor> result;
+  for (std::size_t at = 0; at < nodes.size(); at += per_block) {
+    const auto some = nodes.subspan(at, std::min(per_block, nodes.size() - at));
+    block.solve(some);
+    std::vector<double> rows(some.size() * 9 * body.nodes.size());
+    block.displacement(0, all, rows.data());
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      const auto from = rows.begin() + static_cast<std::ptrdiff_t>(9 * body.nodes.size() * i);
+      NodeTensor tensor{some[i], block.force(i), {from, from + static_cast<std::ptrdiff_t>(9 * body.nodes.size())}, 0};
+      for (int j = 0; j < 3; ++j) tensor.residual = std::max(tensor.residual, block.report(i, j).residual);
+      result.push_back(std::move(tensor));
+    }
+  }
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,226 @@
+#include "programs/link/contacts_datagram.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "formats/checksum.h"
+
+namespace palpate {
+namespace {
+
+constexpr unsigned char kMagic[8] = {'P', 'A', 'L', 'P', 'L', 'I', 'N', 'K'};
+constexpr std::size_t kChecksumAt = 16;
+
+class Writer {
+ public:
+  explicit Writer(unsigned char* to) : at_(to) {}
+  void u32(std::uint32_t value) { put(value, 4); }
+  void u64(std::uint64_t value) { put(value, 8); }
+  void i32(std::int32_t value) { u32(static_cast<std::uint32_t>(value)); }
+  void f64(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
+  void vector(const double* v) {
+    for (int d = 0; d < 3; ++d) f64(v[d]);
+  }
+
+ private:
+  void put(std::uint64_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) *at_++ = static_cast<unsigned char>(value >> 8 * i);
+  }
+  unsigned char* at_;
+};
+
+// Of bytes whose number was checked before.
+class Reader {
+ public:
+  explicit Reader(const unsigned char* from) : at_(from) {}
+  std::uint32_t u32() { return static_cast<std::uint32_t>(get(4)); }
+  std::uint64_t u64() { return get(8); }
+  std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
+  double f64() { return std::bit_cast<double>(u64()); }
+  void vector(double* v) {
+    for (int d = 0; d < 3; ++d) v[d] = f64();
+  }
+
+ private:
+  std::uint64_t get(int bytes) {
+    std::uint64_t value = 0;
+    for (int i = 0; i < bytes; ++i) value |= static_cast<std::uint64_t>(*at_++) << 8 * i;
+    return value;
+  }
+  const unsigned char* at_;
+};
+
+// With the checksum's own bytes as zero.
+std::uint64_t checksum_of(const unsigned char* bytes, std::size_t count) {
+  constexpr unsigned char kZero[8] = {};
+  formats::Xxh64 sum;
+  sum.update(bytes, kChecksumAt);
+  sum.update(kZero, sizeof kZero);
+  sum.update(bytes + kChecksumAt + 8, count - kChecksumAt - 8);
+  return sum.digest();
+}
+
+palpate_contact_node* nodes_of(palpate_contacts* contacts) {
+  return const_cast<palpate_contact_node*>(palpate_contacts_nodes(contacts));
+}
+
+// The greatest force, displacement or position taken for one: far above what a scene can mean, far below overflow.
+constexpr double kGreatest = 1e12;
+bool is_sane(const double* v, int count) {
+  return std::all_of(v, v + count, [](double x) { return std::fabs(x) <= kGreatest; });  // false for NaN
+}
+
+bool is_direction(const double* d) {
+  const double size = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  return size == 0 || std::fabs(size - 1) <= 1e-6;
+}
+
+DatagramFault read_tool(Reader& in, palpate_tool_state& tool, SceneConfig::Vector& position) {
+  in.vector(position.data());
+  in.vector(tool.force);
+  in.vector(tool.force_raw);
+  in.vector(tool.direction);
+  tool.contact_count = in.i32();
+  tool.slip_count = in.i32();
+  tool.release_count = in.i32();
+  tool.flags = in.u32();
+  if (!is_sane(position.data(), 3) || !is_sane(tool.force, 3) || !is_sane(tool.force_raw, 3) ||
+      !is_direction(tool.direction))
+    return DatagramFault::number;
+  const bool counted = tool.contact_count >= 0 && tool.slip_count >= 0 && tool.release_count >= 0;
+  return counted ? DatagramFault::none : DatagramFault::counts;
+}
+
+DatagramFault read_node(Reader& in, palpate_contact_node& node, int tools, const DatagramLimits& limits) {
+  node.node = in.i32();
+  node.column = in.i32();
+  node.tool = in.i32();
+  node.point = in.i32();
+  in.vector(node.modified_displacement);
+  in.vector(node.force);
+  if (node.column < 0 || static_cast<std::size_t>(node.column) >= limits.touchable.size() ||
+      node.node != limits.touchable[static_cast<std::size_t>(node.column)] || node.tool < 0 || node.tool >= tools ||
+      node.point < 0)
+    return DatagramFault::index;
+  return is_sane(node.modified_displacement, 3) && is_sane(node.force, 3) ? DatagramFault::none : DatagramFault::number;
+}
+
+}  // namespace
+
+DatagramLimits datagram_limits(const Player& player, std::uint64_t bundle) {
+  const std::int32_t* touchable = palpate_bundle_touchable(player.bundle());
+  const auto columns = static_cast<std::size_t>(palpate_bundle_describe(player.bundle()).touchable_count);
+  return {bundle, static_cast<int>(player.scene().tools.size()), player.contact_node_limit(), {touchable, columns}};
+}
+
+std::size_t encode_contacts(const palpate_contacts& contacts, const DatagramNote& note, unsigned char* to) {
+  const std::size_t bytes = kDatagramHeaderBytes + static_cast<std::size_t>(contacts.tool_count) * kDatagramToolBytes +
+                            static_cast<std::size_t>(contacts.node_count) * kDatagramNodeBytes;
+  std::copy(std::begin(kMagic), std::end(kMagic), to);
+  Writer out(to + sizeof kMagic);
+  out.u32(kDatagramVersion);
+  out.u32(static_cast<std::uint32_t>(bytes));
+  out.u64(0);  // the checksum, below
+  out.u64(note.bundle);
+  out.u64(note.session);
+  out.u64(note.sequence);
+  out.u64(contacts.step);
+  out.f64(note.time);
+  out.u64(static_cast<std::uint64_t>(note.sent));
+  out.u32(note.last ? 1 : 0);
+  out.u32(contacts.flags);
+  out.i32(contacts.sweeps);
+  out.i32(contacts.tool_count);
+  out.i32(contacts.node_count);
+  out.u32(0);
+  out.f64(contacts.residual_displacement);
+  out.f64(contacts.residual_force);
+  for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
+    const palpate_tool_state& tool = contacts.tools[t];
+    out.vector(note.positions[static_cast<std::size_t>(t)].data());
+    out.vector(tool.force);
+    out.vector(tool.force_raw);
+    out.vector(tool.direction);
+    out.i32(tool.contact_count);
+    out.i32(tool.slip_count);
+    out.i32(tool.release_count);
+    out.u32(tool.flags);
+  }
+  const palpate_contact_node* nodes = palpate_contacts_nodes(&contacts);
+  for (std::int32_t n = 0; n < contacts.node_count; ++n) {
+    out.i32(nodes[n].node);
+    out.i32(nodes[n].column);
+    out.i32(nodes[n].tool);
+    out.i32(nodes[n].point);
+    out.vector(nodes[n].modified_displacement);
+    out.vector(nodes[n].force);
+  }
+  Writer(to + kChecksumAt).u64(checksum_of(to, bytes));
+  return bytes;
+}
+
+DatagramFault decode_contacts(std::span<const unsigned char> bytes, const DatagramLimits& limits,
+                              palpate_contacts* contacts, DatagramNote* note) {
+  if (bytes.size() < kDatagramHeaderBytes) return DatagramFault::size;
+  if (!std::equal(std::begin(kMagic), std::end(kMagic), bytes.begin())) return DatagramFault::magic;
+  Reader in(bytes.data() + sizeof kMagic);
+  if (in.u32() != kDatagramVersion) return DatagramFault::version;
+  if (in.u32() != bytes.size()) return DatagramFault::size;
+  if (in.u64() != checksum_of(bytes.data(), bytes.size())) return DatagramFault::checksum;
+  note->bundle = in.u64();
+  if (note->bundle != limits.bundle) return DatagramFault::bundle;
+  note->session = in.u64();
+  note->sequence = in.u64();
+  *contacts = palpate_contacts{};
+  contacts->step = in.u64();
+  note->time = in.f64();
+  note->sent = static_cast<std::int64_t>(in.u64());
+  note->last = in.u32() != 0;
+  contacts->flags = in.u32();
+  contacts->sweeps = in.i32();
+  const std::uint32_t tools = in.u32(), nodes = in.u32();
+  in.u32();
+  contacts->residual_displacement = in.f64();
+  contacts->residual_force = in.f64();
+  const auto at_most = [](std::uint32_t count, int limit) { return count <= static_cast<std::uint32_t>(limit); };
+  if (!at_most(tools, std::min(limits.tools, PALPATE_MAX_TOOLS)) || !at_most(nodes, limits.nodes) ||
+      bytes.size() != kDatagramHeaderBytes + tools * kDatagramToolBytes + nodes * kDatagramNodeBytes)
+    return DatagramFault::counts;
+  if (!is_sane(&note->time, 1) || !is_sane(&contacts->residual_displacement, 1) ||
+      !is_sane(&contacts->residual_force, 1))
+    return DatagramFault::number;
+  contacts->tool_count = static_cast<std::int32_t>(tools);
+  contacts->node_count = static_cast<std::int32_t>(nodes);
+  contacts->node_capacity = limits.nodes;
+  contacts->used_bytes = static_cast<std::uint32_t>(sizeof(palpate_contacts) + nodes * sizeof(palpate_contact_node));
+  DatagramFault fault = DatagramFault::none;
+  for (std::uint32_t t = 0; t < tools && fault == DatagramFault::none; ++t)
+    fault = read_tool(in, contacts->tools[t], note->positions[t]);
+  for (std::uint32_t n = 0; n < nodes && fault == DatagramFault::none; ++n)
+    fault = read_node(in, nodes_of(contacts)[n], contacts->tool_count, limits);
+  return fault;
+}
+
+const char* name_of(DatagramFault fault) {
+  static const char* const names[kDatagramFaults] = {"none",   "size",   "magic",  "version", "checksum",
+                                                     "bundle", "counts", "number", "index"};
+  return names[static_cast<int>(fault)];
+}
+
+const char* cause_of(DatagramFault fault) {
+  static const char* const causes[kDatagramFaults] = {
+      "nothing is wrong",
+      "its length is not the one it states; something else sends to this port",
+      "it is not of palpate-feel; something else sends to this port",
+      "it is of another version of the layout; use one version of Palpate on both machines",
+      "its checksum does not fit; it was damaged on the way",
+      "it is of another bundle; give both programs the same file",
+      "it holds more tools or contact nodes than this scene; give both programs the same scene",
+      "it holds a number that is not finite or beyond all sense",
+      "it names a node, column or tool that this bundle or scene does not have"};
+  return causes[static_cast<int>(fault)];
+}
+
+}  // namespace palpate

@@ -1,0 +1,147 @@
+// palpate-accuracy ORGAN BC: what each choice that trades accuracy for time costs on this organ; and which to choose.
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "studies/accuracy/choose_program.h"
+#include "studies/accuracy/study.h"
+
+namespace palpate::accuracy {
+namespace {
+
+std::filesystem::path own_folder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+void define_study(CLI::App& app, StudyOptions& options) {
+  app.add_option("organ", options.organ, "a folder of pipelines/")->option_text("ORGAN");
+  app.add_option("boundary", options.boundary, "a boundary set of the organ")->option_text("BC");
+  app.add_option("-o,--output", options.output, "the study's folder; default DATA/ORGAN/accuracy/BC")
+      ->option_text("FOLDER");
+  app.add_option("--data", options.data, "where the pipelines put their results")->capture_default_str();
+  app.add_option("--bin", options.bin, "the programs that are measured; default: beside this one")->option_text("DIR");
+  app.add_option("--source", options.source, "the repository, for its pipelines")->option_text("DIR");
+  app.add_option("--python", options.python, "a Python with matplotlib, for the report")->capture_default_str();
+  app.add_option("--resolutions", options.resolutions, "mesh sizes of the organ, coarse to fine; default: all it has")
+      ->delimiter(',')
+      ->option_text("R,R,...");
+  app.add_option("--memory", options.memory_gigabytes, "GB that a precompute may take; default: what is free")
+      ->check(positive_number());
+  app.add_option("--most-seconds", options.most_seconds, "that a precompute with p2-p0 is predicted to take")
+      ->check(positive_number())
+      ->capture_default_str();
+  app.add_option("--repeats", options.repeats, "of a precompute of less than 3 s, of which the median counts")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  app.add_option("--radius", options.radius_mm, "of the disc that is pressed, mm")
+      ->check(positive_number())
+      ->capture_default_str();
+  app.add_option("--places", options.places, "places that are pressed")
+      ->check(CLI::Range(1, 50))
+      ->capture_default_str();
+  app.add_option("--samples", options.samples, "places where the displacement is compared")
+      ->check(CLI::Range(1, 5000))
+      ->capture_default_str();
+  app.footer(
+      "Measures against p2-p0 on the finest mesh that --memory and --most-seconds allow, whose own error it "
+      "estimates.\n"
+      "Resumes: what was measured of the same inputs and programs is kept in FOLDER/points. Options after -- are "
+      "variables\n"
+      "for the pipeline's rules, for example IMAGE=organ.nrrd SURFACE_OPTIONS_200=...");
+}
+
+// "2%" or "0.02".
+double number_or_percent(const char* option, const std::string& text) {
+  std::size_t read = 0;
+  double value = -1;
+  try {
+    value = std::stod(text, &read);
+  } catch (const std::exception&) {
+  }
+  const bool percent = text.substr(read) == "%";
+  if (!(value > 0) || (!percent && read != text.size()))
+    throw CLI::ValidationError(option, "expected a number above 0, or one and %, such as 2%; found " + text);
+  return percent ? value / 100 : value;
+}
+
+CLI::App* define_choose(CLI::App& app, ChooseOptions& options) {
+  CLI::App* choose =
+      app.add_subcommand("choose", "The cheapest measured setting within limits, or what stands in the way");
+  const auto limit = [choose, &options](const char* option, const char* field, const char* what) {
+    choose->add_option_function<std::string>(
+        option,
+        [&options, option, field](const std::string& text) {
+          options.limits.push_back({field, std::string(option) + " " + text, number_or_percent(option, text)});
+        },
+        what);
+  };
+  limit("--force-error", "force_error", "of the tool's force, relative: 2% or 0.02");
+  limit("--field-error", "field_error", "of the surface's displacement, relative");
+  limit("--touch-us", "touch_us", "microseconds of a haptic step, median");
+  limit("--touch-us-99", "touch_us_99", "the same, 99 % of steps");
+  limit("--shape-us", "shape_us", "microseconds of a deformed surface, median");
+  limit("--bundle-mb", "bundle_MB", "of the bundle, 1e6 bytes");
+  limit("--precompute-s", "precompute_s", "seconds of the precompute and packing");
+  limit("--precompute-gb", "precompute_GB", "memory of the precompute, 1e9 bytes");
+  choose->add_option("--least", options.least, "what decides among the settings within the limits")
+      ->check(CLI::IsMember({"precompute_s", "bundle_MB", "touch_us", "shape_us", "force_error", "field_error"}))
+      ->capture_default_str();
+  choose->add_option("--study", options.study, "the study's folder; default: the only one below --data");
+  choose->add_option("--data", options.data, "where the pipelines put their results")->capture_default_str();
+  choose->add_option("--source", options.source, "the repository, for its pipelines");
+  choose->add_option("-o,--output", options.output, "writes organ.toml, effects.toml, measured.json and bake.sh there");
+  return choose;
+}
+
+CLI::App* define_check(CLI::App& app, CheckOptions& options) {
+  CLI::App* check =
+      app.add_subcommand("check", "Measures a chosen bundle anew (exit 3: above what its certificate states)");
+  check->add_option("bundle", options.bundle, "a bundle made by bake.sh")
+      ->required()
+      ->option_text("BUNDLE.h5 REQUIRED");
+  check->add_option("--study", options.study, "the study's folder; default: the only one below --data");
+  check->add_option("--data", options.data, "where the pipelines put their results")->capture_default_str();
+  return check;
+}
+
+int run(int argc, char** argv) {
+  int own = 0;
+  while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
+  StudyOptions study;
+  study.source = PALPATE_SOURCE_FOLDER, study.bin = own_folder(), study.data = "data";
+  study.python = "/usr/bin/python3";
+  study.make_variables.assign(argv + std::min(own + 1, argc), argv + argc);
+  ChooseOptions choosing;
+  choosing.source = study.source, choosing.data = study.data;
+  CheckOptions checking;
+  checking.data = study.data;
+  CLI::App *chooser = nullptr, *checker = nullptr;
+  return run_program(
+      own, argv, "palpate-accuracy", "Shows what accuracy costs in time, on your own organ.",
+      [&](CLI::App& app) {
+        define_study(app, study);
+        chooser = define_choose(app, choosing);
+        checker = define_check(app, checking);
+      },
+      [&] {
+        if (chooser->parsed()) return choose(choosing);
+        if (checker->parsed()) return check(checking);
+        if (study.organ.empty() || study.boundary.empty())
+          throw InputError("expected ORGAN and BC, or choose, or check; see palpate-accuracy --help");
+        run_study(study);
+      });
+}
+
+}  // namespace
+}  // namespace palpate::accuracy
+
+int main(int argc, char** argv) {
+  // The pipelines' rules run Open MPI's programs: see pipelines/rules.mk.
+  ::setenv("HWLOC_COMPONENTS", "-gl", 0);
+  return palpate::accuracy::run(argc, argv);
+}

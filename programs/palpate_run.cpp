@@ -1,0 +1,155 @@
+// palpate-run: plays a scene headless and writes what the tools felt and how the organ looked.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "formats/atomic_file.h"
+#include "formats/program.h"
+#include "programs/player/csv_files.h"
+#include "programs/player/explain.h"
+#include "programs/player/gltf_file.h"
+#include "programs/player/output_folder.h"
+#include "programs/player/realtime.h"
+#include "programs/player/record.h"
+#include "programs/player/scene_bundle.h"
+#include "programs/player/shape_files.h"
+#include "programs/player/summary.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path scene, bundle, output, record, replay, gltf, render_mesh;
+  bool explain = false, realtime = false;
+  double seconds = 5;
+  std::vector<double> rates = {1000, 4000, 10000};
+  unsigned every = 1;
+  double render_unit = 1e-3;  // m
+};
+
+fs::path target_of(const Options& options) {
+  return options.output.empty() ? fs::path(options.scene.stem()) : options.output;
+}
+
+void play(Player& player, const fs::path& bundle, const Options& options) {
+  OutputFolder folder(target_of(options), {"forces.csv", "contacts.csv", "shapes", "shapes.pvd", "summary.json"});
+  const BundleFields fields = read_bundle_fields(bundle);
+  CsvFiles csv(folder.part(), player.scene());
+  Summary summary(player);
+  const bool shaped = player.scene().shape != SceneConfig::Shape::off;
+  auto shapes = shaped ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
+  const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;
+  auto gltf = options.gltf.empty() ? nullptr : std::make_unique<GltfFile>(options.gltf, player, written);
+  OutputHasher hasher;
+  Progress progress("playing " + player.scene().name, player.touch_count());
+  std::uint64_t frame = 0;
+  const Timing timing = player.play(
+      [&](const TouchRecord& touch) {
+        csv.write(touch);
+        summary.add(touch);
+        hasher.add(touch);
+        progress.advance();
+      },
+      [&](const ShapeRecord& shape) {
+        summary.add(shape);
+        hasher.add(shape);
+        if (frame++ % options.every != 0) return;
+        shapes->write(shape);
+        if (gltf) gltf->add(shape);
+      });
+  csv.close();
+  if (shapes) shapes->close();
+  write_text_atomically(folder.part() / "summary.json",
+                        summary.text(timing, fields, bundle, shapes ? shapes->written() : 0));
+  folder.commit();
+  if (gltf) gltf->write();
+  if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
+}
+
+void play_against_the_clock(Player& player, const fs::path& bundle, const Options& options) {
+  OutputFolder folder(target_of(options), {"summary.json"});
+  std::vector<RealtimeRun> runs;
+  for (const double rate : options.rates) {
+    runs.push_back(run_realtime(player, rate, options.seconds));
+    fmt::print("{}{}", runs.size() > 1 ? "\n" : "", realtime_table(runs.back()));
+  }
+  write_text_atomically(folder.part() / "summary.json", realtime_summary(runs, player, bundle));
+  folder.commit();
+}
+
+void run(const Options& options) {
+  if (!options.replay.empty()) {
+    fmt::print("{}", replay(options.replay, options.bundle, options.scene));
+    return;
+  }
+  const SceneConfig scene = read_scene_config(options.scene);
+  const fs::path bundle = bundle_of(scene, options.bundle);
+  if (!options.record.empty()) check_target(options.record);
+  RenderMesh render_mesh;
+  if (!options.render_mesh.empty()) render_mesh = read_render_mesh(options.render_mesh, options.render_unit);
+  Player player(scene, bundle, Half::both, options.render_mesh.empty() ? nullptr : &render_mesh);
+  if (options.explain)
+    fmt::print("{}", explain(player));
+  else if (options.realtime)
+    play_against_the_clock(player, bundle, options);
+  else
+    play(player, bundle, options);
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  palpate::Options options;
+  return palpate::run_program(
+      argc, argv, "palpate-run", "Plays a scene headless: forces, contacts and deformed shapes out.",
+      [&](CLI::App& app) {
+        auto* scene = app.add_option("SCENE.toml", options.scene, "the scene");
+        auto* output =
+            app.add_option("-o,--output", options.output, "folder to write; default: the scene file's name, here");
+        app.add_option("--bundle", options.bundle, "bundle to touch instead of the one the scene names");
+        auto* every =
+            app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));
+        auto* explain = app.add_flag("--explain", options.explain,
+                                     "print the plan, its predicted and its measured cost; write nothing");
+        auto* realtime = app.add_flag("--realtime", options.realtime,
+                                      "play the scene over and over against the clock, touch and shape on two threads; "
+                                      "writes summary.json alone");
+        realtime->excludes(explain);
+        auto* record = app.add_option("--record", options.record, "also write the run to this file, to be replayed");
+        record->excludes(explain)->excludes(realtime);
+        auto* gltf =
+            app.add_option("--export", options.gltf,
+                           "also write the organ's surface, shape by shape, as an animated binary glTF file (.glb)");
+        gltf->excludes(explain)->excludes(realtime);
+        auto* render_mesh =
+            app.add_option("--render-mesh", options.render_mesh,
+                           "a finer surface (.ply) that follows the organ: it is in the shapes' files as "
+                           "well, and --export writes it in place of the bundle's own");
+        render_mesh->excludes(realtime);
+        app.add_option("--render-unit", options.render_unit,
+                       "unit of the finer surface; default: mm, as palpate-surface")
+            ->needs(render_mesh)
+            ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"m", 1.}, {"cm", 1e-2}, {"mm", 1e-3}}));
+        auto* replay = app.add_option("--replay", options.replay,
+                                      "play this record and hold it to its hashes; writes nothing. SCENE.toml, where "
+                                      "given, must be the scene that was recorded");
+        for (auto* other : {output, every, record, gltf, render_mesh}) replay->excludes(other);
+        replay->excludes(explain)->excludes(realtime);
+        app.callback([scene, &options] {
+          if (options.replay.empty() && scene->empty()) throw CLI::RequiredError("SCENE.toml");
+        });
+        app.add_option("--seconds", options.seconds, "how long, per rate")
+            ->check(CLI::Range(0.01, 3600.0))
+            ->needs(realtime);
+        app.add_option("--rate", options.rates, "touches per second; default: 1000, 4000 and 10000 in turn")
+            ->check(CLI::Range(1.0, 100000.0))
+            ->needs(realtime);
+      },
+      [&] { palpate::run(options); });
+}

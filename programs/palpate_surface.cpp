@@ -1,0 +1,199 @@
+// palpate-surface: a label image or a segmented surface -> one closed, oriented, checked triangle surface in LPS mm.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "formats/atomic_file.h"
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "meshing/image/label_image.h"
+#include "meshing/image/voxel_mask.h"
+#include "meshing/surface/extract_surface.h"
+#include "meshing/surface/repair_surface.h"
+#include "meshing/surface/surface_file.h"
+#include "meshing/surface/surface_report.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::vector<std::string> inputs;
+  std::filesystem::path output, report;
+  LabelSelection selection;
+  std::vector<double> spacing;
+  std::optional<double> smooth_mm;
+  SurfaceTarget target;
+  std::string spread = "even", components = "1%", cavities, unit = "mm";
+};
+
+void define(CLI::App& app, Options& options) {
+  app.add_option(
+         "input", options.inputs,
+         "Label image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd), PNG slices (a folder, a glob or a list), or "
+         "segmented surface (.off .obj .ply .stl .vtp)")
+      ->required();
+  app.add_option("-o,--output", options.output, "Surface to write: .off .ply .stl .obj")->required();
+  auto* labels = app.add_option("--labels", options.selection.labels, "Values of the organ, united: 255 or 255,127")
+                     ->delimiter(',');
+  app.add_option("--threshold", options.selection.threshold, "Everything at or above this value")->excludes(labels);
+  app.add_option("--spacing", options.spacing, "Voxel size x,y,z in mm, for PNG slices")->delimiter(',')->expected(3);
+  app.add_option("--smooth", options.smooth_mm, "Gaussian width in mm; 0 for none (default: 1.5 mean voxel sides)")
+      ->check(non_negative_number());
+  auto* triangles = app.add_option("--triangles", options.target.triangles,
+                                   "How many triangles (default: 2000 of an image, a surface's own)")
+                        ->check(CLI::Range(40, 20'000'000));
+  app.add_option("--edge-mm", options.target.edge_mm, "Or their edge length in mm")
+      ->check(positive_number())
+      ->excludes(triangles);
+  app.add_option("--spread", options.spread, "Triangles: even, or denser by curvature")
+      ->check(CLI::IsMember({"even", "curvature"}))
+      ->capture_default_str();
+  app.add_option("--components", options.components,
+                 "Pieces to keep: all, largest, a count, a volume (2.5mm3, 1cm3) or a share of the largest (1%)")
+      ->capture_default_str();
+  app.add_option("--cavities", options.cavities,
+                 "keep or fill holes inside (default: fill those of an image, keep those of a surface)")
+      ->check(CLI::IsMember({"keep", "fill"}));
+  app.add_option("--unit", options.unit, "Unit of a surface's coordinates; images have their own")
+      ->check(CLI::IsMember({"m", "cm", "mm", "um"}))
+      ->capture_default_str();
+  app.add_option("--report", options.report, "Also write the quality report as JSON");
+}
+
+void tell(const PieceChanges& changes, const std::string& components) {
+  if (changes.dropped) {
+    warn(fmt::format(
+        "dropped {} of {} pieces, {:.4g} mm3 in all, the largest {:.4g} mm3 (--components {}; all keeps them)",
+        changes.dropped, changes.pieces, changes.dropped_mm3, changes.largest_dropped_mm3, components));
+  }
+  if (changes.filled) {
+    warn(fmt::format("filled {} cavities, {:.4g} mm3 in all, the largest {:.4g} mm3 (--cavities keep keeps them)",
+                     changes.filled, changes.filled_mm3, changes.largest_filled_mm3));
+  } else if (changes.cavities) {
+    note(fmt::format("kept {} cavities", changes.cavities));
+  }
+}
+
+void tell(const ExtractedSurface& extracted, double smooth_mm) {
+  if (extracted.vanished_pieces) {
+    warn(fmt::format("smoothing by {:.3g} mm removed {} pieces, {:.4g} mm3 in all; a smaller --smooth keeps them",
+                     smooth_mm, extracted.vanished_pieces, extracted.vanished_mm3));
+  }
+  if (extracted.closed_cavities) {
+    warn(fmt::format("smoothing by {:.3g} mm closed {} cavities; a smaller --smooth keeps them", smooth_mm,
+                     extracted.closed_cavities));
+  }
+  if (extracted.thin_mm3 > 0) {
+    warn(fmt::format(
+        "parts thinner than the smoothing width of {:.3g} mm were lost: {:.4g} mm3, the first near ({:.5g}, "
+        "{:.5g}, {:.5g}) mm; a smaller --smooth keeps them",
+        smooth_mm, extracted.thin_mm3, extracted.thin_place[0], extracted.thin_place[1], extracted.thin_place[2]));
+  }
+}
+
+std::optional<std::array<double, 3>> spacing_of(const Options& options) {
+  if (options.spacing.empty()) return {};
+  return std::array<double, 3>{options.spacing[0], options.spacing[1], options.spacing[2]};
+}
+
+void from_image(const Options& options) {
+  const std::string& name = options.inputs.front();
+  const LabelImage image = read_label_image(options.inputs, spacing_of(options));
+  const std::array<double, 3> spacing = image.grid.spacing();
+  note(fmt::format("{}: {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", name, image.grid.size[0],
+                   image.grid.size[1], image.grid.size[2], spacing[0], spacing[1], spacing[2]));
+
+  const double smooth_mm = options.smooth_mm.value_or(1.5 * std::cbrt(image.grid.voxel_volume()));
+  VoxelMask mask = select_voxels(image, options.selection, 0, name);
+  if (mask.touched_border) {
+    warn("the label touches the image's border, where the organ may be cut off; padded and closed there");
+  }
+  const PieceChanges changes =
+      filter_pieces(mask, parse_piece_filter(options.components), options.cavities != "keep", name);
+  tell(changes, options.components);
+
+  const ExtractedSurface extracted = extract_surface(mask, smooth_mm, options.target, name);
+  tell(extracted, smooth_mm);
+
+  const double voxels_mm3 = static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume();
+  const SurfaceQuality quality = measure_quality(extracted.surface);
+  const SurfaceDistance distance = measure_distance(extracted.voxel_surface, extracted.surface);
+  write_surface(options.output, extracted.surface);
+  if (!options.report.empty()) {
+    nlohmann::ordered_json json = report_json(quality, distance, voxels_mm3, "voxels");
+    json["smooth_mm"] = smooth_mm;
+    json["pieces"] = changes.pieces;
+    json["dropped_pieces"] = changes.dropped;
+    json["dropped_mm3"] = changes.dropped_mm3;
+    json["cavities"] = changes.cavities;
+    json["filled_cavities"] = changes.filled;
+    json["filled_mm3"] = changes.filled_mm3;
+    json["vanished_mm3"] = extracted.vanished_mm3;
+    json["thin_mm3"] = extracted.thin_mm3;
+    json["touched_border"] = mask.touched_border;
+    json["attempts"] = extracted.attempts;
+    write_text_atomically(options.report, json.dump(2) + "\n");
+  }
+  fmt::print("{}", report_text(quality, distance, voxels_mm3, "voxels"));
+}
+
+double millimetres(const std::string& unit) {
+  return unit == "m" ? 1000 : unit == "cm" ? 10 : unit == "um" ? 1e-3 : 1;
+}
+
+void from_surface(const Options& options) {
+  const std::string& name = options.inputs.front();
+  if (options.inputs.size() > 1) throw InputError(fmt::format("{}: one surface at a time", options.inputs[1]));
+  if (!options.selection.labels.empty() || options.selection.threshold || options.smooth_mm ||
+      !options.spacing.empty()) {
+    throw InputError(fmt::format("{}: --labels, --threshold, --spacing and --smooth are for images", name));
+  }
+  const RepairedSurface repaired = repair_surface(read_surface(name, millimetres(options.unit)),
+                                                  parse_piece_filter(options.components), options.cavities, name);
+  for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", name, repair));
+
+  TriangleSurface surface = repaired.surface;
+  int attempts = 0;
+  if (options.target.triangles || options.target.edge_mm) {
+    const std::vector<TriangleSurface> shells = split_shells(surface);
+    std::vector<std::size_t> groups;
+    std::vector<double> volumes;
+    for (const TriangleSurface& shell : shells) {
+      groups.push_back(groups.size());
+      volumes.push_back(enclosed_volume(shell));
+    }
+    surface = remesh_shells(shells, groups, volumes, options.target, name, &attempts);
+  }
+
+  const SurfaceQuality quality = measure_quality(surface);
+  const double input_mm3 = enclosed_volume(repaired.surface);
+  const SurfaceDistance distance = measure_distance(repaired.surface, surface);
+  write_surface(options.output, surface);
+  if (!options.report.empty()) {
+    nlohmann::ordered_json json = report_json(quality, distance, input_mm3, "input");
+    json["repairs"] = repaired.repairs;
+    json["attempts"] = attempts;
+    write_text_atomically(options.report, json.dump(2) + "\n");
+  }
+  fmt::print("{}", report_text(quality, distance, input_mm3, "input"));
+}
+
+void run(Options& options) {
+  check_output_name(options.output);
+  if (options.spread == "curvature") options.target.spread = SurfaceTarget::Spread::curvature;
+  const bool image = is_image_name(options.inputs.front());
+  if (!image) return from_surface(options);
+  if (!options.target.triangles && !options.target.edge_mm) options.target.triangles = 2000;
+  from_image(options);
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  palpate::Options options;
+  return palpate::run_program(
+      argc, argv, "palpate-surface", "Label image or segmented surface -> closed triangle surface in LPS mm",
+      [&](CLI::App& app) { palpate::define(app, options); }, [&] { palpate::run(options); });
+}

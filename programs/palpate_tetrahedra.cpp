@@ -1,0 +1,255 @@
+// palpate-tetrahedra: closed surfaces, a label image or a gmsh geometry -> a tetrahedral mesh that passed its gate.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "formats/atomic_file.h"
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "formats/tetrahedral_mesh.h"
+#include "meshing/image/label_image.h"
+#include "meshing/image/voxel_mask.h"
+#include "meshing/surface/extract_surface.h"
+#include "meshing/surface/repair_surface.h"
+#include "meshing/surface/surface_checks.h"
+#include "meshing/surface/surface_file.h"
+#include "meshing/tetrahedra/fill_with_tetrahedra.h"
+#include "meshing/tetrahedra/mesh_geometry.h"
+#include "meshing/tetrahedra/mesh_label_image.h"
+#include "meshing/tetrahedra/mesh_quality.h"
+#include "meshing/tetrahedra/mesh_report.h"
+#include "meshing/tetrahedra/shells.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::vector<std::string> inputs, regions, assignments, labels;
+  std::string output, report;
+  bool nested_regions = false;
+  FillOptions fill;
+  LabelImageOptions image;
+  std::vector<double> spacing;
+  std::string filler = "hxt";
+  std::string cavities;                   // empty: as the input says
+  std::optional<std::string> components;  // all of a surface, 1% of an image
+  QualityGate gate{10, 0.05};
+};
+
+void define_for_images(CLI::App& app, Options& o) {
+  const auto image = [&](CLI::Option* option) { return option->group("For a label image"); };
+  image(app.add_option("--labels", o.labels, "The tissues: 255=liver,127=kidney"))
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  image(app.add_option("--edge-mm", o.image.edge_mm, "Longest edge of surface triangles, mm"))
+      ->check(positive_number());
+  image(app.add_option("--facet-distance", o.image.facet_distance, "Farthest a triangle may be from the border, mm"))
+      ->check(positive_number());
+  image(app.add_option("--smooth", o.image.smooth_mm, "Gaussian width, mm (default: 1.5 mean voxel sides)"))
+      ->check(non_negative_number());
+  image(app.add_option("--spacing", o.spacing, "Voxel size x,y,z in mm, for PNG slices"))->delimiter(',')->expected(3);
+  image(app.add_option("--fill", o.filler, "Interior by hxt, or mesh_3 (CGAL's own: smaller angles)"))
+      ->check(CLI::IsMember({"hxt", "mesh_3"}))
+      ->capture_default_str();
+}
+
+void define(CLI::App& app, Options& o) {
+  app.add_option("INPUT", o.inputs, "Closed surfaces, or a label image (with --labels), or a gmsh geometry (.geo)")
+      ->required();
+  app.add_option("-o,--output", o.output, "Mesh to write, MSH 4.1")->required();
+  app.add_option("--report", o.report, "Also write the quality report as JSON");
+  app.add_option("--size", o.fill.size,
+                 "Largest edge inside, in the unit of the input (default: as the surface nearby)")
+      ->check(positive_number());
+  app.add_option("--optimize-below", o.fill.optimize_below, "Improve elements of a gmsh quality below this; 0: none")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--goal", o.fill.goal,
+                 "Move interior vertices, then try other settings, while a dihedral angle is below this, degrees")
+      ->check(CLI::Range(0.0, 70.0))
+      ->capture_default_str();
+  app.add_option("--min-dihedral", o.gate.min_dihedral, "Refuse a mesh with a smaller dihedral angle, degrees")
+      ->check(CLI::Range(0.0, 70.0))
+      ->capture_default_str();
+  app.add_option("--min-radius-ratio", o.gate.min_radius_ratio,
+                 "Refuse a mesh with a smaller radius ratio (1 is regular)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--time-limit", o.fill.time_limit, "Stop the mesher after this many seconds")
+      ->check(positive_number())
+      ->capture_default_str();
+  app.add_option("--region", o.regions, "NAME: name the regions in order; NAME=FILE: name all of a file's shells")
+      ->allow_extra_args(false)
+      ->group("For surfaces");
+  app.add_flag("--nested-regions", o.nested_regions, "Shells inside others of their file are tissues of their own")
+      ->group("For surfaces");
+  app.add_option("--cavities", o.cavities, "keep or fill: shells inside others, or holes inside a tissue of an image")
+      ->check(CLI::IsMember({"keep", "fill"}))
+      ->group("For surfaces and images");
+  app.add_option(
+         "--components", o.components,
+         "Pieces to keep: all, largest, a count, a volume (2.5mm3, 1cm3) or a share of the largest (default: all "
+         "shells of a surface, 1% of an image)")
+      ->group("For surfaces and images");
+  define_for_images(app, o);
+  app.add_option("--set", o.assignments, "NAME=NUMBER: a DefineConstant parameter of the geometry")
+      ->allow_extra_args(false)
+      ->group("For a geometry");
+}
+
+// --region NAME=FILE becomes the name of an input (added where it is not among them); NAME alone stays for the order.
+std::vector<ShellInput> named_inputs(const Options& o, std::vector<std::string>& names_in_order) {
+  std::vector<ShellInput> inputs;
+  for (const std::string& file : o.inputs) inputs.push_back({{}, file, ""});
+  for (const std::string& region : o.regions) {
+    const std::size_t equals = region.find('=');
+    if (equals == std::string::npos) {
+      names_in_order.push_back(region);
+      continue;
+    }
+    const std::string name = region.substr(0, equals), file = region.substr(equals + 1);
+    if (name.empty() || file.empty()) throw InputError(fmt::format("--region {}: expected NAME or NAME=FILE", region));
+    const auto found = std::find_if(inputs.begin(), inputs.end(), [&](const auto& i) { return i.file == file; });
+    if (found == inputs.end()) throw InputError(fmt::format("--region {}: {} is not among the inputs", region, file));
+    found->name = name;
+  }
+  if (!names_in_order.empty() && names_in_order.size() != o.regions.size())
+    throw InputError("--region: give either NAME for all regions or NAME=FILE, not both");
+  return inputs;
+}
+
+TriangleSurface read_repaired(const std::string& file, const Options& o) {
+  const std::string cavities = o.nested_regions ? "keep" : o.cavities;
+  RepairedSurface repaired =
+      repair_surface(read_surface(file, 1), parse_piece_filter(o.components.value_or("all")), cavities, file);
+  for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", file, repair));
+  return std::move(repaired.surface);
+}
+
+// Each file is sound by itself; together they must keep apart as well.
+void refuse_contact(const std::vector<ShellInput>& inputs) {
+  std::vector<TriangleSurface> surfaces;
+  for (const ShellInput& input : inputs) surfaces.push_back(input.surface);
+  const SelfIntersections crossings = find_self_intersections(join_shells(surfaces));
+  if (crossings.pairs > 0)
+    throw InputError(fmt::format(
+        "the inputs cross or touch one another: {} pairs of triangles, the first near ({:.6g}, {:.6g}, {:.6g}); "
+        "expected surfaces apart or one inside another; mesh touching tissues from their label image with "
+        "--labels",
+        crossings.pairs, crossings.place[0], crossings.place[1], crossings.place[2]));
+}
+
+MeshReport mesh_surfaces(const Options& o) {
+  if (o.nested_regions && !o.cavities.empty())
+    throw InputError("--nested-regions leaves no cavities; leave out --cavities");
+  std::vector<std::string> names;
+  std::vector<ShellInput> inputs = named_inputs(o, names);
+  for (ShellInput& input : inputs) input.surface = read_repaired(input.file, o);
+  if (inputs.size() > 1) refuse_contact(inputs);
+  const VolumeBoundary boundary = regions_of_shells(inputs, o.nested_regions, names);
+  MeshReport report;
+  for (const auto& patch : boundary.patches) report.surface_triangles += patch.triangles.size();
+  note(fmt::format("filling {} region{} inside {} triangles", boundary.region_names.size(),
+                   boundary.region_names.size() == 1 ? "" : "s", report.surface_triangles));
+  report.mesh = fill_with_tetrahedra(boundary, o.fill, &report.improvement);
+  report.kept_triangles = verify_boundary_kept(boundary, report.mesh);
+  report.region_volume_of_surface = enclosed_volumes(boundary);
+  return report;
+}
+
+MeshReport mesh_image(Options& o) {
+  if (o.labels.empty())
+    throw InputError(
+        fmt::format("{} is a label image: say which tissues to mesh, as in --labels 255=liver,127=kidney; for one "
+                    "organ with a surface of chosen size use palpate-surface first",
+                    o.inputs.front()));
+  o.image.tissues = parse_tissues(o.labels);
+  if (o.filler == "mesh_3") o.image.fill = LabelImageOptions::Fill::mesh_3;
+  o.image.keep_cavities = o.cavities == "keep";
+  o.image.components = o.components.value_or(o.image.components);
+  if (!o.spacing.empty()) o.image.spacing = {o.spacing[0], o.spacing[1], o.spacing[2]};
+  return mesh_label_image(o.inputs, o.image, o.fill);
+}
+
+MeshReport mesh_one_geometry(const Options& o) {
+  if (o.inputs.size() != 1) throw InputError("a geometry (.geo) is meshed alone; give one input");
+  MeshReport report;
+  report.mesh = mesh_geometry(o.inputs.front(), o.assignments, o.fill);
+  report.improvement = improve_worst_elements(report.mesh, o.fill.goal);
+  return report;
+}
+
+enum class InputKind { surfaces, image, geometry };
+
+InputKind kind_of(const std::vector<std::string>& inputs) {
+  const auto is_geometry = [](const std::string& file) { return std::filesystem::path(file).extension() == ".geo"; };
+  if (std::any_of(inputs.begin(), inputs.end(), is_geometry)) return InputKind::geometry;
+  return is_image_name(inputs.front()) ? InputKind::image : InputKind::surfaces;
+}
+
+// An option that would be ignored is an error.
+void refuse_foreign_options(const CLI::App& app, InputKind kind) {
+  const auto meant_for = [&](const std::string& group) {
+    if (group == "For surfaces") return kind == InputKind::surfaces;
+    if (group == "For a label image") return kind == InputKind::image;
+    if (group == "For a geometry") return kind == InputKind::geometry;
+    if (group == "For surfaces and images") return kind != InputKind::geometry;
+    return true;
+  };
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && !meant_for(option->get_group()))
+      throw InputError(fmt::format("{} means nothing for this input ({} only); leave it out", option->get_name(),
+                                   option->get_group()));
+}
+
+MeshReport mesh_input(const CLI::App& app, Options& o) {
+  const InputKind kind = kind_of(o.inputs);
+  refuse_foreign_options(app, kind);
+  switch (kind) {
+    case InputKind::geometry:
+      return mesh_one_geometry(o);
+    case InputKind::image:
+      return mesh_image(o);
+    case InputKind::surfaces:
+      break;
+  }
+  return mesh_surfaces(o);
+}
+
+void run(const CLI::App& app, Options& o) {
+  if (std::filesystem::path(o.output).extension() != ".msh")
+    throw InputError(fmt::format("{}: the output is a gmsh mesh; give it a name ending in .msh", o.output));
+  // A folder that cannot be written is found now, not after an hour of meshing.
+  { const AtomicFile probe(o.output); }
+  if (!o.report.empty()) {
+    const AtomicFile probe(o.report);
+  }
+  MeshReport report = mesh_input(app, o);
+  report.inputs = o.inputs;
+  report.goal = o.fill.goal;
+  report.quality = measure_quality(report.mesh);
+  fmt::print("{}", text_of(report));
+  pass_gate(report.mesh, report.quality, o.gate);
+  write_mesh(o.output, report.mesh);
+  if (!o.report.empty()) write_text_atomically(o.report, json_of(report));
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  palpate::Options options;
+  const CLI::App* parsed = nullptr;
+  const auto define = [&](CLI::App& app) {
+    palpate::define(app, options);
+    parsed = &app;
+  };
+  return palpate::run_program(argc, argv, "palpate-tetrahedra",
+                              "Surfaces, label image or geometry -> tetrahedra that passed a quality gate (MSH 4.1)",
+                              define, [&] { palpate::run(*parsed, options); });
+}

@@ -1,0 +1,44 @@
+// palpate-validation: whether the solver is right, against closed forms and CalculiX.
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "formats/program.h"
+#include "precompute/solver/petsc_session.h"
+#include "studies/validation/study.h"
+
+namespace {
+
+void define_options(CLI::App& app, palpate::validation::StudyOptions& options) {
+  app.add_option("-o,--output", options.output, "the study's folder; default DATA/validation")->option_text("FOLDER");
+  app.add_option("--data", options.data, "where the pipelines put their results")->capture_default_str();
+  app.add_option("--bin", options.bin, "the programs; default: beside this one")->option_text("DIR");
+  app.add_option("--source", options.source, "the repository, for its pipelines")->option_text("DIR");
+  app.add_option("--python", options.python, "a Python with matplotlib, for the report")->capture_default_str();
+  app.add_option("--organ-mesh", options.organ_meshes,
+                 "a mesh of a pipeline, made where it is missing, to set against CalculiX as well; may be repeated")
+      ->option_text("ORGAN/BC/RESOLUTION");
+  app.add_option("--only", options.only, "these cases alone; may be repeated")->option_text("CASE");
+  app.add_flag("--short", options.brief,
+               "the two coarsest meshes of each case: errors have to fall, exact answers to hold");
+  app.footer(
+      "Resumes: what was measured by the same program is kept in FOLDER/points. Exit code 3: a bound or an order does "
+      "not hold.");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Open MPI, here and in the programs that are started: see pipelines/rules.mk.
+  ::setenv("HWLOC_COMPONENTS", "-gl", 0);
+  palpate::validation::StudyOptions options;
+  options.source = PALPATE_SOURCE_FOLDER, options.data = "data", options.python = "/usr/bin/python3";
+  options.bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  return palpate::run_program(
+      argc, argv, "palpate-validation", "Says whether the solver is right: against closed forms and CalculiX.",
+      [&](CLI::App& app) { define_options(app, options); },
+      [&] {
+        const palpate::PetscSession session({});
+        palpate::validation::run_study(options);
+      });
+}

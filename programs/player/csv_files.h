@@ -1,0 +1,26 @@
+// forces.csv and contacts.csv of a played scene. SI units, named in the header; numbers in their shortest exact form.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "programs/player/player.h"
+
+namespace palpate {
+
+// forces.csv: one row per touch and tool. contacts.csv: one row per touch and node under contact.
+class CsvFiles {
+ public:
+  CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene);
+  void write(const TouchRecord& touch);
+  // Errors: OperationError (a full disk).
+  void close();
+
+ private:
+  const SceneConfig& scene_;
+  std::filesystem::path folder_;
+  std::ofstream forces_, contacts_;
+};
+
+}  // namespace palpate

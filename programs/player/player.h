@@ -1,0 +1,101 @@
+// Plays a scene through the runtime's C API: touch at its rate, shape at its rate, each timed.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <palpate/palpate.h>
+#include "formats/scene_config.h"
+#include "programs/player/render_mesh.h"
+
+namespace palpate {
+
+// One touch. Everything is borrowed until the call returns.
+struct TouchRecord {
+  double time;                                        // s
+  palpate_step_flags flags;                           // of this touch
+  const std::vector<SceneConfig::Vector>& positions;  // [tool] origin, m
+  const palpate_contacts& contacts;
+};
+
+// One shape. Arrays have node_count rows of three, m.
+struct ShapeRecord {
+  double time;
+  palpate_step_flags flags;
+  const std::vector<std::vector<SceneConfig::Vector>>& points;  // [tool][point], m, where they are now
+  const palpate_contacts& contacts;
+  int node_count;
+  const float* displacements;
+  const float* positions;
+  const float* skin_positions;  // of the render mesh, [vertex][3] m, and its normals; nullptr without one
+  const float* skin_normals;
+};
+
+using Rotation = std::array<std::array<double, 3>, 3>;  // rows
+inline constexpr Rotation kNoTurn = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+struct Timing {
+  std::vector<double> touch_us, shape_us, skin_us;  // one per step, in order; none where nothing is skinned
+};
+
+// What a program plays of a scene: effects of the other half are off, so that its sections are not mapped.
+enum class Half { both, touch, shape };
+
+class Player {
+ public:
+  // Opens the bundle, finds the grips' nodes, creates the runtime's scene. render_mesh follows the shapes; it must outlive
+  // this, or be nullptr.
+  // Errors: InputError with the bundle's or the scene's place.
+  Player(SceneConfig scene, const std::filesystem::path& bundle, Half half = Half::both,
+         const RenderMesh* render_mesh = nullptr);
+
+  const SceneConfig& scene() const { return scene_; }
+  const std::vector<std::vector<palpate_grip>>& grips() const { return grips_; }  // [tool][grip], a node each
+  palpate_bundle* bundle() const { return bundle_.get(); }
+  const RenderMesh* render_mesh() const { return render_mesh_; }
+  palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
+  double duration() const;            // s, the last key frame of all tools
+  std::uint64_t shape_count() const;  // shapes that play makes
+  std::uint64_t touch_count() const;  // steps of the whole scene, both ends included
+  int contact_node_limit() const { return contact_node_limit_; }
+
+  int shape_node_count() const;  // nodes that palpate_shape fills
+
+  // For a loop of the caller's: puts the tools where they are at a time, or one of them where the caller says, and
+  // touches with them. None allocates.
+  void move_tools(double time);
+  void place_tool(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
+  void withdraw_tool(std::size_t tool);  // it touches nothing until it is placed again
+  const std::vector<SceneConfig::Vector>& positions() const { return positions_; }         // [tool] origin, m
+  const std::vector<std::vector<SceneConfig::Vector>>& points() const { return points_; }  // [tool][point], m
+  palpate_step_flags touch(double dt, palpate_contacts* contacts) {
+    return palpate_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt, contacts);
+  }
+
+  // From the start, as after create. Either callback may be empty. The timed calls are palpate_touch, palpate_shape and
+  // palpate_skin alone; before runs before each touch and each shape.
+  Timing play(const std::function<void(const TouchRecord&)>& on_touch,
+              const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {});
+
+ private:
+  struct CloseBundle {
+    void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
+  };
+  struct DestroyScene {
+    void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
+  };
+
+  SceneConfig scene_;
+  const RenderMesh* render_mesh_;
+  std::unique_ptr<palpate_bundle, CloseBundle> bundle_;
+  std::unique_ptr<palpate_scene, DestroyScene> runtime_scene_;
+  int contact_node_limit_ = 0;
+  std::vector<std::vector<SceneConfig::Vector>> local_points_, points_;  // [tool][point]: own frame; now
+  std::vector<std::vector<palpate_grip>> grips_;                         // [tool][grip]
+  std::vector<SceneConfig::Vector> positions_;                           // [tool]
+  std::vector<palpate_tool> tools_;
+};
+
+}  // namespace palpate

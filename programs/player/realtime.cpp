@@ -1,0 +1,147 @@
+#include "programs/player/realtime.h"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "programs/player/contacts_mailbox.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// How often the machine takes the processor away from a thread that does nothing but read the clock.
+void measure_gaps(RealtimeRun& run) {
+  constexpr Nanoseconds kLong = 500000000, kGap = 5000;
+  const Nanoseconds start = now();
+  Nanoseconds longest = 0, taken = 0;
+  for (Nanoseconds last = start, time = start; last - start < kLong; last = time) {
+    time = now();
+    longest = std::max(longest, time - last);
+    if (time - last > kGap) taken += time - last;
+  }
+  run.longest_gap = microseconds(longest);
+  run.taken_away = static_cast<double>(taken) / kLong;
+}
+
+std::string lock_memory(Player& player) {
+  palpate_error error = {};
+  if (palpate_bundle_prefault(player.bundle(), 1, &error) != PALPATE_OK) return error.text;
+  if (mlockall(MCL_CURRENT) != 0) return fmt::format("bundle locked, the program itself not: {}", std::strerror(errno));
+  return "locked";
+}
+
+// Written once before the loops, so that growing does not happen in them and their pages are there.
+void reserve(std::vector<double>& numbers, double count) {
+  numbers.assign(static_cast<std::size_t>(count) + 1, 0);
+  numbers.clear();
+}
+
+}  // namespace
+
+RealtimeRun run_realtime(Player& player, double rate, double seconds) {
+  RealtimeRun run;
+  run.rate = rate, run.seconds = seconds;
+  const SceneConfig& scene = player.scene();
+  const double duration = std::max(player.duration(), 1 / rate);
+  const bool shaped = scene.shape != SceneConfig::Shape::off;
+  const int nodes = player.shape_node_count();
+  std::vector<float> positions(3 * static_cast<std::size_t>(nodes));
+
+  // The note behind the contacts: when they were published.
+  ContactsMailbox<Nanoseconds> mailbox(palpate_contacts_bytes(player.runtime_scene()));
+
+  for (auto* numbers : {&run.touch.work, &run.touch.wake_up}) reserve(*numbers, rate * seconds);
+  for (auto* numbers : {&run.shape.work, &run.shape.wake_up, &run.age}) reserve(*numbers, scene.shape_hz * seconds);
+  run.memory = lock_memory(player);
+  measure_gaps(run);
+  palpate_reset(player.runtime_scene());
+
+  const Nanoseconds start = now() + 20000000;  // both threads are there by then
+  std::thread shape_thread([&] {
+    if (!shaped) return;
+    run.shape.scheduling = ask_for_fifo(10);
+    palpate_shape_out out = {nullptr, positions.data(), nodes, 0};
+    const auto steps = static_cast<std::uint64_t>(scene.shape_hz * seconds);
+    run_loop(run.shape, start, scene.shape_hz, steps, LateSteps::left_out, nullptr, [&](std::uint64_t) -> Nanoseconds {
+      Nanoseconds published = 0;
+      const palpate_contacts* contacts = mailbox.newest(&published);
+      if (!contacts) return 0;
+      const Nanoseconds begin = now();
+      palpate_shape(player.runtime_scene(), contacts, &out);
+      const Nanoseconds end = now();
+      run.age.push_back(microseconds(end - published));
+      return end - begin;
+    });
+  });
+  std::thread touch_thread([&] {
+    run.touch.scheduling = ask_for_fifo(80);
+    double last = 0;
+    std::uint64_t before = 0;
+    const auto steps = static_cast<std::uint64_t>(rate * seconds);
+    run_loop(run.touch, start, rate, steps, LateSteps::left_out, nullptr, [&](std::uint64_t index) {
+      const double time = std::fmod(static_cast<double>(index) / rate, duration);
+      if (time < last)
+        palpate_reset(player.runtime_scene());  // from the start again: the tools are back where they began
+      last = time;
+      player.move_tools(time);
+      palpate_contacts* contacts = mailbox.slot();
+      const Nanoseconds begin = now();
+      player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts);
+      const Nanoseconds end = now();
+      before = index;
+      mailbox.publish(end);
+      return end - begin;
+    });
+  });
+  touch_thread.join();
+  shape_thread.join();
+  return run;
+}
+
+std::string realtime_table(const RealtimeRun& run) {
+  std::string table = fmt::format(
+      "touch at {:.0f} Hz for {:.1f} s: {} steps, {} missed deadlines, preempted {} times; {}\n"
+      "memory: {}; a thread that only reads the clock was stopped for {:.0f} us at most, {:.1f} % of the time\n",
+      run.rate, run.seconds, run.touch.work.size(), run.touch.missed, run.touch.preempted, run.touch.scheduling,
+      run.memory, run.longest_gap, 100 * run.taken_away);
+  if (!run.shape.work.empty())
+    table += fmt::format("shape: {} steps, {} missed deadlines, preempted {} times; {}\n", run.shape.work.size(),
+                         run.shape.missed, run.shape.preempted, run.shape.scheduling);
+  table += percentile_head("us") + percentile_row("touch", run.touch.work) +
+           percentile_row("touch woken late", run.touch.wake_up) + percentile_row("shape", run.shape.work) +
+           percentile_row("shape woken late", run.shape.wake_up) + percentile_row("contacts' age", run.age);
+  return table + "\n";
+}
+
+std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player& player,
+                             const std::filesystem::path& bundle) {
+  Json out;
+  out["scene"] = player.scene().name;
+  out["bundle"] = bundle.string();
+  out["realtime"] = Json::array();
+  for (const RealtimeRun& run : runs) {
+    Json entry = {{"touch_hz", run.rate},
+                  {"seconds", run.seconds},
+                  {"memory", run.memory},
+                  {"clock_reader_longest_gap_us", run.longest_gap},
+                  {"clock_reader_share_taken_away", run.taken_away},
+                  {"touch", loop_summary(run.touch)}};
+    if (!run.shape.work.empty()) {
+      entry["shape_hz"] = player.scene().shape_hz;
+      entry["shape"] = loop_summary(run.shape);
+      entry["contacts_age_us"] = percentile_summary(run.age);
+    }
+    out["realtime"].push_back(entry);
+  }
+  return out.dump(2) + "\n";
+}
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// A scene's two loops against the clock: touch at a device's rate, shape at the scene's, on two threads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "programs/player/player.h"
+#include "programs/player/timed_loop.h"
+
+namespace palpate {
+
+struct RealtimeRun {
+  double rate = 0, seconds = 0;  // Hz of touch, s
+  LoopTiming touch, shape;
+  std::vector<double> age;  // us, from the publishing of the contacts to the end of the shape made of them
+  double longest_gap = 0;   // us, the longest time a thread that only reads the clock was stopped, in half a second
+  double taken_away = 0;    // share of that half second in gaps above 5 us
+  std::string memory;       // "locked", or why not
+};
+
+// Plays the scene over and over for `seconds`, touch at `rate` Hz, shape at the scene's rate. Before, everything the loops
+// use is brought into memory and locked there, and both threads ask for SCHED_FIFO; what the system refuses is said in the
+// result. A loop that is late leaves out the steps it has missed and goes on with the next one in time.
+RealtimeRun run_realtime(Player& player, double rate, double seconds);
+
+std::string realtime_table(const RealtimeRun& run);
+
+// JSON text of summary.json: one entry per run.
+std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player& player,
+                             const std::filesystem::path& bundle);
+
+}  // namespace palpate

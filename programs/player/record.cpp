@@ -1,0 +1,233 @@
+#include "programs/player/record.h"
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "formats/atomic_file.h"
+#include "formats/errors.h"
+#include "programs/player/bundle_fields.h"
+#include "programs/player/scene_bundle.h"
+#include "programs/player/tool_points.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- the scene that plays the same ---------------------------------------------------------------------------------
+
+toml::array numbers(const SceneConfig::Vector& v) {
+  return toml::array{v[0], v[1], v[2]};
+}
+
+template <typename Word, std::size_t Count>
+const char* word(Word value, const char* const (&words)[Count]) {
+  return words[static_cast<std::size_t>(value)];
+}
+
+toml::table effects_of(const SceneConfig& scene) {
+  return toml::table{{"collision", word(scene.collision, {"off", "rest", "deformed"})},
+                     {"contact", word(scene.contact, {"node", "triangle", "point", "patch"})},
+                     {"law", word(scene.law, {"sticking", "sliding", "unilateral", "coulomb"})},
+                     {"force", word(scene.force, {"off", "linear", "response"})},
+                     {"shape", word(scene.shape, {"off", "surface", "volume"})},
+                     {"radial", word(scene.radial, {"off", "response"})},
+                     {"preload", scene.preload}};
+}
+
+toml::table limits_of(const SceneConfig::Limits& limits) {
+  toml::table table{{"force", limits.force}, {"force_slew", limits.force_slew}};
+  if (limits.points) table.insert("points", *limits.points);
+  if (limits.contact_nodes) table.insert("contact_nodes", *limits.contact_nodes);
+  return table;
+}
+
+toml::table relaxation_of(const SceneConfig::Relaxation& relaxation) {
+  toml::array terms;
+  for (const auto& [share, time] : relaxation.terms) terms.push_back(toml::array{share, time});
+  return toml::table{{"terms", std::move(terms)}, {"source", relaxation.source}};
+}
+
+// Where the tool is at every touch, by the same expression as when it is played.
+toml::array path_of(const SceneConfig::Tool& tool, const SceneConfig& scene, std::uint64_t touches) {
+  toml::array path;
+  for (std::uint64_t step = 0; step < touches; ++step) {
+    const double time = static_cast<double>(step) / scene.touch_hz;
+    const SceneConfig::Vector p = position_at(tool.path, time);
+    path.push_back(toml::array{time, p[0], p[1], p[2]});
+  }
+  return path;
+}
+
+// Each gripped node by its own position: nothing is nearer to that.
+toml::array grips_of(const std::vector<palpate_grip>& grips, const palpate_bundle* bundle) {
+  toml::array list;
+  for (const palpate_grip& grip : grips) {
+    const double* p = palpate_bundle_nodes(bundle) + 3 * static_cast<std::size_t>(grip.node);
+    std::string axes;
+    for (int d = 0; d < 3; ++d)
+      if (grip.axes >> d & 1u) axes += "xyz"[d];
+    list.push_back(toml::table{{"nearest", numbers({p[0], p[1], p[2]})}, {"axes", axes}});
+  }
+  return list;
+}
+
+toml::table tool_of(const Player& player, std::size_t t) {
+  const SceneConfig::Tool& tool = player.scene().tools[t];
+  toml::table table{
+      {"name", tool.name}, {"hold", tool.hold}, {"path", path_of(tool, player.scene(), player.touch_count())}};
+  toml::array points;
+  for (const auto& point : tool_points(tool)) points.push_back(numbers(point));
+  if (!points.empty()) table.insert("points", std::move(points));
+  if (tool.radius > 0) table.insert("radius", tool.radius);
+  if (tool.friction > 0) table.insert("friction", tool.friction);
+  if (!player.grips()[t].empty()) table.insert("grip", grips_of(player.grips()[t], player.bundle()));
+  return table;
+}
+
+// Without the bundle.
+toml::table resolved_scene(const Player& player) {
+  const SceneConfig& scene = player.scene();
+  toml::table table{{"name", scene.name},
+                    {"unit", "m"},
+                    {"effects", effects_of(scene)},
+                    {"limits", limits_of(scene.limits)},
+                    {"rate", toml::table{{"touch", scene.touch_hz}, {"shape", scene.shape_hz}}}};
+  if (scene.relaxation) table.insert("relaxation", relaxation_of(*scene.relaxation));
+  toml::array tools;
+  for (std::size_t t = 0; t < scene.tools.size(); ++t) tools.push_back(tool_of(player, t));
+  table.insert("tool", std::move(tools));
+  return table;
+}
+
+// ---- the file ------------------------------------------------------------------------------------------------------
+
+constexpr const char* kFirstLine = "# palpate-run record 1\n";
+
+std::string head_lines(std::uint64_t bundle, const OutputHash& output) {
+  return fmt::format("{}# bundle {:016x}\n# output {:016x} {:016x}\n", kFirstLine, bundle, output.contacts,
+                     output.shapes);
+}
+
+std::string own_line(std::uint64_t hash) {
+  return fmt::format("# record {:016x}\n", hash);
+}
+
+std::uint64_t hash_of(const std::string& head, const std::string& scene) {
+  formats::Xxh64 hash;
+  hash.update(head.data(), head.size());
+  hash.update(scene.data(), scene.size());
+  return hash.digest();
+}
+
+// Sixteen hexadecimal digits at a place of the text.
+bool read_hash(const std::string& text, std::size_t at, std::uint64_t* hash) {
+  if (text.size() < at + 16) return false;
+  const char* end = text.data() + at + 16;
+  return std::from_chars(text.data() + at, end, *hash, 16).ptr == end;
+}
+
+void check_bundle(const Player& player, const fs::path& bundle) {
+  palpate_error error{};
+  if (palpate_bundle_check(player.bundle(), &error) != PALPATE_OK)
+    throw InputError(fmt::format("{}: byte {}: {}", bundle.string(), error.byte_offset, error.text));
+}
+
+void refuse_other_scene(const fs::path& record, const Player& recorded, const fs::path& file, const fs::path& bundle) {
+  const toml::table expected = resolved_scene(recorded);
+  const toml::table found = resolved_scene(Player(read_scene_config(file), bundle));
+  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "tool"}) {
+    const toml::node *a = expected.get(key), *b = found.get(key);
+    const bool same = a && b ? a->visit([&](const auto& node) {
+      const auto* other = b->as<std::decay_t<decltype(node)>>();
+      return other && *other == node;
+    })
+                             : a == b;
+    if (!same)
+      throw InputError(
+          fmt::format("{}: expected the scene that {} was recorded from, found another \"{}\"; replay without a scene, "
+                      "or record this one",
+                      file.string(), record.string(), key));
+  }
+}
+
+}  // namespace
+
+void OutputHasher::add(const ShapeRecord& shape) {
+  const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(shape.node_count);
+  shapes_.update(shape.displacements, bytes);
+  shapes_.update(shape.positions, bytes);
+  any_ = true;
+}
+
+void write_record(const fs::path& record, const Player& player, const fs::path& bundle, const OutputHash& output) {
+  check_bundle(player, bundle);
+  toml::table scene = resolved_scene(player);
+  const fs::path folder = fs::absolute(record).parent_path();
+  scene.insert("bundle", fs::absolute(bundle).lexically_proximate(folder).string());
+  std::ostringstream text;
+  text << scene << '\n';
+  const std::string head = head_lines(read_bundle_fields(bundle).identity, output);
+  write_text_atomically(record, head + own_line(hash_of(head, text.str())) + text.str());
+}
+
+Record read_record(const fs::path& record) {
+  std::ifstream stream(record, std::ios::binary);
+  if (!stream || !fs::is_regular_file(record))
+    throw InputError(fmt::format("{}: expected a record, found no file that can be read", record.string()));
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (text.compare(0, std::string(kFirstLine).size(), kFirstLine) != 0)
+    throw InputError(
+        fmt::format("{}: expected a record of palpate-run, version 1, found another first line; make one "
+                    "with palpate-run SCENE.toml --record FILE",
+                    record.string()));
+  Record said;
+  std::uint64_t hash = 0;
+  const std::size_t bundle = std::string(kFirstLine).size() + std::string("# bundle ").size();
+  const std::size_t output = bundle + 17 + std::string("# output ").size();
+  const std::size_t own = output + 2 * 17 + std::string("# record ").size(), scene = own + 17;
+  // Written again from what was read: then nothing but these lines stood there.
+  const bool whole = read_hash(text, bundle, &said.bundle) && read_hash(text, output, &said.output.contacts) &&
+                     read_hash(text, output + 17, &said.output.shapes) && read_hash(text, own, &hash) &&
+                     text.size() > scene &&
+                     text.substr(0, scene) == head_lines(said.bundle, said.output) + own_line(hash) &&
+                     hash == hash_of(head_lines(said.bundle, said.output), text.substr(scene));
+  if (!whole)
+    throw InputError(
+        fmt::format("{}: expected a whole record, found {} bytes that differ from its own hash; copy it "
+                    "again",
+                    record.string(), text.size()));
+  return said;
+}
+
+std::string replay(const fs::path& record, const fs::path& other_bundle, const fs::path& scene) {
+  const Record expected = read_record(record);
+  const SceneConfig recorded = read_scene_config(record);
+  const fs::path bundle = bundle_of(recorded, other_bundle);
+  if (const std::uint64_t found = read_bundle_fields(bundle).identity; found != expected.bundle)
+    throw InputError(
+        fmt::format("{}: expected the bundle that {} was recorded on, index {:016x}, found {:016x}; give that one with "
+                    "--bundle",
+                    bundle.string(), record.string(), expected.bundle, found));
+  Player player(recorded, bundle);
+  check_bundle(player, bundle);
+  if (!scene.empty()) refuse_other_scene(record, player, scene, bundle);
+  OutputHasher hasher;
+  player.play([&](const TouchRecord& touch) { hasher.add(touch); },
+              [&](const ShapeRecord& shape) { hasher.add(shape); });
+  const OutputHash found = hasher.hash();
+  if (found != expected.output)
+    throw VerificationError(
+        fmt::format("{}: expected contacts {:016x} and shapes {:016x}, found {:016x} and {:016x}: this build or "
+                    "processor computes other numbers",
+                    record.string(), expected.output.contacts, expected.output.shapes, found.contacts, found.shapes));
+  return fmt::format("{}: {} touches replayed, contacts {:016x}, shapes {:016x}: as recorded\n", record.string(),
+                     player.touch_count(), found.contacts, found.shapes);
+}
+
+}  // namespace palpate

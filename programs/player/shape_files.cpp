@@ -1,0 +1,190 @@
+#include "programs/player/shape_files.h"
+
+#include <fmt/format.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkObject.h>
+#include <vtkPointData.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+#include <algorithm>
+
+#include "formats/atomic_file.h"
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+void write_grid(vtkUnstructuredGrid* grid, const std::filesystem::path& file) {
+  vtkNew<vtkXMLUnstructuredGridWriter> writer;
+  writer->SetFileName(file.c_str());
+  writer->SetInputData(grid);
+  writer->SetDataModeToAppended();
+  if (writer->Write() != 1 || writer->GetErrorCode() != 0)
+    throw OperationError(fmt::format("{}: cannot be written; is the disk full?", file.string()));
+}
+
+template <typename Array>
+void add_point_data(vtkUnstructuredGrid* grid, vtkNew<Array>& array, const char* name, int components, vtkIdType rows) {
+  array->SetName(name);
+  array->SetNumberOfComponents(components);
+  array->SetNumberOfTuples(rows);
+  array->Fill(0);
+  grid->GetPointData()->AddArray(array);
+}
+
+// cell_nodes: count rows of cell_size node indices.
+template <typename Index>
+void add_cells(vtkUnstructuredGrid* grid, int cell_type, int cell_size, const Index* cell_nodes, int count) {
+  grid->AllocateEstimate(count, cell_size);
+  for (int c = 0; c < count; ++c) {
+    vtkIdType ids[4] = {};
+    for (int i = 0; i < cell_size; ++i) ids[i] = static_cast<vtkIdType>(cell_nodes[c * cell_size + i]);
+    grid->InsertNextCell(cell_type, cell_size, ids);
+  }
+}
+
+void write_tools(const ShapeRecord& shape, const std::filesystem::path& file) {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  std::vector<int> owner;
+  for (std::size_t t = 0; t < shape.points.size(); ++t)
+    for (const auto& p : shape.points[t]) {
+      const vtkIdType id = points->InsertNextPoint(p.data());
+      owner.push_back(static_cast<int>(t));
+      grid->InsertNextCell(VTK_VERTEX, 1, &id);
+    }
+  grid->SetPoints(points);
+  vtkNew<vtkIntArray> tool;
+  vtkNew<vtkDoubleArray> force;
+  const auto rows = static_cast<vtkIdType>(owner.size());
+  add_point_data(grid, tool, "tool", 1, rows);
+  add_point_data(grid, force, "force", 3, rows);
+  for (vtkIdType i = 0; i < rows; ++i) {
+    tool->SetValue(i, owner[i]);
+    force->SetTuple(i, shape.contacts.tools[owner[i]].force);
+  }
+  write_grid(grid, file);
+}
+
+}  // namespace
+
+// The grid whose cells stay and whose points move.
+struct ShapeFiles::Organ {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkFloatArray> positions, displacement;
+  vtkNew<vtkDoubleArray> contact_force;
+  vtkNew<vtkUnsignedCharArray> fixed;
+  vtkNew<vtkIntArray> region;
+
+  Organ(const Player& player, const BundleFields& fields) {
+    const palpate_bundle_info info = palpate_bundle_describe(player.bundle());
+    const bool volume = player.scene().shape == SceneConfig::Shape::volume;
+    const vtkIdType rows = volume ? info.node_count : info.surface_node_count;
+    positions->SetNumberOfComponents(3);
+    positions->SetNumberOfTuples(rows);
+    vtkNew<vtkPoints> points;
+    points->SetData(positions);
+    grid->SetPoints(points);
+    if (volume)
+      add_cells(grid, VTK_TETRA, 4, palpate_bundle_tetrahedra(player.bundle()), info.tetrahedron_count);
+    else
+      add_cells(grid, VTK_TRIANGLE, 3, palpate_bundle_triangles(player.bundle()), info.triangle_count);
+    add_point_data(grid, displacement, "displacement", 3, rows);
+    add_point_data(grid, contact_force, "contact_force", 3, rows);
+    add_point_data(grid, fixed, "fixed", 1, rows);
+    for (vtkIdType n = 0; n < rows; ++n) {
+      const auto* dof = fields.fixed.data() + 3 * n;
+      fixed->SetValue(n, dof[0] && dof[1] && dof[2] ? 1 : 0);
+    }
+    if (volume) add_region(fields);
+  }
+
+  void add_region(const BundleFields& fields) {
+    region->SetName("region");
+    for (const std::int32_t r : fields.region) region->InsertNextValue(r);
+    grid->GetCellData()->AddArray(region);
+  }
+
+  void move_to(const ShapeRecord& shape) {
+    const std::size_t values = 3 * static_cast<std::size_t>(shape.node_count);
+    std::copy_n(shape.positions, values, positions->GetPointer(0));
+    std::copy_n(shape.displacements, values, displacement->GetPointer(0));
+    contact_force->Fill(0);
+    const palpate_contact_node* nodes = palpate_contacts_nodes(&shape.contacts);
+    for (int n = 0; n < shape.contacts.node_count; ++n)
+      for (int d = 0; d < 3; ++d)
+        *contact_force->GetPointer(3 * static_cast<vtkIdType>(nodes[n].node) + d) += nodes[n].force[d];
+    positions->Modified();
+    grid->GetPoints()->Modified();
+  }
+};
+
+// The render mesh, likewise.
+struct ShapeFiles::Skin {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkFloatArray> positions, displacement, normals;
+  const RenderMesh& mesh;
+
+  explicit Skin(const RenderMesh& of) : mesh(of) {
+    const auto rows = static_cast<vtkIdType>(mesh.positions.size() / 3);
+    positions->SetNumberOfComponents(3);
+    positions->SetNumberOfTuples(rows);
+    vtkNew<vtkPoints> points;
+    points->SetData(positions);
+    grid->SetPoints(points);
+    add_cells(grid, VTK_TRIANGLE, 3, mesh.indices.data(), static_cast<int>(mesh.indices.size() / 3));
+    add_point_data(grid, displacement, "displacement", 3, rows);
+    add_point_data(grid, normals, "normal", 3, rows);
+  }
+
+  void move_to(const ShapeRecord& shape) {
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      positions->GetPointer(0)[i] = shape.skin_positions[i];
+      displacement->GetPointer(0)[i] = shape.skin_positions[i] - mesh.positions[i];
+      normals->GetPointer(0)[i] = shape.skin_normals[i];
+    }
+    positions->Modified();
+    grid->GetPoints()->Modified();
+  }
+};
+
+ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player, const BundleFields& fields)
+    : folder_(folder), organ_(std::make_unique<Organ>(player, fields)) {
+  if (player.render_mesh()) skin_ = std::make_unique<Skin>(*player.render_mesh());
+  vtkObject::GlobalWarningDisplayOff();  // failures are reported here, in one sentence
+  std::filesystem::create_directory(folder_ / "shapes");
+}
+
+ShapeFiles::~ShapeFiles() = default;
+
+void ShapeFiles::write(const ShapeRecord& shape) {
+  organ_->move_to(shape);
+  const std::string organ = fmt::format("shapes/organ_{:06}.vtu", written_);
+  const std::string tools = fmt::format("shapes/tools_{:06}.vtu", written_);
+  write_grid(organ_->grid, folder_ / organ);
+  write_tools(shape, folder_ / tools);
+  std::vector<std::string> parts = {organ, tools};
+  if (skin_) {
+    parts.push_back(fmt::format("shapes/skin_{:06}.vtu", written_));
+    skin_->move_to(shape);
+    write_grid(skin_->grid, folder_ / parts.back());
+  }
+  for (std::size_t part = 0; part < parts.size(); ++part)
+    entries_ += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", shape.time, part, parts[part]);
+  ++written_;
+}
+
+void ShapeFiles::close() {
+  write_text_atomically(folder_ / "shapes.pvd",
+                        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n" +
+                            entries_ + "  </Collection>\n</VTKFile>\n");
+}
+
+}  // namespace palpate

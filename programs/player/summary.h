@@ -1,0 +1,46 @@
+// summary.json: counts, peak forces, flags and timing percentiles of a played scene.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "programs/player/bundle_fields.h"
+#include "programs/player/player.h"
+
+namespace palpate {
+
+// Nearest-rank percentile (the smallest value that at least that share of the values does not exceed); 0 where there
+// are no values. share in (0, 1].
+double percentile(std::vector<double> values, double share);
+
+// "CONTACTS_DROPPED", ... for each bit that is set, in the order of the bits.
+std::vector<std::string> flag_names(palpate_step_flags flags);
+
+class Summary {
+ public:
+  explicit Summary(const Player& player);
+  void add(const TouchRecord& touch);
+  void add(const ShapeRecord& shape);
+  // JSON text. Everything but "timing_us" is the same for the same input.
+  std::string text(const Timing& timing, const BundleFields& fields, const std::filesystem::path& bundle,
+                   int shapes_written) const;
+
+ private:
+  struct Tool {
+    double peak_force = 0, peak_time = 0, first_contact_time = -1;
+    std::array<double, 3> peak_force_vector{};
+    int most_contacts = 0;
+    palpate_step_flags flags = 0;
+  };
+  const Player& player_;
+  std::vector<Tool> tools_;
+  std::array<std::uint64_t, 32> touches_with_flag_{};
+  palpate_step_flags shape_flags_ = 0;
+  std::uint64_t touches_ = 0, shapes_ = 0;
+  int most_contact_nodes_ = 0;
+  double largest_displacement_ = 0;
+};
+
+}  // namespace palpate

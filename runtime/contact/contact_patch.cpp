@@ -1,0 +1,161 @@
+#include "runtime/contact/contact_patch.h"
+
+#include <algorithm>
+
+#include "runtime/base/exponential.h"
+
+namespace palpate {
+namespace {
+
+// Gauss-Legendre on [0, 1] in s = sqrt(1 - r^2): under a rigid punch every part of s carries the same force.
+constexpr double kRing[ContactPatch::kRings] = {0.033765242898423986, 0.16939530676686775, 0.38069040695840155,
+                                                0.61930959304159845,  0.83060469323313225, 0.96623475710157601};
+constexpr double kRingShare[ContactPatch::kRings] = {0.085662246189585173, 0.18038078652406930, 0.23395696728634552,
+                                                     0.23395696728634552,  0.18038078652406930, 0.085662246189585173};
+// Turns by a spoke and by half a spoke; literals, so that every build has the same points.
+constexpr double kCos = 0.95105651629515357, kSin = 0.30901699437494742;          // 18 degrees
+constexpr double kHalfCos = 0.98768834059513777, kHalfSin = 0.15643446504023087;  // 9 degrees
+static_assert(ContactPatch::kSpokes == 20);
+
+// Triangles that face further away than this from the disc's normal (78 degrees) are another side of the organ.
+constexpr double kFacing = 0.2;
+// Rounding that may leave a point on an edge outside both its triangles.
+constexpr double kOnEdge = 1e-9;
+
+// Beyond so many buckets around the place, all triangles are looked at instead.
+constexpr double kMostReach = 12;
+
+int bin_of(double x, int bins) {
+  return std::clamp(static_cast<int>((x + 1) * 0.5 * bins), 0, bins - 1);
+}
+
+}  // namespace
+
+Vec3 across(Vec3 n, Vec3 like) {
+  Vec3 t = unit_or_zero(like - dot(like, n) * n);
+  if (length(t) > 0) return t;
+  const Vec3 axis = std::fabs(n.x) <= std::fabs(n.y) && std::fabs(n.x) <= std::fabs(n.z) ? Vec3{1, 0, 0}
+                    : std::fabs(n.y) <= std::fabs(n.z)                                   ? Vec3{0, 1, 0}
+                                                                                         : Vec3{0, 0, 1};
+  return unit_or_zero(axis - dot(axis, n) * n);
+}
+
+bool ContactPatch::create(SceneMemory& memory, SurfaceIndex* surface, const SurfaceMeasure* measure,
+                          const std::int32_t* triangles, std::int32_t nodes) {
+  surface_ = surface, measure_ = measure, triangles_ = triangles;
+  entry_of_node_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
+  if (memory.failed()) return false;
+  std::fill(entry_of_node_, entry_of_node_ + nodes, -1);
+
+  double x[kPoints], y[kPoints], share[kPoints];
+  int bin[kPoints];
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double r = std::sqrt(1 - kRing[ring] * kRing[ring]);
+    double c = ring % 2 ? kHalfCos : 1, s = ring % 2 ? kHalfSin : 0;
+    for (int spoke = 0; spoke < kSpokes; ++spoke) {
+      const int p = ring * kSpokes + spoke;
+      x[p] = r * c, y[p] = r * s, share[p] = kRingShare[ring] / kSpokes;
+      bin[p] = bin_of(y[p], kBins) * kBins + bin_of(x[p], kBins);
+      ++bin_begin_[bin[p] + 1];
+      const double turned = c * kCos - s * kSin;
+      s = s * kCos + c * kSin, c = turned;
+    }
+  }
+  for (int b = 0; b < kBins * kBins; ++b) bin_begin_[b + 1] += bin_begin_[b];
+  int next[kBins * kBins];
+  std::copy(bin_begin_, bin_begin_ + kBins * kBins, next);
+  for (int p = 0; p < kPoints; ++p) {
+    const int to = next[bin[p]]++;
+    x_[to] = x[p], y_[to] = y[p], share_[to] = share[p];
+  }
+  return true;
+}
+
+// The points of the disc that lie over a triangle, seen along the normal; of several triangles the one nearest to the
+// disc's plane has a point.
+void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b) {
+  if (dot(surface_->outward(triangle), outward) < kFacing) return;
+  double x[3], y[3], z[3];
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 p = (1 / b) * (surface_->corner(triangle, k) - centre);
+    x[k] = dot(p, u), y[k] = dot(p, v), z[k] = dot(p, outward);
+  }
+  const double left = std::min({x[0], x[1], x[2]}), right = std::max({x[0], x[1], x[2]}),
+               low = std::min({y[0], y[1], y[2]}), high = std::max({y[0], y[1], y[2]});
+  if (left > 1 || right < -1 || low > 1 || high < -1) return;
+  const double twice_area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
+  if (!(twice_area > 0)) return;
+  for (int row = bin_of(low, kBins); row <= bin_of(high, kBins); ++row)
+    for (int p = bin_begin_[row * kBins + bin_of(left, kBins)]; p < bin_begin_[row * kBins + bin_of(right, kBins) + 1];
+         ++p) {
+      double k[3];
+      for (int c = 0; c < 3; ++c) {
+        const int d = (c + 1) % 3, e = (c + 2) % 3;
+        k[c] = ((x[d] - x_[p]) * (y[e] - y_[p]) - (y[d] - y_[p]) * (x[e] - x_[p])) / twice_area;
+      }
+      if (k[0] < -kOnEdge || k[1] < -kOnEdge || k[2] < -kOnEdge) continue;
+      const auto height = static_cast<float>(std::fabs(k[0] * z[0] + k[1] * z[1] + k[2] * z[2]));
+      if (height > 2 || (hit_[p].triangle >= 0 && hit_[p].height <= height)) continue;
+      hit_[p] = {triangle, height, {k[0], k[1], k[2]}};
+    }
+}
+
+void ContactPatch::press(const SurfacePlace& place, Vec3 outward, Vec3 tangent, double a) {
+  a = std::max(a, kLeastRadius);
+  const double b = std::max(a, kResolved * measure_->spacing(place));
+  for (Hit& hit : hit_) hit.triangle = -1;
+  const Vec3 centre = surface_->at(place), other = cross(outward, tangent);
+  const auto find = [&](std::int32_t triangle) { find_points(triangle, centre, outward, tangent, other, b); };
+  if (const double reach = 1 + b / surface_->bucket_size(); reach < kMostReach)
+    surface_->near(centre, static_cast<int>(reach), find);
+  else
+    for (std::int32_t triangle = 0; triangle < surface_->triangle_count(); ++triangle) find(triangle);
+  gather_nodes(place);
+  measure_local(place, outward, tangent, other, a, b);
+}
+
+void ContactPatch::gather_nodes(const SurfacePlace& place) {
+  count_ = 0;
+  const auto add = [&](std::int32_t triangle, const double* k, double share) {
+    for (int c = 0; c < 3; ++c) {
+      if (!(k[c] > 0)) continue;
+      const std::int32_t node = triangles_[3 * triangle + c];
+      std::int32_t& entry = entry_of_node_[node];
+      if (entry < 0) {
+        entry = count_++;
+        node_[entry] = node, weight_[entry] = 0;
+      }
+      weight_[entry] += k[c] * share;
+    }
+  };
+  for (int p = 0; p < kPoints; ++p)
+    if (hit_[p].triangle >= 0) add(hit_[p].triangle, hit_[p].barycentric, share_[p]);
+  if (count_ == 0) add(place.triangle, place.barycentric, 1);
+  for (int e = 0; e < count_; ++e) entry_of_node_[node_[e]] = -1;
+}
+
+void ContactPatch::measure_local(const SurfacePlace& place, Vec3 outward, Vec3 u, Vec3 v, double a, double b) {
+  const LocalCompliance tissue = measure_->tissue(place);
+  const double s = measure_->spacing(place), wide = b + tissue.tangent_blur * s;
+  const double normal = tissue.normal * (1 / a - 1 / (b + tissue.normal_blur * s)),
+               tangent = tissue.tangent * (1 / a - 1 / wide), between = natural_log(wide / a);
+
+  Mat3 sum;
+  double whole = 0;
+  for (int e = 0; e < count_; ++e) add_scaled(sum, weight_[e], measure_->curvature(node_[e])), whole += weight_[e];
+  const Vec3 along_u = sum * u, along_v = sum * v;
+  double uu = dot(u, along_u) / whole, vv = dot(v, along_v) / whole, uv = dot(u, along_v) / whole;
+  // A disc sees no curvature beyond its own: to first order it means nothing there, and in a hollow it would make the
+  // compliance negative.
+  const double most = 0.5 * (std::fabs(uu + vv) + std::sqrt((uu - vv) * (uu - vv) + 4 * uv * uv));
+  const double share = most * wide > 1 ? 1 / (most * wide) : 1;
+  uu *= share, vv *= share, uv *= share;
+  const double level = tangent + between * tissue.curved_trace * (uu + vv);
+  uu = level + between * tissue.curved * uu, vv = level + between * tissue.curved * vv, uv *= between * tissue.curved;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      local_.m[i][j] =
+          normal * outward[i] * outward[j] + uu * u[i] * u[j] + vv * v[i] * v[j] + uv * (u[i] * v[j] + v[i] * u[j]);
+}
+
+}  // namespace palpate

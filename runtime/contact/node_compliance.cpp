@@ -1,0 +1,155 @@
+#include "runtime/contact/node_compliance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+bool is_finite(const Mat3& c) {
+  double sum = 0;
+  for (const auto& row : c.m)
+    for (const double x : row) sum += x;
+  return std::isfinite(sum);
+}
+
+Mat3 transposed(const Mat3& a) {
+  Mat3 t;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) t.m[i][j] = a.m[j][i];
+  return t;
+}
+
+}  // namespace
+
+bool self_compliance(const double force[9], Mat3* compliance) {
+  double m[3][3];
+  bool moves[3];
+  for (int i = 0; i < 3; ++i) moves[i] = force[4 * i] != 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      m[i][j] = 0.5 * (force[3 * i + j] + force[3 * j + i]);
+      if (!moves[i] || !moves[j]) m[i][j] = i == j ? 1 : 0;
+    }
+  // Adjugate over determinant; positive leading minors make it positive definite.
+  const double c00 = m[1][1] * m[2][2] - m[1][2] * m[1][2], c01 = m[0][2] * m[1][2] - m[0][1] * m[2][2],
+               c02 = m[0][1] * m[1][2] - m[0][2] * m[1][1], c11 = m[0][0] * m[2][2] - m[0][2] * m[0][2],
+               c12 = m[0][1] * m[0][2] - m[0][0] * m[1][2], c22 = m[0][0] * m[1][1] - m[0][1] * m[0][1];
+  const double determinant = m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02;
+  const double inverse[3][3] = {{c00, c01, c02}, {c01, c11, c12}, {c02, c12, c22}};
+  if (!(m[0][0] > 0 && c22 > 0 && determinant > 0 && std::isfinite(determinant))) return false;
+  bool finite = true;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      compliance->m[i][j] = moves[i] && moves[j] ? inverse[i][j] / determinant : 0;
+      finite = finite && std::isfinite(compliance->m[i][j]);
+    }
+  return finite;
+}
+
+bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns) {
+  const std::size_t nodes = static_cast<std::size_t>(capacity);
+  stride_ = nodes | 1;  // odd: columns of blocks do not all fall into the same few places of the cache
+  matrix_ = memory.array<Mat3>(nodes * stride_);
+  column_ = memory.array<std::int32_t>(nodes);
+  node_ = memory.array<std::int32_t>(nodes);
+  held_in_ = memory.array<std::uint32_t>(nodes);
+  taken_in_ = memory.array<std::uint32_t>(nodes);
+  by_column_ = memory.array<std::int32_t>(nodes);
+  new_ = memory.array<std::int32_t>(nodes);
+  slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
+  slot_of_entry_ = memory.array<std::int32_t>(nodes);
+  if (memory.failed()) return false;
+  std::fill(slot_of_column_, slot_of_column_ + columns, -1);
+  return true;
+}
+
+void NodeCompliance::release(std::int32_t slot) {
+  slot_of_column_[column_[slot]] = -1;
+  column_[slot] = -1;
+}
+
+void NodeCompliance::forget() {
+  for (std::int32_t slot = 0; slot < slots_; ++slot)
+    if (in_use(slot)) release(slot);
+  slots_ = 0;
+}
+
+// C_ba = T^u_ba C_aa = C_ab^T, by Betti as well as the store holds: read once, from the later of the two columns, so that it
+// does not depend on which of the nodes came first. Column by column, for what is read of one lies together.
+bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count) {
+  bool finite = true;
+  for (std::int32_t k = 0; k < count; ++k) {
+    const std::int32_t b = earlier[k];
+    Mat3 &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a],
+         &ab = matrix_[static_cast<std::size_t>(a) * stride_ + b];
+    ba = tensors.displacement(node_[b], column_[a]) * self(a);
+    ab = transposed(ba);
+    finite = finite && is_finite(ba);
+  }
+  return finite;
+}
+
+// The pairs of which one at least is new.
+bool NodeCompliance::read_new(const Tensors& tensors) {
+  std::int32_t used = 0, coming = 0;
+  for (std::int32_t slot = 0; slot < slots_; ++slot) {
+    if (!in_use(slot)) continue;
+    by_column_[used++] = slot;
+    if (is_new(slot) && !self_compliance(tensors.force + 9 * static_cast<std::size_t>(column_[slot]),
+                                         &matrix_[static_cast<std::size_t>(slot) * stride_ + slot]))
+      return false;
+  }
+  std::sort(by_column_, by_column_ + used, [&](std::int32_t a, std::int32_t b) { return column_[a] < column_[b]; });
+  for (std::int32_t p = 0; p < used; ++p)
+    if (is_new(by_column_[p])) new_[coming++] = by_column_[p];
+
+  // Of a new node all that come before it, of another the new ones. What is read next is asked for ahead.
+  std::int32_t before = 0;
+  const auto ask = [&](std::int32_t p) {
+    if (p >= used) return;
+    const std::int32_t a = by_column_[p];
+    const bool all = is_new(a);
+    const std::int32_t* const earlier = all ? by_column_ : new_;
+    for (std::int32_t k = 0; k < (all ? p : before); ++k) tensors.prefetch(node_[earlier[k]], column_[a]);
+  };
+  ask(0);
+  for (std::int32_t p = 0; p < used; ++p) {
+    const std::int32_t a = by_column_[p], here = before;
+    const bool all = is_new(a);
+    before += all;
+    ask(p + 1);
+    if (!read(tensors, a, all ? by_column_ : new_, all ? p : here)) return false;
+  }
+  return true;
+}
+
+bool NodeCompliance::hold(const Tensors& tensors, const ContactSet& set) {
+  ++round_;
+  for (std::int32_t e = 0; e < set.entry_count; ++e)
+    if (const std::int32_t slot = slot_of_column_[set.entries[e].column]; slot >= 0) held_in_[slot] = round_;
+  for (std::int32_t slot = 0; slot < slots_; ++slot)
+    if (in_use(slot) && held_in_[slot] != round_) release(slot);
+  std::int32_t free = 0;
+  bool more = false;
+  for (std::int32_t e = 0; e < set.entry_count; ++e) {
+    const ContactEntry& entry = set.entries[e];
+    std::int32_t& slot = slot_of_column_[entry.column];
+    if (slot < 0) {
+      while (free < slots_ && in_use(free)) ++free;
+      slot = free;
+      column_[slot] = entry.column, node_[slot] = entry.node, held_in_[slot] = taken_in_[slot] = round_;
+      slots_ = std::max(slots_, slot + 1);
+      more = true;
+    }
+    slot_of_entry_[e] = slot;
+  }
+  if (more && !read_new(tensors)) {
+    forget();
+    return false;
+  }
+  while (slots_ > 0 && !in_use(slots_ - 1)) --slots_;
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,99 @@
+// What a pass does in a step: bytes and flops follow from the data's shapes, steps of scalar code were measured once
+// (bench/README.md: predicted and measured costs).
+#include <algorithm>
+
+#include "runtime/scene/scene.h"
+
+namespace palpate {
+namespace {
+
+class PassWork {
+ public:
+  PassWork(const palpate_scene& scene, const palpate_step_load& load) : scene_(scene), load_(load) {}
+
+  palpate_pass_work of(Pass pass) const {
+    const double points = load_.points, tools = load_.tools, contacts = load_.contacts, nodes = load_.nodes,
+                 grips = load_.grips;
+    switch (pass) {
+      case Pass::input:
+        return {0, 0, 42 + 0.5 * points + 1.3 * grips};
+      case Pass::collision:
+        return {0, 0, 5 + points * (125 + (scene_.def.collision == PALPATE_COLLISION_DEFORMED ? 290 + 20 * nodes : 0))};
+      case Pass::rows:
+        return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
+      case Pass::contact:
+        return solve();
+      case Pass::force:
+        return {
+            0, 0,
+            10 + (scene_.def.force == PALPATE_FORCE_RESPONSE ? 2.0 * scene_.touch.response.ratio_count() * tools : 0)};
+      case Pass::relaxation:
+        return {0, 0, 15.0 * scene_.def.relaxation.terms * tools};
+      case Pass::output:
+        return {0, 0, 25 + 3 * tools + nodes};
+      case Pass::superposition:
+        return superposition();
+      case Pass::radial:
+        return {0, 0,
+                (2.5 + 0.25 * scene_.shape.radial.ratio_count()) * scene_.shape.nodes * std::min(tools, contacts)};
+      case Pass::positions:
+        return {36.0 * scene_.shape.nodes, 3.0 * scene_.shape.nodes, 100};
+      case Pass::skin:
+        return skin();
+      case Pass::count:
+        break;
+    }
+    return {};
+  }
+
+ private:
+  // Contacts of tool points, each of which may press a disc.
+  double patches() const {
+    return scene_.def.contact == PALPATE_CONTACT_PATCH ? std::max(0, load_.contacts - load_.grips) : 0;
+  }
+
+  palpate_pass_work solve() const {
+    const double rows = load_.rows, nodes = load_.nodes, contacts = load_.contacts;
+    // Two triangular solves and a residual; a product with the matrix per sweep. A contact that slips makes its rows and
+    // its share of the factor anew.
+    return {0, 2 * rows * rows * (3 + load_.sweeps),
+            60 + 60 * contacts + 20 * nodes + 120 * contacts * load_.sweeps +
+                (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
+  }
+
+  // A bone from every triangle about a node, and every vertex from three bones.
+  palpate_pass_work skin() const {
+    const Skin& skin = scene_.skin;
+    const double vertices = skin.vertex_count(), triangles = skin.triangle_count(), nodes = skin.node_count();
+    const double floats = skin.has_normals() ? 21 : 15;  // of a vertex, in and out
+    return {4 * (floats * vertices + 21 * triangles + 19 * nodes), 0, 9 * vertices + 12 * triangles};
+  }
+
+  palpate_pass_work superposition() const {
+    const Tensors& tensors = scene_.tensors;
+    const DisplacementRows& interior = scene_.shape.interior;
+    const double inside = interior.numbers ? 9.0 * interior.nodes : 0;
+    const double outside = tensors.compliance ? static_cast<double>(tensors.compliance->numbers_per_column())
+                                              : 9.0 * tensors.surface_nodes;
+    const double bytes = static_cast<double>(element_bytes_of_surface()) * outside +
+                         static_cast<double>(formats::element_bytes(interior.type)) * inside;
+    return {bytes * load_.nodes, 2 * (outside + inside) * load_.nodes, 150 + 20.0 * load_.nodes};
+  }
+  std::uint64_t element_bytes_of_surface() const {
+    return formats::element_bytes(scene_.tensors.compliance ? scene_.tensors.compliance->type()
+                                                            : scene_.tensors.surface.type);
+  }
+
+  const palpate_scene& scene_;
+  const palpate_step_load& load_;
+};
+
+}  // namespace
+}  // namespace palpate
+
+palpate_pass_work palpate_predict_pass(const palpate_scene* scene, int32_t pass, const palpate_step_load* load) {
+  if (!scene || !load) return palpate_pass_work{};
+  for (std::int32_t id = 0; id < palpate_scene::kPasses; ++id)
+    if (scene->place_in_plan[id] == pass) return palpate::PassWork(*scene, *load).of(static_cast<palpate::Pass>(id));
+  return palpate_pass_work{};
+}

@@ -1,0 +1,87 @@
+#include "runtime/surface/exact_signs.h"
+
+namespace palpate {
+namespace {
+
+// high + low = x + y.
+double two_sum(double x, double y, double* low) {
+  const double high = x + y, x_part = high - y, y_part = high - x_part;
+  *low = (x - x_part) + (y - y_part);
+  return high;
+}
+
+// A sum of doubles that do not overlap, in order of size: the last one has the sign of all.
+struct ExactSum {
+  // A determinant has 6 products of three entries, 8 when both parts of each are multiplied out, and each of them 4 doubles.
+  double part[6 * 8 * 4];
+  int parts = 0;
+
+  void add(double x) {
+    int kept = 0;
+    for (int i = 0; i < parts; ++i) {
+      double low;
+      x = two_sum(x, part[i], &low);
+      if (low != 0) part[kept++] = low;
+    }
+    if (x != 0) part[kept++] = x;
+    parts = kept;
+  }
+  void add_product(double x, double y, double z) {
+    const double xy = x * y, rest = std::fma(x, y, -xy);
+    const double factors[] = {rest, xy};
+    for (const double factor : factors) {
+      const double product = factor * z;
+      add(std::fma(factor, z, -product));
+      add(product);
+    }
+  }
+  int sign() const { return parts > 0 ? sign_of(part[parts - 1]) : 0; }
+};
+
+Difference axis_direction(int axis) {
+  Difference unit;
+  unit.to[axis] = 1;
+  return unit;
+}
+
+}  // namespace
+
+int exact_sign_of_determinant(const Difference& a, const Difference& b, const Difference& c) {
+  const Difference* row[3] = {&a, &b, &c};
+  double entry[3][3][2];
+  for (int i = 0; i < 3; ++i)
+    for (int d = 0; d < 3; ++d) entry[i][d][0] = two_sum(row[i]->to[d], -row[i]->from[d], &entry[i][d][1]);
+  ExactSum sum;
+  for (int first = 0; first < 3; ++first)
+    for (int step = 1; step < 3; ++step) {
+      const double *x = entry[0][first], *y = entry[1][(first + step) % 3], *z = entry[2][(first + 2 * step) % 3];
+      for (int which = 0; which < 8; ++which) {
+        const double factor = step == 1 ? x[which & 1] : -x[which & 1];
+        if (factor != 0 && y[which >> 1 & 1] != 0 && z[which >> 2] != 0)
+          sum.add_product(factor, y[which >> 1 & 1], z[which >> 2]);
+      }
+    }
+  return sum.sign();
+}
+
+int exact_side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 p) {
+  const Difference ab{b, a}, ac{c, a};
+  int side = exact_sign_of_determinant(ab, ac, {p, a});
+  for (int axis = 0; axis < 3 && side == 0; ++axis)  // powers of e in order
+    side = exact_sign_of_determinant(ab, ac, axis_direction(axis));
+  return side;
+}
+
+int exact_side_of_edge(Vec3 a, Vec3 b, Vec3 p, Vec3 q) {
+  const Difference edge{b, a}, line{q, p};
+  int side = exact_sign_of_determinant({a, p}, edge, line);
+  for (int axis = 0; axis < 3 && side == 0; ++axis) side = -exact_sign_of_determinant(axis_direction(axis), edge, line);
+  return side;
+}
+
+int exact_side_of_edge_from_above(Vec3 a, Vec3 b, Vec3 p) {
+  if (const int side = exact_sign_of_determinant({a, p}, {b, p}, axis_direction(2))) return side;
+  return a.y != b.y ? sign_of(a.y - b.y) : sign_of(b.x - a.x);
+}
+
+}  // namespace palpate

@@ -1,0 +1,146 @@
+// Making the buckets, and what is asked of them while a scene is created; surface_index.cpp is what steps ask.
+#include <algorithm>
+
+#include "runtime/surface/exact_signs.h"
+#include "runtime/surface/surface_index.h"
+
+namespace palpate {
+namespace {
+
+// A unit normal of the triangle, or of its line where it has no area; zero where it is a point.
+Vec3 plane_of(Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 normal = unit_or_zero(cross(b - a, c - a));
+  if (largest_of(normal) > 0) return normal;
+  const Vec3 ab = b - a, ac = c - a, line = largest_of(ab) > largest_of(ac) ? ab : ac;
+  for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}})
+    if (const Vec3 across = unit_or_zero(cross(line, axis)); largest_of(across) > 0) return across;
+  return {};
+}
+
+int major_axis(Vec3 v) {
+  int major = 0;
+  for (int d = 1; d < 3; ++d)
+    if (std::fabs(v[d]) > std::fabs(v[major])) major = d;
+  return major;
+}
+
+}  // namespace
+
+// Every bucket that the triangle touches, with a margin far above the rounding of a walk.
+template <class Visit>
+void SurfaceIndex::cells_of_triangle(std::int32_t triangle, Visit visit) const {
+  const Vec3 a = corner(triangle, 0), b = corner(triangle, 1), c = corner(triangle, 2);
+  const double margin = 1e-4 * cell_;
+  int first[3], last[3];
+  for (int d = 0; d < 3; ++d) {
+    first[d] = cell_of(std::min({a[d], b[d], c[d]}) - margin, d);
+    last[d] = cell_of(std::max({a[d], b[d], c[d]}) + margin, d);
+  }
+  const Vec3 normal = plane_of(a, b, c);
+  const double reach =
+      (0.5 * cell_ + margin) * (std::fabs(normal.x) + std::fabs(normal.y) + std::fabs(normal.z)) + margin;
+  const auto height = [&](double at, int d) { return normal[d] * (low_[d] + (at + 0.5) * cell_ - a[d]); };
+  // Column by column along the axis that is most nearly normal, each only where the plane passes: as many steps as buckets.
+  const int w = major_axis(normal), u = (w + 1) % 3, v = (w + 2) % 3;
+  const double start = height(0, w), rise = normal[w] * cell_;
+  int at[3];
+  for (at[v] = first[v]; at[v] <= last[v]; ++at[v])
+    for (at[u] = first[u]; at[u] <= last[u]; ++at[u]) {
+      const double others = start + height(at[u], u) + height(at[v], v);
+      int from = first[w], to = last[w];
+      if (to - from > 8 && rise != 0) {
+        const double middle = -others / rise, half = reach / std::fabs(rise) + 1;
+        from = static_cast<int>(std::clamp(middle - half, 1.0 * from, 1.0 * to));
+        to = static_cast<int>(std::clamp(middle + half, 1.0 * from, 1.0 * to));
+      }
+      for (at[w] = from; at[w] <= to; ++at[w])
+        if (std::fabs(others + rise * at[w]) <= reach) visit(at[0], at[1], at[2]);
+    }
+}
+
+// Buckets about one mean edge wide, no more than kMaxCells along an axis; wider where some edges are so much longer than the
+// mean that all triangles would be entered more than some fifty times as often as there are of them.
+void SurfaceIndex::choose_cells() {
+  double edges = 0, squares = 0;
+  low_ = high_ = corner(0, 0);
+  for (std::int32_t t = 0; t < triangle_count_; ++t)
+    for (int v = 0; v < 3; ++v) {
+      const Vec3 p = corner(t, v);
+      const double edge = length(corner(t, (v + 1) % 3) - p);
+      edges += edge, squares += edge * edge;
+      for (int d = 0; d < 3; ++d) low_[d] = std::min(low_[d], p[d]), high_[d] = std::max(high_[d], p[d]);
+    }
+  const Vec3 size = high_ - low_;
+  const double largest = std::max({size.x, size.y, size.z});
+  const double count = 3.0 * triangle_count_, mean = edges / count, root_mean_square = std::sqrt(squares / count);
+  cell_ = std::max({mean, root_mean_square / 4, largest / (kMaxCells - 2), 1e-12});
+  for (int d = 0; d < 3; ++d) {
+    low_[d] -= 1e-3 * cell_, high_[d] += 1e-3 * cell_;
+    cells_[d] = std::min(kMaxCells, 1 + static_cast<int>((high_[d] - low_[d]) / cell_));
+  }
+}
+
+bool SurfaceIndex::build(SceneMemory& memory, const double* position, const std::int32_t* triangles,
+                         std::int32_t triangle_count) {
+  position_ = position, triangles_ = triangles, triangle_count_ = triangle_count;
+  seen_ = memory.array<std::uint32_t>(static_cast<std::size_t>(triangle_count));
+  if (triangle_count > 0) choose_cells();
+
+  // First how many entries, then how many per bucket, then the entries.
+  enum Pass { kTotal, kCounts, kEntries };
+  std::uint64_t total = 0;
+  for (const Pass pass : {kTotal, kCounts, kEntries}) {
+    if (pass == kCounts && !make_table(memory, total)) return false;
+    if (pass == kEntries) lay_out_entries();
+    for (std::int32_t t = 0; t < triangle_count; ++t)
+      cells_of_triangle(t, [&](int i, int j, int k) {
+        ++total;
+        if (pass == kTotal) return;
+        Bucket* bucket = slot(key(i, j, k));
+        if (pass == kEntries) entries_[bucket->begin + bucket->count] = t;
+        bucket->key = key(i, j, k);
+        ++bucket->count;
+      });
+  }
+  return true;
+}
+
+bool SurfaceIndex::make_table(SceneMemory& memory, std::uint64_t entries) {
+  const std::uint64_t cells = static_cast<std::uint64_t>(cells_[0]) * cells_[1] * cells_[2];
+  std::uint64_t slots = 16;
+  while (slots < 2 * std::min(entries, cells)) slots *= 2;
+  table_ = memory.array<Bucket>(slots);
+  entries_ = memory.array<std::int32_t>(entries);
+  table_mask_ = slots - 1;
+  return !memory.failed() && entries <= 0xffffffffull;
+}
+
+// The entries of one bucket behind those of the other; counts begin anew.
+void SurfaceIndex::lay_out_entries() {
+  std::uint32_t begin = 0;
+  for (std::uint64_t s = 0; s <= table_mask_; ++s) {
+    table_[s].begin = begin;
+    begin += table_[s].count;
+    table_[s].count = 0;
+  }
+}
+
+SurfacePlace SurfaceIndex::nearest(Vec3 p) {
+  SurfacePlace place;
+  double best = INFINITY;
+  for (int reach = 0; reach <= 8 * kMaxCells; reach = reach ? 2 * reach : 1) {
+    near(p, reach, [&](std::int32_t t) {
+      double k[3];
+      const double distance = closest_on_triangle(p, corner(t, 0), corner(t, 1), corner(t, 2), k);
+      if (!(distance < best)) return;
+      best = distance;
+      place.triangle = t;
+      std::copy(k, k + 3, place.barycentric);
+    });
+    // What these buckets do not hold is farther than reach of them.
+    if (best <= reach * cell_ * reach * cell_) break;
+  }
+  return place;
+}
+
+}  // namespace palpate

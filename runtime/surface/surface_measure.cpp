@@ -1,0 +1,118 @@
+#include "runtime/surface/surface_measure.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// Linear elements lock as nu nears one half: their blur grows with 1 / (1 - 2 nu), measured to nu = 0.49.
+constexpr double kMostBlur = 1.5;
+constexpr double kPi = 3.14159265358979323846;
+
+}  // namespace
+
+LocalCompliance local_compliance(double young, double poisson, StoredElement element) {
+  LocalCompliance local;
+  local.normal = (1 - poisson * poisson) / (2 * young);
+  local.tangent = (2 - poisson) * (1 + poisson) / (4 * young);
+  const double nu = poisson, over_modulus = (1 + nu) / (16 * kPi * young);
+  local.curved = 2 * (1 + 6 * nu - 4 * nu * nu) * over_modulus;
+  local.curved_trace = (5 - 10 * nu + 12 * nu * nu) * over_modulus;
+  const double locking = 1 / (1 - 2 * poisson);
+  switch (element) {
+    case StoredElement::p1:
+      local.normal_blur = std::min(kMostBlur, 0.425 + 0.0105 * locking);
+      local.tangent_blur = std::min(kMostBlur, 0.56 + 0.0165 * locking);
+      break;
+    case StoredElement::p1_anp:
+      local.normal_blur = 0.34;
+      local.tangent_blur = 0.46;
+      break;
+    case StoredElement::p2_p0:
+      local.normal_blur = 0.45;
+      local.tangent_blur = 0.49;
+      break;
+  }
+  return local;
+}
+
+void add_weighted(LocalCompliance& sum, double weight, const LocalCompliance& a) {
+  sum.normal += weight * a.normal, sum.tangent += weight * a.tangent;
+  sum.normal_blur += weight * a.normal_blur, sum.tangent_blur += weight * a.tangent_blur;
+  sum.curved += weight * a.curved, sum.curved_trace += weight * a.curved_trace;
+}
+
+bool SurfaceMeasure::build(SceneMemory& memory, const double* position, std::int32_t nodes,
+                           const std::int32_t* triangles, std::int32_t triangle_count) {
+  triangles_ = triangles, nodes_ = nodes;
+  outward_ = memory.array<Vec3>(static_cast<std::size_t>(nodes));
+  spacing_ = memory.array<double>(static_cast<std::size_t>(nodes));
+  curvature_ = memory.array<Mat3>(static_cast<std::size_t>(nodes));
+  if (memory.failed()) return false;
+  for (std::int32_t t = 0; t < triangle_count; ++t) {
+    const std::int32_t* corner = triangles + 3 * static_cast<std::size_t>(t);
+    const auto at = [&](int v) { return load3(position + 3 * static_cast<std::size_t>(corner[v])); };
+    const Vec3 twice_area = cross(at(1) - at(0), at(2) - at(0));
+    for (int v = 0; v < 3; ++v) {
+      outward_[corner[v]] += twice_area;
+      spacing_[corner[v]] += length(twice_area) / 6;
+    }
+  }
+  for (std::int32_t n = 0; n < nodes; ++n) {
+    outward_[n] = unit_or_zero(outward_[n]);
+    spacing_[n] = std::sqrt(spacing_[n]);
+  }
+  measure_curvature(position, triangle_count);
+  return true;
+}
+
+void SurfaceMeasure::measure_curvature(const double* position, std::int32_t triangle_count) {
+  for (std::int32_t t = 0; t < triangle_count; ++t) {
+    const std::int32_t* corner = triangles_ + 3 * static_cast<std::size_t>(t);
+    const auto at = [&](int v) { return load3(position + 3 * static_cast<std::size_t>(corner[v])); };
+    const Vec3 up = unit_or_zero(cross(at(1) - at(0), at(2) - at(0)));
+    Mat3 turn;  // the normal's gradient, times the area
+    for (int v = 0; v < 3; ++v) {
+      const Vec3 normal = outward_[corner[v]], rise = cross(up, at((v + 2) % 3) - at((v + 1) % 3));
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) turn.m[i][j] += 0.25 * (normal[i] * rise[j] + normal[j] * rise[i]);
+    }
+    for (int v = 0; v < 3; ++v) add_scaled(curvature_[corner[v]], 1, turn);
+  }
+  for (std::int32_t n = 0; n < nodes_; ++n) {
+    const double area = 3 * spacing_[n] * spacing_[n];
+    Mat3 along, sum;  // projects on the surface
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) along.m[i][j] = (i == j) - outward_[n][i] * outward_[n][j];
+    if (area > 0) add_scaled(sum, 1 / area, along * curvature_[n] * along);
+    curvature_[n] = sum;
+  }
+}
+
+LocalCompliance* SurfaceMeasure::tissue_of_nodes(SceneMemory& memory) {
+  return of_node_ = memory.array<LocalCompliance>(static_cast<std::size_t>(nodes_));
+}
+
+Vec3 SurfaceMeasure::outward(const SurfacePlace& place) const {
+  Vec3 sum;
+  for (int v = 0; v < 3; ++v) sum += place.barycentric[v] * outward_[triangles_[3 * place.triangle + v]];
+  return unit_or_zero(sum);
+}
+
+double SurfaceMeasure::spacing(const SurfacePlace& place) const {
+  double sum = 0;
+  for (int v = 0; v < 3; ++v) sum += place.barycentric[v] * spacing_[triangles_[3 * place.triangle + v]];
+  return sum;
+}
+
+LocalCompliance SurfaceMeasure::tissue(const SurfacePlace& place) const {
+  if (!of_node_) return everywhere_;
+  LocalCompliance sum;
+  for (int v = 0; v < 3; ++v) {
+    const LocalCompliance& node = of_node_[triangles_[3 * place.triangle + v]];
+    add_weighted(sum, place.barycentric[v], node);
+  }
+  return sum;
+}
+
+}  // namespace palpate

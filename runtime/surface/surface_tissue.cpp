@@ -1,0 +1,85 @@
+#include "runtime/surface/surface_tissue.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "runtime/base/error_text.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+// From the value of "element" in the provenance, a flat JSON object; p1 where there is none.
+StoredElement element_of(const char* text, std::size_t bytes) {
+  const auto starts = [&](const char* at, const char* word) {
+    const std::size_t length = std::strlen(word);
+    return static_cast<std::size_t>(text + bytes - at) >= length && std::memcmp(at, word, length) == 0;
+  };
+  for (const char* at = text; at < text + bytes; ++at) {
+    if (!starts(at, "\"element\"")) continue;
+    at += std::strlen("\"element\"");
+    while (at < text + bytes && (*at == ' ' || *at == ':')) ++at;
+    if (starts(at, "\"p2-p0\"")) return StoredElement::p2_p0;
+    return starts(at, "\"p1\"") ? StoredElement::p1 : StoredElement::p1_anp;
+  }
+  return StoredElement::p1;
+}
+
+}  // namespace
+
+const char* tissue_sections(const palpate_bundle& bundle) {
+  return bundle.index.counts.regions > 1 ? "material/young material/poisson mesh/tetrahedra mesh/region provenance"
+                                         : "material/young material/poisson provenance";
+}
+
+palpate_status read_tissue(palpate_bundle& bundle, SceneMemory& memory, SurfaceMeasure& measure, palpate_error* error) {
+  const formats::BundleCounts& counts = bundle.index.counts;
+  const double* young = section_as<double>(&bundle, SectionId::young, error);
+  const double* poisson = section_as<double>(&bundle, SectionId::poisson, error);
+  const char* provenance = section_as<char>(&bundle, SectionId::provenance, error);
+  if (!young || !poisson || !provenance) return error->status == PALPATE_OK ? PALPATE_ERROR_FILE : error->status;
+  const StoredElement element =
+      element_of(provenance, formats::find_section(bundle.index, SectionId::provenance)->bytes);
+  LocalCompliance* const of_region = memory.array<LocalCompliance>(counts.regions);
+  if (!of_region) return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
+  for (std::uint64_t r = 0; r < counts.regions; ++r) {
+    if (!(young[r] > 0 && young[r] <= 1e15 && poisson[r] > -1 && poisson[r] < 0.5))
+      return fail(
+          error, PALPATE_ERROR_CONTENT, formats::find_section(bundle.index, SectionId::young)->offset + 8 * r,
+          "region %llu: a Young's modulus above 0 Pa and a Poisson's ratio between -1 and 0.5 were expected, found "
+          "%g and %g; rebuild the bundle",
+          static_cast<unsigned long long>(r), young[r], poisson[r]);
+    of_region[r] = local_compliance(young[r], poisson[r], element);
+  }
+  if (counts.regions == 1) {
+    measure.set_tissue(of_region[0]);
+    return PALPATE_OK;
+  }
+
+  const std::int32_t* tetrahedra = section_as<std::int32_t>(&bundle, SectionId::tetrahedra, error);
+  const std::int32_t* region = section_as<std::int32_t>(&bundle, SectionId::region, error);
+  if (!tetrahedra || !region) return error->status == PALPATE_OK ? PALPATE_ERROR_FILE : error->status;
+  LocalCompliance* const of_node = measure.tissue_of_nodes(memory);
+  double* const share = memory.array<double>(counts.surface_nodes);
+  if (memory.failed()) return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
+  for (std::uint64_t e = 0; e < counts.tetrahedra; ++e) {
+    // The file may have changed since its indices were checked: each is looked at once more as it is used.
+    const auto r = static_cast<std::uint32_t>(region[e]);
+    if (r >= counts.regions) continue;
+    for (int v = 0; v < 4; ++v) {
+      const auto n = static_cast<std::uint32_t>(tetrahedra[4 * e + v]);
+      if (n >= counts.surface_nodes) continue;
+      add_weighted(of_node[n], 1, of_region[r]);
+      share[n] += 1;
+    }
+  }
+  for (std::uint64_t n = 0; n < counts.surface_nodes; ++n) {
+    LocalCompliance mean;
+    add_weighted(mean, 1 / std::max(1.0, share[n]), of_node[n]);
+    of_node[n] = mean;
+  }
+  return PALPATE_OK;
+}
+
+}  // namespace palpate

@@ -1,0 +1,34 @@
+// Force that relaxes while a displacement is held: a Prony series on each tool's force.
+#pragma once
+
+#include "runtime/base/vec3.h"
+#include "runtime/include/palpate/palpate.h"
+
+namespace palpate {
+
+// F(t) = F_e(t) - sum_i g_i (F_e(t) - h_i(t)), h_i' = F_e' - h_i / tau_i: what follows from the relaxation function
+// R(t) = 1 - sum_i g_i (1 - exp(-t / tau_i)) for tissue that relaxes alike everywhere under given displacements. F_e is the
+// force at once, which the elastic tensors give.
+class PronySeries {
+ public:
+  static constexpr int kMaxTerms = PALPATE_MAX_RELAXATION_TERMS;
+
+  // False where the numbers are not what palpate.h asks for.
+  bool set(const palpate_relaxation& wanted);
+
+  // One tool's memory.
+  struct Memory {
+    Vec3 elastic;          // F_e of the last step, N
+    Vec3 part[kMaxTerms];  // h_i, N
+  };
+
+  // The force after dt (s, above 0) in which F_e went to `elastic` in a straight line. Exact for that, at any dt:
+  // unconditionally stable. Cost: one exponential and a dozen flops per term.
+  Vec3 step(Memory& memory, Vec3 elastic, double dt) const;
+
+ private:
+  double share_[kMaxTerms] = {}, time_[kMaxTerms] = {};
+  int terms_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,161 @@
+#include "studies/accuracy/bake.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <map>
+
+#include "formats/atomic_file.h"
+#include "formats/checksum.h"
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "studies/accuracy/command.h"
+
+namespace palpate::accuracy {
+namespace {
+
+constexpr double kShortRun = 3;  // s: below, a time is the median of several
+
+bool is_rows(const std::string& storage) {
+  return storage == "f32" || storage == "f64";
+}
+
+// Hashed once: programs and meshes do not change during a study.
+const std::string& hash_of(const std::filesystem::path& file) {
+  static std::map<std::filesystem::path, std::string> known;
+  auto& hash = known[file];
+  if (hash.empty()) hash = sha256_of_file(file.string());
+  return hash;
+}
+
+nlohmann::json read_json(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return nlohmann::json::parse(in);
+}
+
+}  // namespace
+
+Bakery::Inputs Bakery::inputs(const BundleSetting& setting) const {
+  return {organ_.make_mesh(setting.resolution), organ_.organ_file(setting.element, setting.poisson),
+          setting.everywhere ? organ_.boundary_file() : organ_.boundary_file(places_, setting.resolution)};
+}
+
+Baked Bakery::look(const BundleSetting& setting) const {
+  const Inputs from = inputs(setting);
+  nlohmann::json decides = {{"setting", setting},
+                            {"mesh", hash_of(from.mesh)},
+                            {"organ", sha256_of_file(from.organ.string())},
+                            {"boundary", sha256_of_file(from.boundary.string())},
+                            {"palpate-precompute", hash_of(organ_.options().bin / "palpate-precompute")}};
+  if (!is_rows(setting.storage)) decides["palpate-bundle"] = hash_of(organ_.options().bin / "palpate-bundle");
+  const std::string text = decides.dump();
+  Baked baked;
+  baked.fingerprint = fmt::format("{:016x}", formats::xxh64(text.data(), text.size()));
+  baked.bundle = organ_.options().output / "bundles" / (baked.fingerprint + ".h5");
+  return baked;
+}
+
+std::vector<std::string> Bakery::precompute(const BundleSetting& setting, const Inputs& from) const {
+  std::vector<std::string> command = {(organ_.options().bin / "palpate-precompute").string(),
+                                      from.mesh.string(),
+                                      "--organ",
+                                      from.organ.string(),
+                                      "--boundary",
+                                      from.boundary.string(),
+                                      "--tolerance",
+                                      fmt::format("{}", setting.tolerance),
+                                      "--locking-probes",
+                                      "0",
+                                      "--store",
+                                      setting.storage == "f64" ? "f64" : "f32"};
+  if (organ_.options().memory_gigabytes > 0) {
+    command.push_back("--memory");
+    command.push_back(fmt::format("{}", organ_.options().memory_gigabytes));
+  }
+  return command;
+}
+
+std::optional<std::string> Bakery::too_large(const BundleSetting& setting) const {
+  if (is_baked(look(setting))) return {};
+  auto command = precompute(setting, inputs(setting));
+  const auto report = organ_.options().output / "plan.json";
+  command.insert(command.end(), {"--plan", "--json", report.string()});
+  run_command(command, organ_.options().output / "logs" / "plan.txt");
+  const nlohmann::json plan = read_json(report);
+  std::filesystem::remove(report);
+  const double seconds = plan.at("seconds"), bytes = plan.at("bytes"), available = plan.at("available_bytes");
+  if (plan.at("solver") != "supernodal")
+    return fmt::format("its factor would take {:.1f} GB of {:.1f}", bytes / 1e9, available / 1e9);
+  // The organ's own reference serves every scene, others one value of Poisson's ratio each.
+  const double most = (setting.poisson == 0 && !setting.everywhere ? 2 : 1) * organ_.options().most_seconds;
+  if (seconds > most)
+    return fmt::format("it would take {:.0f} s of at most {:.0f} (--most-seconds{})", seconds, most,
+                       most > organ_.options().most_seconds ? ", twice for the organ's own reference" : "");
+  return {};
+}
+
+BakeCost Bakery::bake_rows(const BundleSetting& setting, const Baked& to) const {
+  auto command = precompute(setting, inputs(setting));
+  const auto report = organ_.options().output / "bundles" / (to.fingerprint + ".run.json");
+  command.insert(command.end(), {"-o", to.bundle.string(), "--json", report.string()});
+  if (setting.solver == "multigrid") command.insert(command.end(), {"--", "-column_pc_type", "multigrid"});
+  std::vector<double> seconds;
+  nlohmann::json run;
+  do {
+    run_command(command, organ_.options().output / "logs" / (to.fingerprint + ".txt"));
+    run = read_json(report);
+    seconds.push_back(run.at("seconds"));
+  } while (static_cast<int>(seconds.size()) < organ_.options().repeats && seconds[0] < kShortRun);
+  std::filesystem::remove(report);
+  std::sort(seconds.begin(), seconds.end());
+  const auto& certificate = run.at("certificate");
+  return {{"mesh_sha256", hash_of(inputs(setting).mesh)},
+          {"vertices", run.at("nodes")},
+          {"columns", run.at("columns")},
+          {"seconds", seconds[seconds.size() / 2]},
+          {"peak_bytes", run.at("peak_bytes")},
+          {"bundle_bytes", run.at("bundle_bytes")},
+          {"reciprocity_error", certificate.at("reciprocity_error")},
+          {"worst_residual", certificate.at("worst_residual")},
+          {"most_iterations", certificate.at("most_iterations")},
+          {"solver", run.at("solver")}};
+}
+
+BakeCost Bakery::pack(const BundleSetting& setting, const Baked& to) const {
+  BundleSetting rows = setting;
+  rows.storage = "f32";
+  BakeCost cost = bake(rows);
+  std::vector<std::string> command = {(organ_.options().bin / "palpate-bundle").string(), "pack",
+                                      look(rows).bundle.string(), "-o", to.bundle.string()};
+  if (setting.storage == "f16")
+    command.insert(command.end(), {"--precision", "f16"});
+  else  // "low-rank 1e-3"
+    command.insert(command.end(), {"--low-rank", setting.storage.substr(setting.storage.find(' ') + 1)});
+  const auto start = std::chrono::steady_clock::now();
+  run_command(command, organ_.options().output / "logs" / (to.fingerprint + ".txt"));
+  cost["pack_seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  cost["seconds"] = cost.at("seconds").get<double>() + cost.at("pack_seconds").get<double>();
+  cost["bundle_bytes"] = std::filesystem::file_size(to.bundle);
+  return cost;
+}
+
+std::filesystem::path Bakery::record_of(const Baked& baked) const {
+  return organ_.options().output / "bundles" / (baked.fingerprint + ".json");
+}
+
+bool Bakery::is_baked(const Baked& baked) const {
+  return std::filesystem::exists(baked.bundle) && std::filesystem::exists(record_of(baked));
+}
+
+BakeCost Bakery::bake(const BundleSetting& setting) const {
+  const Baked to = look(setting);
+  if (is_baked(to)) return read_json(record_of(to));
+  std::filesystem::create_directories(to.bundle.parent_path());
+  const BakeCost cost = is_rows(setting.storage) ? bake_rows(setting, to) : pack(setting, to);
+  write_text_atomically(record_of(to), cost.dump(2) + "\n");
+  return cost;
+}
+
+}  // namespace palpate::accuracy

@@ -1,0 +1,247 @@
+#include "studies/accuracy/exercises.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <palpate/palpate.hpp>
+
+#include "formats/errors.h"
+
+namespace palpate::accuracy {
+namespace {
+
+constexpr double kTick = 1e-3;  // s
+constexpr int kPressTicks = 80, kDragTicks = 40, kHoldTicks = 1000;
+constexpr double kStart = 0.1, kDepth = 0.5;  // of the radius: above the surface, below it
+constexpr int kRounds = 3;
+
+// Swine brain's, Miller and Chinzei 1997: shares g, times tau in s. Any Prony series shows what leaving it out costs.
+constexpr double kShares[] = {0.450, 0.365}, kTimes[] = {0.5, 50};
+
+using Motion = std::vector<Vec3>;  // a tool point's position at each tick
+
+template <class Value>
+Value chosen(const std::map<std::string, Value>& values, const std::string& name) {
+  return values.at(name);
+}
+
+palpate_scene_def scene_def(const SceneSetting& setting, int contact_nodes) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.contact = chosen<palpate_contact_model>({{"node", PALPATE_CONTACT_NODE},
+                                               {"triangle", PALPATE_CONTACT_TRIANGLE},
+                                               {"point", PALPATE_CONTACT_POINT},
+                                               {"patch", PALPATE_CONTACT_PATCH}},
+                                              setting.contact);
+  def.law = chosen<palpate_contact_law>({{"sticking", PALPATE_LAW_STICKING},
+                                         {"sliding", PALPATE_LAW_SLIDING},
+                                         {"unilateral", PALPATE_LAW_UNILATERAL},
+                                         {"coulomb", PALPATE_LAW_COULOMB}},
+                                        setting.law);
+  def.collision = setting.collision == "deformed" ? PALPATE_COLLISION_DEFORMED : PALPATE_COLLISION_REST;
+  if (setting.response) def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
+  if (setting.relaxation) {
+    def.relaxation.model = PALPATE_RELAXATION_PRONY;
+    def.relaxation.terms = 2;
+    std::copy(kShares, kShares + 2, def.relaxation.share);
+    std::copy(kTimes, kTimes + 2, def.relaxation.time);
+  }
+  def.max_tools = PALPATE_MAX_TOOLS, def.max_points = std::max(PALPATE_MAX_TOOLS, setting.contacts);
+  def.max_contact_nodes = contact_nodes;
+  def.force_limit = def.force_slew = INFINITY;
+  return def;
+}
+
+// From above the place straight in, down to depth.
+Motion press(Vec3 at, const TouchPlace& place, double radius, double depth) {
+  Motion motion;
+  for (int tick = 0; tick <= kPressTicks; ++tick)
+    motion.push_back(at + (depth * tick / kPressTicks - kStart * radius * (kPressTicks - tick) / kPressTicks) *
+                              place.inward);
+  return motion;
+}
+
+// The motions of all tools of one exercise; at: where the places lie on this mesh.
+std::vector<Motion> motions(const SceneSetting& setting, const StudyPlaces& places, const std::vector<Vec3>& at,
+                            const std::vector<Vec3>& neighbour_at, std::size_t first) {
+  const double r = places.radius, depth = kDepth * r;
+  std::vector<Motion> all;
+  if (setting.exercise == "neighbour") {
+    all.push_back(press(at[first], places.touch[first], r, 2 * depth));
+    all.push_back(Motion(kPressTicks + 1, neighbour_at[first] - kStart * r * places.neighbour[first].inward));
+    all.back()[0] = neighbour_at[first] - 2 * kStart * r * places.neighbour[first].inward;
+    all[0].resize(2 * kPressTicks + 2, all[0].back());
+    const Motion second = press(neighbour_at[first], places.neighbour[first], r, depth);
+    all[1].insert(all[1].end(), second.begin(), second.end());
+    return all;
+  }
+  for (std::size_t p = first; p < first + static_cast<std::size_t>(setting.contacts); ++p) {
+    Motion motion = press(at[p], places.touch[p], r, depth);
+    const Vec3 end = motion.back();
+    if (setting.exercise == "drag")
+      for (int tick = 1; tick <= kDragTicks; ++tick)
+        motion.push_back(end + (kDragDistance * r * tick / kDragTicks) * places.touch[p].across);
+    if (setting.exercise == "hold") motion.resize(motion.size() + kHoldTicks, end);
+    all.push_back(std::move(motion));
+  }
+  return all;
+}
+
+class Stopwatch {
+ public:
+  double microseconds() const {
+    return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+StepTime step_time(const std::vector<double>& microseconds) {
+  return {percentile(microseconds, 0.5), percentile(microseconds, 0.99)};
+}
+
+class Player {
+ public:
+  Player(const Bundle& bundle, Scene scene, const SceneSetting& setting, const StudyPlaces& places)
+      : bundle_(bundle),
+        scene_(std::move(scene)),
+        contacts_(scene_.make_contacts()),
+        setting_(setting),
+        places_(places),
+        u_(3 * static_cast<std::size_t>(bundle.describe().surface_node_count)) {
+    const SurfaceView surface = {bundle_.nodes(),
+                                 {bundle_.triangles(), 3 * static_cast<std::size_t>(bundle.describe().triangle_count)}};
+    const auto find = [&](Vec3 p) {
+      const FoundPlace found = closest_place(surface, p);
+      seen_.farthest_place = std::max(seen_.farthest_place, length(found.at - p));
+      return found;
+    };
+    for (const auto& place : places.touch) at_.push_back(find(place.at).at);
+    for (const auto& place : places.neighbour) neighbour_at_.push_back(find(place.at).at);
+    for (const Vec3 p : places.samples) samples_.push_back(find(p).place);
+  }
+
+  Observation observe() {
+    const std::size_t exercises = setting_.exercise == "neighbour"
+                                      ? places_.neighbour.size()
+                                      : places_.touch.size() / static_cast<std::size_t>(setting_.contacts);
+    const auto step = setting_.exercise == "neighbour" ? 1 : static_cast<std::size_t>(setting_.contacts);
+    for (int round = 0; round < kRounds; ++round)
+      for (std::size_t e = 0; e < exercises; ++e) {
+        Press end = play(motions(setting_, places_, at_, neighbour_at_, e * step));
+        if (round == 0) seen_.presses.push_back(std::move(end));
+      }
+    seen_.touch = step_time(touch_us_);
+    seen_.shape = step_time(shape_us_);
+    return seen_;
+  }
+
+ private:
+  Press play(const std::vector<Motion>& all) {
+    scene_.reset();
+    // A tool each; more than there may be tools are shared out among them, neighbours to one.
+    std::vector<palpate_tool> tools(std::min<std::size_t>(all.size(), PALPATE_MAX_TOOLS));
+    std::vector<std::array<double, 3>> points(all.size());
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      const std::size_t first = t * all.size() / tools.size(), end = (t + 1) * all.size() / tools.size();
+      tools[t] = palpate_tool{
+          points[first].data(), static_cast<std::int32_t>(end - first), nullptr, 0, 0, places_.radius, 0.3};
+    }
+    const std::size_t ticks = all[0].size();
+    for (std::size_t tick = 0; tick < ticks; ++tick) {
+      for (std::size_t p = 0; p < all.size(); ++p) store3(all[p][tick], points[p].data());
+      const Stopwatch watch;
+      const auto flags = scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
+      const double took = watch.microseconds();
+      seen_.flags |= flags;
+      seen_.contact_nodes = std::max(seen_.contact_nodes, contacts_->node_count);
+      if (contacts_->node_count == 0) continue;
+      touch_us_.push_back(took);
+      if (tick % 8 == 0 || tick + 1 == ticks) shape();
+    }
+    return end();
+  }
+
+  void shape() {
+    palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
+    const Stopwatch watch;
+    seen_.flags |= scene_.shape(contacts_, out);
+    shape_us_.push_back(watch.microseconds());
+  }
+
+  Press end() const {
+    Press press;
+    for (std::int32_t t = 0; t < contacts_->tool_count; ++t) {
+      const double* f = contacts_->tools[t].force_raw;
+      press.forces.push_back({f[0], f[1], f[2]});
+    }
+    for (const SurfacePlace& place : samples_) {
+      std::array<double, 3> u{};
+      for (int v = 0; v < 3; ++v) {
+        const std::size_t n = 3 * static_cast<std::size_t>(bundle_.triangles()[3 * place.triangle + v]);
+        for (std::size_t d = 0; d < 3; ++d) u[d] += place.barycentric[v] * u_[n + d];
+      }
+      press.field.push_back(u);
+    }
+    return press;
+  }
+
+  const Bundle& bundle_;
+  Scene scene_;
+  Contacts contacts_;
+  const SceneSetting& setting_;
+  const StudyPlaces& places_;
+  std::vector<float> u_;
+  std::vector<Vec3> at_, neighbour_at_;
+  std::vector<SurfacePlace> samples_;
+  std::vector<double> touch_us_, shape_us_;
+  Observation seen_;
+};
+
+}  // namespace
+
+namespace {
+
+Observation observe_with(const std::filesystem::path& file, const SceneSetting& setting, const StudyPlaces& places,
+                         int contact_nodes) {
+  const palpate_scene_def def = scene_def(setting, contact_nodes);
+  std::vector<double> open_us;
+  for (int round = 0; round < kRounds; ++round) {
+    const Stopwatch watch;
+    const Bundle bundle(file.c_str());
+    const Scene scene(bundle, def);
+    open_us.push_back(watch.microseconds());
+  }
+  Bundle bundle(file.c_str());
+  Scene scene(bundle, def);
+  palpate_error ignored;
+  palpate_bundle_prefault(bundle.get(), 0, &ignored);
+  Observation seen = Player(bundle, std::move(scene), setting, places).observe();
+  seen.open_ms = 1e-3 * percentile(open_us, 0.5);
+  return seen;
+}
+
+}  // namespace
+
+Observation observe(const std::filesystem::path& file, const SceneSetting& setting, const StudyPlaces& places) try {
+  // A scene's memory grows with the square of its room for contact nodes, so it gets no more than the mesh needs.
+  for (int room = setting.contacts > PALPATE_MAX_TOOLS ? 16 * setting.contacts : 64 * std::max(setting.contacts, 2);;
+       room *= 2) {
+    Observation seen = observe_with(file, setting, places, room);
+    if (!(seen.flags & PALPATE_STEP_CONTACTS_DROPPED) || room > 3000) return seen;
+  }
+} catch (const Error& error) {
+  throw OperationError(fmt::format("{}: {}", file.string(), error.what()));
+}
+
+}  // namespace palpate::accuracy

@@ -1,0 +1,263 @@
+#include "studies/accuracy/study.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <fstream>
+#include <list>
+
+#include "formats/atomic_file.h"
+#include "formats/checksum.h"
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "studies/accuracy/bake.h"
+#include "studies/accuracy/choose.h"
+#include "studies/accuracy/command.h"
+#include "studies/accuracy/errors_of_points.h"
+#include "studies/accuracy/large_strain.h"
+#include "studies/accuracy/measured.h"
+#include "studies/accuracy/results.h"
+#include "studies/accuracy/study_plan.h"
+
+namespace palpate::accuracy {
+namespace {
+
+// Of what a measured point means: raised when exercises or what is recorded of them change.
+constexpr int kStudyVersion = 5;
+constexpr int kMostTogether = 100;  // contacts
+
+class Study {
+ public:
+  explicit Study(const StudyOptions& options)
+      : organ_(options),
+        measured_(folder() / "points"),
+        places_(choose_or_read("places.json",
+                               [&](const ElasticBody& body, double radius) {
+                                 return choose_places(body, radius, options.places, options.samples);
+                               })),
+        crowd_(choose_or_read("crowd.json",
+                              [&](const ElasticBody& body, double radius) {
+                                return choose_crowd(body, radius, kMostTogether, places_.samples);
+                              })),
+        bakery_(organ_, places_) {}
+
+  void run() {
+    for (const auto& resolution : organ_.resolutions()) make_mesh_early(resolution);
+    const auto plan = plan_study(organ_, static_cast<int>(crowd_.touch.size()));
+    Progress progress("study", plan.size());
+    for (const auto& planned : plan) {
+      // One that fails is told and left out: the others are worth as much as before.
+      try {
+        if (const auto setting = fitting(planned.setting)) measure(*setting, planned.axes);
+      } catch (const OperationError& error) {
+        leave_out(name_of(planned.setting), error.what());
+      }
+      progress.advance();
+    }
+    // Places as different as the organ has, for that the solution takes minutes each on large meshes.
+    for (std::size_t p = 0; p < std::min<std::size_t>(3, places_.touch.size()); ++p) {
+      say(fmt::format("pushing deep at place {}", p + 1));
+      try {
+        timed("large strain", [&] { large_strain_.push_back(push_deep(organ_, bakery_, places_, p)); });
+      } catch (const OperationError& error) {
+        leave_out(fmt::format("the deep push at place {}", p + 1), error.what());
+      }
+    }
+    write();
+    report();
+  }
+
+ private:
+  const std::filesystem::path& folder() const { return organ_.options().output; }
+
+  // One that fails is told with its points.
+  void make_mesh_early(const std::string& resolution) const try {
+    timed("meshes", [&] { organ_.make_mesh(resolution); });
+  } catch (const OperationError&) {
+  }
+
+  // Adds to what a stage took.
+  template <class Work>
+  void timed(const char* stage, const Work& work) const {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    took_[stage] += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  // Of the finest mesh, once: they belong to the study, and so does every point measured at them.
+  template <class Choose>
+  StudyPlaces choose_or_read(const char* name, const Choose& choose) const {
+    const StudyOptions& o = organ_.options();
+    std::filesystem::path mesh;
+    timed("meshes", [&] { mesh = organ_.make_mesh(organ_.resolutions().back()); });
+    const nlohmann::json from = {{"version", kStudyVersion},
+                                 {"mesh_sha256", sha256_of_file(mesh.string())},
+                                 {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
+                                 {"radius_mm", o.radius_mm},
+                                 {"places", o.places},
+                                 {"together", kMostTogether},
+                                 {"samples", o.samples}};
+    const auto file = folder() / name;
+    if (std::ifstream in(file); in) {
+      const auto json = nlohmann::json::parse(in, nullptr, false);
+      if (json.is_object() && json.value("from", nlohmann::json()) == from) return places_of(json.at("places"));
+    }
+    const StudyPlaces places = choose(organ_.body(organ_.resolutions().back()), 1e-3 * o.radius_mm);
+    write_text_atomically(file, nlohmann::json{{"from", from}, {"places", json_of(places)}}.dump(1) + "\n");
+    return places;
+  }
+
+  // The setting as it is, with columns near the places alone, or none where even that is too large. Only p2-p0, whose
+  // factor grows fast, is asked.
+  std::optional<Setting> fitting(Setting setting) {
+    if (setting.bundle.element != "p2-p0") return setting;
+    auto& fits = fits_[text_of(setting.bundle)];
+    if (!fits.has_value()) {
+      fits = setting.bundle;
+      auto why = bakery_.too_large(*fits);
+      if (why && fits->everywhere) fits->everywhere = false, why = bakery_.too_large(*fits);
+      if (why) {
+        leave_out(name_of(setting), *why);
+        fits->resolution.clear();
+      }
+    }
+    if (fits->resolution.empty()) return {};
+    if (is_crowded(setting) && !fits->everywhere) return {};  // the next coarser mesh is their reference
+    setting.bundle = *fits;
+    return setting;
+  }
+
+  bool is_crowded(const Setting& setting) const {
+    return setting.scene.contacts > static_cast<int>(places_.touch.size());
+  }
+  const StudyPlaces& places_for(const Setting& setting) const { return is_crowded(setting) ? crowd_ : places_; }
+
+  void leave_out(const std::string& what, const std::string& why) {
+    warn(fmt::format("{} is left out: {}", what, why));
+    left_out_.push_back({{"name", what}, {"why", why}});
+  }
+
+  std::string key_of(const Setting& setting) const {
+    const std::string text = nlohmann::json{{"version", kStudyVersion},
+                                            {"bundle", bakery_.look(setting.bundle).fingerprint},
+                                            {"scene", setting.scene},
+                                            {"measured_by", own_hash_},
+                                            {"places", json_of(places_for(setting))}}
+                                 .dump();
+    return fmt::format("{:016x}", formats::xxh64(text.data(), text.size()));
+  }
+
+  void measure(const Setting& setting, const std::set<std::string>& axes) {
+    const std::string key = key_of(setting);
+    for (auto& taken : taken_)
+      if (taken.key == key) {
+        taken.axes.insert(axes.begin(), axes.end());
+        return;
+      }
+    auto point = measured_.find(key);
+    if (!point) {
+      say("measuring " + name_of(setting));
+      MeasuredPoint fresh = {setting, {}, {}};
+      timed("bundles", [&] { fresh.cost = bakery_.bake(setting.bundle); });
+      timed("touches",
+            [&] { fresh.seen = observe(bakery_.look(setting.bundle).bundle, setting.scene, places_for(setting)); });
+      measured_.add(key, fresh);
+      point = std::move(fresh);
+    }
+    taken_.push_back({std::move(*point), key, axes});
+  }
+
+  void write() const {
+    std::vector<PlannedMeasurement> points;
+    for (const auto& taken : taken_) points.push_back({&taken.point, taken.axes});
+    std::vector<nlohmann::ordered_json> records;
+    const auto judged_points = judge(points);
+    for (const auto& judged : judged_points) records.push_back(record_of(judged, organ_.poisson()));
+    const StudyOptions& o = organ_.options();
+    nlohmann::ordered_json study = {{"program", "palpate-accuracy"},
+                                    {"program_version", PALPATE_VERSION},
+                                    {"organ", o.organ},
+                                    {"boundary", o.boundary},
+                                    {"element", organ_.element()},
+                                    {"resolutions", organ_.resolutions()},
+                                    {"base_resolution", organ_.base_resolution()},
+                                    {"radius_mm", o.radius_mm},
+                                    {"places", places_.touch.size()},
+                                    {"samples", places_.samples.size()},
+                                    {"room_for_contacts", std::max(places_.touch.size(), crowd_.touch.size())},
+                                    {"data", o.data.string()},
+                                    {"bin", o.bin.string()},
+                                    {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
+                                    {"reference", reference(judged_points)},
+                                    {"machine", machine_json()}};
+    study["took_s"] = took_;  // this run; what was there before took nothing
+    study["left_out"] = left_out_;
+    study["large_strain"] = large_strain_;
+    const auto scatter = [&](const char* what) {
+      const auto& known = study["reference"][what]["scatter"];
+      return known.is_number() ? known.get<double>() : 0;
+    };
+    study["picks"] = picks(records, {scatter("force"), scatter("field")});
+    write_results(folder(), "accuracy", study, records);
+    for (const auto& [stage, seconds] : took_) note(fmt::format("{}: {}", stage, duration_text(seconds)));
+    note(fmt::format("{}: {} points", (folder() / "accuracy.json").string(), records.size()));
+  }
+
+  // Of the organ's own material, one disc pressed.
+  nlohmann::ordered_json reference(const std::vector<JudgedPoint>& points) const {
+    const std::string plain = situation_of(Setting{});
+    for (const auto& judged : points)
+      for (const auto& taken : taken_)
+        if (judged.is_reference && judged.point == &taken.point && situation_of(taken.point.setting) == plain)
+          return {{"name", name_of(taken.point.setting)},
+                  {"key", taken.key},
+                  {"force", json_of(judged.reference_error.force)},
+                  {"field", json_of(judged.reference_error.field)},
+                  {"check", json_of(judged.reference_error.check)}};
+    throw OperationError(
+        "no mesh of the study can be solved with p2-p0, the reference, in that memory and time; raise "
+        "--memory or --most-seconds, or add a coarser mesh to --resolutions");
+  }
+
+  void report() const {
+    const auto page = folder() / "report.html";
+    run_command({organ_.options().python.string(), (organ_.options().source / "studies/accuracy/report.py").string(),
+                 (folder() / "accuracy.json").string(), "-o", page.string()},
+                folder() / "logs" / "report.txt");
+    note(fmt::format("{}: the report", page.string()));
+  }
+
+  const std::string own_hash_ = sha256_of_file("/proc/self/exe");  // the runtime that is measured is inside
+  mutable std::map<std::string, double> took_;                     // s, of this run
+  OrganCase organ_;
+  MeasuredPoints measured_;
+  StudyPlaces places_, crowd_;
+  Bakery bakery_;
+  std::map<std::string, std::optional<BundleSetting>> fits_;
+  struct Taken {
+    MeasuredPoint point;
+    std::string key;
+    std::set<std::string> axes;
+  };
+  std::list<Taken> taken_;
+
+  std::vector<nlohmann::json> large_strain_;
+  nlohmann::ordered_json left_out_ = nlohmann::ordered_json::array();
+};
+
+}  // namespace
+
+StudyPlaces read_places(const std::filesystem::path& folder) {
+  const auto file = folder / "places.json";
+  std::ifstream in(file);
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("places"))
+    throw InputError(fmt::format("{}: expected the places of a study, found none; run the study again", file.string()));
+  return places_of(json.at("places"));
+}
+
+void run_study(const StudyOptions& options) {
+  Study(options).run();
+}
+
+}  // namespace palpate::accuracy

@@ -1,0 +1,138 @@
+#include "studies/validation/against_calculix.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "formats/errors.h"
+#include "studies/accuracy/calculix.h"
+#include "studies/validation/shapes.h"
+#include "studies/validation/solved_body.h"
+#include "tests/support/bodies.h"
+
+namespace palpate::validation {
+namespace {
+
+// CalculiX prints seven digits.
+constexpr double kPrinted = 1e-6;
+// Without a bulk modulus, as nu goes to -1, the mean dilatation of p2-p0 and the pointwise one of C3D10 are one element;
+// what is left of it is 2 (1 + nu) / (3 (1 - 2 nu)) = 2e-7 of the shear modulus.
+constexpr double kNoBulk = -0.999999;
+// CalculiX integrates curved cells with four points, exact for straight ones alone; fourteen here.
+constexpr double kCurved = 1e-3;
+
+int hold_bottom_and_side(const Point& p) {
+  return p[0] == 0 ? 7 : p[2] == 0 ? 4 : 0;
+}
+
+ElasticBody held(const TetrahedralMesh& mesh, const std::vector<Material>& materials,
+                 const std::function<int(const Point&)>& which) {
+  ElasticBody body = tests::body_of(mesh, materials);
+  tests::hold(body, which);
+  return body;
+}
+
+TetrahedralMesh box(int n) {
+  return tests::box_mesh({n, n, n}, {0.10, 0.08, 0.06}, 0.2);
+}
+
+// Every seventh tetrahedron is of the second material.
+ElasticBody speckled_box(int n, const Material& second) {
+  TetrahedralMesh mesh = box(n);
+  mesh.region_names = {"soft", "stiff"};
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) mesh.region[t] = t % 7 == 0;
+  return held(mesh, {{5400, 0.45, 0}, second}, hold_bottom_and_side);
+}
+
+ElasticBody sphere(int n, double poisson) {
+  return held(shell_octant(1, 2, n), {{1000, poisson, 0}},
+              [](const Point& p) { return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); });
+}
+ElasticBody cylinder(int n, double poisson) {
+  return held(cylinder_mesh(0.015, 0.013, n, n), {{3000, poisson, 0}},
+              [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+}
+
+// A traction over the surface within 0.3 of the body's size of its last touchable node; nothing on held dofs.
+std::vector<double> spread_force(const DiscreteBody& discrete) {
+  Vector3d low = Vector3d::Constant(INFINITY), high = -low;
+  for (const auto& p : discrete.body.nodes)
+    low = low.cwiseMin(Vector3d(p.data())), high = high.cwiseMax(Vector3d(p.data()));
+  const Vector3d centre(discrete.body.nodes[static_cast<std::size_t>(discrete.body.touchable.back())].data());
+  auto load = traction_load(
+      discrete, [&](const Point& p) { return (Vector3d(p.data()) - centre).norm() < 0.3 * (high - low).norm(); },
+      [](const Vector3d&, const Vector3d&) { return Vector3d(30, -20, 50); });
+  for (std::size_t i = 0; i < load.size(); ++i)
+    if (discrete.discretisation.fixed[i / 3][i % 3]) load[i] = 0;
+  return load;
+}
+
+}  // namespace
+
+std::vector<CalculixMesh> built_in_meshes() {
+  std::vector<CalculixMesh> meshes;
+  const auto add = [&](std::string name, Element element, std::string poisson, double bound, auto body) {
+    meshes.push_back({std::move(name), element, std::move(poisson), bound, body});
+  };
+  for (const auto& [n, poisson] : {std::pair{4, 0.3}, {8, 0.45}, {8, 0.4999}, {16, 0.45}})
+    add(fmt::format("distorted box, {0} x {0} x {0} cells", n), Element::p1, fmt::format("{:g}", poisson), kPrinted,
+        [n, poisson] {
+          return held(box(n), {{5400, poisson, 0}}, hold_bottom_and_side);
+        });
+  add("box of two materials, contrast 11", Element::p1, "0.45, 0.3", kPrinted, [] {
+    return speckled_box(6, {60000, 0.3, 0});
+  });
+  add("box of two materials, contrast 1e6", Element::p1, "0.45, 0.3", kPrinted, [] {
+    return speckled_box(6, {5.4e9, 0.3, 0});
+  });
+  add("thick sphere, an octant", Element::p1, "0.49", kPrinted, [] { return sphere(12, 0.49); });
+  add("cylinder of brain", Element::p1, "0.45", kPrinted, [] { return cylinder(8, 0.45); });
+  add("elliptic plate", Element::p1, "0.3", kPrinted, [] {
+    return held(elliptic_plate(6), {{210e9, 0.3, 0}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
+  });
+  add("about a flat punch, thin cells", Element::p1, "0.45", kPrinted, [] {
+    return held(indented_quarter(0.005, 5, TowardsEdge::squared), {{3000, 0.45, 0}},
+                [](const Point& p) { return p[2] > 0.0249 ? 7 : 0; });
+  });
+  add("distorted box, 6 x 6 x 6 cells, no bulk modulus", Element::p2_p0, "-1", kPrinted, [] {
+    return held(box(6), {{5400, kNoBulk, 0}}, hold_bottom_and_side);
+  });
+  add("cylinder of brain, curved, no bulk modulus", Element::p2_p0, "-1", kCurved, [] { return cylinder(4, kNoBulk); });
+  for (const int n : {4, 8})
+    add(fmt::format("distorted box, {0} x {0} x {0} cells, other dilatation", n), Element::p2_p0, "0.3",
+        n == 4 ? 0.1 : 0.03, [n] {
+          return held(box(n), {{5400, 0.3, 0}}, hold_bottom_and_side);
+        });
+  return meshes;
+}
+
+CalculixMesh organ_mesh(const std::string& name, const accuracy::StudyOptions& folders) {
+  const auto first = name.find('/'), second = name.find('/', first + 1);
+  if (first == std::string::npos || second == std::string::npos)
+    throw InputError(fmt::format("{}: expected ORGAN/BC/RESOLUTION, for example liver/right-side/1700", name));
+  accuracy::StudyOptions options = folders;
+  options.organ = name.substr(0, first), options.boundary = name.substr(first + 1, second - first - 1);
+  options.resolutions = {name.substr(second + 1)};
+  const auto organ = std::make_shared<accuracy::OrganCase>(options);
+  return {name, Element::p1, "of the organ", kPrinted, [organ] { return organ->body(organ->resolutions().front()); }};
+}
+
+Agreement compare_with_calculix(const CalculixMesh& mesh, const std::filesystem::path& scratch) {
+  const DiscreteBody discrete = discretise_body(mesh.body(), mesh.element);
+  const std::vector<double> load = spread_force(discrete);
+  const Answer ours = solve(
+      discrete, [](const Vector3d&) { return Vector3d::Zero(); }, load);
+  const accuracy::CalculixModel model = {discrete.discretisation.coordinates, discrete.discretisation.fixed,
+                                         discrete.cells, accuracy::elastic_words};
+  const auto theirs = accuracy::solve_by_calculix(scratch, discrete.body, model, load);
+  double largest = 0, worst = 0;
+  for (std::size_t n = 0; n < discrete.node_count(); ++n) {
+    largest = std::max(largest, ours.at(n).norm());
+    worst = std::max(worst, (ours.at(n) - Vector3d(theirs.u[n].data())).norm());
+  }
+  return {discrete.body.nodes.size(), discrete.node_count(), discrete.cells.size(), worst / largest,
+          discrete.seconds,           ours.seconds,          theirs.seconds};
+}
+
+}  // namespace palpate::validation

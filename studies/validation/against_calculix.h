@@ -1,0 +1,36 @@
+// The same discrete problem given to CalculiX: meshes of many makes, one force each, every displacement compared.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "formats/organ_config.h"
+#include "studies/accuracy/organ_case.h"
+
+namespace palpate::validation {
+
+struct CalculixMesh {
+  std::string name;
+  Element element;      // p1 against C3D4, p2-p0 against C3D10
+  std::string poisson;  // for the reader
+  double bound;         // on the difference
+  std::function<ElasticBody()> body;
+};
+
+struct Agreement {
+  std::size_t vertices = 0, nodes = 0, cells = 0;
+  double difference = 0;  // largest of any node over the largest displacement
+  double assemble_seconds = 0, solve_seconds = 0, calculix_seconds = 0;
+};
+
+// Boxes, a sphere, cylinders, plates in code.
+std::vector<CalculixMesh> built_in_meshes();
+
+// ORGAN/BC/RESOLUTION: the organ's materials and held nodes on its pipeline's mesh. Errors: InputError.
+CalculixMesh organ_mesh(const std::string& name, const accuracy::StudyOptions& folders);
+
+// scratch: a folder that is made and removed again. Errors: OperationError.
+Agreement compare_with_calculix(const CalculixMesh& mesh, const std::filesystem::path& scratch);
+
+}  // namespace palpate::validation

@@ -1,0 +1,129 @@
+// Cases with a smooth solution: a manufactured one, and Lame's thick sphere.
+#include <cmath>
+
+#include "studies/validation/cases.h"
+#include "studies/validation/manufactured.h"
+#include "studies/validation/shapes.h"
+#include "studies/validation/solved_body.h"
+#include "tests/support/bodies.h"
+
+namespace palpate::validation {
+namespace {
+
+constexpr const char *kDisplacement = "displacement, L2", *kGradient = "gradient, L2";
+
+std::vector<Quantity> field_quantities(const FieldError& error) {
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  return {{kDisplacement, unknown, unknown, error.displacement}, {kGradient, unknown, unknown, error.gradient}};
+}
+
+Measured measure_manufactured(double pressure, const Variant& variant, int level) {
+  const Material material = {1, variant.poisson, 0};
+  const Manufactured exact(material, pressure);
+  ElasticBody body = tests::body_of(tests::box_mesh({level, level, level}, {1, 1, 1}), {material});
+  tests::hold(body, [](const Point& p) {
+    for (int d = 0; d < 3; ++d)
+      if (p[d] == 0 || p[d] == 1) return 7;
+    return 0;
+  });
+  const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
+  const auto displacement = [&](const Vector3d& x) { return exact.displacement(x); };
+  const Answer answer =
+      solve(discrete, displacement, body_load(discrete, [&](const Vector3d& x) { return exact.force(x); }));
+  return measured_on(discrete, answer,
+                     field_quantities(field_error(discrete, answer, displacement,
+                                                  [&](const Vector3d& x) { return exact.gradient(x); })));
+}
+
+Measured measure_sphere(const Variant& variant, int level) {
+  const ThickSphere exact = {1, 2, 1, {1000, variant.poisson, 0}};
+  ElasticBody body = tests::body_of(shell_octant(exact.inner, exact.outer, level), {exact.material});
+  tests::hold(body, [](const Point& p) { return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); });
+  const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
+  const auto at_radius = [](double r) {
+    return [r](const Point& p) { return std::abs(std::hypot(p[0], p[1], p[2]) - r) < 1e-9; };
+  };
+  const auto load = traction_load(discrete, at_radius(exact.inner), [&](const Vector3d&, const Vector3d& outward) {
+    return Vector3d(-exact.pressure * outward);
+  });
+  const Answer answer = solve(
+      discrete, [](const Vector3d&) { return Vector3d::Zero(); }, load);
+  Measured measured = measured_on(discrete, answer,
+                                  field_quantities(field_error(
+                                      discrete, answer, [&](const Vector3d& x) { return exact.displacement(x); },
+                                      [&](const Vector3d& x) { return exact.gradient(x); })));
+  for (const double r : {exact.inner, exact.outer}) {
+    double sum = 0, count = 0;
+    for (std::size_t n = 0; n < discrete.body.nodes.size(); ++n)
+      if (at_radius(r)(discrete.body.nodes[n]))
+        sum += answer.at(n).dot(Vector3d(discrete.body.nodes[n].data())) / r, count += 1;
+    const double value = sum / count, known = exact.radial(r);
+    measured.quantities.push_back(
+        {r == exact.inner ? "u(a), m" : "u(b), m", value, known, std::abs(value / known - 1)});
+  }
+  return measured;
+}
+
+// Linear elements: 2 in the displacement and 1 in its gradient; quadratic: one more where the pressure lets them, and
+// between the two where nu is all but one half.
+Expectation::Order order_of(const std::string& quantity, const Variant& variant, bool pressure_lets) {
+  const double linear = quantity == kDisplacement ? 2 : 1;
+  if (variant.element != Element::p2_p0 || !pressure_lets) return {linear, linear};
+  return {variant.poisson > 0.499 ? linear : linear + 1, linear + 1};
+}
+
+}  // namespace
+
+Case manufactured(double pressure) {
+  const bool none = pressure == 0;
+  std::vector<Variant> variants = {{Element::p1, 0.3, {8, 12, 18, 24}}};
+  for (const double poisson : {0.3, 0.49, 0.4999}) variants.push_back({Element::p1_anp, poisson, {8, 12, 18}});
+  for (const double poisson : {0.3, 0.49, 0.4999}) variants.push_back({Element::p2_p0, poisson, {4, 8, 12, 16}});
+  if (!none) variants.push_back({Element::p1, 0.4999, {8, 12, 18}});
+  return {none ? "manufactured-no-pressure" : "manufactured",
+          none ? "Manufactured displacement without pressure" : "Manufactured displacement with pressure",
+          none ? "u = (s(x) c(y) s(z), -c(x) s(y) s(z), 0), free of divergence, on the unit box"
+               : "the same plus a gradient of pressure that stays of order one as nu -> 1/2",
+          "method of manufactured solutions, Roache 2002",
+          none ? "linear 2 and 1 (Brenner and Scott 2008, theorems 5.4.4 and 5.4.8; p1-anp: Lamichhane 2009 for the "
+                 "pressure on dual "
+                 "cells); p2-p0 3 and 2, for the exact pressure, zero, is in its space; at nu 0.4999 at least 2 and 1: "
+                 "a quadratic "
+                 "tetrahedron has no bubble on its faces, which is what would keep it stable beside a pressure of its "
+                 "own (Diening, Storn "
+                 "and Tscherpel 2021)"
+               : "linear 2 and 1; p2-p0 2 and 1 too, held back by one constant pressure a cell (Boffi, Brezzi and "
+                 "Fortin 2013, section "
+                 "8.4)",
+          variants,
+          [pressure](const Variant& variant, int level) { return measure_manufactured(pressure, variant, level); },
+          [none](const std::string& quantity, const Variant& variant) {
+            if (variant.element == Element::p1 && variant.poisson > 0.4) return Expectation{.locks = true};
+            return Expectation{quantity == kDisplacement ? 0.03 : 0.2, order_of(quantity, variant, none)};
+          }};
+}
+
+Case thick_sphere() {
+  std::vector<Variant> variants;
+  for (const double poisson : {0.3, 0.49, 0.4999}) variants.push_back({Element::p1, poisson, {8, 12, 16, 24}});
+  for (const double poisson : {0.3, 0.49, 0.4999}) variants.push_back({Element::p1_anp, poisson, {8, 12, 16, 24}});
+  for (const double poisson : {0.3, 0.49, 0.4999}) variants.push_back({Element::p2_p0, poisson, {8, 12, 16, 20}});
+  return {
+      "thick-sphere",
+      "Thick sphere under pressure",
+      "u = A r + B / r^2; a 1, b 2, p 1, E 1000: u(a) 8.000e-4, u(b) 3.000e-4 at nu 0.3; 8.543e-4, 2.186e-4 at 0.49",
+      "Lame; Timoshenko and Goodier 1970, art. 136",
+      "linear 2 and 1; p2-p0 3 and 2: the pressure is the same everywhere, in its space, and its surface is curved to "
+      "second order (Ciarlet 1978, section 4.4); at nu 0.4999 at least 2 and 1, as above",
+      variants,
+      measure_sphere,
+      [](const std::string& quantity, const Variant& variant) {
+        const bool quadratic = variant.element == Element::p2_p0;
+        if (variant.element == Element::p1 && variant.poisson > 0.4) return Expectation{.locks = true};
+        if (quantity != kDisplacement && quantity != kGradient) return Expectation{quadratic ? 1e-3 : 0.01};
+        const double bound = quantity == kDisplacement ? 0.01 : 0.1;
+        return Expectation{quadratic ? bound / 10 : bound, order_of(quantity, variant, true)};
+      }};
+}
+
+}  // namespace palpate::validation

@@ -1,0 +1,72 @@
+// A body under one element and its answer to a load: what the cases of palpate-validation and the tests ask of it.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "precompute/elements/discretisation.h"
+#include "studies/validation/cases.h"
+#include "studies/validation/closed_forms.h"
+
+namespace palpate::validation {
+
+using Point = std::array<double, 3>;
+using Where = std::function<bool(const Point&)>;
+using VectorField = std::function<Vector3d(const Vector3d&)>;
+using GradientField = std::function<Matrix3d(const Vector3d&)>;
+
+// What is solved with, and the cells and surface triangles (outward) it was integrated over: corners first, then the
+// middles of a quadratic element's edges, in the order of quadratic_tetrahedra.h.
+struct DiscreteBody {
+  ElasticBody body;
+  Discretisation discretisation;
+  std::vector<std::vector<std::int32_t>> cells, triangles;
+  double seconds = 0;  // of the processor, to assemble
+
+  std::size_t node_count() const { return discretisation.coordinates.size(); }
+};
+DiscreteBody discretise_body(ElasticBody body, Element element);
+
+struct Answer {
+  std::vector<double> u;      // [3 nodes] m
+  double seconds = 0;         // of the processor: elimination, factor, solve
+  std::vector<double> force;  // K u: on every node, [3 nodes] N
+
+  Vector3d at(std::size_t node) const { return Vector3d(&u[3 * node]); }
+};
+
+// Held dofs take their value from imposed, the others carry load ([3 nodes], empty: none), to a true relative residual of
+// 1e-10. Errors: OperationError.
+Answer solve(const DiscreteBody& discrete, const VectorField& imposed, std::vector<double> load = {});
+
+// The record of a mesh that was solved.
+Measured measured_on(const DiscreteBody& discrete, const Answer& answer, std::vector<Quantity> quantities);
+
+// int N_j f dV, f in N / m^3.
+std::vector<double> body_load(const DiscreteBody& discrete, const VectorField& density);
+
+// int N_j t dA over the triangles whose corners are all where on says; t(place, outward unit normal) in Pa.
+using Traction = std::function<Vector3d(const Vector3d& place, const Vector3d& outward)>;
+std::vector<double> traction_load(const DiscreteBody& discrete, const Where& on, const Traction& traction);
+double surface_area(const DiscreteBody& discrete, const Where& on);
+
+// The stress at a vertex, Pa: a quadratic polynomial through those at the middles of the cells around it and around their
+// vertices, by least squares (patch recovery, Zienkiewicz and Zhu 1992). The dilatation is the mean of each cell, which is
+// the one p2-p0 has.
+Matrix3d recovered_stress(const DiscreteBody& discrete, const Answer& answer, std::int32_t vertex);
+
+// Relative 2-norms, over the cells whose middle is where within says, of what u and its gradient are off.
+struct FieldError {
+  double displacement, gradient;
+};
+FieldError field_error(
+    const DiscreteBody& discrete, const Answer& answer, const VectorField& displacement, const GradientField& gradient,
+    const Where& within = [](const Point&) { return true; });
+
+// The sum of the forces on the nodes where on says, N.
+Vector3d total_force(const DiscreteBody& discrete, const Answer& answer, const Where& on);
+
+// The first node at a place, to 1e-9 of its size. Errors: OperationError where there is none.
+std::int32_t node_at(const DiscreteBody& discrete, const Point& place);
+
+}  // namespace palpate::validation

@@ -1,0 +1,115 @@
+// Many contacts at once: the paper's superposition against a solve with all of them held.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "bench/processor_time.h"
+#include "studies/accuracy/command.h"
+#include "studies/accuracy/held_nodes.h"
+#include "studies/validation/cases.h"
+#include "studies/validation/solved_body.h"
+#include "studies/validation/tensor_answer.h"
+#include "tests/support/bodies.h"
+
+namespace palpate::validation {
+namespace {
+
+constexpr const char *kDouble = "displacement, tensors in double", *kShipped = "displacement, bundle (f32) and runtime";
+constexpr double kYoung = 5400, kSide = 0.16;
+
+// level x level contacts in the middle of the top, 12 cells across in all.
+struct HeldTop {
+  ElasticBody body;
+  std::vector<std::int32_t> nodes;
+  std::vector<Vector3d> displacement;
+};
+
+TetrahedralMesh block() {
+  return tests::box_mesh({16, 16, 8}, {kSide, kSide, kSide / 2});
+}
+
+HeldTop held_top(const Variant& variant, int level) {
+  HeldTop top = {tests::body_of(block(), {{kYoung, variant.poisson, 0}}), {}, {}};
+  tests::hold(top.body, [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+  const double cell = kSide / 16;
+  const int step = 12 / (level - 1);
+  for (const auto n : top.body.touchable) {
+    const Point& p = top.body.nodes[static_cast<std::size_t>(n)];
+    const int i = static_cast<int>(std::lround(p[0] / cell)) - 2, j = static_cast<int>(std::lround(p[1] / cell)) - 2;
+    if (p[2] < kSide / 2 || i < 0 || j < 0 || i > 12 || j > 12 || i % step != 0 || j % step != 0) continue;
+    top.nodes.push_back(n);  // neighbours that disagree
+    top.displacement.push_back(1e-3 *
+                               Vector3d(std::sin(12.9898 * n), std::sin(78.233 * n), -1 + 0.5 * std::sin(37.719 * n)));
+  }
+  return top;
+}
+
+// The bundle of palpate-precompute.
+std::filesystem::path bake_block(const Workshop& workshop, const Variant& variant) {
+  const auto folder = workshop.scratch / fmt::format("superposition-{}", name_of(variant.element));
+  std::filesystem::create_directories(folder);
+  write_mesh(folder / "box.msh", block());
+  std::ofstream(folder / "organ.toml") << fmt::format(
+      "name = \"box\"\nmesh_unit = \"m\"\nframe = \"none\"\nelement = \"{}\"\n[[region]]\nname = \"box\"\nyoung = {{ "
+      "value = {}, "
+      "unit = \"Pa\", source = \"a validation\" }}\npoisson = {{ value = {}, source = \"a validation\" }}\n",
+      name_of(variant.element), kYoung, variant.poisson);
+  std::ofstream(folder / "bc.toml") << "name = \"bottom\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"z0\" }\n";
+  const auto bundle = folder / "bundle.h5";
+  accuracy::run_command({(workshop.bin / "palpate-precompute").string(), (folder / "box.msh").string(), "--organ",
+                         (folder / "organ.toml").string(), "--boundary", (folder / "bc.toml").string(), "-o",
+                         bundle.string(), "--locking-probes", "0", "--quiet"},
+                        folder / "log.txt");
+  return bundle;
+}
+
+Measured measure_superposition(const Workshop& workshop, const Variant& variant, int level) {
+  const HeldTop top = held_top(variant, level);
+  const double begun = bench::processor_seconds();
+  const auto superposed = superpose(top.body, variant.element, top.nodes, top.displacement);
+  const double tensors_seconds = bench::processor_seconds() - begun;
+
+  ElasticBody held = top.body;
+  for (const auto n : top.nodes) held.fixed[static_cast<std::size_t>(n)] = {1, 1, 1};
+  const DiscreteBody discrete = discretise_body(std::move(held), variant.element);
+  std::vector<Vector3d> imposed(discrete.node_count(), Vector3d::Zero());
+  for (std::size_t c = 0; c < top.nodes.size(); ++c)
+    imposed[static_cast<std::size_t>(top.nodes[c])] = top.displacement[c];
+  const auto at = [&](const Vector3d& x) {
+    return imposed[static_cast<std::size_t>(node_at(discrete, {x[0], x[1], x[2]}))];
+  };
+  const Answer full = solve(discrete, at);
+
+  std::vector<Vec3> targets;
+  for (const auto& d : top.displacement) targets.push_back({d[0], d[1], d[2]});
+  const auto shipped = accuracy::hold_nodes(bake_block(workshop, variant), top.nodes, targets).u;
+  double largest = 0, off = 0, off_shipped = 0;
+  for (std::size_t n = 0; n < discrete.node_count(); ++n) {
+    largest = std::max(largest, full.at(n).norm());
+    off = std::max(off, (superposed[n] - full.at(n)).norm());
+    if (n < shipped.size())
+      off_shipped = std::max(off_shipped, (Vector3d(shipped[n].x, shipped[n].y, shipped[n].z) - full.at(n)).norm());
+  }
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  Measured measured =
+      measured_on(discrete, full,
+                  {{kDouble, unknown, unknown, off / largest}, {kShipped, unknown, unknown, off_shipped / largest}});
+  measured.solve_seconds += tensors_seconds;
+  return measured;
+}
+
+}  // namespace
+
+Case superposition(const Workshop& workshop) {
+  return {"superposition",
+          "49 and 169 contacts at once",
+          "W f = u*, u = sum of T^u (T^f)^-1 f, against a solve with all contacts held",
+          "Cotin, Delingette and Ayache 1999, eq. 8 and 9; exact by elimination",
+          "exact on every mesh: no order",
+          {{Element::p1, 0.45, {7, 13}}, {Element::p1_anp, 0.45, {7, 13}}},
+          [workshop](const Variant& variant, int level) { return measure_superposition(workshop, variant, level); },
+          [](const std::string& quantity, const Variant&) { return Expectation{quantity == kDouble ? 1e-12 : 1e-5}; }};
+}
+
+}  // namespace palpate::validation

@@ -1,0 +1,379 @@
+// palpate-run on a tiny bundle: what it writes is what the C API says.
+#include <gmock/gmock.h>
+#include <palpate/palpate.h>
+#include <vtkCellData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "programs/player/explain.h"
+#include "programs/player/summary.h"
+#include "tests/programs/player/played_scene.h"
+
+namespace palpate {
+namespace {
+
+using namespace tests;
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+using Row = std::map<std::string, std::string>;
+std::vector<Row> read_rows(const fs::path& file) {
+  const auto split = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  const auto header = split(line);
+  std::vector<Row> rows;
+  while (std::getline(stream, line)) {
+    const auto cells = split(line);
+    EXPECT_EQ(cells.size(), header.size()) << line;
+    rows.emplace_back();
+    for (std::size_t i = 0; i < header.size() && i < cells.size(); ++i) rows.back()[header[i]] = cells[i];
+  }
+  return rows;
+}
+
+TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  const auto rows = read_rows(folder_ / "out/forces.csv");
+  ASSERT_EQ(rows.size(), 101u);
+
+  palpate_bundle* bundle = nullptr;
+  ASSERT_EQ(palpate_bundle_open_file((folder_ / "box.h5").c_str(), &bundle, nullptr), PALPATE_OK);
+  palpate_scene_def def = palpate_default_scene_def();
+  def.max_tools = 1;
+  palpate_scene* scene = nullptr;
+  ASSERT_EQ(palpate_scene_create(bundle, &def, &scene, nullptr), PALPATE_OK);
+  std::vector<double> memory(palpate_contacts_bytes(scene) / sizeof(double) + 1);
+  auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
+  double largest = 0;
+  for (int step = 0; step <= 100; ++step) {
+    const double share = step / 1000.0 / 0.1;  // the same straight line, in metres
+    const double point[3] = {0.041, 0.026, 0.044 + share * (0.035 - 0.044)};
+    const palpate_tool tool = {point, 1, nullptr, 0, 0, 0, 0};
+    const auto flags = palpate_touch(scene, &tool, 1, 1e-3, contacts);
+    const Row& row = rows[step];
+    EXPECT_EQ(std::stoul(row.at("flags")), flags);
+    EXPECT_EQ(std::stoi(row.at("contacts")), contacts->tools[0].contact_count);
+    const char* axes[3] = {"x", "y", "z"};
+    for (int d = 0; d < 3; ++d) {
+      // The path is evaluated in another order of roundings: 1e-15 of 0.04 m, over a displacement of 1e-5 m.
+      const double force = contacts->tools[0].force[d];
+      EXPECT_NEAR(std::stod(row.at(std::string("force_") + axes[d] + "_N")), force, 1e-9);
+      EXPECT_NEAR(std::stod(row.at(std::string("raw_") + axes[d] + "_N")), contacts->tools[0].force_raw[d], 1e-9);
+      EXPECT_NEAR(std::stod(row.at(std::string(axes[d]) + "_m")), point[d], 1e-15);
+      largest = std::max(largest, std::abs(force));
+    }
+  }
+  EXPECT_GT(largest, 0.01);  // the scene touches at all
+  palpate_scene_destroy(scene);
+  palpate_bundle_close(bundle);
+}
+
+TEST_F(PlayedScene, WritesTheSameBytesTwiceButForTimings) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o one").code, 0);
+  ASSERT_EQ(run("scene.toml -o two").code, 0);
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_ / "one")) {
+    if (!entry.is_regular_file() || entry.path().filename() == "summary.json") continue;
+    EXPECT_EQ(read_text(entry.path()), read_text(folder_ / "two" / fs::relative(entry.path(), folder_ / "one")));
+    ++files;
+  }
+  EXPECT_EQ(files, 3 + 2 * 7);  // two CSV, one PVD; 0.1 s at 60 Hz: frames 0 .. 6, organ and tools
+  auto one = nlohmann::json::parse(read_text(folder_ / "one/summary.json"));
+  auto two = nlohmann::json::parse(read_text(folder_ / "two/summary.json"));
+  EXPECT_GT(one["timing_us"]["touch"]["max"], 0);
+  one.erase("timing_us");
+  two.erase("timing_us");
+  EXPECT_EQ(one, two);
+}
+
+TEST_F(PlayedScene, WritesShapesThatVtkReadsWithThePositionsOfTheContact) {
+  write_scene(kProbe, "[effects]\nshape = \"volume\"\n");
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  const std::string pvd = read_text(folder_ / "out/shapes.pvd");
+  EXPECT_THAT(pvd, HasSubstr("<DataSet timestep=\"0.1\" part=\"0\" file=\"shapes/organ_000006.vtu\"/>"));
+
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName((folder_ / "out/shapes/organ_000006.vtu").c_str());
+  reader->Update();
+  vtkUnstructuredGrid* organ = reader->GetOutput();
+  const tests::BundleParts parts = tests::tiny_bundle();
+  const auto nodes = parts.get<double>(formats::SectionId::nodes);
+  ASSERT_EQ(organ->GetNumberOfPoints() * 3, static_cast<vtkIdType>(nodes.size()));
+  EXPECT_EQ(organ->GetNumberOfCells() * 4,
+            static_cast<vtkIdType>(parts.get<std::int32_t>(formats::SectionId::tetrahedra).size()));
+  EXPECT_EQ(organ->GetCellData()->GetArray("region")->GetNumberOfTuples(), organ->GetNumberOfCells());
+
+  auto* displacement = organ->GetPointData()->GetArray("displacement");
+  auto* fixed = organ->GetPointData()->GetArray("fixed");
+  double force[3] = {0, 0, 0}, largest = 0;
+  for (vtkIdType n = 0; n < organ->GetNumberOfPoints(); ++n) {
+    for (int d = 0; d < 3; ++d) {
+      // f32 positions of 0.06 m: half a unit in the last place is 2e-9 m.
+      EXPECT_NEAR(organ->GetPoint(n)[d], nodes[3 * n + d] + displacement->GetComponent(n, d), 8e-9);
+      force[d] += organ->GetPointData()->GetArray("contact_force")->GetComponent(n, d);
+      largest = std::max(largest, std::abs(displacement->GetComponent(n, d)));
+    }
+    EXPECT_EQ(fixed->GetTuple1(n), nodes[3 * n] == 0.0 ? 1 : 0);
+  }
+  EXPECT_GT(largest, 3e-3);  // the probe went about 5 mm in
+  const auto rows = read_rows(folder_ / "out/forces.csv");
+  EXPECT_NEAR(force[2], -std::stod(rows.back().at("raw_z_N")), 1e-12);  // the organ feels what the tool does not
+
+  reader->SetFileName((folder_ / "out/shapes/tools_000006.vtu").c_str());
+  reader->Update();
+  ASSERT_EQ(reader->GetOutput()->GetNumberOfPoints(), 1);
+  EXPECT_NEAR(reader->GetOutput()->GetPoint(0)[2], 0.035, 1e-15);
+  EXPECT_EQ(reader->GetOutput()->GetPointData()->GetArray("force")->GetComponent(0, 2),
+            std::stod(rows.back().at("force_z_N")));
+}
+
+// The box's own surface as a render mesh: it goes where the nodes go.
+std::string ply_of(const tests::BundleParts& parts, const std::string& unit = "mm") {
+  const auto nodes = parts.get<double>(formats::SectionId::nodes);
+  const auto triangles = parts.get<std::int32_t>(formats::SectionId::triangles);
+  const double scale = unit == "mm" ? 1000 : 1;
+  std::ostringstream text;
+  text << "ply\nformat ascii 1.0\nelement vertex " << nodes.size() / 3
+       << "\nproperty double x\nproperty double y\nproperty double z\nelement face " << triangles.size() / 3
+       << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t i = 0; i < nodes.size(); ++i) text << scale * nodes[i] << (i % 3 == 2 ? "\n" : " ");
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    text << (i % 3 ? " " : "3 ") << triangles[i] << (i % 3 == 2 ? "\n" : "");
+  return text.str();
+}
+
+vtkNew<vtkUnstructuredGrid> read_grid(const fs::path& file) {
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName(file.c_str());
+  reader->Update();
+  vtkNew<vtkUnstructuredGrid> grid;
+  grid->ShallowCopy(reader->GetOutput());
+  return grid;
+}
+
+TEST_F(PlayedScene, MovesARenderMeshWithTheOrganInEveryUnit) {
+  write_scene(kProbe);
+  const tests::BundleParts parts = tests::tiny_bundle();
+  for (const std::string unit : {"mm", "m"}) {
+    std::ofstream(folder_ / "fine.ply") << ply_of(parts, unit);
+    ASSERT_EQ(run("scene.toml -o out --render-mesh fine.ply" + (unit == "mm" ? "" : " --render-unit " + unit)).code, 0);
+    EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("part=\"2\" file=\"shapes/skin_000006.vtu\""));
+    const auto organ = read_grid(folder_ / "out/shapes/organ_000006.vtu"),
+               skin = read_grid(folder_ / "out/shapes/skin_000006.vtu");
+    EXPECT_EQ(skin->GetNumberOfPoints() * 3,
+              static_cast<vtkIdType>(parts.get<double>(formats::SectionId::nodes).size()));
+    EXPECT_EQ(skin->GetNumberOfCells(), organ->GetNumberOfCells());
+    double largest = 0;
+    for (vtkIdType n = 0; n < organ->GetNumberOfPoints(); ++n)
+      for (int d = 0; d < 3; ++d) {
+        EXPECT_NEAR(skin->GetPoint(n)[d], organ->GetPoint(n)[d], 1e-7);  // six digits of 60 mm in the text
+        largest = std::max(largest, std::abs(skin->GetPointData()->GetArray("displacement")->GetComponent(n, d)));
+      }
+    EXPECT_GT(largest, 3e-3);
+    const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+    EXPECT_GT(summary["timing_us"]["skin"]["max"], 0);
+  }
+  EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").output,
+              HasSubstr("shape   skin: render mesh"));
+}
+
+TEST_F(PlayedScene, RefusesARenderMeshThatIsNone) {
+  write_scene(kProbe);
+  const std::string good = ply_of(tests::tiny_bundle());
+  std::ofstream(folder_ / "cut.ply") << good.substr(0, good.size() / 2);
+  std::ofstream(folder_ / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
+                                           "y\nproperty float z\nend_header\n1 2 3\n";
+  std::ofstream(folder_ / "good.ply") << good;
+  expect_refused("scene.toml -o out --render-mesh none.ply", "none.ply: expected a render mesh");
+  expect_refused("scene.toml -o out --render-mesh cut.ply", "cut.ply: 108 elements 'face' do not fit");
+  expect_refused("scene.toml -o out --render-mesh points.ply", "points.ply: expected triangles, found none");
+  expect_refused("scene.toml -o out --render-mesh good.ply --render-unit m", "give metres");
+  expect_refused("scene.toml -o out --render-mesh good.ply --render-unit mile", "mile");
+  expect_refused("scene.toml -o out --render-unit m", "--render-mesh");
+  expect_refused("scene.toml -o out --realtime --render-mesh good.ply", "--render-mesh");
+}
+
+TEST_F(PlayedScene, MovesGripsOnlyAlongTheirAxes) {
+  write_scene(
+      "[[tool]]\nname = \"plate\"\npath = [[0, 9, 9, 9], [0.1, 9, 9, 7]]\n[[tool.grip]]\n"
+      "box = { min = [50, -1, 39], max = [61, 51, 41] }\naxes = \"z\"\n",
+      "[effects]\ncollision = \"off\"\n[rate]\ntouch = 100\nshape = 10\n");
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  std::vector<Row> last;
+  for (const Row& row : read_rows(folder_ / "out/contacts.csv"))
+    if (row.at("time_s") == "0.1") last.push_back(row);
+  ASSERT_EQ(last.size(), 4u);  // the edge x = 60, z = 40 of a box of 3 x 3 x 3 cells
+  for (const Row& row : last) {
+    EXPECT_EQ(std::stod(row.at("force_x_N")), 0);
+    EXPECT_EQ(std::stod(row.at("force_y_N")), 0);
+    EXPECT_LT(std::stod(row.at("force_z_N")), 0);  // held down by 2 mm
+  }
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName((folder_ / "out/shapes/organ_000001.vtu").c_str());
+  reader->Update();
+  for (const Row& row : last)
+    EXPECT_NEAR(
+        reader->GetOutput()->GetPointData()->GetArray("displacement")->GetComponent(std::stoi(row.at("node")), 2),
+        -0.002, 2e-8);  // tensors in f32: 1e-5 of 2 mm
+}
+
+TEST_F(PlayedScene, WithoutShapeWritesNoShapes) {
+  write_scene(kProbe, "[effects]\nshape = \"off\"\n");
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out/shapes"));
+  EXPECT_EQ(read_rows(folder_ / "out/forces.csv").size(), 101u);
+}
+
+TEST_F(PlayedScene, WritesEveryNthShape) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o out --every 3").code, 0);
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["shapes"], 7);
+  EXPECT_EQ(summary["shapes_written"], 3);
+}
+
+TEST_F(PlayedScene, ReplacesAnEarlierRunsFolderAndNoOther) {
+  write_scene(kProbe);
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  ASSERT_EQ(run("scene.toml -o out/").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out.part"));
+  std::ofstream(folder_ / "out/thesis.txt") << "mine";
+  const Ended ended = run("scene.toml -o out");
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_THAT(ended.errors, HasSubstr("thesis.txt"));
+  EXPECT_EQ(read_text(folder_ / "out/thesis.txt"), "mine");
+}
+
+TEST_F(PlayedScene, TakesUpAfterAKilledRun) {
+  write_scene(kProbe);
+  fs::create_directories(folder_ / "out.part/shapes");
+  std::ofstream(folder_ / "out.part/forces.csv") << "half";
+  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out.part"));
+}
+
+TEST_F(PlayedScene, RefusesWhatItCannotPlayInOneSentence) {
+  write_scene(kProbe);
+  expect_refused("none.toml -o out", "none.toml");
+  expect_refused("scene.toml -o out --bundle none.h5", "none.h5");
+  expect_refused("scene.toml -o out --bundle scene.toml", "scene.toml");
+  expect_refused("scene.toml -o nowhere/out", "nowhere");
+  write_scene(kProbe, "[effects]\nforce = \"response\"\n");
+  expect_refused("scene.toml -o out", "box.h5");  // the bundle has no measured response
+  write_scene(
+      "[[tool]]\nname = \"t\"\npath = [[0, 0, 0, 0]]\n[[tool.grip]]\nbox = { min = [90, 0, 0], max = [91, 1, 1] }\n");
+  expect_refused("scene.toml -o out", "scene.toml:7: [[tool.grip]]");
+  write_scene(kProbe + "points = [[0, 0, 0]]\n");
+  expect_refused("scene.toml -o out", "scene.toml:8");
+}
+
+// The cells of the plan's table: pass -> predicted and measured microseconds; 0 where there is none.
+std::map<std::string, std::array<double, 2>> explained(const std::string& output) {
+  std::map<std::string, std::array<double, 2>> passes;
+  std::stringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.compare(0, 5, "touch") != 0 && line.compare(0, 5, "shape") != 0 && line.compare(0, 6, "create") != 0)
+      continue;
+    const std::string name = line.substr(8, 24);
+    std::stringstream cells(line.substr(8 + 24 + 3 * 10));
+    auto& costs = passes[name.substr(0, name.find_last_not_of(' ') + 1)];
+    std::string unit;
+    cells >> costs[0] >> unit >> costs[1];
+  }
+  return passes;
+}
+
+TEST_F(PlayedScene, ExplainsEveryPassOfItsPlanAndWritesNothing) {
+  write_scene(kProbe, "[effects]\nshape = \"volume\"\n[relaxation]\nterms = [[0.45, 0.5]]\nsource = \"1997\"\n");
+  const Ended ended = run("scene.toml -o out --explain");
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.output, HasSubstr("tensors/displacement_surface"));
+  EXPECT_THAT(ended.output, HasSubstr("with 3 contact nodes of 1 contacts"));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+  const auto passes = explained(ended.output);
+  const char* expected[] = {"rest surface in buckets", "input",         "collision: rest",   "contact: point",
+                            "solve: sticking",         "force: linear", "relaxation: prony", "output",
+                            "superposition: volume",   "positions"};
+  EXPECT_EQ(passes.size(), std::size(expected)) << ended.output;
+  for (const char* name : expected) {
+    ASSERT_TRUE(passes.count(name)) << name << "\n" << ended.output;
+    EXPECT_EQ(passes.at(name)[0] > 0, std::string(name) != "rest surface in buckets") << name << "\n" << ended.output;
+  }
+  // Whatever the machine does meanwhile: a solve of three nodes and a field of 64 are not measured as nothing.
+  EXPECT_GT(passes.at("solve: sticking")[1], 0.01) << ended.output;
+  EXPECT_GT(passes.at("superposition: volume")[1], 0.01) << ended.output;
+}
+
+TEST_F(PlayedScene, RunsBothLoopsAgainstTheClock) {
+  write_scene(kProbe);
+  const Ended ended = run("scene.toml -o out --realtime --seconds 0.3 --rate 500 --rate 2000");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.output, HasSubstr("missed deadlines"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out" / "summary.json"));
+  ASSERT_EQ(summary["realtime"].size(), 2u);
+  const double rates[2] = {500, 2000};
+  for (int r = 0; r < 2; ++r) {
+    const auto& entry = summary["realtime"][r];
+    const auto& touch = entry["touch"];
+    EXPECT_EQ(entry["touch_hz"], rates[r]);
+    // Every step was made or counted as missed, however busy the machine; a late step counts once and what it left out too.
+    const int steps = touch["steps"], missed = touch["missed_deadlines"], wanted = static_cast<int>(0.3 * rates[r]);
+    EXPECT_LE(steps, wanted);
+    EXPECT_GE(steps + missed, wanted);
+    EXPECT_GT(steps, 0);
+    for (const char* name : {"p50", "p90", "p99", "p99.9", "p99.99", "max"}) {
+      EXPECT_GT(touch["work_us"][name], 0);
+      EXPECT_GT(touch["wake_up_us"][name], 0) << "woken before it was due";
+    }
+    EXPECT_GT(entry["shape"]["steps"], 0);
+    EXPECT_GT(entry["contacts_age_us"]["max"], 0);
+  }
+  EXPECT_EQ(run("scene.toml -o out --realtime --explain").code, 2);
+  EXPECT_EQ(run("scene.toml -o out --realtime --rate 0").code, 2);
+  EXPECT_EQ(run("scene.toml -o out --seconds 3").code, 2);
+}
+
+TEST(Predicted, IsTheLongerOfReadingAndComputingAndWhatWaits) {
+  const MachineRates rates = {2e9, 3e9, 1e9};
+  EXPECT_DOUBLE_EQ(predicted_seconds({40000, 30000, 0}, rates), 20e-6);
+  EXPECT_DOUBLE_EQ(predicted_seconds({1000, 90000, 0}, rates), 30e-6);
+  EXPECT_DOUBLE_EQ(predicted_seconds({40000, 30000, 5000}, rates), 25e-6);
+}
+
+TEST(Percentile, IsTheNearestRank) {
+  std::vector<double> values;
+  for (int i = 100; i >= 1; --i) values.push_back(i);
+  EXPECT_EQ(percentile(values, .5), 50);
+  EXPECT_EQ(percentile(values, .99), 99);
+  EXPECT_EQ(percentile(values, .999), 100);
+  EXPECT_EQ(percentile(values, 1), 100);
+  EXPECT_EQ(percentile({7}, .5), 7);
+  EXPECT_EQ(percentile({}, .5), 0);
+}
+
+TEST(Flags, HaveTheNamesOfTheApi) {
+  EXPECT_THAT(flag_names(PALPATE_STEP_REGULARISED | PALPATE_STEP_NOT_TOUCHABLE),
+              testing::ElementsAre("REGULARISED", "NOT_TOUCHABLE"));
+}
+
+}  // namespace
+}  // namespace palpate

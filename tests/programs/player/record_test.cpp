@@ -1,0 +1,142 @@
+// A run in one file: what it holds comes out again to the bit, and nothing else is taken for it.
+#include "programs/player/record.h"
+
+#include <algorithm>
+#include <regex>
+
+#include "formats/bundle_reader.h"
+#include "formats/errors.h"
+#include "formats/scene_config.h"
+#include "tests/programs/player/played_scene.h"
+
+namespace palpate::tests {
+namespace {
+
+using testing::HasSubstr;
+
+// A disc that comes down, is drawn aside and slips, and a clamp that starts late; capsules and grips are evaluated once.
+const std::string kTools =
+    "[[tool]]\nname = \"probe \\\"1\\\"\"\npoints = [[0, 0, 0]]\nradius = 4\nfriction = 0.3\n"
+    "path = [[0, 41, 26, 44], [0.05, 41, 26, 36], [0.1, 44.7, 29, 36.1]]\n"
+    "[[tool]]\nname = \"rod\"\nhold = true\ncapsule = { radius = 3, length = 20, axis = [0.1, 1, 0], samples = 5 }\n"
+    "path = [[0, 20, 15, 47], [0.1, 20, 15, 41]]\n"
+    "[[tool]]\nname = \"clamp\"\npath = [[0.03, 60, 50, 40], [0.08, 61, 52, 40]]\n"
+    "[[tool.grip]]\nbox = { min = [59, 49, -1], max = [61, 51, 41] }\naxes = \"xy\"\n";
+const std::string kEffects =
+    "[effects]\ncollision = \"deformed\"\nlaw = \"coulomb\"\nshape = \"volume\"\n"
+    "[relaxation]\nterms = [[0.45, 0.5], [0.365, 50]]\nsource = \"1997\"\n[rate]\ntouch = 700\nshape = 50\n";
+
+class Recorded : public PlayedScene {
+ protected:
+  void SetUp() override {
+    PlayedScene::SetUp();
+    write_scene(kTools, kEffects);
+    ASSERT_EQ(run("scene.toml -o out --record run.record").code, 0) << read_text(folder_ / "stderr.txt");
+    std::filesystem::remove_all(folder_ / "out");
+  }
+  std::string record() const { return read_text(folder_ / "run.record"); }
+  void write_record_text(const std::string& text) const {
+    std::ofstream(folder_ / "run.record", std::ios::binary) << text;
+  }
+};
+
+TEST_F(Recorded, ReplaysToTheSameHashes) {
+  const Ended ended = run("--replay run.record");
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.output, HasSubstr("71 touches replayed"));
+  EXPECT_EQ(run("scene.toml --replay run.record").code, 0);
+  EXPECT_EQ(run("--replay run.record --bundle box.h5").code, 0);
+}
+
+TEST_F(Recorded, IsASceneThatGivesTheSameNumbersAndRecordsAsItself) {
+  const std::string before = record();
+  ASSERT_EQ(run("scene.toml -o one").code, 0);
+  ASSERT_EQ(run("run.record -o two --record again.record").code, 0) << read_text(folder_ / "stderr.txt");
+  for (const char* file : {"forces.csv", "contacts.csv"})
+    EXPECT_EQ(read_text(folder_ / "one" / file), read_text(folder_ / "two" / file)) << file;
+  // The capsule has become points and each grip a node; the numbers and the hashes are those of the first.
+  EXPECT_EQ(read_text(folder_ / "again.record"), before);
+  std::size_t nonzero = 0;
+  const std::string contacts = read_text(folder_ / "one/contacts.csv");
+  for (const char c : contacts) nonzero += c == '\n';
+  EXPECT_GT(nonzero, 100u);  // the run touches at all
+}
+
+TEST_F(Recorded, WithOtherNumbersDoesNotVerify) {
+  // A file that is whole, with another hash of the output: as if this build computed something else.
+  const Record said = read_record(folder_ / "run.record");
+  const SceneConfig scene = read_scene_config(folder_ / "run.record");
+  const Player player(scene, folder_ / "box.h5");
+  write_record(folder_ / "run.record", player, folder_ / "box.h5", {said.output.contacts ^ 1, said.output.shapes});
+  const Ended ended = run("--replay run.record");
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.errors, HasSubstr("other numbers"));
+}
+
+TEST_F(Recorded, IsRefusedWithAnotherBundleOrScene) {
+  const auto refused = [&](const std::string& arguments, const char* why) {
+    const Ended ended = run(arguments);
+    EXPECT_EQ(ended.code, 2) << arguments << ended.output;
+    EXPECT_THAT(ended.errors, HasSubstr(why));
+    EXPECT_EQ(std::count(ended.errors.begin(), ended.errors.end(), '\n'), 1) << ended.errors;
+  };
+  TinyBox stiffer;
+  stiffer.young *= 2;
+  write_bundle(folder_ / "other.h5", tiny_bundle(stiffer));
+  refused("--replay run.record --bundle other.h5", "expected the bundle that");
+  refused("--replay run.record --bundle none.h5", "none.h5");
+  const auto other_scene = [&](const char* from, const char* to, const char* key) {
+    write_scene(std::regex_replace(kTools, std::regex(from), to), std::regex_replace(kEffects, std::regex(from), to));
+    refused("scene.toml --replay run.record", key);
+  };
+  other_scene("deformed", "rest", "another \"effects\"");
+  other_scene("0.365", "0.364", "another \"relaxation\"");
+  other_scene("touch = 700", "touch = 701", "another \"rate\"");
+  other_scene("36\\.1", "36.100000000000009", "another \"tool\"");
+  write_scene(kTools, kEffects + "[limits]\nforce = 7\n");
+  refused("scene.toml --replay run.record", "another \"limits\"");
+  // A bundle whose bytes are no more those that its index names.
+  std::string bytes = read_text(folder_ / "box.h5");
+  formats::BundleIndex index;
+  ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);
+  bytes[formats::find_section(index, formats::SectionId::force)->offset + 3] ^= 1;
+  std::ofstream(folder_ / "box.h5", std::ios::binary) << bytes;
+  EXPECT_EQ(run("--replay run.record").code, 2);
+}
+
+TEST_F(Recorded, CutOrChangedAnywhereIsRefused) {
+  const std::string whole = record();
+  const auto refused = [&](const std::string& text) {
+    write_record_text(text);
+    try {
+      read_record(folder_ / "run.record");
+    } catch (const InputError& error) {
+      return std::string(error.what()).find("run.record: expected") != std::string::npos;
+    }
+    return false;
+  };
+  for (std::size_t bytes = 0; bytes < whole.size(); bytes += bytes < 140 ? 1 : 997)
+    EXPECT_TRUE(refused(whole.substr(0, bytes))) << bytes;
+  for (std::size_t at = 0; at < whole.size(); at += at < 140 ? 1 : 997)
+    for (const int flip : {1, 0x20}) {
+      std::string changed = whole;
+      changed[at] = static_cast<char>(changed[at] ^ flip);
+      EXPECT_TRUE(refused(changed)) << at;
+    }
+  EXPECT_TRUE(refused(whole + "\n"));
+  write_record_text(whole.substr(0, whole.size() / 2));
+  const Ended ended = run("--replay run.record");
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_EQ(std::count(ended.errors.begin(), ended.errors.end(), '\n'), 1) << ended.errors;
+}
+
+TEST_F(Recorded, TakesNoOptionThatItWouldIgnore) {
+  for (const char* arguments : {"--replay run.record -o out", "--replay run.record --every 2",
+                                "scene.toml --explain --record r", "scene.toml --realtime --record r", ""})
+    EXPECT_EQ(run(arguments).code, 2) << arguments;
+  EXPECT_EQ(run("scene.toml -o out --record nowhere/r").code, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));  // refused before it was played
+}
+
+}  // namespace
+}  // namespace palpate::tests

@@ -1,0 +1,141 @@
+// What the study concludes from what it measured: extrapolation, differences, the chooser.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "studies/accuracy/choose.h"
+#include "studies/accuracy/errors_of_points.h"
+
+namespace palpate::accuracy {
+namespace {
+
+// Distances to the finest of meshes with q(h) = q0 + c h^p, the finest of spacing 1 and error c.
+std::vector<DistanceToFinest> of_a_power(double p, double c, std::initializer_list<double> spacings) {
+  std::vector<DistanceToFinest> distances;
+  for (const double h : spacings) distances.push_back({h, c * (std::pow(h, p) - 1)});
+  return distances;
+}
+
+TEST(Extrapolation, FindsTheOrderAndTheErrorOfAPower) {
+  for (const double p : {0.7, 1.0, 1.8}) {
+    const Extrapolated found = extrapolate(of_a_power(p, 0.02, {1.3, 1.9, 2.8, 4.1}));
+    EXPECT_TRUE(found.order_observed);
+    EXPECT_NEAR(found.order, p, 0.011) << p;            // the order's steps are 0.01
+    EXPECT_NEAR(found.error, 1.25 * 0.02, 0.001) << p;  // a step of the order moves it by some per cent
+    EXPECT_NEAR(found.scatter, 0, 1e-3) << p;
+  }
+}
+
+TEST(Extrapolation, TakesFirstOrderAndAFactorOfThreeWhereItSeesNoOrder) {
+  const Extrapolated steep = extrapolate(of_a_power(5, 0.02, {1.3, 1.9, 2.8, 4.1}));
+  EXPECT_FALSE(steep.order_observed);
+  EXPECT_EQ(steep.order, 1);
+  EXPECT_GT(steep.error, 3 * 0.02);
+  const Extrapolated two = extrapolate(of_a_power(1, 0.02, {2}));
+  EXPECT_FALSE(two.order_observed);
+  EXPECT_NEAR(two.error, 3 * 0.02, 1e-12);
+}
+
+TEST(Extrapolation, AddsTheScatterOfMeshesThatAreNotNested) {
+  auto distances = of_a_power(1, 0.02, {1.3, 1.9, 2.8, 4.1});
+  const double smooth = extrapolate(distances).error;
+  for (std::size_t i = 0; i < distances.size(); ++i) distances[i].distance += i % 2 ? 0.01 : -0.004;
+  const Extrapolated rough = extrapolate(distances);
+  EXPECT_GT(rough.scatter, 0.004);
+  EXPECT_GT(rough.error, smooth);
+}
+
+TEST(Extrapolation, SaysNothingOfOneMesh) {
+  EXPECT_TRUE(std::isnan(extrapolate({}).error));
+}
+
+Observation one_press(double force, double moved) {
+  Observation seen;
+  seen.presses.push_back({{{force, 0, 0}}, {{moved, 0, 0}, {0, moved, 0}}});
+  return seen;
+}
+
+TEST(Difference, IsRelativeToTheTruth) {
+  const Difference d = difference(one_press(1.1, 2.1e-3), one_press(1, 2e-3));
+  EXPECT_NEAR(d.force, 0.1, 1e-12);
+  EXPECT_NEAR(d.force_newtons, 0.1, 1e-12);
+  EXPECT_NEAR(d.field, 0.05, 1e-12);
+  EXPECT_NEAR(d.field_mm, 0.1, 1e-12);
+}
+
+nlohmann::ordered_json setting(const char* name, double error, double touch, double megabytes, double seconds,
+                               double field_error = 0.1) {
+  return {{"name", name},
+          {"own_material", true},
+          {"solver", "auto"},
+          {"columns_everywhere", true},
+          {"exercise", "press"},
+          {"law", "sticking"},
+          {"contacts", 1},
+          {"is_reference", false},
+          {"storage", "f32"},
+          {"force_error", error},
+          {"touch_us", touch},
+          {"bundle_MB", megabytes},
+          {"precompute_s", seconds},
+          {"field_error", field_error}};
+}
+
+class Chooser : public testing::Test {
+ protected:
+  std::vector<nlohmann::ordered_json> points_ = {setting("coarse", 0.1, 1, 1, 1), setting("middle", 0.03, 5, 20, 10),
+                                                 setting("fine", 0.01, 30, 400, 60)};
+};
+
+TEST_F(Chooser, TakesTheCheapestWithinAllLimits) {
+  const auto* found = cheapest(points_, {{"force_error", "--force-error 5%", 0.05}}, "precompute_s");
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(found->at("name"), "middle");
+}
+
+TEST_F(Chooser, LeavesOutWhatNobodyCanHave) {
+  points_[0]["force_error"] = 0.02, points_[0]["storage"] = "f64";
+  points_[1]["columns_everywhere"] = false;
+  EXPECT_EQ(cheapest(points_, {{"force_error", "--force-error 5%", 0.05}}, "precompute_s")->at("name"), "fine");
+  points_[2]["is_reference"] = true;
+  EXPECT_EQ(cheapest(points_, {{"force_error", "--force-error 5%", 0.05}}, "precompute_s"), nullptr);
+}
+
+TEST_F(Chooser, SaysWhatStandsInTheWay) {
+  const std::vector<Limit> limits = {{"force_error", "--force-error 2%", 0.02}, {"bundle_MB", "--bundle-mb 50", 50}};
+  EXPECT_EQ(cheapest(points_, limits, "precompute_s"), nullptr);
+  const std::string text = what_stands_in_the_way(points_, limits);
+  EXPECT_THAT(
+      text, testing::HasSubstr("--force-error 2% stands in the way: with the other limits the least is 3 % (middle)"));
+  EXPECT_THAT(text,
+              testing::HasSubstr("--bundle-mb 50 stands in the way: with the other limits the least is 400 (fine)"));
+}
+
+TEST_F(Chooser, PicksTheSmallestErrorThatEachBudgetAffords) {
+  const auto picked = picks(points_, {});
+  ASSERT_EQ(picked.size(), 3u);
+  EXPECT_EQ(picked[0].at("pick"), "coarse");
+  EXPECT_EQ(picked[1].at("pick"), "middle");
+  EXPECT_EQ(picked[2].at("pick"), "fine");
+}
+
+TEST_F(Chooser, PicksTheShorterPrecomputeOfTwoThatAreAsGood) {
+  points_.push_back(setting("as fine", 0.0105, 30, 400, 50));
+  points_.push_back(setting("coarser", 0.012, 30, 400, 1));
+  EXPECT_EQ(picks(points_, {})[2].at("pick"), "as fine");
+}
+
+TEST_F(Chooser, PicksTheShorterPrecomputeOfTwoThatMeshesDoNotTellApart) {
+  EXPECT_EQ(picks(points_, {0.019, 0})[2].at("pick"), "fine");
+  EXPECT_EQ(picks(points_, {0.021, 0})[2].at("pick"), "middle");
+}
+
+TEST_F(Chooser, PicksTheSmallerFieldErrorOfTwoForcesThatAreAsGood) {
+  points_.push_back(setting("smooth", 0.0105, 30, 400, 600, 0.05));
+  EXPECT_EQ(picks(points_, {})[2].at("pick"), "smooth");
+  EXPECT_EQ(picks(points_, {0, 0.049})[2].at("pick"), "smooth");
+  EXPECT_EQ(picks(points_, {0, 0.051})[2].at("pick"), "fine");
+}
+
+}  // namespace
+}  // namespace palpate::accuracy
