@@ -91,7 +91,12 @@ class ProgramFixture : public ::testing::Test {
     }
     const auto has_slot = [&] {
       const std::string journal = file_bytes(folder_ / (bundle + ".journal"));
-      return journal.find_first_not_of('\0', 4096) != std::string::npos;  // the first page is the header's
+      std::uint64_t fingerprint_bytes = 0;    // after 8 bytes that name the format
+      if (journal.size() < 24) return false;  // the header
+      std::memcpy(&fingerprint_bytes, &journal[8], 8);
+      const std::uint64_t records =
+          (24 + fingerprint_bytes + 4095) / 4096 * 4096;  // from the page after the fingerprint on
+      return fingerprint_bytes > 0 && journal.find_first_not_of('\0', records) != std::string::npos;
     };
     for (int wait = 0; wait < 10000 && !has_slot(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     return child;
