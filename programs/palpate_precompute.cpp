@@ -49,7 +49,9 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
           {"f32", formats::ElementType::f32}, {"f64", formats::ElementType::f64}}))
       ->option_text("TYPE");
   app.add_option("--locking-probes", options.locking_probes,
-                 "places where the element is compared with p2-p0; default 3 where that is cheap; 0: none")
+                 "measure how much too stiff the element is: compares it with p2-p0 on the same mesh, on N patches of "
+                 "the surface "
+                 "(3 tell a few per cent from a factor); default 0: not measured")
       ->check(CLI::Range(0, 1000))
       ->option_text("N");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");

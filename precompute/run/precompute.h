@@ -1,14 +1,10 @@
 // Tetrahedra -> tensors -> bundle: the whole of palpate-precompute after its command line.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <optional>
-#include <span>
-#include <vector>
+#include <string>
 
 #include "formats/bundle_layout.h"
-#include "precompute/elements/elastic_body.h"
 #include "precompute/ranks/ranks.h"
 #include "precompute/run/stop_signals.h"
 
@@ -22,9 +18,9 @@ struct PrecomputeOptions {
   int ranks_per_operator = 0;   // 0: the fewest whose memory holds the operator
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
-  std::optional<int> locking_probes;  // of the locking estimate, whatever it takes; empty: where it is cheap
-  bool plan_only = false;             // tell what the run would take, and write nothing; bundle may be empty
-  std::string json;                   // where the report goes as JSON; "-": standard output; empty: nowhere
+  int locking_probes = 0;  // patches of the surface where the element is compared with p2-p0; 0: none
+  bool plan_only = false;  // tell what the run would take, and write nothing; bundle may be empty
+  std::string json;        // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
 // Collective. A PetscSession must be alive. Resumes where a part of the same run lies beside the bundle. Errors: InputError,

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <nlohmann/json.hpp>
+
 #include "formats/program.h"
 #include "precompute/run/stopwatch.h"
 
@@ -17,11 +19,11 @@ double peak_memory_bytes() {
 
 }  // namespace
 
-void RunReport::stage(const std::string& name, const std::function<void()>& work) {
+void RunReport::time(const std::string& name, const std::function<void()>& work) {
   double seconds = 0;
   {
     const Stopwatch watch(&seconds);
-    work();
+    ranks_.together(work);
   }
   peak_bytes_ = ranks_.sum(peak_memory_bytes());
   stages_.push_back({name, seconds, peak_bytes_});

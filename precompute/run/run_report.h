@@ -2,8 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "precompute/ranks/ranks.h"
@@ -14,8 +17,14 @@ class RunReport {
  public:
   explicit RunReport(Ranks& ranks) : ranks_(ranks) {}
 
-  // Collective: work, then its line: how long it took and how much memory all ranks have had at most so far.
-  void stage(const std::string& name, const std::function<void()>& work);
+  // Collective. Runs step on every rank by Ranks::together(), so that the error of one rank is thrown on all, and returns
+  // what step returns. Then says how long the stage took, and how much memory all ranks together have held at most so far.
+  template <class Step>
+  std::invoke_result_t<Step> stage(const std::string& name, const Step& step) {
+    std::optional<std::invoke_result_t<Step>> result;
+    time(name, [&] { result.emplace(step()); });
+    return std::move(*result);
+  }
 
   double seconds() const;                            // of all stages
   double seconds_of(const std::string& name) const;  // of one
@@ -29,6 +38,8 @@ class RunReport {
     std::string name;
     double seconds, peak_bytes;
   };
+  void time(const std::string& name, const std::function<void()>& work);
+
   Ranks& ranks_;
   std::vector<Stage> stages_;
   double peak_bytes_ = 0;

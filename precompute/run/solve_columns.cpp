@@ -28,7 +28,7 @@ void refuse_unused_options() {
 // Of all ranks' columns; those that were safe before count as done.
 class SharedProgress {
  public:
-  SharedProgress(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks) : ranks_(ranks) {
+  SharedProgress(const ColumnJob& job, const SafeBlocks& safe, Ranks& ranks) : ranks_(ranks) {
     std::uint64_t all = 0, before = 0;
     for (std::size_t b = 0; b < job.blocks.size(); ++b) {
       all += 3 * job.blocks[b].nodes.size();
@@ -64,26 +64,30 @@ class SharedProgress {
 
 }  // namespace
 
-std::vector<char> find_safe_blocks(const ColumnJob& job, const Ranks& ranks) {
+SafeBlocks find_safe_blocks(const ColumnJob& job, const Ranks& ranks) {
   const ColumnJournal journal(job.journal, job.blocks, job.sample);
   const PlainFile part(job.part, O_RDONLY);
-  std::vector<char> safe(job.blocks.size(), 0);
+  SafeBlocks safe(job.blocks.size(), 0);
   for (auto b = static_cast<std::size_t>(ranks.rank()); b < safe.size(); b += static_cast<std::size_t>(ranks.count()))
     if (const auto record = journal.read(b)) safe[b] = rows_hold(job.sections, job.blocks[b], *record, part);
   return safe;
 }
 
-void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, const RankGroup& group,
-                   BlockSolver& solver, SolveSeconds* seconds) {
-  std::vector<std::size_t> left;
-  for (std::size_t b = 0; b < safe.size(); ++b)
-    if (!safe[b]) left.push_back(b);
-  SharedProgress progress(job, safe, ranks);
+SafeBlocks agree_on_safe_blocks(SafeBlocks found, const Ranks& ranks) {
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_UINT8_T, MPI_MAX, ranks.communicator());
+  return found;
+}
+
+namespace {
+
+// Solves and hands to the writer every step-th of the blocks left. Returns false where another rank has failed.
+bool solve_share(const ColumnJob& job, const std::vector<std::size_t>& left, const RankGroup& group,
+                 BlockSolver& solver, std::optional<BlockWriter>& writer, SharedProgress& progress,
+                 SolveSeconds& seconds) {
   TensorBlock solved(solver, job.discretisation, job.held);
   SolvedBlock block;
-  std::optional<BlockWriter> writer;  // the root's
   const auto solve = [&](bool first) {
-    const Stopwatch watch(&seconds->solve);
+    const Stopwatch watch(&seconds.solve);
     const ColumnBlock& columns = job.blocks[block.index];
     solved.solve(columns.nodes);
     if (first) refuse_unused_options();
@@ -92,28 +96,43 @@ void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& r
     take_rows(job.sections, solved, block.rows, block.record);
   };
   const auto write = [&] {
-    const Stopwatch watch(&seconds->wait);
+    const Stopwatch watch(&seconds.wait);
     writer->put(block);
     progress.update(writer->safe_columns());
   };
-  bool going = group.together([&] {
-    if (group.is_root()) writer.emplace(job.part, job.journal, job.sections, job.blocks, job.sample);
-  });
   const auto first = static_cast<std::size_t>(group.index()), step = static_cast<std::size_t>(group.count());
-  for (std::size_t i = first; going && i < left.size(); i += step) {
+  for (std::size_t i = first; i < left.size(); i += step) {
     block.index = left[i];
-    going = group.together([&] {
+    const bool going = group.together([&] {
       solve(i == first);
       if (writer) write();
     });
+    if (!going) return false;
   }
-  if (!going || !writer) return;
+  return true;
+}
+
+}  // namespace
+
+SolveSeconds solve_columns(const ColumnJob& job, const SafeBlocks& safe, Ranks& ranks, const RankGroup& group,
+                           BlockSolver& solver) {
+  std::vector<std::size_t> left;
+  for (std::size_t b = 0; b < safe.size(); ++b)
+    if (!safe[b]) left.push_back(b);
+  SolveSeconds seconds;
+  SharedProgress progress(job, safe, ranks);
+  std::optional<BlockWriter> writer;  // on the root of each group, which has the results
+  const bool going = group.together([&] {
+    if (group.is_root()) writer.emplace(job.part, job.journal, job.sections, job.blocks, job.sample);
+  });
+  if (!going || !solve_share(job, left, group, solver, writer, progress, seconds) || !writer) return seconds;
   {
-    const Stopwatch watch(&seconds->wait);
+    const Stopwatch watch(&seconds.wait);
     writer->finish();
   }
   progress.update(writer->safe_columns());
   progress.follow_others();
+  return seconds;
 }
 
 }  // namespace palpate

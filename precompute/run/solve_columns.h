@@ -13,13 +13,19 @@ struct ColumnJob {
   const Discretisation& discretisation;
   const HeldStiffness& held;
   const std::vector<ColumnBlock>& blocks;
-  const ReciprocitySample& sample;
+  ReciprocitySample& sample;  // filled by the certificate, in the end
   const std::vector<DisplacementSection>& sections;
   std::filesystem::path part, journal;  // begun or resumed
 };
 
-// Collective: of every block whether its slot and its rows hold. Each rank reads its share.
-std::vector<char> find_safe_blocks(const ColumnJob& job, const Ranks& ranks);
+// For every block: 1 where an earlier run solved it, and its record and rows on the disk are whole.
+using SafeBlocks = std::vector<std::uint8_t>;
+
+// Of the blocks that this rank checks: each rank reads its share of the files.
+SafeBlocks find_safe_blocks(const ColumnJob& job, const Ranks& ranks);
+
+// Collective: what any rank has found.
+SafeBlocks agree_on_safe_blocks(SafeBlocks found, const Ranks& ranks);
 
 struct SolveSeconds {
   double solve = 0;
@@ -28,7 +34,7 @@ struct SolveSeconds {
 
 // The blocks that are not safe are divided among the groups in turn; stops early when another rank has failed. Errors:
 // OperationError; InputError when PETSc did not use some of its options.
-void solve_columns(const ColumnJob& job, const std::vector<char>& safe, Ranks& ranks, const RankGroup& group,
-                   BlockSolver& solver, SolveSeconds* seconds);
+SolveSeconds solve_columns(const ColumnJob& job, const SafeBlocks& safe, Ranks& ranks, const RankGroup& group,
+                           BlockSolver& solver);
 
 }  // namespace palpate

@@ -16,14 +16,12 @@ namespace {
 
 constexpr int kWidth = 8;              // columns of a solve; x, y, z are used
 constexpr double kBytesPerBlock = 76;  // of K
-constexpr double kReferenceBlocksPerCell =
-    33;  // of K under p2-p0, about; there are two while its rows are put in order
+// Blocks of K under p2-p0 over tetrahedra, about. K exists twice while its rows are put in order.
+constexpr double kReferenceBlocksPerCell = 33;
 
-// Operations of p2-p0's factor over those of the element's own, rather less than on any mesh tried (livers of 200 to 5,000
-// vertices, plate, cylinder: p1 44 to 77, p1-anp 8.7 to 11.4), so that a mesh far too large is not assembled to learn it.
-double least_factor_ratio(Element element) {
-  return element == Element::p1 ? 35 : 7;
-}
+struct TooLarge : OperationError {
+  using OperationError::OperationError;
+};
 
 using Patch = std::vector<std::int32_t>;
 
@@ -110,30 +108,29 @@ std::vector<double> compliances(const ElasticBody& body, Assembled& assembled, c
   return result;
 }
 
-struct TooMuch {
-  double bytes = 0, operations = 0;
-};
-
-// Sets the bytes of estimate.
-std::vector<double> reference_compliances(const ElasticBody& body, Element element, const LockingRequest& request,
-                                          const std::vector<Patch>& patches, LockingEstimate& estimate) {
-  const double least_bytes = 2 * kBytesPerBlock * kReferenceBlocksPerCell * static_cast<double>(body.tetrahedra.size());
-  if (least_bytes > request.most_bytes) throw TooMuch{least_bytes, 0};
-  const double least_operations = least_factor_ratio(element) * request.own_factor_operations;
-  if (!request.at_any_cost && least_operations > request.most_operations) throw TooMuch{0, least_operations};
+// Sets estimate.bytes. Errors: OperationError where the factor would take more than most_bytes.
+std::vector<double> reference_compliances(const ElasticBody& body, const std::vector<Patch>& patches, double most_bytes,
+                                          LockingEstimate& estimate) {
+  const auto check = [&](double bytes) {
+    if (bytes > most_bytes)
+      throw TooLarge(
+          fmt::format("--locking-probes: the reference p2-p0 takes {:.2g} GB or more, {:.2g} GB are free; "
+                      "leave the option out, or use a machine with more memory",
+                      1e-9 * bytes, 1e-9 * most_bytes));
+  };
+  // First a lower bound from the number of tetrahedra, so that a mesh that is far too large is not assembled to learn it.
+  check(2 * kBytesPerBlock * kReferenceBlocksPerCell * static_cast<double>(body.tetrahedra.size()));
   Assembled assembled = assemble(body, Element::p2_p0);
   const SolverPlan plan = plan_of(assembled);
   estimate.bytes = plan.factor.bytes + kBytesPerBlock * static_cast<double>(plan.blocks);
-  const double operations = plan.elimination->factor_flops();
-  if (estimate.bytes > request.most_bytes || (!request.at_any_cost && operations > request.most_operations))
-    throw TooMuch{estimate.bytes, operations};
+  check(estimate.bytes);
   return compliances(body, assembled, *plan.elimination, patches);
 }
 
-LockingEstimate measure(const ElasticBody& body, Element element, const LockingRequest& request) {
-  const auto patches = probe_patches(body, request.probes);
+LockingEstimate measure(const ElasticBody& body, Element element, int probes, double most_bytes) {
+  const auto patches = probe_patches(body, probes);
   LockingEstimate estimate;
-  const auto reference = reference_compliances(body, element, request, patches, estimate);
+  const auto reference = reference_compliances(body, patches, most_bytes, estimate);
   Assembled assembled = assemble(body, element);
   const auto own = compliances(body, assembled, *plan_of(assembled).elimination, patches);
   for (std::size_t i = 0; i < patches.size(); ++i)
@@ -148,39 +145,22 @@ LockingEstimate not_measured(std::string why) {
   return estimate;
 }
 
-std::string why_not(const TooMuch& needed, const LockingRequest& request) {
-  if (needed.bytes > request.most_bytes)
-    return fmt::format("the reference p2-p0 takes {:.2g} GB or more, {:.2g} GB are allowed it", 1e-9 * needed.bytes,
-                       1e-9 * request.most_bytes);
-  return fmt::format("the reference p2-p0 takes {:.2g} Gflop or more, {:.2g} are allowed it", 1e-9 * needed.operations,
-                     1e-9 * request.most_operations);
-}
-
 }  // namespace
 
-LockingEstimate estimate_locking(const ElasticBody& body, Element element, const LockingRequest& request) {
-  if (request.probes <= 0) return not_measured("switched off by --locking-probes 0");
+LockingEstimate estimate_locking(const ElasticBody& body, Element element, int probes, double most_bytes) {
   if (element == Element::p2_p0) return not_measured("p2-p0 is the reference itself");
   try {
-    return measure(body, element, request);
-  } catch (const TooMuch& needed) {
-    const std::string why = why_not(needed, request);
-    if (request.at_any_cost)
-      throw OperationError(
-          fmt::format("--locking-probes {}: {}; leave the option out, or set --locking-probes 0", request.probes, why));
-    return not_measured(fmt::format("{}; --locking-probes {} measures it all the same", why, request.probes));
+    return measure(body, element, probes, most_bytes);
+  } catch (const TooLarge&) {
+    throw;
   } catch (const OperationError& error) {
-    // A mesh that the run's own element can do may be none for p2-p0 (ELEMENTS.md).
+    // There are meshes that the run's own element can solve and p2-p0 cannot (ELEMENTS.md, limits).
     return not_measured(fmt::format("the reference p2-p0 cannot be solved: {}", error.what()));
   }
 }
 
-double locking_bytes(double memory_gigabytes) {
-  return memory_gigabytes > 0 ? 0.25e9 * memory_gigabytes : 2e9;
-}
-
-double locking_operations(double run_operations) {
-  return std::max(5e10, 0.5 * run_operations);
+LockingEstimate locking_not_asked_for() {
+  return not_measured("not asked for; --locking-probes 3 measures it");
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// How much too stiff an element is on this very mesh, measured against p2-p0 where that is cheap.
+// How much too stiff an element is on this very mesh, measured against p2-p0 on the same mesh.
 #pragma once
 
 #include <string>
@@ -8,33 +8,22 @@
 
 namespace palpate {
 
-struct LockingRequest {
-  int probes = 3;            // 0: none
-  bool at_any_cost = false;  // else the reference must take at most most_operations
-  double most_bytes = 0;     // that the reference may take
-  double most_operations = 0;
-  double own_factor_operations = 0;  // of the element's factor on this mesh; 0: not known
-};
-
 struct LockingEstimate {
   int probes = 0;  // 0: not measured, note says why
   double ratio =
-      0;  // mean over the probes of force(element) / force(p2-p0) for the same displacement; above 1: too stiff
-  double bytes = 0;  // predicted, beyond what the process held
-  std::string note;  // empty where measured
+      0;  // force(element) / force(p2-p0) for the same displacement, mean over the probes; above 1: too stiff
+  double bytes = 0;  // predicted memory of the reference's factor, beyond what the process held
+  std::string note;  // empty where it is measured
 };
 
-// Each probe is a patch, a touchable node and its touchable neighbours, pushed by a uniform load: the trace of its
-// compliance (mean displacement per force, over the free dofs), p2-p0's over the element's. The probes are spread along
-// the body's longest side. What is measured is the error of the mesh and of locking together. Same input, same bits;
-// whether it is measured hangs on the request and on counts, never on clocks or free memory. p2-p0 has about eight times
-// the unknowns: two factors, and three columns a probe. Errors: OperationError where at_any_cost needs more than
-// most_bytes.
-LockingEstimate estimate_locking(const ElasticBody& body, Element element, const LockingRequest& request);
+// A probe is a patch: a touchable node and its touchable neighbours, under a uniform load. What is compared is the trace of
+// the patch's compliance (its mean displacement per force, over the free dofs) with p2-p0 and with the element. The patches
+// are spread along the longest side of the body. The ratio is above 1 where the element locks, and where the mesh is coarse.
+// The same input gives the same bits. Cost: p2-p0 has about eight times the unknowns; two factors, three columns a probe.
+// most_bytes: what the factor of p2-p0 may take. Errors: OperationError where it would take more.
+LockingEstimate estimate_locking(const ElasticBody& body, Element element, int probes, double most_bytes);
 
-// What is not asked for stays within: bytes where no limit is given, a quarter of it where one is; operations of some
-// seconds, or half of run_operations.
-double locking_bytes(double memory_gigabytes);
-double locking_operations(double run_operations);
+// What the bundle says where nobody asked.
+LockingEstimate locking_not_asked_for();
 
 }  // namespace palpate

@@ -234,10 +234,8 @@ ElasticBody held_box(double poisson) {
 }
 
 TEST(LockingEstimate, IsFarAboveOneWhereTheElementLocks) {
-  LockingRequest request;
-  request.most_bytes = locking_bytes(0), request.most_operations = locking_operations(0);
   const auto ratio = [&](double poisson, Element element) {
-    const LockingEstimate estimate = estimate_locking(held_box(poisson), element, request);
+    const LockingEstimate estimate = estimate_locking(held_box(poisson), element, 3, 1e9);
     EXPECT_EQ(estimate.probes, 3) << estimate.note;
     return estimate.ratio;
   };
@@ -254,34 +252,21 @@ TEST(LockingEstimate, MatchesTheTensorsOfTheSameNodes) {
   // One touchable node, so that the patch is that node alone and its compliance the inverse of T^f.
   ElasticBody body = held_box(0.45);
   body.touchable = {body.touchable[body.touchable.size() / 2]};
-  LockingRequest request;
-  request.most_bytes = locking_bytes(0), request.most_operations = locking_operations(0);
   const auto trace = [&](Element element) {
     const auto force = solve_node_tensors(body, element, body.touchable, 1e-11)[0].force;
     return Eigen::Map<const Eigen::Matrix3d>(force.data()).inverse().trace();
   };
-  const LockingEstimate estimate = estimate_locking(body, Element::p1, request);
+  const LockingEstimate estimate = estimate_locking(body, Element::p1, 3, 1e9);
   EXPECT_EQ(estimate.probes, 1);
   EXPECT_NEAR(estimate.ratio, trace(Element::p2_p0) / trace(Element::p1), 1e-9);  // the solves hold 1e-11
 }
 
 TEST(LockingEstimate, SaysWhyItIsNotMeasured) {
   const ElasticBody body = held_box(0.49);
-  LockingRequest request;
-  request.most_bytes = 1e9, request.most_operations = 1e6;
-  LockingEstimate estimate = estimate_locking(body, Element::p1_anp, request);
-  EXPECT_EQ(estimate.probes, 0);
-  EXPECT_THAT(estimate.note,
-              ::testing::HasSubstr("Gflop or more, 0.001 are allowed it; --locking-probes 3 measures it"));
-  request.own_factor_operations = 1e9;  // so many that p2-p0 is not even assembled: the figure is a bound from them
-  EXPECT_THAT(estimate_locking(body, Element::p1_anp, request).note, ::testing::HasSubstr("takes 7 Gflop or more"));
-  request.at_any_cost = true;
-  EXPECT_EQ(estimate_locking(body, Element::p1_anp, request).probes, 3);
-  EXPECT_EQ(estimate_locking(body, Element::p2_p0, request).note, "p2-p0 is the reference itself");
-  request.most_bytes = 1e6;
-  EXPECT_THROW(estimate_locking(body, Element::p1_anp, request), OperationError);
-  request.probes = 0;
-  EXPECT_EQ(estimate_locking(body, Element::p1_anp, request).note, "switched off by --locking-probes 0");
+  EXPECT_EQ(estimate_locking(body, Element::p2_p0, 3, 1e9).note, "p2-p0 is the reference itself");
+  EXPECT_THROW(estimate_locking(body, Element::p1_anp, 3, 1e6), OperationError);
+  EXPECT_EQ(locking_not_asked_for().probes, 0);
+  EXPECT_EQ(locking_not_asked_for().note, "not asked for; --locking-probes 3 measures it");
 }
 
 }  // namespace

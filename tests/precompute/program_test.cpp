@@ -31,8 +31,8 @@ TEST_F(Program, WritesABundleThatTheReaderAccepts) {
   for (const double r : section<double>(bytes, SectionId::residual)) EXPECT_LE(r, 1e-9);
   const auto provenance = section<char>(bytes, SectionId::provenance);
   const std::string text(provenance.begin(), provenance.end());
-  for (const char* key : {"\"solver\":\"PETSc", "\"reciprocity_error\":", "\"cast_error\":", "\"locking_probes\":3",
-                          "\"image_sha256\":\"", "\"young_source box\":\"test\""})
+  for (const char* key : {"\"solver\":\"PETSc", "\"reciprocity_error\":", "\"cast_error\":",
+                          "\"locking_note\":\"not asked for", "\"image_sha256\":\"", "\"young_source box\":\"test\""})
     EXPECT_THAT(text, HasSubstr(key));
   // T^u of a node on itself is the identity on its free dofs.
   const auto touchable = section<std::int32_t>(bytes, SectionId::touchable);
@@ -147,7 +147,7 @@ TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
   EXPECT_THAT(said_, HasSubstr("x.h5: 360 columns, "));
 }
 
-TEST_F(Program, MeasuresLockingUnlessToldNot) {
+TEST_F(Program, MeasuresLockingWhenAsked) {
   const auto provenance = [&] {
     const auto text = section<char>(file_bytes(folder_ / "x.h5"), SectionId::provenance);
     return nlohmann::json::parse(text.begin(), text.end());
@@ -156,9 +156,12 @@ TEST_F(Program, MeasuresLockingUnlessToldNot) {
   EXPECT_EQ(provenance()["locking_probes"], 2);
   EXPECT_GT(provenance()["locking_estimate"], 1);  // p1 at 0.45
   EXPECT_FALSE(provenance().contains("locking_note"));
-  ASSERT_EQ(run("x.h5", "--locking-probes 0"), 0) << said_;
-  EXPECT_EQ(provenance()["locking_note"], "switched off by --locking-probes 0");
-  EXPECT_FALSE(provenance().contains("locking_estimate"));
+  EXPECT_THAT(said_, ::testing::ContainsRegex("locking: [0-9.]+ s, "));
+  ASSERT_EQ(run("x.h5"), 0) << said_;
+  EXPECT_EQ(provenance()["locking_note"], "not asked for; --locking-probes 3 measures it");
+  EXPECT_FALSE(provenance().contains("locking_estimate") || provenance().contains("locking_probes"));
+  EXPECT_THAT(said_, ::testing::Not(HasSubstr("locking: ")));
+  EXPECT_THAT(said_, HasSubstr("locking is not measured: not asked for; --locking-probes 3 measures it"));
 }
 
 TEST_F(Program, StoresTheSagUnderGravity) {
