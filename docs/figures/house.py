@@ -16,7 +16,10 @@ from matplotlib.patches import FancyBboxPatch  # noqa: E402
 INK, FACE = "#1c2530", {"meshing": "#f4e6d4", "precompute": "#e6eef5", "runtime": "#e2f0e6", "programs": "#efe6f4"}
 HOUSES = ("meshing", "precompute", "runtime", "programs")
 LIBRARIES = {"meshing": "CGAL, gmsh, ITK, VTK", "precompute": "PETSc, SuiteSparse, MPI, Eigen", "runtime": "Eigen's headers, nothing else",
-             "programs": "the libraries' public headers"}
+             "programs": "public headers of all houses"}
+# Where a room stands between the left and the right of its house, so that no arrow runs through another room; others are spread evenly.
+ACROSS = {"precompute": {"elements": 0.5, "solver": 0.5, "ranks": 0.2, "tensors": 0.62, "bundle_tool": 0.8, "journal": 0.48, "run": 0.35},
+          "runtime": {"base": 0.5, "dense": 0.28, "tissue": 0.8, "bundle": 0.28, "surface": 0.28, "contact": 0.28, "shape": 0.72, "scene": 0.5}}
 
 
 def rooms_of(root, house):
@@ -75,22 +78,23 @@ def draw_house(axes, root, house, left, width, top):
     place, step = {}, (top - 1.5) / max(1, len(rows) - 1) if len(rows) > 1 else 0
     for k, row in enumerate(rows):
         for i, room in enumerate(row):
-            # Rows are shifted against one another, so that an arrow over two rows does not run through a room.
-            shift = 0 if len(row) > 1 else (-1) ** k * 0.12 * width
-            place[room] = (left + width * (i + 1) / (len(row) + 1) + shift, top - 1.1 - k * min(step, 0.95))
+            across = ACROSS.get(house, {}).get(room, (i + 1) / (len(row) + 1))
+            place[room] = (left + width * across, top - 1.15 - k * min(step, 0.98))
     for room in graph:
         for other in direct(graph, room):
             mutual = room in reachable(graph, other)
             (x0, y0), (x1, y1) = place[other], place[room]
-            aside = abs(level[room] - level[other]) > 1 or y0 == y1
             axes.annotate("", xy=(x1, y1 + 0.19), xytext=(x0, y0 - 0.19), arrowprops=dict(
                 arrowstyle="-|>", color="#b03030" if mutual else INK, linewidth=1, linestyle="--" if mutual else "-",
-                connectionstyle=f"arc3,rad={0.25 if aside else 0}"))
+                connectionstyle=f"arc3,rad={0.25 if y0 == y1 else 0}"))
     for room, (x, y) in place.items():
         half = 0.055 * max(len(room), 6) + 0.08
         axes.add_patch(FancyBboxPatch((x - half, y - 0.19), 2 * half, 0.38, boxstyle="round,pad=0,rounding_size=0.06", facecolor="white", edgecolor=INK,
                                       linewidth=0.8))
         axes.text(x, y, room, ha="center", va="center", fontsize=8.8, color=INK)
+    mains = sorted(p.stem.replace("_", "-") for p in (root / house).glob("palpate_*.cpp"))
+    if mains:
+        axes.text(left + width / 2, 0.2, "mains:\n" + "\n".join(mains), ha="center", va="bottom", fontsize=7.6, color=INK, linespacing=1.3)
 
 
 def main():
@@ -105,7 +109,7 @@ def main():
     for house in HOUSES:
         draw_house(axes, arguments.repository, house, left, widths[house], top)
         edges[house] = (left, left + widths[house])
-        left += widths[house] + 0.8
+        left += widths[house] + 1.0
     for start, end, file in (("meshing", "precompute", "mesh.msh"), ("precompute", "runtime", "bundle.h5"), ("runtime", "programs", "palpate.h")):
         x0, x1 = edges[start][1], edges[end][0]
         axes.annotate("", xy=(x1, top / 2), xytext=(x0, top / 2), arrowprops=dict(arrowstyle="-|>", color=INK, linewidth=2, shrinkA=0, shrinkB=0))

@@ -7,7 +7,7 @@ int main(int argc, char** argv) try {
   palpate::Scene scene(bundle);
   palpate::Contacts contacts = scene.make_contacts();
 
-  // A needle meets the middle of a triangle, along its normal: 10 mm/s, from 5 mm above the surface to 5 mm below.
+  // A disc of 2 mm radius meets the middle of a triangle, along its normal: 10 mm/s, from 5 mm above the surface to 5 mm below.
   const std::int32_t *t = bundle.triangles(), k = bundle.touchable()[0];
   while (t[0] != k && t[1] != k && t[2] != k) t += 3;
   const double *a = bundle.nodes() + 3 * t[0], *b = bundle.nodes() + 3 * t[1], *c = bundle.nodes() + 3 * t[2];
@@ -17,8 +17,8 @@ int main(int argc, char** argv) try {
   for (int ms = 0; ms <= 1000; ++ms) {
     double point[3], force = 0;
     for (int d = 0; d < 3; ++d) point[d] = (a[d] + b[d] + c[d]) / 3 + n[d] / std::sqrt(length) * (0.005 - 1e-5 * ms);
-    const palpate_tool needle = {point, 1, nullptr, 0, 0, 0, 0};
-    scene.touch(&needle, 1, 0.001, contacts);
+    const palpate_tool probe = {point, 1, nullptr, 0, 0, 0.002, 0};
+    scene.touch(&probe, 1, 0.001, contacts);
     for (int d = 0; d < 3; ++d) force += contacts->tools[0].force[d] * n[d] / std::sqrt(length);
     if (ms % 100 == 0) std::printf("%4d ms  %7.4f N\n", ms, force);
   }
