@@ -112,7 +112,7 @@ BundleStatus check_header(const unsigned char* head, std::uint64_t file_bytes, B
                   "expected at most %" PRIu32 " sections, found %" PRIu32 "; copy the bundle again or rebuild it",
                   kMaxSections, header->section_count);
 
-  // The checksum comes before anything else of the index is believed.
+  // The checksum is compared first: no other number of the index is used before.
   Xxh64 checksum;
   BundleHeader blank = *header;
   blank.index_checksum = 0;
@@ -145,7 +145,7 @@ BundleStatus check_header(const unsigned char* head, std::uint64_t file_bytes, B
 
 // ---- one entry ------------------------------------------------------------------------------------------------------
 
-// Where the section's bytes lie; holds for kinds this reader does not know as well.
+// Checks the range of the section's bytes, also for sections that this reader does not know.
 BundleStatus check_range(const SectionEntry& entry, std::uint64_t at, std::uint64_t file_bytes, BundleError* error) {
   if (entry.bytes == 0)
     return refuse(error, BundleStatus::section, at + offsetof(SectionEntry, bytes),
@@ -163,7 +163,7 @@ BundleStatus check_range(const SectionEntry& entry, std::uint64_t at, std::uint6
   return BundleStatus::ok;
 }
 
-// Type, rank, shape and length of a section that bundle_sections.def lists.
+// Checks type, rank, shape and length of a section that bundle_sections.def lists.
 BundleStatus check_form(const SectionEntry& entry, const SectionDescription& section, std::uint64_t at,
                         BundleError* error) {
   if (!may_have(section, entry.type) || entry.rank != section.rank)
@@ -218,7 +218,7 @@ BundleStatus check_presence(const BundleIndex& index, BundleError* error) {
   return BundleStatus::ok;
 }
 
-// The surface's displacements: as rows, or as the compliance in blocks, all five of its sections. Never both.
+// A bundle has either the surface's displacements as rows, or all five sections of the compliance in blocks.
 BundleStatus check_one_store(const BundleIndex& index, BundleError* error) {
   std::uint32_t blocks = 0;
   for (const SectionId id : {SectionId::compliance_nodes, SectionId::compliance_clusters, SectionId::compliance_blocks,
@@ -297,7 +297,7 @@ BundleStatus check_shape(const BundleIndex& index, std::uint32_t position, Bundl
   return BundleStatus::ok;
 }
 
-// Halves are of no use without their scales.
+// f16 numbers need their scales.
 BundleStatus check_scale(const BundleIndex& index, BundleError* error) {
   for (const SectionId id : {SectionId::displacement_surface, SectionId::displacement_interior}) {
     const SectionEntry* entry = find_section(index, id);
@@ -379,7 +379,7 @@ BundleStatus check_scales(const BundleIndex& index, SectionId id, const float* v
   return BundleStatus::ok;
 }
 
-// Runs of places that tile 0 .. Ns - 1; touchable places and others share none.
+// The clusters are runs of places that cover 0 .. Ns - 1. No cluster holds both touchable and other places.
 BundleStatus check_clusters(const BundleIndex& index, const std::int32_t* ends, BundleError* error) {
   constexpr SectionId id = SectionId::compliance_clusters;
   const std::uint64_t count = find_section(index, id)->shape[0];
@@ -405,7 +405,8 @@ BundleStatus check_clusters(const BundleIndex& index, const std::int32_t* ends, 
   return BundleStatus::ok;
 }
 
-// Each block: clusters in range, a rank that is one, numbers inside the values. Rows are touchable or not, as a whole.
+// Checks of each block that its clusters exist, that its rank is possible, that its numbers are inside the values, and that
+// either all of its rows are touchable or none.
 BundleStatus check_blocks(const BundleIndex& index, const std::int32_t* ends, const std::int32_t* stored,
                           BundleError* error) {
   constexpr SectionId id = SectionId::compliance_blocks;
@@ -453,7 +454,7 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
   if (status == BundleStatus::ok) status = check_header(bytes, file_bytes, &index->header, error);
   if (status != BundleStatus::ok) return status;
 
-  // Copied before they are checked: bytes that another process changes meanwhile cannot undo a check.
+  // Checks a copy: another process may change the bytes afterwards.
   std::memcpy(index->entries, bytes + sizeof(BundleHeader), index->header.section_count * sizeof(SectionEntry));
   for (std::uint32_t i = 0; i < index->header.section_count; ++i) {
     const SectionEntry& entry = index->entries[i];

@@ -92,7 +92,7 @@ Handle text_type(std::size_t bytes) {
   return type;
 }
 
-// HDF5 knows no truth values; h5py reads this enumeration as bool.
+// HDF5 has no boolean type; h5py reads this enumeration as bool.
 Handle truth_type() {
   Handle type(H5Tenum_create(H5T_STD_I8LE), &H5Tclose, "a type for true and false");
   const std::int8_t no = 0, yes = 1;
@@ -133,7 +133,7 @@ void write_json_attribute(hid_t object, const std::string& name, const nlohmann:
       fmt::format("provenance: expected a string, number or boolean for {}, found {}", name, value.dump()));
 }
 
-// What certifies the columns stands on the group certificate as well, where a reader of its datasets looks for it.
+// These attributes are also on the group certificate, beside its datasets.
 constexpr const char* kCertificateKeys[] = {"solver",          "tolerance",         "element",   "worst_residual",
                                             "most_iterations", "reciprocity_error", "cast_error"};
 
@@ -195,7 +195,7 @@ ElementType type_of(const SectionShape& section, const SectionDescription& descr
   return *section.type;
 }
 
-// The entry of a section before it has a place. Errors: InputError.
+// The entry of a section that has no offset yet. Errors: InputError.
 SectionEntry entry_of(const SectionShape& section) {
   const SectionDescription& description = description_of(section.id);
   if (section.shape.size() != description.rank)
@@ -413,7 +413,7 @@ void seal_bundle(const std::filesystem::path& path, std::vector<SectionEntry> en
   std::memcpy(block.data(), &header, sizeof header);
   std::memcpy(block.data() + sizeof header, entries.data(), entries.size() * sizeof(SectionEntry));
 
-  // No bundle leaves the writer that the reader would refuse.
+  // The reader must accept what was written.
   formats::BundleIndex index;
   formats::BundleError error;
   if (formats::read_bundle_index(block.data(), header.file_bytes, &index, &error) != formats::BundleStatus::ok)

@@ -1,6 +1,6 @@
 // Our own reader of gmsh's MSH 2.2 and 4.1, ASCII and binary (format: gmsh reference manual, section "MSH file
-// format"), so that no program but the mesher links gmsh. Every count is held against the bytes that are left before it
-// is believed.
+// format"), so that no program but the mesher links gmsh. Every count is compared with the bytes that are left
+// before memory is taken for it.
 #include "formats/msh_reader.h"
 
 #include <fmt/format.h>
@@ -34,7 +34,7 @@ constexpr ElementKind kKinds[] = {{0, 0},  {2, 1},  {3, 2},  {4, 2},  {4, 3},  {
 
 // ---- bytes and words ------------------------------------------------------------------------------------------------
 
-// A place in the file that moves forward. Fails with the file's name and the line (ASCII) or byte (binary).
+// Reads the file from its start to its end. Fails with the file's name and the line (ASCII) or byte (binary).
 class Cursor {
  public:
   Cursor(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
@@ -481,7 +481,7 @@ double sixfold_volume(const TetrahedralMesh& mesh, const std::array<std::int32_t
          e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
 }
 
-// Below this a tetrahedron's height is lost among the last digits of its corners, and its stiffness with it.
+// Below this ratio the rounding of the corners' coordinates exceeds the tetrahedron's height, and its stiffness is wrong.
 constexpr double kFlattest = 1e-13;
 
 // The distance of a corner from the face opposite, the least of the four, over the longest edge.

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// As read_mesh. name stands for the file in sentences. Memory: a small multiple of bytes, whatever they claim.
+// As read_mesh. name: of the file, for refusals. Memory: a small multiple of bytes, whatever they claim.
 TetrahedralMesh parse_mesh(std::string_view bytes, const std::string& name);
 
 }  // namespace palpate

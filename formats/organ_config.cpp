@@ -1,5 +1,10 @@
 #include "formats/organ_config.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "formats/errors.h"
 #include "formats/toml_reader.h"
 
 namespace palpate {
@@ -31,11 +36,11 @@ double length(TomlTable& parent, const char* key) {
   return value;
 }
 
-// What no tissue or tool has: a slip of the unit, or a number that solving would lose to overflow.
+// Beyond these limits the unit is wrong, or the solver would overflow.
 constexpr double kSoftest = 1e-6, kStiffest = 1e15;  // Pa
 constexpr double kHeaviest = 1e6;                    // kg/m^3
 constexpr double kStrongestGravity = 1e6;            // m/s^2
-// At 1/2 nothing would be compressible, at -1 nothing would shear: K has no digits left nearer to either.
+// At 1/2 the tissue is incompressible, at -1 it does not shear: nearer to either, the stiffness matrix has no correct digits.
 constexpr double kFromTheEnds = 1e-6;
 
 SourcedValue young(TomlTable& parent) {
@@ -57,7 +62,7 @@ OrganConfig::Region region(TomlTable& table) {
   result.name = table.text("name", "\"liver\"");
   result.young = young(table);
   result.poisson = poisson(table);
-  if (table.asked_and_present("density")) {
+  if (table.has("density")) {
     result.density = sourced(table, "density", kDensities);
     if (!(result.density->value > 0 && result.density->value <= kHeaviest))
       table.wrong("density", "a density above 0 and up to 1e6 kg/m^3");
@@ -74,7 +79,7 @@ OrganConfig::Response response(TomlTable table) {
   result.radius = length(table, "radius");
   result.young = young(table).value;
   result.poisson = poisson(table).value;
-  if (table.asked_and_present("degree")) {
+  if (table.has("degree")) {
     const auto degree = table.integer("degree");
     if (degree < 4 || degree > 10) table.wrong("degree", "an integer from 4 to 10");
     result.degree = static_cast<int>(degree);
@@ -94,7 +99,7 @@ Selector selector(TomlTable table) {
   result.line = table.line();
   int found = 0;
   for (const auto& [name, kind] : kinds)
-    if (table.asked_and_present(name)) result.kind = kind, ++found;
+    if (table.has(name)) result.kind = kind, ++found;
   if (found != 1)
     throw InputError(
         fmt::format("{}:{}: select: expected exactly one of box, sphere, half_space, nearest, "
@@ -146,10 +151,9 @@ Selector selector(TomlTable table) {
       if (!table.boolean("everything")) table.wrong("everything", "true");
       break;
   }
-  // A patch or a contact already says which nodes it means, also inside the body.
+  // The nodes of a patch or a contact may lie inside the organ.
   result.whole_mesh = result.kind == Kind::patch || result.kind == Kind::contact;
-  if (table.asked_and_present("where"))
-    result.whole_mesh = table.choice<bool>("where", {{"surface", false}, {"all", true}});
+  if (table.has("where")) result.whole_mesh = table.choice<bool>("where", {{"surface", false}, {"all", true}});
   table.finish();
   return result;
 }
@@ -182,8 +186,7 @@ const char* name_of(Element element) {
 }
 
 OrganConfig read_organ_config(const std::filesystem::path& file) {
-  const toml::table parsed = parse_toml(file);
-  TomlTable table(file, parsed, "");
+  TomlTable table(file, ConfigFile::organ);
   OrganConfig result;
   result.name = table.text("name", "\"liver\"");
   result.metres_per_mesh_unit = table.choice("mesh_unit", kLengths);
@@ -196,34 +199,30 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
         item.wrong("name", "a name that no other [[region]] has");
   }
   if (result.regions.empty()) {
-    table.asked_and_present("region");
     throw InputError(
         fmt::format("{}: expected at least one [[region]] with name, young and poisson, found none", file.string()));
   }
-  if (table.asked_and_present("response")) result.response = response(table.table("response"));
-  table.asked_and_present("region");
+  if (table.has("response")) result.response = response(table.table("response"));
   table.finish();
   return result;
 }
 
 BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
-  const toml::table parsed = parse_toml(file);
-  TomlTable table(file, parsed, "");
+  TomlTable table(file, ConfigFile::boundary);
   BoundaryConfig result;
   result.name = table.text("name", "\"back\"");
-  table.asked_and_present("fixed");
   for (auto& item : table.tables("fixed")) result.fixed.push_back(fixed(item));
   if (result.fixed.empty())
     throw InputError(
         fmt::format("{}: expected at least one [[fixed]] with dofs and select, found none; an organ that "
                     "is held nowhere has no shape to compute",
                     file.string()));
-  if (table.asked_and_present("touchable")) {
+  if (table.has("touchable")) {
     TomlTable touchable = table.table("touchable");
     result.touchable = selectors(touchable);
     touchable.finish();
   }
-  if (table.asked_and_present("preload")) {
+  if (table.has("preload")) {
     TomlTable preload = table.table("preload");
     TomlTable gravity = preload.table("gravity");
     const double unit = gravity.choice("unit", kAccelerations);
@@ -235,9 +234,9 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
     gravity.finish();
     preload.finish();
   }
-  if (table.asked_and_present("store")) {
+  if (table.has("store")) {
     TomlTable store = table.table("store");
-    if (store.asked_and_present("interior")) result.store_interior = store.boolean("interior");
+    if (store.has("interior")) result.store_interior = store.boolean("interior");
     store.finish();
   }
   table.finish();

@@ -158,16 +158,16 @@ std::uint64_t least_bytes(const Element& element, bool text) {
 
 }  // namespace
 
-void add_polygon(const std::filesystem::path& file, const std::string& place, const std::vector<std::int64_t>& corners,
+void add_polygon(const std::filesystem::path& file, const std::string& where, const std::vector<std::int64_t>& corners,
                  std::size_t points, std::vector<std::array<std::int32_t, 3>>& triangles) {
   if (corners.size() < 3) {
     throw InputError(
-        fmt::format("{}: {}: expected a face of at least 3 points, found {}", file.string(), place, corners.size()));
+        fmt::format("{}: {}: expected a face of at least 3 points, found {}", file.string(), where, corners.size()));
   }
   for (const std::int64_t c : corners) {
     if (c < 0 || static_cast<std::size_t>(c) >= points) {
       throw InputError(
-          fmt::format("{}: {}: expected point indices below {}, found {}", file.string(), place, points, c));
+          fmt::format("{}: {}: expected point indices below {}, found {}", file.string(), where, points, c));
     }
   }
   for (std::size_t c = 1; c + 1 < corners.size(); ++c) {
@@ -191,7 +191,7 @@ PlyTriangles read_ply(const std::filesystem::path& file, const std::string& byte
                       file.string(), element.count, element.name, records.left()));
     }
     for (std::uint64_t r = 0; r < element.count; ++r) {
-      const std::string place = fmt::format("{} {} (byte {})", element.name, r, records.at());
+      const std::string where = fmt::format("{} {} (byte {})", element.name, r, records.at());
       std::array<double, 3> point{NAN, NAN, NAN};
       std::vector<std::int64_t> corners;
       for (const Property& property : element.properties) {
@@ -204,7 +204,7 @@ PlyTriangles read_ply(const std::filesystem::path& file, const std::string& byte
         }
         const double count = records.number(property.count_type);
         if (!(count >= 0) || count > static_cast<double>(records.left())) {
-          throw InputError(fmt::format("{}: {}: a list of {} does not fit the file", file.string(), place, count));
+          throw InputError(fmt::format("{}: {}: a list of {} does not fit the file", file.string(), where, count));
         }
         const bool is_face = property.name == "vertex_indices" || property.name == "vertex_index";
         for (std::uint64_t c = 0; c < static_cast<std::uint64_t>(count); ++c) {
@@ -215,12 +215,12 @@ PlyTriangles read_ply(const std::filesystem::path& file, const std::string& byte
       if (element.name == "vertex") {
         for (const double c : point) {
           if (!std::isfinite(c)) {
-            throw InputError(fmt::format("{}: {}: expected finite x, y and z, found {}", file.string(), place, c));
+            throw InputError(fmt::format("{}: {}: expected finite x, y and z, found {}", file.string(), where, c));
           }
         }
         surface.points.push_back(point);
       } else if (element.name == "face") {
-        add_polygon(file, place, corners, points, surface.triangles);
+        add_polygon(file, where, corners, points, surface.triangles);
       }
     }
   }

@@ -14,14 +14,14 @@ struct PlyTriangles {
   std::vector<std::array<std::int32_t, 3>> triangles;
 };
 
-// Polygons are cut into fans. bytes: the whole file; file stands for it in sentences.
+// Polygons are cut into fans. bytes: the whole file; file: its name, for refusals.
 // Errors: InputError with the line or byte: not a number or not finite, an index out of range, counts that do not fit the
 // file's size, a file that ends early.
 PlyTriangles read_ply(const std::filesystem::path& file, const std::string& bytes);
 
-// Appends a polygon as a fan after checking its indices against the number of points. place is for the sentence. Errors:
-// InputError.
-void add_polygon(const std::filesystem::path& file, const std::string& place, const std::vector<std::int64_t>& corners,
+// Appends a polygon as a fan after checking its indices against the number of points. where names the face in a
+// refusal. Errors: InputError.
+void add_polygon(const std::filesystem::path& file, const std::string& where, const std::vector<std::int64_t>& corners,
                  std::size_t points, std::vector<std::array<std::int32_t, 3>>& triangles);
 
 }  // namespace palpate

@@ -7,11 +7,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
-#include <new>
 #include <vector>
 
 #include "formats/errors.h"
@@ -20,89 +18,23 @@ namespace palpate {
 
 namespace {
 
-enum ExitCode { kDone = 0, kOperation = 1, kInput = 2, kVerification = 3 };
-
 bool quiet = false;
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// While a bar stands on the terminal, other lines must begin on a line of their own.
+// Whether the cursor is behind a progress bar: another line must then begin with a line end.
 bool bar_is_open = false;
 void close_bar() {
   if (bar_is_open) fmt::print(stderr, "\n");
   bar_is_open = false;
 }
 
-// CLI11's own names the largest double in full.
-CLI::Validator number_from(const char* type, const char* expected, bool zero) {
-  return CLI::Validator(
-      [expected, zero](const std::string& text) -> std::string {
-        double number = 0;
-        if (CLI::detail::lexical_cast(text, number) && (number > 0 || (zero && number == 0)) && std::isfinite(number))
-          return {};
-        return fmt::format("expected {}, found {}", expected, text);
-      },
-      type);
-}
-
-// CLI11's ranges hold NaN.
-void refuse_numbers_that_are_not_finite(const CLI::App& app) {
-  for (const CLI::Option* option : app.get_options())
-    for (const std::string& text : option->results()) {
-      double number = 0;
-      if (option->get_type_name().find("FLOAT") != std::string::npos && CLI::detail::lexical_cast(text, number) &&
-          !std::isfinite(number))
-        throw CLI::ValidationError(option->get_name(), fmt::format("expected a finite number, found {}", text));
-    }
-  for (const CLI::App* sub : app.get_subcommands()) refuse_numbers_that_are_not_finite(*sub);
-}
-
-int fail(const std::string& name, const std::string& text, ExitCode code) {
-  say_failure(name, text);
-  return code;
-}
-
 }  // namespace
 
-CLI::Validator positive_number() {
-  return number_from("POSITIVE", "a number above 0", false);
-}
-CLI::Validator non_negative_number() {
-  return number_from("NONNEGATIVE", "a number of 0 or above", true);
-}
-
-int run_program(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<void(CLI::App&)>& define, const std::function<void()>& body) {
-  try {
-    CLI::App app(description, name);
-    app.set_version_flag("--version", name + " " + PALPATE_VERSION);
-    quiet = false;
-    app.add_flag("--quiet", quiet, "Errors and warnings only");
-    app.fallthrough();  // also after a subcommand
-    define(app);
-    try {
-      app.parse(argc, argv);
-      refuse_numbers_that_are_not_finite(app);
-    } catch (const CLI::Success& success) {  // --help, --version
-      return app.exit(success);
-    } catch (const CLI::ParseError& error) {
-      return fail(name, fmt::format("{}; see {} --help", error.what(), name), kInput);
-    }
-    body();
-    return kDone;
-  } catch (const InputError& error) {
-    return fail(name, error.what(), kInput);
-  } catch (const VerificationError& error) {
-    return fail(name, error.what(), kVerification);
-  } catch (const std::bad_alloc&) {
-    return fail(name, "out of memory; use a smaller input or a larger machine", kOperation);
-  } catch (const std::exception& error) {
-    return fail(name, error.what(), kOperation);
-  } catch (...) {
-    return fail(name, "stopped by an error without a description", kOperation);
-  }
+void set_quiet(bool on) {
+  quiet = on;
 }
 
 Progress::Progress(std::string what, std::uint64_t total, std::uint64_t begun)
@@ -127,7 +59,7 @@ void Progress::advance(std::uint64_t by) {
   const double begun_share = total_ == 0 ? 0.0 : static_cast<double>(begun_) / static_cast<double>(total_);
   const double now = seconds_now();
   const int tenth = static_cast<int>(share * 10);
-  // Ten pictures a second on a terminal; elsewhere lines at tenths, one a second at most. The last is always shown.
+  // Ten bars a second on a terminal; elsewhere lines at tenths, one a second at most. The last is always shown.
   const bool early = terminal_ ? now - shown_ < 0.1 : tenth == tenth_ || now - shown_ < 1.0;
   if (done_ > begun_ && (share < 1.0 ? early : tenth == tenth_)) return;
   shown_ = now;

@@ -1,28 +1,16 @@
-// What every program has in common: --help, --version, exit codes, log and progress.
+// What the libraries of every offline program share: lines on stderr, a progress bar, a file's SHA-256.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
-#include <functional>
 #include <string>
 
 namespace palpate {
 
-// Parses with CLI11 and runs body. Adds --version and --quiet (errors and warnings only). Returns the exit code: 0 done, 1 OperationError (and std::bad_alloc, unknown
-// exceptions), 2 InputError or bad usage, 3 VerificationError. One sentence goes to stderr, prefixed "NAME: ".
-// define gets the app to add options to; body runs after a successful parse. A number that is not finite is refused in any
-// option.
-int run_program(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<void(CLI::App&)>& define, const std::function<void()>& body);
-
-// For an option's check(): a number above 0; or 0 too.
-CLI::Validator positive_number();
-CLI::Validator non_negative_number();
-
-// A progress bar with time left on a terminal; elsewhere plain lines at tenths, at most one a second and the last. stderr.
+// A bar with the time left, redrawn ten times a second, where stderr is a terminal. Elsewhere one line at each tenth of
+// the work, at most one line a second, and always the last one.
 class Progress {
  public:
-  // begun: how much of total was done before.
+  // begun: how much of total an earlier run has done; the time left does not count it.
   explicit Progress(std::string what, std::uint64_t total, std::uint64_t begun = 0);
   ~Progress();
   Progress(const Progress&) = delete;
@@ -37,12 +25,14 @@ class Progress {
   bool terminal_ = false;
 };
 
-// Lines for the reader on stderr: as it is, "note: ..." and "warning: ...". --quiet leaves the last alone.
+// One line on stderr: the text, "note: text", "warning: text". After set_quiet(true), which --quiet calls, only
+// warnings appear, and no progress.
 void say(const std::string& text);
 void note(const std::string& text);
 void warn(const std::string& text);
+void set_quiet(bool on);
 
-// The line of a program that ends badly: "NAME: text".
+// The last line of a program that fails: "NAME: text". Line ends within the text become spaces.
 void say_failure(const std::string& name, std::string text);
 
 // "42 s", "3 min 05 s", "2 h 07 min".

@@ -1,8 +1,12 @@
 #include "formats/scene_config.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
+#include "formats/errors.h"
 #include "formats/toml_reader.h"
 
 namespace palpate {
@@ -34,11 +38,11 @@ int count(TomlTable& table, const char* key, int least, int most) {
   return static_cast<int>(value);
 }
 
-// Leaves out alone where the key is absent.
+// An absent key leaves `out` as it is.
 template <typename Value>
 void optional_choice(TomlTable& table, const char* key, const std::vector<std::pair<std::string, Value>>& choices,
                      Value& out) {
-  if (table.asked_and_present(key)) out = table.choice(key, choices);
+  if (table.has(key)) out = table.choice(key, choices);
 }
 
 // ---- paths ---------------------------------------------------------------------------------------------------------
@@ -101,7 +105,7 @@ std::vector<SceneConfig::KeyFrame> read_csv_path(const std::filesystem::path& cs
 }
 
 std::vector<SceneConfig::KeyFrame> read_path(TomlTable& tool, double scale) {
-  const bool csv = tool.asked_and_present("path_csv"), inline_rows = tool.asked_and_present("path");
+  const bool csv = tool.has("path_csv"), inline_rows = tool.has("path");
   if (csv == inline_rows) tool.wrong("path", "either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both");
   if (inline_rows) return read_key_frames(tool, scale);
   return read_csv_path(tool.file().parent_path() / tool.text("path_csv", "\"path.csv\""), scale);
@@ -114,7 +118,7 @@ SceneConfig::Capsule read_capsule(TomlTable table, double scale) {
   capsule.radius = positive(table, "radius", "a length above 0") * scale;
   capsule.length = table.number("length") * scale;
   if (capsule.length < 0) table.wrong("length", "a length of at least 0");
-  if (table.asked_and_present("axis")) capsule.axis = table.vector("axis");
+  if (table.has("axis")) capsule.axis = table.vector("axis");
   const double norm = std::hypot(capsule.axis[0], capsule.axis[1], capsule.axis[2]);
   if (!(norm > 0)) table.wrong("axis", "a direction that is not zero");
   capsule.axis = scaled(capsule.axis, 1 / norm);
@@ -137,7 +141,7 @@ unsigned read_axes(TomlTable& grip) {
 SceneConfig::Grip read_grip(TomlTable& table, double scale) {
   SceneConfig::Grip grip;
   grip.line = table.line();
-  const bool nearest = table.asked_and_present("nearest"), box = table.asked_and_present("box");
+  const bool nearest = table.has("nearest"), box = table.has("box");
   if (nearest == box) table.wrong("nearest", "either nearest = [x, y, z] or box = { min, max }, not both");
   if (nearest) grip.nearest = scaled(table.vector("nearest"), scale);
   if (box) {
@@ -148,7 +152,7 @@ SceneConfig::Grip read_grip(TomlTable& table, double scale) {
       if (grip.box_min[d] > grip.box_max[d]) corners.wrong("max", "a corner that is nowhere below min");
     corners.finish();
   }
-  if (table.asked_and_present("axes")) grip.axes = read_axes(table);
+  if (table.has("axes")) grip.axes = read_axes(table);
   table.finish();
   return grip;
 }
@@ -157,20 +161,20 @@ SceneConfig::Tool read_tool(TomlTable& table, double scale) {
   SceneConfig::Tool tool;
   tool.line = table.line();
   tool.name = table.text("name", "\"probe\"");
-  if (table.asked_and_present("points"))
+  if (table.has("points"))
     for (const auto& point : table.points("points")) tool.points.push_back(scaled(point, scale));
-  if (table.asked_and_present("capsule")) tool.capsule = read_capsule(table.table("capsule"), scale);
-  if (table.asked_and_present("radius")) {
+  if (table.has("capsule")) tool.capsule = read_capsule(table.table("capsule"), scale);
+  if (table.has("radius")) {
     tool.radius = positive(table, "radius", "a length above 0") * scale;
     if (tool.radius > kMaxRadius) table.wrong("radius", "a length of at most 1 m");
   }
-  if (table.asked_and_present("friction")) {
+  if (table.has("friction")) {
     tool.friction = table.number("friction");
     if (!(tool.friction >= 0 && tool.friction <= 100)) table.wrong("friction", "a coefficient of 0 to 100");
   }
-  if (table.asked_and_present("hold")) tool.hold = table.boolean("hold");
+  if (table.has("hold")) tool.hold = table.boolean("hold");
   tool.path = read_path(table, scale);
-  if (table.asked_and_present("grip"))
+  if (table.has("grip"))
     for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
   if (tool.points.empty() && !tool.capsule && tool.grips.empty())
     table.wrong("points", "points, a capsule or a [[tool.grip]], so that the tool can touch something");
@@ -206,7 +210,7 @@ void read_effects(TomlTable table, SceneConfig& scene) {
                             scene.shape);
   optional_choice<S::Radial>(table, "radial", {{"off", S::Radial::off}, {"response", S::Radial::response}},
                              scene.radial);
-  if (table.asked_and_present("preload")) scene.preload = table.boolean("preload");
+  if (table.has("preload")) scene.preload = table.boolean("preload");
   table.finish();
 }
 
@@ -228,8 +232,8 @@ SceneConfig::Relaxation read_relaxation(TomlTable table) {
 }
 
 void read_rate(TomlTable table, SceneConfig& scene) {
-  if (table.asked_and_present("touch")) scene.touch_hz = table.number("touch");
-  if (table.asked_and_present("shape")) scene.shape_hz = table.number("shape");
+  if (table.has("touch")) scene.touch_hz = table.number("touch");
+  if (table.has("shape")) scene.shape_hz = table.number("shape");
   if (!(scene.touch_hz >= kSlowest && scene.touch_hz <= 1e6))
     table.wrong("touch", "a rate of at least 1e-6 Hz and up to 1e6 Hz");
   if (!(scene.shape_hz >= kSlowest && scene.shape_hz <= scene.touch_hz))
@@ -238,34 +242,33 @@ void read_rate(TomlTable table, SceneConfig& scene) {
 }
 
 void read_limits(TomlTable table, SceneConfig::Limits& limits) {
-  if (table.asked_and_present("points")) limits.points = count(table, "points", 1, kMaxPoints);
-  if (table.asked_and_present("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, 3 * kMaxPoints);
-  if (table.asked_and_present("force")) limits.force = positive(table, "force", "a force above 0 N");
-  if (table.asked_and_present("force_slew")) limits.force_slew = positive(table, "force_slew", "a rate above 0 N/s");
+  if (table.has("points")) limits.points = count(table, "points", 1, kMaxPoints);
+  if (table.has("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, 3 * kMaxPoints);
+  if (table.has("force")) limits.force = positive(table, "force", "a force above 0 N");
+  if (table.has("force_slew")) limits.force_slew = positive(table, "force_slew", "a rate above 0 N/s");
   table.finish();
 }
 
 }  // namespace
 
 SceneConfig read_scene_config(const std::filesystem::path& file) {
-  const toml::table document = parse_toml(file);
-  TomlTable root(file, document, "");
+  TomlTable root(file, ConfigFile::scene);
   SceneConfig scene;
   scene.file = file;
   scene.name = root.text("name", "\"push\"");
-  if (root.asked_and_present("bundle")) scene.bundle = file.parent_path() / root.text("bundle", "\"bundle.h5\"");
+  if (root.has("bundle")) scene.bundle = file.parent_path() / root.text("bundle", "\"bundle.h5\"");
   const double scale = root.choice("unit", kLengths);
   bool names_contact = false;
-  if (root.asked_and_present("effects")) {
-    names_contact = root.table("effects").asked_and_present("contact");
+  if (root.has("effects")) {
+    names_contact = root.table("effects").has("contact");
     read_effects(root.table("effects"), scene);
   }
-  if (root.asked_and_present("relaxation")) scene.relaxation = read_relaxation(root.table("relaxation"));
-  if (root.asked_and_present("rate")) read_rate(root.table("rate"), scene);
-  if (root.asked_and_present("limits")) read_limits(root.table("limits"), scene.limits);
-  if (!root.asked_and_present("tool")) root.wrong("tool", "one [[tool]] or more");
+  if (root.has("relaxation")) scene.relaxation = read_relaxation(root.table("relaxation"));
+  if (root.has("rate")) read_rate(root.table("rate"), scene);
+  if (root.has("limits")) read_limits(root.table("limits"), scene.limits);
+  if (!root.has("tool")) root.wrong("tool", "one [[tool]] or more");
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scale));
-  // A disc is what a radius asks for, unless the scene says otherwise; a radius that nothing uses is a mistake.
+  // A radius selects the contact model patch; with another contact model named, the radius would be ignored, so it is refused.
   for (const auto& tool : scene.tools) {
     if (tool.radius == 0) continue;
     if (!names_contact) scene.contact = SceneConfig::Contact::patch;

@@ -26,7 +26,7 @@ std::string listed(const std::vector<std::string>& names) {
   return text.empty() ? "none" : text;
 }
 
-// Nodes on a bounding plane belong to it although their last digits may disagree.
+// A node on the border of a selector counts as inside, although its last digits may differ.
 double slack(const TetrahedralMesh& mesh) {
   Point low{}, high{};
   for (int d = 0; d < 3; ++d) {

@@ -37,7 +37,7 @@ std::vector<std::array<std::int32_t, 3>> boundary_triangles(const TetrahedralMes
   std::sort(faces.begin(), faces.end(),
             [](const Face& a, const Face& b) { return a.sorted != b.sorted ? a.sorted < b.sorted : a.at < b.at; });
 
-  // Faces that stand alone are the surface; pairs are inside; anything else is no mesh of a body.
+  // A face of one tetrahedron is on the surface, a face of two is inside; a face of three or more is refused.
   std::vector<std::uint64_t> alone;
   for (std::size_t first = 0, last; first < faces.size(); first = last) {
     for (last = first + 1; last < faces.size() && faces[last].sorted == faces[first].sorted;) ++last;

@@ -1,5 +1,4 @@
-# The pipelines with programs that are already built, for batch jobs and tests: nothing is compiled, so that jobs that start
-# together do not compile at once.
+# The pipelines with programs that are already built, for batch jobs and tests: jobs that start together must not all compile.
 #
 #   make -f pipelines/built.mk ORGAN=liver BC=diaphragm BIN=build/bin DATA=data
 SHELL := /bin/bash

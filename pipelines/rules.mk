@@ -1,8 +1,9 @@
-# One rule per arrow: image -> surface -> tetrahedra -> bundle -> verified -> scene, and pictures of the results.
+# One rule for each step: image -> surface -> tetrahedra -> bundle -> verified -> scene, and pictures of the results.
 #
 # Included by Makefile.data, which defines BIN, DATA, PYTHON, RANKS, LAUNCH and how the programs in BIN are built. Each
-# organ is a folder with an organ.mk that says where its mesh comes from and what its variables default to; its rules for
-# pictures are there too. Every program writes its output as NAME.part and renames it, so a killed run resumes where it was.
+# organ is a folder with an organ.mk: where its mesh comes from, the defaults of its variables, the rules for its pictures
+# (docs/files.md lists the variables). Every program writes NAME.part and renames it at the end, so a run that was killed
+# continues where it was.
 PIPELINES := $(patsubst %/,%,$(dir $(lastword $(MAKEFILE_LIST))))
 ORGANS := $(sort $(patsubst $(PIPELINES)/%/organ.mk,%,$(wildcard $(PIPELINES)/*/organ.mk)))
 
@@ -60,7 +61,7 @@ endif
 
 mesh: $(WORK)/mesh.msh
 
-# For programs that make meshes by these rules: the default mesh size, then all of them, coarse to fine.
+# For programs that make meshes by these rules: prints the default mesh size, then all of them, coarse to fine.
 show-resolutions:
 	@echo $(RESOLUTION) $(RESOLUTIONS)
 
@@ -69,9 +70,9 @@ show-resolutions:
 # LAUNCH alone (LAUNCH="srun --mpi=pmix -n 4") starts the ranks itself; RANKS=n starts them with mpiexec, behind LAUNCH.
 MPIEXEC = mpiexec --bind-to none --oversubscribe -n $(RANKS)
 RUN_RANKS = $(LAUNCH) $(if $(filter-out 1,$(RANKS)),$(MPIEXEC))
-# Else Open MPI looks for X servers by name, for minutes where no name resolves.
+# Without this Open MPI looks up X servers by name, which takes minutes where names do not resolve.
 export HWLOC_COMPONENTS ?= -gl
-# In a container one is root, which Open MPI refuses unless told twice.
+# Open MPI refuses to run as root, which users of containers are, unless both variables are set.
 export OMPI_ALLOW_RUN_AS_ROOT := 1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 

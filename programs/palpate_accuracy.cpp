@@ -1,13 +1,14 @@
-// palpate-accuracy ORGAN BC: what each choice that trades accuracy for time costs on this organ; and which to choose.
+// palpate-accuracy ORGAN BC: measures error and time of each choice on an organ, and says which to choose.
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 #include <vector>
 
+#include "formats/command_line.h"
 #include "formats/errors.h"
-#include "formats/program.h"
 #include "studies/accuracy/choose_program.h"
 #include "studies/accuracy/study.h"
 

@@ -1,6 +1,8 @@
 // palpate-bundle info | verify | diff | pack: shows, checks, compares and shrinks tensor bundles.
+#include <CLI/CLI.hpp>
+
+#include "formats/command_line.h"
 #include "formats/errors.h"
-#include "formats/program.h"
 #include "precompute/bundle_tool/bundle_commands.h"
 
 int main(int argc, char** argv) {

@@ -1,10 +1,12 @@
-// palpate-draw: the half of two machines that draws. Takes contacts from palpate-feel and makes shapes of them.
+// palpate-draw: receives contacts from palpate-feel and computes their shapes.
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "formats/atomic_file.h"
+#include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "programs/link/draw.h"

@@ -1,8 +1,11 @@
-// palpate-feel: the half of two machines that feels. Plays a scene's touch and sends its contacts.
+// palpate-feel: plays the touch half of a scene and sends the contacts to palpate-draw.
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "formats/atomic_file.h"
+#include "formats/command_line.h"
 #include "formats/program.h"
 #include "programs/link/feel.h"
 #include "programs/link/stop_signal.h"
@@ -23,7 +26,7 @@ struct Options {
   bool every_step = false, prefault = false;
 };
 
-// What was sent, as palpate-run writes what it felt.
+// Writes the sent contacts as palpate-run writes them.
 void write_csv(const FeelRun& run, const Player& player, std::uint64_t bundle, const fs::path& folder) {
   CsvFiles csv(folder, player.scene());
   const DatagramLimits limits = datagram_limits(player, bundle);

@@ -1,9 +1,11 @@
-// palpate-igtl: a scene behind OpenIGTLink, for trackers and 3D Slicer.
+// palpate-igtl: serves a scene by OpenIGTLink, for trackers and 3D Slicer.
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "programs/link/igtl_server.h"

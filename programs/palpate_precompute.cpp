@@ -1,6 +1,7 @@
 // palpate-precompute: tetrahedra -> tensors -> bundle. Also under mpiexec.
 #include <mpi.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -8,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/program.h"
+#include "formats/command_line.h"
 #include "precompute/ranks/rank_group.h"
 #include "precompute/run/precompute.h"
 #include "precompute/solver/petsc_session.h"

@@ -1,12 +1,14 @@
-// palpate-run: plays a scene headless and writes what the tools felt and how the organ looked.
+// palpate-run: plays a scene without a screen, and writes the forces on the tools and the shapes of the organ.
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <map>
 
 #include "formats/atomic_file.h"
+#include "formats/command_line.h"
 #include "formats/program.h"
 #include "programs/player/csv_files.h"
 #include "programs/player/explain.h"
@@ -67,6 +69,8 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
   write_text_atomically(folder.part() / "summary.json",
                         summary.text(timing, fields, bundle, shapes ? shapes->written() : 0));
   folder.commit();
+  for (const std::string& force : summary.forces()) note(force);
+  for (const std::string& remark : summary.remarks()) warn(remark);
   if (gltf) gltf->write();
   if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
 }

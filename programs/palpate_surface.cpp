@@ -1,10 +1,12 @@
-// palpate-surface: a label image or a segmented surface -> one closed, oriented, checked triangle surface in LPS mm.
+// palpate-surface: makes a closed triangle surface in LPS mm from a label image or from a segmented surface.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "formats/atomic_file.h"
+#include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "meshing/image/label_image.h"

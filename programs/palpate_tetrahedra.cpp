@@ -1,7 +1,8 @@
-// palpate-tetrahedra: closed surfaces, a label image or a gmsh geometry -> a tetrahedral mesh that passed its gate.
+// palpate-tetrahedra: makes a tetrahedral mesh from closed surfaces, a label image or a gmsh geometry, and checks it.
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "formats/atomic_file.h"
+#include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "formats/tetrahedral_mesh.h"
@@ -102,7 +104,7 @@ void define(CLI::App& app, Options& o) {
       ->group("For a geometry");
 }
 
-// --region NAME=FILE becomes the name of an input (added where it is not among them); NAME alone stays for the order.
+// --region NAME=FILE names the regions of one input; a list of NAMEs names the regions in order.
 std::vector<ShellInput> named_inputs(const Options& o, std::vector<std::string>& names_in_order) {
   std::vector<ShellInput> inputs;
   for (const std::string& file : o.inputs) inputs.push_back({{}, file, ""});
@@ -131,7 +133,7 @@ TriangleSurface read_repaired(const std::string& file, const Options& o) {
   return std::move(repaired.surface);
 }
 
-// Each file is sound by itself; together they must keep apart as well.
+// Each surface is correct by itself; two of them must not touch either.
 void refuse_contact(const std::vector<ShellInput>& inputs) {
   std::vector<TriangleSurface> surfaces;
   for (const ShellInput& input : inputs) surfaces.push_back(input.surface);
@@ -192,7 +194,7 @@ InputKind kind_of(const std::vector<std::string>& inputs) {
   return is_image_name(inputs.front()) ? InputKind::image : InputKind::surfaces;
 }
 
-// An option that would be ignored is an error.
+// Refuses an option that this kind of input would ignore.
 void refuse_foreign_options(const CLI::App& app, InputKind kind) {
   const auto meant_for = [&](const std::string& group) {
     if (group == "For surfaces") return kind == InputKind::surfaces;
@@ -224,7 +226,7 @@ MeshReport mesh_input(const CLI::App& app, Options& o) {
 void run(const CLI::App& app, Options& o) {
   if (std::filesystem::path(o.output).extension() != ".msh")
     throw InputError(fmt::format("{}: the output is a gmsh mesh; give it a name ending in .msh", o.output));
-  // A folder that cannot be written is found now, not after an hour of meshing.
+  // Refuses an output that cannot be written before an hour of meshing, not after it.
   { const AtomicFile probe(o.output); }
   if (!o.report.empty()) {
     const AtomicFile probe(o.report);

@@ -1,9 +1,10 @@
-// palpate-validation: whether the solver is right, against closed forms and CalculiX.
+// palpate-validation: compares the solver with closed forms and with CalculiX.
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdlib>
 
-#include "formats/program.h"
+#include "formats/command_line.h"
 #include "precompute/solver/petsc_session.h"
 #include "studies/validation/study.h"
 

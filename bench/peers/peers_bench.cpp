@@ -4,6 +4,7 @@
 //   peers_bench MESH.msh --organ organ.toml --boundary bc.toml --bundle BUNDLE.h5
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
@@ -11,7 +12,7 @@
 #include "bench/peers/measured.h"
 #include "bench/peers/palpate_peer.h"
 #include "bench/peers/peers.h"
-#include "formats/program.h"
+#include "formats/command_line.h"
 
 namespace palpate::bench {
 namespace {

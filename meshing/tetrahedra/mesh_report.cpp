@@ -17,6 +17,17 @@ std::size_t surface_vertices(const TetrahedralMesh& mesh) {
   return vertices.size();
 }
 
+// "x 15.2 .. 201, y ...": what boundary files and scenes are written against.
+std::string extent_of(const TetrahedralMesh& mesh) {
+  std::string text;
+  for (int d = 0; d < 3; ++d) {
+    const auto [low, high] = std::minmax_element(mesh.nodes.begin(), mesh.nodes.end(),
+                                                 [d](const auto& a, const auto& b) { return a[d] < b[d]; });
+    text += fmt::format("{}{} {:.4g} .. {:.4g}", d ? ", " : "", "xyz"[d], (*low)[d], (*high)[d]);
+  }
+  return text;
+}
+
 std::size_t elements_of(const TetrahedralMesh& mesh, std::size_t region) {
   std::size_t count = 0;
   for (const std::int32_t r : mesh.region) count += r == static_cast<std::int32_t>(region);
@@ -49,6 +60,7 @@ std::string text_of(const MeshReport& r) {
   std::string text =
       fmt::format("vertices          {} ({} on the outer surface)\n", mesh.nodes.size(), surface_vertices(mesh));
   text += fmt::format("tetrahedra        {}\n", mesh.tetrahedra.size());
+  text += fmt::format("extent            {}\n", extent_of(mesh));
   for (std::size_t i = 0; i < mesh.region_names.size(); ++i) {
     text += fmt::format("region            \"{}\": {} tetrahedra, volume {:.6g}", mesh.region_names[i],
                         elements_of(mesh, i), q.region_volume[i]);

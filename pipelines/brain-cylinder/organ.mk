@@ -1,6 +1,6 @@
-# Section 6.1 of the paper: a cylinder of brain whose corrected force and radial displacement lie on the measured curve,
-# at each of the three rates that were measured (a material file each: organ.toml is 500 mm/min); and at all three from one
-# bundle, whose force is that at once and relaxes as the plate comes down.
+# Section 6.1 of the paper: a cylinder of brain. Its corrected force and radial displacement lie on the curves measured at three
+# rates, with a material file for each rate (organ.toml: 500 mm/min). at-once.toml gives all three rates from one bundle, whose
+# force relaxes while the plate comes down.
 RESOLUTIONS := 3mm 1.5mm
 RESOLUTION ?= 3mm
 BC ?= compression

@@ -3,11 +3,11 @@ RESOLUTIONS := 1700 20000
 RESOLUTION ?= 1700
 BC ?= right-side
 SCENES ?= palpate
-# healthy: the same mesh, all of it liver. calcified: a contrast of one million; not made unless asked for.
+# healthy: liver everywhere on the same mesh. calcified, tumours a million times as stiff, is made only if asked for.
 MATERIALS ?= organ healthy
 
 IMAGE ?= $(DATA)/liver-tumour/liver.inr.gz
-# The liver's own; --size: largest edge inside, mm.
+# As for the liver. --size: largest edge inside, mm.
 SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
 SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
 SURFACE_OPTIONS ?= $(SURFACE_OPTIONS_$(RESOLUTION))

@@ -4,7 +4,8 @@ RESOLUTION ?= 1700
 BC ?= right-side
 SCENES ?= push push-response drag tools stroke
 
-# 1,696 and 19,656 vertices, smallest dihedral angle 25 and 22 degrees; 149 and 5,287 for what depends on the size. --size: largest edge inside, mm.
+# A resolution is about the number of vertices: 1700 has 1,696 and a smallest dihedral angle of 25 degrees, 20000 has 19,656 and
+# 22 degrees. --size: largest edge inside, mm.
 IMAGE ?= $(DATA)/liver/liver.inr.gz
 SURFACE_OPTIONS_200 := --labels 255 --smooth 4 --triangles 274
 SURFACE_OPTIONS_600 := --labels 255 --smooth 2.5 --triangles 680
@@ -21,7 +22,7 @@ TETRAHEDRA_OPTIONS_10000 := --region liver --size 4.7
 TETRAHEDRA_OPTIONS_20000 := --region liver --size 3.8
 TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
 
-# What is drawn over any of them: 14,000 triangles, denser where the liver bends.
+# The surface that is drawn over any of the meshes: 14,000 triangles, denser where the liver is curved.
 RENDER_OPTIONS ?= --labels 255 --triangles 14000 --spread curvature
 
 $(DATA)/liver/liver.inr.gz: $(PIPELINES)/liver/extract-image.sh

@@ -249,8 +249,8 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=
 
 
 def label_arrows(panel, pixel, labels, **style):
-    """labels: [(end at the organ, free end, text)]. Each text stands beyond its arrow's free end; two that would touch are
-    set to the left and to the right of theirs."""
+    """labels: [(end at the organ, free end, text)]. Each text stands beyond its arrow's free end. Two texts that would overlap
+    stand to the left and to the right of their arrows instead."""
     placed = []
     for inner, outer, text in labels:
         at, away = np.array(pixel(outer)), np.array(pixel(outer)) - np.array(pixel(inner))
@@ -269,7 +269,7 @@ def bounds_of(points):
 
 
 def save(figure, output):
-    """Writes a PNG at once: whole or absent. The same input gives the same bytes."""
+    """Writes the whole PNG or none. The same input gives the same bytes."""
     os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
     figure.savefig(output + ".part", format="png", dpi=120, facecolor="white", metadata={"Software": None})
     os.replace(output + ".part", output)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""palpation.py CASE COMPARED_CASE --region NAME -o PNG: where a row of presses is felt to be stiff, and why.
+"""palpation.py CASE COMPARED_CASE --region NAME -o PNG: the stiffness felt in a row of presses, and the tumours that cause it.
 
 Left: the organ with the region inside it and the places of the presses. Right: the force at one depth of each press, in
 CASE and in COMPARED_CASE, and how many times as large it is.
@@ -24,8 +24,8 @@ LOOK_FROM = (0.05, -1.0, 0.35)
 
 
 def presses(scene, depth):
-    """[(place of first contact mm [3], force N at this depth)] of the first tool's presses, in their order. A press lasts from its
-    first contact to its deepest; the force of one that is not as deep is NaN."""
+    """[(point of first contact mm [3], force N at this depth)] of the first tool's presses, in their order. A press lasts from
+    its first contact to its deepest point; the force of a press that does not reach the depth is NaN."""
     rows = offscreen.read_csv(os.path.join(scene, "forces.csv"))
     rows = [row for row in rows if row["tool"] == rows[0]["tool"]]
     places = np.array([[float(row[axis + "_m"]) for axis in "xyz"] for row in rows]) / offscreen.MILLIMETRE

@@ -19,7 +19,7 @@ FORCE_HEX = "#d91a1a"
 
 
 def contact_centres(scene, time, points):
-    """Where each tool holds the organ now, mm: the mean of its nodes under contact, weighted by their force."""
+    """The point at which each tool holds the organ, mm: the mean of its nodes in contact, weighted by their force."""
     nodes = {}
     for row in offscreen.read_csv(os.path.join(scene, "contacts.csv")):
         if float(row["time_s"]) == time:
@@ -30,8 +30,8 @@ def contact_centres(scene, time, points):
 
 
 def tool_actors(tool, points, lean, size):
-    """A capsule as it is; a single point as the tip of a thin rod along lean, or, with a
-    radius, as the middle of its end; others as balls, their skin on the point."""
+    """A capsule is drawn as it is, a single point as the tip of a thin rod along lean, a disc as the flat end of a rod, and
+    several points as balls."""
     if tool.get("capsule"):
         capsule = tool["capsule"]
         radius = capsule["radius_m"] / offscreen.MILLIMETRE
@@ -49,7 +49,7 @@ def tool_actors(tool, points, lean, size):
 
 
 def lean_of_tools(look_from):
-    """A unit direction in which an instrument hides little: to the viewer, up and to the right."""
+    """The direction of drawn rods, so that they hide little: towards the viewer, up and to the right."""
     look = np.array(look_from) / np.linalg.norm(look_from)
     right = np.cross((0, 0, 1), look)
     lean = 0.5 * look + 0.45 * right / np.linalg.norm(right) + np.array([0, 0, 0.7])

@@ -31,7 +31,7 @@ class Writer {
   unsigned char* at_;
 };
 
-// Of bytes whose number was checked before.
+// Reads bytes whose number was checked before.
 class Reader {
  public:
   explicit Reader(const unsigned char* from) : at_(from) {}
@@ -52,7 +52,7 @@ class Reader {
   const unsigned char* at_;
 };
 
-// With the checksum's own bytes as zero.
+// The checksum is computed with its own bytes as zero.
 std::uint64_t checksum_of(const unsigned char* bytes, std::size_t count) {
   constexpr unsigned char kZero[8] = {};
   formats::Xxh64 sum;
@@ -66,7 +66,7 @@ palpate_contact_node* nodes_of(palpate_contacts* contacts) {
   return const_cast<palpate_contact_node*>(palpate_contacts_nodes(contacts));
 }
 
-// The greatest force, displacement or position taken for one: far above what a scene can mean, far below overflow.
+// The largest force, displacement or position that is accepted: far above what a scene can have, far below overflow.
 constexpr double kGreatest = 1e12;
 bool is_sane(const double* v, int count) {
   return std::all_of(v, v + count, [](double x) { return std::fabs(x) <= kGreatest; });  // false for NaN

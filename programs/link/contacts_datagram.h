@@ -1,4 +1,4 @@
-// Contacts as one datagram: what palpate_touch made, in a fixed little-endian layout (README.md, byte by byte).
+// Contacts as one datagram, in a fixed little-endian layout that README.md describes byte by byte.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -18,7 +18,7 @@ inline constexpr std::size_t kMostDatagramBytes = 65507;  // what UDP over IPv4 
 inline constexpr int kMostDatagramNodes =
     (kMostDatagramBytes - kDatagramHeaderBytes - PALPATE_MAX_TOOLS * kDatagramToolBytes) / kDatagramNodeBytes;
 
-// What travels beside the contacts.
+// What a datagram holds beside the contacts.
 struct DatagramNote {
   std::uint64_t bundle = 0;    // its identity (programs/player/bundle_fields.h)
   std::uint64_t session = 0;   // one run of the sender; a later run has a greater one
@@ -33,7 +33,7 @@ struct DatagramNote {
 // Cost: one pass over the used part and its checksum; no allocation.
 std::size_t encode_contacts(const palpate_contacts& contacts, const DatagramNote& note, unsigned char* to);
 
-// What the receiver's scene can take; everything beyond is refused.
+// The sizes of the receiver's scene; a datagram that exceeds one of them is refused.
 struct DatagramLimits {
   std::uint64_t bundle = 0;
   int tools = 0, nodes = 0;
@@ -59,7 +59,7 @@ inline constexpr int kDatagramFaults = 9;
 const char* name_of(DatagramFault fault);   // one word
 const char* cause_of(DatagramFault fault);  // what was found and what to do
 
-// Reads a datagram that nothing is known of; safe on any bytes. contacts: of palpate_contacts_bytes for limits.nodes,
+// Reads a datagram; safe on any bytes. contacts: of palpate_contacts_bytes for limits.nodes,
 // 8-byte aligned. Where the answer is not `none`, *contacts and *note are unspecified.
 DatagramFault decode_contacts(std::span<const unsigned char> bytes, const DatagramLimits& limits,
                               palpate_contacts* contacts, DatagramNote* note);

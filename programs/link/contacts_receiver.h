@@ -1,4 +1,5 @@
-// Which datagrams are taken: the newest of the newest session, whatever the network loses, repeats or reorders.
+// Decides which datagrams to use: the newest one of the newest session, although the network may lose, repeat or reorder
+// them.
 #pragma once
 
 #include <array>
@@ -7,7 +8,7 @@
 
 namespace palpate {
 
-// Datagrams by what became of them. received is the sum of fresh, late, repeated and refused.
+// Counts of datagrams. received is the sum of fresh, late, repeated and refused.
 struct LinkCounts {
   std::uint64_t received = 0;
   std::uint64_t fresh = 0;     // newer than all before: these are drawn
@@ -20,15 +21,15 @@ struct LinkCounts {
 
 class ContactsReceiver {
  public:
-  // Once nothing fresh has come for that long, the next sound datagram is taken whatever its session and sequence:
-  // a sender whose clock was set back is not locked out.
+  // After this time without a fresh datagram, the next correct one is used whatever its session and sequence are: the clock
+  // of the sender may have been set back.
   static constexpr double kForgetAfter = 1;  // s
 
   explicit ContactsReceiver(const DatagramLimits& limits) : limits_(limits) {}
 
   enum class Verdict { fresh, late, repeated, refused };
 
-  // now: s on any clock that only goes forward. contacts and note as decode_contacts; they are the newest only where
+  // now: s on a clock that never goes back. contacts and note as decode_contacts; they are the newest only where
   // the verdict is fresh.
   Verdict take(std::span<const unsigned char> bytes, double now, palpate_contacts* contacts, DatagramNote* note);
 

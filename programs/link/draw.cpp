@@ -15,7 +15,7 @@ double seconds_of(Nanoseconds time) {
   return static_cast<double>(time) * 1e-9;
 }
 
-// Takes what comes until told to stop.
+// Receives datagrams until it is told to stop.
 class Receiving {
  public:
   Receiving(const Player& player, const DatagramLimits& limits, int listening)
@@ -38,7 +38,7 @@ class Receiving {
 
   bool ended() const { return ended_.load(); }
   ContactsMailbox<DatagramNote>& mailbox() { return mailbox_; }
-  // Once run() has returned.
+  // Call after run() has returned.
   const LinkCounts& counts() const { return receiver_.counts(); }
   std::vector<double>& way_us() { return way_us_; }
 
@@ -57,7 +57,7 @@ class Receiving {
   std::atomic<bool> ended_{false};
 };
 
-// Says once when nothing fresh has come for long, and once when something has again.
+// Tells the user once when no fresh datagram has come for a while, and once when one comes again.
 class Silence {
  public:
   Silence(DrawRun& run, double limit, Nanoseconds start) : run_(run), limit_(limit), fresh_at_(start) {}

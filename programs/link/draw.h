@@ -1,4 +1,4 @@
-// The half that draws: the newest contacts that came, as a shape, at the scene's rate.
+// The half that draws: computes the shape of the newest contacts, at the scene's rate.
 #pragma once
 
 #include <functional>
@@ -26,9 +26,9 @@ struct DrawRun {
   bool ended = false;          // the sender said that it stops
 };
 
-// player: of the half `shape`. listening: a bound datagram socket. A thread of its own takes what comes, so that a slow
-// shape never lets the system's buffer fill with old contacts. on_shape is called for every shape drawn, say for a
-// line on a silence and on its end.
+// player: of the half `shape`. listening: a bound datagram socket. A thread of its own receives the datagrams, so that
+// old contacts do not fill the system's buffer while a shape is computed. on_shape is called for each shape; say is called
+// with a line for the user when no datagram comes for a while, and when one comes again.
 DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOptions& options,
              const std::atomic<bool>* stop, const std::function<void(const ShapeRecord&)>& on_shape,
              const std::function<void(const std::string&)>& say);

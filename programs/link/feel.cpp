@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// The end of a session is told several times, since a datagram may be lost.
+// The end of a session is sent several times, since a datagram may be lost.
 constexpr int kFarewells = 10;
 constexpr auto kFarewellPause = std::chrono::milliseconds(20);
 

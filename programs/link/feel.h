@@ -1,4 +1,4 @@
-// The half that feels: touch against the clock, each step's contacts sent as one datagram.
+// The half that feels: touches in real time and sends the contacts of each step as one datagram.
 #pragma once
 
 #include <deque>

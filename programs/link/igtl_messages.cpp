@@ -26,7 +26,7 @@ std::uint64_t big_endian(const unsigned char* at, int bytes) {
   return value;
 }
 
-// Names end at a zero or at their field's end; what cannot be printed is shown as '?'.
+// A name ends at a zero or at the end of its field; a character that cannot be printed becomes '?'.
 std::string printable(const char* field, std::size_t size) {
   std::string text(field, ::strnlen(field, size));
   for (char& c : text)
@@ -57,7 +57,7 @@ std::string read_pose(std::span<const unsigned char> content, ToolPose* pose) {
     for (int c = 0; c < 3; ++c) pose->turn[r][c] = kFlip[r] * number[3 * c + r] * kFlip[c];
     pose->position[r] = kFlip[r] * number[9 + r] / 1000;
   }
-  // R^T R = 1 to a thousandth, more than float32 and trackers miss it by, and no mirror.
+  // R^T R must be 1 within a thousandth, which is more than the rounding of float32 and of trackers; no mirror.
   const Rotation& t = pose->turn;
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
@@ -108,7 +108,7 @@ bool IgtlStream::next(std::span<const unsigned char>& bytes, IgtlRequest* reques
   return true;
 }
 
-// True where the header alone is the answer: a body that is skipped, or a header that is refused.
+// True where no body is needed: it is skipped, or the header is refused.
 bool IgtlStream::read_header(IgtlRequest* request) {
   igtl_header header;
   std::memcpy(&header, held_.data(), IGTL_HEADER_SIZE);

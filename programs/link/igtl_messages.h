@@ -1,6 +1,6 @@
-// OpenIGTLink messages: bytes of a client -> what it asks; what the organ does -> bytes for a client.
+// OpenIGTLink messages: reads those of a client, and writes surfaces and forces for a client.
 //
-// OpenIGTLink and 3D Slicer speak RAS and millimetres (x to the patient's right to left reversed: RAS = (-x, -y, z) of
+// OpenIGTLink and 3D Slicer speak RAS and millimetres (RAS = (-x, -y, z) of
 // LPS); bundles and scenes speak LPS and metres. The change of frame is a half turn about z, F = diag(-1, -1, 1): a point
 // p becomes 1000 F p, a tool's turn R becomes F R F (the tool's own points are in LPS, as in the scene file), a force
 // F f, and triangles keep their sense.
@@ -22,7 +22,7 @@ struct ToolPose {
   Rotation turn = kNoTurn;
 };
 
-// One message of a client. Bodies of types that nothing here reads are skipped and never stored.
+// One message of a client. The body of a type that is not used here is skipped without being stored.
 struct IgtlRequest {
   enum class Kind { pose, get_surface, start_surface, stop_surface, skipped, refused };
   Kind kind = Kind::skipped;
@@ -33,8 +33,7 @@ struct IgtlRequest {
   bool closing = false;  // the bytes that follow cannot be told apart any more: close the connection
 };
 
-// Takes a client's bytes as they come, in any pieces, and gives its messages. Safe on any bytes; holds at most
-// kMostBody of them. Header versions 1 and 2 (protocol 3: extended header and metadata, which are passed over).
+// Turns a client's bytes, which come in any pieces, into messages. Safe on any bytes; stores at most kMostBody of them. Header versions 1 and 2 (protocol 3: extended header and metadata, which are passed over).
 class IgtlStream {
  public:
   static constexpr std::size_t kMostBody = 65536;  // of the messages that are read
@@ -67,7 +66,7 @@ class IgtlStream {
 
 using IgtlBytes = std::vector<unsigned char>;
 
-// POLYDATA: the surface where it is now, RAS mm, with its displacement as a point vector. The triangles are kept.
+// POLYDATA: the deformed surface, RAS mm, with its displacement as a point vector. The triangles never change.
 class SurfaceMessage {
  public:
   SurfaceMessage(std::string device, const std::int32_t* triangles, int triangle_count, int node_count);
@@ -80,8 +79,8 @@ class SurfaceMessage {
   std::unique_ptr<Parts> parts_;
 };
 
-// SENSOR: three numbers with the unit N, the force of the organ on the tool, in RAS. The type of the protocol that carries
-// numbers with their unit. Slicer makes no node of it, but does of a STRING.
+// SENSOR: three numbers with the unit N, the force of the organ on the tool, in RAS. SENSOR is the type of the
+// protocol for numbers with a unit. Slicer makes no node of it; it does of a STRING.
 IgtlBytes force_message(const std::string& device, const double* force);
 
 // STRING: the same force as "x y z N".

@@ -23,7 +23,7 @@ constexpr std::size_t kMostQueued = 64 << 20;  // bytes, of one client that asks
 
 using Say = std::function<void(const std::string&)>;
 
-// Where the tools are, between the thread that hears of it and the one that touches, which never waits.
+// The tools' positions, from the thread that receives them to the thread that touches, which never waits.
 class ToolTable {
  public:
   explicit ToolTable(std::size_t tools) : poses_(tools) {}
@@ -37,8 +37,8 @@ class ToolTable {
     poses_[tool].reset();
   }
 
-  // Moves the player's tools. Returns a bit for each that is there. Where the table is being written, the tools stay as
-  // they were for this step.
+  // Moves the player's tools. Returns a bit for each tool that exists. While the other thread writes, the tools keep their
+  // positions for this step.
   std::uint32_t move(Player& player) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock) return present_;
@@ -123,14 +123,14 @@ class Server {
     });
   }
 
-  // A server may run for days: the report is on the last steps.
+  // A server may run for days, so the report covers the last steps only.
   static void keep_bounded(LoopTiming& timing) {
     constexpr std::size_t kMost = 1 << 20;
     for (auto* numbers : {&timing.work, &timing.wake_up})
       if (numbers->size() >= kMost) numbers->clear();
   }
 
-  // Until a client has something, or the next message is due.
+  // Waits until a client sends something, or the next message is due.
   void wait() {
     std::vector<pollfd> watched = {{listening_, POLLIN, 0}};
     for (const Client& client : clients_)
@@ -262,7 +262,7 @@ class Server {
       }
   }
 
-  // What is sent again and again is left out for a client that has not taken what came before.
+  // A client that has not read the message before gets no periodic message.
   void send(Client& client, const IgtlBytes& bytes) {
     if (client.queued.empty())
       queue(client, bytes);

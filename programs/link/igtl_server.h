@@ -1,4 +1,4 @@
-// The open door: clients of OpenIGTLink move the scene's tools and see the organ.
+// A server: clients move the scene's tools by OpenIGTLink and receive the surface and the forces.
 #pragma once
 
 #include <atomic>
@@ -26,8 +26,8 @@ struct IgtlServerRun {
 };
 
 // Touches at the scene's rate in a thread of its own; the calling thread serves listening, a bound stream socket. A tool
-// is there from the first TRANSFORM of its name on, until the client that moved it last has gone. say: a line on who
-// comes, goes, and is refused; of each client, each kind of trouble once.
+// exists from the first TRANSFORM with its name until the client that last moved it leaves. say is called with a line for
+// the user when a client comes, leaves, or sends something that is refused; once for each client and kind.
 IgtlServerRun serve_igtl(Player& player, int listening, const IgtlServerOptions& options, const std::atomic<bool>* stop,
                          const std::function<void(const std::string&)>& say);
 

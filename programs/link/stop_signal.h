@@ -1,11 +1,12 @@
-// Ctrl-C and SIGTERM as a flag, so that a program that runs until it is told to can still write its report.
+// Ctrl-C and SIGTERM set a flag, so that a program that they stop can still write its report.
 #pragma once
 
 #include <atomic>
 
 namespace palpate {
 
-// True once one of the two signals has come. From the first call on they no longer end the program; a second one does.
+// True after one of the two signals. After the first call of this function the first signal does not end the program; a
+// second one does.
 std::atomic<bool>& stop_on_signal();
 
 }  // namespace palpate

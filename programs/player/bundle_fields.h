@@ -1,4 +1,4 @@
-// What a played scene shows or records of a bundle beyond the runtime's API: read through the index, without HDF5.
+// Fields of a bundle that the runtime's API does not give and the player writes: read through the index, without HDF5.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A palpate_mailbox with its memory: contacts of a scene, and behind each of them one Note of the writer's.
+// A palpate_mailbox that owns its memory. With each contacts travels a Note, which the writer fills.
 #pragma once
 
 #include <palpate/palpate_mailbox.h>
@@ -24,14 +24,14 @@ class ContactsMailbox {
     mailbox_ = palpate_mailbox_create(std::align(64, palpate_mailbox_bytes(bytes), at, room), bytes);
   }
 
-  // The writer's.
+  // For the writing thread.
   palpate_contacts* slot() { return palpate_mailbox_slot(mailbox_); }
   void publish(const Note& note) {
     std::memcpy(reinterpret_cast<char*>(slot()) + note_at_, &note, sizeof note);
     palpate_mailbox_publish(mailbox_);
   }
 
-  // The reader's: as palpate_mailbox_newest; the note is that of the returned contacts.
+  // For the reading thread: as palpate_mailbox_newest, with the note of the returned contacts.
   const palpate_contacts* newest(Note* note, bool* fresh = nullptr) {
     std::int32_t is_fresh = 0;
     const palpate_contacts* contacts = palpate_mailbox_newest(mailbox_, &is_fresh);

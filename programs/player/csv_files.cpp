@@ -14,7 +14,7 @@ void append(std::ofstream& stream, const Row& row) {
   stream.write(row.data(), static_cast<std::streamsize>(row.size()));
 }
 
-// A comma or a quote in a tool's name must not move the columns.
+// A comma or a quote in a tool's name must not shift the columns.
 std::string quoted(const std::string& name) {
   if (name.find_first_of(",\"\n") == std::string::npos) return name;
   std::string out = "\"";

@@ -1,4 +1,4 @@
-// forces.csv and contacts.csv of a played scene. SI units, named in the header; numbers in their shortest exact form.
+// forces.csv and contacts.csv of a played scene, in SI units. A number has as many digits as its double needs.
 #pragma once
 
 #include <filesystem>

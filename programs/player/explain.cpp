@@ -46,7 +46,7 @@ double shortest(const Work& work) {
   return best;
 }
 
-// As the runtime's own loops: by the processor's widest instructions, where the loader can choose.
+// Compiled for the widest vector instructions that the loader may choose, as the runtime's own loops are.
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define PALPATE_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
@@ -118,7 +118,7 @@ namespace {
 
 // ---- what the passes take ------------------------------------------------------------------------------------------
 
-// Called at the end of each stretch of a pass; the time since the last call is the pass's.
+// The runtime calls this at the end of each part of a pass; the time since the last call belongs to the pass.
 class PassTimer {
  public:
   explicit PassTimer(int passes) : us_(static_cast<std::size_t>(passes)) {
@@ -178,7 +178,7 @@ palpate_step_load load_of(const Player& player, const palpate_contacts& contacts
   return load;
 }
 
-// Both with and without a watcher; three times each.
+// Three plays with a watcher and three without.
 Steps play_steps(Player& player, int passes) {
   Steps steps;
   PassTimer timer(passes);
@@ -199,7 +199,7 @@ Steps play_steps(Player& player, int passes) {
   return steps;
 }
 
-// The number of contact nodes that most steps in contact have; the larger of two.
+// The most common number of contact nodes among the steps in contact; the larger one if two are equally common.
 int usual_nodes(const std::vector<Step>& steps) {
   std::map<int, int> count;
   for (const Step& step : steps)

@@ -1,4 +1,5 @@
-// The plan of a scene as a table: what each pass maps, what it is predicted to cost on this machine, what it took.
+// The plan of a scene as a table: for each pass the sections it maps, its predicted time on this machine, and its measured
+// time.
 #pragma once
 
 #include <string>
@@ -8,13 +9,13 @@
 
 namespace palpate {
 
-// What this machine does now, in plain loops like those that the passes are predicted from.
+// The speed of this machine at this moment, measured in plain loops; the prediction divides by it.
 struct MachineRates {
   double bytes_per_second;  // reading a run of memory again and again
   double flops_per_second;  // single-precision multiply-adds in cache, by the instructions that every processor has
   double steps_per_second;  // multiply-adds each of which waits for the one before
 };
-// bytes: how long the run is, which says in which cache it stays. About 10 ms.
+// bytes: the length of the run, which decides in which cache it stays. Takes about 10 ms.
 MachineRates measure_machine(std::uint64_t bytes);
 
 double predicted_seconds(const palpate_pass_work& work, const MachineRates& rates);
@@ -27,8 +28,9 @@ struct PassCost {
 };
 std::string plan_table(const std::vector<PassCost>& passes);
 
-// Plays the scene and tells its plan with the costs at the steps that hold as many nodes as most do. Measured: medians of
-// what palpate_watch_passes sees, less the clock's own time; and of whole calls that nobody watches.
+// Plays the scene and returns the table. It shows the steps that have the most common number of contact nodes. Measured
+// times of passes are medians from palpate_watch_passes, minus the time of reading the clock; those of whole calls are
+// measured in plays without it.
 std::string explain(Player& player);
 
 }  // namespace palpate

@@ -28,7 +28,7 @@ Floats difference(const Floats& a, const Floats& b) {
   return result;
 }
 
-// The binary chunk, and what the document says of it.
+// The binary chunk, and its views and accessors in the JSON document.
 class Buffers {
  public:
   Json views = Json::array(), accessors = Json::array();
@@ -68,7 +68,7 @@ class Buffers {
   }
 };
 
-// Shape by shape the one weight that is 1.
+// At each shape one weight is 1, and all others are 0.
 Floats one_at_a_time(std::size_t shapes) {
   Floats weights(shapes * shapes, 0);
   for (std::size_t i = 0; i < shapes; ++i) weights[i * shapes + i] = 1;

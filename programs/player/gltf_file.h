@@ -1,7 +1,8 @@
-// A played scene for renderers: one binary glTF 2.0 file (.glb) of the organ's surface or of the render mesh
-// that follows it, each shape a morph target, and an animation that goes from one to the next in the scene's own time.
+// A played scene as one binary glTF 2.0 file (.glb): the organ's surface, or the render mesh in its place. Each shape is a
+// morph target; an animation shows one after the other at the times of the scene.
 //
-// Units are metres and seconds. The mesh stays in the bundle's frame; its node turns z, to the head, up, as glTF has y.
+// Units are metres and seconds. The mesh is in the bundle's frame; its node turns z (to the head) upwards, since up is y in
+// glTF.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +16,13 @@ namespace palpate {
 
 class GltfFile {
  public:
-  // shapes: how many will be added. Each is a morph target of the size of the surface, and the animation's weights grow with
-  // their square: InputError above kMostShapes. player must outlive this.
+  // shapes: how many will be added. Each takes a morph target of the size of the surface, and the weights of the animation
+  // grow with the square of their number, so more than kMostShapes is an InputError. player must outlive this.
   static constexpr std::uint64_t kMostShapes = 1000;
   GltfFile(std::filesystem::path target, const Player& player, std::uint64_t shapes);
 
   void add(const ShapeRecord& shape);
-  // Whole or absent. Errors: OperationError.
+  // Writes the whole file or none. Errors: OperationError.
   void write() const;
 
  private:

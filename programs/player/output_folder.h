@@ -1,4 +1,4 @@
-// A folder of results that is whole or absent: written as NAME.part, then put in the place of NAME at once.
+// A folder of results that is whole or absent: it is written as NAME.part and renamed to NAME at the end.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@ namespace palpate {
 
 class OutputFolder {
  public:
-  // own: the entries that a finished folder may hold. A target that holds anything else is not ours to replace.
+  // own: the entries that a finished folder may hold. A target that holds anything else is refused, not replaced.
   // Errors: InputError for such a target or one whose parent does not exist.
   OutputFolder(std::filesystem::path target, const std::vector<std::string>& own);
   OutputFolder(const OutputFolder&) = delete;
@@ -18,7 +18,7 @@ class OutputFolder {
 
   const std::filesystem::path& part() const { return part_; }
 
-  // Writes everything out to the disk, then swaps part() with the target. Errors: OperationError.
+  // Writes all files to the disk (fsync), then exchanges part() and the target. Errors: OperationError.
   void commit();
 
  private:

@@ -49,7 +49,7 @@ bool inside(const Vector& p, const Vector& low, const Vector& high) {
   return true;
 }
 
-// The touchable nodes a grip names, ascending.
+// The touchable nodes that a grip holds, ascending.
 std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
                                         const std::filesystem::path& file) {
   const std::int32_t* touchable = palpate_bundle_touchable(bundle);
@@ -104,7 +104,7 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
   }
   def.max_tools = static_cast<int>(scene.tools.size());
   def.max_points = scene.limits.points.value_or(std::max(1, points_and_grips));
-  // Under a disc stand a dozen nodes of a coarse mesh, and a hundred of a fine one.
+  // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
   const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3;
   def.max_contact_nodes = scene.limits.contact_nodes.value_or(
       std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)));
@@ -113,7 +113,7 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
   return def;
 }
 
-// The limits stay those of the whole scene: contacts of one half fit the other. A contact at NODES needs no surface.
+// The limits are those of the whole scene, so that the contacts of one half fit the other half.
 palpate_scene_def half_of(palpate_scene_def def, Half half) {
   if (half == Half::touch) def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
   if (half == Half::shape) {

@@ -1,4 +1,4 @@
-// Plays a scene through the runtime's C API: touch at its rate, shape at its rate, each timed.
+// Plays a scene through the runtime's C API: calls touch and shape at their rates and measures the time of each call.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// One touch. Everything is borrowed until the call returns.
+// One touch step. The references are valid until the callback returns.
 struct TouchRecord {
   double time;                                        // s
   palpate_step_flags flags;                           // of this touch
@@ -40,14 +40,14 @@ struct Timing {
   std::vector<double> touch_us, shape_us, skin_us;  // one per step, in order; none where nothing is skinned
 };
 
-// What a program plays of a scene: effects of the other half are off, so that its sections are not mapped.
+// Which half of a scene a program plays. The effects of the other half are off, so that their sections are not mapped.
 enum class Half { both, touch, shape };
 
 class Player {
  public:
   // Opens the bundle, finds the grips' nodes, creates the runtime's scene. render_mesh follows the shapes; it must outlive
   // this, or be nullptr.
-  // Errors: InputError with the bundle's or the scene's place.
+  // Errors: InputError that names the byte of the bundle, or the line of the scene.
   Player(SceneConfig scene, const std::filesystem::path& bundle, Half half = Half::both,
          const RenderMesh* render_mesh = nullptr);
 
@@ -63,8 +63,8 @@ class Player {
 
   int shape_node_count() const;  // nodes that palpate_shape fills
 
-  // For a loop of the caller's: puts the tools where they are at a time, or one of them where the caller says, and
-  // touches with them. None allocates.
+  // For a caller with a loop of its own: move_tools puts all tools where their paths are at a time, place_tool puts one tool
+  // where the caller says, touch makes one step. None of them allocates.
   void move_tools(double time);
   void place_tool(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
   void withdraw_tool(std::size_t tool);  // it touches nothing until it is placed again
@@ -74,8 +74,8 @@ class Player {
     return palpate_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt, contacts);
   }
 
-  // From the start, as after create. Either callback may be empty. The timed calls are palpate_touch, palpate_shape and
-  // palpate_skin alone; before runs before each touch and each shape.
+  // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_touch, palpate_shape
+  // and palpate_skin alone. before is called before each touch and each shape.
   Timing play(const std::function<void(const TouchRecord&)>& on_touch,
               const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {});
 

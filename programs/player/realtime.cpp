@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// How often the machine takes the processor away from a thread that does nothing but read the clock.
+// Measures for how long the machine stops a thread that only reads the clock.
 void measure_gaps(RealtimeRun& run) {
   constexpr Nanoseconds kLong = 500000000, kGap = 5000;
   const Nanoseconds start = now();
@@ -38,7 +38,7 @@ std::string lock_memory(Player& player) {
   return "locked";
 }
 
-// Written once before the loops, so that growing does not happen in them and their pages are there.
+// Fills the memory once before the loops start, so that no step allocates or takes a page fault.
 void reserve(std::vector<double>& numbers, double count) {
   numbers.assign(static_cast<std::size_t>(count) + 1, 0);
   numbers.clear();

@@ -1,4 +1,4 @@
-// A scene's two loops against the clock: touch at a device's rate, shape at the scene's, on two threads.
+// Plays a scene in real time on two threads: touch at the rate of a haptic device, shape at the scene's rate.
 #pragma once
 
 #include <string>
@@ -18,9 +18,9 @@ struct RealtimeRun {
   std::string memory;       // "locked", or why not
 };
 
-// Plays the scene over and over for `seconds`, touch at `rate` Hz, shape at the scene's rate. Before, everything the loops
-// use is brought into memory and locked there, and both threads ask for SCHED_FIFO; what the system refuses is said in the
-// result. A loop that is late leaves out the steps it has missed and goes on with the next one in time.
+// Plays the scene over and over for `seconds`, touch at `rate` Hz, shape at the scene's rate. First it
+// reads everything that the loops use into memory and locks it there, and asks for SCHED_FIFO for both threads; the result
+// says what the system refused. A loop that is late skips the steps that it has missed.
 RealtimeRun run_realtime(Player& player, double rate, double seconds);
 
 std::string realtime_table(const RealtimeRun& run);

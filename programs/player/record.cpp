@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ---- the scene that plays the same ---------------------------------------------------------------------------------
+// ---- the scene in the record ---------------------------------------------------------------------------------------
 
 toml::array numbers(const SceneConfig::Vector& v) {
   return toml::array{v[0], v[1], v[2]};
@@ -53,7 +53,7 @@ toml::table relaxation_of(const SceneConfig::Relaxation& relaxation) {
   return toml::table{{"terms", std::move(terms)}, {"source", relaxation.source}};
 }
 
-// Where the tool is at every touch, by the same expression as when it is played.
+// The tool's position at each touch step, computed as the player computes it, so that the bits are the same.
 toml::array path_of(const SceneConfig::Tool& tool, const SceneConfig& scene, std::uint64_t touches) {
   toml::array path;
   for (std::uint64_t step = 0; step < touches; ++step) {
@@ -64,7 +64,7 @@ toml::array path_of(const SceneConfig::Tool& tool, const SceneConfig& scene, std
   return path;
 }
 
-// Each gripped node by its own position: nothing is nearer to that.
+// Each gripped node is written as its own position, to which no other node is nearer.
 toml::array grips_of(const std::vector<palpate_grip>& grips, const palpate_bundle* bundle) {
   toml::array list;
   for (const palpate_grip& grip : grips) {
@@ -125,7 +125,7 @@ std::uint64_t hash_of(const std::string& head, const std::string& scene) {
   return hash.digest();
 }
 
-// Sixteen hexadecimal digits at a place of the text.
+// Sixteen hexadecimal digits at a byte of the text.
 bool read_hash(const std::string& text, std::size_t at, std::uint64_t* hash) {
   if (text.size() < at + 16) return false;
   const char* end = text.data() + at + 16;
@@ -191,7 +191,7 @@ Record read_record(const fs::path& record) {
   const std::size_t bundle = std::string(kFirstLine).size() + std::string("# bundle ").size();
   const std::size_t output = bundle + 17 + std::string("# output ").size();
   const std::size_t own = output + 2 * 17 + std::string("# record ").size(), scene = own + 17;
-  // Written again from what was read: then nothing but these lines stood there.
+  // The head must be exactly these lines, so it is written again from the numbers and compared.
   const bool whole = read_hash(text, bundle, &said.bundle) && read_hash(text, output, &said.output.contacts) &&
                      read_hash(text, output + 17, &said.output.shapes) && read_hash(text, own, &hash) &&
                      text.size() > scene &&

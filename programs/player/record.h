@@ -1,13 +1,14 @@
-// A run in one file: a scene whose paths are the tools' positions at every touch, headed by what it was played on and what
-// came out. palpate-run plays it like any scene, and --replay holds it to its hashes.
+// A run in one file: a scene whose paths hold the position of each tool at each touch step. Comment lines at its head hold
+// checksums of the bundle, of the results and of the file. palpate-run plays it like any scene; --replay compares the
+// results with the checksums.
 //
 //   # palpate-run record 1
-//   # bundle BBBBBBBBBBBBBBBB             the checksum of the bundle's index, which holds those of all its sections
-//   # output CCCCCCCCCCCCCCCC SSSSSSSSSSSSSSSS   of all contacts and tool states; of all shapes (zero without any)
+//   # bundle BBBBBBBBBBBBBBBB             checksum of the bundle's index, which covers all sections
+//   # output CCCCCCCCCCCCCCCC SSSSSSSSSSSSSSSS   of all contacts and tool states; of all shapes (zero without shapes)
 //   # record RRRRRRRRRRRRRRRR             of the whole file without this line
 //   name = "push" ...                     a scene (formats/scene_config.h), in metres
 //
-// Every hash is an XXH64, in hexadecimal. Numbers are written so that they are read as the same doubles.
+// Every checksum is an XXH64, in hexadecimal. Numbers have so many digits that reading gives the same doubles.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +20,8 @@
 
 namespace palpate {
 
-// Of all that the runtime gave: every byte of the contacts (their flags and residuals too), and of every shape's
-// displacements and positions.
+// Checksums of the results: all bytes of the contacts, with flags and residuals, and of the displacements and positions of
+// all shapes.
 struct OutputHash {
   std::uint64_t contacts = 0, shapes = 0;
   bool operator==(const OutputHash&) const = default;
@@ -37,24 +38,24 @@ class OutputHasher {
   bool any_ = false;
 };
 
-// Writes the record of a played scene. Reads the whole bundle once, to hold it to its checksums.
+// Writes the record of a played scene. Reads the whole bundle once, to compare it with its checksums.
 // Errors: InputError (the folder), OperationError.
 void write_record(const std::filesystem::path& record, const Player& player, const std::filesystem::path& bundle,
                   const OutputHash& output);
 
-// What a record says. The file itself is the scene.
+// The checksums of a record. The file itself is the scene.
 struct Record {
   std::uint64_t bundle = 0;
   OutputHash output;
 };
 
-// Errors: InputError where the file is no record, is cut short or has another byte anywhere.
+// Errors: InputError where the file is no record, is cut off or was changed.
 Record read_record(const std::filesystem::path& record);
 
-// Plays the record and compares what comes out; returns the line that says so.
-// bundle: empty: the one that the record names.
-// scene: refused unless it is the one that was recorded; empty: not asked.
-// Errors: InputError for another bundle or scene, VerificationError where other numbers come out.
+// Plays the record and compares the results with its checksums; returns a line for the user.
+// bundle: to play on; empty: the one that the record names.
+// scene: must be the one that was recorded; empty: is not compared.
+// Errors: InputError for another bundle or scene, VerificationError where the results differ.
 std::string replay(const std::filesystem::path& record, const std::filesystem::path& bundle,
                    const std::filesystem::path& scene);
 

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// The z axis where there is none: glTF allows no zero.
+// The z axis for a vertex without a normal: glTF does not allow a zero vector.
 std::vector<float> smooth_normals(const std::vector<float>& positions, const std::vector<std::uint32_t>& indices) {
   using Vector = std::array<double, 3>;
   const auto at = [&](std::uint32_t n) { return Vector{positions[3 * n], positions[3 * n + 1], positions[3 * n + 2]}; };

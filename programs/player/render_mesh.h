@@ -16,7 +16,7 @@ struct RenderMesh {
 // A PLY file, as palpate-surface writes it. Errors: InputError with the file and what is wrong in it.
 RenderMesh read_render_mesh(const std::filesystem::path& file, double metres_per_unit);
 
-// Smooth normals: the mean of the triangles', weighted by area. A vertex of no triangle gets the z axis.
+// Normals of the vertices: the mean of the triangles' normals, weighted by area. A vertex of no triangle gets the z axis.
 std::vector<float> smooth_normals(const std::vector<float>& positions, const std::vector<std::uint32_t>& indices);
 
 }  // namespace palpate

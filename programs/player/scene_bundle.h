@@ -1,4 +1,4 @@
-// Which bundle a scene is played on.
+// Decides on which bundle a scene is played.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// `given` (of --bundle) where it is not empty, else the one the scene names. Errors: InputError where neither is there.
+// `given` (from --bundle) where it is not empty, else the bundle that the scene names. Errors: InputError without either.
 std::filesystem::path bundle_of(const SceneConfig& scene, const std::filesystem::path& given);
 
 }  // namespace palpate

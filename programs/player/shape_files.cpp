@@ -75,7 +75,7 @@ void write_tools(const ShapeRecord& shape, const std::filesystem::path& file) {
 
 }  // namespace
 
-// The grid whose cells stay and whose points move.
+// The grid is built once; for each shape its points move and its cells stay.
 struct ShapeFiles::Organ {
   vtkNew<vtkUnstructuredGrid> grid;
   vtkNew<vtkFloatArray> positions, displacement;
@@ -126,7 +126,7 @@ struct ShapeFiles::Organ {
   }
 };
 
-// The render mesh, likewise.
+// The same for the render mesh.
 struct ShapeFiles::Skin {
   vtkNew<vtkUnstructuredGrid> grid;
   vtkNew<vtkFloatArray> positions, displacement, normals;

@@ -1,9 +1,9 @@
 // Deformed shapes for ParaView: shapes.pvd names, for each time, the organ and the tools as VTU files in shapes/.
 //
-// The organ's points are where the nodes are now, m; point data: displacement (m), contact_force (N, on the organ at
+// The organ's points are the deformed positions of the nodes, m; point data: displacement (m), contact_force (N, on the organ at
 // nodes under contact), fixed (0 or 1: all three axes held). SHAPE surface writes triangles, SHAPE volume tetrahedra
 // with their region. The tools are vertices; point data: tool (its index in the scene) and force (N, of the organ on
-// the tool, at each of its points). Where a render mesh follows, part 2 is its triangles where they are now; point data:
+// the tool, at each of its points). With a render mesh, part 2 holds its deformed triangles; point data:
 // displacement (m) and normal.
 #pragma once
 

@@ -1,8 +1,13 @@
 #include "programs/player/summary.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+
+#include "programs/player/tool_points.h"
 
 namespace palpate {
 namespace {
@@ -18,6 +23,44 @@ Json percentiles(const std::vector<double>& values) {
   for (const auto& [name, share] : {std::pair{"p50", .5}, {"p90", .9}, {"p99", .99}, {"p99.9", .999}, {"max", 1.0}})
     out[name] = percentile(values, share);
   return out;
+}
+
+// The smallest box along the axes, m.
+struct Extent {
+  SceneConfig::Vector low, high;
+  Extent() {
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+  }
+  void add(const double* point) {
+    for (int d = 0; d < 3; ++d) low[d] = std::min(low[d], point[d]), high[d] = std::max(high[d], point[d]);
+  }
+  std::string text() const {
+    std::string out;
+    for (int d = 0; d < 3; ++d)
+      out += fmt::format("{}{} {:.4g} .. {:.4g}", d ? ", " : "", "xyz"[d], 1e3 * low[d], 1e3 * high[d]);
+    return out + " mm";
+  }
+};
+
+Extent extent_of_organ(const palpate_bundle* bundle) {
+  Extent extent;
+  const double* nodes = palpate_bundle_nodes(bundle);
+  const int count = nodes ? palpate_bundle_describe(bundle).surface_node_count : 0;
+  for (int n = 0; n < count; ++n) extent.add(nodes + 3 * static_cast<std::size_t>(n));
+  return extent;
+}
+
+// Of the tool's points, along the whole path.
+Extent extent_of_path(const SceneConfig::Tool& tool) {
+  Extent extent;
+  for (const SceneConfig::Vector& point : tool_points(tool))
+    for (const SceneConfig::KeyFrame& frame : tool.path) {
+      const SceneConfig::Vector at = {frame.position[0] + point[0], frame.position[1] + point[1],
+                                      frame.position[2] + point[2]};
+      extent.add(at.data());
+    }
+  return extent;
 }
 
 }  // namespace
@@ -108,6 +151,39 @@ std::string Summary::text(const Timing& timing, const BundleFields& fields, cons
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};
   if (!timing.skin_us.empty()) out["timing_us"]["skin"] = percentiles(timing.skin_us);
   return out.dump(2) + "\n";
+}
+
+std::vector<std::string> Summary::forces() const {
+  std::vector<std::string> lines;
+  for (std::size_t t = 0; t < tools_.size(); ++t)
+    if (tools_[t].most_contacts > 0 && player_.scene().force != SceneConfig::Force::off)
+      lines.push_back(fmt::format("tool \"{}\": largest force {:.3g} N, at {:.3g} s; first contact at {:.3g} s",
+                                  player_.scene().tools[t].name, tools_[t].peak_force, tools_[t].peak_time,
+                                  tools_[t].first_contact_time));
+  return lines;
+}
+
+std::vector<std::string> Summary::remarks() const {
+  std::vector<std::string> lines;
+  for (std::size_t t = 0; t < tools_.size(); ++t) {
+    const SceneConfig::Tool& tool = player_.scene().tools[t];
+    if (tools_[t].most_contacts > 0 || (tool.points.empty() && !tool.capsule)) continue;
+    lines.push_back(
+        player_.scene().collision == SceneConfig::Collision::off
+            ? fmt::format("tool \"{}\" met nothing: its points touch only where collision is \"rest\" or \"deformed\"",
+                          tool.name)
+            : fmt::format(
+                  "tool \"{}\" met nothing: its points move within {}, the organ at rest lies within {}; expected "
+                  "a path that begins outside the organ and crosses its surface",
+                  tool.name, extent_of_path(tool).text(), extent_of_organ(player_.bundle()).text()));
+  }
+  for (std::size_t bit = 0; bit < touches_with_flag_.size(); ++bit) {
+    if (touches_with_flag_[bit] == 0) continue;
+    const auto names = flag_names(palpate_step_flags{1} << bit);
+    lines.push_back(fmt::format("{} of {} touches raised {}: docs/troubleshooting.md says what that means",
+                                touches_with_flag_[bit], touches_, names.empty() ? "an unknown flag" : names.front()));
+  }
+  return lines;
 }
 
 }  // namespace palpate

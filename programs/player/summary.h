@@ -15,7 +15,7 @@ namespace palpate {
 // are no values. share in (0, 1].
 double percentile(std::vector<double> values, double share);
 
-// "CONTACTS_DROPPED", ... for each bit that is set, in the order of the bits.
+// The names of the flags that are set, without PALPATE_STEP_, in the order of their bits.
 std::vector<std::string> flag_names(palpate_step_flags flags);
 
 class Summary {
@@ -26,6 +26,10 @@ class Summary {
   // JSON text. Everything but "timing_us" is the same for the same input.
   std::string text(const Timing& timing, const BundleFields& fields, const std::filesystem::path& bundle,
                    int shapes_written) const;
+  // One line for each tool that touched: its largest force.
+  std::vector<std::string> forces() const;
+  // What the user should know of this run, a sentence each: tools that met nothing, step flags that were raised.
+  std::vector<std::string> remarks() const;
 
  private:
   struct Tool {

@@ -1,4 +1,4 @@
-// A loop against the clock, and what it reports of itself.
+// A loop that calls a step at a fixed rate, and measures how well it keeps the rate.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline double microseconds(Nanoseconds time) {
   return static_cast<double>(time) * 1e-3;
 }
 
-// What one loop did. Times in microseconds, one per step, in order.
+// What one loop measured. Times in microseconds, one for each step, in order.
 struct LoopTiming {
   std::vector<double> work;     // of the call alone
   std::vector<double> wake_up;  // how late the system woke the loop, after the time it had asked for
@@ -29,8 +29,8 @@ struct LoopTiming {
   std::string scheduling;    // "SCHED_FIFO 80", or why not
 };
 
-// For the calling thread: SCHED_FIFO at that priority. Without the right to it the loop runs time-shared with
-// everything else. Returns what it runs under.
+// Asks for SCHED_FIFO at that priority for the calling thread. Without the right to it the thread stays under the normal
+// scheduler. Returns the name of the scheduler that it has.
 std::string ask_for_fifo(int priority);
 
 long preemptions();  // of the calling thread, so far
@@ -38,8 +38,8 @@ long preemptions();  // of the calling thread, so far
 enum class LateSteps { left_out, caught_up };
 
 // step(index), index from 0 to steps - 1, is called when it is due and returns the time to record as its work. Steps
-// already missed are left out, or done all the same, one straight after the other. Ends early when *stop becomes true,
-// after the step that is going on.
+// that are already late are skipped, or called one after the other without waiting. When *stop becomes true, the loop ends
+// after the current step.
 template <typename Step>
 void run_loop(LoopTiming& timing, Nanoseconds start, double rate, std::uint64_t steps, LateSteps late,
               const std::atomic<bool>* stop, const Step& step) {
@@ -69,7 +69,8 @@ void run_loop(LoopTiming& timing, Nanoseconds start, double rate, std::uint64_t 
   timing.preempted = preemptions() - preempted_before;
 }
 
-// p50 to p99.99 and the largest: as JSON, as a table's head and as one of its rows (empty without values).
+// Percentiles p50 to p99.99 and the largest value: as JSON, as the head of a table, and as a row of it (empty without
+// values).
 nlohmann::ordered_json percentile_summary(const std::vector<double>& values);
 std::string percentile_head(const std::string& unit);
 std::string percentile_row(const std::string& name, const std::vector<double>& values);

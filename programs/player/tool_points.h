@@ -1,4 +1,4 @@
-// A scene's tool -> the points that touch, and where they are at a time.
+// The points of a tool that touch, and the tool's position at a time.
 #pragma once
 
 #include <vector>

@@ -3,8 +3,10 @@
 //   paper_bench columns MESH.msh --organ organ.toml --boundary bc.toml
 //   paper_bench moves MESH.msh --organ organ.toml --boundary bc.toml --bundle BUNDLE.h5
 //   paper_bench superposition BUNDLE.h5 --at X Y Z --at X Y Z --by X Y Z
+#include <CLI/CLI.hpp>
+
+#include "formats/command_line.h"
 #include "formats/errors.h"
-#include "formats/program.h"
 #include "precompute/run/run_summary.h"
 #include "precompute/solver/petsc_session.h"
 #include "studies/paper/paper_measurements.h"

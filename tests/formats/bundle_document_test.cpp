@@ -1,4 +1,4 @@
-// formats/BUNDLE.md says what the code does: its tables are compared with the layout and the section list.
+// Compares the tables of formats/BUNDLE.md with the layout and the section list.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -15,7 +15,7 @@ std::string document() {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// "f64, f32, f16": what the section may have, in the order of the type numbers.
+// "f64, f32, f16": the types that the section may have, in the order of the type numbers.
 std::string names_of(std::uint32_t types) {
   constexpr const char* names[] = {"", "f64", "f32", "i32", "u8", "text", "f16"};
   std::string list;

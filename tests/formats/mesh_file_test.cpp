@@ -29,7 +29,7 @@ void expect_equal(const TetrahedralMesh& a, const TetrahedralMesh& b) {
   }
 }
 
-// Two regions, six patches, coordinates that no short decimal holds.
+// Two regions, six patches, and coordinates that need 17 digits.
 TetrahedralMesh two_regions() {
   auto mesh = tests::box_mesh({3, 2, 2}, {1.0, 0.7, 1.0 / 3.0}, 0.1);
   mesh.region_names = {"liver", "a tumour"};
@@ -37,7 +37,7 @@ TetrahedralMesh two_regions() {
   return mesh;
 }
 
-// What a reader says when it refuses; empty when it does not.
+// The sentence with which the reader refuses; empty where it accepts.
 std::string refusal(const std::string& bytes) {
   try {
     parse_mesh(bytes, "a.msh");

@@ -1,4 +1,4 @@
-// palpate-bundle pack as its users run it: what it writes, what it states, what it refuses.
+// Runs palpate-bundle pack as users do: what it writes, states and refuses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,8 @@ TEST(PalpateBundlePack, StatesTheErrorThatDiffFinds) {
     const char *options, *surface, *interior;
     double least, most;  // of the worst column
   } forms[] = {
-      // Half a unit in the last of 11 bits bounds an entry, and so a column; random mantissas reach a third of it.
+      // The error of an entry, and so of a column, is at most half a unit in the last of 11 bits; random numbers reach a
+      // third of it.
       {"--precision f16", "f16", "f16", 1e-4, 4.9e-4},
       {"--precision f16 --surface", "f16", "", 1e-4, 4.9e-4},
       {"--low-rank 1e-4 --surface", "", "", 1e-6, 1e-4},

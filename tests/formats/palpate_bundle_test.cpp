@@ -1,4 +1,4 @@
-// palpate-bundle as its users run it: what it prints, how it ends.
+// Runs palpate-bundle as users do: what it prints and its exit codes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -175,12 +175,12 @@ TEST(PalpateBundleVerify, FindsDisplacementsThatBreakALaw) {
   };
   EXPECT_FALSE(check_of(change(entry(4, 1, held / 3, held % 3), 1, 1e-30f), "fixed nodes", 3)["held"]);
   EXPECT_FALSE(check_of(change(entry(4, 1, touchable[4], 1), 1.00001f, 0), "own displacement", 3)["held"]);
-  // Far off the touched node, a change of a millionth of the largest displacement. The bound follows the pair, about
-  // 1e-7 of its own block.
+  // A change of a millionth of the largest displacement, far from the touched node. The bound there is about 1e-7 of the
+  // pair's own 3 x 3 entry.
   const auto reciprocity = check_of(change(entry(0, 0, touchable.back(), 2), 1, 1e-6f), "reciprocity", 3);
   EXPECT_FALSE(reciprocity["held"]);
   EXPECT_GT(reciprocity["found"], 1.0);
-  // One column of the store scaled as a whole keeps its pattern, not its reciprocity.
+  // A column scaled as a whole has the right pattern, but breaks reciprocity.
   const std::string scaled = broken<float>(SectionId::displacement_surface, [&](auto& x) {
     for (std::size_t n = 0; n < ns; ++n)
       for (std::size_t i = 0; i < 3; ++i)
@@ -216,7 +216,7 @@ TEST(PalpateBundleDiff, SaysWhatDiffers) {
 }
 
 TEST(PalpateBundle, SurvivesDamageOfEveryKind) {
-  // Random bytes of the index and of small sections, index checksum made to fit: an exit code, never a signal.
+  // Random bytes in the index and in small sections, with a right index checksum: an exit code, never a signal.
   const std::string file = box_file(), bytes = file_bytes(file);
   std::mt19937_64 random(1);
   for (int round = 0; round < 10; ++round) {
@@ -258,7 +258,7 @@ TEST(PalpateBundleVerify, SolvesColumnsAgainFromTheInputs) {
 }
 
 TEST(PalpateBundleVerify, FindsAColumnThatTheInputsDoNotGive) {
-  // All of T^u and T^f of a softer organ: every law holds, only solving again tells.
+  // T^u and T^f of a softer organ satisfy every law; only solving again finds the difference.
   write_inputs();
   const std::string bundle = precompute();
   std::string bytes = file_bytes(bundle);

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <CLI/CLI.hpp>
 #include <fstream>
 #include <iterator>
 #include <new>
 
 #include "formats/atomic_file.h"
+#include "formats/command_line.h"
 #include "formats/errors.h"
 #include "tests/support/test_files.h"
 

@@ -1,4 +1,4 @@
-// palpate-bundle and palpate-precompute as their users run them, with files of one test alone.
+// Runs palpate-bundle and palpate-precompute as users do, on files of one test alone.
 #pragma once
 
 #include <fstream>

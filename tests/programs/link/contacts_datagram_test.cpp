@@ -1,4 +1,4 @@
-// The datagram: what was sent is what comes, and bytes made to harm are refused.
+// A datagram arrives as it was sent, and harmful bytes are refused.
 #include "programs/link/contacts_datagram.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using tests::Bytes;
 
-// As a hostile sender would: a checksum that fits whatever the bytes are.
+// Writes the right checksum for any bytes, as an attacker would.
 void seal(Bytes& bytes) {
   if (bytes.size() < kDatagramHeaderBytes) return;
   std::memset(bytes.data() + 16, 0, 8);
@@ -41,7 +41,7 @@ class ContactsDatagram : public tests::LinkedScene {
   }
 
   DatagramFault decode(const Bytes& bytes) {
-    // An exact-size copy: a sanitizer sees one byte too far.
+    // A copy of the exact size: a sanitizer finds a read of one byte behind it.
     const std::unique_ptr<unsigned char[]> copy(new unsigned char[bytes.size()]);
     std::copy(bytes.begin(), bytes.end(), copy.get());
     got_ = std::make_unique<tests::OwnContacts>(*player_);
@@ -90,7 +90,7 @@ TEST_F(ContactsDatagram, ComesAsItWasSentInEveryStep) {
   EXPECT_GT(with_nodes, 50);  // the scene touches, with both tools
 }
 
-// The byte map of the README, at a few of its places.
+// Some bytes of the README's byte map.
 TEST_F(ContactsDatagram, HasTheLayoutThatTheReadmeGives) {
   const auto u32 = [&](std::size_t at) {
     std::uint32_t value = 0;
@@ -164,7 +164,7 @@ TEST_F(ContactsDatagram, SaysWhatIsWrong) {
   }
 }
 
-// A sender that means harm and seals what it sends: whatever is taken must be sound for palpate_shape.
+// An attacker sends extreme values with a right checksum: what the receiver accepts must be safe for palpate_shape.
 TEST_F(ContactsDatagram, SealedWithExtremesIsRefusedOrDrawsAFiniteShape) {
   Player drawing(scene(), bundle(), Half::shape);
   int taken = 0, refused = 0;

@@ -1,4 +1,4 @@
-// What is drawn is what was sent last, whatever the network did to it.
+// The receiver draws what was sent last, although the network loses, repeats and reorders datagrams.
 #include "programs/link/contacts_receiver.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ class ContactsReceiving : public tests::LinkedScene {
   DatagramNote note_;
 };
 
-// The law: two halves in two scenes, a datagram between them, draw the bits that one scene draws.
+// Two halves in two scenes, joined by datagrams, give the same bits as one scene.
 TEST_F(ContactsReceiving, DrawsTheBitsThatOneProcessDraws) {
   for (const std::string effects : {"", "[effects]\nshape = \"volume\"\n", "[effects]\ncollision = \"deformed\"\n",
                                     "[effects]\ncontact = \"triangle\"\n"}) {

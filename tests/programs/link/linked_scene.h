@@ -50,7 +50,7 @@ class LinkedScene : public testing::Test {
   fs::path folder_;
 };
 
-// Contacts of the scene's, with their memory.
+// Contacts of the scene, with their memory.
 struct OwnContacts {
   explicit OwnContacts(const Player& player) : words(palpate_contacts_bytes(player.runtime_scene()) / 8 + 1) {}
   palpate_contacts* get() { return reinterpret_cast<palpate_contacts*>(words.data()); }

@@ -1,4 +1,4 @@
-// palpate-igtl as a process, spoken to by the classes of the OpenIGTLink library and by raw bytes.
+// palpate-igtl as a process. The clients are the classes of the OpenIGTLink library, and raw bytes.
 #include <gmock/gmock.h>
 #include <igtlClientSocket.h>
 #include <igtlMessageHeader.h>
@@ -55,7 +55,8 @@ class Client {
   void send(const Bytes& bytes) { socket->Send(bytes.data(), static_cast<int>(bytes.size())); }
   void ask(const std::string& type, const Bytes& body = {});
 
-  // Reads messages until one of that type comes. Its bytes, header included; none where the server hung up.
+  // Reads messages until one of that type comes. Returns its bytes with the header; none where the server closed the
+  // connection.
   Bytes next_bytes(const std::string& type) {
     for (int n = 0; n < kMostMessages; ++n) {
       igtl::MessageHeader::Pointer header = igtl::MessageHeader::New();
@@ -72,7 +73,7 @@ class Client {
     return {};
   }
 
-  // The same, unpacked by the library's own class, its checksum looked at.
+  // The same, unpacked by the library's own class, which compares the checksum.
   template <class Message>
   typename Message::Pointer next(const std::string& type) {
     Bytes bytes = next_bytes(type);
@@ -144,7 +145,7 @@ class OpenDoor : public tests::LinkedScene {
     EXPECT_EQ(server_->wait(), 0) << server_->errors();
   }
 
-  // What the C API says of the same two poses, LPS.
+  // The results of the C API for the same two poses, LPS.
   struct Expected {
     double force[3];
     std::vector<float> positions;
@@ -350,7 +351,7 @@ TEST(IgtlStream, ReadsMessagesInPiecesOfAnySize) {
   }
 }
 
-// RAS mm -> LPS m is a half turn about z: a quarter turn about x becomes the opposite one, about z it stays.
+// From RAS to LPS is a half turn about z: a quarter turn about x becomes the opposite one, one about z stays.
 TEST(IgtlStream, TurnsRasMillimetresIntoLpsMetres) {
   const auto pose = requests_of(message_bytes("TRANSFORM", "probe", pose_body(kAbove)), 1000)[0].pose;
   EXPECT_EQ(pose.position, (SceneConfig::Vector{0.041, 0.026, 0.044}));
@@ -378,7 +379,7 @@ TEST(IgtlStream, ReadsHeadersOfVersion2WithTheirMetadata) {
   }
 }
 
-// The header has no checksum of its own: a changed name may still be a message, but never a pose of the probe's.
+// The header has no checksum of its own: a message with a changed name may be accepted, but never as a pose of the probe.
 TEST(IgtlStream, TakesNoPoseOfAMessageWithAnyByteChanged) {
   const Bytes whole = message_bytes("TRANSFORM", "probe", pose_body(kAbove));
   for (std::size_t at = 0; at < whole.size(); ++at)

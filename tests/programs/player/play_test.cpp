@@ -86,6 +86,26 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   palpate_bundle_close(bundle);
 }
 
+TEST_F(PlayedScene, WarnsWhereAToolMetNothingAndSaysWhereItAndTheOrganAre) {
+  write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 1]]\npath = [[0, 41, -26, 44], [0.1, 41, -26, 35]]\n");
+  const Ended missed = run("scene.toml -o out");
+  EXPECT_EQ(missed.code, 0);
+  EXPECT_THAT(missed.errors,
+              HasSubstr("warning: tool \"probe\" met nothing: its points move within x 41 .. 41, y -26 .. -26, "
+                        "z 36 .. 45 mm, the organ at rest lies within x 0 .. 60, y 0 .. 50, z 0 .. 40 mm"));
+  write_scene(kProbe);
+  const Ended touched = run("scene.toml -o touched");
+  EXPECT_THAT(touched.errors, testing::Not(HasSubstr("warning")));
+  EXPECT_THAT(touched.errors, HasSubstr("note: tool \"probe\": largest force "));
+  write_scene(kProbe, "[effects]\ncollision = \"off\"\n");
+  EXPECT_THAT(run("scene.toml -o off").errors, HasSubstr("tool \"probe\" met nothing: its points touch only where"));
+}
+
+TEST_F(PlayedScene, NamesTheStepFlagsThatWereRaised) {
+  write_scene(kProbe, "[limits]\nforce = 1e-3\n");
+  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("touches raised FORCE_LIMITED: docs/troubleshooting.md"));
+}
+
 TEST_F(PlayedScene, WritesTheSameBytesTwiceButForTimings) {
   write_scene(kProbe);
   ASSERT_EQ(run("scene.toml -o one").code, 0);

@@ -1,4 +1,4 @@
-// palpate-run in a folder of the test's own, with the box bundle and a scene of the test's.
+// Runs palpate-run in a folder of the test's own, on the box bundle and a scene that the test writes.
 #pragma once
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// A run in one file: what it holds comes out again to the bit, and nothing else is taken for it.
+// A record replays to the same bits, and a file that is no record is refused.
 #include "programs/player/record.h"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST_F(Recorded, IsASceneThatGivesTheSameNumbersAndRecordsAsItself) {
   ASSERT_EQ(run("run.record -o two --record again.record").code, 0) << read_text(folder_ / "stderr.txt");
   for (const char* file : {"forces.csv", "contacts.csv"})
     EXPECT_EQ(read_text(folder_ / "one" / file), read_text(folder_ / "two" / file)) << file;
-  // The capsule has become points and each grip a node; the numbers and the hashes are those of the first.
+  // The record has points in place of the capsule and a node for each grip; the results and their checksums are the same.
   EXPECT_EQ(read_text(folder_ / "again.record"), before);
   std::size_t nonzero = 0;
   const std::string contacts = read_text(folder_ / "one/contacts.csv");
@@ -63,7 +63,7 @@ TEST_F(Recorded, IsASceneThatGivesTheSameNumbersAndRecordsAsItself) {
 }
 
 TEST_F(Recorded, WithOtherNumbersDoesNotVerify) {
-  // A file that is whole, with another hash of the output: as if this build computed something else.
+  // A correct file with another checksum of the results, as if this build computed other numbers.
   const Record said = read_record(folder_ / "run.record");
   const SceneConfig scene = read_scene_config(folder_ / "run.record");
   const Player player(scene, folder_ / "box.h5");
@@ -95,7 +95,7 @@ TEST_F(Recorded, IsRefusedWithAnotherBundleOrScene) {
   other_scene("36\\.1", "36.100000000000009", "another \"tool\"");
   write_scene(kTools, kEffects + "[limits]\nforce = 7\n");
   refused("scene.toml --replay run.record", "another \"limits\"");
-  // A bundle whose bytes are no more those that its index names.
+  // A bundle whose bytes were changed after its index was written.
   std::string bytes = read_text(folder_ / "box.h5");
   formats::BundleIndex index;
   ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);

@@ -1,0 +1,90 @@
+#include "formats/command_line.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <new>
+
+#include "formats/errors.h"
+#include "formats/program.h"
+
+namespace palpate {
+
+namespace {
+
+enum ExitCode { kDone = 0, kOperation = 1, kInput = 2, kVerification = 3 };
+
+// CLI11's own validator prints the largest double in its refusal.
+CLI::Validator number_from(const char* type, const char* expected, bool zero) {
+  return CLI::Validator(
+      [expected, zero](const std::string& text) -> std::string {
+        double number = 0;
+        if (CLI::detail::lexical_cast(text, number) && (number > 0 || (zero && number == 0)) && std::isfinite(number))
+          return {};
+        return fmt::format("expected {}, found {}", expected, text);
+      },
+      type);
+}
+
+// CLI11's ranges accept NaN.
+void refuse_numbers_that_are_not_finite(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& text : option->results()) {
+      double number = 0;
+      if (option->get_type_name().find("FLOAT") != std::string::npos && CLI::detail::lexical_cast(text, number) &&
+          !std::isfinite(number))
+        throw CLI::ValidationError(option->get_name(), fmt::format("expected a finite number, found {}", text));
+    }
+  for (const CLI::App* sub : app.get_subcommands()) refuse_numbers_that_are_not_finite(*sub);
+}
+
+int fail(const std::string& name, const std::string& text, ExitCode code) {
+  say_failure(name, text);
+  return code;
+}
+
+}  // namespace
+
+CLI::Validator positive_number() {
+  return number_from("POSITIVE", "a number above 0", false);
+}
+CLI::Validator non_negative_number() {
+  return number_from("NONNEGATIVE", "a number of 0 or above", true);
+}
+
+int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<void(CLI::App&)>& define, const std::function<void()>& body) {
+  try {
+    CLI::App app(description, name);
+    app.set_version_flag("--version", name + " " + PALPATE_VERSION);
+    bool quiet = false;
+    app.add_flag("--quiet", quiet, "Errors and warnings only");
+    app.fallthrough();  // also after a subcommand
+    set_quiet(false);
+    define(app);
+    try {
+      app.parse(argc, argv);
+      refuse_numbers_that_are_not_finite(app);
+    } catch (const CLI::Success& success) {  // --help, --version
+      return app.exit(success);
+    } catch (const CLI::ParseError& error) {
+      return fail(name, fmt::format("{}; see {} --help", error.what(), name), kInput);
+    }
+    set_quiet(quiet);
+    body();
+    return kDone;
+  } catch (const InputError& error) {
+    return fail(name, error.what(), kInput);
+  } catch (const VerificationError& error) {
+    return fail(name, error.what(), kVerification);
+  } catch (const std::bad_alloc&) {
+    return fail(name, "out of memory; use a smaller input or a larger machine", kOperation);
+  } catch (const std::exception& error) {
+    return fail(name, error.what(), kOperation);
+  } catch (...) {
+    return fail(name, "stopped by an error without a description", kOperation);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+// The command line of every offline program, parsed with CLI11. For mains alone: a file that adds options includes
+// <CLI/CLI.hpp> itself, and no library pays for compiling it.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace CLI {
+class App;
+class Validator;
+}  // namespace CLI
+
+namespace palpate {
+
+// Calls define, which adds the program's options to the app; parses; calls body. Adds --help, --version and --quiet.
+// Refuses a number that is not finite in every option. Returns the exit code: 0 done; 1 OperationError, std::bad_alloc or
+// any other exception; 2 InputError or bad usage; 3 VerificationError. A failure prints one sentence, "NAME: ...", to
+// stderr.
+int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<void(CLI::App&)>& define, const std::function<void()>& body);
+
+// For an option's check(): a number above 0; a number of 0 or above.
+CLI::Validator positive_number();
+CLI::Validator non_negative_number();
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// The one list of keys of organ.toml, boundary/NAME.toml and scene.toml. The readers accept these keys and no others; the
+// tables of docs/files.md are printed from the list.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+enum class ConfigFile { organ, boundary, scene };
+
+// All texts are Markdown for docs/files.md.
+struct ConfigKey {
+  ConfigFile file;
+  const char* table;  // the table's own name, "region" for [[region]]; "" for the top of the file
+  const char* key;
+  const char* type;
+  const char* unit;      // "-" for what has none
+  const char* standard;  // the value where the key is absent: TOML text; "required"; or "-": the effect is off
+  const char* limits;    // of a choice: "a, b, c", the words that the reader accepts
+  const char* meaning;
+};
+
+const std::vector<ConfigKey>& config_keys();
+
+// The list's line, or nullptr.
+const ConfigKey* find_config_key(ConfigFile file, std::string_view table, std::string_view key);
+
+}  // namespace palpate

@@ -1,0 +1,248 @@
+#include "formats/toml_reader.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+int line_of(const toml::node& node) {
+  return static_cast<int>(node.source().begin.line);
+}
+
+std::string shown(const toml::node& node) {
+  std::string text;
+  node.visit([&text](const auto& value) {
+    std::ostringstream out;
+    if constexpr (toml::is_table<decltype(value)> || toml::is_array<decltype(value)>)
+      out << value;
+    else
+      out << toml::node_view<const toml::node>(value);
+    text = out.str();
+  });
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+toml::table parse_toml(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file))
+    throw InputError(fmt::format("{}: expected a TOML file, found {}", file.string(),
+                                 std::filesystem::exists(file) ? "something that is not a file" : "no such file"));
+  try {
+    return toml::parse_file(file.string());
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}:{}: not valid TOML: {}", file.string(), error.source().begin.line, error.description()));
+  }
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+}  // namespace
+
+struct TomlTable::State {
+  std::shared_ptr<const toml::table> document;  // keeps the nodes alive
+  const toml::table* table;
+  std::filesystem::path file;
+  ConfigFile kind;
+  std::string name;      // of the table in the list of keys: "region"
+  std::string headline;  // of the table in sentences: "", "response", "[[region]] 2"
+  std::set<std::string, std::less<>> asked;
+
+  std::shared_ptr<State> inner(const toml::table& node, std::string_view key, std::string head) const {
+    return std::make_shared<State>(State{document, &node, file, kind, std::string(key), std::move(head), {}});
+  }
+
+  std::string heading() const { return headline.empty() ? "" : headline + ": "; }
+
+  [[noreturn]] void fail(int at, std::string_view key, const std::string& expected, const std::string& found) const {
+    throw InputError(
+        fmt::format("{}:{}: {}{}: expected {}, found {}", file.string(), at, heading(), key, expected, found));
+  }
+
+  [[noreturn]] void wrong(std::string_view key, const std::string& expected) const {
+    const auto* value = table->get(key);
+    fail(line_of(value ? *value : *table), key, expected, value ? shown(*value) : "nothing");
+  }
+
+  const ConfigKey& listed(std::string_view key) const {
+    if (const ConfigKey* line = find_config_key(kind, name, key)) return *line;
+    throw std::logic_error(fmt::format("formats/config_keys.cpp has no key \"{}\" in table \"{}\"", key, name));
+  }
+
+  const toml::node* ask(std::string_view key) {
+    asked.insert(listed(key).key);
+    return table->get(key);
+  }
+
+  const toml::node& need(std::string_view key, std::string_view expected) {
+    const auto* value = ask(key);
+    if (!value)
+      throw InputError(fmt::format("{}:{}: {}the key \"{}\" is missing; expected {}", file.string(), line_of(*table),
+                                   heading(), key, expected));
+    return *value;
+  }
+
+  const toml::array& array(std::string_view key, const std::string& expected) {
+    const auto* value = need(key, expected).as_array();
+    if (!value || value->empty()) wrong(key, expected + ", not empty");
+    return *value;
+  }
+
+  double finite(const toml::node& node, std::string_view key) const {
+    const auto value = node.is_string() ? std::optional<double>() : node.value<double>();
+    if (!value || !std::isfinite(*value)) wrong(key, "a finite number");
+    return *value;
+  }
+
+  std::array<double, 3> three(const toml::node& node, std::string_view key) const {
+    const auto* value = node.as_array();
+    if (!value || value->size() != 3) wrong(key, "three numbers [x, y, z]");
+    return {finite((*value)[0], key), finite((*value)[1], key), finite((*value)[2], key)};
+  }
+};
+
+TomlTable::TomlTable(const std::filesystem::path& file, ConfigFile kind) {
+  const auto document = std::make_shared<const toml::table>(parse_toml(file));
+  state_ = std::make_shared<State>(State{document, document.get(), file, kind, "", "", {}});
+}
+
+int TomlTable::line() const {
+  return line_of(*state_->table);
+}
+
+const std::filesystem::path& TomlTable::file() const {
+  return state_->file;
+}
+
+bool TomlTable::has(std::string_view key) {
+  return state_->ask(key) != nullptr;
+}
+
+std::string TomlTable::text(std::string_view key, const char* example) {
+  const auto* value = state_->need(key, example).as_string();
+  if (!value) wrong(key, fmt::format("a string such as {}", example));
+  if (value->get().empty()) wrong(key, "a string that is not empty");
+  return value->get();
+}
+
+double TomlTable::number(std::string_view key) {
+  return state_->finite(state_->need(key, "a number"), key);
+}
+
+std::int64_t TomlTable::integer(std::string_view key) {
+  const auto* value = state_->need(key, "an integer").as_integer();
+  if (!value) wrong(key, "an integer");
+  return value->get();
+}
+
+bool TomlTable::boolean(std::string_view key) {
+  const auto* value = state_->need(key, "true or false").as_boolean();
+  if (!value) wrong(key, "true or false");
+  return value->get();
+}
+
+std::array<double, 3> TomlTable::vector(std::string_view key) {
+  return state_->three(state_->need(key, "[x, y, z]"), key);
+}
+
+std::vector<std::array<double, 3>> TomlTable::points(std::string_view key) {
+  std::vector<std::array<double, 3>> result;
+  for (const auto& item : state_->array(key, "[[x, y, z], ...]")) result.push_back(state_->three(item, key));
+  return result;
+}
+
+std::vector<std::string> TomlTable::texts(std::string_view key) {
+  std::vector<std::string> result;
+  for (const auto& item : state_->array(key, "an array of strings")) {
+    if (!item.is_string()) wrong(key, "an array of strings");
+    result.push_back(item.as_string()->get());
+  }
+  return result;
+}
+
+std::vector<std::vector<double>> TomlTable::rows_of(std::string_view key, std::size_t n, const char* expected) {
+  std::vector<std::vector<double>> result;
+  for (const auto& item : state_->array(key, fmt::format("rows of {}", expected))) {
+    const auto* row = item.as_array();
+    if (!row || row->size() != n) wrong_row(key, result.size(), expected);
+    result.emplace_back();
+    for (const auto& number : *row) result.back().push_back(state_->finite(number, key));
+  }
+  return result;
+}
+
+std::size_t TomlTable::index_of_choice(std::string_view key, const std::vector<std::string>& words) {
+  const std::string list = joined(words);
+  if (list != state_->listed(key).limits)
+    throw std::logic_error(fmt::format("formats/config_keys.cpp: the words of \"{}\" are {}", key, list));
+  const std::string found = text(key, words.front().c_str());
+  const auto at = std::find(words.begin(), words.end(), found);
+  if (at == words.end()) state_->fail(line_of(*state_->table->get(key)), key, "one of " + list, '"' + found + '"');
+  return static_cast<std::size_t>(at - words.begin());
+}
+
+TomlTable TomlTable::table(std::string_view key) {
+  const auto* value = state_->need(key, "a table").as_table();
+  if (!value) wrong(key, "a table");
+  const std::string& outer = state_->headline;
+  return TomlTable(state_->inner(*value, key, outer.empty() ? std::string(key) : outer + "." + std::string(key)));
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) {
+  std::vector<TomlTable> result;
+  if (!has(key)) return result;
+  for (const auto& item : state_->array(key, "an array of tables")) {
+    if (!item.is_table()) wrong(key, fmt::format("tables, each headed [[{}]]", key));
+    result.push_back(TomlTable(state_->inner(*item.as_table(), key, fmt::format("[[{}]] {}", key, result.size() + 1))));
+  }
+  return result;
+}
+
+std::vector<TomlTable> TomlTable::one_or_more(std::string_view key) {
+  if (has(key) && state_->table->get(key)->is_table()) return {table(key)};
+  std::vector<TomlTable> result;
+  for (const auto& item : state_->array(key, "a table or an array of tables")) {
+    if (!item.is_table()) wrong(key, "a table or an array of tables");
+    result.push_back(TomlTable(state_->inner(*item.as_table(), key, state_->headline + "." + std::string(key))));
+  }
+  return result;
+}
+
+void TomlTable::finish() const {
+  std::vector<std::string> known;
+  for (const ConfigKey& line : config_keys())
+    if (line.file == state_->kind && line.table == state_->name) known.push_back(line.key);
+  for (const auto& [key, value] : *state_->table)
+    if (std::find(known.begin(), known.end(), key.str()) == known.end())
+      throw InputError(fmt::format("{}:{}: {}unknown key \"{}\"; the keys here are {}", state_->file.string(),
+                                   line_of(value), state_->heading(), key.str(), joined(known)));
+  for (const std::string& key : known)
+    if (!state_->asked.count(key))
+      throw std::logic_error(fmt::format(
+          "formats/config_keys.cpp has the key \"{}\" in table \"{}\", which no reader asks for", key, state_->name));
+}
+
+void TomlTable::wrong(std::string_view key, const std::string& expected) const {
+  state_->wrong(key, expected);
+}
+
+void TomlTable::wrong_row(std::string_view key, std::size_t row, const std::string& expected) const {
+  const auto& item = (*state_->table->get(key)->as_array())[row];
+  state_->fail(line_of(item), fmt::format("{}[{}]", key, row), expected, shown(item));
+}
+
+}  // namespace palpate

@@ -1,0 +1,206 @@
+// Compares docs/files.md with the readers: its tables are printed from the list of keys, its examples are read, and its
+// defaults are those that the readers take.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "formats/config_keys.h"
+#include "formats/organ_config.h"
+#include "formats/scene_config.h"
+#include "tests/support/test_files.h"
+
+namespace palpate {
+namespace {
+
+using tests::fresh_folder;
+
+const std::map<std::string, ConfigFile> kFiles = {
+    {"organ.toml", ConfigFile::organ}, {"boundary", ConfigFile::boundary}, {"scene.toml", ConfigFile::scene}};
+
+std::string page() {
+  std::ifstream in(PALPATE_SOURCE_FOLDER "/docs/files.md");
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// As a cell of a Markdown table.
+std::string cell(std::string text) {
+  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, 1, '\\');
+  return text;
+}
+
+std::string keys_of(ConfigFile file, const std::string& table) {
+  std::ostringstream out;
+  out << "| key | type | unit | default | limits | meaning |\n|---|---|---|---|---|---|\n";
+  for (const ConfigKey& key : config_keys()) {
+    if (key.file != file || table != key.table) continue;
+    const std::string standard = key.standard;
+    const bool word = standard == "required" || standard == "-";
+    const std::string limits = std::string(key.type) == "choice" ? "one of " + std::string(key.limits) : key.limits;
+    out << "| `" << key.key << "` | " << key.type << " | " << key.unit << " | "
+        << (word ? standard : "`" + standard + "`") << " | " << cell(limits.empty() ? "-" : limits) << " | "
+        << cell(key.meaning) << " |\n";
+  }
+  return out.str();
+}
+
+// Returns the page with every table of keys printed anew; fills `tables` with the tables that it has.
+std::string printed(const std::string& text, std::multiset<std::pair<ConfigFile, std::string>>& tables) {
+  static const std::regex marker(R"(<!-- keys: (\S+) ?(\S*) -->\n)");
+  std::string out;
+  std::size_t at = 0;
+  for (std::sregex_iterator i(text.begin(), text.end(), marker), end; i != end; ++i) {
+    const std::size_t begin = static_cast<std::size_t>(i->position() + i->length());
+    const std::size_t close = text.find("<!-- end of keys -->", begin);
+    const auto file = kFiles.find((*i)[1]);
+    if (close == std::string::npos || file == kFiles.end()) {
+      ADD_FAILURE() << "docs/files.md: what does this line mean? " << (*i)[0];
+      return text;
+    }
+    tables.emplace(file->second, (*i)[2]);
+    out += text.substr(at, begin - at) + "\n" + keys_of(file->second, (*i)[2]) + "\n";
+    at = close;
+  }
+  return out + text.substr(at);
+}
+
+TEST(FilesPage, HasEachTableOfKeysOnceAndAsTheListSays) {
+  const std::string text = page();
+  std::multiset<std::pair<ConfigFile, std::string>> tables;
+  const std::string expected = printed(text, tables);
+  for (const ConfigKey& key : config_keys())
+    EXPECT_EQ(tables.count({key.file, key.table}), 1u) << "docs/files.md: keys of table \"" << key.table << '"';
+  if (text == expected) return;
+  const std::filesystem::path printed_page = fresh_folder() / "files.md";
+  std::ofstream(printed_page) << expected;
+  ADD_FAILURE() << "docs/files.md does not say what formats/config_keys.cpp says; replace it: cp "
+                << printed_page.string() << " docs/files.md";
+}
+
+// The page's ```toml blocks, by the file name in their first line.
+std::map<std::string, std::string> examples() {
+  static const std::regex block(R"(```toml\n# (\S+)\n([^`]*)```)");
+  const std::string text = page();
+  std::map<std::string, std::string> found;
+  for (std::sregex_iterator i(text.begin(), text.end(), block), end; i != end; ++i) found[(*i)[1]] = (*i)[2];
+  return found;
+}
+
+TEST(FilesPage, HasAnExampleOfEachFileThatTheReaderAcceptsAndThatShowsEveryKey) {
+  const std::filesystem::path folder = fresh_folder();
+  auto text = examples();
+  ASSERT_EQ(text.size(), 3u);
+  const auto written = [&](const std::string& name) {
+    std::filesystem::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name) << text.at(name);
+    return folder / name;
+  };
+  EXPECT_EQ(read_organ_config(written("organ.toml")).regions.size(), 2u);
+  EXPECT_EQ(read_boundary_config(written("boundary/held.toml")).fixed.size(), 2u);
+  std::ofstream(folder / "rod.csv") << "time,x,y,z\n0,0,0,0\n";
+  EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 3u);
+  const std::map<ConfigFile, std::string> names = {{ConfigFile::organ, "organ.toml"},
+                                                   {ConfigFile::boundary, "boundary/held.toml"},
+                                                   {ConfigFile::scene, "scene.toml"}};
+  for (const ConfigKey& key : config_keys())
+    EXPECT_TRUE(std::regex_search(text.at(names.at(key.file)), std::regex("\\b" + std::string(key.key) + "\\b")))
+        << "docs/files.md: the example of " << names.at(key.file) << " does not show the key " << key.key;
+}
+
+// Each @table.key@ of the text becomes the key with its default, or an empty line.
+std::string filled(ConfigFile file, const std::string& text, bool with_defaults, std::set<std::string>& seen) {
+  std::istringstream in(text);
+  std::string out, line;
+  while (std::getline(in, line)) {
+    static const std::regex place(R"(@(\w+)\.(\w+)(,?)@)");
+    std::smatch found;
+    while (std::regex_search(line, found, place)) {
+      const ConfigKey* key = find_config_key(file, found[1].str(), found[2].str());
+      EXPECT_NE(key, nullptr) << line;
+      if (key) seen.insert(found[1].str() + "." + found[2].str());
+      const std::string value = key && with_defaults ? found[2].str() + " = " + key->standard : std::string();
+      const std::string comma = with_defaults ? found[3].str() : std::string();
+      line = found.prefix().str() + value + comma + found.suffix().str();
+    }
+    out += line + "\n";
+  }
+  return out;
+}
+
+template <class Config>
+void expect_the_defaults(ConfigFile file, const std::function<Config(const std::filesystem::path&)>& read,
+                         const std::string& text) {
+  const std::filesystem::path toml = fresh_folder() / "config.toml";
+  std::set<std::string> seen;
+  std::ofstream(toml) << filled(file, text, true, seen);
+  const Config stated = read(toml);
+  std::ofstream(toml) << filled(file, text, false, seen);
+  EXPECT_TRUE(stated == read(toml)) << "a default of formats/config_keys.cpp is not the reader's:\n" << text;
+  for (const ConfigKey& key : config_keys()) {
+    const std::string standard = key.standard;
+    if (key.file == file && standard != "required" && standard != "-") {
+      EXPECT_TRUE(seen.count(std::string(key.table) + "." + key.key)) << key.table << "." << key.key;
+    }
+  }
+}
+
+TEST(FilesPage, StatesTheDefaultsThatTheReadersTake) {
+  expect_the_defaults<OrganConfig>(ConfigFile::organ, read_organ_config, R"(name = "liver"
+mesh_unit = "mm"
+frame = "LPS"
+element = "p1"
+[[region]]
+name = "liver"
+young = { value = 5.4, unit = "kPa", source = "a" }
+poisson = { value = 0.45, source = "b" }
+[response]
+curve = "c.csv"
+source = "d"
+height = { value = 13, unit = "mm" }
+radius = { value = 15, unit = "mm" }
+young = { value = 3156, unit = "Pa", source = "e" }
+poisson = { value = 0.3, source = "f" }
+@response.degree@
+)");
+  expect_the_defaults<BoundaryConfig>(ConfigFile::boundary, read_boundary_config, R"(name = "back"
+[[fixed]]
+dofs = "xyz"
+select = { @select.where,@ everything = true }
+[store]
+@store.interior@
+)");
+  expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
+unit = "mm"
+[effects]
+@effects.collision@
+@effects.contact@
+@effects.law@
+@effects.force@
+@effects.shape@
+@effects.radial@
+@effects.preload@
+[rate]
+@rate.touch@
+@rate.shape@
+[limits]
+@limits.force@
+@limits.force_slew@
+[[tool]]
+name = "probe"
+capsule = { radius = 4, length = 60, @capsule.axis,@ samples = 4 }
+path = [[0, 0, 0, 0]]
+@tool.friction@
+@tool.hold@
+[[tool.grip]]
+nearest = [0, 0, 0]
+@grip.axes@
+)");
+}
+
+}  // namespace
+}  // namespace palpate
