@@ -1,5 +1,5 @@
-// Memory and processor time of a mesh whose operator is divided among ranks, against one rank that holds all of it.
-//   mpiexec -n G distributed_bench MESH.msh organ.toml bc.toml [columns at a time [blocks]] [-- PETSc options]
+// Memory and processor time with the operator divided among ranks, compared with one rank that holds all of it.
+//   mpiexec -n G distributed_bench MESH.msh organ.toml bc.toml [columns at a time [batches]] [-- PETSc options]
 #include <fmt/format.h>
 #include <mpi.h>
 #include <sys/resource.h>
@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "bench/petsc_bench.h"
-#include "bench/processor_time.h"
 #include "precompute/elements/discretisation.h"
 #include "precompute/ranks/distributed_solver.h"
+#include "studies/timing/timing.h"
 
 namespace palpate {
 namespace {
 
-using bench::processor_seconds;
+using studies::processor_seconds;
 
 double peak_megabytes() {
   rusage usage{};
@@ -35,7 +35,7 @@ void run(const std::vector<std::string>& words) {
   const double read_megabytes = peak_megabytes();
   ColumnSolverOptions options;
   options.width = words.size() > 3 ? std::stoi(words[3]) : 32;
-  const int blocks = words.size() > 4 ? std::stoi(words[4]) : 3;
+  const int batches = words.size() > 4 ? std::stoi(words[4]) : 3;
 
   double begin = processor_seconds();
   const RowPartition partition = partition_rows(body.nodes, body.fixed, count);
@@ -51,16 +51,16 @@ void run(const std::vector<std::string>& words) {
   std::vector<ColumnReport> reports(solver->width());
   begin = processor_seconds();
   double worst = 0;
-  for (int block = 0; block < blocks; ++block) {
+  for (int batch = 0; batch < batches; ++batch) {
     std::vector<Load> loads;
     for (std::int32_t c = 0; c < solver->width(); ++c) {
-      const auto n = body.touchable[static_cast<std::size_t>(c / 3 + block * 41) * 7919 % body.touchable.size()];
+      const auto n = body.touchable[static_cast<std::size_t>(c / 3 + batch * 41) * 7919 % body.touchable.size()];
       loads.push_back({3 * static_cast<std::int64_t>(partition.row_of_node[n]) + c % 3, c, 1.0});
     }
     solver->solve(loads, x.data(), reports);
     for (const auto& report : reports) worst = std::max(worst, report.residual);
   }
-  const double seconds = (processor_seconds() - begin) / (blocks * solver->width());
+  const double seconds = (processor_seconds() - begin) / (batches * solver->width());
   for (int r = 0; r < count; ++r) {
     MPI_Barrier(MPI_COMM_WORLD);
     if (r != rank) continue;
@@ -75,5 +75,6 @@ void run(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
   return palpate::bench::petsc_bench(
-      argc, argv, 3, "distributed_bench MESH.msh organ.toml bc.toml [width [blocks]] [-- PETSc options]", palpate::run);
+      argc, argv, 3, "distributed_bench MESH.msh organ.toml bc.toml [width [batches]] [-- PETSc options]",
+      palpate::run);
 }

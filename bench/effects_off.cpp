@@ -1,5 +1,5 @@
-// What effects cost a scene that leaves them off: steps of the runtime as it is beside those of the same sources built without
-// any effect that can be off, in turns, in one process.
+// What effects cost in a scene that leaves them off. Compares steps of the runtime with steps of a build without any effect
+// that can be off, in turns in one process.
 //
 //   effects_off_bench BUNDLE.h5 [rounds]
 #include <dlfcn.h>
@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// One build of the runtime. Both export the same names, so each is loaded for itself.
+// One build of the runtime. Both builds export the same names, so each is loaded as a module of its own.
 struct Runtime {
   explicit Runtime(const std::string& file) : library(dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) {
     if (!library) {
@@ -51,7 +51,7 @@ struct Runtime {
   decltype(&palpate_shape) shape;
 };
 
-// One scene with every effect off that can be, and its output; a tool point goes in and out beside the grips.
+// One scene with every possible effect off, and its output. Grips hold nodes, and a tool point goes in and out.
 class Played {
  public:
   Played(const Runtime& runtime, const char* file, int grips) : runtime_(runtime) {
@@ -72,7 +72,7 @@ class Played {
       grip.displacement[2] = 1e-3;
       grips_.push_back(grip);
     }
-    // Over the middle of a triangle in the middle of the list, along its normal.
+    // The tool point moves along the normal of a triangle in the middle of the list.
     const std::int32_t* t = runtime.bundle_triangles(bundle) + 3 * (info.triangle_count / 2);
     const double* n = runtime.bundle_nodes(bundle);
     double a[3], b[3];
@@ -131,8 +131,8 @@ double seconds(int steps, const Step& step) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Two scenes, one of each build. Where their memory happens to lie is worth some per cent, so there are many pairs, and in
-// turns one or the other is made first.
+// Two scenes, one of each build. The address of a scene's memory changes its time by some per cent, so there are many pairs,
+// and the two builds take turns in being created first.
 struct Pair {
   Pair(const Runtime& whole_build, const Runtime& without_build, const char* file, int grips, bool whole_first) {
     if (whole_first) whole = std::make_unique<Played>(whole_build, file, grips);
@@ -142,7 +142,8 @@ struct Pair {
   std::unique_ptr<Played> whole, without;
 };
 
-// As it is over without: the median of the rounds' ratios. Each round times both, in turns which goes first.
+// Median over the rounds of (time of the full runtime / time of the build without effects). In each round both are timed; they
+// take turns in going first.
 template <class Step>
 void compare(const char* name, std::vector<Pair>& pairs, int rounds, int steps, const Step& step) {
   std::vector<double> ratio, time;

@@ -1,6 +1,6 @@
-// Processor time of one column: blocks of columns through multigrid, against one column at a time through PETSc's CG and
-// GAMG over the same matrix, measured in turns in the same run.
-//   multigrid_bench MESH.msh organ.toml bc.toml [columns of the reference [block widths...]] [-- PETSc options]
+// Processor time for one column with our multigrid, which solves many columns together, compared with PETSc's CG and GAMG, which
+// solve one column at a time. The same matrix, in turns in the same run.
+//   multigrid_bench MESH.msh organ.toml bc.toml [columns of the reference [widths...]] [-- PETSc options]
 #include <fmt/format.h>
 #include <petscksp.h>
 
@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "bench/petsc_bench.h"
-#include "bench/processor_time.h"
 #include "precompute/elements/discretisation.h"
 #include "precompute/solver/column_solver.h"
 #include "precompute/solver/petsc_matrix.h"
+#include "studies/timing/timing.h"
 
 namespace palpate {
 namespace {
 
-using bench::processor_seconds;
+using studies::processor_seconds;
 
 constexpr double kTolerance = 1e-9;
 
@@ -61,7 +61,7 @@ class OneAtATime {
   }
   double setup() const { return setup_; }
 
-  // Seconds of one column.
+  // Solves one column; returns seconds.
   double solve(std::int64_t dof) {
     check(VecSet(b_, 0));
     check(VecSetValue(b_, static_cast<PetscInt>(dof), 1, INSERT_VALUES));
@@ -89,9 +89,9 @@ struct Figures {
   int iterations = 0;
 };
 
-// One block of width columns.
-Figures block(const HeldStiffness& held, const std::vector<std::array<double, 3>>& coordinates,
-              const std::vector<std::int64_t>& dofs, int width) {
+// Solves `width` columns together.
+Figures measure_batch(const HeldStiffness& held, const std::vector<std::array<double, 3>>& coordinates,
+                      const std::vector<std::int64_t>& dofs, int width) {
   ColumnSolverOptions options;
   options.tolerance = kTolerance;
   options.width = width;
@@ -137,7 +137,7 @@ void run(const std::vector<std::string>& words) {
   for (const int width : widths) {
     double seconds = 0;
     for (int c = 0; c < columns; ++c) seconds += reference.solve(dofs[static_cast<std::size_t>(c)]) / columns;
-    const Figures figures = block(held, coordinates, dofs, width);
+    const Figures figures = measure_batch(held, coordinates, dofs, width);
     fmt::print("| {} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {} | {} | {:.1e} |\n", width, figures.setup,
                1e3 * figures.seconds, 1e3 * seconds, seconds / figures.seconds, figures.iterations,
                reference.iterations, figures.residual);

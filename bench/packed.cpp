@@ -1,5 +1,5 @@
-// What a packed bundle costs beside the rows of f32 it was made from: bytes, stated error, and touch and shape times as
-// ratios, the bundles taking turns in every round.
+// Compares packed bundles with the f32 bundle that they were made from: bytes, stated error, and the times of touch and shape as
+// ratios. The bundles take turns in every round.
 //
 //   packed_bench F32.h5 PACKED.h5 ...
 #include <algorithm>
@@ -29,7 +29,7 @@ double median(std::vector<double> times) {
   return times[times.size() / 2];
 }
 
-// One bundle with a scene of grips, which move on to other nodes from turn to turn, so that no column stays in the cache.
+// One bundle with a scene of grips. Each turn grips other nodes, so that no column stays in the cache.
 class Bench {
  public:
   explicit Bench(const char* file) : file_(file) {
@@ -51,7 +51,7 @@ class Bench {
     palpate_bundle_close(bundle_);
   }
 
-  // Seconds of one touch, other nodes each time, and of the shape it makes.
+  // Seconds of one touch with new nodes, and of its shape.
   void step(int contacts, int turn, double* touch, double* shape) {
     std::vector<palpate_grip> grips(static_cast<std::size_t>(contacts));
     const palpate_bundle_info info = palpate_bundle_describe(bundle_);
@@ -72,7 +72,7 @@ class Bench {
     *shape = seconds_since(start);
   }
 
-  // A number of the provenance; 0 where there is none.
+  // A number of the provenance; 0 if it is missing.
   double stated(const std::string& key) const {
     palpate_error ignored;
     const auto* entry = palpate::formats::find_section(bundle_->index, palpate::formats::SectionId::provenance);

@@ -11,7 +11,8 @@
 
 namespace palpate::bench {
 
-// Runs a benchmark on the words before "--", with the PETSc options after it; 2 where there are fewer than least words.
+// Calls run(words before "--") in a PETSc session with the options after "--". Returns 2 if there are fewer than `least`
+// words.
 template <class Run>
 int petsc_bench(int argc, char** argv, std::size_t least, const char* usage, Run run) {
   int own = 1;

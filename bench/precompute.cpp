@@ -1,6 +1,6 @@
-// Processor time of all that a column takes, against CHOLMOD on blocks of 64 dense columns over the same matrix, in turns
-// in the same run; and what the plan predicts against what happens.
-//   precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [blocks to sample; all]
+// Processor time of all work for a column, compared with CHOLMOD on 64 dense columns at a time with the same matrix, in turns in
+// the same run. `model` compares the plan's predictions with measured times and memory.
+//   precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [batches to sample; all]
 //   precompute_bench model [p1|p1-anp] [most vertices]
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "bench/processor_time.h"
 #include "precompute/elements/block.h"
 #include "precompute/elements/discretisation.h"
 #include "precompute/solver/block_residual.h"
@@ -23,12 +22,13 @@
 #include "precompute/solver/solver_plan.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "precompute/tensors/displacement_rows.h"
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
+#include "studies/timing/timing.h"
 
 namespace palpate {
 namespace {
 
-using bench::processor_seconds;
+using studies::processor_seconds;
 
 constexpr int kWidth = 96, kReferenceWidth = 64;
 
@@ -50,7 +50,7 @@ Element element_named(const std::string& name) {
   return name == "p1-anp" ? Element::p1_anp : Element::p1;
 }
 
-// METIS on the dofs, supernodal factor, cholmod_l_solve2: what a user would write.
+// The reference, what a user would write: METIS on the dofs, supernodal factor, cholmod_l_solve2.
 class Reference {
  public:
   explicit Reference(const BlockMatrix& k) : n_(3 * static_cast<std::size_t>(k.rows)) {
@@ -72,7 +72,7 @@ class Reference {
     for (auto* dense : {&b_, &x_, &y_, &e_}) cholmod_l_free_dense(dense, &session_.common);
   }
 
-  // Seconds of one block of unit forces, the right-hand side being there already.
+  // Seconds to solve some columns of unit forces; filling the right-hand side is not counted.
   double solve(const std::vector<std::int64_t>& dofs) {
     auto* values = static_cast<double*>(b_->x);
     std::fill_n(values, n_ * kReferenceWidth, 0.0);
@@ -109,24 +109,24 @@ class Reference {
   cholmod_dense *b_ = nullptr, *x_ = nullptr, *y_ = nullptr, *e_ = nullptr;
 };
 
-// The blocks of unit forces that the program would solve together: neighbours in the elimination order.
-std::vector<std::vector<std::int32_t>> blocks_of(const Problem& problem, const Elimination& elimination) {
+// The unit forces that palpate-precompute would solve together: neighbours in the elimination order.
+std::vector<std::vector<std::int32_t>> batches_of(const Problem& problem, const Elimination& elimination) {
   std::vector<std::int32_t> rows = problem.column_rows;
   std::sort(rows.begin(), rows.end(), [&](auto a, auto b) { return elimination.place[a] < elimination.place[b]; });
-  std::vector<std::vector<std::int32_t>> blocks;
+  std::vector<std::vector<std::int32_t>> batches;
   for (std::size_t at = 0; at < rows.size(); at += kWidth / 3)
-    blocks.emplace_back(rows.begin() + static_cast<std::ptrdiff_t>(at),
-                        rows.begin() + static_cast<std::ptrdiff_t>(std::min(at + kWidth / 3, rows.size())));
-  return blocks;
+    batches.emplace_back(rows.begin() + static_cast<std::ptrdiff_t>(at),
+                         rows.begin() + static_cast<std::ptrdiff_t>(std::min(at + kWidth / 3, rows.size())));
+  return batches;
 }
 
-// Seconds, summed over blocks; columns counts what they hold.
+// Seconds, and the number of columns that they were spent on.
 struct Shares {
   double solve = 0, certify = 0, rows = 0, write = 0, columns = 0, worst_residual = 0;
   double all() const { return solve + certify + rows + write; }
 };
 
-// Solves a block, certifies it, turns it into rows of T^u and writes them, as the program does.
+// Solves columns, certifies them, turns them into rows of T^u and writes these, as palpate-precompute does.
 class Ours {
  public:
   Ours(const Problem& problem, SupernodalFactor& factor)
@@ -137,7 +137,7 @@ class Ours {
   }
   ~Ours() { std::fclose(file_); }
 
-  void block(const std::vector<std::int32_t>& nodes, Shares& shares) {
+  void batch(const std::vector<std::int32_t>& nodes, Shares& shares) {
     std::vector<Load> loads;
     for (std::size_t i = 0; i < nodes.size(); ++i)
       for (int j = 0; j < 3; ++j)
@@ -169,13 +169,13 @@ class Ours {
   std::vector<float> rows_;
 };
 
-void compare(Problem problem, const char* element, std::size_t most_blocks) {
+void compare(Problem problem, const char* element, std::size_t most_batches) {
   auto reference = std::make_unique<Reference>(problem.held.matrix);
   double begun = processor_seconds();
   std::shared_ptr<const Elimination> elimination =
       std::make_shared<const Elimination>(analyse_elimination(problem.held.matrix));
   const double order_seconds = processor_seconds() - begun;
-  const auto blocks_before = blocks_of(problem, *elimination);
+  const auto batches_before = batches_of(problem, *elimination);
   const auto old_place = elimination->place;
   const double numbers = static_cast<double>(elimination->numbers());
   elimination = put_in_order(problem.held, *elimination);
@@ -185,16 +185,16 @@ void compare(Problem problem, const char* element, std::size_t most_blocks) {
   const double factor_seconds = processor_seconds() - begun;
 
   Ours ours(problem, factor);
-  const auto blocks = blocks_of(problem, *elimination);
-  const std::size_t sampled = std::min(most_blocks, blocks.size());
+  const auto batches = batches_of(problem, *elimination);
+  const std::size_t sampled = std::min(most_batches, batches.size());
   Shares shares, warm_up;
-  ours.block(blocks[0], warm_up);
+  ours.batch(batches[0], warm_up);
   double reference_seconds = 0, reference_columns = 0;
   for (std::size_t i = 0; i < sampled; ++i) {
-    const std::size_t b = i * blocks.size() / sampled;
-    ours.block(blocks[b], shares);
+    const std::size_t b = i * batches.size() / sampled;
+    ours.batch(batches[b], shares);
     std::vector<std::int64_t> dofs;
-    for (const auto row : blocks_before[b])
+    for (const auto row : batches_before[b])
       for (int j = 0; j < 3; ++j) dofs.push_back(3 * static_cast<std::int64_t>(row) + j);
     if (i == 0) reference->solve(dofs);
     reference_seconds += reference->solve(dofs);
@@ -202,8 +202,8 @@ void compare(Problem problem, const char* element, std::size_t most_blocks) {
   }
   const double columns = 3.0 * static_cast<double>(problem.column_rows.size());
   const double ms = 1e3 / shares.columns, reference_ms = 1e3 * reference_seconds / reference_columns;
-  fmt::print("{} vertices, {} stored, {}, {} columns, {} of {} blocks of {} sampled\n", problem.body.nodes.size(),
-             problem.body.surface_count, element, columns, sampled, blocks.size(), kWidth);
+  fmt::print("{} vertices, {} stored, {}, {} columns, {} of {} batches of {} sampled\n", problem.body.nodes.size(),
+             problem.body.surface_count, element, columns, sampled, batches.size(), kWidth);
   const auto line = [](const char* what, double mine, double theirs) {
     fmt::print("{:34} {:10.3f} {:10.3f} {:8.2f}\n", what, mine, theirs, mine / theirs);
   };
@@ -224,7 +224,7 @@ void compare(Problem problem, const char* element, std::size_t most_blocks) {
 ElasticBody box_body(int cells) {
   OrganConfig organ;
   organ.regions.push_back({"box", {5400, "bench"}, {0.45, "bench"}, {}});
-  ElasticBody body = make_elastic_body(tests::box_mesh({cells, cells, cells}, {1, 1, 1}, 0.2), organ, {}, {});
+  ElasticBody body = make_elastic_body(box_mesh({cells, cells, cells}, {1, 1, 1}, 0.2), organ, {}, {});
   body.touchable.clear();
   for (std::size_t n = 0; n < body.nodes.size(); ++n) {
     if (body.nodes[n][0] == 0) body.fixed[n] = {1, 1, 1};
@@ -234,8 +234,8 @@ ElasticBody box_body(int cells) {
   return body;
 }
 
-// One size, in a process of its own, so that its peak of memory is its own: vertices, columns, numbers, then predicted
-// and measured bytes, setup and milliseconds of a column.
+// Measures one size in a process of its own, so that the peak memory is that of this size. Prints vertices, columns, numbers of
+// the factor, then predicted and measured bytes, set-up time and milliseconds for a column.
 struct ModelPoint {
   double vertices, columns, numbers, bytes[2], setup[2], column_ms[2], sampled;
 };
@@ -252,11 +252,11 @@ ModelPoint measure_point(int cells, const char* element) {
   SupernodalFactor factor(problem.held.matrix, elimination, kWidth);
   const double setup = processor_seconds() - begun;
   Ours ours(problem, factor);
-  const auto blocks = blocks_of(problem, *elimination);
-  const std::size_t sampled = std::min<std::size_t>(blocks.size(), 6);
+  const auto batches = batches_of(problem, *elimination);
+  const std::size_t sampled = std::min<std::size_t>(batches.size(), 6);
   Shares shares, warm_up;
-  ours.block(blocks[0], warm_up);
-  for (std::size_t i = 0; i < sampled; ++i) ours.block(blocks[i * blocks.size() / sampled], shares);
+  ours.batch(batches[0], warm_up);
+  for (std::size_t i = 0; i < sampled; ++i) ours.batch(batches[i * batches.size() / sampled], shares);
   return {static_cast<double>(problem.body.nodes.size()),
           static_cast<double>(plan.columns),
           static_cast<double>(plan.elimination->numbers()),
@@ -338,7 +338,7 @@ int main(int count, char** arguments) {
   }
   if (given.size() < 3) {
     fmt::print(stderr,
-               "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [blocks]\n"
+               "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [batches]\n"
                "precompute_bench model [p1|p1-anp] [most vertices]\n");
     return 2;
   }

@@ -1,10 +1,10 @@
-// The force on a disc of a given radius pushed in by 1 mm, and dragged by 1 mm, at the same places of several meshes: a
-// table of N per place and mesh, and how far the meshes are apart. With --half-space the closed form of a flat punch
-// stands beside it. Under what is dragged: how much the first mesh curves along the drag.
+// The force on a disc that is pushed and dragged by 1 mm at the same points of several meshes. Prints the force, N, for each
+// point and mesh, and the spread between the meshes. --half-space adds the closed form of a flat punch. For dragged discs,
+// prints the curvature of the first mesh along the drag.
 //
 //   punch_bench RADIUS_MM [--half-space YOUNG POISSON] [--point X_MM Y_MM Z_MM]... BUNDLE.h5...
 //
-// Without points, twelve touchable nodes of the first bundle, far from one another and from what is held, are the places.
+// Without --point, uses twelve touchable nodes of the first bundle, far from one another and from held nodes.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -64,7 +64,7 @@ struct Organ {
   std::unique_ptr<palpate::Scene> scene;
 };
 
-// Farthest point sampling among the nodes that can be touched, away from their border.
+// Farthest-point sampling among the touchable nodes, away from the border of the touchable region.
 std::vector<Vec3> spread_places(const Organ& organ, int count) {
   std::vector<char> touchable(static_cast<std::size_t>(organ.info.surface_node_count), 0), border(touchable);
   for (int k = 0; k < organ.info.touchable_count; ++k) touchable[organ.bundle.touchable()[k]] = 1;
@@ -114,7 +114,7 @@ Place nearest_place(const Organ& organ, Vec3 p) {
     best.grip.node = -1, best.grip.triangle = t;
     std::copy(k, k + 3, best.grip.barycentric);
   }
-  // Area-weighted over the triangles around: the same direction on every mesh as nearly as can be.
+  // Normal weighted by the areas of the triangles around, so that it is nearly the same on every mesh.
   for (int t = 0; t < organ.info.triangle_count; ++t) {
     double k[3];
     const Vec3 a = organ.corner(t, 0), b = organ.corner(t, 1), c = organ.corner(t, 2);
@@ -124,7 +124,7 @@ Place nearest_place(const Organ& organ, Vec3 p) {
   return best;
 }
 
-// The component of the force along the direction in which the place is moved by 1 mm, free in no other.
+// The force along the direction in which the point is moved by 1 mm; it may not move in other directions.
 double force_along(Organ& organ, Place place, Vec3 direction, double radius) {
   store3(1e-3 * direction, place.grip.displacement);
   place.grip.axes = 7;
@@ -136,7 +136,7 @@ double force_along(Organ& organ, Place place, Vec3 direction, double radius) {
   return -dot(palpate::load3(contacts->tools[0].force_raw), direction);
 }
 
-// 1/m, positive where the surface bulges: of the paraboloid fitted to the nodes within 14 mm that lie on this side.
+// Curvature, 1/m, positive if the surface bulges: from a paraboloid fitted to the nodes within 14 mm on this side.
 double curvature_along(const Organ& organ, Vec3 centre, Vec3 normal, Vec3 direction) {
   constexpr double kReach = 0.014;
   const Vec3 other = cross(normal, direction);

@@ -1,5 +1,5 @@
-// What a step costs on a given bundle: touch and shape for 1 to 100 contact nodes; shape as a ratio against a plain read of
-// the same bytes in the same run; the mailbox between the two.
+// Time of touch and shape on a given bundle for 1 to 100 contact nodes, and of the mailbox between them. The time of shape is
+// also given relative to a plain read of the same bytes from memory in the same run.
 //
 //   runtime_bench BUNDLE.h5 [Google Benchmark options]
 #include <benchmark/benchmark.h>
@@ -33,7 +33,7 @@ ScenePointer make_scene(palpate_scene_def def) {
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   def.force_limit = def.force_slew = 1e300;
-  def.max_points = std::max(def.max_points, 128);  // grips count as points: the default would hold 64 of them
+  def.max_points = std::max(def.max_points, 128);  // grips count as points, and the default is 64
   if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) {
     std::fprintf(stderr, "runtime_bench: %s\n", error.text);
     std::exit(2);
@@ -41,7 +41,7 @@ ScenePointer make_scene(palpate_scene_def def) {
   return ScenePointer(scene);
 }
 
-// count grips spread over the touchable nodes; `turn` moves all of them on, so that no column stays in the cache.
+// `count` grips spread over the touchable nodes. Another `turn` grips other nodes, so that no column stays in the cache.
 std::vector<palpate_grip> grips(int count, int turn) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   const std::int32_t* touchable = palpate_bundle_touchable(bundle);
@@ -70,7 +70,7 @@ void spread(benchmark::internal::Benchmark* b) {
   for (const int count : {1, 2, 4, 10, 30, 60, 100}) b->Arg(count);
 }
 
-// The same nodes are held step after step, as by a tool in contact: the factor is kept.
+// The same nodes are held in every step, as by a tool in contact, so that the runtime keeps its factor.
 void touch_held(benchmark::State& state) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = PALPATE_COLLISION_OFF;
@@ -86,7 +86,7 @@ void touch_held(benchmark::State& state) {
 }
 BENCHMARK(touch_held)->Apply(spread)->Unit(benchmark::kMicrosecond);
 
-// Other nodes in every step: the contact block is read and factorised anew.
+// Other nodes in every step: the runtime reads and factors the contact matrix anew.
 void touch_changing(benchmark::State& state) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = PALPATE_COLLISION_OFF;
@@ -104,7 +104,7 @@ void touch_changing(benchmark::State& state) {
 }
 BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
 
-// An area contact that moves on: of `count` neighbouring nodes three leave and three come in every step.
+// A moving area contact: of `count` neighbouring nodes, three leave and three come in every step.
 void touch_moving(benchmark::State& state) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = PALPATE_COLLISION_OFF;
@@ -132,7 +132,7 @@ void touch_moving(benchmark::State& state) {
 }
 BENCHMARK(touch_moving)->Arg(4)->Arg(30)->Arg(100)->Arg(200)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
-// 350 places of one triangle, another displacement in every step; and the first touch of them.
+// 350 points of one triangle with another displacement in every step; and their first touch.
 void touch_dependent(benchmark::State& state) {
   palpate_scene_def def = palpate_default_scene_def();
   def.max_points = 350, def.max_contact_nodes = 1050;
@@ -159,7 +159,7 @@ void touch_dependent(benchmark::State& state) {
 }
 BENCHMARK(touch_dependent)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
-// A node's place a little inside one of its triangles, and that triangle's outward unit normal.
+// A point near the node inside one of its triangles, and the triangle's outward unit normal.
 struct Place {
   double at[3], outward[3];
 };
@@ -180,8 +180,8 @@ Place place_near(std::int32_t node) {
   return place;
 }
 
-// Tool points that go in and out of the surface along its normal, each at a node of its own: collision, contact, force.
-// The median is of the ticks in which most of them are in contact.
+// Tool points that go in and out of the surface along its normal, each at its own node: collision, contact, force. The median is
+// over the ticks in which most points are in contact.
 void touch_colliding(benchmark::State& state) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = static_cast<palpate_collision>(state.range(0));
@@ -217,7 +217,7 @@ void collide(benchmark::internal::Benchmark* b) {
 }
 BENCHMARK(touch_colliding)->Apply(collide)->Unit(benchmark::kMicrosecond);
 
-// Reads every float of the run once, as fast as a plain loop does.
+// Reads every float once in a plain loop.
 float read_run(const float* run, std::size_t count) {
   float sum[16] = {};
   for (std::size_t i = 0; i + 16 <= count; i += 16)
@@ -240,8 +240,8 @@ StoredRows stored_rows(palpate::formats::SectionId id) {
   return rows;
 }
 
-// Superposition in turn with a plain read of the same columns. Between the two, and before each, the contacts move on to
-// other nodes, so neither finds its bytes in the cache unless the whole store fits there.
+// Superposition, in turns with a plain read of the same columns. Before each of the two the contacts move to other nodes, so that
+// the bytes are in the cache only if the whole store fits there.
 void against_read(benchmark::State& state, palpate_shape_model shape_model, const std::vector<StoredRows>& sections) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = PALPATE_COLLISION_OFF, def.shape = shape_model;
@@ -250,7 +250,7 @@ void against_read(benchmark::State& state, palpate_shape_model shape_model, cons
   const std::int32_t nodes = shape_model == PALPATE_SHAPE_VOLUME ? info.node_count : info.surface_node_count;
   std::vector<float> u(3 * static_cast<std::size_t>(nodes));
   palpate_shape_out out = {u.data(), nullptr, nodes, 0};
-  // So many turns that half of them read more than the caches hold, where the store is as large as that.
+  // Enough turns that half of them read more than the caches hold, if the store is that large.
   const int turns = std::max(40, static_cast<int>(1000 / state.range(0)));
   std::vector<std::vector<std::uint64_t>> contacts(static_cast<std::size_t>(turns));
   for (int turn = 0; turn < turns; ++turn) {
@@ -280,7 +280,7 @@ void against_read(benchmark::State& state, palpate_shape_model shape_model, cons
   benchmark::DoNotOptimize(sum);
   std::size_t words = 0;
   for (const StoredRows& rows : sections) words += rows.per_node;
-  // Medians: on a shared machine the mean is the scheduler's.
+  // Medians, because on a shared machine the scheduler dominates the mean.
   const double shape = median(shape_seconds), read = median(read_seconds);
   state.counters["median_us"] = shape * 1e6;
   state.counters["GB_per_s"] = static_cast<double>(state.range(0)) * 4.0 * static_cast<double>(words) / shape * 1e-9;
@@ -323,7 +323,7 @@ class Mailbox {
   palpate_mailbox* box_;
 };
 
-// Publishing and fetching by one thread: what the two calls cost.
+// One thread publishes and fetches: the cost of the two calls.
 void mailbox_calls(benchmark::State& state) {
   const Mailbox box(sizeof(palpate_contacts));
   for (auto _ : state) {
@@ -333,7 +333,7 @@ void mailbox_calls(benchmark::State& state) {
 }
 BENCHMARK(mailbox_calls)->Unit(benchmark::kNanosecond);
 
-// From one thread to another and back, both spinning: twice the time from publishing to having fetched.
+// From one thread to another and back; both spin. Twice the time from publishing to fetching.
 void mailbox_round_trip(benchmark::State& state) {
   const Mailbox there(sizeof(palpate_contacts)), back(sizeof(palpate_contacts));
   std::atomic<bool> done{false};

@@ -1,5 +1,5 @@
-// node bench/web.mjs BUNDLE [FOLDER]: a step of the runtime as WebAssembly in Node, with SIMD and without, by turns in one run.
-// FOLDER: of simd/palpate.wasm and baseline/palpate.wasm, build/web unless given. Medians, us; nodes held apart from one another.
+// node bench/web.mjs BUNDLE [FOLDER]: time of a step of the WebAssembly runtime in Node, with SIMD and without, in turns in one run.
+// FOLDER has simd/palpate.wasm and baseline/palpate.wasm; default build/web. Medians, us; the held nodes are far from one another.
 import { readFileSync } from "node:fs";
 import { loadRuntime } from "../bindings/web/module/palpate.js";
 

@@ -1,4 +1,4 @@
-// palpate-accuracy ORGAN BC: measures error and time of each choice on an organ, and says which to choose.
+// palpate-accuracy ORGAN BC: measures what each choice costs in accuracy and in time on this organ. choose: picks a setting.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -31,29 +31,28 @@ void define_study(CLI::App& app, StudyOptions& options) {
   app.add_option("--resolutions", options.resolutions, "mesh sizes of the organ, coarse to fine; default: all it has")
       ->delimiter(',')
       ->option_text("R,R,...");
-  app.add_option("--memory", options.memory_gigabytes, "GB that a precompute may take; default: what is free")
+  app.add_option("--memory", options.memory_gigabytes, "most memory of a precompute, GB; default: what is free")
       ->check(positive_number());
-  app.add_option("--most-seconds", options.most_seconds, "that a precompute with p2-p0 is predicted to take")
+  app.add_option("--most-seconds", options.most_seconds, "most predicted time of a precompute with p2-p0, s")
       ->check(positive_number())
       ->capture_default_str();
-  app.add_option("--repeats", options.repeats, "of a precompute of less than 3 s, of which the median counts")
+  app.add_option("--repeats", options.repeats, "runs of a precompute that takes less than 3 s; the median counts")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  app.add_option("--radius", options.radius_mm, "of the disc that is pressed, mm")
+  app.add_option("--radius", options.radius_mm, "radius of the disc, mm")
       ->check(positive_number())
       ->capture_default_str();
-  app.add_option("--places", options.places, "places that are pressed")
+  app.add_option("--sites", options.sites, "number of sites that the disc presses")
       ->check(CLI::Range(1, 50))
       ->capture_default_str();
-  app.add_option("--samples", options.samples, "places where the displacement is compared")
+  app.add_option("--samples", options.samples, "number of surface points where the displacement is compared")
       ->check(CLI::Range(1, 5000))
       ->capture_default_str();
   app.footer(
-      "Measures against p2-p0 on the finest mesh that --memory and --most-seconds allow, whose own error it "
-      "estimates.\n"
-      "Resumes: what was measured of the same inputs and programs is kept in FOLDER/points. Options after -- are "
-      "variables\n"
-      "for the pipeline's rules, for example IMAGE=organ.nrrd SURFACE_OPTIONS_200=...");
+      "Compares with p2-p0 on the finest mesh that --memory and --most-seconds allow, and estimates the error of that\n"
+      "reference.\n"
+      "Resumes: FOLDER/points keeps every point measured with the same inputs and programs. Options after -- are\n"
+      "variables for the pipeline's rules, for example IMAGE=organ.nrrd SURFACE_OPTIONS_200=...");
 }
 
 // "2%" or "0.02".
@@ -71,8 +70,8 @@ double number_or_percent(const char* option, const std::string& text) {
 }
 
 CLI::App* define_choose(CLI::App& app, ChooseOptions& options) {
-  CLI::App* choose =
-      app.add_subcommand("choose", "The cheapest measured setting within limits, or what stands in the way");
+  CLI::App* choose = app.add_subcommand(
+      "choose", "Prints the cheapest measured setting within limits, or which limit rules all settings out");
   const auto limit = [choose, &options](const char* option, const char* field, const char* what) {
     choose->add_option_function<std::string>(
         option,
@@ -81,15 +80,15 @@ CLI::App* define_choose(CLI::App& app, ChooseOptions& options) {
         },
         what);
   };
-  limit("--force-error", "force_error", "of the tool's force, relative: 2% or 0.02");
-  limit("--field-error", "field_error", "of the surface's displacement, relative");
-  limit("--touch-us", "touch_us", "microseconds of a haptic step, median");
-  limit("--touch-us-99", "touch_us_99", "the same, 99 % of steps");
-  limit("--shape-us", "shape_us", "microseconds of a deformed surface, median");
-  limit("--bundle-mb", "bundle_MB", "of the bundle, 1e6 bytes");
-  limit("--precompute-s", "precompute_s", "seconds of the precompute and packing");
-  limit("--precompute-gb", "precompute_GB", "memory of the precompute, 1e9 bytes");
-  choose->add_option("--least", options.least, "what decides among the settings within the limits")
+  limit("--force-error", "force_error", "largest error of the tool's force, relative: 2% or 0.02");
+  limit("--field-error", "field_error", "largest error of the surface's displacement, relative");
+  limit("--touch-us", "touch_us", "longest haptic step (touch), median, us");
+  limit("--touch-us-99", "touch_us_99", "longest haptic step, 99th percentile, us");
+  limit("--shape-us", "shape_us", "longest update of the surface (shape), median, us");
+  limit("--bundle-mb", "bundle_MB", "largest bundle, 1e6 bytes");
+  limit("--precompute-s", "precompute_s", "longest precompute with packing, s");
+  limit("--precompute-gb", "precompute_GB", "most memory of the precompute, 1e9 bytes");
+  choose->add_option("--least", options.least, "the figure to minimise among the settings within the limits")
       ->check(CLI::IsMember({"precompute_s", "bundle_MB", "touch_us", "shape_us", "force_error", "field_error"}))
       ->capture_default_str();
   choose->add_option("--study", options.study, "the study's folder; default: the only one below --data");
@@ -100,8 +99,8 @@ CLI::App* define_choose(CLI::App& app, ChooseOptions& options) {
 }
 
 CLI::App* define_check(CLI::App& app, CheckOptions& options) {
-  CLI::App* check =
-      app.add_subcommand("check", "Measures a chosen bundle anew (exit 3: above what its certificate states)");
+  CLI::App* check = app.add_subcommand(
+      "check", "Measures a baked bundle again; exit code 3 if an error exceeds the one in its certificate");
   check->add_option("bundle", options.bundle, "a bundle made by bake.sh")
       ->required()
       ->option_text("BUNDLE.h5 REQUIRED");

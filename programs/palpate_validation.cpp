@@ -17,14 +17,16 @@ void define_options(CLI::App& app, palpate::validation::StudyOptions& options) {
   app.add_option("--source", options.source, "the repository, for its pipelines")->option_text("DIR");
   app.add_option("--python", options.python, "a Python with matplotlib, for the report")->capture_default_str();
   app.add_option("--organ-mesh", options.organ_meshes,
-                 "a mesh of a pipeline, made where it is missing, to set against CalculiX as well; may be repeated")
+                 "compare with CalculiX on this mesh of a pipeline too; the pipeline makes it if it is missing; may be "
+                 "repeated")
       ->option_text("ORGAN/BC/RESOLUTION");
-  app.add_option("--only", options.only, "these cases alone; may be repeated")->option_text("CASE");
+  app.add_option("--only", options.only, "run only this case; may be repeated")->option_text("CASE");
   app.add_flag("--short", options.brief,
-               "the two coarsest meshes of each case: errors have to fall, exact answers to hold");
+               "only the two coarsest meshes of each case; checks that errors fall and that exact answers are exact");
   app.footer(
-      "Resumes: what was measured by the same program is kept in FOLDER/points. Exit code 3: a bound or an order does "
-      "not hold.");
+      "Resumes: FOLDER/points keeps every measurement of the same program. Exit code 3: an error exceeds its bound, or "
+      "its order "
+      "of convergence is not that of theory.");
 }
 
 }  // namespace
@@ -36,7 +38,7 @@ int main(int argc, char** argv) {
   options.source = PALPATE_SOURCE_FOLDER, options.data = "data", options.python = "/usr/bin/python3";
   options.bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   return palpate::run_program(
-      argc, argv, "palpate-validation", "Says whether the solver is right: against closed forms and CalculiX.",
+      argc, argv, "palpate-validation", "Checks the solver against closed-form solutions and against CalculiX.",
       [&](CLI::App& app) { define_options(app, options); },
       [&] {
         const palpate::PetscSession session({});

@@ -1,4 +1,3 @@
-#ifdef PALPATE_PEERS_BULLET
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableLinearElasticityForce.h>
@@ -7,9 +6,13 @@
 #include <BulletSoftBody/btSoftBody.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
-#include "bench/peers/peers.h"
+#include "bench/peers/bullet_peer.h"
 
 namespace palpate::bench {
+
+using studies::Answer;
+using studies::Push;
+
 namespace {
 
 btVector3 vector(const double* metres) {
@@ -33,7 +36,7 @@ struct BulletBody::World {
 BulletBody::BulletBody(const Push& push, double step) : push_(push), step_(step), world_(std::make_unique<World>()) {
   World& w = *world_;
   w.constraints.setDeformableSolver(&w.solver);
-  w.world.setImplicit(true);  // as its own demo of large deformations
+  w.world.setImplicit(true);  // as in Bullet's demo of large deformations
   w.world.setLineSearch(false);
   w.world.setUseProjection(true);
   w.world.setGravity(btVector3(0, 0, 0));
@@ -74,8 +77,8 @@ void BulletBody::tick(const Eigen::Vector3d& displacement, Answer& answer) {
   w.world.stepSimulation(static_cast<btScalar>(step_), 1, static_cast<btScalar>(step_));
   for (std::int32_t n = 0; n < push_.body.surface_count; ++n)
     for (int d = 0; d < 3; ++d) answer.surface[3 * n + d] = double{w.body->m_nodes[n].m_x[d]} - double{w.rest[n][d]};
-  answer.force.setConstant(std::numeric_limits<double>::quiet_NaN());  // Bullet gives none for a node that is moved
+  answer.force.setConstant(
+      std::numeric_limits<double>::quiet_NaN());  // Bullet computes no force for a node that the program moves
 }
 
 }  // namespace palpate::bench
-#endif

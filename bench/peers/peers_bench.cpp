@@ -1,5 +1,5 @@
-// The same push as a user would do it without Palpate, in the same run: time, and how far each answer is from the exact
-// one. CHOLMOD with the factor kept, Eigen's conjugate gradients, Bullet's deformable body.
+// Compares Palpate with what a user would write without it: CHOLMOD with a kept factor, Eigen's conjugate gradients and Bullet's
+// deformable body. All answer the same push in the same run; prints times and errors.
 //
 //   peers_bench MESH.msh --organ organ.toml --boundary bc.toml --bundle BUNDLE.h5
 #include <fmt/format.h>
@@ -9,13 +9,18 @@
 #include <cstdio>
 #include <numeric>
 
-#include "bench/peers/measured.h"
-#include "bench/peers/palpate_peer.h"
-#include "bench/peers/peers.h"
+#ifdef PALPATE_PEERS_BULLET
+#include "bench/peers/bullet_peer.h"
+#endif
 #include "formats/command_line.h"
+#include "studies/peers/measured.h"
+#include "studies/peers/palpate_peer.h"
+#include "studies/peers/peers.h"
 
 namespace palpate::bench {
 namespace {
+
+using namespace studies;
 
 struct Options {
   std::filesystem::path mesh, organ, boundary, bundle;
@@ -24,7 +29,8 @@ struct Options {
 
 // ---- the table -----------------------------------------------------------------------------------------------------
 
-constexpr std::size_t kOthersBytes = 64 << 20;  // more than the caches hold: what a program does between two ticks
+constexpr std::size_t kOthersBytes =
+    64 << 20;  // more than the caches hold: stands for the program's other work between two ticks
 
 class Table {
  public:
@@ -33,7 +39,7 @@ class Table {
                "per frame", "ticks");
   }
 
-  // The references of the next rows: palpate is measured again before each peer.
+  // Measures Palpate again before each other system; the ratios of the next rows refer to this.
   void palpate() {
     Measured touch, frame;
     palpate_.play(touch, frame, exact_, [] {});
@@ -48,7 +54,7 @@ class Table {
     palpate_.play(cold_touch, cold_frame, exact_, [&] { sum += std::accumulate(others.begin(), others.end(), sum); });
     row("  touch, 64 MB of other reads before each tick", cold_touch);
     row("  touch + shape, the same", cold_frame);
-    if (sum == 0) fmt::print("\n");  // so that the reads are not optimised away
+    if (sum == 0) fmt::print("\n");  // uses the sum, so that the compiler keeps the reads
   }
   void changing(double touch, double frame) { touch_ = touch, frame_ = frame; }
 
@@ -67,7 +73,7 @@ class Table {
   bool shown_ = false;
 };
 
-// Another node in every tick; palpate's answer and the kept factor's are compared with each other.
+// Another node in every tick. The error is Palpate's answer relative to the kept factor's.
 void measure_changing_contact(const Push& push, KeptFactor& kept, PalpatePeer& palpate, Table& table, double budget) {
   Measured factor, touch, frame;
   Answer peer, ours;
@@ -95,8 +101,8 @@ void measure_changing_contact(const Push& push, KeptFactor& kept, PalpatePeer& p
 }
 
 #ifdef PALPATE_PEERS_BULLET
-// Frames of 1/60 s along the push, 50/3 ticks each; then the end is held for what remains of the budget, at most 10 s of
-// simulated time. The held row's error is the last frame's.
+// Frames of 1/60 s along the push, 50/3 ticks each. Then holds the end for the rest of the budget, at most 10 s of simulated time;
+// the error of that row is the one of the last frame.
 void measure_bullet(const Push& push, const Exact& exact, Table& table, double budget) {
   BulletBody bullet(push, 1.0 / 60);
   table.palpate();

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <fstream>
 #include <map>
 
@@ -12,17 +11,18 @@
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "studies/accuracy/command.h"
+#include "studies/timing/timing.h"
 
 namespace palpate::accuracy {
 namespace {
 
-constexpr double kShortRun = 3;  // s: below, a time is the median of several
+constexpr double kShortRun = 3;  // s; a shorter run is repeated, and its median counts
 
 bool is_rows(const std::string& storage) {
   return storage == "f32" || storage == "f64";
 }
 
-// Hashed once: programs and meshes do not change during a study.
+// Each file is hashed once, because programs and meshes do not change during a study.
 const std::string& hash_of(const std::filesystem::path& file) {
   static std::map<std::filesystem::path, std::string> known;
   auto& hash = known[file];
@@ -39,7 +39,7 @@ nlohmann::json read_json(const std::filesystem::path& file) {
 
 Bakery::Inputs Bakery::inputs(const BundleSetting& setting) const {
   return {organ_.make_mesh(setting.resolution), organ_.organ_file(setting.element, setting.poisson),
-          setting.everywhere ? organ_.boundary_file() : organ_.boundary_file(places_, setting.resolution)};
+          setting.everywhere ? organ_.boundary_file() : organ_.boundary_file(sites_, setting.resolution)};
 }
 
 Baked Bakery::look(const BundleSetting& setting) const {
@@ -88,7 +88,7 @@ std::optional<std::string> Bakery::too_large(const BundleSetting& setting) const
   const double seconds = plan.at("seconds"), bytes = plan.at("bytes"), available = plan.at("available_bytes");
   if (plan.at("solver") != "supernodal")
     return fmt::format("its factor would take {:.1f} GB of {:.1f}", bytes / 1e9, available / 1e9);
-  // The organ's own reference serves every scene, others one value of Poisson's ratio each.
+  // The reference of the organ's own material may take twice the time, because every scene is compared with it.
   const double most = (setting.poisson == 0 && !setting.everywhere ? 2 : 1) * organ_.options().most_seconds;
   if (seconds > most)
     return fmt::format("it would take {:.0f} s of at most {:.0f} (--most-seconds{})", seconds, most,
@@ -133,9 +133,9 @@ BakeCost Bakery::pack(const BundleSetting& setting, const Baked& to) const {
     command.insert(command.end(), {"--precision", "f16"});
   else  // "low-rank 1e-3"
     command.insert(command.end(), {"--low-rank", setting.storage.substr(setting.storage.find(' ') + 1)});
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = studies::Clock::now();
   run_command(command, organ_.options().output / "logs" / (to.fingerprint + ".txt"));
-  cost["pack_seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  cost["pack_seconds"] = studies::seconds_since(start);
   cost["seconds"] = cost.at("seconds").get<double>() + cost.at("pack_seconds").get<double>();
   cost["bundle_bytes"] = std::filesystem::file_size(to.bundle);
   return cost;

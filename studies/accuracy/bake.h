@@ -1,4 +1,5 @@
-// Bundles of the study: baked and packed by the programs that users run, kept by a fingerprint of all that decides them.
+// The study's bundles. The programs that users run make them; each file's name is a fingerprint of everything that decides
+// its content, so that a second study finds it again.
 #pragma once
 
 #include <filesystem>
@@ -16,19 +17,20 @@ struct Baked {
   std::filesystem::path bundle;  // there once bake() has made it
 };
 
-// What it took: mesh_sha256, vertices, columns, seconds, peak_bytes, bundle_bytes, reciprocity_error, worst_residual, most_iterations,
-// solver, and of a packed one pack_seconds and pack_error. seconds of short runs: the median of several.
+// What the bundle cost: mesh_sha256, vertices, columns, seconds, peak_bytes, bundle_bytes, reciprocity_error, worst_residual,
+// most_iterations, solver; for a packed bundle also pack_seconds and pack_error. A run of less than 3 s is repeated, and
+// seconds is then the median.
 using BakeCost = nlohmann::json;
 
 class Bakery {
  public:
-  Bakery(const OrganCase& organ, const StudyPlaces& places) : organ_(organ), places_(places) {}
+  Bakery(const OrganCase& organ, const StudySites& sites) : organ_(organ), sites_(sites) {}
 
-  // Cheap: nothing is baked.
+  // Where the bundle is or would be; computes nothing but hashes.
   Baked look(const BundleSetting& setting) const;
   // Errors: OperationError.
   BakeCost bake(const BundleSetting& setting) const;
-  // Why it is left out: the plan predicts more memory or time than the study may take.
+  // The reason to leave the setting out, if palpate-precompute --plan predicts more memory or time than the study may take.
   std::optional<std::string> too_large(const BundleSetting& setting) const;
 
  private:
@@ -43,7 +45,7 @@ class Bakery {
   BakeCost pack(const BundleSetting& setting, const Baked& to) const;
 
   const OrganCase& organ_;
-  const StudyPlaces& places_;
+  const StudySites& sites_;
 };
 
 }  // namespace palpate::accuracy

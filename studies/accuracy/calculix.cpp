@@ -14,7 +14,7 @@
 namespace palpate::accuracy {
 namespace {
 
-// Of the processes that this one has run to their end.
+// Processor time of all child processes that have ended, s.
 double children_seconds() {
   rusage used{};
   ::getrusage(RUSAGE_CHILDREN, &used);
@@ -51,7 +51,7 @@ CalculixModel linear_model(const ElasticBody& body, std::function<std::string(co
 }
 
 void write_calculix_model(fmt::ostream& out, const ElasticBody& body, const CalculixModel& model) {
-  // A number of more than 20 characters is cut short by CalculiX, without a word.
+  // CalculiX reads only the first 20 characters of a number and does not warn.
   out.print("*NODE, NSET=ALL\n");
   for (std::size_t n = 0; n < model.nodes.size(); ++n)
     out.print("{},{:.12e},{:.12e},{:.12e}\n", n + 1, model.nodes[n][0], model.nodes[n][1], model.nodes[n][2]);

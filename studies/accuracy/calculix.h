@@ -1,4 +1,4 @@
-// A body in CalculiX's words, and CalculiX run on it: somebody else's answer to the same discrete problem.
+// Writes a body as CalculiX input and runs CalculiX on it: an independent solution of the same discrete problem.
 #pragma once
 
 #include <fmt/os.h>
@@ -28,11 +28,11 @@ void write_calculix_model(fmt::ostream& out, const ElasticBody& body, const Calc
 // Runs ccx on FOLDER/NAME.inp, one thread, everything it leaves in that folder. Errors: OperationError where it ends badly.
 void run_calculix(const std::filesystem::path& folder, const std::string& name);
 
-// Displacements of all nodes under forces ([3 nodes] N), linear; CalculiX prints seven digits. folder is made and removed again.
+// Displacements of all nodes under forces ([3 nodes] N), linear; CalculiX prints seven digits. Creates folder and removes it.
 // Errors: OperationError.
 struct CalculixAnswer {
   std::vector<std::array<double, 3>> u;  // [nodes] m
-  double seconds = 0;                    // of the processor, reading and writing its text included
+  double seconds = 0;                    // processor time of CalculiX, with reading and writing its text files
 };
 CalculixAnswer solve_by_calculix(const std::filesystem::path& folder, const ElasticBody& body,
                                  const CalculixModel& model, std::span<const double> load);

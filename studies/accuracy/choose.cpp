@@ -9,7 +9,7 @@ namespace {
 
 using Record = nlohmann::ordered_json;
 
-// Errors within a tenth of one another are not worth a longer precompute.
+// An error that is smaller by less than a tenth does not justify a longer precompute.
 constexpr double kAsGood = 1.1;
 
 bool within(const Record& record, const Limit& limit) {

@@ -1,4 +1,4 @@
-// The cheapest measured setting within limits, or what stands in the way.
+// Finds the cheapest measured setting within limits, or says which limit rules every setting out.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,24 +15,26 @@ struct Limit {
   double most = 0;
 };
 
-// Settings that a user would have: the organ's own material, columns everywhere, the solver's own choice, one disc pressed;
-// not f64, twice the bytes of f32 for nothing that can be felt.
+// True for a setting that a user could bake: the organ's own material, columns at every touchable node, the default solver,
+// measured with one pressed disc. f64 is left out: it takes twice the bytes of f32, and the force differs by less than 1e-4.
 bool can_be_chosen(const nlohmann::ordered_json& record);
 
-// The one with the least `least` among those within all limits; of equals the smaller bundle. Null where there is none.
+// Among the points within all limits, the one with the smallest value of the field `least`; a tie goes to the smaller
+// bundle. Null if no point is within the limits.
 const nlohmann::ordered_json* cheapest(const std::vector<nlohmann::ordered_json>& points,
                                        const std::vector<Limit>& limits, const std::string& least);
 
-// One line for each limit that alone keeps every setting out, or the nearest where several do.
+// Names each limit that rules out every setting although the other limits leave some. If there is no such limit, names
+// the smallest measured value for each limit.
 std::string what_stands_in_the_way(const std::vector<nlohmann::ordered_json>& points, const std::vector<Limit>& limits);
 
-// By how much the errors of meshes that are equally good differ; relative.
+// Scatter of the errors of the reference meshes about their fitted order, relative: smaller differences mean nothing.
 struct Scatter {
   double force = 0, field = 0;
 };
 
-// What to pick for three budgets: of the settings within a tenth, or within scatter, of the smallest force error that each
-// affords, those so near the smallest field error among them; of these the one with the shortest precompute.
+// One setting for each of three budgets. Step 1: keep the settings whose force error is within a tenth, or within the
+// scatter, of the smallest one in the budget. Step 2: the same with the field error. Step 3: take the shortest precompute.
 // [{budget, limits, pick: name or null, why_not}]
 nlohmann::ordered_json picks(const std::vector<nlohmann::ordered_json>& points, const Scatter& scatter);
 

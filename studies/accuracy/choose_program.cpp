@@ -18,7 +18,8 @@ namespace {
 
 using Record = nlohmann::ordered_json;
 
-// A force comes from doubles that rounding of another processor may change; what is stored is the same to the byte.
+// Allowed growth of an error between two machines: the bundle's bytes are the same, but forces are computed in doubles,
+// which another processor may round otherwise.
 constexpr double kSameMeasurement = 1e-6;
 
 std::filesystem::path study_folder(const std::filesystem::path& given, const std::filesystem::path& data) {
@@ -61,7 +62,7 @@ std::string stored_as(const std::string& storage) {
   return space == std::string::npos ? storage : fmt::format("low-rank {}", std::stod(storage.substr(space + 1)));
 }
 
-// For the certificate: what was measured, of what, against what.
+// What the bundle's certificate will state: the errors, the setting they were measured at, the reference.
 Record measured_json(const Record& study, const Record& point) {
   Record m;
   const auto& reference = study.at("reference");
@@ -73,7 +74,7 @@ Record measured_json(const Record& study, const Record& point) {
   m["accuracy_contact"] = point.at("contact");
   m["accuracy_reference"] = reference.at("name");
   m["accuracy_radius_mm"] = study.at("radius_mm");
-  m["accuracy_places"] = study.at("places");
+  m["accuracy_sites"] = study.at("sites");
   for (const char* key :
        {"force_error", "force_error_worst", "force_error_N", "field_error", "field_error_worst", "field_error_mm",
         "reference_force_error", "reference_field_error", "touch_us", "touch_us_99", "shape_us", "shape_us_99"})
@@ -146,8 +147,8 @@ void choose(const ChooseOptions& options) {
   for (const Limit& limit : options.limits)
     if (const std::string own = "reference_" + limit.field; p.contains(own) && p.at(own).is_number())
       if (const double error = p.at(limit.field), band = p.at(own); error + band > limit.most)
-        note(
-            fmt::format("{}: the reference's own error of about {:.2g} % may carry it over", limit.option, 100 * band));
+        note(fmt::format("{}: the limit may be exceeded, because the reference itself is off by about {:.2g} %",
+                         limit.option, 100 * band));
   if (!options.output.empty()) write_choice(study, p, options);
 }
 
@@ -168,7 +169,7 @@ void check(const CheckOptions& options) {
   if (!truth) throw InputError(fmt::format("{}: its reference is not there; run the study again", folder.string()));
   SceneSetting scene;
   scene.contact = stated.value("accuracy_contact", "patch");
-  const Difference now = difference(observe(options.bundle, scene, read_places(folder)), truth->seen);
+  const Difference now = difference(observe(options.bundle, scene, read_sites(folder)), truth->seen);
   const double force = stated.at("accuracy_force_error"), field = stated.at("accuracy_field_error");
   fmt::print("force error {:.4g} %, stated {:.4g} %; field error {:.4g} %, stated {:.4g} %\n", 100 * now.force,
              100 * force, 100 * now.field, 100 * field);

@@ -1,5 +1,5 @@
-// palpate-accuracy choose: answers with the cheapest measured setting within limits, and writes what it takes to bake it.
-// palpate-accuracy check: measures a bundle that was baked so anew.
+// palpate-accuracy choose: prints the cheapest measured setting within limits, and writes the files that bake it.
+// palpate-accuracy check: measures a bundle that was baked with those files, and compares with its certificate.
 #pragma once
 
 #include <filesystem>
@@ -12,20 +12,20 @@
 namespace palpate::accuracy {
 
 struct ChooseOptions {
-  std::filesystem::path study;  // the study's folder; empty: the only one below DATA
+  std::filesystem::path study;  // the study's folder; empty: the only study below DATA
   std::filesystem::path data, source, output;
   std::vector<Limit> limits;
   std::string least = "precompute_s";
 };
-// Prints the answer. With output: organ.toml, effects.toml, measured.json for the bundle's certificate and bake.sh, which
-// makes bundle.h5 there. Errors: InputError; VerificationError that says what stands in the way.
+// Prints the setting. If output is given, writes there organ.toml, effects.toml, measured.json (for the bundle's
+// certificate) and bake.sh, which makes bundle.h5. Errors: InputError; VerificationError that names the limit to relax.
 void choose(const ChooseOptions& options);
 
 struct CheckOptions {
   std::filesystem::path bundle, study, data;
 };
-// Presses the bundle at the study's places and compares with the reference. Errors: VerificationError when an error is
-// above the one that its certificate states, InputError when it states none or the study is not its own.
+// Presses the bundle at the study's sites and compares with the reference. Errors: VerificationError if an error exceeds
+// the one that the bundle's certificate states; InputError if the certificate states none or names another reference.
 void check(const CheckOptions& options);
 
 }  // namespace palpate::accuracy

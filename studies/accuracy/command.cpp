@@ -13,7 +13,7 @@
 namespace palpate::accuracy {
 namespace {
 
-// For the shell: '...', with ' as '\''.
+// Quotes a word for the shell: '...', with ' as '\''.
 std::string quoted(const std::vector<std::string>& arguments) {
   std::string line;
   for (const auto& argument : arguments) {

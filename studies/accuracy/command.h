@@ -1,4 +1,4 @@
-// Other programs of the house, run to their end with all that they say in a log file.
+// Runs other Palpate programs and waits for them; a log file holds what they print.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace palpate::accuracy {
 
-// Errors: OperationError with the command's last line and the name of the log where it ends badly.
+// Errors: OperationError with the command's last line and the log's name if the exit code is not 0.
 void run_command(const std::vector<std::string>& arguments, const std::filesystem::path& log);
 
 // What the command prints on standard output. Errors: as above, without a log.

@@ -15,7 +15,7 @@ double square(const Vector& v) {
 Vector minus(const Vector& a, const Vector& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
-// 0 over 0 is no error.
+// The error of 0 relative to 0 is 0.
 double ratio(double a, double b) {
   return a == 0 ? 0 : a / b;
 }
@@ -39,7 +39,7 @@ struct Truth {
   TruthError error;
 };
 
-// fine_to_coarse: of different meshes. What its finest is off by, from the distances of all others to it.
+// Estimated error of the finest mesh, from the distances of all other meshes to it. fine_to_coarse: one point for each mesh.
 std::array<Extrapolated, 2> extrapolate_finest(std::span<const MeasuredPoint* const> fine_to_coarse) {
   std::vector<DistanceToFinest> force, field;
   for (const auto* coarse : fine_to_coarse.subspan(1)) {
@@ -52,7 +52,7 @@ std::array<Extrapolated, 2> extrapolate_finest(std::span<const MeasuredPoint* co
 
 Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
   std::sort(candidates.begin(), candidates.end(), [](auto* a, auto* b) { return vertices(*a) > vertices(*b); });
-  // Columns everywhere or near the places give the same answer: one of each mesh.
+  // Columns everywhere and columns near the sites give the same answer: one point for each mesh is enough.
   candidates.erase(
       std::unique(candidates.begin(), candidates.end(), [](auto* a, auto* b) { return vertices(*a) == vertices(*b); }),
       candidates.end());
@@ -69,7 +69,7 @@ Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
   return truth;
 }
 
-// What a point would be with nothing saved: the more exactly solved and stored one of the same mesh, element and scene.
+// The point to compare with for errors of solving and storing: same mesh, element and scene, solved and stored most exactly.
 std::string same_but_for_solving_and_storing(const MeasuredPoint& p) {
   Setting s = p.setting;
   const BundleSetting plain;
@@ -116,7 +116,7 @@ Difference difference(const Observation& seen, const Observation& truth) {
 
 namespace {
 
-// distance = c (ratio^order - 1), by least squares; scatter: root mean square of what is left, per degree of freedom.
+// distance = c (ratio^order - 1), by least squares; scatter: root mean square of the residuals, for each degree of freedom.
 struct PowerFit {
   double order, c, scatter;
 };

@@ -1,4 +1,4 @@
-// Measured points against the truth of their situation, and how far that truth itself may be off.
+// Errors of measured points against the reference of their situation, and the estimated error of that reference.
 #pragma once
 
 #include <cmath>
@@ -12,34 +12,35 @@
 
 namespace palpate::accuracy {
 
-// Relative - of a tool's force, to the largest force in its exercise: one that hardly touches has none of its own - root
-// mean square over tools or exercises, and the worst of them.
+// Relative errors: root mean square over tools (force) or exercises (field), and the worst. A tool's force error is
+// relative to the largest force of its exercise, because a tool that hardly touches has almost no force to divide by.
 struct Difference {
-  double force = 0, force_worst = 0, force_newtons = 0;  // newtons: the largest difference of a tool's force
-  double field = 0, field_worst = 0, field_mm = 0;       // of the surface's displacement in the 2-norm; largest, mm
+  double force = 0, force_worst = 0, force_newtons = 0;  // newtons: largest error of a tool's force, N
+  double field = 0, field_worst = 0, field_mm = 0;       // displacement of the surface, 2-norm; mm: largest error
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Difference, force, force_worst, force_newtons, field, field_worst, field_mm)
 Difference difference(const Observation& seen, const Observation& truth);
 
-// A coarser mesh: its spacing over the finest one's, above 1, and how far its answer is from the finest one's, relative.
+// A coarser mesh: ratio of its edge length to that of the finest mesh (above 1), and the relative distance between the two
+// answers.
 struct DistanceToFinest {
   double ratio, distance;
 };
 
-// Estimated error of the finest of several solutions, by Richardson's extrapolation in the least-squares form that meshes
-// which are not nested need (Eca and Hoekstra 2014, J. Comput. Phys. 262, 104-130): c (ratio^p - 1) is fitted to all
-// distances, p between 0.5 and 2; the finest one's own error is c, to which a factor of safety and the scatter about the
-// fit are added. The factor is 1.25 where p was observed; where it lies on a bound or there is one distance, p is taken
-// as 1 and the factor as 3 (Roache's grid convergence index). Without a distance nothing is known: NaN.
+// Estimated error of the finest of several solutions: Richardson's extrapolation in the least-squares form for meshes that
+// are not nested (Eca and Hoekstra 2014, J. Comput. Phys. 262, 104-130). c (ratio^p - 1) is fitted to all distances with
+// p in 0.5 .. 2. The estimate is c times a factor of safety plus the scatter about the fit. The factor is 1.25. If the
+// fitted p lies on a bound, or there is only one distance, p = 1 and the factor is 3 (Roache's grid convergence index).
+// Without any distance the estimate is NaN.
 struct Extrapolated {
   double error = NAN, order = NAN, scatter = NAN;
   bool order_observed = false;
 };
 Extrapolated extrapolate(std::span<const DistanceToFinest> distances);
 
-// The estimate put to the test: what it would have been without the finest mesh, against what that mesh then showed.
+// A test of the estimate: computed without the finest mesh, and compared with the distance to the finest mesh.
 struct EstimateCheck {
-  int vertices = 0;  // of the finest but one; 0: too few meshes to say
+  int vertices = 0;  // of the second finest mesh; 0: too few meshes for the test
   double estimated_force = NAN, found_force = NAN, estimated_field = NAN, found_field = NAN;
 };
 
@@ -53,8 +54,8 @@ struct JudgedPoint {
   std::set<std::string> axes;
   bool is_reference = false;
   Difference error;            // against the reference of its situation
-  Difference added;            // against the same mesh, element and scene with nothing saved in solving or storing
-  TruthError reference_error;  // of that reference, by extrapolation
+  Difference added;            // against the same mesh, element and scene, solved by the factor and stored as f32
+  TruthError reference_error;  // of that reference, estimated by extrapolation
   double force_newtons = 0;    // mean length of the tools' forces
 };
 
@@ -62,7 +63,7 @@ struct PlannedMeasurement {
   const MeasuredPoint* point;
   std::set<std::string> axes;
 };
-// Points whose situation has no reference are left out.
+// Leaves out the points whose situation has no reference.
 std::vector<JudgedPoint> judge(const std::vector<PlannedMeasurement>& points);
 
 }  // namespace palpate::accuracy

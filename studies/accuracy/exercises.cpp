@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <palpate/palpate.hpp>
 
 #include "formats/errors.h"
+#include "studies/timing/timing.h"
 
 namespace palpate::accuracy {
 namespace {
@@ -18,7 +18,8 @@ constexpr int kPressTicks = 80, kDragTicks = 40, kHoldTicks = 1000;
 constexpr double kStart = 0.1, kDepth = 0.5;  // of the radius: above the surface, below it
 constexpr int kRounds = 3;
 
-// Swine brain's, Miller and Chinzei 1997: shares g, times tau in s. Any Prony series shows what leaving it out costs.
+// Prony series of swine brain (Miller and Chinzei 1997): shares g, times tau in s. Any series would show the cost of leaving
+// relaxation out.
 constexpr double kShares[] = {0.450, 0.365}, kTimes[] = {0.5, 50};
 
 using Motion = std::vector<Vec3>;  // a tool point's position at each tick
@@ -54,91 +55,74 @@ palpate_scene_def scene_def(const SceneSetting& setting, int contact_nodes) {
   return def;
 }
 
-// From above the place straight in, down to depth.
-Motion press(Vec3 at, const TouchPlace& place, double radius, double depth) {
+// From above the site along its inward direction, down to depth.
+Motion press(Vec3 at, const TouchSite& site, double radius, double depth) {
   Motion motion;
   for (int tick = 0; tick <= kPressTicks; ++tick)
-    motion.push_back(at + (depth * tick / kPressTicks - kStart * radius * (kPressTicks - tick) / kPressTicks) *
-                              place.inward);
+    motion.push_back(at +
+                     (depth * tick / kPressTicks - kStart * radius * (kPressTicks - tick) / kPressTicks) * site.inward);
   return motion;
 }
 
-// The motions of all tools of one exercise; at: where the places lie on this mesh.
-std::vector<Motion> motions(const SceneSetting& setting, const StudyPlaces& places, const std::vector<Vec3>& at,
+// The motions of all tools of one exercise; at: the sites' points on this mesh.
+std::vector<Motion> motions(const SceneSetting& setting, const StudySites& sites, const std::vector<Vec3>& at,
                             const std::vector<Vec3>& neighbour_at, std::size_t first) {
-  const double r = places.radius, depth = kDepth * r;
+  const double r = sites.radius, depth = kDepth * r;
   std::vector<Motion> all;
   if (setting.exercise == "neighbour") {
-    all.push_back(press(at[first], places.touch[first], r, 2 * depth));
-    all.push_back(Motion(kPressTicks + 1, neighbour_at[first] - kStart * r * places.neighbour[first].inward));
-    all.back()[0] = neighbour_at[first] - 2 * kStart * r * places.neighbour[first].inward;
+    all.push_back(press(at[first], sites.touch[first], r, 2 * depth));
+    all.push_back(Motion(kPressTicks + 1, neighbour_at[first] - kStart * r * sites.neighbour[first].inward));
+    all.back()[0] = neighbour_at[first] - 2 * kStart * r * sites.neighbour[first].inward;
     all[0].resize(2 * kPressTicks + 2, all[0].back());
-    const Motion second = press(neighbour_at[first], places.neighbour[first], r, depth);
+    const Motion second = press(neighbour_at[first], sites.neighbour[first], r, depth);
     all[1].insert(all[1].end(), second.begin(), second.end());
     return all;
   }
   for (std::size_t p = first; p < first + static_cast<std::size_t>(setting.contacts); ++p) {
-    Motion motion = press(at[p], places.touch[p], r, depth);
+    Motion motion = press(at[p], sites.touch[p], r, depth);
     const Vec3 end = motion.back();
     if (setting.exercise == "drag")
       for (int tick = 1; tick <= kDragTicks; ++tick)
-        motion.push_back(end + (kDragDistance * r * tick / kDragTicks) * places.touch[p].across);
+        motion.push_back(end + (kDragDistance * r * tick / kDragTicks) * sites.touch[p].across);
     if (setting.exercise == "hold") motion.resize(motion.size() + kHoldTicks, end);
     all.push_back(std::move(motion));
   }
   return all;
 }
 
-class Stopwatch {
- public:
-  double microseconds() const {
-    return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 StepTime step_time(const std::vector<double>& microseconds) {
-  return {percentile(microseconds, 0.5), percentile(microseconds, 0.99)};
+  return {studies::percentile(microseconds, 0.5), studies::percentile(microseconds, 0.99)};
 }
 
 class Player {
  public:
-  Player(const Bundle& bundle, Scene scene, const SceneSetting& setting, const StudyPlaces& places)
+  Player(const Bundle& bundle, Scene scene, const SceneSetting& setting, const StudySites& sites)
       : bundle_(bundle),
         scene_(std::move(scene)),
         contacts_(scene_.make_contacts()),
         setting_(setting),
-        places_(places),
+        sites_(sites),
         u_(3 * static_cast<std::size_t>(bundle.describe().surface_node_count)) {
     const SurfaceView surface = {bundle_.nodes(),
                                  {bundle_.triangles(), 3 * static_cast<std::size_t>(bundle.describe().triangle_count)}};
     const auto find = [&](Vec3 p) {
-      const FoundPlace found = closest_place(surface, p);
-      seen_.farthest_place = std::max(seen_.farthest_place, length(found.at - p));
+      const FoundPoint found = closest_point(surface, p);
+      seen_.farthest_site = std::max(seen_.farthest_site, length(found.at - p));
       return found;
     };
-    for (const auto& place : places.touch) at_.push_back(find(place.at).at);
-    for (const auto& place : places.neighbour) neighbour_at_.push_back(find(place.at).at);
-    for (const Vec3 p : places.samples) samples_.push_back(find(p).place);
+    for (const auto& site : sites.touch) at_.push_back(find(site.at).at);
+    for (const auto& site : sites.neighbour) neighbour_at_.push_back(find(site.at).at);
+    for (const Vec3 p : sites.samples) samples_.push_back(find(p).on);
   }
 
   Observation observe() {
     const std::size_t exercises = setting_.exercise == "neighbour"
-                                      ? places_.neighbour.size()
-                                      : places_.touch.size() / static_cast<std::size_t>(setting_.contacts);
+                                      ? sites_.neighbour.size()
+                                      : sites_.touch.size() / static_cast<std::size_t>(setting_.contacts);
     const auto step = setting_.exercise == "neighbour" ? 1 : static_cast<std::size_t>(setting_.contacts);
     for (int round = 0; round < kRounds; ++round)
       for (std::size_t e = 0; e < exercises; ++e) {
-        Press end = play(motions(setting_, places_, at_, neighbour_at_, e * step));
+        Press end = play(motions(setting_, sites_, at_, neighbour_at_, e * step));
         if (round == 0) seen_.presses.push_back(std::move(end));
       }
     seen_.touch = step_time(touch_us_);
@@ -149,20 +133,20 @@ class Player {
  private:
   Press play(const std::vector<Motion>& all) {
     scene_.reset();
-    // A tool each; more than there may be tools are shared out among them, neighbours to one.
+    // One tool for each contact. If there are more contacts than tools, neighbouring contacts share a tool.
     std::vector<palpate_tool> tools(std::min<std::size_t>(all.size(), PALPATE_MAX_TOOLS));
     std::vector<std::array<double, 3>> points(all.size());
     for (std::size_t t = 0; t < tools.size(); ++t) {
       const std::size_t first = t * all.size() / tools.size(), end = (t + 1) * all.size() / tools.size();
-      tools[t] = palpate_tool{
-          points[first].data(), static_cast<std::int32_t>(end - first), nullptr, 0, 0, places_.radius, 0.3};
+      tools[t] =
+          palpate_tool{points[first].data(), static_cast<std::int32_t>(end - first), nullptr, 0, 0, sites_.radius, 0.3};
     }
     const std::size_t ticks = all[0].size();
     for (std::size_t tick = 0; tick < ticks; ++tick) {
       for (std::size_t p = 0; p < all.size(); ++p) store3(all[p][tick], points[p].data());
-      const Stopwatch watch;
+      const auto begun = studies::Clock::now();
       const auto flags = scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
-      const double took = watch.microseconds();
+      const double took = 1e6 * studies::seconds_since(begun);
       seen_.flags |= flags;
       seen_.contact_nodes = std::max(seen_.contact_nodes, contacts_->node_count);
       if (contacts_->node_count == 0) continue;
@@ -174,9 +158,9 @@ class Player {
 
   void shape() {
     palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
-    const Stopwatch watch;
+    const auto begun = studies::Clock::now();
     seen_.flags |= scene_.shape(contacts_, out);
-    shape_us_.push_back(watch.microseconds());
+    shape_us_.push_back(1e6 * studies::seconds_since(begun));
   }
 
   Press end() const {
@@ -185,11 +169,11 @@ class Player {
       const double* f = contacts_->tools[t].force_raw;
       press.forces.push_back({f[0], f[1], f[2]});
     }
-    for (const SurfacePlace& place : samples_) {
+    for (const SurfacePlace& point : samples_) {
       std::array<double, 3> u{};
       for (int v = 0; v < 3; ++v) {
-        const std::size_t n = 3 * static_cast<std::size_t>(bundle_.triangles()[3 * place.triangle + v]);
-        for (std::size_t d = 0; d < 3; ++d) u[d] += place.barycentric[v] * u_[n + d];
+        const std::size_t n = 3 * static_cast<std::size_t>(bundle_.triangles()[3 * point.triangle + v]);
+        for (std::size_t d = 0; d < 3; ++d) u[d] += point.barycentric[v] * u_[n + d];
       }
       press.field.push_back(u);
     }
@@ -200,7 +184,7 @@ class Player {
   Scene scene_;
   Contacts contacts_;
   const SceneSetting& setting_;
-  const StudyPlaces& places_;
+  const StudySites& sites_;
   std::vector<float> u_;
   std::vector<Vec3> at_, neighbour_at_;
   std::vector<SurfacePlace> samples_;
@@ -212,32 +196,32 @@ class Player {
 
 namespace {
 
-Observation observe_with(const std::filesystem::path& file, const SceneSetting& setting, const StudyPlaces& places,
+Observation observe_with(const std::filesystem::path& file, const SceneSetting& setting, const StudySites& sites,
                          int contact_nodes) {
   const palpate_scene_def def = scene_def(setting, contact_nodes);
   std::vector<double> open_us;
   for (int round = 0; round < kRounds; ++round) {
-    const Stopwatch watch;
+    const auto begun = studies::Clock::now();
     const Bundle bundle(file.c_str());
     const Scene scene(bundle, def);
-    open_us.push_back(watch.microseconds());
+    open_us.push_back(1e6 * studies::seconds_since(begun));
   }
   Bundle bundle(file.c_str());
   Scene scene(bundle, def);
   palpate_error ignored;
   palpate_bundle_prefault(bundle.get(), 0, &ignored);
-  Observation seen = Player(bundle, std::move(scene), setting, places).observe();
-  seen.open_ms = 1e-3 * percentile(open_us, 0.5);
+  Observation seen = Player(bundle, std::move(scene), setting, sites).observe();
+  seen.open_ms = 1e-3 * studies::percentile(open_us, 0.5);
   return seen;
 }
 
 }  // namespace
 
-Observation observe(const std::filesystem::path& file, const SceneSetting& setting, const StudyPlaces& places) try {
-  // A scene's memory grows with the square of its room for contact nodes, so it gets no more than the mesh needs.
+Observation observe(const std::filesystem::path& file, const SceneSetting& setting, const StudySites& sites) try {
+  // A scene's memory grows with the square of max_contact_nodes, so the limit is no larger than the mesh needs.
   for (int room = setting.contacts > PALPATE_MAX_TOOLS ? 16 * setting.contacts : 64 * std::max(setting.contacts, 2);;
        room *= 2) {
-    Observation seen = observe_with(file, setting, places, room);
+    Observation seen = observe_with(file, setting, sites, room);
     if (!(seen.flags & PALPATE_STEP_CONTACTS_DROPPED) || room > 3000) return seen;
   }
 } catch (const Error& error) {

@@ -1,10 +1,11 @@
-// What is done to the organ, played with the runtime library: the tools' forces, the field at the end, what a step took.
+// The exercises: tools press the organ in a scene of the runtime library. Recorded are the tools' forces and the surface's
+// displacement at the end, and the time of the steps.
 //
-//   press      each place is pressed in by half a radius along the same direction on every mesh, from outside
-//   drag       the same, then moved across by kDragDistance radii
-//   neighbour  a second tool comes beside the first one, which has sunk the surface there
-//   measured   press; the tissue answers by its measured curve
-//   hold       press, then held for a second while the tissue relaxes
+//   press      a disc starts outside and presses the site in by half a radius; the direction is the same on every mesh
+//   drag       press, then the disc moves along the surface by kDragDistance radii
+//   neighbour  press, then a second disc presses beside the first, where the first has lowered the surface
+//   measured   press, with forces from the tissue's measured curve
+//   hold       press, then the disc stays for a second while the tissue relaxes
 #pragma once
 
 #include <array>
@@ -12,12 +13,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "studies/accuracy/places.h"
 #include "studies/accuracy/setting.h"
+#include "studies/accuracy/sites.h"
 
 namespace palpate::accuracy {
 
-// The end of one exercise: N on each tool, and m at each sample place.
+// The end of one exercise: force on each tool, N, and displacement at each sample point, m.
 struct Press {
   std::vector<std::array<double, 3>> forces;
   std::vector<std::array<double, 3>> field;
@@ -25,21 +26,21 @@ struct Press {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Press, forces, field)
 
 struct StepTime {
-  double median_us = 0, most_us = 0;  // most: 99 % of the steps take no more
+  double median_us = 0, most_us = 0;  // most_us: the 99th percentile
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StepTime, median_us, most_us)
 
 struct Observation {
   std::vector<Press> presses;
-  StepTime touch, shape;      // of steps in contact
-  double open_ms = 0;         // opening the bundle and creating the scene, median
-  std::uint32_t flags = 0;    // of all steps
-  int contact_nodes = 0;      // most under contact at a time
-  double farthest_place = 0;  // m: from a place of the study to this mesh's surface
+  StepTime touch, shape;     // of steps in which a tool is in contact
+  double open_ms = 0;        // to open the bundle and create the scene, median
+  std::uint32_t flags = 0;   // the step flags of all steps, joined
+  int contact_nodes = 0;     // largest number in contact in one step
+  double farthest_site = 0;  // m: from a site of the study to this mesh's surface
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Observation, presses, touch, shape, open_ms, flags, contact_nodes, farthest_place)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Observation, presses, touch, shape, open_ms, flags, contact_nodes, farthest_site)
 
 // Errors: OperationError where the bundle cannot be opened or the scene not made of it.
-Observation observe(const std::filesystem::path& bundle, const SceneSetting& setting, const StudyPlaces& places);
+Observation observe(const std::filesystem::path& bundle, const SceneSetting& setting, const StudySites& sites);
 
 }  // namespace palpate::accuracy

@@ -1,4 +1,4 @@
-// A bundle's surface nodes held at displacements, answered by the runtime: what it says without collision and laws.
+// Imposes displacements on surface nodes of a bundle through the runtime, without collision and without contact laws.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,8 @@ struct HeldAnswer {
   Vec3 force;           // on the organ, N: the sum over the nodes
 };
 
-// All three dofs of every node. displacement beside nodes, m. Errors: OperationError where the step raises a flag.
+// All three dofs of each node are imposed; displacement[i], m, belongs to nodes[i]. Errors: OperationError if the step
+// raises a flag.
 HeldAnswer hold_nodes(const std::filesystem::path& bundle, std::span<const std::int32_t> nodes,
                       std::span<const Vec3> displacement);
 

@@ -24,22 +24,22 @@ struct Push {
   std::vector<std::int32_t> nodes;
 };
 
-// What is known of the organ at one depth: the surface's displacement, and the force on what is held down.
+// One depth of the push: the surface's displacement and the force on the imposed nodes.
 struct State {
   std::vector<Vec3> u;
   Vec3 force;
 };
 
-// Nodes under the disc, on the side of the surface that faces it; at least the nearest three.
-Push push_at(const ElasticBody& body, const TouchPlace& place, double radius) {
+// Nodes under the disc, on the side of the surface that faces the disc; at least the nearest three.
+Push push_at(const ElasticBody& body, const TouchSite& site, double radius) {
   std::vector<std::pair<double, std::int32_t>> near;
   for (const auto n : body.touchable) {
     const auto& fixed = body.fixed[static_cast<std::size_t>(n)];
     if (!fixed[0] && !fixed[1] && !fixed[2])
-      near.push_back({length(load3(body.nodes[static_cast<std::size_t>(n)].data()) - place.at), n});
+      near.push_back({length(load3(body.nodes[static_cast<std::size_t>(n)].data()) - site.at), n});
   }
   std::sort(near.begin(), near.end());
-  Push push = {place.inward, {}};
+  Push push = {site.inward, {}};
   for (const auto& [distance, n] : near)
     if (distance <= radius || push.nodes.size() < 3) push.nodes.push_back(n);
   return push;
@@ -68,7 +68,7 @@ void write_input(const std::filesystem::path& file, const ElasticBody& body, con
   }
 }
 
-// A state for each step that ended; the printed values carry seven digits.
+// One state for each step that CalculiX finished; it prints seven digits.
 std::vector<State> read_states(const std::filesystem::path& file, const ElasticBody& body) {
   std::ifstream in(file);
   std::vector<State> states;
@@ -92,13 +92,13 @@ std::vector<State> read_states(const std::filesystem::path& file, const ElasticB
 
 // ---- Palpate --------------------------------------------------------------------------------------------------------
 
-// The same nodes held by a depth of one metre; everything is linear in it. The force as CalculiX's reaction: on the organ.
+// The same nodes moved by one metre: the answer is linear in the depth. The force is that on the organ, as CalculiX's reaction.
 State unit_push(const std::filesystem::path& file, const Push& push) {
   HeldAnswer held = hold_nodes(file, push.nodes, std::vector<Vec3>(push.nodes.size(), push.inward));
   return {std::move(held.u), held.force};
 }
 
-// ---- the two together -----------------------------------------------------------------------------------------------
+// ---- comparison -----------------------------------------------------------------------------------------------
 
 nlohmann::json compare(const State& unit, const State& large, double depth) {
   double off = 0, all = 0, most = 0;
@@ -116,7 +116,7 @@ nlohmann::json compare(const State& unit, const State& large, double depth) {
           {"field_error_mm", 1e3 * most}};
 }
 
-// Where the error first reaches the share, straight between depths, or null.
+// The depth at which the error first reaches the share, by linear interpolation; null if it does not.
 nlohmann::json depth_at(const nlohmann::json& steps, const char* error, double share) {
   double depth = 0, before = 0;
   for (const auto& step : steps) {
@@ -136,14 +136,11 @@ BundleSetting large_strain_bundle(const OrganCase& organ) {
   return setting;
 }
 
-nlohmann::json push_deep(const OrganCase& organ, const Bakery& bakery, const StudyPlaces& places, std::size_t place) {
+nlohmann::json push_deep(const OrganCase& organ, const Bakery& bakery, const StudySites& sites, std::size_t site) {
   const BundleSetting setting = large_strain_bundle(organ);
   const Baked baked = bakery.look(setting);
-  const std::string decides = nlohmann::json{
-      {"bundle", baked.fingerprint},
-      {"places", json_of(places)},
-      {"place", place},
-      {"version", 1}}.dump();
+  const std::string decides =
+      nlohmann::json{{"bundle", baked.fingerprint}, {"sites", json_of(sites)}, {"site", site}, {"version", 1}}.dump();
   const auto name = fmt::format("large-strain-{:016x}", formats::xxh64(decides.data(), decides.size()));
   const auto file = organ.options().output / "points" / (name + ".json");
   if (std::ifstream in(file); in)
@@ -151,36 +148,36 @@ nlohmann::json push_deep(const OrganCase& organ, const Bakery& bakery, const Stu
 
   bakery.bake(setting);
   const ElasticBody body = organ.body(setting.resolution);
-  const Push push = push_at(body, places.touch.at(place), places.radius);
+  const Push push = push_at(body, sites.touch.at(site), sites.radius);
   const auto folder = organ.options().output / "calculix" / name;
   std::filesystem::create_directories(folder);
-  write_input(folder / "push.inp", body, push, places.radius);
+  write_input(folder / "push.inp", body, push, sites.radius);
   std::string ended;
   try {
     run_calculix(folder, "push");
   } catch (const OperationError& error) {
-    ended = error.what();  // the deepest steps may not converge; those before them stand
+    ended = error.what();  // the deepest steps may not converge; the steps before them are kept
   }
   const auto states = read_states(folder / "push.dat", body);
   if (states.empty())
     throw OperationError(
         fmt::format("CalculiX solved nothing in {}; is calculix-ccx installed? {}", folder.string(), ended));
   const State unit = unit_push(baked.bundle, push);
-  nlohmann::json result = {{"place", place},
+  nlohmann::json result = {{"site", site},
                            {"nodes", push.nodes.size()},
                            {"resolution", setting.resolution},
                            {"poisson", kLargeStrainPoisson},
                            {"steps", nlohmann::json::array()}};
   for (std::size_t s = 0; s < states.size() && length(states[s].force) > 0; ++s)
-    result["steps"].push_back(compare(unit, states[s], kDepths[s] * places.radius));
+    result["steps"].push_back(compare(unit, states[s], kDepths[s] * sites.radius));
   for (const double share : kShares)
     result["depth_mm_at"][fmt::format("{:g}", 100 * share)] = {
         {"force", depth_at(result["steps"], "force_error", share)},
         {"field", depth_at(result["steps"], "field_error", share)}};
-  result["ended"] = result["steps"].size() < std::size(kDepths)
-                        ? fmt::format("at {:.3g} mm CalculiX found no solution",
-                                      1e3 * places.radius * kDepths[result["steps"].size()])
-                        : "";
+  result["ended"] =
+      result["steps"].size() < std::size(kDepths)
+          ? fmt::format("at {:.3g} mm CalculiX found no solution", 1e3 * sites.radius * kDepths[result["steps"].size()])
+          : "";
   std::filesystem::remove_all(folder);
   write_text_atomically(file, result.dump(1) + "\n");
   return result;

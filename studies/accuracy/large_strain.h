@@ -1,5 +1,5 @@
-// How deep one may push before linear elasticity itself is the error: Palpate's answer against CalculiX's large-strain
-// solution (neo-Hookean, *HYPERELASTIC) of the same mesh, element and push.
+// The depth at which linear elasticity becomes the main error: compares Palpate with CalculiX's large-strain solution
+// (neo-Hookean, *HYPERELASTIC) for the same mesh, element and push.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,14 +9,13 @@
 
 namespace palpate::accuracy {
 
-// Both sides: linear tetrahedra, so that nothing but the strain's size differs; nu = 0.45, at which they do not lock.
+// Both use linear tetrahedra, so that only the treatment of large strain differs. They do not lock at nu = 0.45.
 inline constexpr double kLargeStrainPoisson = 0.45;
 BundleSetting large_strain_bundle(const OrganCase& organ);
 
-// The nodes of a disc about a place held at depths along its inward direction. What was solved before is kept in
-// the study's points. {place, at_mm, nodes, steps: [{depth_mm, force_N, force_large_N, force_error, field_error,
-// field_error_mm}], depth_mm_at: {"1": {force, field}, "5": .., "10": ..}, ended: why CalculiX went no deeper, or ""};
+// Moves the nodes of a disc about a site inwards to several depths. The study's points keep solved pushes. Returns {site, at_mm, nodes, steps: [{depth_mm, force_N, force_large_N, force_error, field_error,
+// field_error_mm}], depth_mm_at: {"1": {force, field}, "5": .., "10": ..}, ended: why CalculiX stopped, or ""};
 // a depth that was not reached is null. Errors: OperationError where CalculiX solves nothing.
-nlohmann::json push_deep(const OrganCase& organ, const Bakery& bakery, const StudyPlaces& places, std::size_t place);
+nlohmann::json push_deep(const OrganCase& organ, const Bakery& bakery, const StudySites& sites, std::size_t site);
 
 }  // namespace palpate::accuracy

@@ -1,4 +1,5 @@
-// Points measured so far: a JSON file each, named by the fingerprint of all that decides it, written atomically.
+// The points measured so far, one JSON file each. The file's name is a fingerprint of everything that decides the result;
+// files are written atomically.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +21,7 @@ struct MeasuredPoint {
 class MeasuredPoints {
  public:
   explicit MeasuredPoints(std::filesystem::path folder);
-  // Errors: InputError where the file is no measured point.
+  // Errors: InputError if the file is not a measured point.
   std::optional<MeasuredPoint> find(const std::string& key) const;
   // Errors: OperationError.
   void add(const std::string& key, const MeasuredPoint& point) const;

@@ -15,7 +15,7 @@
 namespace palpate::accuracy {
 namespace {
 
-// Edges beyond a disc's rim that a contact on it may reach, and what may be dragged.
+// Edges beyond the disc's rim that a contact may reach, also after a drag.
 constexpr double kEdgesAround = 2.5;
 
 std::string text_of_table(const toml::table& table) {
@@ -136,30 +136,30 @@ std::filesystem::path OrganCase::boundary_file() const {
   return folder() / "boundary" / (options_.boundary + ".toml");
 }
 
-std::filesystem::path OrganCase::boundary_file(const StudyPlaces& places, const std::string& resolution) const {
+std::filesystem::path OrganCase::boundary_file(const StudySites& sites, const std::string& resolution) const {
   auto& file = boundaries_[resolution];
   if (!file.empty()) return file;
   toml::table boundary = toml::parse_file(boundary_file().string());
   if (boundary.contains("touchable")) return file = boundary_file();
   const ElasticBody mesh = body(resolution);
-  const double reach = (1 + kDragDistance) * places.radius + kEdgesAround * mean_edge(mesh);
+  const double reach = (1 + kDragDistance) * sites.radius + kEdgesAround * mean_edge(mesh);
   const double mesh_units_per_metre = 1 / read_organ_config(folder() / "organ.toml").metres_per_mesh_unit;
   toml::array select;
-  for (const auto* list : {&places.touch, &places.neighbour})
-    for (const auto& place : *list) {
-      const Vec3 c = mesh_units_per_metre * place.at;
+  for (const auto* list : {&sites.touch, &sites.neighbour})
+    for (const auto& site : *list) {
+      const Vec3 c = mesh_units_per_metre * site.at;
       select.push_back(toml::table{
           {"sphere", toml::table{{"center", toml::array{c.x, c.y, c.z}}, {"radius", mesh_units_per_metre * reach}}}});
     }
-  // A selector that picks nothing is an error: on coarse meshes a sphere may hold no node.
+  // A selector without a node is an error, and on coarse meshes a sphere may contain none.
   toml::array nearest;
-  for (const auto& place : places.touch) {
-    const Vec3 c = mesh_units_per_metre * place.at;
+  for (const auto& site : sites.touch) {
+    const Vec3 c = mesh_units_per_metre * site.at;
     nearest.push_back(toml::array{c.x, c.y, c.z});
   }
   select.push_back(toml::table{{"nearest", toml::table{{"points", nearest}}}});
   boundary.insert_or_assign("touchable", toml::table{{"select", select}});
-  return file = write_variant(options_.output / "inputs" / (options_.boundary + "-near-places-" + resolution + ".toml"),
+  return file = write_variant(options_.output / "inputs" / (options_.boundary + "-near-sites-" + resolution + ".toml"),
                               text_of_table(boundary));
 }
 

@@ -1,4 +1,5 @@
-// An organ under a boundary set, as its pipeline has it: meshes by the pipeline's own rules, and variants of its files.
+// An organ under one of its boundary sets. Meshes come from the pipeline's own rules; variants of organ.toml and of the
+// boundary set are written as files of the study.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +8,7 @@
 #include <vector>
 
 #include "precompute/elements/elastic_body.h"
-#include "studies/accuracy/places.h"
+#include "studies/accuracy/sites.h"
 
 namespace palpate::accuracy {
 
@@ -18,16 +19,16 @@ struct StudyOptions {
   std::filesystem::path output;             // of the study; default: DATA/ORGAN/accuracy/BC
   std::vector<std::string> resolutions;     // coarse to fine; default: all of the organ's
   std::vector<std::string> make_variables;  // "IMAGE=...": for the pipeline's rules
-  double memory_gigabytes = 0;              // a precompute may take; 0: what it finds free
-  double most_seconds = 150;                // a precompute with p2-p0 is predicted to take, else it is left out; the
-                                            // organ's own reference, near the places alone, may take twice that
-  int repeats = 3;                          // of a short precompute; the median counts
+  double memory_gigabytes = 0;              // that a precompute may take; 0: the memory that is free
+  double most_seconds = 150;                // limit on the predicted time of a precompute with p2-p0; the
+                                            // reference of the organ's own material may take twice that
+  int repeats = 3;                          // runs of a precompute of less than 3 s; the median counts
   double radius_mm = 10;                    // of the tool's disc
-  int places = 6, samples = 200;            // pressed; looked at
+  int sites = 6, samples = 200;             // pressed; compared
 };
 
-// The organ.toml with another element and, where poisson is not 0, that Poisson's ratio in every region; its curve by an
-// absolute path, so that it may stand anywhere.
+// organ.toml with another element and, if poisson is not 0, that Poisson's ratio in every region. The path of its response
+// curve is made absolute, so that the text may be written to any folder.
 std::string organ_text(const std::filesystem::path& organ_toml, const std::string& element, double poisson);
 
 class OrganCase {
@@ -37,19 +38,20 @@ class OrganCase {
 
   const StudyOptions& options() const { return options_; }
   const std::vector<std::string>& resolutions() const { return options_.resolutions; }
-  // The pipeline's default where the study has it, else the middle one.
+  // The pipeline's default resolution if the study has it, else the middle one.
   const std::string& base_resolution() const { return base_; }
   bool has_response() const;
   std::string element() const;  // of organ.toml
   double poisson() const;       // of all regions; NaN where they differ
 
-  // Made by the pipeline's rules where it is missing or out of date. Errors: OperationError.
+  // Runs the pipeline's rules if the mesh is missing or out of date. Errors: OperationError.
   std::filesystem::path make_mesh(const std::string& resolution) const;
-  // As a file of the study: organ_text.
+  // Writes organ_text to a file of the study.
   std::filesystem::path organ_file(const std::string& element, double poisson) const;
-  // The boundary set as it is; with places: only nodes near those are touchable, unless the set itself says which are.
+  // The boundary set as it is. With sites: a copy in which only nodes near the sites are touchable, unless the set itself
+  // has [touchable].
   std::filesystem::path boundary_file() const;
-  std::filesystem::path boundary_file(const StudyPlaces& places, const std::string& resolution) const;
+  std::filesystem::path boundary_file(const StudySites& sites, const std::string& resolution) const;
   ElasticBody body(const std::string& resolution) const;
 
  private:
@@ -59,7 +61,7 @@ class OrganCase {
 
   StudyOptions options_;
   std::string base_;
-  // What one run makes stays as it is.
+  // By resolution. A run makes each file once.
   mutable std::map<std::string, std::filesystem::path> meshes_, boundaries_;
 };
 

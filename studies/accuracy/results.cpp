@@ -13,7 +13,7 @@
 namespace palpate::accuracy {
 namespace {
 
-// What JSON has not, NaN and infinity, becomes null.
+// JSON has no NaN and no infinity: they become null.
 nlohmann::ordered_json number_or_null(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
@@ -76,7 +76,7 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["columns"] = p.cost.at("columns");
   r["contact_nodes"] = seen.contact_nodes;
   r["flags"] = seen.flags;
-  r["farthest_place_mm"] = 1e3 * seen.farthest_place;
+  r["farthest_site_mm"] = 1e3 * seen.farthest_site;
   r["mesh_sha256"] = p.cost.at("mesh_sha256");
   r["solved_by"] = p.cost.at("solver");
   return r;

@@ -1,4 +1,4 @@
-// One point of the study: how the organ is computed and stored, what is done to it, and how the scene models that.
+// One point of the study: how the bundle is computed and stored, the exercise, and how the scene models the contact.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,7 +6,7 @@
 
 namespace palpate::accuracy {
 
-// What decides the bundle's bytes, beside organ and boundary set.
+// What decides the bundle's bytes, besides the organ and the boundary set.
 struct BundleSetting {
   std::string resolution;       // a mesh size of the organ's pipeline
   std::string element;          // p1, p1-anp, p2-p0
@@ -14,15 +14,15 @@ struct BundleSetting {
   std::string solver = "auto";  // auto: palpate-precompute's choice; multigrid
   double tolerance = 1e-9;
   std::string storage = "f32";  // f64, f32, f16, "low-rank 1e-3"
-  bool everywhere = true;       // columns of every touchable node, or only of those near the places of the study
+  bool everywhere = true;       // columns of every touchable node; false: only of nodes near the sites
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BundleSetting, resolution, element, poisson, solver, tolerance, storage, everywhere)
 
-// exercise, law and contacts are what is done to the organ; the others are how well the scene models it.
+// exercise, law and contacts define the physical situation; the other members say how the scene models it.
 struct SceneSetting {
   std::string exercise = "press";  // press, drag, neighbour, measured, hold (exercises.h)
   std::string law = "sticking";    // sticking, sliding, unilateral, coulomb
-  int contacts = 1;                // places pressed at a time
+  int contacts = 1;                // sites pressed at a time
   std::string contact = "patch";   // node, triangle, point, patch
   std::string collision = "rest";  // rest, deformed
   bool response = false;           // P and Q
@@ -36,13 +36,13 @@ struct Setting {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Setting, bundle, scene)
 
-// The same text for the same setting: keys of files and rows.
+// Equal settings give equal text, so that the text can be a key.
 template <class Part>
 std::string text_of(const Part& part) {
   return nlohmann::json(part).dump();
 }
 
-// What is done to the organ, as text: points with the same situation have the same truth.
+// The physical situation as text: points with the same situation have the same reference.
 inline std::string situation_of(const Setting& s) {
   return nlohmann::json{{"poisson", s.bundle.poisson},
                         {"exercise", s.scene.exercise},
@@ -51,7 +51,7 @@ inline std::string situation_of(const Setting& s) {
       .dump();
 }
 
-// The scene that models a situation as well as the runtime can.
+// The most accurate scene of the runtime for a situation: the scene of the reference.
 inline SceneSetting best_scene(SceneSetting scene) {
   scene.contact = "patch";
   scene.collision = scene.exercise == "neighbour" ? "deformed" : "rest";
@@ -60,7 +60,7 @@ inline SceneSetting best_scene(SceneSetting scene) {
   return scene;
 }
 
-// "1700 p1-anp f16", "1700 p1, nu 0.45, node contact": what differs from the plainest setting.
+// "1700 p1-anp f16", "1700 p1, nu 0.45, node contact": what differs from the defaults above.
 std::string name_of(const Setting& setting);
 
 }  // namespace palpate::accuracy

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <fstream>
 #include <list>
 
@@ -18,12 +17,13 @@
 #include "studies/accuracy/measured.h"
 #include "studies/accuracy/results.h"
 #include "studies/accuracy/study_plan.h"
+#include "studies/timing/timing.h"
 
 namespace palpate::accuracy {
 namespace {
 
-// Of what a measured point means: raised when exercises or what is recorded of them change.
-constexpr int kStudyVersion = 5;
+// Raise it when the exercises or the recorded values change: points of another version are measured anew.
+constexpr int kStudyVersion = 6;
 constexpr int kMostTogether = 100;  // contacts
 
 class Study {
@@ -31,22 +31,22 @@ class Study {
   explicit Study(const StudyOptions& options)
       : organ_(options),
         measured_(folder() / "points"),
-        places_(choose_or_read("places.json",
-                               [&](const ElasticBody& body, double radius) {
-                                 return choose_places(body, radius, options.places, options.samples);
-                               })),
+        sites_(choose_or_read("sites.json",
+                              [&](const ElasticBody& body, double radius) {
+                                return choose_sites(body, radius, options.sites, options.samples);
+                              })),
         crowd_(choose_or_read("crowd.json",
                               [&](const ElasticBody& body, double radius) {
-                                return choose_crowd(body, radius, kMostTogether, places_.samples);
+                                return choose_crowd(body, radius, kMostTogether, sites_.samples);
                               })),
-        bakery_(organ_, places_) {}
+        bakery_(organ_, sites_) {}
 
   void run() {
     for (const auto& resolution : organ_.resolutions()) make_mesh_early(resolution);
     const auto plan = plan_study(organ_, static_cast<int>(crowd_.touch.size()));
     Progress progress("study", plan.size());
     for (const auto& planned : plan) {
-      // One that fails is told and left out: the others are worth as much as before.
+      // A point that fails is reported and left out; the others do not depend on it.
       try {
         if (const auto setting = fitting(planned.setting)) measure(*setting, planned.axes);
       } catch (const OperationError& error) {
@@ -54,13 +54,13 @@ class Study {
       }
       progress.advance();
     }
-    // Places as different as the organ has, for that the solution takes minutes each on large meshes.
-    for (std::size_t p = 0; p < std::min<std::size_t>(3, places_.touch.size()); ++p) {
-      say(fmt::format("pushing deep at place {}", p + 1));
+    // Three sites at most: on large meshes one large-strain solution takes minutes.
+    for (std::size_t p = 0; p < std::min<std::size_t>(3, sites_.touch.size()); ++p) {
+      say(fmt::format("pushing deep at site {}", p + 1));
       try {
-        timed("large strain", [&] { large_strain_.push_back(push_deep(organ_, bakery_, places_, p)); });
+        timed("large strain", [&] { large_strain_.push_back(push_deep(organ_, bakery_, sites_, p)); });
       } catch (const OperationError& error) {
-        leave_out(fmt::format("the deep push at place {}", p + 1), error.what());
+        leave_out(fmt::format("the deep push at site {}", p + 1), error.what());
       }
     }
     write();
@@ -70,7 +70,7 @@ class Study {
  private:
   const std::filesystem::path& folder() const { return organ_.options().output; }
 
-  // One that fails is told with its points.
+  // A mesh that fails is reported with its points.
   void make_mesh_early(const std::string& resolution) const try {
     timed("meshes", [&] { organ_.make_mesh(resolution); });
   } catch (const OperationError&) {
@@ -79,14 +79,14 @@ class Study {
   // Adds to what a stage took.
   template <class Work>
   void timed(const char* stage, const Work& work) const {
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = studies::Clock::now();
     work();
-    took_[stage] += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    took_[stage] += studies::seconds_since(begin);
   }
 
-  // Of the finest mesh, once: they belong to the study, and so does every point measured at them.
+  // Chosen once, on the finest mesh. A study whose finest mesh, boundary set or options changed chooses anew.
   template <class Choose>
-  StudyPlaces choose_or_read(const char* name, const Choose& choose) const {
+  StudySites choose_or_read(const char* name, const Choose& choose) const {
     const StudyOptions& o = organ_.options();
     std::filesystem::path mesh;
     timed("meshes", [&] { mesh = organ_.make_mesh(organ_.resolutions().back()); });
@@ -94,21 +94,21 @@ class Study {
                                  {"mesh_sha256", sha256_of_file(mesh.string())},
                                  {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
                                  {"radius_mm", o.radius_mm},
-                                 {"places", o.places},
+                                 {"sites", o.sites},
                                  {"together", kMostTogether},
                                  {"samples", o.samples}};
     const auto file = folder() / name;
     if (std::ifstream in(file); in) {
       const auto json = nlohmann::json::parse(in, nullptr, false);
-      if (json.is_object() && json.value("from", nlohmann::json()) == from) return places_of(json.at("places"));
+      if (json.is_object() && json.value("from", nlohmann::json()) == from) return sites_of(json.at("sites"));
     }
-    const StudyPlaces places = choose(organ_.body(organ_.resolutions().back()), 1e-3 * o.radius_mm);
-    write_text_atomically(file, nlohmann::json{{"from", from}, {"places", json_of(places)}}.dump(1) + "\n");
-    return places;
+    const StudySites sites = choose(organ_.body(organ_.resolutions().back()), 1e-3 * o.radius_mm);
+    write_text_atomically(file, nlohmann::json{{"from", from}, {"sites", json_of(sites)}}.dump(1) + "\n");
+    return sites;
   }
 
-  // The setting as it is, with columns near the places alone, or none where even that is too large. Only p2-p0, whose
-  // factor grows fast, is asked.
+  // The setting as it is; or, if that is too large, with columns near the sites only; or nothing. Only p2-p0 can be too
+  // large: its factor grows fastest.
   std::optional<Setting> fitting(Setting setting) {
     if (setting.bundle.element != "p2-p0") return setting;
     auto& fits = fits_[text_of(setting.bundle)];
@@ -122,15 +122,16 @@ class Study {
       }
     }
     if (fits->resolution.empty()) return {};
-    if (is_crowded(setting) && !fits->everywhere) return {};  // the next coarser mesh is their reference
+    if (is_crowded(setting) && !fits->everywhere)
+      return {};  // the next coarser mesh becomes the reference of the many contacts
     setting.bundle = *fits;
     return setting;
   }
 
   bool is_crowded(const Setting& setting) const {
-    return setting.scene.contacts > static_cast<int>(places_.touch.size());
+    return setting.scene.contacts > static_cast<int>(sites_.touch.size());
   }
-  const StudyPlaces& places_for(const Setting& setting) const { return is_crowded(setting) ? crowd_ : places_; }
+  const StudySites& sites_for(const Setting& setting) const { return is_crowded(setting) ? crowd_ : sites_; }
 
   void leave_out(const std::string& what, const std::string& why) {
     warn(fmt::format("{} is left out: {}", what, why));
@@ -142,7 +143,7 @@ class Study {
                                             {"bundle", bakery_.look(setting.bundle).fingerprint},
                                             {"scene", setting.scene},
                                             {"measured_by", own_hash_},
-                                            {"places", json_of(places_for(setting))}}
+                                            {"sites", json_of(sites_for(setting))}}
                                  .dump();
     return fmt::format("{:016x}", formats::xxh64(text.data(), text.size()));
   }
@@ -160,7 +161,7 @@ class Study {
       MeasuredPoint fresh = {setting, {}, {}};
       timed("bundles", [&] { fresh.cost = bakery_.bake(setting.bundle); });
       timed("touches",
-            [&] { fresh.seen = observe(bakery_.look(setting.bundle).bundle, setting.scene, places_for(setting)); });
+            [&] { fresh.seen = observe(bakery_.look(setting.bundle).bundle, setting.scene, sites_for(setting)); });
       measured_.add(key, fresh);
       point = std::move(fresh);
     }
@@ -182,15 +183,15 @@ class Study {
                                     {"resolutions", organ_.resolutions()},
                                     {"base_resolution", organ_.base_resolution()},
                                     {"radius_mm", o.radius_mm},
-                                    {"places", places_.touch.size()},
-                                    {"samples", places_.samples.size()},
-                                    {"room_for_contacts", std::max(places_.touch.size(), crowd_.touch.size())},
+                                    {"sites", sites_.touch.size()},
+                                    {"samples", sites_.samples.size()},
+                                    {"room_for_contacts", std::max(sites_.touch.size(), crowd_.touch.size())},
                                     {"data", o.data.string()},
                                     {"bin", o.bin.string()},
                                     {"boundary_sha256", sha256_of_file(organ_.boundary_file().string())},
                                     {"reference", reference(judged_points)},
                                     {"machine", machine_json()}};
-    study["took_s"] = took_;  // this run; what was there before took nothing
+    study["took_s"] = took_;  // of this run; points that were kept took no time
     study["left_out"] = left_out_;
     study["large_strain"] = large_strain_;
     const auto scatter = [&](const char* what) {
@@ -203,7 +204,7 @@ class Study {
     note(fmt::format("{}: {} points", (folder() / "accuracy.json").string(), records.size()));
   }
 
-  // Of the organ's own material, one disc pressed.
+  // The reference for the organ's own material and one pressed disc.
   nlohmann::ordered_json reference(const std::vector<JudgedPoint>& points) const {
     const std::string plain = situation_of(Setting{});
     for (const auto& judged : points)
@@ -231,7 +232,7 @@ class Study {
   mutable std::map<std::string, double> took_;                     // s, of this run
   OrganCase organ_;
   MeasuredPoints measured_;
-  StudyPlaces places_, crowd_;
+  StudySites sites_, crowd_;
   Bakery bakery_;
   std::map<std::string, std::optional<BundleSetting>> fits_;
   struct Taken {
@@ -247,13 +248,13 @@ class Study {
 
 }  // namespace
 
-StudyPlaces read_places(const std::filesystem::path& folder) {
-  const auto file = folder / "places.json";
+StudySites read_sites(const std::filesystem::path& folder) {
+  const auto file = folder / "sites.json";
   std::ifstream in(file);
   const auto json = nlohmann::json::parse(in, nullptr, false);
-  if (!json.is_object() || !json.contains("places"))
-    throw InputError(fmt::format("{}: expected the places of a study, found none; run the study again", file.string()));
-  return places_of(json.at("places"));
+  if (!json.is_object() || !json.contains("sites"))
+    throw InputError(fmt::format("{}: expected the sites of a study, found none; run the study again", file.string()));
+  return sites_of(json.at("sites"));
 }
 
 void run_study(const StudyOptions& options) {

@@ -37,7 +37,7 @@ class Plan {
       points_.push_back({setting, {axis}});
   }
 
-  // The truth of the setting's situation, and what its own error is estimated from.
+  // The reference of the setting's situation, and the coarser meshes that its error is estimated from.
   void add_references(Setting setting) {
     setting.bundle.element = "p2-p0";
     setting.scene = best_scene(setting.scene);
@@ -68,7 +68,7 @@ class Plan {
     for (const char* law : {"sticking", "sliding", "unilateral", "coulomb"})
       add_scene("law", [&](SceneSetting& s) { s.exercise = "drag", s.law = law; });
     for (const int contacts : {1, 2, 3, 6, 10, 30, 100})
-      if (contacts <= std::max(organ_.options().places, crowd_))
+      if (contacts <= std::max(organ_.options().sites, crowd_))
         add_scene("contacts", [&](SceneSetting& s) { s.contacts = contacts; });
     for (const char* collision : {"rest", "deformed"})
       add_scene("collision", [&](SceneSetting& s) { s.exercise = "neighbour", s.collision = collision; });
@@ -94,14 +94,16 @@ class Plan {
         Setting s = plain(resolution);
         s.bundle.storage = storage;
         const std::string name = storage;
-        if (name == "f64" && resolution != organ_.base_resolution()) continue;  // twice f32's bytes, no reader's choice
+        if (name == "f64" && resolution != organ_.base_resolution())
+          continue;  // twice the bytes of f32: one mesh is enough to show it
         if ((name == "low-rank 1e-2" || name == "low-rank 1e-4") && !ends) continue;
         add(s, "storage");
       }
     }
   }
 
-  // The factor ends far below any tolerance asked for, so iterations are asked as well. f64: f32 would hide 1e-8.
+  // With the Cholesky factor every tolerance is met at once, so multigrid is measured as well. Stored as f64, because f32
+  // would hide differences of 1e-8.
   void tolerance() {
     for (const char* solver : {"auto", "multigrid"})
       for (int digits = 2; digits <= 12; digits += solver[0] == 'a' ? 10 : 2) {

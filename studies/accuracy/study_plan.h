@@ -1,4 +1,4 @@
-// Which points are measured: one axis after another, each varied about the organ as its pipeline has it.
+// The list of points to measure: one axis at a time is varied about the organ's default setting.
 #pragma once
 
 #include <set>
@@ -15,8 +15,8 @@ struct PlannedPoint {
   std::set<std::string> axes;  // "mesh", "poisson", "tolerance", "storage", "contact", "law", ...; "reference"
 };
 
-// Each setting once. The meshes of p2-p0 come first: the finest of them that is not too large is the reference.
-// crowd: how many places there are for contacts beyond --places.
+// Each setting appears once. The p2-p0 meshes come first, because the finest one that is not too large is the reference.
+// crowd: the number of sites for settings with more contacts than --sites.
 std::vector<PlannedPoint> plan_study(const OrganCase& organ, int crowd);
 
 }  // namespace palpate::accuracy

@@ -1,12 +1,12 @@
-#include "bench/peers/measured.h"
 #include "studies/paper/constrained_solve.h"
 #include "studies/paper/paper_measurements.h"
+#include "studies/peers/measured.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 Json measure_columns(const Push& push, double seconds) {
   const auto& touchable = push.body.touchable;
-  // A stride that shares no factor with most counts: any number of nodes is spread over all.
+  // A prime stride spreads any number of nodes over all touchable nodes.
   constexpr std::size_t kStride = 7919;
   Answer answer;
   double spent = 0;
@@ -30,4 +30,4 @@ Json measure_columns(const Push& push, double seconds) {
           {"ms_per_column", 1e3 * column}, {"seconds", column * 3 * static_cast<double>(touchable.size())}};
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -7,12 +7,12 @@
 #include "precompute/solver/petsc_matrix.h"
 #include "precompute/solver/petsc_session.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 struct ConstrainedSolve::Petsc {
   Mat matrix = nullptr;
   KSP solver = nullptr;
-  Vec load = nullptr, solution = nullptr;  // over the memory of the Eigen vectors
+  Vec load = nullptr, solution = nullptr;  // share the memory of the Eigen vectors
 
   ~Petsc() {
     KSPDestroy(&solver);
@@ -31,9 +31,9 @@ ConstrainedSolve::ConstrainedSolve(const Push& push, std::int32_t node, const st
   Petsc& p = *petsc_;
   p.matrix = create_petsc_matrix(held.matrix, multigrid);
   if (multigrid) {
-    std::vector<std::array<double, 3>> places;
-    for (const auto n : held.node_of_row) places.push_back(push.body.nodes[static_cast<std::size_t>(n)]);
-    set_rigid_near_nullspace(p.matrix, places);
+    std::vector<std::array<double, 3>> points;
+    for (const auto n : held.node_of_row) points.push_back(push.body.nodes[static_cast<std::size_t>(n)]);
+    set_rigid_near_nullspace(p.matrix, points);
   }
   const auto size = static_cast<PetscInt>(load_.size());
   check(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, size, load_.data(), &p.load));
@@ -53,7 +53,7 @@ ConstrainedSolve::~ConstrainedSolve() = default;
 
 void ConstrainedSolve::move(const Eigen::Vector3d& displacement, bool from_last, Answer& answer) {
   Petsc& p = *petsc_;
-  PetscScalar* load = nullptr;  // taken and given back, so that PETSc knows that it changed
+  PetscScalar* load = nullptr;  // get and restore tell PETSc that the vector changed
   check(VecGetArray(p.load, &load));
   load_.noalias() = problem_.load_of_unit * displacement;
   check(VecRestoreArray(p.load, &load));
@@ -70,4 +70,4 @@ void ConstrainedSolve::move(const Eigen::Vector3d& displacement, bool from_last,
   problem_.read(solution_, displacement, answer);
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
-#include "bench/peers/dirichlet_problem.h"
+#include "studies/peers/dirichlet_problem.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 class ConstrainedSolve {
  public:
@@ -27,4 +27,4 @@ class ConstrainedSolve {
   int iterations_ = 0;
 };
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

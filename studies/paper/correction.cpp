@@ -2,7 +2,7 @@
 
 #include "formats/errors.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
 ResponseCurve curve_of(const ResponsePolynomial& fit) {
@@ -30,4 +30,4 @@ void Correction::apply(const Eigen::Vector3d& displacement, Answer& answer) cons
   answer.force *= force_.ratio(answer.force.dot(d));
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,22 +1,23 @@
-// The paper's quasi-non-linear correction of one tool's answer (eqs 3-6), in double: what a full solve has to do as well.
+// The paper's quasi-non-linear correction (eqs 3-6) for one tool, in double precision, for the answers of the full solves.
 #pragma once
 
-#include "bench/peers/push.h"
 #include "precompute/run/response_fit.h"
 #include "runtime/tissue/response_curve.h"
+#include "studies/peers/push.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 class Correction {
  public:
-  // Errors: InputError for an organ without a measured response.
+  // Errors: InputError if the organ has no measured response.
   explicit Correction(const OrganConfig& organ);
 
-  // Of each node's displacement what is across the tool's motion gets the length P of it; the force along it becomes Q.
+  // Replaces the length of each displacement's part across the tool's motion by P of it, and the force along the motion by Q
+  // of it.
   void apply(const Eigen::Vector3d& displacement, Answer& answer) const;
 
  private:
   ResponseCurve radial_, force_;
 };
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

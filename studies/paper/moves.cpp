@@ -1,15 +1,15 @@
 #include <array>
 #include <memory>
 
-#include "bench/peers/palpate_peer.h"
-#include "bench/peers/peers.h"
 #include "studies/paper/constrained_solve.h"
 #include "studies/paper/paper_measurements.h"
+#include "studies/peers/palpate_peer.h"
+#include "studies/peers/peers.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
-// The exact answers, corrected or not.
+// The exact answers, with or without the correction.
 struct Truth {
   const Exact& linear;
   const Correction* correction;
@@ -40,8 +40,8 @@ class Moves {
         kept_(push, system_),
         correction_(correction) {}
 
-  // One node is held move after move: linear, and with the answer corrected. Each way of both next to one another, lest the
-  // machine's pace come between them.
+  // One node is held move after move, with linear elasticity and with the correction. The two are measured one after the other
+  // for each system, so that a change of the machine's load affects both.
   std::array<Json, 2> held() {
     std::array<Json, 2> rows = {Json::array(), Json::array()};
     const auto followed = [&](const char* name, const auto& tick) {
@@ -71,7 +71,7 @@ class Moves {
     return rows;
   }
 
-  // Another node in every move: nothing of the last move helps.
+  // Another node in every move, so that no system can reuse the last move.
   Json changing() {
     PalpatePeer peer(bundle_, push_, node_contact_scene());
     Measured gradients, factor, frame;
@@ -99,7 +99,7 @@ class Moves {
     return rows;
   }
 
-  // Whole touches, collision, contact and force: what bounds a haptic loop.
+  // Whole touches: collision, contact and force. Their time limits the rate of a haptic loop.
   Json collision() {
     Json rows = Json::array();
     for (const auto& [name, model] :
@@ -114,7 +114,7 @@ class Moves {
  private:
   Truth truth(bool corrected) const { return {exact_, corrected ? &correction_ : nullptr}; }
 
-  // Twice: the first play warms the caches.
+  // Plays twice; the first play warms the caches and is not counted.
   std::pair<Measured, Measured> played(const palpate_scene_def& def, const Truth& truth) const {
     PalpatePeer peer(bundle_, push_, def);
     std::pair<Measured, Measured> measured;
@@ -149,4 +149,4 @@ Json measure_moves(const Push& push, const Correction& correction, const std::st
           {"collision", moves.collision()}};
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

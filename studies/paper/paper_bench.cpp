@@ -1,4 +1,4 @@
-// The paper's own measurements on one mesh or bundle, as JSON: see paper_measurements.h. Run by studies/paper/study.py.
+// Repeats one of the paper's measurements on a mesh or a bundle and prints JSON (paper_measurements.h). study.py runs it.
 //
 //   paper_bench columns MESH.msh --organ organ.toml --boundary bc.toml
 //   paper_bench moves MESH.msh --organ organ.toml --boundary bc.toml --bundle BUNDLE.h5
@@ -11,7 +11,7 @@
 #include "precompute/solver/petsc_session.h"
 #include "studies/paper/paper_measurements.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
 struct Options {
@@ -44,14 +44,15 @@ int run(int argc, char** argv) {
     return command;
   };
   return run_program(
-      argc, argv, "paper_bench", "What Cotin, Delingette and Ayache measured in 1999, measured here.",
+      argc, argv, "paper_bench", "Repeats the measurements of Cotin, Delingette and Ayache 1999.",
       [&](CLI::App& app) {
-        app.add_option("--json", o.json, "where the result goes; - is standard output");
+        app.add_option("--json", o.json, "file for the result; - is standard output");
         app.require_subcommand(1);
-        columns = on_mesh(app.add_subcommand("columns", "a constrained solve per column, as the paper preprocessed"));
+        columns = on_mesh(app.add_subcommand("columns", "the preprocessing: a constrained solve for each column"));
         moves = on_mesh(app.add_subcommand("moves", "table 1 and the collision rates"));
         moves->add_option("--bundle", o.bundle, "computed from this mesh")->required();
-        superposition = app.add_subcommand("superposition", "several contacts together against the sum of each alone");
+        superposition =
+            app.add_subcommand("superposition", "compares several contacts together with the sum of each alone");
         superposition->add_option("BUNDLE.h5", o.input)->required();
         superposition->add_option("--at", o.at, "X Y Z, m; twice or more")->required()->expected(6, 300);
         superposition->add_option("--by", o.by, "X Y Z, m: the displacement imposed")->expected(3);
@@ -67,8 +68,8 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace palpate::bench
+}  // namespace palpate::studies
 
 int main(int argc, char** argv) {
-  return palpate::bench::run(argc, argv);
+  return palpate::studies::run(argc, argv);
 }

@@ -1,32 +1,32 @@
-// What the paper measured, measured here; each as JSON for studies/paper/study.py.
+// Repeats the paper's measurements. Each function returns JSON for studies/paper/study.py.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "bench/peers/push.h"
 #include "studies/paper/correction.h"
+#include "studies/peers/push.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 using Json = nlohmann::ordered_json;
 
-// Of the residual relative to the right-hand side: our choice for what the paper did.
+// Tolerance of the iterative solves, relative to the right-hand side. The paper states none; this is our choice.
 constexpr double kTolerance = 1e-6;
 
-// The preprocessing as the paper did it: a constrained solve for each dof of each touchable node, by conjugate gradients
-// from zero with a Jacobi preconditioner. Nodes spread over the touchable ones are solved until the time is up, at least
-// one; what a node's matrix takes to set up is not counted.
+// The preprocessing as in the paper: one constrained solve for each dof of each touchable node, with conjugate gradients from
+// zero and a Jacobi preconditioner. Solves a sample of the touchable nodes, at least one, for `seconds`, and extrapolates to
+// all. The time to set up a node's matrix is not counted.
 Json measure_columns(const Push& push, double seconds);
 
-// Table 1 and the collision rates: every move answered by a full constrained solve, by a factor that is kept, and by touch
-// and shape; linear and with the correction; and with the contact at another node in every move.
+// Table 1 and the collision rates. Compares a full constrained solve for every move, a kept factor, and touch and shape: with
+// linear elasticity, with the correction, and with the contact at another node in every move.
 Json measure_moves(const Push& push, const Correction& correction, const std::string& bundle, double seconds);
 
-// Figure 10: grips at the touchable nodes nearest to these points (m) displaced together, against the sum of what each
-// does alone.
+// Figure 10: grips at the touchable nodes nearest to these points (m). Compares the displacement under all grips together
+// with the sum of the displacements under each grip alone.
 Json measure_superposition(const std::string& bundle, const std::vector<Eigen::Vector3d>& points,
                            const Eigen::Vector3d& displacement);
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""study.py --bin BIN --data DATA -o FOLDER: measures what Cotin, Delingette and Ayache published in 1999, through the programs
-that users run, and writes FOLDER/paper.json; then FOLDER/report.html (report.py). --short: tiny meshes, seconds in all."""
+"""study.py --bin BIN --data DATA -o FOLDER: repeats the measurements of Cotin, Delingette and Ayache 1999 with the programs that
+users run. Writes FOLDER/paper.json and FOLDER/report.html (report.py). --short: tiny meshes, a few seconds."""
 import argparse
 import json
 import os
@@ -12,12 +12,12 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
 ORGAN, HELD = os.path.join(HERE, "liver.toml"), os.path.join(HERE, "held.toml")
 
-# The paper's counts (vertices, tetrahedra) and what gives the nearest ones: smoothing in mm, triangles, longest edge in mm.
+# The paper's numbers of vertices and tetrahedra, and options that give nearly these: smoothing (mm), triangles, longest edge (mm).
 MESHES = {"193": ((193, 725), (4, 250, 20)), "1400": ((1400, 6500), (1.5, 1160, 9.6)), "1735": ((1735, 8124), (1.5, 1350, 8.85))}
 SHORT = {"193": (4, 150, 40), "1400": (4, 220, 36), "1735": (4, 260, 34)}
-# Two places of the plate, 12 mm apart, which would add up to far too much (figure 10); pushed 5 mm, in m.
+# Figure 10: two points of the plate, 12 mm apart, pushed by 5 mm. If their answers are added, the plate moves too far. In m.
 PLATE_CONTACTS, PLATE_PUSH = ((0.044, 0.050, 0.010), (0.056, 0.050, 0.010)), (0, 0, -0.005)
-# Figure 13: the rates in mm/min that were measured, and the pipeline's scene of each.
+# Figure 13: the measured rates of compression, mm/min, and the pipeline's scene for each.
 CYLINDERS = (("500", "3mm/compression/scenes/%s/summary.json"), ("5", "3mm/compression-rate-5/scenes/%s/summary.json"),
              ("0.005", "3mm/compression-rate-0.005/scenes/%s/summary.json"))
 CURVES = os.path.abspath(os.path.join(ROOT, "pipelines", "brain-cylinder", "curves"))
@@ -29,7 +29,7 @@ class Study:
         self.arguments = arguments
         self.folder = os.path.abspath(arguments.output)
         os.makedirs(self.folder, exist_ok=True)
-        # One thread for everything: the paper had one processor.
+        # One thread, because the paper's machine had one processor.
         self.environment = dict(os.environ, OMP_NUM_THREADS="1", OMPI_ALLOW_RUN_AS_ROOT="1",
                                 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", HWLOC_COMPONENTS="-gl")
 
@@ -37,7 +37,7 @@ class Study:
         print(text, file=sys.stderr, flush=True)
 
     def run(self, *command):
-        """A command's standard output; ends with its own words where it fails."""
+        """A command's standard output. If the command fails, exits with its error message."""
         done = subprocess.run([str(c) for c in command], cwd=ROOT, env=self.environment, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, text=True)
         if done.returncode != 0:
@@ -53,7 +53,7 @@ class Study:
                  "PYTHON=" + sys.executable, *goals)
 
     def made(self, organ, target):
-        """A result of the organ's pipeline, made where it is missing."""
+        """A file of the organ's pipeline. The pipeline makes it if it is missing."""
         file = os.path.join(self.arguments.data, organ, target)
         self.pipeline("ORGAN=" + organ, file)
         return file
@@ -67,7 +67,7 @@ class Study:
         return self.made("liver", "liver.inr.gz")
 
     def mesh(self, name, image):
-        """A mesh with nearly the paper's counts, and its bundle with the displacements of all nodes; what both are."""
+        """Makes a mesh with nearly the paper's numbers and its bundle with the displacement of all nodes; returns their figures."""
         smooth, triangles, size = SHORT[name] if self.arguments.short else MESHES[name][1]
         base = os.path.join(self.folder, "liver-" + name)
         surface, mesh, bundle, report = base + ".ply", base + ".msh", base + ".h5", base + ".json"

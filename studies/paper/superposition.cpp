@@ -2,7 +2,7 @@
 
 #include "studies/paper/paper_measurements.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
 using Point = Eigen::Map<const Eigen::Vector3d>;
@@ -52,4 +52,4 @@ Json measure_superposition(const std::string& file, const std::vector<Eigen::Vec
   return result;
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,10 +1,10 @@
-"""A study's page: words, tables and pictures in one HTML file that needs nothing else, and the pictures as PNG beside it.
+"""Writes a study's page: words, tables and plots in one HTML file that needs no other file, and each plot also as PNG.
 
     page = Page("What accuracy costs", "one sentence for the reader")
-    page.heading("Pareto fronts")
+    page.heading("Error against cost")
     plot = Plot("force error against touch time", "touch, us", "force error, %", log_x=True, log_y=True)
-    plot.points(xs, ys, names, label="p1-anp")      # each point says its name when the pointer is over it
-    plot.front(xs, ys, names)                       # the points that no other beats on both axes, joined and named
+    plot.points(xs, ys, names, label="p1-anp")      # the page shows a point's name while the pointer is over it
+    plot.front(xs, ys, names)                       # joins and names the points that no other beats on both axes
     page.plot(plot, "force-touch")                  # also FOLDER/force-touch.png
     page.table(("mesh", "error, %"), rows)
     page.write("FOLDER/report.html")
@@ -22,13 +22,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import matplotlib.ticker  # noqa: E402
 
-# Text stays text in the SVG, so that the page's font, search and zoom work on it.
+# Keep text as text in the SVG: it can then be searched and uses the page's font.
 matplotlib.rcParams.update({"svg.fonttype": "none", "figure.max_open_warning": 0, "font.size": 10, "axes.spines.top": False,
                             "axes.spines.right": False, "axes.axisbelow": True})
 
 COLOURS = ("#0b6fa4", "#c2410c", "#3f7d20", "#7c3aed", "#a16207", "#be185d", "#475569")
 MARKERS = "os^Dv*P"
-# An element looks the same on every page.
+# An element has the same colour and marker on every page.
 ELEMENTS = {"p1": ("#c2410c", "s"), "p1-anp": ("#0b6fa4", "o"), "p2-p0": ("#3f7d20", "^")}
 
 STYLE = """
@@ -50,7 +50,7 @@ summary { cursor: pointer; font-weight: 600; } svg g[id^="point-"]:hover { opaci
 
 
 def number(value, digits=3):
-    """A number as a reader wants it: 3 digits, no exponent between 0.001 and a million."""
+    """A number with 3 digits; without an exponent between 0.001 and a million."""
     if value is None or isinstance(value, bool) or not isinstance(value, (int, float)):
         return "" if value is None else {True: "yes", False: "no"}.get(value, str(value))
     if value != value:
@@ -61,7 +61,7 @@ def number(value, digits=3):
 
 
 def pareto(xs, ys):
-    """Indices of the points that no other beats in both, from left to right. None and NaN never take part."""
+    """Indices of the points that no other point beats on both axes, from left to right. NaN is left out."""
     order = sorted((i for i in range(len(xs)) if xs[i] == xs[i] and ys[i] == ys[i]), key=lambda i: (xs[i], ys[i]))
     front = []
     for i in order:
@@ -71,7 +71,7 @@ def pareto(xs, ys):
 
 
 class Plot:
-    """One set of axes. Points carry names, which the page shows when the pointer is over them."""
+    """One set of axes. Points have names, which the page shows while the pointer is over them."""
 
     def __init__(self, title, x_label, y_label, log_x=False, log_y=False, size=(7.2, 5.0)):
         self.title = title
@@ -89,7 +89,7 @@ class Plot:
         self.names, self.series, self.labels, self.legend_at = {}, 0, [], "best"
 
     def points(self, xs, ys, names, label=None, joined=False, faint=False, **style):
-        """Points that say their names; joined: with a line between them."""
+        """Points with names; joined: connected by a line."""
         colour = style.pop("color", COLOURS[self.series % len(COLOURS)])
         marker = style.pop("marker", MARKERS[self.series % len(MARKERS)])
         self.series += 1
@@ -103,15 +103,15 @@ class Plot:
         return colour
 
     def front(self, xs, ys, names):
-        """The Pareto front of the points, as steps; those of its points that have room are named in the picture."""
+        """Draws the Pareto front as steps, and names its points where there is room."""
         front = pareto(xs, ys)
         self.axes.step([xs[i] for i in front], [ys[i] for i in front], where="post", color="#1c2530", linewidth=1.1,
-                       alpha=0.7, label="no other is better in both")
+                       alpha=0.7, label="no other setting is better on both axes")
         self.labels = [(xs[i], ys[i], names[i]) for i in front]
         return front
 
     def _name_the_front(self):
-        """Names beside points, at the left of those on the right; none over another."""
+        """Writes names beside points: to the left of points in the right half; leaves out a name that would cover another."""
         taken = []
         for x, y, name in self.labels:
             across, up = self.axes.transAxes.inverted().transform(self.axes.transData.transform((x, y)))
@@ -124,7 +124,7 @@ class Plot:
                                ha="right" if left else "left", fontsize=8)
 
     def band(self, most, text):
-        """What lies below `most` on the y axis is not told apart: a shaded band with its reason."""
+        """Shades the y axis below `most`, where differences have no meaning, and writes the reason."""
         low = self.axes.get_ylim()[0]
         self.axes.axhspan(min(low, most / 3), most, color="#94a3b8", alpha=0.25, linewidth=0)
         self.axes.annotate(text, (0.01, most), xycoords=("axes fraction", "data"), xytext=(0, -3), ha="left", va="top",
@@ -134,7 +134,7 @@ class Plot:
         self.axes.plot(xs, ys, label=label, **style)
 
     def svg(self, prefix):
-        """The picture for a page, every name a <title>; prefix keeps the names of several pictures apart."""
+        """The plot as SVG, each name a <title>. prefix: different for each plot of a page."""
         matplotlib.rcParams["svg.hashsalt"] = prefix
         text = io.StringIO()
         self.figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
@@ -158,7 +158,7 @@ class Plot:
 
 
 def study_and_output(description):
-    """What a report is called with: .study, the study's results, and .output, the page."""
+    """Reads a report's command line: .study, the study's result, and .output, the page."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("study")
     parser.add_argument("-o", "--output", required=True)
@@ -171,7 +171,7 @@ class Page:
         self.parts.append(f"<h1>{html.escape(title)}</h1><p class=lead>{lead}</p>")
 
     def heading(self, text, level=2, anchor=None):
-        """anchor: what <a href='#anchor'> leads here."""
+        """anchor: the target of <a href='#anchor'>."""
         mark = f" id={anchor}" if anchor else ""
         self.parts.append(f"<h{level}{mark}>{html.escape(text)}</h{level}>")
 
@@ -180,7 +180,7 @@ class Page:
         self.parts.append(f"<p>{markup}</p>")
 
     def cards(self, cards):
-        """Boxes side by side: (small heading, choice, [(what, value)], HTML below)."""
+        """Boxes side by side: (heading, choice, [(name, value)], HTML below)."""
         boxes = []
         for heading, choice, facts, below in cards:
             rows = "".join(f"<dt>{html.escape(k)}</dt><dd>{html.escape(v)}</dd>" for k, v in facts)
@@ -192,7 +192,7 @@ class Page:
         self.plots([(plot, name, caption)])
 
     def plots(self, plots):
-        """Pictures side by side where there is room: (Plot, name of the PNG, caption)."""
+        """Plots side by side if there is room: (Plot, name of the PNG, caption)."""
         figures = []
         for plot, name, caption in plots:
             plot.finish()
@@ -201,14 +201,14 @@ class Page:
         self.parts.append(f"<div class=plots>{''.join(figures)}</div>")
 
     def picture(self, file, caption):
-        """A PNG that a program made, inside the page."""
+        """Includes a PNG file in the page."""
         with open(file, "rb") as stream:
             data = base64.b64encode(stream.read()).decode()
         self.parts.append(f'<figure class=wide><img src="data:image/png;base64,{data}" alt="{html.escape(caption)}">'
                           f"<figcaption>{html.escape(caption)}</figcaption></figure>")
 
     def table(self, head, rows, folded=None, whole=False):
-        """Rows of texts and numbers; folded: the line behind which a long one is hidden; whole: never scrolls downwards."""
+        """Rows of texts and numbers. folded: the title of a table that is hidden until the reader opens it. whole: no scroll bar."""
         def cell(value):
             kind = " class=number" if isinstance(value, (int, float)) and not isinstance(value, bool) else ""
             return f"<td{kind}>{html.escape(number(value) if not isinstance(value, str) else value)}</td>"
@@ -218,7 +218,7 @@ class Page:
         self.parts.append(f"<details><summary>{html.escape(folded)}</summary>{markup}</details>" if folded else markup)
 
     def write(self, file):
-        """The page, and its pictures as PNG beside it; each as FILE.part first, then renamed."""
+        """Writes the page and its PNG files; each is written as FILE.part and then renamed."""
         def whole(path, write):
             write(path + ".part")
             os.replace(path + ".part", path)

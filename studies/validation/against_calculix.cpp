@@ -7,19 +7,19 @@
 
 #include "formats/errors.h"
 #include "studies/accuracy/calculix.h"
+#include "studies/bodies/bodies.h"
 #include "studies/validation/shapes.h"
 #include "studies/validation/solved_body.h"
-#include "tests/support/bodies.h"
 
 namespace palpate::validation {
 namespace {
 
 // CalculiX prints seven digits.
 constexpr double kPrinted = 1e-6;
-// Without a bulk modulus, as nu goes to -1, the mean dilatation of p2-p0 and the pointwise one of C3D10 are one element;
-// what is left of it is 2 (1 + nu) / (3 (1 - 2 nu)) = 2e-7 of the shear modulus.
+// p2-p0 averages the dilatation over a cell and C3D10 does not. The two elements are equal only without a bulk modulus, as nu
+// goes to -1. At this nu the bulk modulus is 2 (1 + nu) / (3 (1 - 2 nu)) = 2e-7 of the shear modulus.
 constexpr double kNoBulk = -0.999999;
-// CalculiX integrates curved cells with four points, exact for straight ones alone; fourteen here.
+// CalculiX integrates with four points, which is exact only for cells with straight edges; Palpate uses fourteen.
 constexpr double kCurved = 1e-3;
 
 int hold_bottom_and_side(const Point& p) {
@@ -28,16 +28,16 @@ int hold_bottom_and_side(const Point& p) {
 
 ElasticBody held(const TetrahedralMesh& mesh, const std::vector<Material>& materials,
                  const std::function<int(const Point&)>& which) {
-  ElasticBody body = tests::body_of(mesh, materials);
-  tests::hold(body, which);
+  ElasticBody body = body_of(mesh, materials);
+  hold(body, which);
   return body;
 }
 
 TetrahedralMesh box(int n) {
-  return tests::box_mesh({n, n, n}, {0.10, 0.08, 0.06}, 0.2);
+  return box_mesh({n, n, n}, {0.10, 0.08, 0.06}, 0.2);
 }
 
-// Every seventh tetrahedron is of the second material.
+// Every seventh tetrahedron has the second material.
 ElasticBody speckled_box(int n, const Material& second) {
   TetrahedralMesh mesh = box(n);
   mesh.region_names = {"soft", "stiff"};
@@ -54,7 +54,7 @@ ElasticBody cylinder(int n, double poisson) {
               [](const Point& p) { return p[2] == 0 ? 7 : 0; });
 }
 
-// A traction over the surface within 0.3 of the body's size of its last touchable node; nothing on held dofs.
+// A traction on the surface around the last touchable node, out to 0.3 of the body's size; none on held dofs.
 std::vector<double> spread_force(const DiscreteBody& discrete) {
   Vector3d low = Vector3d::Constant(INFINITY), high = -low;
   for (const auto& p : discrete.body.nodes)

@@ -1,6 +1,8 @@
-// The closed-form cases: what is solved, on which meshes, what is asked of the answer and what theory promises.
+// The cases of palpate-validation: each solves a problem with a known solution on several meshes and compares the error and
+// its order of convergence with theory.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -12,7 +14,8 @@
 
 namespace palpate::validation {
 
-// One element and Poisson's ratio, on meshes of increasing fineness: cells along an edge, so that h goes with 1 / level.
+// One element and Poisson's ratio on meshes of increasing fineness. A level is the number of cells along an edge, so that
+// the cell size h is proportional to 1 / level.
 struct Variant {
   Element element;
   double poisson;
@@ -21,46 +24,59 @@ struct Variant {
 
 struct Quantity {
   std::string name;
-  double value, exact;  // NaN where the error alone is known
+  double value, exact;  // NaN if only the error is known
   double error;         // relative, not negative
 };
 
-// One mesh solved. Seconds of the processor, one thread.
+// Names that several cases share. A case's `expect` chooses by name.
+inline constexpr const char *kForce = "force, N", *kDisplacement = "displacement, L2", *kGradient = "gradient, L2";
+
+// A quantity with a known exact value, and one of which only the error is known.
+inline Quantity compared(const std::string& name, double value, double exact) {
+  return {name, value, exact, std::abs(value / exact - 1)};
+}
+inline Quantity error_alone(const std::string& name, double error) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  return {name, unknown, unknown, error};
+}
+
+// The result on one mesh. Processor seconds of one thread.
 struct Measured {
   std::size_t vertices = 0, unknowns = 0;
   double assemble_seconds = 0, solve_seconds = 0;
   std::vector<Quantity> quantities;
 };
 
-// What the error of a quantity has to be: below the bound on the finest mesh (NaN: no bound), and falling with an order
-// between least and most, to 0.15; no order where theory has none.
+// What theory promises for the error of a quantity: at most `bound` on the finest mesh (NaN: no bound), and an order of
+// convergence between least and most, with a tolerance of 0.15. order is empty if theory gives none.
 struct Expectation {
   double bound = std::numeric_limits<double>::quiet_NaN();
   struct Order {
     double least, most;
   };
   std::optional<Order> order = {};
-  double logarithms = 0;  // theory's error is h^order ln(1 / h)^logarithms: what is judged is the order of the rest
-  bool locks = false;     // shown, not judged: the element is known to fail there
+  // Theory's error is h^order ln(1 / h)^logarithms. The logarithm is divided out before the order is judged.
+  double logarithms = 0;
+  bool locks = false;  // the element is known to lock here: the error is shown but not judged
 };
 
 struct Case {
   std::string id, title, closed_form, source;
-  std::string theory;  // where its orders come from
+  std::string theory;  // the source of the expected orders
   std::vector<Variant> variants;
   std::function<Measured(const Variant&, int level)> measure;
   std::function<Expectation(const std::string& quantity, const Variant&)> expect;
 };
 
-// Where the programs are, and a folder for files that are removed again: for what is measured through them.
+// For cases that run the installed programs: the programs' folder, and a folder for temporary files.
 struct Workshop {
   std::filesystem::path bin, scratch;
 };
 
-// In the order of the report. A PetscSession must be alive where they are measured.
+// In the order of the report. A PetscSession must be alive while a case is measured.
 std::vector<Case> all_cases(const Workshop& workshop);
 
-// ---- one by one ----
+// ---- the single cases ----
 
 Case patch_test();
 Case rigid_motion();

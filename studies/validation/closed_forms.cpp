@@ -76,8 +76,8 @@ Vector3d point_load(const Material& material, double force, const Vector3d& x) {
 double FlatPunch::force() const {
   return 2 * plane_modulus(material) * radius * depth;
 }
-// As Hertz' below, an even weight integrated: with R = sqrt(r^2 + (z + i a)^2), the slopes of the potentials are imaginary
-// parts of R, 1 / R and (z + i a) / R.
+// The integral of Hertz' solution below with a constant weight, in closed form: with R = sqrt(r^2 + (z + i a)^2), the
+// derivatives of the potentials are imaginary parts of R, 1 / R and (z + i a) / R.
 Vector3d FlatPunch::displacement(const Vector3d& x) const {
   const double r2 = x[0] * x[0] + x[1] * x[1], r = std::sqrt(r2), z = x[2], a = radius, nu = material.poisson;
   const std::complex<double> depth_of_source(z, a), distance = std::sqrt(r2 + depth_of_source * depth_of_source);
@@ -98,9 +98,9 @@ double HertzSphere::force() const {
 double HertzSphere::contact_radius() const {
   return std::sqrt(radius * depth);
 }
-// Point loads on the axis at imaginary depths i s, |s| <= a, with a weight each: the pressure of a round indenter, since the
-// real part of 1 / sqrt(r^2 - s^2) is there only inside r = |s|. Displacements follow from point_load with z + i s in its
-// potentials. Smooth away from the contact: eight Gauss points reach rounding at two radii.
+// The pressure of a round indenter as point loads on the axis at imaginary depths i s, |s| <= a, each with a weight: the
+// real part of 1 / sqrt(r^2 - s^2) is zero outside r = |s|. The displacement follows from point_load with z + i s in its
+// potentials. Away from the contact the integrand is smooth: at two radii, eight Gauss points reach rounding.
 Vector3d HertzSphere::displacement(const Vector3d& x) const {
   constexpr double at[4] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
   constexpr double share[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};

@@ -1,4 +1,4 @@
-// What elasticity says in closed form, for the tests and for palpate-validation. SI; half-spaces are z >= 0.
+// Closed-form solutions of linear elasticity. SI units; a half-space is z >= 0.
 #pragma once
 
 #include <Eigen/Dense>
@@ -13,11 +13,11 @@ using Eigen::Vector3d;
 
 double shear_modulus(const Material& material);
 
-// d u_i / d x_j of a displacement field, by central differences over a step (m): off by the square of the step over the
-// distance in which the field changes.
+// d u_i / d x_j of a displacement field, by central differences over a step (m). Relative error: the square of the step over
+// the length on which the field changes.
 Matrix3d gradient_of(const std::function<Vector3d(const Vector3d&)>& displacement, const Vector3d& x, double step);
 
-// Hooke's stress of a displacement field, by differences over 1e-5 of the distance from the origin: off by 1e-10.
+// Hooke's stress of a displacement field, by differences over 1e-5 of the distance from the origin; relative error 1e-10.
 Matrix3d stress_of(const Material& material, const std::function<Vector3d(const Vector3d&)>& displacement,
                    const Vector3d& x);
 
@@ -43,7 +43,7 @@ struct FlatPunch {
 
   double force() const;
   Vector3d displacement(const Vector3d& x) const;  // everywhere
-  Matrix3d gradient(const Vector3d& x) const;      // d u_i / d x_j, not on the edge: it is infinite there
+  Matrix3d gradient(const Vector3d& x) const;      // d u_i / d x_j; infinite on the edge
 };
 
 // A rigid sphere (its paraboloid) pressed in by depth, without friction: F = 4/3 E* sqrt(R) d^1.5, contact radius sqrt(R d).
@@ -54,11 +54,11 @@ struct HertzSphere {
 
   double force() const;
   double contact_radius() const;
-  Vector3d displacement(const Vector3d& x) const;  // at two contact radii and farther away
+  Vector3d displacement(const Vector3d& x) const;  // valid from two contact radii outwards
 };
 
 // A cantilever of square section under a force at its end: P L^3 / (3 E I) + P L / (k G A), k by Cowper 1966 (J. Appl. Mech. 33).
-// Timoshenko's beam, not a solution of elasticity: the clamped end differs.
+// Timoshenko's beam theory, which differs from elasticity at the clamped end.
 struct Cantilever {
   double length, width, force;
   Material material;
@@ -66,7 +66,7 @@ struct Cantilever {
   double tip() const;
 };
 
-// A cylinder pressed between plates without friction: uniform. The paper's section 6.1.
+// A cylinder pressed between plates without friction; its strain is uniform. The paper's section 6.1.
 struct PressedCylinder {
   double radius, height, pressed;
   Material material;

@@ -1,34 +1,29 @@
-// Cases on a half-space: a point force, cut off where the closed form's stress is put on; a flat punch and Hertz' sphere, cut
-// off where its displacement is imposed (a stress there would settle their force by statics, whatever the elements). A
-// quarter of each is meshed; the material is brain as in the paper: E 3 kPa, nu 0.45.
+// Cases on a half-space: a point force, a flat punch and Hertz' sphere. A quarter of a finite piece is meshed. On the cut
+// faces, the point force gets the stress of the closed form; the punch and the sphere get its displacement, because with a
+// stress there, equilibrium alone would give their force, however poor the elements. Material: brain, as in the paper, E 3
+// kPa, nu 0.45.
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <utility>
 
 #include "formats/errors.h"
+#include "studies/bodies/bodies.h"
 #include "studies/validation/cases.h"
 #include "studies/validation/shapes.h"
 #include "studies/validation/solved_body.h"
-#include "tests/support/bodies.h"
 
 namespace palpate::validation {
 namespace {
 
 constexpr double kYoung = 3000, kPoisson = 0.45;
 const Material kGel = {kYoung, kPoisson, 0};
-constexpr const char *kForce = "force, N", *kGradient = "gradient, L2";
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 int symmetric(const Point& p) {
   return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0);
 }
 
-Quantity against(const char* name, double value, double exact) {
-  return {name, value, exact, std::abs(value / exact - 1)};
-}
-
-// What the rest of the half-space does to the cut.
+// The load of the cut faces: the closed form's stress there.
 std::vector<double> cut_load(const DiscreteBody& discrete, const Where& cut, const Material& material,
                              const VectorField& displacement) {
   return traction_load(discrete, cut, [&](const Vector3d& x, const Vector3d& outward) {
@@ -38,15 +33,17 @@ std::vector<double> cut_load(const DiscreteBody& discrete, const Where& cut, con
 
 // ---- a point force ----
 
-constexpr double kLoad = 0.1, kSide = 0.020, kNear = 0.010;  // N, m: of the box, of the cube whose field is not counted
+constexpr double kLoad = 0.1, kSide = 0.020,
+                 kNear =
+                     0.010;  // N; m: side of the box, and of the cube at the force that the field's error leaves out
 
 Matrix3d no_gradient(const Vector3d&) {
   return Matrix3d::Identity();
 }
 
 Measured measure_point_force(const Variant& variant, int level) {
-  ElasticBody body = tests::body_of(tests::box_mesh({level, level, level}, {kSide, kSide, kSide}), {kGel});
-  tests::hold(body, [](const Point& p) { return symmetric(p) | (p[2] == kSide ? 4 : 0); });
+  ElasticBody body = body_of(box_mesh({level, level, level}, {kSide, kSide, kSide}), {kGel});
+  hold(body, [](const Point& p) { return symmetric(p) | (p[2] == kSide ? 4 : 0); });
   const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
   const auto exact = [](const Vector3d& x) -> Vector3d {
     return x.norm() == 0 ? Vector3d::Zero() : point_load(kGel, kLoad, x);
@@ -61,14 +58,14 @@ Measured measure_point_force(const Variant& variant, int level) {
   const Answer answer = solve(discrete, exact, load);
   Measured measured = measured_on(discrete, answer, {});
   for (const double mm : {5, 10, 20}) {
-    const Point place = {1e-3 * mm, 0, 0};
-    const double sinks = answer.at(static_cast<std::size_t>(node_at(discrete, place)))[2];
+    const Point at = {1e-3 * mm, 0, 0};
+    const double sinks = answer.at(static_cast<std::size_t>(node_at(discrete, at)))[2];
     const std::string name = mm == 5 ? "u_z at 5 mm, m" : mm == 10 ? "u_z at 10 mm, m" : "u_z at 20 mm, m";
-    measured.quantities.push_back(against(name.c_str(), sinks, exact(Vector3d(place.data()))[2]));
+    measured.quantities.push_back(compared(name, sinks, exact(Vector3d(at.data()))[2]));
   }
   const auto away = [](const Point& p) { return p[0] > kNear || p[1] > kNear || p[2] > kNear; };
-  measured.quantities.push_back({"displacement beyond 10 mm, L2", kUnknown, kUnknown,
-                                 field_error(discrete, answer, exact, no_gradient, away).displacement});
+  measured.quantities.push_back(error_alone("displacement beyond 10 mm, L2",
+                                            field_error(discrete, answer, exact, no_gradient, away).displacement));
   return measured;
 }
 
@@ -81,9 +78,9 @@ bool is_cut(const Point& p, double a) {
 Measured measure_punch(TowardsEdge cells, const Variant& variant, int level) {
   const FlatPunch exact = {0.005, 1e-3, {kYoung, variant.poisson, 0}};
   const double a = exact.radius;
-  ElasticBody body = tests::body_of(indented_quarter(a, level, cells), {exact.material});
+  ElasticBody body = body_of(indented_quarter(a, level, cells), {exact.material});
   const auto under = [a](const Point& p) { return p[2] == 0 && std::hypot(p[0], p[1]) < (1 + 1e-9) * a; };
-  tests::hold(body, [&](const Point& p) { return is_cut(p, a) ? 7 : symmetric(p) | (under(p) ? 4 : 0); });
+  hold(body, [&](const Point& p) { return is_cut(p, a) ? 7 : symmetric(p) | (under(p) ? 4 : 0); });
   const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
   const Answer answer = solve(discrete, [&](const Vector3d& x) -> Vector3d {
     return under({x[0], x[1], x[2]}) ? Vector3d(0, 0, exact.depth) : exact.displacement(x);
@@ -92,12 +89,11 @@ Measured measure_punch(TowardsEdge cells, const Variant& variant, int level) {
       discrete, answer, [&](const Vector3d& x) { return exact.displacement(x); },
       [&](const Vector3d& x) { return exact.gradient(x); });
   return measured_on(discrete, answer,
-                     {against(kForce, 4 * total_force(discrete, answer, under)[2], exact.force()),
-                      {kGradient, kUnknown, kUnknown, off.gradient}});
+                     {compared(kForce, 4 * total_force(discrete, answer, under)[2], exact.force()),
+                      error_alone(kGradient, off.gradient)});
 }
 
-// Force and gradient have the orders given; the force's error is h^order ln(1 / h)^logarithms, the gradient's the root of it.
-
+// The force's error is h^order ln(1 / h)^logarithms; the gradient's error is the square root of that.
 Case flat_punch(const char* id, TowardsEdge cells, const char* title, const char* theory, double order, double bound) {
   const double logarithms = cells == TowardsEdge::even ? 0 : 1;
   return {id,
@@ -111,7 +107,7 @@ Case flat_punch(const char* id, TowardsEdge cells, const char* title, const char
           [cells](const Variant& variant, int level) { return measure_punch(cells, variant, level); },
           [order, bound, logarithms](const std::string& quantity, const Variant& variant) {
             const bool quadratic = variant.element == Element::p2_p0;
-            // 0.68: what h ln(1 / h)^1/2 has between 4 and 6 cells.
+            // 0.68: the order that h ln(1 / h)^1/2 shows between 4 and 6 cells.
             if (quantity == kGradient && quadratic && logarithms > 0)
               return Expectation{.order = Expectation::Order{0.68, 1}};
             if (quantity == kGradient)
@@ -121,7 +117,8 @@ Case flat_punch(const char* id, TowardsEdge cells, const char* title, const char
           }};
 }
 
-// Which vertices of the top touch the sphere: found by going over from those that pull or have sunk in, until none does.
+// Finds the vertices of the top that touch the sphere. Each round releases the vertices that the sphere would pull, and adds
+// those that have entered the sphere, until a round changes none.
 class HertzContact {
  public:
   HertzContact(const HertzSphere& exact, DiscreteBody discrete) : exact_(exact), discrete_(std::move(discrete)) {
@@ -146,8 +143,8 @@ class HertzContact {
 
   const DiscreteBody& discrete() const { return discrete_; }
 
-  // int phi p dA for the linear hat function phi of each vertex of the top under the sphere, towards +z, N: a quadratic
-  // vertex's own force is not of one sign under a pressure that is.
+  // int phi p dA for the linear hat function phi of each vertex of the top under the sphere, towards +z, N. The force on a
+  // vertex of a quadratic mesh itself may be negative under a positive pressure.
   std::vector<double> hat_forces(const Answer& answer) const {
     std::vector<double> force(discrete_.body.nodes.size(), 0.0);
     for (std::size_t n = 0; n < force.size(); ++n)
@@ -164,7 +161,7 @@ class HertzContact {
   double gap(const Point& p) const { return exact_.depth - (p[0] * p[0] + p[1] * p[1]) / (2 * exact_.radius); }
   bool candidate(const Point& p) const { return p[2] == 0 && std::hypot(p[0], p[1]) < 2 * exact_.contact_radius(); }
 
-  // A middle touches where both ends of its edge do.
+  // The middle of an edge touches if both ends touch.
   void hold_touching() {
     auto& fixed = discrete_.discretisation.fixed;
     fixed = held_;
@@ -195,10 +192,11 @@ class HertzContact {
 
 Measured measure_hertz(const Variant& variant, int level) {
   const HertzSphere exact = {0.0127, 1e-3, kGel};
-  // The contact's edge lies midway between two rings of vertices on every mesh, lest the order be that of where it falls.
+  // On every mesh the contact's edge lies midway between two rings of vertices. Otherwise its position between the rings
+  // would decide the measured order.
   const double ring = exact.contact_radius() * level / (level - 0.5);
-  ElasticBody body = tests::body_of(indented_quarter(ring, level, TowardsEdge::even), {kGel});
-  tests::hold(body, [&](const Point& p) { return is_cut(p, ring) ? 7 : symmetric(p); });
+  ElasticBody body = body_of(indented_quarter(ring, level, TowardsEdge::even), {kGel});
+  hold(body, [&](const Point& p) { return is_cut(p, ring) ? 7 : symmetric(p); });
   HertzContact contact(exact, discretise_body(std::move(body), variant.element));
   const Answer answer = contact.find();
   double force = 0, moment = 0;
@@ -211,7 +209,7 @@ Measured measure_hertz(const Variant& variant, int level) {
   const double radius = moment / force * 16 / (3 * std::numbers::pi);
   return measured_on(
       contact.discrete(), answer,
-      {against(kForce, force, exact.force()), against("contact radius, m", radius, exact.contact_radius())});
+      {compared(kForce, force, exact.force()), compared("contact radius, m", radius, exact.contact_radius())});
 }
 
 }  // namespace
@@ -221,11 +219,11 @@ Case point_force() {
           "Point force on a half-space",
           "u_z = P (1 - nu^2) / (pi E r): 1.692, 0.846, 0.423 mm at 5, 10, 20 mm (0.1 N, E 3 kPa, nu 0.45)",
           "Boussinesq; Johnson 1985, eq. 3.18",
-          "singular: u goes with 1 / r and has no energy; over all of the body order 1/2 at best (Casas 1985), away "
-          "from the force "
-          "that of a smooth solution but for a logarithm, h^2 ln(1/h) (Koeppl and Wohlmuth 2014): the order given is "
-          "that of the rest; "
-          "of p2-p0, for which either may hold, that of the whole",
+          "singular: u is proportional to 1 / r, and its energy is infinite. Over the whole body the order is 1/2 at "
+          "best (Casas "
+          "1985). Away from the force the error is h^2 ln(1/h) (Koeppl and Wohlmuth 2014); the logarithm is divided "
+          "out of the "
+          "stated order, except for p2-p0, whose error may have it or not",
           {{Element::p1, kPoisson, {8, 12, 16, 24, 32}},
            {Element::p1_anp, kPoisson, {8, 12, 16, 20}},
            {Element::p2_p0, kPoisson, {4, 8, 12, 16}}},
@@ -233,30 +231,31 @@ Case point_force() {
           [](const std::string& quantity, const Variant& variant) {
             const bool locks_a_little = variant.element == Element::p1, quadratic = variant.element == Element::p2_p0;
             if (!quantity.starts_with("displacement")) return Expectation{0.03};
-            // 1.62: what h^2 ln(1 / h) has between 12 and 16 cells.
+            // 1.62: the order that h^2 ln(1 / h) shows between 12 and 16 cells.
             if (quadratic) return Expectation{0.01, Expectation::Order{1.62, 2}};
             return Expectation{locks_a_little ? 0.02 : 0.01, Expectation::Order{2, 2}, 1};
           }};
 }
 
 Case flat_punch_even() {
-  return flat_punch(
-      "flat-punch-even", TowardsEdge::even, "Rigid flat punch, even cells",
-      "singular: the pressure goes with the distance from the edge to the power -1/2, so u has half a "
-      "derivative of energy to spare: energy 1/2, force (the energy's own) 1, for every element (Grisvard 1985; "
-      "Strang and Fix 1973, chapter 8); of p2-p0, below 2 % on every mesh here, the force's errors of both signs "
-      "cancel: a bound, no order; the gradient, where nothing cancels, has 1/2 with every element",
-      1, 0.15);
+  return flat_punch("flat-punch-even", TowardsEdge::even, "Rigid flat punch, even cells",
+                    "singular: near the edge the pressure is proportional to the distance to the power -1/2. Every "
+                    "element then has order "
+                    "1/2 in the gradient and 1 in the force, whose error is that of the energy (Grisvard 1985; Strang "
+                    "and Fix 1973, chapter "
+                    "8). With p2-p0, force errors of opposite sign cancel, below 2 % on every mesh here: a bound is "
+                    "checked, no order",
+                    1, 0.15);
 }
 
 Case flat_punch_squared() {
-  return flat_punch(
-      "flat-punch", TowardsEdge::squared, "Rigid flat punch, cells squared towards its edge",
-      "singular, as above; cells as small as the root of the distance from the edge asks restore energy 1, force 2 "
-      "but for a logarithm, h^2 ln(1/h), and the gradient its root (Apel 1999, chapter 4): the orders given are those "
-      "of "
-      "the rest; the force of p2-p0 as above",
-      2, 0.03);
+  return flat_punch("flat-punch", TowardsEdge::squared, "Rigid flat punch, cells squared towards its edge",
+                    "singular, as with even cells. Cells whose size is proportional to the root of the distance from "
+                    "the edge restore the "
+                    "error h^2 ln(1/h) of the force and its square root for the gradient (Apel 1999, chapter 4). The "
+                    "logarithm is divided out "
+                    "of the stated orders; the force of p2-p0 has a bound only, as with even cells",
+                    2, 0.03);
 }
 
 Case hertz_contact() {
@@ -265,9 +264,11 @@ Case hertz_contact() {
       "Sphere pressed into a half-space",
       "F = 4/3 E* sqrt(R) d^1.5 = 17.87 mN, contact radius sqrt(R d) = 3.564 mm (R 12.7 mm, d 1 mm, E 3 kPa, nu 0.45)",
       "Hertz; Johnson 1985, eq. 4.22 to 4.24",
-      "the pressure ends with the root of the distance: energy 1; force between 3/2 (by duality with the punch's "
-      "singular "
-      "solution, even cells) and 2 (the contact's edge, known to half a cell: the force is stationary in it)",
+      "near the edge the pressure is proportional to the root of the distance. The order of the force lies between 3/2 "
+      "(duality "
+      "with the singular solution of the punch on even cells) and 2 (the contact's edge is known to half a cell, and "
+      "the force "
+      "is stationary with respect to it)",
       {{Element::p1, kPoisson, {4, 6, 8, 10}},
        {Element::p1_anp, kPoisson, {4, 6, 8}},
        {Element::p2_p0, kPoisson, {3, 4, 5}}},

@@ -8,8 +8,9 @@
 namespace palpate::validation {
 namespace {
 
-constexpr double kExact = 1e-5;     // a bound below it is of rounding, of printed digits or of f32, on every mesh
-constexpr double kRounding = 1e-9;  // errors below it have no order
+constexpr double kExact =
+    1e-5;  // a smaller bound stands for rounding, printed digits or f32, and is checked on every mesh
+constexpr double kRounding = 1e-9;  // rounding dominates smaller errors, so that they show no order
 
 std::optional<double> order_of(const std::vector<int>& levels, const std::vector<double>& errors, double logarithms) {
   const std::size_t n = errors.size();

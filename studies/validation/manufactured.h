@@ -1,4 +1,4 @@
-// A displacement of the unit box that is chosen, and the body force that makes it the solution.
+// A chosen displacement of the unit box, and the body force for which this displacement is the solution.
 #pragma once
 
 #include "studies/validation/closed_forms.h"
@@ -6,7 +6,7 @@
 namespace palpate::validation {
 
 // u = w + pressure (mu / lambda) (s(x) s(y) s(z), 0, 0) with s = sin(pi .) and w = (s(x) c(y) s(z), -c(x) s(y) s(z), 0) free of
-// divergence: lambda div u, and so the force, stays of order one as nu -> 1/2. The method of manufactured solutions,
+// divergence. lambda div u, and with it the force, stays of order one as nu -> 1/2. The method of manufactured solutions,
 // Roache 2002, J. Fluids Eng. 124.
 struct Manufactured {
   Manufactured(const Material& material, double pressure);

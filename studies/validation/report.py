@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""report.py FOLDER/validation.json -o FOLDER/report.html: whether the solver is right, for a person who has to decide."""
+"""report.py FOLDER/validation.json -o FOLDER/report.html: the page of palpate-validation."""
 import json
 import os
 import sys
@@ -7,11 +7,11 @@ import sys
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
 from page import ELEMENTS, Page, Plot, number, study_and_output  # noqa: E402
 
-EXACT = 1e-5  # a bound below it is of rounding, printed digits or f32: no mesh error to draw
+EXACT = 1e-5  # smaller bounds stand for rounding, printed digits or f32: there is no error of the mesh to draw
 
 
 def size_of(error):
-    """A relative error: per cent where it is one of a mesh, else a power of ten."""
+    """A relative error: in per cent, or as a power of ten if it is below 1e-5."""
     if error is None:
         return "not a number"
     return f"{number(100 * error, 2)} %" if error >= 1e-5 else f"{error:.0e}".replace("e-0", "e-")
@@ -23,7 +23,7 @@ def span(values, text):
 
 
 def theory_of(series):
-    """The order that theory has, as text."""
+    """The order of convergence in theory, as text."""
     if series["order_least"] is None:
         return ""
     least, most = series["order_least"], series["order_most"]
@@ -51,7 +51,7 @@ class Study:
 
 
 def cell(case, element):
-    """What an element does in a case: error on the finest mesh, order against theory, over every Poisson's ratio; quantity by quantity."""
+    """For each quantity: an element's error on the finest mesh and its order, with ranges over Poisson's ratios."""
     lines = []
     for quantity in dict.fromkeys(s["quantity"] for s in case["series"]):
         own = [s for s in case["series"] if s["element"] == element and s["quantity"] == quantity and s["judged"]]
@@ -86,22 +86,23 @@ def first_screen(page, study):
     ordered = [s for s in judged if s["order_least"] is not None]
     failed = study.all["failed"]
     same = [a for a in study.calculix if a["bound"] <= EXACT]
-    cards = [("Everything", f"{study.all['checks'] - len(failed)} of {study.all['checks']} checks hold",
-              [("closed forms", f"{len(study.cases)} cases, {len(judged)} errors, each under a bound"),
-               ("time", f"{number(study.seconds())} s of one processor")], "".join(f"<p>Fails: {f}</p>" for f in failed[:5]))]
+    cards = [("All checks", f"{study.all['checks'] - len(failed)} of {study.all['checks']} checks hold",
+              [("closed forms", f"{len(study.cases)} cases; {len(judged)} errors compared with bounds"),
+               ("time", f"{number(study.seconds())} s of processor time")], "".join(f"<p>Fails: {f}</p>" for f in failed[:5]))]
     if ordered:
         within = sum(s["holds"] for s in ordered)
         cards.append(("Orders of convergence", f"{within} of {len(ordered)} within {study.all['order_tolerance']:g} of theory"
                       if not study.all["brief"] else f"{within} of {len(ordered)} errors fall",
-                      [("between", "the two finest meshes of each"), ("theory", "per case, element and norm: below, with its source")], ""))
+                      [("measured between", "the two finest meshes of each case"), ("theory", "for each case, element and norm: below, with its source")], ""))
     if same:
         cards.append(("The same problem in CalculiX", f"{sum(a['holds'] for a in same)} of {len(same)} meshes agree",
                       [("largest difference", f"{max(a['difference'] for a in same):.1e} of the largest displacement"),
-                       ("CalculiX prints", "seven digits"),
+                       ("digits that CalculiX prints", "seven"),
                        ("vertices", f"{min(a['vertices'] for a in same):,} to {max(a['vertices'] for a in same):,}")], ""))
     page.cards(cards)
     if study.all["brief"]:
-        page.words("<b>A short run</b>: the two coarsest meshes of each case. Errors have only to fall; exact answers are held to their bounds.")
+        page.words("<b>A short run</b>: only the two coarsest meshes of each case. It checks that errors fall and that exact answers are exact; the bounds "
+                   "of the finest meshes are not checked.")
     rows = []
     for case in study.cases:
         names = quantities(case)
@@ -113,9 +114,11 @@ def first_screen(page, study):
     if study.calculix:
         rows.append(("CalculiX, the same mesh", verdict(study.calculix), "largest difference", *calculix_cells(study),
                      size_of(same[0]["bound"]) if same else "", f"{len(study.calculix)} meshes - CalculiX 2.20, C3D4 and C3D10"))
-    page.heading("Each case in a line")
-    page.words("Relative error on the finest mesh; where the error is the mesh's, the measured order of convergence and, in brackets, "
-               "theory's. A range is over Poisson's ratios. Empty: the element has no such case, or is only shown there.")
+    page.heading("Summary of the cases")
+    page.words("Relative error on the finest mesh and, if the error comes from the mesh, the measured order of convergence with the order of theory in "
+               "brackets. A range covers several Poisson's ratios. An empty cell: the element is not judged in this case. What follows: where the "
+               "verdict is <i>holds</i>, assembly and solver give the answer of elasticity to the error shown, and a finer mesh reduces the error as "
+               "theory says.")
     page.table(("case", "verdict", "quantity", *ELEMENTS, "bound", "closed form, source"), rows, whole=True)
 
 
@@ -123,7 +126,7 @@ def calculix_cells(study):
     cells = []
     for element in ELEMENTS:
         own = [a["difference"] for a in study.calculix if a["element"] == element and a["bound"] <= EXACT]
-        cells.append(span(own, size_of) if own else "no such element there")
+        cells.append(span(own, size_of) if own else "no such element")
     return cells
 
 
@@ -137,14 +140,14 @@ def told(point):
 
 
 def slope(plot, points, order, colour):
-    """Theory's line through the finest point."""
+    """A line with the slope of theory through the finest point."""
     fine = points[-1]
     cells = [points[0]["cells"], fine["cells"]]
     plot.line(cells, [100 * fine["error"] * (fine["cells"] / n) ** order for n in cells], None, color=colour, linestyle=":", linewidth=1.2)
 
 
 def drawn(case):
-    """The quantities that theory gives an order; where it gives none, those with an error of the mesh."""
+    """The quantities for which theory gives an order; if there are none, those whose error comes from the mesh."""
     ordered = [s["quantity"] for s in case["series"] if s["order_least"] is not None]
     return list(dict.fromkeys(ordered or [s["quantity"] for s in case["series"] if s["bound"] is None or s["bound"] > EXACT]))
 
@@ -153,8 +156,8 @@ def plots_of(study, case, quantity):
     own = [s for s in case["series"] if s["quantity"] == quantity and all(p["error"] for p in study.points_of(case, s))]
     if not own:
         return []
-    against_cells = Plot(f"{quantity}: error against the mesh", "cells along an edge", "error, %", log_x=True, log_y=True)
-    against_time = Plot(f"{quantity}: error against time", "assembly and solution, s of one processor", "error, %", log_x=True, log_y=True)
+    against_cells = Plot(f"{quantity}: error against mesh size", "cells along an edge of the body", "relative error, %", log_x=True, log_y=True)
+    against_time = Plot(f"{quantity}: error against time", "assembly and solution, processor time, s", "relative error, %", log_x=True, log_y=True)
     for s in own:
         points = study.points_of(case, s)
         colour, marker = ELEMENTS[s["element"]]
@@ -168,7 +171,7 @@ def plots_of(study, case, quantity):
         if s["order_least"] is not None and not faint:
             slope(against_cells, points, s["order_least"], colour)
     name = f"{case['id']}-{quantity.split(',')[0].replace(' ', '-').replace('(', '').replace(')', '')}"
-    return [(against_cells, f"{name}-mesh", "Dotted: theory's order, the least where it has a range." if any(s["order_least"] for s in own) else ""),
+    return [(against_cells, f"{name}-mesh", "Dotted: the order of theory, the smallest if theory gives a range. Points parallel to the dotted line converge as theory says." if any(s["order_least"] for s in own) else ""),
             (against_time, f"{name}-time", "")]
 
 
@@ -187,7 +190,7 @@ def series_rows(study, case):
 def case_by_case(page, study):
     for case in study.cases:
         page.heading(case["title"], anchor=case["id"])
-        page.words(f"{case['closed_form']}. <i>{case['source']}</i>. Theory: {case['theory']}.")
+        page.words(f"Known answer: {case['closed_form']}. <i>{case['source']}</i>. Expected order: {case['theory']}.")
         plots = [plot for quantity in drawn(case) for plot in plots_of(study, case, quantity)]
         if plots:
             page.plots(plots)
@@ -199,21 +202,21 @@ def against_calculix(page, study):
     if not study.calculix:
         return
     page.heading("CalculiX on the same mesh", anchor="calculix")
-    page.words("One force on a surface node; the largest difference of any node's displacement over the largest displacement. p1 is "
-               "CalculiX's C3D4. p2-p0 has one mean dilatation a cell, where C3D10 has one at each quadrature point: without a bulk modulus "
-               "(nu near -1) the two are one element and have to agree, at nu 0.3 they only come closer as the mesh is refined; and "
-               "CalculiX integrates curved cells with four points, Palpate with fourteen. p1-anp has no counterpart there. Times are seconds of one processor; CalculiX's include reading and writing its text, ours assembly, "
-               "factor and solution.")
+    page.words("One load on each mesh. Difference: the largest difference of a node's displacement, over the largest displacement. p1 is the element C3D4 of "
+               "CalculiX, so the two must agree to the seven digits that CalculiX prints. p2-p0 averages the dilatation over a cell and C3D10 does not: "
+               "without a bulk modulus (nu near -1) they are the same element and must agree; at nu 0.3 they only come closer on finer meshes. CalculiX "
+               "integrates curved cells with four points, Palpate with fourteen. CalculiX has no element like p1-anp. Times are processor time of one "
+               "thread; those of CalculiX include reading and writing text files.")
     page.table(("mesh", "element", "nu", "vertices", "tetrahedra", "difference", "bound", "ours, s", "CalculiX, s", "verdict"),
                [(a["mesh"], a["element"], a["poisson"], a["vertices"], a["tetrahedra"], f"{a['difference']:.1e}", f"{a['bound']:g}",
                  a["assemble_s"] + a["solve_s"], a["calculix_s"], "holds" if a["holds"] else "FAILS") for a in study.calculix])
-    time = Plot("Time of one solution", "vertices of the mesh", "s of one processor", log_x=True, log_y=True)
+    time = Plot("Time of one solution, linear elements", "vertices of the mesh", "processor time, s", log_x=True, log_y=True)
     for label, seconds, colour, marker in (("CalculiX", lambda a: a["calculix_s"], "#c2410c", "s"),
                                            ("Palpate", lambda a: a["assemble_s"] + a["solve_s"], "#0b6fa4", "o")):
         own = sorted((a for a in study.calculix if a["element"] == "p1"), key=lambda a: a["vertices"])
         time.points([a["vertices"] for a in own], [max(seconds(a), 1e-3) for a in own],
                     [f"{a['mesh']}: {label} {number(seconds(a))} s" for a in own], label=f"{label}, linear", color=colour, marker=marker)
-    page.plot(time, "calculix-time")
+    page.plot(time, "calculix-time", "Palpate: assembly, factor, solution. CalculiX: the same, with its text files.")
 
 
 def everything(page, study):
@@ -221,16 +224,16 @@ def everything(page, study):
     page.heading("How it was measured")
     page.words(f"{machine['processor']}, {machine['cores']} cores, {number(machine['memory_GB'])} GB; load when the study ended: "
                f"{number(machine['load'])}. palpate {study.all['program_version']}. Assembly and solver are those of palpate-precompute; the "
-               "solver's own residual, 1e-10, is below every error but those of exact answers. Times are processor time of one thread. Norms "
-               "are integrals over the mesh's cells, 14 points each, relative to the norm of the exact field. The same as data: "
+               "solver's true residual, 1e-10, is below every error except those of exact answers. Times are processor time of one thread. Norms are "
+               "integrals over the cells, 14 points each, relative to the norm of the exact field. The figures as data: "
                "<code>validation.json</code> and <code>validation.csv</code> beside this page.")
 
 
 def main():
     arguments = study_and_output(__doc__)
     study = Study(arguments.study)
-    page = Page("Is the solver right?", "Palpate's three elements against the closed forms of elasticity, mesh by mesh, and against CalculiX on the "
-                "same meshes.")
+    page = Page("Is the solver right?", "Palpate's three elements compared with closed-form solutions of linear elasticity on meshes of increasing "
+                "fineness, and with CalculiX on the same meshes.")
     first_screen(page, study)
     case_by_case(page, study)
     against_calculix(page, study)

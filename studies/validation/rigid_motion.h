@@ -1,4 +1,4 @@
-// What a stiffness makes of rigid motions.
+// Checks that a stiffness matrix gives no force for rigid motions.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,8 @@
 
 namespace palpate::validation {
 
-// The largest force of the six rigid motions of unit size, over the largest row sum of |K|: rounding where K is right.
+// The largest force under the six rigid motions of unit size, over the largest row sum of |K|: of the size of rounding if K
+// is right.
 inline double rigid_motion_residual(const Discretisation& discretisation) {
   const BlockMatrix& k = discretisation.stiffness;
   double row_sum = 0, size = 1, worst = 0;
@@ -19,17 +20,17 @@ inline double rigid_motion_residual(const Discretisation& discretisation) {
         for (std::size_t j = 0; j < 3; ++j) sum += std::abs(k.block[at][3 * i + j]);
       row_sum = std::max(row_sum, sum);
     }
-  const auto& places = discretisation.coordinates;
-  for (const auto& p : places)
+  const auto& points = discretisation.coordinates;
+  for (const auto& p : points)
     for (const double x : p) size = std::max(size, std::abs(x));
   for (std::size_t motion = 0; motion < 6; ++motion) {
-    std::vector<double> u(3 * places.size(), 0.0);
+    std::vector<double> u(3 * points.size(), 0.0);
     const std::size_t a = motion % 3, b = (a + 1) % 3, c = (a + 2) % 3;
-    for (std::size_t n = 0; n < places.size(); ++n)
+    for (std::size_t n = 0; n < points.size(); ++n)
       if (motion < 3)
         u[3 * n + a] = size;
       else
-        u[3 * n + b] = -places[n][c], u[3 * n + c] = places[n][b];
+        u[3 * n + b] = -points[n][c], u[3 * n + c] = points[n][b];
     for (const double f : multiply(k, u)) worst = std::max(worst, std::abs(f));
   }
   return worst / (row_sum * size);

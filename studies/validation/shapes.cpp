@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/support/box_mesh.h"
-#include "tests/support/layered_tetrahedra.h"
+#include "studies/bodies/box_mesh.h"
+#include "studies/bodies/layered_tetrahedra.h"
 
 namespace palpate::validation {
 namespace {
@@ -27,12 +27,12 @@ TetrahedralMesh shell_octant(double a, double b, int n) {
   TetrahedralMesh mesh;
   std::vector<Vector3d> directions;
   std::vector<std::array<std::int32_t, 3>> triangles;
-  const auto place = [n](int i, int j) { return i * (n + 1) - i * (i - 1) / 2 + j; };  // i + j <= n
+  const auto node = [n](int i, int j) { return i * (n + 1) - i * (i - 1) / 2 + j; };  // i + j <= n
   for (int i = 0; i <= n; ++i)
     for (int j = 0; i + j <= n; ++j) {
       directions.push_back(Vector3d(i, j, n - i - j).normalized());
-      if (i + j < n) triangles.push_back({place(i, j), place(i + 1, j), place(i, j + 1)});
-      if (i + j < n - 1) triangles.push_back({place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)});
+      if (i + j < n) triangles.push_back({node(i, j), node(i + 1, j), node(i, j + 1)});
+      if (i + j < n - 1) triangles.push_back({node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)});
     }
   const auto count = static_cast<std::int32_t>(directions.size());
   for (int layer = 0; layer <= n; ++layer)
@@ -40,7 +40,7 @@ TetrahedralMesh shell_octant(double a, double b, int n) {
       const Vector3d p = a * std::pow(b / a, static_cast<double>(layer) / n) * direction;
       mesh.nodes.push_back({p[0], p[1], p[2]});
     }
-  tests::fill_layers(triangles, count, n, mesh);
+  fill_layers(triangles, count, n, mesh);
   name_one_region(mesh, "shell");
   return mesh;
 }
@@ -70,13 +70,13 @@ TetrahedralMesh cylinder_mesh(double radius, double height, int rings, int layer
   const auto count = static_cast<std::int32_t>(disc.size());
   for (int layer = 0; layer <= layers; ++layer)
     for (const auto& p : disc) mesh.nodes.push_back({p[0], p[1], height * layer / layers});
-  tests::fill_layers(triangles, count, layers, mesh);
+  fill_layers(triangles, count, layers, mesh);
   name_one_region(mesh, "brain");
   return mesh;
 }
 
 TetrahedralMesh indented_quarter(double a, int n, TowardsEdge cells) {
-  TetrahedralMesh mesh = tests::box_mesh({3 * n, 3 * n, 2 * n}, {3.0 * n, 3.0 * n, 2.0 * n});
+  TetrahedralMesh mesh = box_mesh({3 * n, 3 * n, 2 * n}, {3.0 * n, 3.0 * n, 2.0 * n});
   const bool even = cells == TowardsEdge::even;
   // In radii; t runs from 0 at the edge, or at the top, to 1 at the far end.
   const auto under = [&](double t) { return even ? t : 1 - squared(1 - t); };
@@ -92,7 +92,7 @@ TetrahedralMesh indented_quarter(double a, int n, TowardsEdge cells) {
 }
 
 TetrahedralMesh elliptic_plate(int n) {
-  TetrahedralMesh mesh = tests::box_mesh({2 * n, 3 * n, n}, {1, 1, kPlateThickness});
+  TetrahedralMesh mesh = box_mesh({2 * n, 3 * n, n}, {1, 1, kPlateThickness});
   for (auto& p : mesh.nodes) {
     const double s = std::pow(p[0], 1.5);  // smaller cells at the inner edge, where the stress is asked for
     const double t = std::numbers::pi / 2 * p[1], c = p[1] == 1 ? 0 : std::cos(t), q = std::sin(t);

@@ -1,4 +1,4 @@
-// Meshes of the bodies whose answer is known, for the tests and for palpate-validation.
+// Meshes of the bodies in the validation cases. The tests use them too.
 #pragma once
 
 #include "formats/tetrahedral_mesh.h"
@@ -9,14 +9,14 @@ namespace palpate::validation {
 // thickness grows with the radius.
 TetrahedralMesh shell_octant(double a, double b, int n);
 
-// A disc of rings of triangles, pulled up into layers of prisms of three tetrahedra each; its axis is z.
+// A disc made of rings of triangles, extruded along z in layers of prisms; each prism is three tetrahedra.
 TetrahedralMesh cylinder_mesh(double radius, double height, int rings, int layers);
 
 // A quarter of a cylinder about an indenter of radius a at its top z = 0, 5 a wide and deep, the material at z > 0: 3 n cells
 // along each radius, n of them under the indenter, and 2 n in depth.
 enum class TowardsEdge {
   even,    // cells of a / n about the indenter's edge, growing away from it
-  squared  // cells shrink to a / n^2 at the edge: their size goes with the root of the distance from it
+  squared  // cells shrink to a / n^2 at the edge: their size is proportional to the root of the distance from it
 };
 TetrahedralMesh indented_quarter(double a, int n, TowardsEdge cells);
 

@@ -1,17 +1,19 @@
 #include "studies/validation/solved_body.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "bench/processor_time.h"
 #include "formats/errors.h"
 #include "precompute/elements/quadratic_tetrahedra.h"
-#include "tests/support/imposed.h"
+#include "studies/bodies/imposed.h"
+#include "studies/timing/timing.h"
 
 namespace palpate::validation {
 namespace {
 
-constexpr double kTolerance = 1e-10;  // of the solver: far below every error measured
+constexpr double kTolerance = 1e-10;  // of the solver: far below every measured error
 constexpr int kEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 
 template <class Lists>
@@ -42,20 +44,20 @@ void at_cell_points(const Visit& visit) {
   }
 }
 
-// What a cell or a triangle has at one of its points: its nodes' shape functions, their gradients (cells), the place, and
-// the point's share of the volume, or of the area as an outward vector.
+// One quadrature point of a cell or a triangle: the shape functions of its nodes, their gradients (cells only), its position,
+// and its share of the volume, or of the area as an outward vector.
 struct Sample {
   Eigen::VectorXd shape;
   Eigen::Matrix3Xd slope;
-  Vector3d place, area;
+  Vector3d position, area;
   double volume = 0;
 };
 
-Eigen::Matrix3Xd places_of(const DiscreteBody& discrete, const std::vector<std::int32_t>& nodes) {
-  Eigen::Matrix3Xd places(3, nodes.size());
+Eigen::Matrix3Xd coordinates_of(const DiscreteBody& discrete, const std::vector<std::int32_t>& nodes) {
+  Eigen::Matrix3Xd positions(3, nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    places.col(static_cast<Eigen::Index>(i)) = Vector3d(discrete.discretisation.coordinates[nodes[i]].data());
-  return places;
+    positions.col(static_cast<Eigen::Index>(i)) = Vector3d(discrete.discretisation.coordinates[nodes[i]].data());
+  return positions;
 }
 
 // Shape functions of `corners` linear or as many quadratic ones and a middle for each edge, and their derivatives after each
@@ -81,20 +83,20 @@ void each_cell_point(const DiscreteBody& discrete, const Visit& visit) {
   Sample sample;
   Eigen::MatrixXd after;
   for (const auto& nodes : discrete.cells) {
-    const Eigen::Matrix3Xd places = places_of(discrete, nodes);
+    const Eigen::Matrix3Xd positions = coordinates_of(discrete, nodes);
     at_cell_points([&](const Eigen::Vector4d& l, double weight) {
-      shapes(4, l, places.cols(), sample.shape, after);
+      shapes(4, l, positions.cols(), sample.shape, after);
       const Eigen::MatrixX3d reduced = after.rightCols<3>().colwise() - after.col(0);
-      const Matrix3d jacobian = places * reduced;  // d x_i / d l_j
+      const Matrix3d jacobian = positions * reduced;  // d x_i / d l_j
       sample.slope = (reduced * jacobian.inverse()).transpose();
-      sample.place = places * sample.shape;
+      sample.position = positions * sample.shape;
       sample.volume = weight * jacobian.determinant() / 6;
       visit(nodes, sample);
     });
   }
 }
 
-// visit(nodes, Sample) at seven points of degree 5 of every surface triangle whose corners are all where on says.
+// visit(nodes, Sample) at seven points of degree 5 of every surface triangle of which every corner satisfies `on`.
 template <class Visit>
 void each_surface_point(const DiscreteBody& discrete, const Where& on, const Visit& visit) {
   constexpr double a = 0.470142064105115, b = 0.101286507323456;
@@ -107,11 +109,11 @@ void each_surface_point(const DiscreteBody& discrete, const Where& on, const Vis
   Eigen::MatrixXd after;
   for (const auto& nodes : discrete.triangles) {
     if (!on(coordinates[nodes[0]]) || !on(coordinates[nodes[1]]) || !on(coordinates[nodes[2]])) continue;
-    const Eigen::Matrix3Xd places = places_of(discrete, nodes);
+    const Eigen::Matrix3Xd positions = coordinates_of(discrete, nodes);
     for (const auto& point : points) {
-      shapes(3, point, places.cols(), sample.shape, after);
-      const Vector3d u = places * (after.col(1) - after.col(0)), v = places * (after.col(2) - after.col(0));
-      sample.place = places * sample.shape;
+      shapes(3, point, positions.cols(), sample.shape, after);
+      const Vector3d u = positions * (after.col(1) - after.col(0)), v = positions * (after.col(2) - after.col(0));
+      sample.position = positions * sample.shape;
       sample.area = point[3] / 2 * u.cross(v);
       visit(nodes, sample);
     }
@@ -129,9 +131,9 @@ void add_at(std::vector<double>& load, const std::vector<std::int32_t>& nodes, c
 
 DiscreteBody discretise_body(ElasticBody body, Element element) {
   DiscreteBody discrete;
-  const double begun = bench::processor_seconds();
+  const double begun = studies::processor_seconds();
   discrete.discretisation = discretise(body, element);
-  discrete.seconds = bench::processor_seconds() - begun;
+  discrete.seconds = studies::processor_seconds() - begun;
   if (element == Element::p2_p0) {
     const QuadraticMesh mesh = quadratic_mesh(body);
     discrete.cells = as_vectors(mesh.cells), discrete.triangles = as_vectors(mesh.triangles);
@@ -145,15 +147,15 @@ DiscreteBody discretise_body(ElasticBody body, Element element) {
 Answer solve(const DiscreteBody& discrete, const VectorField& imposed, std::vector<double> load) {
   load.resize(3 * discrete.node_count(), 0.0);
   Answer answer;
-  const double begun = bench::processor_seconds();
-  answer.u = tests::solve_with_imposed(
+  const double begun = studies::processor_seconds();
+  answer.u = solve_with_imposed(
       discrete.discretisation,
       [&](const Point& p) {
         const Vector3d v = imposed(Vector3d(p.data()));
         return Point{v[0], v[1], v[2]};
       },
       load, kTolerance);
-  answer.seconds = bench::processor_seconds() - begun;
+  answer.seconds = studies::processor_seconds() - begun;
   answer.force = multiply(discrete.discretisation.stiffness, std::span<const double>(answer.u));
   return answer;
 }
@@ -167,7 +169,7 @@ Measured measured_on(const DiscreteBody& discrete, const Answer& answer, std::ve
 std::vector<double> body_load(const DiscreteBody& discrete, const VectorField& density) {
   std::vector<double> load(3 * discrete.node_count(), 0.0);
   each_cell_point(discrete, [&](const auto& nodes, const Sample& sample) {
-    add_at(load, nodes, sample.shape, sample.volume * density(sample.place));
+    add_at(load, nodes, sample.shape, sample.volume * density(sample.position));
   });
   return load;
 }
@@ -175,7 +177,7 @@ std::vector<double> body_load(const DiscreteBody& discrete, const VectorField& d
 std::vector<double> traction_load(const DiscreteBody& discrete, const Where& on, const Traction& traction) {
   std::vector<double> load(3 * discrete.node_count(), 0.0);
   each_surface_point(discrete, on, [&](const auto& nodes, const Sample& sample) {
-    add_at(load, nodes, sample.shape, sample.area.norm() * traction(sample.place, sample.area.normalized()));
+    add_at(load, nodes, sample.shape, sample.area.norm() * traction(sample.position, sample.area.normalized()));
   });
   return load;
 }
@@ -188,15 +190,15 @@ double surface_area(const DiscreteBody& discrete, const Where& on) {
 
 namespace {
 
-// Gradient of u at a place of a cell, in barycentric coordinates.
+// Gradient of u in a cell, at the point with barycentric coordinates l.
 Matrix3d gradient_at(const DiscreteBody& discrete, const Answer& answer, const std::vector<std::int32_t>& nodes,
                      const Eigen::Vector4d& l) {
   Eigen::VectorXd shape;
   Eigen::MatrixXd after;
-  const Eigen::Matrix3Xd places = places_of(discrete, nodes);
-  shapes(4, l, places.cols(), shape, after);
+  const Eigen::Matrix3Xd positions = coordinates_of(discrete, nodes);
+  shapes(4, l, positions.cols(), shape, after);
   const Eigen::MatrixX3d reduced = after.rightCols<3>().colwise() - after.col(0);
-  const Eigen::MatrixX3d slope = reduced * Matrix3d(places * reduced).inverse();
+  const Eigen::MatrixX3d slope = reduced * Matrix3d(positions * reduced).inverse();
   Matrix3d gradient = Matrix3d::Zero();
   for (std::size_t a = 0; a < nodes.size(); ++a)
     gradient += answer.at(static_cast<std::size_t>(nodes[a])) * slope.row(static_cast<Eigen::Index>(a));
@@ -224,8 +226,8 @@ Matrix3d recovered_stress(const DiscreteBody& discrete, const Answer& answer, st
   for (std::size_t c = 0; c < discrete.cells.size(); ++c) {
     const auto& nodes = discrete.cells[c];
     if (!touch(nodes, around)) continue;
-    const Eigen::Matrix3Xd places = places_of(discrete, nodes);
-    const Vector3d x = places.leftCols<4>().rowwise().mean() - centre;
+    const Eigen::Matrix3Xd positions = coordinates_of(discrete, nodes);
+    const Vector3d x = positions.leftCols<4>().rowwise().mean() - centre;
     rows.push_back({1, x[0], x[1], x[2], x[0] * x[0], x[1] * x[1], x[2] * x[2], x[0] * x[1], x[1] * x[2], x[2] * x[0]});
     const Matrix3d gradient = gradient_at(discrete, answer, nodes, middle);
     double dilatation = 0, weights = 0;
@@ -256,12 +258,12 @@ FieldError field_error(const DiscreteBody& discrete, const Answer& answer, const
   each_cell_point(discrete, [&](const std::vector<std::int32_t>& nodes, const Sample& sample) {
     if (cell != &nodes) {
       cell = &nodes;
-      const Vector3d middle = places_of(discrete, nodes).leftCols<4>().rowwise().mean();
+      const Vector3d middle = coordinates_of(discrete, nodes).leftCols<4>().rowwise().mean();
       counts = within({middle[0], middle[1], middle[2]});
     }
     if (!counts) return;
-    const Vector3d exact = displacement(sample.place);
-    const Matrix3d exact_gradient = gradient(sample.place);
+    const Vector3d exact = displacement(sample.position);
+    const Matrix3d exact_gradient = gradient(sample.position);
     Vector3d value = -exact;
     Matrix3d slope = -exact_gradient;
     for (std::size_t a = 0; a < nodes.size(); ++a) {
@@ -282,12 +284,12 @@ Vector3d total_force(const DiscreteBody& discrete, const Answer& answer, const W
   return sum;
 }
 
-std::int32_t node_at(const DiscreteBody& discrete, const Point& place) {
-  const Vector3d there(place.data());
+std::int32_t node_at(const DiscreteBody& discrete, const Point& point) {
+  const Vector3d there(point.data());
   for (std::size_t n = 0; n < discrete.body.nodes.size(); ++n)
     if ((Vector3d(discrete.body.nodes[n].data()) - there).norm() <= 1e-9 * there.norm())
       return static_cast<std::int32_t>(n);
-  throw OperationError("the mesh has no node at a place that is asked for");
+  throw OperationError(fmt::format("the mesh has no node at ({:g}, {:g}, {:g})", point[0], point[1], point[2]));
 }
 
 }  // namespace palpate::validation

@@ -1,4 +1,4 @@
-// A body under one element and its answer to a load: what the cases of palpate-validation and the tests ask of it.
+// A body discretised with one element, its solution under a load, and the quantities that the cases compute from it.
 #pragma once
 
 #include <functional>
@@ -15,13 +15,13 @@ using Where = std::function<bool(const Point&)>;
 using VectorField = std::function<Vector3d(const Vector3d&)>;
 using GradientField = std::function<Matrix3d(const Vector3d&)>;
 
-// What is solved with, and the cells and surface triangles (outward) it was integrated over: corners first, then the
-// middles of a quadratic element's edges, in the order of quadratic_tetrahedra.h.
+// The discretised body, its cells and its surface triangles (outward). Each lists its corners, then the middles of a
+// quadratic element's edges, in the order of quadratic_tetrahedra.h.
 struct DiscreteBody {
   ElasticBody body;
   Discretisation discretisation;
   std::vector<std::vector<std::int32_t>> cells, triangles;
-  double seconds = 0;  // of the processor, to assemble
+  double seconds = 0;  // processor time to assemble
 
   std::size_t node_count() const { return discretisation.coordinates.size(); }
 };
@@ -29,33 +29,33 @@ DiscreteBody discretise_body(ElasticBody body, Element element);
 
 struct Answer {
   std::vector<double> u;      // [3 nodes] m
-  double seconds = 0;         // of the processor: elimination, factor, solve
-  std::vector<double> force;  // K u: on every node, [3 nodes] N
+  double seconds = 0;         // processor time: remove held dofs, factor, solve
+  std::vector<double> force;  // K u on every node, [3 nodes] N
 
   Vector3d at(std::size_t node) const { return Vector3d(&u[3 * node]); }
 };
 
-// Held dofs take their value from imposed, the others carry load ([3 nodes], empty: none), to a true relative residual of
+// Held dofs take their value from imposed; load acts on the others ([3 nodes] N; empty: none). True relative residual:
 // 1e-10. Errors: OperationError.
 Answer solve(const DiscreteBody& discrete, const VectorField& imposed, std::vector<double> load = {});
 
-// The record of a mesh that was solved.
+// The record of one solved mesh.
 Measured measured_on(const DiscreteBody& discrete, const Answer& answer, std::vector<Quantity> quantities);
 
 // int N_j f dV, f in N / m^3.
 std::vector<double> body_load(const DiscreteBody& discrete, const VectorField& density);
 
-// int N_j t dA over the triangles whose corners are all where on says; t(place, outward unit normal) in Pa.
-using Traction = std::function<Vector3d(const Vector3d& place, const Vector3d& outward)>;
+// int N_j t dA over the triangles of which every corner satisfies `on`; t(point, outward unit normal) in Pa.
+using Traction = std::function<Vector3d(const Vector3d& point, const Vector3d& outward)>;
 std::vector<double> traction_load(const DiscreteBody& discrete, const Where& on, const Traction& traction);
 double surface_area(const DiscreteBody& discrete, const Where& on);
 
-// The stress at a vertex, Pa: a quadratic polynomial through those at the middles of the cells around it and around their
-// vertices, by least squares (patch recovery, Zienkiewicz and Zhu 1992). The dilatation is the mean of each cell, which is
-// the one p2-p0 has.
+// The stress at a vertex, Pa: a quadratic polynomial through the stresses at the middles of the cells around it and around their
+// vertices, by least squares (patch recovery, Zienkiewicz and Zhu 1992). The dilatation is averaged over each cell, as
+// p2-p0 does.
 Matrix3d recovered_stress(const DiscreteBody& discrete, const Answer& answer, std::int32_t vertex);
 
-// Relative 2-norms, over the cells whose middle is where within says, of what u and its gradient are off.
+// Relative errors of u and its gradient in the 2-norm, over the cells whose middle satisfies `within`.
 struct FieldError {
   double displacement, gradient;
 };
@@ -63,10 +63,10 @@ FieldError field_error(
     const DiscreteBody& discrete, const Answer& answer, const VectorField& displacement, const GradientField& gradient,
     const Where& within = [](const Point&) { return true; });
 
-// The sum of the forces on the nodes where on says, N.
+// The sum of the forces on the nodes that satisfy `on`, N.
 Vector3d total_force(const DiscreteBody& discrete, const Answer& answer, const Where& on);
 
-// The first node at a place, to 1e-9 of its size. Errors: OperationError where there is none.
-std::int32_t node_at(const DiscreteBody& discrete, const Point& place);
+// The first node at a point, to 1e-9 of the point's distance from the origin. Errors: OperationError if there is none.
+std::int32_t node_at(const DiscreteBody& discrete, const Point& point);
 
 }  // namespace palpate::validation

@@ -122,7 +122,7 @@ class Study {
     return count;
   }
 
-  // What was measured of the same thing by the same program, else what measure makes of it.
+  // Reads the measurement if the same program made it before; otherwise measures and keeps it.
   template <class Measure>
   Json kept_or(const std::string& what, const Measure& measure_it) const {
     const std::string key = what + " " + program_;

@@ -1,4 +1,5 @@
-// Every case on every mesh, and CalculiX beside it: what is missing is measured, what was measured is kept, then judged.
+// Runs every case on every mesh, compares with CalculiX, and judges the errors. Measurements of an earlier run of the same
+// program are read, not repeated.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +12,7 @@ struct StudyOptions {
   std::filesystem::path source, bin, data;  // the repository; the programs; where results go
   std::filesystem::path python;             // with matplotlib, for the report
   std::filesystem::path output;             // default: DATA/validation
-  std::vector<std::string> organ_meshes;    // ORGAN/BC/RESOLUTION: more meshes for CalculiX
+  std::vector<std::string> organ_meshes;    // ORGAN/BC/RESOLUTION: further meshes for CalculiX
   std::vector<std::string> only;            // ids of cases ("calculix" too); empty: all
   bool brief = false;                       // the two coarsest meshes of each variant
 };

@@ -1,16 +1,16 @@
-// Many contacts at once: the paper's superposition against a solve with all of them held.
+// Many contacts at once: compares the paper's superposition with a solve in which all contact nodes are held.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <fstream>
 
-#include "bench/processor_time.h"
 #include "studies/accuracy/command.h"
 #include "studies/accuracy/held_nodes.h"
+#include "studies/bodies/bodies.h"
+#include "studies/timing/timing.h"
 #include "studies/validation/cases.h"
 #include "studies/validation/solved_body.h"
 #include "studies/validation/tensor_answer.h"
-#include "tests/support/bodies.h"
 
 namespace palpate::validation {
 namespace {
@@ -18,38 +18,38 @@ namespace {
 constexpr const char *kDouble = "displacement, tensors in double", *kShipped = "displacement, bundle (f32) and runtime";
 constexpr double kYoung = 5400, kSide = 0.16;
 
-// level x level contacts in the middle of the top, 12 cells across in all.
+// level x level contact nodes spread over 12 x 12 cells in the middle of the top face.
 struct HeldTop {
   ElasticBody body;
   std::vector<std::int32_t> nodes;
   std::vector<Vector3d> displacement;
 };
 
-TetrahedralMesh block() {
-  return tests::box_mesh({16, 16, 8}, {kSide, kSide, kSide / 2});
+TetrahedralMesh box() {
+  return box_mesh({16, 16, 8}, {kSide, kSide, kSide / 2});
 }
 
 HeldTop held_top(const Variant& variant, int level) {
-  HeldTop top = {tests::body_of(block(), {{kYoung, variant.poisson, 0}}), {}, {}};
-  tests::hold(top.body, [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+  HeldTop top = {body_of(box(), {{kYoung, variant.poisson, 0}}), {}, {}};
+  hold(top.body, [](const Point& p) { return p[2] == 0 ? 7 : 0; });
   const double cell = kSide / 16;
   const int step = 12 / (level - 1);
   for (const auto n : top.body.touchable) {
     const Point& p = top.body.nodes[static_cast<std::size_t>(n)];
     const int i = static_cast<int>(std::lround(p[0] / cell)) - 2, j = static_cast<int>(std::lround(p[1] / cell)) - 2;
     if (p[2] < kSide / 2 || i < 0 || j < 0 || i > 12 || j > 12 || i % step != 0 || j % step != 0) continue;
-    top.nodes.push_back(n);  // neighbours that disagree
+    top.nodes.push_back(n);  // neighbouring contacts move in different directions
     top.displacement.push_back(1e-3 *
                                Vector3d(std::sin(12.9898 * n), std::sin(78.233 * n), -1 + 0.5 * std::sin(37.719 * n)));
   }
   return top;
 }
 
-// The bundle of palpate-precompute.
-std::filesystem::path bake_block(const Workshop& workshop, const Variant& variant) {
+// Runs palpate-precompute on the box; returns the bundle.
+std::filesystem::path bake_box(const Workshop& workshop, const Variant& variant) {
   const auto folder = workshop.scratch / fmt::format("superposition-{}", name_of(variant.element));
   std::filesystem::create_directories(folder);
-  write_mesh(folder / "box.msh", block());
+  write_mesh(folder / "box.msh", box());
   std::ofstream(folder / "organ.toml") << fmt::format(
       "name = \"box\"\nmesh_unit = \"m\"\nframe = \"none\"\nelement = \"{}\"\n[[region]]\nname = \"box\"\nyoung = {{ "
       "value = {}, "
@@ -66,9 +66,9 @@ std::filesystem::path bake_block(const Workshop& workshop, const Variant& varian
 
 Measured measure_superposition(const Workshop& workshop, const Variant& variant, int level) {
   const HeldTop top = held_top(variant, level);
-  const double begun = bench::processor_seconds();
+  const double begun = studies::processor_seconds();
   const auto superposed = superpose(top.body, variant.element, top.nodes, top.displacement);
-  const double tensors_seconds = bench::processor_seconds() - begun;
+  const double tensors_seconds = studies::processor_seconds() - begun;
 
   ElasticBody held = top.body;
   for (const auto n : top.nodes) held.fixed[static_cast<std::size_t>(n)] = {1, 1, 1};
@@ -83,7 +83,7 @@ Measured measure_superposition(const Workshop& workshop, const Variant& variant,
 
   std::vector<Vec3> targets;
   for (const auto& d : top.displacement) targets.push_back({d[0], d[1], d[2]});
-  const auto shipped = accuracy::hold_nodes(bake_block(workshop, variant), top.nodes, targets).u;
+  const auto shipped = accuracy::hold_nodes(bake_box(workshop, variant), top.nodes, targets).u;
   double largest = 0, off = 0, off_shipped = 0;
   for (std::size_t n = 0; n < discrete.node_count(); ++n) {
     largest = std::max(largest, full.at(n).norm());
@@ -91,10 +91,8 @@ Measured measure_superposition(const Workshop& workshop, const Variant& variant,
     if (n < shipped.size())
       off_shipped = std::max(off_shipped, (Vector3d(shipped[n].x, shipped[n].y, shipped[n].z) - full.at(n)).norm());
   }
-  const double unknown = std::numeric_limits<double>::quiet_NaN();
   Measured measured =
-      measured_on(discrete, full,
-                  {{kDouble, unknown, unknown, off / largest}, {kShipped, unknown, unknown, off_shipped / largest}});
+      measured_on(discrete, full, {error_alone(kDouble, off / largest), error_alone(kShipped, off_shipped / largest)});
   measured.solve_seconds += tensors_seconds;
   return measured;
 }

@@ -104,6 +104,24 @@ const std::vector<Rule>& rules() {
        {"programs/link/", "programs/player/", "runtime/include/", "formats/"},
        {"plumbing", "palpate"}},
       {"bindings/python/", {"bindings/python/"}, {"pybind11", "palpate"}},
+      // What users run: never bench/ or tests/, and of the programs none.
+      {"studies/bodies/", {"studies/bodies/", "precompute/elements/", "precompute/solver/", "formats/"}, {"Eigen"}},
+      {"studies/timing/", {"studies/timing/"}, {}},
+      {"studies/peers/",
+       {"studies/peers/", "studies/timing/", "precompute/elements/", "formats/"},
+       {"plumbing", "Eigen", "SuiteSparse", "palpate"}},
+      {"studies/paper/",
+       {"studies/paper/", "studies/peers/", "studies/timing/", "precompute/run/", "precompute/solver/",
+        "runtime/tissue/", "formats/"},
+       {"plumbing", "PETSc", "palpate"}},
+      {"studies/accuracy/",
+       {"studies/accuracy/", "studies/timing/", "precompute/elements/", "precompute/bundle_tool/", "runtime/surface/",
+        "runtime/base/", "formats/"},
+       {"plumbing", "Eigen", "palpate"}},
+      {"studies/validation/",
+       {"studies/validation/", "studies/accuracy/", "studies/bodies/", "studies/timing/", "precompute/elements/",
+        "precompute/solver/", "precompute/tensors/", "formats/"},
+       {"plumbing", "Eigen"}},
       {"programs/link/igtl_messages.cpp",
        {"programs/link/", "programs/player/", "runtime/include/", "formats/"},
        {"plumbing", "palpate", "OpenIGTLink"}},
@@ -143,8 +161,8 @@ std::vector<Include> includes_below(const std::filesystem::path& root, const std
 
 TEST(IncludeTable, HoldsInEveryFolder) {
   const std::filesystem::path root = PALPATE_SOURCE_FOLDER;
-  for (const std::string folder :
-       {"formats", "meshing", "precompute", "runtime", "programs/player", "programs/link", "bindings/python"}) {
+  for (const std::string folder : {"formats", "meshing", "precompute", "runtime", "programs/player", "programs/link",
+                                   "bindings/python", "studies"}) {
     const auto includes = includes_below(root, folder);
     EXPECT_GT(includes.size(), 10u) << folder;  // a table over no files would hold anything
     for (const Include& include : includes) {

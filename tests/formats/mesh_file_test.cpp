@@ -6,7 +6,7 @@
 
 #include "formats/errors.h"
 #include "formats/msh_reader.h"
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
 #include "tests/support/msh_files.h"
 #include "tests/support/test_files.h"
 
@@ -31,7 +31,7 @@ void expect_equal(const TetrahedralMesh& a, const TetrahedralMesh& b) {
 
 // Two regions, six patches, and coordinates that need 17 digits.
 TetrahedralMesh two_regions() {
-  auto mesh = tests::box_mesh({3, 2, 2}, {1.0, 0.7, 1.0 / 3.0}, 0.1);
+  auto mesh = box_mesh({3, 2, 2}, {1.0, 0.7, 1.0 / 3.0}, 0.1);
   mesh.region_names = {"liver", "a tumour"};
   for (std::size_t e = mesh.tetrahedra.size() / 2; e < mesh.tetrahedra.size(); ++e) mesh.region[e] = 1;
   return mesh;

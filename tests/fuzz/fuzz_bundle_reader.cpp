@@ -1,4 +1,4 @@
-// libFuzzer: any bytes as a bundle. The index checksum is made to fit, so that the checks behind it are reached.
+// libFuzzer driver: reads any bytes as a bundle. It makes the index's checksum fit, so that the later checks are reached.
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -12,7 +12,7 @@ using namespace palpate::formats;
 
 namespace {
 
-// Every section that the reader accepts lies in the bytes; reading the last byte of each shows it to the sanitizer.
+// Every accepted section must lie within the bytes: reads the last byte of each, so that a sanitizer would report it.
 void touch_sections(const BundleIndex& index, const std::vector<std::uint8_t>& bytes) {
   volatile std::uint8_t sink = 0;
   for (std::uint32_t i = 0; i < index.header.section_count; ++i)
@@ -26,7 +26,7 @@ const Number* section(const BundleIndex& index, const std::vector<std::uint8_t>&
   return entry ? reinterpret_cast<const Number*>(bytes.data() + entry->offset) : nullptr;
 }
 
-// The first and last entry of every block of an accepted compliance.
+// Reads the first and the last number of every block of an accepted compliance.
 void read_corners(const BundleIndex& index, const std::vector<std::uint8_t>& bytes, const IndexedSections& sections) {
   const SectionEntry* values = find_section(index, SectionId::compliance_values);
   std::uint64_t first = 0;

@@ -1,4 +1,4 @@
-// A fuzzer's bytes, taken one after the other; zeros when they are used up.
+// The fuzzer's bytes, consumed one after the other; zeros when they are used up.
 #pragma once
 
 #include <cmath>
@@ -25,7 +25,7 @@ class FuzzInput {
   std::uint32_t below(std::uint32_t end) { return (end <= 256 ? raw<std::uint8_t>() : raw<std::uint32_t>()) % end; }
   bool flag() { return below(2) == 1; }
 
-  // Mostly what a caller would send, about `size`; else a number from the edges, or any bits.
+  // Usually a number of about `size`, as a caller would pass; otherwise an extreme value or any bits.
   double number(double size) {
     using Limits = std::numeric_limits<double>;
     const double edges[] = {0,

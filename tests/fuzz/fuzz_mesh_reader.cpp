@@ -1,4 +1,4 @@
-// libFuzzer: any bytes as a mesh file. A mesh or an InputError; the mesh's indices point inside it.
+// libFuzzer driver: reads any bytes as a mesh file. The result is an InputError, or a mesh whose indices are in range.
 #include <cstdint>
 #include <cstdlib>
 

@@ -1,6 +1,6 @@
-// libFuzzer: bundles of every form, damaged in a few places behind a checksum that fits, made scenes of any effects and
-// stepped by any tools. The bytes are a recipe: which form, which effects, which damages, which steps; so that an input of
-// fifty bytes stands for a bundle of a hundred thousand.
+// libFuzzer driver: damages a bundle at a few positions, makes the checksum fit, creates a scene with any effects and steps it
+// with any tools. The input does not contain a bundle; it chooses the form, the damage, the effects and the steps. So 50 bytes
+// of input stand for a bundle of 100,000 bytes.
 #include <cstdio>
 #include <cstdlib>
 
@@ -38,7 +38,7 @@ void put(unsigned char* at, Number number) {
   std::memcpy(at, &number, sizeof number);
 }
 
-// One number of a section, or a run of them, replaced by the same one: an edge of its type, or any bits.
+// Replaces one number of a section, or several in a row, by an extreme value of its type or by any bits.
 void damage_section(const Base& base, FuzzInput& input, unsigned char* bytes) {
   const formats::SectionEntry& entry = base.index.entries[input.below(base.index.header.section_count)];
   const auto type = static_cast<ElementType>(entry.type);
@@ -48,7 +48,7 @@ void damage_section(const Base& base, FuzzInput& input, unsigned char* bytes) {
   const double number = input.number(1);
   const auto integer = input.integer(static_cast<std::int32_t>(base.index.counts.surface_nodes));
   const auto half =
-      static_cast<std::uint16_t>(input.raw<std::uint8_t>() << 8 | 1);  // 0x7c01 and 0xff01 are not numbers
+      static_cast<std::uint16_t>(input.raw<std::uint8_t>() << 8 | 1);  // for example 0x7c01 and 0xff01, which are NaN
   for (std::uint64_t i = first; i < first + run; ++i) {
     unsigned char* at = bytes + entry.offset + i * size;
     if (type == ElementType::f64) put(at, number);
@@ -59,7 +59,7 @@ void damage_section(const Base& base, FuzzInput& input, unsigned char* bytes) {
   }
 }
 
-// A word of the index: another one of its words, an edge, or any bits.
+// Replaces a word of the index by another of its words, an extreme value, or any bits.
 void damage_index(const Base& base, FuzzInput& input, unsigned char* bytes) {
   const std::uint32_t words = 8 + 9 * base.index.header.section_count;
   unsigned char* at = bytes + 8 * input.below(words);
@@ -127,7 +127,7 @@ void play(FuzzInput& input) {
 }  // namespace
 }  // namespace palpate::tests
 
-// Before the first input is timed.
+// Done before the first input, so that libFuzzer does not count its time.
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   palpate::tests::bases();
   return 0;

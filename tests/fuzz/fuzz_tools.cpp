@@ -1,5 +1,5 @@
-// libFuzzer: a good bundle, and a host that sends any bits: scene definitions, tools, contacts that came through a socket,
-// room for the shape; with an allocator that gives up somewhere.
+// libFuzzer driver: an undamaged bundle and a host that passes any bits as scene definition, tools, contacts from a socket and
+// shape buffers, with an allocator that fails at some point.
 #include <cstdio>
 #include <cstdlib>
 
@@ -30,7 +30,7 @@ const std::vector<OpenBundle>& good_bundles() {
   return all;
 }
 
-// Gives so many bytes and then no more.
+// An allocator that fails when its bytes are used up.
 struct Budget {
   std::size_t left;
 };
@@ -44,7 +44,7 @@ void give_back(void*, void* memory) {
   std::free(memory);
 }
 
-// Words of the object replaced by any bits, its pointers left alone.
+// Replaces words of the object by any bits, except its pointers.
 template <class Plain>
 void scramble(FuzzInput& input, Plain* object, std::size_t bytes, std::uint32_t most) {
   for (std::uint32_t left = input.below(most + 1); left > 0; --left) {
@@ -62,7 +62,7 @@ void keep(const std::string& broken) {
 
 class Host : public FuzzedTools {
  public:
-  // Counts that no caller should send. Arrays hold as many as the scene may read: its limit is below kPoints.
+  // Counts that no caller should pass. The arrays have kPoints elements, more than the scene may read.
   void scramble_tools(FuzzInput& input) {
     for (std::int32_t t = 0; t < count; ++t) {
       palpate_tool& tool = tools[t];
@@ -99,11 +99,11 @@ void play(FuzzInput& input) {
   const std::uint32_t forms = static_cast<std::uint32_t>(good_bundles().size());
   palpate_bundle* bundle = good_bundles()[input.below(forms)].bundle.get();
   palpate_scene_def def = fuzzed_effects(input);
-  Budget budget = {std::size_t{1} << (4 + input.below(22))};  // to 32 MiB
+  Budget budget = {std::size_t{1} << (4 + input.below(22))};  // 16 bytes to 32 MiB
   def.max_points = Host::kPoints - 1;
   scramble(input, &def, offsetof(palpate_scene_def, allocator), 2);
   def.allocator = {take, give_back, &budget};
-  // A render mesh of any floats beside the box, with or without normals; the pointer is the host's to keep right.
+  // A render mesh of any floats, with or without normals. Its pointer stays valid: the API makes that the host's duty.
   float positions[kVertices][3], normals[kVertices][3];
   palpate_render_mesh mesh = {positions[0], input.flag() ? normals[0] : nullptr, kVertices};
   def.render_mesh = input.flag() ? &mesh : nullptr;
@@ -141,7 +141,7 @@ void play(FuzzInput& input) {
 }  // namespace
 }  // namespace palpate::tests
 
-// Before the first input is timed.
+// Done before the first input, so that libFuzzer does not count its time.
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   palpate::tests::good_bundles();
   return 0;

@@ -1,4 +1,4 @@
-// A scene's effects and a tool's motion from a fuzzer's bytes.
+// Makes a scene definition and moving tools from a fuzzer's bytes.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace palpate::tests {
 
-// Any of the effects; small limits, so that they are reached.
+// Any effects. The limits are small, so that steps reach them.
 inline palpate_scene_def fuzzed_effects(FuzzInput& input) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = static_cast<palpate_collision>(input.below(3));
@@ -26,12 +26,12 @@ inline palpate_scene_def fuzzed_effects(FuzzInput& input) {
   return def;
 }
 
-// Tools with points and grips of their own.
+// Tools, each with its own points and grips.
 class FuzzedTools {
  public:
-  static constexpr std::int32_t kTools = 4, kPoints = 6;  // above the scene's limits
+  static constexpr std::int32_t kTools = 4, kPoints = 6;  // more than the scene allows
 
-  // surface_nodes, triangles: of the bundle; half: half a body's size, about which points move, m.
+  // surface_nodes, triangles: the bundle's counts; half: half the size of the body, m: points move about the body's middle.
   void take(FuzzInput& input, std::int32_t surface_nodes, std::int32_t triangles, const double middle[3], double half) {
     count = static_cast<std::int32_t>(input.below(kTools + 1));
     dt = input.below(8) == 0 ? input.number(1) : 1e-3;

@@ -1,4 +1,4 @@
-// replay FOLDER...: a driver of libFuzzer, built by any compiler, over every file of the folders: the kept corpus as a test.
+// replay FOLDER...: runs a libFuzzer driver, built by any compiler, on every file of the folders. The tests replay the corpus.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(argv[a])) {
       if (!entry.is_regular_file()) continue;
       std::printf("%s\n", entry.path().c_str());
-      std::fflush(stdout);  // the last line names the file that ended the program
+      std::fflush(stdout);  // if the program crashes, the last line names the file
       std::ifstream in(entry.path(), std::ios::binary);
       const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
       LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());

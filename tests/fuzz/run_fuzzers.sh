@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# run_fuzzers.sh BUILD SECONDS JOBS: every libFuzzer driver of BUILD for so many seconds, JOBS of them at a time, from the kept
-# corpus of tests/hostile, seeds written afresh and what earlier runs found. Fails where one finds something.
+# run_fuzzers.sh BUILD SECONDS JOBS: runs every libFuzzer driver of BUILD for SECONDS, JOBS at a time. Starts from the corpus of
+# tests/hostile, new seeds and the inputs of earlier runs. Fails if a driver finds something.
 set -euo pipefail
 build=$(realpath "$1") seconds=$2 jobs=$3
 here=$(cd "$(dirname "$0")" && pwd)
@@ -34,6 +34,6 @@ for finding in "$work"/findings/*; do
   echo "finding:  $finding" >&2
   echo "  replay:   $build/tests/fuzz_$name $finding" >&2
   echo "  minimise: $build/tests/fuzz_$name -minimize_crash=1 -runs=10000 $finding" >&2
-  echo "  keep:     cp $finding $kept/$name/   (ctest -R HostileCorpus then holds it)" >&2
+  echo "  keep:     cp $finding $kept/$name/   (ctest -R HostileCorpus then replays it)" >&2
 done
 exit 1

@@ -1,4 +1,4 @@
-// write_seeds FOLDER: inputs for the fuzzers to start from, in FOLDER/DRIVER: small valid files, and recipes of some length.
+// write_seeds FOLDER: writes inputs from which the fuzzers start, to FOLDER/DRIVER: small valid files, and arbitrary bytes.
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
   auto halves = tests::tiny_bundle({.cells = {1, 1, 1}, .interior = false});
   tests::store_as_f16(halves);
   tests::write_bundle(folder / "bundle_reader" / "f16.h5", halves);
-  auto mesh = tests::box_mesh({1, 1, 1}, {1, 2, 3});
+  auto mesh = box_mesh({1, 1, 1}, {1, 2, 3});
   mesh.patches.resize(2);
   write_mesh(folder / "mesh_reader" / "4.1.msh", mesh);
   std::ofstream(folder / "mesh_reader" / "2.2.msh", std::ios::binary) << tests::msh2_ascii(mesh);

@@ -1,5 +1,5 @@
-// Bytes that are no bundle, a damaged one, or one made to harm. Copies have the exact size of what they hold, so that a
-// sanitizer sees one byte too far (cmake -DPALPATE_SANITIZE=address,undefined).
+// Bytes that are not a bundle, or a damaged or malicious one. Copies have the exact size of the bytes, so that a sanitizer
+// reports a read behind the end (make -f Makefile.data test-sanitized).
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -44,7 +44,7 @@ BundleStatus status_of(const std::string& head, std::uint64_t file_bytes, Bundle
   return status;
 }
 
-// The index of a bundle, to be changed and given a checksum that fits.
+// The index of a bundle, which a test changes; the checksum is then made to fit.
 struct Forgery {
   BundleHeader header;
   std::vector<SectionEntry> entries;
@@ -106,7 +106,7 @@ TEST(HostileBundle, WithAnyBitOfItsFirstBlockFlippedIsRefused) {
 }
 
 TEST(HostileBundle, WithAnyByteOfASectionFlippedMissesItsChecksum) {
-  // One byte in 97: every section and every place in a stripe of the hash is met.
+  // Every 97th byte: hits every section and every position within a stripe of the hash.
   const std::string whole = whole_bundle();
   Forgery index;
   for (const SectionEntry& entry : index.entries) {
@@ -134,7 +134,7 @@ TEST(HostileBundle, SaysWhatWasFound) {
   EXPECT_EQ(newer.status(), BundleStatus::version);
 }
 
-// Each of these has a checksum that fits: only the checks of the index stand between it and the reader.
+// Each of these has a fitting checksum, so that only the checks of the index can refuse it.
 TEST(HostileBundle, WithHostileValuesAndARightChecksumIsRefused) {
   constexpr auto kSurface = SectionId::displacement_surface;
   const std::pair<const char*, std::function<void(Forgery&)>> forgeries[] = {
@@ -153,7 +153,7 @@ TEST(HostileBundle, WithHostileValuesAndARightChecksumIsRefused) {
       {"bytes more than the shape", [](Forgery& f) { f.entry(kSurface).bytes += 4; }},
       {"shape that wraps to the right product",
        [](Forgery& f) {
-         auto& e = f.entry(kSurface);  // 2^62 * 4 * 4 = 2^66 wraps to 0; times anything stays so
+         auto& e = f.entry(kSurface);  // 2^62 * 4 * 4 = 2^66 wraps to 0
          e.shape[0] = std::uint64_t{1} << 62;
          e.shape[1] = 4;
        }},
@@ -222,7 +222,7 @@ TEST(HostileBundle, WithoutASectionThatMustBeThereIsRefused) {
     Forgery forgery;
     const auto removed = std::erase_if(
         forgery.entries, [&](const SectionEntry& e) { return e.id == static_cast<std::uint32_t>(sections[i].id); });
-    // The displacements are needed in one of two forms; this bundle has them as rows.
+    // A bundle needs the displacements as rows or as blocks; this one has rows.
     const bool needed = sections[i].always || sections[i].id == SectionId::displacement_surface;
     EXPECT_EQ(removed, needed || sections[i].id == SectionId::displacement_interior);
     EXPECT_EQ(forgery.status(), needed ? BundleStatus::section : BundleStatus::ok) << sections[i].path;
@@ -230,7 +230,7 @@ TEST(HostileBundle, WithoutASectionThatMustBeThereIsRefused) {
 }
 
 TEST(HostileBundle, WithASectionOfALaterVersionIsStillRead) {
-  // Layout 1 stays readable when optional sections are added: unknown ids are skipped, once they are in bounds.
+  // Later versions may add optional sections: the reader skips unknown ids whose bytes are in bounds.
   Forgery forgery;
   SectionEntry later{};
   later.id = 5000;
@@ -288,7 +288,7 @@ TEST(HostileBundle, WithAnIndexOutsideItsTargetIsRefused) {
 }
 
 TEST(HostileBundle, MutatedAtRandomNeverDescribesBytesOutsideTheFile) {
-  // A short fuzz that always runs: fields of the index overwritten with edge values, the checksum made to fit again.
+  // A short fuzz run in every test: overwrites fields of the index with extreme values and makes the checksum fit.
   const std::uint64_t edges[] = {0,
                                  1,
                                  2,

@@ -1,5 +1,5 @@
-// A bundle's file that is cut, extended, written over or replaced while it is mapped and scenes of it are stepping: a flag,
-// at whatever byte, and never the end of the host.
+// A bundle's file is cut, extended, overwritten or replaced while it is mapped and scenes step. The step must raise a flag,
+// wherever the file was cut, and the host program must survive.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -35,7 +35,7 @@ palpate_scene_def small_def() {
   return def;
 }
 
-// A file, open, with a scene that steps.
+// An open bundle file with a scene.
 class PlayedFile {
  public:
   explicit PlayedFile(const std::string& name, int which = 0) : path(scratch(name)) {
@@ -53,7 +53,7 @@ class PlayedFile {
   }
   ~PlayedFile() { std::filesystem::remove(path); }
 
-  // Flags of both halves; any broken promise is a failure of the test.
+  // Steps touch and shape, returns their flags; a broken promise fails the test.
   palpate_step_flags step() {
     palpate_grip grip = {};
     grip.node = node, grip.triangle = -1, grip.axes = 7, grip.displacement[2] = 1e-3;
@@ -95,7 +95,7 @@ TEST(HostileFile, CutAnywhereWhileMappedIsFlaggedOrHasLostNothing) {
     ASSERT_EQ(palpate_scene_create(file.bundle.get(), &def, &another, &error), PALPATE_ERROR_TRUNCATED) << n;
     ASSERT_EQ(another, nullptr);
   }
-  if (last + 1 < whole.size()) {  // a cut that takes zeros alone takes nothing
+  if (last + 1 < whole.size()) {  // cutting off zeros changes nothing: a page reads as zeros behind the end
     PlayedFile file("zeros.h5");
     ASSERT_EQ(truncate(file.path.c_str(), static_cast<off_t>(last + 1)), 0);
     EXPECT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
@@ -118,14 +118,14 @@ TEST(HostileFile, WrittenOverInPlaceIsFlagged) {
   for (const int other : {1, 2, 3}) {
     PlayedFile file("over.h5");
     ASSERT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
-    // As cp does it: the same file, cut to nothing and written anew.
+    // As cp does: truncates the same file to zero and writes it anew.
     write_file(file.path, form(other).bytes);
     EXPECT_TRUE(file.step() & PALPATE_STEP_BUNDLE_LOST);
     EXPECT_TRUE(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST);
   }
   PlayedFile file("same.h5");
   std::fstream same(file.path, std::ios::binary | std::ios::in | std::ios::out);
-  same << form(0).bytes;  // the same bytes again: nothing is lost
+  same << form(0).bytes;  // the same bytes: nothing is lost
   same.close();
   EXPECT_EQ(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST, 0u);
 }
@@ -185,11 +185,11 @@ TEST(HostileFile, CutWhileScenesOnSeveralThreadsStepIsFlaggedInAll) {
   }
 }
 
-// ---- hosts with a handler of their own ------------------------------------------------------------------------------
+// ---- hosts with their own signal handler ------------------------------------------------------------------------------
 
 std::atomic<int> host_faults{0};
 void mend(void* at) {
-  ++host_faults;  // repaired, or the faulting instruction would repeat for ever
+  ++host_faults;  // repairs the fault, or the instruction would fault again for ever
   void* page = reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(at) / 4096 * 4096);
   mmap(page, 4096, PROT_READ, MAP_PRIVATE | MAP_FIXED | MAP_ANONYMOUS, -1, 0);
 }
@@ -197,7 +197,7 @@ void on_fault(int, siginfo_t* info, void*) {
   mend(info->si_addr);
 }
 
-// Maps a file of the host's own, takes it away, reads it: true where the host's handler was called once more.
+// Maps a file of the host, truncates it and reads it. True if the host's handler was called once more.
 bool host_hears_its_fault() {
   const auto path = scratch("theirs");
   write_file(path, std::string(8192, 'x'));
@@ -232,8 +232,8 @@ TEST(HostileFile, IsHeldAgainAfterTheHostHasPutItsHandlerInFrontAndOpenedAnother
   PlayedFile early("early.h5");
   struct sigaction own = {}, before = {};
   own.sa_sigaction = on_fault, own.sa_flags = SA_SIGINFO;
-  sigaction(SIGBUS, &own, &before);  // takes ours away: a fault of `early` now would be the host's
-  PlayedFile late("late.h5");        // opening puts ours in front again
+  sigaction(SIGBUS, &own, &before);  // replaces the runtime's handler: the host would now get the faults of `early`
+  PlayedFile late("late.h5");        // opening a bundle puts the runtime's handler in front again
   host_faults = 0;
   ASSERT_EQ(truncate(early.path.c_str(), 4096), 0);
   ASSERT_EQ(truncate(late.path.c_str(), 4096), 0);
@@ -249,7 +249,8 @@ void on_fault_of_nobody(int signal, siginfo_t* info, void* context) {
   behind_host.sa_sigaction(signal, info, context);
 }
 
-// The host's handler came after ours, hands on to it what it does not know, and falls behind it at the next opening.
+// The host installs its handler after the runtime's and passes unknown faults on to it. The next opening puts the runtime's
+// handler in front again.
 void fault_with_the_host_between_two_openings() {
   signal(SIGBUS, SIG_DFL);
   PlayedFile early("before_host.h5");
@@ -263,7 +264,7 @@ TEST(HostileFile, EndsAFaultOfNobodyThatTheHostsHandlerHandsBack) {
   EXPECT_EXIT(fault_with_the_host_between_two_openings(), testing::KilledBySignal(SIGBUS), "");
 }
 
-// Not ours, not anybody's: the default ends the process, as it would without us.
+// A fault that belongs to nobody: the default action ends the process, as it would without the runtime.
 void fault_after_closing() {
   signal(SIGBUS, SIG_DFL);
   { PlayedFile file("closed.h5"); }

@@ -1,5 +1,5 @@
-// Mesh files that are cut, garbled or made to harm: a sentence, never a crash, a hang or memory that the file does not
-// justify. Run under PALPATE_SANITIZE=address,undefined to see one byte too far.
+// Mesh files that are cut, garbled or malicious. The reader must refuse them with a sentence: no crash, no hang, no allocation
+// out of proportion to the file. make -f Makefile.data test-sanitized also finds reads behind the end.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -8,15 +8,15 @@
 
 #include "formats/errors.h"
 #include "formats/msh_reader.h"
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
 #include "tests/support/msh_files.h"
 
 namespace palpate {
 namespace {
 
-// The four kinds of file, small: one cell, two patches.
+// A small mesh in all four kinds of file: one cell, two patches.
 std::vector<std::string> corpus() {
-  auto mesh = tests::box_mesh({1, 1, 1}, {1, 2, 3});
+  auto mesh = box_mesh({1, 1, 1}, {1, 2, 3});
   mesh.patches.resize(2);
   const auto file = std::filesystem::path(testing::TempDir()) / ("mesh_hostile." + std::to_string(::getpid()) + ".msh");
   write_mesh(file, mesh);
@@ -28,7 +28,7 @@ std::vector<std::string> corpus() {
   return {ascii4, tests::msh2_ascii(mesh), tests::msh2_binary(mesh), tests::msh4_binary(mesh)};
 }
 
-// True when the bytes are read, false when they are refused with a sentence; anything else ends the test.
+// True if the bytes are read, false if they are refused with a sentence. Anything else fails the test.
 bool read(const std::string& bytes) {
   const std::unique_ptr<char[]> exact(new char[bytes.size()]);
   std::memcpy(exact.get(), bytes.data(), bytes.size());
@@ -52,13 +52,13 @@ bool read(const std::string& bytes) {
 TEST(HostileMesh, CutAtAnyByteIsRefused) {
   for (const std::string& whole : corpus()) {
     ASSERT_TRUE(read(whole));
-    for (std::size_t n = 0; n + 1 < whole.size(); ++n)  // without its last byte, a line end, it is whole
+    for (std::size_t n = 0; n + 1 < whole.size(); ++n)  // the last byte is a line end, which may be missing
       ASSERT_FALSE(read(whole.substr(0, n))) << n << " of " << whole.size();
   }
 }
 
 TEST(HostileMesh, WithAnyByteChangedIsReadOrRefused) {
-  testing::internal::CaptureStderr();  // notes on what was dropped
+  testing::internal::CaptureStderr();  // the reader's notes
   for (const std::string& whole : corpus())
     for (std::size_t at = 0; at < whole.size(); ++at)
       for (const char change : {'\0', '\xff', '9', '-', ' ', '\n', '$'}) {
@@ -87,7 +87,7 @@ TEST(HostileMesh, WithNumbersReplacedByExtremesIsReadOrRefused) {
   testing::internal::CaptureStderr();
   for (std::size_t kind = 0; kind < 2; ++kind) {
     const std::string whole = corpus()[kind];
-    // Every word of the file in turn.
+    // Replaces each word of the file in turn.
     for (std::size_t begin = whole.find_first_of("0123456789"); begin != std::string::npos;) {
       const std::size_t end = whole.find_first_of(" \n", begin);
       for (const std::string& extreme : extremes) read(whole.substr(0, begin) + extreme + whole.substr(end));
@@ -126,7 +126,7 @@ TEST(HostileMesh, WithWordsOfABinaryFileReplacedIsReadOrRefused) {
 }
 
 TEST(HostileMesh, OfManyEmptyBlocksIsReadInTimeThatGrowsWithTheFile) {
-  // A quadratic reader would need minutes for this megabyte; the test's time limit would end it.
+  // A reader whose time grows with the square of the size would take minutes for this megabyte and exceed the time limit.
   std::string text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n100000 4 1 4\n";
   for (int b = 0; b < 99999; ++b) text += "0 1 0 0\n";
   text += "3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n100000 1 1 1\n";

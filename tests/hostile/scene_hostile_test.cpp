@@ -1,5 +1,5 @@
-// Bundles of every form, damaged everywhere in turn behind an index checksum that fits: refused with a sentence, or opened
-// and stepped with finite output.
+// Bundles of every form, damaged at every position in turn, with a fitting checksum of the index. The runtime must refuse them
+// with a sentence, or open them and step with finite output.
 #include <gtest/gtest.h>
 
 #include "tests/support/bundle_forms.h"
@@ -24,14 +24,14 @@ formats::BundleIndex index_of(const BundleForm& form) {
   return index;
 }
 
-// Small limits: a scene costs what its memory costs.
+// Small limits, so that creating a scene is fast.
 palpate_scene_def small_def() {
   palpate_scene_def def = palpate_default_scene_def();
   def.max_tools = 2, def.max_points = 4, def.max_contact_nodes = 24;
   return def;
 }
 
-// Definitions that together read every section; a bundle that lacks one refuses the effect.
+// Definitions that together read every section. A bundle without a section refuses the effects that need it.
 std::vector<palpate_scene_def> all_defs() {
   palpate_scene_def volume = small_def(), laws = small_def(), nodes = small_def();
   volume.collision = PALPATE_COLLISION_DEFORMED;
@@ -55,7 +55,7 @@ TEST(HostileScene, OfAWholeBundleIsPlayedInEveryForm) {
     EXPECT_EQ(played.created, PALPATE_OK) << form.name;
     EXPECT_FALSE(played.flags & (PALPATE_STEP_UNSOLVED | PALPATE_STEP_BAD_INPUT)) << form.name;
   }
-  // The forms are what they are called.
+  // Each form has the storage of its name.
   const BundleForm& blocks = forms()[5];
   const formats::BundleIndex index = index_of(blocks);
   const formats::SectionEntry& entry = *formats::find_section(index, SectionId::compliance_blocks);
@@ -82,7 +82,7 @@ TEST(HostileScene, OfAnyFormCutAtAnyByteIsRefused) {
   }
 }
 
-// Cut, and the index changed to say that this is all there is.
+// Cut, and the index changed to the shorter file size.
 TEST(HostileScene, OfAnyFormCutAndSealedIsRefused) {
   for (const BundleForm& form : forms()) {
     const formats::BundleIndex index = index_of(form);
@@ -112,7 +112,7 @@ TEST(HostileScene, WithAnyByteOfTheIndexChangedIsRefusedOrPlayed) {
         seal_checksum(bytes.data());
         const Played played = play(bytes, small_def(), 2);
         ASSERT_EQ(played.broken, "") << form.name << " byte " << at << " = " << value;
-        // The checksums of sections are not looked at on opening; and an optional section may become an unknown one.
+        // Opening does not check the checksums of sections, and a changed id may turn an optional section into an unknown one.
         ++(played.opened == PALPATE_OK ? taken : refused);
       }
   }
@@ -132,7 +132,7 @@ TEST(HostileScene, WithAnyFieldOfTheIndexAtItsExtremesIsRefusedOrPlayed) {
       const Played played = play(bytes, small_def(), 1);
       ASSERT_EQ(played.broken, "") << form.name << " byte " << at << " = " << value;
       if (played.opened != PALPATE_OK) {
-        // The place that is named lies in the index, or where the file ends.
+        // The error names a byte in the index, or the end of the file.
         ASSERT_TRUE(played.byte_offset < formats::kUserBlockBytes || played.opened == PALPATE_ERROR_TRUNCATED ||
                     played.opened == PALPATE_ERROR_CONTENT)
             << form.name << " byte " << at << " = " << value << ": " << played.byte_offset;
@@ -157,7 +157,8 @@ TEST(HostileScene, WithAnyFieldOfTheIndexAtItsExtremesIsRefusedOrPlayed) {
         const std::size_t width = field < 16 ? 4 : 8;
         std::uint64_t own = 0, other = 0;
         std::memcpy(&own, form.bytes.data() + begin + field, width);
-        std::memcpy(&other, reinterpret_cast<const char*>(&next) + field, width);  // overlaps, twice the same id
+        std::memcpy(&other, reinterpret_cast<const char*>(&next) + field,
+                    width);  // copies the next entry's field: overlaps, equal ids
         for (const std::uint64_t value : extremes(own, other)) change(begin + field, width, value);
       }
     }
@@ -180,12 +181,12 @@ TEST(HostileScene, WithAnyStoredIndexOutOfRangeIsRefusedThere) {
         for (const std::int32_t bad : flags ? Numbers{2, 255} : Numbers{-1, INT32_MIN, INT32_MAX, nodes}) {
           std::string bytes = form.bytes;
           std::memcpy(bytes.data() + entry->offset + at * size, &bad, size);
-          if (bytes == form.bytes) continue;  // the last cluster ends there
+          if (bytes == form.bytes) continue;  // equals the valid end of the last cluster
           const Played played = play(bytes, small_def(), 1);
           ASSERT_EQ(played.broken, "") << form.name << " " << formats::describe_section(id)->path << " " << at;
           ASSERT_EQ(played.opened, PALPATE_ERROR_CONTENT)
               << form.name << " " << formats::describe_section(id)->path << " " << at << " = " << bad;
-          // A block is named by its first number, clusters that end too early by the last one.
+          // The error names a block by its first number, and clusters that end too early by the last.
           ASSERT_GE(played.byte_offset + (id == SectionId::compliance_blocks ? 20 : 0), entry->offset + at * size);
           ASSERT_LT(played.byte_offset, entry->offset + entry->bytes);
         }
@@ -200,14 +201,14 @@ TEST(HostileScene, WithPlacesThatAreNoPermutationOrBlocksThatOverlapIsRefused) {
   const std::uint64_t nodes = formats::find_section(index, SectionId::compliance_nodes)->offset;
   std::memcpy(twice.data() + nodes, twice.data() + nodes + 4, 4);
   EXPECT_EQ(play(twice, small_def(), 1).created, PALPATE_ERROR_CONTENT);
-  // A touchable node among those that are not.
+  // A touchable node's number where untouchable ones should be.
   const std::uint64_t last = nodes + 4 * (index.counts.surface_nodes - 1);
   std::memcpy(swapped.data() + nodes, form.bytes.data() + last, 4);
   std::memcpy(swapped.data() + last, form.bytes.data() + nodes, 4);
   EXPECT_EQ(play(swapped, small_def(), 1).created, PALPATE_ERROR_CONTENT);
 }
 
-// Each number of each section, and whole sections, made what no solver writes.
+// Replaces each number of each section, and whole sections, by values that no solver writes.
 TEST(HostileScene, WithNumbersThatAreNoneIsRefusedOrFlaggedOrFinite) {
   const double values[] = {NAN, INFINITY, -INFINITY, 0, -1, 5e-324, 1e-310, 1e300, -1e300, 1e38};
   int flagged = 0, refused = 0;
@@ -254,7 +255,7 @@ TEST(HostileScene, WithNumbersThatAreNoneIsRefusedOrFlaggedOrFinite) {
 }
 
 TEST(HostileScene, ShowsNoDisplacementWhereTheBundleHasNoNumberAndSaysSo) {
-  // A column that the touch half does not read there: only the shape meets the NaN.
+  // Touch does not read this number of the column, so only shape meets the NaN.
   BundleParts parts = tiny_bundle({.cells = {2, 2, 2}});
   auto rows = parts.get<float>(SectionId::displacement_surface);
   const auto shape = parts.sections.at(SectionId::displacement_surface).shape;

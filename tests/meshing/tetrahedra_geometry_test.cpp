@@ -12,8 +12,8 @@
 #include "meshing/tetrahedra/in_child_process.h"
 #include "meshing/tetrahedra/mesh_geometry.h"
 #include "meshing/tetrahedra/mesh_quality.h"
+#include "studies/bodies/box_mesh.h"
 #include "tests/meshing/run_tetrahedra.h"
-#include "tests/support/box_mesh.h"
 
 namespace palpate {
 namespace {
@@ -121,7 +121,7 @@ void write_by_gmsh(const std::filesystem::path& ours, const std::filesystem::pat
 
 TEST(MeshFiles, OursIsReadByGmshAndGmshsBackToTheSameMesh) {
   const auto folder = fresh_folder();
-  TetrahedralMesh mesh = tests::box_mesh({3, 2, 2}, {3, 2, 2}, 0.1);
+  TetrahedralMesh mesh = box_mesh({3, 2, 2}, {3, 2, 2}, 0.1);
   mesh.region_names = {"left", "right"};
   for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) mesh.region[e] = mesh.nodes[mesh.tetrahedra[e][0]][0] >= 1.5;
   write_mesh(folder / "ours.msh", mesh);

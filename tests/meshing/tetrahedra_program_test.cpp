@@ -8,8 +8,8 @@
 #include "formats/errors.h"
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/tetrahedra/mesh_quality.h"
+#include "studies/bodies/box_mesh.h"
 #include "tests/meshing/run_tetrahedra.h"
-#include "tests/support/box_mesh.h"
 #include "tests/support/closed_surfaces.h"
 
 namespace palpate {
@@ -52,7 +52,7 @@ TEST(MeasureQuality, KnowsTheCornerOfACube) {
 }
 
 TEST(PassGate, NamesTheWorstElement) {
-  TetrahedralMesh mesh = tests::box_mesh({2, 2, 2}, {2, 2, 2});
+  TetrahedralMesh mesh = box_mesh({2, 2, 2}, {2, 2, 2});
   const auto sentence = [&](const QualityGate& gate) -> std::string {
     try {
       pass_gate(mesh, measure_quality(mesh), gate);

@@ -4,7 +4,7 @@
 
 #include "meshing/tetrahedra/mesh_quality.h"
 #include "meshing/tetrahedra/relocate_vertices.h"
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
 
 namespace palpate {
 namespace {
@@ -14,7 +14,7 @@ constexpr int kMiddle = 62;  // of a 4 x 4 x 4 box: node (2, 2, 2)
 
 // Cells of side 1 with one interior vertex pushed almost into its neighbour.
 TetrahedralMesh box_with_slivers() {
-  TetrahedralMesh mesh = tests::box_mesh({4, 4, 4}, {4, 4, 4});
+  TetrahedralMesh mesh = box_mesh({4, 4, 4}, {4, 4, 4});
   mesh.nodes[kMiddle] = {2.95, 2.02, 1.98};
   return mesh;
 }
@@ -43,7 +43,7 @@ TEST(ImproveWorstElements, ASliverBesideAMovableVertexIsImprovedBeyondTheGoal) {
 }
 
 TEST(ImproveWorstElements, VerticesOfTheOuterSurfaceStayToTheBit) {
-  TetrahedralMesh mesh = tests::box_mesh({4, 4, 4}, {4, 4, 4});
+  TetrahedralMesh mesh = box_mesh({4, 4, 4}, {4, 4, 4});
   mesh.patches.clear();                           // known from the elements alone
   mesh.nodes[kMiddle - 25] = {2.02, 1.98, 0.05};  // node (2, 2, 1), almost in the lower face
   mesh.nodes[2 + 5 * (2 + 5 * 0)] = {2.4, 2, 0};  // a surface vertex that would like to move back
@@ -79,7 +79,7 @@ TEST(ImproveWorstElements, VerticesBetweenRegionsAndOfInnerPatchesStayToTheBit) 
 }
 
 TEST(ImproveWorstElements, CountsElementsWhoseCornersAllLieOnTheSurface) {
-  TetrahedralMesh mesh = tests::box_mesh({1, 1, 1}, {10, 1, 1});
+  TetrahedralMesh mesh = box_mesh({1, 1, 1}, {10, 1, 1});
   const TetrahedralMesh before = mesh;
   const Improvement improvement = improve_worst_elements(mesh, 40);
   EXPECT_GT(improvement.out_of_reach, 0u);
@@ -88,7 +88,7 @@ TEST(ImproveWorstElements, CountsElementsWhoseCornersAllLieOnTheSurface) {
 }
 
 TEST(ImproveWorstElements, TheSameMeshGivesTheSameResultAndNeverAWorseOne) {
-  TetrahedralMesh mesh = tests::box_mesh({8, 8, 8}, {8, 8, 8}, 0.2);
+  TetrahedralMesh mesh = box_mesh({8, 8, 8}, {8, 8, 8}, 0.2);
   const double worst = measure_quality(mesh).dihedral.value;
   TetrahedralMesh again = mesh;
   const Improvement improvement = improve_worst_elements(mesh, 30);
@@ -100,7 +100,7 @@ TEST(ImproveWorstElements, TheSameMeshGivesTheSameResultAndNeverAWorseOne) {
 }
 
 TEST(ImproveWorstElements, LeavesAMeshAloneThatMeetsTheGoal) {
-  TetrahedralMesh mesh = tests::box_mesh({3, 3, 3}, {3, 3, 3}, 0.05);
+  TetrahedralMesh mesh = box_mesh({3, 3, 3}, {3, 3, 3}, 0.05);
   const TetrahedralMesh before = mesh;
   EXPECT_EQ(improve_worst_elements(mesh, kGoal).vertices_moved, 0u);
   EXPECT_EQ(mesh.nodes, before.nodes);

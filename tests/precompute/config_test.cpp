@@ -8,7 +8,7 @@
 
 #include "formats/errors.h"
 #include "formats/organ_config.h"
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
 
 namespace palpate::tests {
 namespace {

@@ -9,11 +9,11 @@
 #include "precompute/elements/quadratic_tetrahedra.h"
 #include "precompute/tensors/locking_estimate.h"
 #include "precompute/tensors/probe_columns.h"
+#include "studies/bodies/imposed.h"
 #include "studies/validation/cases.h"
 #include "studies/validation/rigid_motion.h"
 #include "studies/validation/shapes.h"
 #include "tests/precompute/support.h"
-#include "tests/support/imposed.h"
 
 namespace palpate::tests {
 namespace {

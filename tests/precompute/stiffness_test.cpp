@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "studies/bodies/imposed.h"
 #include "tests/precompute/support.h"
-#include "tests/support/imposed.h"
 
 namespace palpate::tests {
 namespace {

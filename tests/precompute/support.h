@@ -11,7 +11,7 @@
 #include "precompute/elements/discretisation.h"
 #include "precompute/elements/support_check.h"
 #include "precompute/solver/petsc_session.h"
-#include "tests/support/bodies.h"
+#include "studies/bodies/bodies.h"
 
 namespace palpate::tests {
 

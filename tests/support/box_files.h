@@ -1,11 +1,11 @@
-// A box of 210 nodes, soft, heavy, held at two faces: the input of tests of palpate-precompute as a program.
+// Input files for tests that run palpate-precompute: a soft, heavy box of 210 nodes, held at two faces.
 #pragma once
 
 #include <filesystem>
 #include <fstream>
 #include <string>
 
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
 
 namespace palpate::tests {
 
@@ -28,7 +28,7 @@ dofs = "z"
 select = { patch = "z0" }
 )";
 
-// box.msh, organ.toml and bc.toml.
+// Writes box.msh, organ.toml and bc.toml.
 inline void write_box_files(const std::filesystem::path& folder) {
   write_mesh(folder / "box.msh", box_mesh({6, 5, 4}, {60, 50, 40}, 0.15));
   std::ofstream(folder / "organ.toml") << kOrgan;

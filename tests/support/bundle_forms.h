@@ -1,4 +1,4 @@
-// Every form that a bundle comes in, small and whole: what hostile tests and fuzzers damage.
+// A small undamaged bundle in every storage form. Hostile tests and fuzzers damage them.
 #pragma once
 
 #include <filesystem>
@@ -39,7 +39,7 @@ struct BundleForm {
   std::string bytes;
 };
 
-// folder: where the files stand while they are written.
+// folder: for temporary files.
 inline std::vector<BundleForm> bundle_forms(const std::filesystem::path& folder) {
   const auto file = folder / ("form." + std::to_string(::getpid()) + ".h5");
   const auto written = [&](const BundleParts& parts) {
@@ -55,7 +55,7 @@ inline std::vector<BundleForm> bundle_forms(const std::filesystem::path& folder)
     store(parts);
     return written(parts);
   };
-  // Long, so that two clusters of nodes stand apart and their block has low rank.
+  // A long box: two clusters of nodes are far apart, so that the block between them has low rank.
   const auto blocks = [&](formats::ElementType type, auto store) {
     BundleParts parts = tiny_bundle({.cells = {20, 1, 1}, .size = {0.3, 0.02, 0.02}, .interior = false});
     store_in_blocks(parts, {type, 1e-2});

@@ -1,4 +1,4 @@
-// The sections of a bundle in memory, to be written, changed and compared by tests.
+// The sections of a bundle in memory, which tests change, compare and write.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct BundlePart {
   std::optional<formats::ElementType> type = {};
 };
 
-// The element type that numbers of a C++ type are stored as; a half is its bits.
+// The section's element type for a C++ type. std::uint16_t stands for the bits of a half.
 template <class Number>
 constexpr formats::ElementType element_type_of() {
   using formats::ElementType;

@@ -16,7 +16,8 @@
 
 namespace palpate::tests {
 
-// An icosahedron whose triangles were split in four `splits` times, its points pushed onto the sphere; outward.
+// A sphere: an icosahedron whose triangles are split in four `splits` times, with its points moved onto the sphere. Triangles
+// point outward.
 inline TriangleSurface sphere_surface(int splits, double radius, Point centre = {0, 0, 0}) {
   const double g = std::numbers::phi;
   std::vector<Point> points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
@@ -48,7 +49,7 @@ inline TriangleSurface sphere_surface(int splits, double radius, Point centre = 
   return {points, triangles};
 }
 
-// The faces of a box cut into n x n squares each, two triangles a square; outward.
+// The surface of a box: each face is n x n squares of two triangles. Triangles point outward.
 inline TriangleSurface box_surface(int n, Point low, Point high) {
   TriangleSurface box;
   std::map<std::array<int, 3>, std::int32_t> number;

@@ -1,5 +1,5 @@
-// Bytes that may be a bundle, opened, made a scene and stepped: what the runtime promises of any bytes and any input, checked.
-// For tests and fuzzers alike: a broken promise is a sentence, none is an empty string.
+// Opens any bytes as a bundle, creates a scene, steps it, and checks what palpate.h promises for any input. Tests and fuzzers
+// use it. A broken promise is returned as a sentence; an empty string means that all were kept.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace palpate::tests {
 
-// A status that comes with its sentence, and with a place in the file.
+// Checks that an error has a sentence and a byte offset within the file.
 inline std::string broken_by_error(palpate_status status, const palpate_error& error, std::uint64_t file_bytes) {
   if (error.status != status) return "the error's status is not the one that was returned";
   if (!std::memchr(error.text, 0, sizeof error.text)) return "the error's sentence has no end";
@@ -28,7 +28,7 @@ inline bool all_finite(const double* x, std::size_t count) {
   return true;
 }
 
-// Steps of one scene, each held to its promises.
+// Steps one scene and checks the promises after each step.
 class HeldPlay {
  public:
   HeldPlay(palpate_scene* scene, const palpate_scene_def& def, std::int32_t nodes)
@@ -54,7 +54,7 @@ class HeldPlay {
         return "a contact node that is not finite";
     if (!std::isfinite(c.residual_displacement) || !std::isfinite(c.residual_force))
       return "a residual that is not finite";
-    // Of the two limits the slew is kept over whatever dt says, 20 ms at the most.
+    // The force may change by the slew limit times dt, where dt counts as at most 20 ms.
     for (int t = 0; t < PALPATE_MAX_TOOLS; ++t) {
       const palpate_tool_state& tool = c.tools[t];
       const bool sent = t < c.tool_count;
@@ -65,7 +65,7 @@ class HeldPlay {
       for (int i = 0; i < 3; ++i)
         size = std::hypot(size, tool.force[i]), change = std::hypot(change, tool.force[i] - last_[t][i]);
       if (size > def_.force_limit * (1 + 1e-9)) return "a force above its limit";
-      // Below 1e-150 N squares underflow, and a length is zero.
+      // Below 1e-150 N the squares underflow, and the length is zero.
       if (sent && change > def_.force_slew * 0.02 * (1 + 1e-9) + 1e-9 * size + 1e-150)
         return "a force faster than its slew";
       std::memcpy(last_[t], tool.force, sizeof last_[t]);
@@ -106,16 +106,16 @@ class HeldPlay {
   palpate_step_flags flags_ = 0;
 };
 
-// What became of some bytes.
+// The result of playing some bytes.
 struct Played {
-  std::string broken;  // the promise, or nothing
+  std::string broken;  // the broken promise, or empty
   palpate_status opened = PALPATE_OK, created = PALPATE_OK;
   std::uint64_t byte_offset = 0;  // of the error
-  palpate_step_flags flags = 0;   // of all steps together
+  palpate_step_flags flags = 0;   // of all steps, joined
 };
 
-// Opens the bytes and, where they are taken, plays one scene: every node of the surface in turn is met by a tool point that
-// comes down on it, beside a grip.
+// Opens the bytes. If the runtime accepts them, plays one scene: a tool point presses each surface node in turn while a grip
+// holds another node.
 inline Played play_bytes(AlignedBytes& bytes, const palpate_scene_def& def, int steps) {
   Played played;
   palpate_error error = {};
@@ -143,7 +143,7 @@ inline Played play_bytes(AlignedBytes& bytes, const palpate_scene_def& def, int 
   const std::int32_t* touchable = palpate_bundle_touchable(bundle.get());
   for (int s = 0; s < steps && played.broken.empty(); ++s) {
     const std::int32_t n = (s / 3 * 7) % info.surface_node_count;
-    // Outside, at the node and beyond, seen from the middle of the box.
+    // Outside, at the node, and inside, on a line through the middle of the box.
     double point[3];
     for (int i = 0; i < 3; ++i)
       point[i] = (s % 3 == 0 ? 1.3 : s % 3 == 1 ? 0.99 : 0.9) * (node[3 * n + i] - 0.025) + 0.025;

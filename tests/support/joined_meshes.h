@@ -1,4 +1,4 @@
-// Bodies that meet in a vertex, an edge or a face, or not at all.
+// Meshes of several bodies that share a vertex, an edge, a face or nothing.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace palpate::tests {
 
-// Adds a copy of `one`, shifted; nodes that meet are one. Regions are those of the first; patches go.
+// Adds a shifted copy of `one`, with region 0 for all its tetrahedra. Coincident nodes are merged; all patches are removed.
 inline void add_shifted(TetrahedralMesh& mesh, const TetrahedralMesh& one, const std::array<double, 3>& shift) {
   std::vector<std::int32_t> place;
   for (auto p : one.nodes) {

@@ -1,5 +1,5 @@
-// A TetrahedralMesh as MSH 2.2 ASCII, 2.2 binary and 4.1 binary, written from the format's description alone; the
-// writer of formats/ makes 4.1 ASCII.
+// Writes a TetrahedralMesh as MSH 2.2 ASCII, 2.2 binary and 4.1 binary, independently of formats/, whose writer makes 4.1
+// ASCII.
 #pragma once
 
 #include <cstdio>
@@ -10,7 +10,7 @@
 
 namespace palpate::tests {
 
-// Words separated by blanks, ended by a line.
+// Words separated by blanks, with a line end.
 template <class... Words>
 void put_line(std::string& out, const Words&... words) {
   const auto put = [&](const auto& word) {
@@ -80,7 +80,7 @@ inline std::string msh2_binary(const TetrahedralMesh& mesh) {
   out.append("\n$EndNodes\n$Elements\n");
   put_line(out, msh_element_count(mesh));
   std::int32_t tag = 0;
-  // type, elements that follow, tags of each; then each element's number, tags and nodes.
+  // Type, number of elements, tags of each; then the number, tags and nodes of each element.
   const auto group = [&](std::int32_t type, std::size_t count) {
     for (const std::int32_t word : {type, static_cast<std::int32_t>(count), 2}) put_raw(out, word);
   };
@@ -99,7 +99,7 @@ inline std::string msh2_binary(const TetrahedralMesh& mesh) {
   return out + "\n$EndElements\n";
 }
 
-// Node numbers go down from 1000 + N, so that they are neither consecutive nor ascending.
+// Node numbers descend from 1000 + N: readers must not rely on consecutive or ascending numbers.
 inline std::string msh4_binary(const TetrahedralMesh& mesh) {
   std::string out = "$MeshFormat\n4.1 1 8\n";
   put_raw<std::int32_t>(out, 1);

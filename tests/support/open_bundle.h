@@ -1,4 +1,4 @@
-// What tests hold of the runtime: a bundle's bytes, the bundle, a scene.
+// Owners of a bundle's bytes, an open bundle and a scene.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct SceneDestroyer {
 using BundlePointer = std::unique_ptr<palpate_bundle, BundleCloser>;
 using ScenePointer = std::unique_ptr<palpate_scene, SceneDestroyer>;
 
-// Bytes at an address aligned to 64, no byte longer than they are.
+// A copy of bytes, aligned to 64. The allocation has exactly their size, so that a sanitizer reports a read behind the end.
 class AlignedBytes {
  public:
   explicit AlignedBytes(const std::string& bytes) : count_(bytes.size()) {

@@ -1,4 +1,4 @@
-// A bundle of f32 rows in the other forms that bundles come in. palpate-bundle pack makes the same from files.
+// Converts a bundle of f32 rows to the other storage forms, as palpate-bundle pack does with files.
 #pragma once
 
 #include <Eigen/Dense>
@@ -41,7 +41,7 @@ inline void store_as_f16(BundleParts& parts) {
   parts.set(SectionId::displacement_scale, {shape[0], 3}, scale);
 }
 
-// The surface as the compliance in blocks; the interior stays as it is.
+// Stores the surface as compliance in blocks; the interior stays in rows.
 inline PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePackOptions& options) {
   using formats::SectionId;
   const auto rows = parts.get<float>(SectionId::displacement_surface);
@@ -81,7 +81,7 @@ inline PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePack
   return packed;
 }
 
-// All of them, each with other numbers.
+// All forms.
 inline const std::pair<const char*, std::function<void(BundleParts&)>> kPackedForms[] = {
     {"f64 rows", store_as_f64},
     {"f16 rows", store_as_f16},

@@ -1,4 +1,4 @@
-// Programs as their users run them, and what they said.
+// Runs programs by a shell command and keeps their output.
 #pragma once
 
 #include <sys/wait.h>
@@ -10,11 +10,11 @@
 namespace palpate::tests {
 
 struct ProgramRun {
-  int code = -1;  // of the exit, or minus the signal
+  int code = -1;  // exit code, or minus the signal's number
   std::string out, errors;
 };
 
-// A shell's command, run in the folder; what it says lies there as stdout.txt and stderr.txt.
+// Runs a shell command in the folder and writes its output there: stdout.txt and stderr.txt.
 inline ProgramRun run_in(const std::filesystem::path& folder, const std::string& command) {
   const int status =
       std::system(("cd '" + folder.string() + "' && " + command + " > stdout.txt 2> stderr.txt").c_str());

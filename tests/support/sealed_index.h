@@ -1,5 +1,4 @@
-// The index of a bundle, changed: its header made to fit the file and its checksum made to fit the index, so that what is
-// wrong is found by the checks behind the first ones.
+// Makes the header and the checksum of a changed bundle index fit, so that a test reaches the checks behind them.
 #pragma once
 
 #include <cstring>
@@ -9,7 +8,7 @@
 
 namespace palpate::tests {
 
-// bytes: all of the file, at least kUserBlockBytes. The section count stays if it can.
+// bytes: the whole file, at least kUserBlockBytes. Keeps the section count if it is possible.
 inline void seal_index(void* bytes, std::uint64_t file_bytes) {
   using namespace formats;
   auto* head = static_cast<unsigned char*>(bytes);
@@ -29,13 +28,13 @@ inline void seal_index(void* bytes, std::uint64_t file_bytes) {
   std::memcpy(head, &header, sizeof header);
 }
 
-// Only the checksum: of whatever stands in the index.
+// Makes only the checksum fit the index.
 inline void seal_checksum(void* bytes) {
   using namespace formats;
   auto* head = static_cast<unsigned char*>(bytes);
   BundleHeader header;
   std::memcpy(&header, head, sizeof header);
-  if (header.section_count > kMaxSections) return;  // refused before the checksum is looked at
+  if (header.section_count > kMaxSections) return;  // the reader refuses this before it checks the checksum
   header.index_checksum = 0;
   std::memcpy(head, &header, sizeof header);
   header.index_checksum = xxh64(head, sizeof header + header.section_count * sizeof(SectionEntry));

@@ -1,4 +1,4 @@
-// Where a test's files lie, so that tests can run side by side.
+// Paths of a test's files: each test has its own, so that tests can run at the same time.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace palpate::tests {
 
-// A file of the running test's own.
+// The path of a file that only the running test uses.
 inline std::filesystem::path scratch(const std::string& name) {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
   std::string full = std::string("palpate_") + test->test_suite_name() + "." + test->name() + "." + name;
@@ -19,7 +19,7 @@ inline std::filesystem::path scratch(const std::string& name) {
   return std::filesystem::path(testing::TempDir()) / full;
 }
 
-// An empty folder of the running test's own.
+// An empty folder that only the running test uses.
 inline std::filesystem::path fresh_folder() {
   const auto folder = scratch("folder");
   std::filesystem::remove_all(folder);

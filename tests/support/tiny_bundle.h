@@ -1,13 +1,12 @@
-// A real bundle of a small box, solved densely: P1 elements, one fixed face, every other surface node touchable. Its
-// numbers obey the laws (reciprocity, zero on fixed nodes), so that readers and checks are tested without a solver
-// library.
+// A valid bundle of a small box, solved with dense matrices: P1 elements, one fixed face, all other surface nodes touchable.
+// Its numbers obey the laws (reciprocity, zero on fixed nodes), so that readers and checks can be tested without the solver.
 #pragma once
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <numeric>
 
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
 #include "tests/support/bundle_parts.h"
 
 namespace palpate::tests {

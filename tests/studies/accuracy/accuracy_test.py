@@ -1,55 +1,37 @@
 #!/usr/bin/env python3
-"""A short study of an ellipsoid on small meshes with the real programs. Usage: accuracy_test.py BIN [TEST ...]"""
-import csv
-import glob
+"""A short accuracy study of an ellipsoid on small meshes, with the real programs. Usage: accuracy_test.py BIN [TEST ...]"""
 import json
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 
-ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
-BIN = os.path.abspath(sys.argv.pop(1))
-sys.path.insert(0, os.path.join(ROOT, "tests", "support"))
-from ellipsoid_image import write_ellipsoid  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from study_test import BIN, StudyTest, run_program  # noqa: E402
 
-MESHES = ("200", "600", "1700")  # the liver's names for them; the ellipsoid's are smaller: 120, 290 and 460 vertices
+MESHES = ("200", "600", "1700")  # the names of the liver's resolutions; the ellipsoid has 120, 290 and 460 vertices
 
 
-def accuracy(*arguments, code=0, folder=None):
-    run = subprocess.run([os.path.join(BIN, "palpate-accuracy"), *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                         text=True, cwd=folder)
-    if run.returncode != code:
-        raise AssertionError("palpate-accuracy %s ended with %d:\n%s" % (" ".join(arguments), run.returncode, run.stdout[-3000:]))
-    return run.stdout
+def accuracy(*arguments, **options):
+    return run_program("palpate-accuracy", *arguments, **options)
 
 
-class Accuracy(unittest.TestCase):
+class Accuracy(StudyTest):
+    result = "accuracy.json"
+
     @classmethod
-    def setUpClass(cls):
-        cls.scratch = tempfile.TemporaryDirectory(prefix="palpate_accuracy_")
-        cls.folder = os.path.join(cls.scratch.name, "study")
-        image = os.path.join(cls.scratch.name, "ellipsoid.nrrd")
-        write_ellipsoid(image)
+    def run_study(cls):
         cls.study = ["liver", "right-side", "--data", os.path.join(cls.scratch.name, "data"), "-o", cls.folder, "--resolutions",
-                     ",".join(MESHES), "--places", "3", "--samples", "60", "--radius", "20", "--repeats", "1", "--", "IMAGE=" + image,
+                     ",".join(MESHES), "--sites", "3", "--samples", "60", "--radius", "20", "--repeats", "1", "--", "IMAGE=" + cls.ellipsoid(),
                      "SURFACE_OPTIONS_200=--labels 255 --smooth 4 --triangles 200", "TETRAHEDRA_OPTIONS_200=--region liver --size 32",
                      "SURFACE_OPTIONS_600=--labels 255 --smooth 4 --triangles 420", "TETRAHEDRA_OPTIONS_600=--region liver --size 22",
                      "SURFACE_OPTIONS_1700=--labels 255 --smooth 4 --triangles 640", "TETRAHEDRA_OPTIONS_1700=--region liver --size 18"]
         cls.called_from = os.path.join(cls.scratch.name, "called from")
         os.mkdir(cls.called_from)
         cls.said = accuracy(*cls.study, folder=cls.called_from)
-        with open(os.path.join(cls.folder, "accuracy.json")) as file:
-            cls.all = json.load(file)
-        cls.points = cls.all["points"]
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.scratch.cleanup()
 
     def axis(self, name, **fixed):
-        return [p for p in self.points if name in p["axes"].split() and all(p[k] == v for k, v in fixed.items())]
+        return [p for p in self.all["points"] if name in p["axes"].split() and all(p[k] == v for k, v in fixed.items())]
 
     def one(self, axis, **fixed):
         found = self.axis(axis, **fixed)
@@ -59,26 +41,26 @@ class Accuracy(unittest.TestCase):
     def test_every_axis_is_there(self):
         for axis in ("mesh", "poisson", "tolerance", "storage", "contact", "law", "contacts", "collision", "response", "relaxation"):
             self.assertGreaterEqual(len(self.axis(axis)), 2, axis)
-        for p in self.points:
+        for p in self.all["points"]:
             for cost in ("touch_us", "touch_us_99", "shape_us", "shape_us_99", "open_ms", "precompute_s", "precompute_GB", "bundle_MB"):
                 self.assertGreater(p[cost], 0, (p["name"], cost))
-            # Only the response may leave its measured range (8); above all, no contact reached a node without a column (64).
+            # Allowed: the response left its measured range (8). A contact at a node without a column would be 64.
             self.assertEqual(p["flags"] & ~8, 0, p["name"])
         self.assertEqual(self.all["left_out"], [])
 
-    def test_contacts_beyond_the_places_are_pressed_where_there_is_room(self):
+    def test_more_contacts_than_sites_are_pressed_where_the_organ_has_room(self):
         base = self.all["base_resolution"]
         points = {p["contacts"]: p for p in self.axis("contacts", resolution=base, element="p1-anp")}
         self.assertLessEqual({1, 2, 3, 10}, set(points))
         self.assertGreater(points[10]["contact_nodes"], 2 * points[3]["contact_nodes"])
-        self.assertLess(points[10]["field_error"], 0.5)  # the same places on both meshes, or nothing would agree
+        self.assertLess(points[10]["field_error"], 0.5)  # fails if the sites differ between the meshes
 
     def test_programs_leave_nothing_where_the_study_was_called(self):
-        self.assertGreater(len(self.all["large_strain"]), 0)  # CalculiX, which writes beside itself, ran
+        self.assertGreater(len(self.all["large_strain"]), 0)  # CalculiX, which writes into its working folder, ran
         self.assertEqual(os.listdir(self.called_from), [])
 
     def test_a_finer_mesh_is_nearer_to_the_reference(self):
-        # Spacings differ by 1.6, which first order would turn into .64; but each mesh has its own surface too.
+        # Edge lengths differ by a factor of 1.6: an error of first order falls to .64. 0.9, because each mesh has its own surface.
         for element in ("p1", "p1-anp"):
             coarse, fine = (self.one("poisson", poisson=0.3, element=element, resolution=mesh) for mesh in ("200", "1700"))
             self.assertLess(fine["field_error"], 0.9 * coarse["field_error"], element)
@@ -92,32 +74,32 @@ class Accuracy(unittest.TestCase):
         self.assertEqual(reference["force_error"], 0)
         self.assertGreater(reference["reference_force_error"], 0)
         self.assertLess(reference["reference_force_error"], 0.5)
-        # Put to the test without the finest mesh, it covers what that mesh then showed.
+        # Made without the finest mesh, the estimate is larger than the distance to the finest mesh.
         check = self.all["reference"]["check"]
         self.assertGreater(check["estimated_force"], check["found_force"])
-        # The estimate is of the finest: the next coarser mesh is farther from it than nothing.
+        # The reference is the finest mesh, so a coarser mesh has an error.
         self.assertGreater(self.one("mesh", element="p2-p0", resolution="600")["force_error"], 0)
 
     def test_a_tighter_tolerance_leaves_less(self):
         left = [p["added_force_error"] for p in sorted(self.axis("tolerance", solver="multigrid"), key=lambda p: -p["tolerance"])]
         self.assertEqual(len(left), 6)
-        for loose, tight in zip(left, left[1:4]):  # below, at what the exact one is off itself
+        for loose, tight in zip(left, left[1:4]):  # tighter ones reach the error of the reference itself
             self.assertLess(tight, 0.3 * loose)
-        self.assertLess(self.one("tolerance", solver="auto", tolerance=1e-2)["worst_residual"], 1e-9)  # a factor passes all at once
+        self.assertLess(self.one("tolerance", solver="auto", tolerance=1e-2)["worst_residual"], 1e-9)  # a factor meets every tolerance
 
     def test_storage_trades_bytes_for_error(self):
         forms = [self.one("storage", storage=s, resolution="1700") for s in ("f64", "f32", "f16")]
         for large, small in zip(forms, forms[1:]):
             self.assertLess(small["bundle_MB"], large["bundle_MB"])
             self.assertGreater(small["added_force_error"], large["added_force_error"])
-        self.assertLess(forms[2]["added_force_error"], 3e-3)  # a half is off by 5e-4 at most; a force is a sum of some
+        self.assertLess(forms[2]["added_force_error"], 3e-3)  # rounding to a half is at most 5e-4; a force is a sum of several
 
-    def test_the_force_of_a_node_belongs_to_the_mesh_and_that_of_a_patch_does_not(self):
+    def test_the_force_of_a_node_depends_on_the_mesh_and_that_of_a_patch_does_not(self):
         force = {c: [self.one("contact", contact=c, resolution=m)["force_N"] for m in MESHES] for c in ("node", "patch")}
         self.assertLess(force["node"][2], 0.8 * force["node"][0])
         self.assertLess(abs(force["patch"][2] / force["patch"][0] - 1), 0.25)
 
-    def test_what_a_scene_leaves_out_shows_as_error(self):
+    def test_an_effect_that_is_off_shows_as_an_error(self):
         for axis, key in (("response", "response"), ("relaxation", "relaxation"), ("collision", "collision")):
             off, on = (self.one(axis, element="p1-anp", resolution="1700", **{key: v})
                        for v in ((False, True) if key != "collision" else ("rest", "deformed")))
@@ -125,29 +107,16 @@ class Accuracy(unittest.TestCase):
 
     def test_a_second_run_measures_only_what_is_missing(self):
         self.assertIn("measuring", self.said)
-        points = sorted(glob.glob(os.path.join(self.folder, "points", "*.json")))
-        before = {f: os.stat(f).st_mtime_ns for f in points}
-        os.remove(points[0])
-        self.assertEqual(accuracy(*self.study).count("measuring"), 1)
-        self.assertEqual(sorted(glob.glob(os.path.join(self.folder, "points", "*.json"))), points)
-        for file in points[1:]:
-            self.assertEqual(os.stat(file).st_mtime_ns, before[file])
+        self.assert_measures_only_what_is_missing(lambda: accuracy(*self.study))
 
     def test_the_report_is_one_file_that_names_its_points(self):
-        with open(os.path.join(self.folder, "report.html")) as file:
-            page = file.read()
+        page = self.page()
         self.assertEqual(page.count("class=card>"), 3)
         self.assertIn("<title>1700 p1-anp", page)
-        for outside in ("<script", "<link", "src=", "@import", "url(http"):
-            self.assertNotIn(outside, page)
-        with open(os.path.join(self.folder, "accuracy.csv"), newline="") as file:
-            rows = list(csv.DictReader(file))
-        self.assertEqual([r["name"] for r in rows], [p["name"] for p in self.points])
-        for picture in ("force-touch", "field-shape", "force-precompute", "force-bundle", "contact-force", "tolerance-error"):
-            with open(os.path.join(self.folder, picture + ".png"), "rb") as png:
-                self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
+        self.assertEqual([r["name"] for r in self.rows("accuracy.csv")], [p["name"] for p in self.all["points"]])
+        self.assert_pictures("force-touch", "field-shape", "force-precompute", "force-bundle", "contact-force", "tolerance-error")
 
-    def test_what_is_chosen_is_baked_and_found_as_accurate_as_it_says(self):
+    def test_a_chosen_setting_is_baked_and_as_accurate_as_its_certificate_states(self):
         chosen = os.path.join(self.scratch.name, "chosen")
         limit = 1.2 * self.one("storage", storage="f16", resolution="600")["force_error"]
         said = accuracy("choose", "--study", self.folder, "--force-error", f"{100 * limit}%", "--bundle-mb", "50", "-o", chosen)
@@ -158,7 +127,7 @@ class Accuracy(unittest.TestCase):
                                          stdout=subprocess.PIPE).stdout)["certificate"]
         self.assertLessEqual(told["accuracy_force_error"], limit)
         self.assertIn("stated", accuracy("check", bundle, "--study", self.folder))
-        # One that states less than it has is found out.
+        # A certificate that states a smaller error than the bundle has is refused.
         with open(os.path.join(chosen, "measured.json")) as file:
             boast = json.load(file)
         boast["accuracy_force_error"] *= 0.9
@@ -167,18 +136,18 @@ class Accuracy(unittest.TestCase):
         subprocess.run([os.path.join(chosen, "bake.sh")], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.assertIn("above what its certificate states", accuracy("check", bundle, "--study", self.folder, code=3))
 
-    def test_what_stands_in_the_way_is_said(self):
+    def test_the_limit_that_rules_every_setting_out_is_named(self):
         self.assertIn("stands in the way", accuracy("choose", "--study", self.folder, "--force-error", "0.0001%", code=3))
         self.assertIn("expected a number above 0", accuracy("choose", "--study", self.folder, "--force-error", "some", code=2))
         self.assertIn("expected a study", accuracy("choose", "--data", self.folder, code=2))
 
-    def test_pushed_deep_linear_elasticity_is_off(self):
+    def test_the_error_of_linear_elasticity_grows_with_depth(self):
         for push in self.all["large_strain"]:
             errors = [step["force_error"] for step in push["steps"]]
             self.assertLess(errors[0], 0.1)  # at a twentieth of the radius: the strains are a few per cent
             self.assertGreater(errors[2], 2 * errors[0])  # the error is of first order in the depth, five times here
 
-    def test_what_is_not_there_is_refused_with_a_sentence(self):
+    def test_an_unknown_organ_boundary_or_resolution_is_refused_with_a_sentence(self):
         self.assertIn("expected an organ", accuracy("spleen", "right-side", code=2))
         self.assertIn("expected a boundary set", accuracy("liver", "left-side", code=2))
         self.assertIn("expected some of 200, 600", accuracy("liver", "right-side", "--resolutions", "7", code=2))

@@ -1,4 +1,4 @@
-#include "bench/peers/push.h"
+#include "studies/peers/push.h"
 
 #include <algorithm>
 #include <limits>
@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
-#include "bench/peers/cholmod_factor.h"
-#include "bench/peers/dirichlet_problem.h"
 #include "formats/errors.h"
 #include "precompute/elements/discretisation.h"
+#include "studies/peers/cholmod_factor.h"
+#include "studies/peers/dirichlet_problem.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
 Eigen::Vector3d position(const ElasticBody& body, std::int32_t node) {
@@ -56,7 +56,7 @@ Push make_push(ElasticBody body, Element element) {
   std::rotate(corner.begin(), std::find(corner.begin(), corner.end(), push.node), corner.end());
   const Eigen::Vector3d a = position(push.body, corner[0]), b = position(push.body, corner[1]),
                         c = position(push.body, corner[2]);
-  push.place = 0.9 * a + 0.05 * b + 0.05 * c;
+  push.entry = 0.9 * a + 0.05 * b + 0.05 * c;
   push.outward = (b - a).cross(c - a).normalized();
   const Eigen::Vector3d along = (b - a).normalized(), across = push.outward.cross(along);
   for (int tick = 0; tick < 250; ++tick) {
@@ -97,4 +97,4 @@ Answer Exact::at(const Eigen::Vector3d& displacement) const {
   return {surface_ * displacement, force_ * displacement};
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

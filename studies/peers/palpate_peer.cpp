@@ -1,8 +1,8 @@
-#include "bench/peers/palpate_peer.h"
+#include "studies/peers/palpate_peer.h"
 
 #include <fmt/format.h>
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 palpate_scene_def node_contact_scene() {
   palpate_scene_def def = palpate_default_scene_def();
@@ -75,4 +75,4 @@ Answer PalpatePeer::answer() {
           -Eigen::Vector3d(contacts()->tools[0].force_raw)};
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

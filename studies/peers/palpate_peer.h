@@ -1,4 +1,4 @@
-// Palpate itself, beside its peers: the push as a program would play it.
+// Palpate as one of the compared systems: plays the push through the runtime's API.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -9,30 +9,30 @@
 #include <utility>
 #include <vector>
 
-#include "bench/peers/measured.h"
-#include "bench/peers/push.h"
 #include "formats/errors.h"
+#include "studies/peers/measured.h"
+#include "studies/peers/push.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
-// The paper's contact, a node, and forces that no safety limits.
+// A scene with the paper's contact, a node, and without force limits.
 palpate_scene_def node_contact_scene();
 
 class PalpatePeer {
  public:
-  // Errors: InputError where the bundle cannot be opened or is not of the push's mesh.
+  // Errors: InputError if the bundle cannot be opened or belongs to another mesh.
   PalpatePeer(const std::filesystem::path& bundle, const Push& push, const palpate_scene_def& def);
 
-  // Collision included: a tool point enters the triangle at push.place and goes on from there.
-  // between runs before each tick, outside the clock.
+  // With collision: a tool point enters the surface at push.entry and moves on. `between` runs before each tick and is not
+  // timed.
   template <typename ExactAnswer, typename Between>
   void play(Measured& touch, Measured& frame, const ExactAnswer& exact, const Between& between) {
     palpate_reset(scene_.get());
-    touch_point(push_.place + 1e-3 * push_.outward);
+    touch_point(push_.entry + 1e-3 * push_.outward);
     for (const Eigen::Vector3d& displacement : push_.displacements) {
       between();
       const auto start = Clock::now();
-      touch_point(push_.place + displacement);
+      touch_point(push_.entry + displacement);
       const double touched = seconds_since(start);
       shape();
       const double shaped = seconds_since(start);
@@ -42,7 +42,7 @@ class PalpatePeer {
     }
   }
 
-  // The node held by a grip: the same without collision, and at any node. Seconds of touch, of touch and shape.
+  // A grip holds the node, without collision; any node. Returns the seconds of touch, and of touch and shape together.
   std::pair<double, double> grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out);
 
   std::string description() const;
@@ -65,4 +65,4 @@ class PalpatePeer {
   std::vector<float> surface_;
 };
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

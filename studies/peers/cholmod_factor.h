@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 class CholmodFactor {
  public:
@@ -26,4 +26,4 @@ class CholmodFactor {
   cholmod_dense *solution_ = nullptr, *work_ = nullptr, *more_work_ = nullptr;
 };
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,20 +1,14 @@
-// What a system's ticks took, and how far its answers are from the exact ones.
+// Times and errors of one system over the ticks of a push.
 #pragma once
 
-#include <chrono>
 #include <vector>
 
-#include "bench/peers/push.h"
-#include "programs/player/summary.h"
+#include "studies/peers/push.h"
+#include "studies/timing/timing.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
-using Clock = std::chrono::steady_clock;
-inline double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// Per system: the time of each tick, and each answer's relative L2 distance from the exact one.
+// For each tick: its time, s, and the relative error of the answer in the 2-norm.
 struct Measured {
   std::vector<double> seconds, error, force_error;
   void add(double spent, const Answer& answer, const Answer& exact) {
@@ -25,7 +19,7 @@ struct Measured {
   double median() const { return percentile(seconds, .5); }
 };
 
-// Ticks along the push until the time is up; the first, cold one is not counted.
+// Follows the push tick by tick, at most `budget` seconds. The first tick finds cold caches and is not counted.
 template <typename Tick, typename ExactAnswer>
 Measured follow(const Push& push, const ExactAnswer& exact, double budget, const Tick& tick) {
   Measured measured;
@@ -42,4 +36,4 @@ Measured follow(const Push& push, const ExactAnswer& exact, double budget, const
   return measured;
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

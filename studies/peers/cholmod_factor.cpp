@@ -1,9 +1,9 @@
-#include "bench/peers/cholmod_factor.h"
+#include "studies/peers/cholmod_factor.h"
 
 #include <stdexcept>
 #include <vector>
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 CholmodFactor::CholmodFactor(const Eigen::SparseMatrix<double>& matrix) {
   cholmod_start(&common_);
@@ -38,4 +38,4 @@ Eigen::Map<const Eigen::MatrixXd> CholmodFactor::solve(const Eigen::Ref<const Ei
   return {static_cast<const double*>(solution_->x), load.rows(), load.cols()};
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,14 +1,14 @@
-// A node's displacement as a Dirichlet problem: its dofs are eliminated beside the held ones, and every move solves a system.
+// An imposed node as a Dirichlet problem: the node's dofs are removed with the held ones, and every move solves the rest.
 #pragma once
 
-#include "bench/peers/push.h"
+#include "studies/peers/push.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 struct DirichletProblem {
   // The push must outlive this.
   DirichletProblem(const Push& push, std::int32_t node);
-  // What the solved rows, [3 rows] m, say of the surface and of the node's force.
+  // From the solution, [3 rows] m: the surface's displacement and the force on the node.
   void read(const Eigen::Ref<const Eigen::VectorXd>& solution, const Eigen::Vector3d& displacement,
             Answer& answer) const;
 
@@ -18,4 +18,4 @@ struct DirichletProblem {
   Eigen::MatrixX3d load_of_unit;  // right-hand side per unit displacement of the node
 };
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,4 +1,4 @@
-#include "studies/accuracy/places.h"
+#include "studies/accuracy/sites.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,7 @@ std::size_t nearest(const ElasticBody& body, const std::vector<std::int32_t>& no
   return best;
 }
 
-// Nodes far from one another: each the farthest from those before it.
+// Nodes far from one another: each is the farthest from all before it.
 std::vector<std::int32_t> spread(const ElasticBody& body, const std::vector<std::int32_t>& from, int count) {
   std::vector<std::int32_t> chosen;
   std::vector<double> distance(from.size(), INFINITY);
@@ -44,7 +44,7 @@ std::vector<std::int32_t> spread(const ElasticBody& body, const std::vector<std:
   return chosen;
 }
 
-// Farthest points are an organ's tips; a few rounds of Lloyd's move each to the middle of its share.
+// The farthest points lie on an organ's tips. A few rounds of Lloyd's algorithm move each to the middle of its share.
 std::vector<std::int32_t> spread_in_the_middle(const ElasticBody& body, const std::vector<std::int32_t>& from,
                                                int count) {
   const auto area = node_areas(body);
@@ -78,8 +78,8 @@ std::vector<std::int32_t> free_nodes(const ElasticBody& body, double distance) {
   return found;
 }
 
-// The normal of what a disc about the place covers, so that it is nearly the same on every mesh.
-TouchPlace place_at(const ElasticBody& body, Vec3 p, double radius) {
+// The mean normal over the disc about the site, so that the direction is nearly the same on every mesh.
+TouchSite site_at(const ElasticBody& body, Vec3 p, double radius) {
   Vec3 outward;
   const Vec3 own = [&] {
     std::size_t best = 0;
@@ -102,7 +102,8 @@ TouchPlace place_at(const ElasticBody& body, Vec3 p, double radius) {
   return {p, -1 * outward, unit_or_zero(cross(outward, axis))};
 }
 
-// The middle of a triangle at the node: at a vertex of one of the meshes that mesh's contacts would not be like the others'.
+// The middle of a triangle at the node. At a vertex, the finest mesh would meet the disc in a special way that no other
+// mesh has.
 Vec3 beside(const ElasticBody& body, std::int32_t node) {
   for (const auto& t : body.triangles)
     if (std::find(t.begin(), t.end(), node) != t.end())
@@ -116,24 +117,24 @@ nlohmann::json json_of(Vec3 v) {
 Vec3 vector_of(const nlohmann::json& json) {
   return {json.at(0), json.at(1), json.at(2)};
 }
-nlohmann::json json_of(const std::vector<TouchPlace>& places) {
+nlohmann::json json_of(const std::vector<TouchSite>& sites) {
   nlohmann::json list = nlohmann::json::array();
-  for (const auto& p : places)
+  for (const auto& p : sites)
     list.push_back({{"at", json_of(p.at)}, {"inward", json_of(p.inward)}, {"across", json_of(p.across)}});
   return list;
 }
-std::vector<TouchPlace> touch_places_of(const nlohmann::json& json) {
-  std::vector<TouchPlace> places;
+std::vector<TouchSite> touch_sites_of(const nlohmann::json& json) {
+  std::vector<TouchSite> sites;
   for (const auto& p : json)
-    places.push_back({vector_of(p.at("at")), vector_of(p.at("inward")), vector_of(p.at("across"))});
-  return places;
+    sites.push_back({vector_of(p.at("at")), vector_of(p.at("inward")), vector_of(p.at("across"))});
+  return sites;
 }
 
 }  // namespace
 
 namespace {
 
-// Touchable nodes that keep off what is held by three radii, or by less where that leaves fewer than count.
+// Touchable nodes at least three radii from held nodes, or closer if that leaves fewer than count.
 std::vector<std::int32_t> nodes_to_touch(const ElasticBody& body, double radius, int count) {
   std::vector<std::int32_t> free;
   for (double distance = 3 * radius; static_cast<int>(free.size()) < count && distance > 0.01 * radius; distance /= 2)
@@ -144,55 +145,55 @@ std::vector<std::int32_t> nodes_to_touch(const ElasticBody& body, double radius,
 
 }  // namespace
 
-StudyPlaces choose_crowd(const ElasticBody& body, double radius, int most, const std::vector<Vec3>& samples) {
-  StudyPlaces crowd;
+StudySites choose_crowd(const ElasticBody& body, double radius, int most, const std::vector<Vec3>& samples) {
+  StudySites crowd;
   crowd.radius = radius, crowd.samples = samples;
   for (const auto n : spread(body, nodes_to_touch(body, radius, most), most)) {
     const Vec3 next = beside(body, n);
     if (std::any_of(crowd.touch.begin(), crowd.touch.end(),
-                    [&](const TouchPlace& p) { return length(p.at - next) < kCrowdDistance * radius; }))
+                    [&](const TouchSite& p) { return length(p.at - next) < kCrowdDistance * radius; }))
       break;
-    crowd.touch.push_back(place_at(body, next, radius));
+    crowd.touch.push_back(site_at(body, next, radius));
   }
   return crowd;
 }
 
-StudyPlaces choose_places(const ElasticBody& body, double radius, int touch_count, int sample_count) {
-  StudyPlaces places;
-  places.radius = radius;
+StudySites choose_sites(const ElasticBody& body, double radius, int touch_count, int sample_count) {
+  StudySites sites;
+  sites.radius = radius;
   for (const auto n : spread_in_the_middle(body, nodes_to_touch(body, radius, touch_count), touch_count))
-    places.touch.push_back(place_at(body, beside(body, n), radius));
+    sites.touch.push_back(site_at(body, beside(body, n), radius));
   const SurfaceView surface = {body.nodes[0].data(), {body.triangles[0].data(), 3 * body.triangles.size()}};
-  for (std::size_t p = 0; p < std::min<std::size_t>(2, places.touch.size()); ++p) {
-    const Vec3 next = places.touch[p].at + kNeighbourDistance * radius * places.touch[p].across;
-    places.neighbour.push_back(place_at(body, closest_place(surface, next).at, radius));
+  for (std::size_t p = 0; p < std::min<std::size_t>(2, sites.touch.size()); ++p) {
+    const Vec3 next = sites.touch[p].at + kNeighbourDistance * radius * sites.touch[p].across;
+    sites.neighbour.push_back(site_at(body, closest_point(surface, next).at, radius));
   }
   std::vector<std::int32_t> all;
   for (std::int32_t n = 0; n < body.surface_count; ++n) all.push_back(n);
-  for (const auto n : spread(body, all, sample_count)) places.samples.push_back(at(body, n));
-  return places;
+  for (const auto n : spread(body, all, sample_count)) sites.samples.push_back(at(body, n));
+  return sites;
 }
 
-nlohmann::json json_of(const StudyPlaces& places) {
+nlohmann::json json_of(const StudySites& sites) {
   nlohmann::json samples = nlohmann::json::array();
-  for (const Vec3 p : places.samples) samples.push_back(json_of(p));
-  return {{"radius_m", places.radius},
-          {"touch", json_of(places.touch)},
-          {"neighbour", json_of(places.neighbour)},
+  for (const Vec3 p : sites.samples) samples.push_back(json_of(p));
+  return {{"radius_m", sites.radius},
+          {"touch", json_of(sites.touch)},
+          {"neighbour", json_of(sites.neighbour)},
           {"samples", samples}};
 }
 
-StudyPlaces places_of(const nlohmann::json& json) {
-  StudyPlaces places;
-  places.radius = json.at("radius_m");
-  places.touch = touch_places_of(json.at("touch"));
-  places.neighbour = touch_places_of(json.at("neighbour"));
-  for (const auto& p : json.at("samples")) places.samples.push_back(vector_of(p));
-  return places;
+StudySites sites_of(const nlohmann::json& json) {
+  StudySites sites;
+  sites.radius = json.at("radius_m");
+  sites.touch = touch_sites_of(json.at("touch"));
+  sites.neighbour = touch_sites_of(json.at("neighbour"));
+  for (const auto& p : json.at("samples")) sites.samples.push_back(vector_of(p));
+  return sites;
 }
 
-FoundPlace closest_place(const SurfaceView& surface, Vec3 p) {
-  FoundPlace best;
+FoundPoint closest_point(const SurfaceView& surface, Vec3 p) {
+  FoundPoint best;
   double least = INFINITY;
   for (std::size_t t = 0; 3 * t < surface.triangles.size(); ++t) {
     const auto corner = [&](std::size_t v) {
@@ -202,8 +203,8 @@ FoundPlace closest_place(const SurfaceView& surface, Vec3 p) {
     const double distance = closest_on_triangle(p, corner(0), corner(1), corner(2), k);
     if (distance >= least) continue;
     least = distance;
-    best.place.triangle = static_cast<std::int32_t>(t);
-    std::copy(k, k + 3, best.place.barycentric);
+    best.on.triangle = static_cast<std::int32_t>(t);
+    std::copy(k, k + 3, best.on.barycentric);
     best.at = k[0] * corner(0) + k[1] * corner(1) + k[2] * corner(2);
   }
   return best;

@@ -1,9 +1,9 @@
 #include <Eigen/IterativeLinearSolvers>
 
-#include "bench/peers/dirichlet_problem.h"
-#include "bench/peers/peers.h"
+#include "studies/peers/dirichlet_problem.h"
+#include "studies/peers/peers.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 FreeSystem::FreeSystem(const Push& push)
     : held(eliminate_held(push.stiffness, push.body.fixed)), matrix(sparse(held.matrix)) {}
@@ -74,4 +74,4 @@ void ConjugateGradients::tick(const Eigen::Vector3d& displacement, Answer& answe
   s.problem.read(s.solution, displacement, answer);
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,4 +1,4 @@
-// Meshes as bodies: a material each, and what is held. For tests and studies/validation.
+// Turns meshes into elastic bodies: gives each region a material, and holds nodes.
 #pragma once
 
 #include <array>
@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "precompute/elements/elastic_body.h"
-#include "tests/support/box_mesh.h"
+#include "studies/bodies/box_mesh.h"
 
-namespace palpate::tests {
+namespace palpate {
 
 // The mesh as a body in metres (mesh unit: m), nothing held, everything touchable.
 inline ElasticBody body_of(const TetrahedralMesh& mesh, const std::vector<Material>& materials) {
@@ -18,7 +18,7 @@ inline ElasticBody body_of(const TetrahedralMesh& mesh, const std::vector<Materi
   return make_elastic_body(mesh, organ, {}, {});
 }
 
-// Holds the dofs of every node that which(point) names: bits 1, 2, 4 for x, y, z. Touchable nodes follow.
+// Holds, at every node, the dofs in the bits of which(point): 1, 2, 4 for x, y, z. Then lists the touchable nodes anew.
 inline void hold(ElasticBody& body, const std::function<int(const std::array<double, 3>&)>& which) {
   body.touchable.clear();
   for (std::size_t n = 0; n < body.nodes.size(); ++n) {
@@ -30,4 +30,4 @@ inline void hold(ElasticBody& body, const std::function<int(const std::array<dou
   }
 }
 
-}  // namespace palpate::tests
+}  // namespace palpate

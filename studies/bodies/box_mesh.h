@@ -1,4 +1,4 @@
-// A box of nx x ny x nz cells, six tetrahedra each, as a TetrahedralMesh with one region and its six named faces.
+// A mesh of a box: nx x ny x nz cells of six tetrahedra, one region, six named faces.
 #pragma once
 
 #include <array>
@@ -7,9 +7,9 @@
 
 #include "formats/tetrahedral_mesh.h"
 
-namespace palpate::tests {
+namespace palpate {
 
-// Sizes in the mesh's unit. jitter moves interior nodes by up to that share of a cell, the same way every time.
+// size: in the mesh's unit. jitter: moves interior nodes by up to this share of a cell; equal arguments give equal meshes.
 inline TetrahedralMesh box_mesh(std::array<int, 3> cells, std::array<double, 3> size, double jitter = 0.0) {
   TetrahedralMesh mesh;
   const int nx = cells[0], ny = cells[1], nz = cells[2];
@@ -24,7 +24,7 @@ inline TetrahedralMesh box_mesh(std::array<int, 3> cells, std::array<double, 3> 
             p[d] += jitter * size[d] / cells[d] * std::sin(12.9898 * (node(i, j, k) + 1) * (d + 1));
         mesh.nodes.push_back(p);
       }
-  // Kuhn's subdivision: one tetrahedron per permutation of the axes, all sharing the cell's main diagonal.
+  // Kuhn's subdivision: one tetrahedron for each permutation of the axes; all contain the cell's main diagonal.
   constexpr int permutations[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
@@ -57,4 +57,4 @@ inline TetrahedralMesh box_mesh(std::array<int, 3> cells, std::array<double, 3> 
   return mesh;
 }
 
-}  // namespace palpate::tests
+}  // namespace palpate

@@ -1,9 +1,9 @@
-#include "bench/peers/dirichlet_problem.h"
+#include "studies/peers/dirichlet_problem.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
-using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+using Entry = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
 HeldStiffness with_node_held(const Push& push, std::int32_t node) {
   auto fixed = push.body.fixed;
@@ -18,9 +18,10 @@ DirichletProblem::DirichletProblem(const Push& p, std::int32_t n) : push(p), nod
   for (std::int64_t at = push.stiffness.first[node]; at < push.stiffness.first[node + 1]; ++at) {
     const std::int32_t other = push.stiffness.column[at], row = held.row_of_node[other];
     if (row < 0) continue;
-    const Block block(push.stiffness.block[at].data());
+    const Entry entry(push.stiffness.block[at].data());
     for (int i = 0; i < 3; ++i)
-      if (!push.body.fixed[other][i]) load_of_unit.row(3 * row + i) = -block.col(i);  // the transposed block
+      if (!push.body.fixed[other][i])
+        load_of_unit.row(3 * row + i) = -entry.col(i);  // the transpose of the 3 x 3 entry
   }
 }
 
@@ -35,7 +36,7 @@ void DirichletProblem::read(const Eigen::Ref<const Eigen::VectorXd>& solution, c
   for (std::int32_t n = 0; n < push.body.surface_count; ++n) answer.surface.segment<3>(3 * n) = at(n);
   answer.force.setZero();
   for (std::int64_t b = push.stiffness.first[node]; b < push.stiffness.first[node + 1]; ++b)
-    answer.force += Block(push.stiffness.block[b].data()) * at(push.stiffness.column[b]);
+    answer.force += Entry(push.stiffness.block[b].data()) * at(push.stiffness.column[b]);
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -1,17 +1,17 @@
-// K u = load with displacements imposed where the body is held, solved by the program's own assembly and solver.
+// Solves K u = load with displacements imposed at the held dofs, with the assembly and solver of palpate-precompute.
 #pragma once
 
 #include "precompute/elements/discretisation.h"
 #include "precompute/solver/column_solver.h"
-#include "tests/support/bodies.h"
+#include "studies/bodies/bodies.h"
 
-namespace palpate::tests {
+namespace palpate {
 
 using Point = std::array<double, 3>;
 using Field = std::function<Point(const Point&)>;
 
-// Displacement of all nodes where the held ones take their value from field and the others carry load ([3 nodes], N),
-// solved as the program does: K u = load - K u_held on the free dofs.
+// Returns the displacement of all nodes. Held dofs take their value from field; load ([3 nodes] N) acts on the others:
+// K u = load - K u_held on the free dofs.
 inline std::vector<double> solve_with_imposed(const Discretisation& discretisation, const Field& field,
                                               const std::vector<double>& load, double tolerance = 1e-12) {
   const auto& fixed = discretisation.fixed;
@@ -44,4 +44,4 @@ inline std::vector<double> solve_with_imposed(const ElasticBody& body, const Fie
   return solve_with_imposed(discretise(body, Element::p1), field, load, tolerance);
 }
 
-}  // namespace palpate::tests
+}  // namespace palpate

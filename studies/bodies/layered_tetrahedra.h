@@ -1,4 +1,4 @@
-// Prisms between layers of nodes, three tetrahedra each: how tests mesh cylinders and shells.
+// Fills the prisms between layers of nodes with three tetrahedra each: for cylinders and shells.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,7 +10,7 @@
 
 #include "formats/tetrahedral_mesh.h"
 
-namespace palpate::tests {
+namespace palpate {
 
 // Fills mesh.tetrahedra between layer and layer + 1 for each of `layers`. triangles: of the first layer; mesh.nodes holds
 // layers + 1 layers of nodes_per_layer nodes, each in the order of the first.
@@ -33,4 +33,4 @@ inline void fill_layers(const std::vector<std::array<std::int32_t, 3>>& triangle
     }
 }
 
-}  // namespace palpate::tests
+}  // namespace palpate
