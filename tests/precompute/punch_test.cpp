@@ -2,9 +2,9 @@
 // radii from a quarter of its edges to four of them: the force is the closed form's, whatever the edge.
 #include <numbers>
 
-#include "precompute/tensors/probe_columns.h"
 #include "tests/precompute/support.h"
 #include "tests/runtime/touched_box.h"
+#include "tests/support/tensor_bundle.h"
 
 namespace palpate::tests {
 namespace {
@@ -43,7 +43,7 @@ class Punched {
         if (const auto& p = body.nodes[static_cast<std::size_t>(body.triangles[t][v])];
             p[0] == 0 && p[1] == 0 && p[2] > low)
           middle_triangle_ = static_cast<std::int32_t>(t), middle_corner_ = v;
-    write(body, element, poisson, solve_node_tensors(body, element, touched));
+    write(body, element, solve_node_tensors(body, element, touched));
   }
 
   // N, on a disc that comes down at x, y and is pushed by 1 mm into the gel.
@@ -72,41 +72,8 @@ class Punched {
   }
 
  private:
-  void write(const ElasticBody& body, Element element, double poisson, const std::vector<NodeTensor>& tensors) {
-    using formats::SectionId;
-    const std::size_t n = body.nodes.size(), ns = static_cast<std::size_t>(body.surface_count), s = tensors.size();
-    const auto flat = [](const auto& rows) {
-      std::vector<typename std::decay_t<decltype(rows[0])>::value_type> numbers;
-      for (const auto& row : rows) numbers.insert(numbers.end(), row.begin(), row.end());
-      return numbers;
-    };
-    BundleParts parts;
-    parts.provenance = std::string(R"({"format":"palpate bundle","version":2,"element":")") + name_of(element) + "\"}";
-    parts.set(SectionId::nodes, {n, 3}, flat(body.nodes));
-    parts.set(SectionId::tetrahedra, {body.tetrahedra.size(), 4}, flat(body.tetrahedra));
-    parts.set(SectionId::region, {body.tetrahedra.size()}, std::vector<std::int32_t>(body.tetrahedra.size(), 0));
-    parts.set(SectionId::triangles, {body.triangles.size(), 3}, flat(body.triangles));
-    parts.set(SectionId::fixed, {n, 3}, flat(body.fixed));
-    parts.set(SectionId::young, {1}, std::vector<double>{kYoung});
-    parts.set(SectionId::poisson, {1}, std::vector<double>{poisson});
-    parts.set_text(SectionId::region_names, "gel\n");
-    std::vector<std::int32_t> nodes;
-    std::vector<float> surface;
-    std::vector<double> force;
-    for (const NodeTensor& tensor : tensors) {
-      nodes.push_back(tensor.node);
-      force.insert(force.end(), tensor.force.begin(), tensor.force.end());
-      for (int j = 0; j < 3; ++j)
-        surface.insert(
-            surface.end(), tensor.displacement.begin() + static_cast<std::ptrdiff_t>(3 * n) * j,
-            tensor.displacement.begin() + static_cast<std::ptrdiff_t>(3 * n) * j + static_cast<std::ptrdiff_t>(3 * ns));
-    }
-    parts.set(SectionId::touchable, {s}, nodes);
-    parts.set(SectionId::displacement_surface, {s, 3, ns, 3}, surface);
-    parts.set(SectionId::force, {s, 3, 3}, force);
-    parts.set(SectionId::residual, {s, 3}, std::vector<double>(3 * s, 0));
-    parts.set(SectionId::iterations, {s, 3}, std::vector<std::int32_t>(3 * s, 1));
-    bytes_ = std::make_unique<AlignedBytes>(bundle_bytes(parts));
+  void write(const ElasticBody& body, Element element, const std::vector<NodeTensor>& tensors) {
+    bytes_ = std::make_unique<AlignedBytes>(bundle_bytes(tensor_parts(body, element, tensors)));
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
     if (palpate_bundle_open(bytes_->data(), bytes_->size(), &opened, &error) != PALPATE_OK)

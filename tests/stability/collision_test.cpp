@@ -1,4 +1,4 @@
-// Tools that cross a closed surface through its vertices, edges and faces, slowly, fast and not at all.
+// Tools that cross a closed surface through vertices, edges and faces, at any speed, or miss it.
 #include <random>
 
 #include "runtime/surface/surface_index.h"
@@ -22,7 +22,7 @@ struct Indexed {
   SurfaceIndex index;
 };
 
-// Bumps deep enough that a segment may cross many times.
+// A sphere with bumps so deep that a segment may cross the surface many times.
 TriangleSurface bumpy(TriangleSurface surface) {
   for (Point& p : surface.points) p = (1 + 0.3 * std::sin(7 * p[0]) * std::cos(6 * p[1] + p[2])) * p;
   return surface;
@@ -33,7 +33,7 @@ TriangleSurface on_lattice(TriangleSurface surface) {
     for (double& x : p) x = std::round(64 * x) / 64;
   return surface;
 }
-// Drawn together about the pole z = 1: edges from 1e-4 of the largest one on.
+// A sphere whose points are drawn towards the pole z = 1: the shortest edges are 1e-4 of the longest.
 TriangleSurface graded(TriangleSurface surface) {
   for (Point& p : surface.points) {
     const double polar = std::numbers::pi * std::pow(std::acos(std::clamp(p[2], -1.0, 1.0)) / std::numbers::pi, 4);
@@ -52,7 +52,7 @@ bool on_surface(SurfaceIndex& index, Vec3 p) {
   return on;
 }
 
-// Segments that contradict the sides of their ends: missed or counted twice, out of order, or not the same reversed.
+// Counts segments whose crossings are wrong: missed or counted twice (parity), out of order, or different in reverse.
 struct Contradictions {
   long segments = 0, crossings = 0, parity = 0, order = 0, reversed = 0;
 };
@@ -66,7 +66,7 @@ Contradictions cross(SurfaceIndex& index, long count, Ends ends) {
     const bool a_inside = index.inside(a), b_inside = index.inside(b);
     found.crossings += n;
     found.parity += (n % 2 == 1) != (a_inside != b_inside);
-    // At a vertex or an edge several crossings have one time, and rounding their order: they are judged together.
+    // At a vertex or an edge several crossings have the same time, in an order given by rounding: they are judged together.
     bool ordered = true;
     const int kept = std::min(n, SurfaceIndex::kMaxCrossings);
     for (int c = 0, depth = a_inside; c < kept; ++c) {
@@ -92,7 +92,8 @@ void hold_all(StabilityCase& attack, const std::string& where, const Contradicti
 
 TEST(StabilityCollision, RandomCrossingsOfAClosedSurface) {
   StabilityCase attack(
-      "A crossing that is missed lets a tool into the organ unfelt; one that is counted twice lets it out.");
+      "A missed crossing lets a tool into the organ without a force; a crossing that is counted twice lets it out "
+      "again.");
   Indexed body(bumpy(sphere_surface(3, 1)));
   std::mt19937 random(101);
   std::uniform_real_distribution<double> at(-1.6, 1.6);
@@ -101,16 +102,15 @@ TEST(StabilityCollision, RandomCrossingsOfAClosedSurface) {
   hold_all(attack, "", cross(body.index, quick_or_long(100000L, 10000000L), [&] {
              const Vec3 a = any(), b = any();
              const int k = kind(random);
-             // Across the room, a haptic step, a step of rounding.
+             // Lengths: across a room, a haptic step, a rounding.
              return std::pair{a, k == 0 ? b : a + (k == 1 ? 0.02 : 1e-15) * b};
            }));
 }
 
 TEST(StabilityCollision, CrossingsThatMeetVerticesEdgesAndFacesExactly) {
   StabilityCase attack(
-      "On a lattice that nodes and tool share, segments run through vertices, along edges and within faces: a hit "
-      "there "
-      "belongs to several triangles, or to none.");
+      "Nodes and tool lie on the same lattice, so that segments run exactly through vertices, along edges and within "
+      "faces. Such a hit belongs to several triangles, or to none.");
   Indexed body(on_lattice(bumpy(sphere_surface(3, 1))));
   std::mt19937 random(103);
   std::uniform_int_distribution<int> at(-90, 90), node(0, static_cast<int>(body.surface.points.size()) - 1), kind(0, 3);
@@ -121,7 +121,7 @@ TEST(StabilityCollision, CrossingsThatMeetVerticesEdgesAndFacesExactly) {
     const Vec3 through = load3(body.surface.points[static_cast<std::size_t>(node(random))].data());
     const Vec3 other = load3(body.surface.points[static_cast<std::size_t>(node(random))].data());
     if (kind(random) == 1) return {a, a + 2.0 * (through - a)};
-    // From vertex to vertex; through two vertices and on to both sides.
+    // From vertex to vertex, and extended beyond both.
     if (kind(random) == 2) return {through, other};
     return {through + 2.0 * (through - other), other + 2.0 * (other - through)};
   };
@@ -130,9 +130,8 @@ TEST(StabilityCollision, CrossingsThatMeetVerticesEdgesAndFacesExactly) {
 
 TEST(StabilityCollision, TrianglesOfFourDecadesBesideOneBucketSize) {
   StabilityCase attack(
-      "Buckets have one size: where triangles are a ten-thousandth of it thousands share one, where they are many "
-      "times it "
-      "each is in many; both must be met.");
+      "All buckets have one size. Where triangles are much smaller, thousands share a bucket; where they are much "
+      "larger, each is in many buckets. Both must be found.");
   Indexed body(graded(sphere_surface(4, 1)));
   double shortest = 1, longest = 0;
   for (const auto& [a, b, c] : body.surface.triangles) {
@@ -140,7 +139,7 @@ TEST(StabilityCollision, TrianglesOfFourDecadesBesideOneBucketSize) {
                       load3(body.surface.points[static_cast<std::size_t>(b)].data());
     shortest = std::min(shortest, length(edge)), longest = std::max(longest, length(edge));
   }
-  attack.hold("shortest edge over longest", shortest / longest, 1e-4, "the attack is as sharp as it says");
+  attack.hold("shortest edge over longest", shortest / longest, 1e-4, "the test reaches what it claims");
   std::mt19937 random(107);
   std::uniform_real_distribution<double> at(-1, 1), decade(-7, 0);
   hold_all(attack, " about the pole", cross(body.index, quick_or_long(50000L, 5000000L), [&] {
@@ -154,7 +153,7 @@ TEST(StabilityCollision, TrianglesOfFourDecadesBesideOneBucketSize) {
 
 TEST(StabilityCollision, SurfaceFarFromTheOrigin) {
   StabilityCase attack(
-      "A million metres from the origin a coordinate has ten digits left below a metre: signs could turn.");
+      "A million metres from the origin, a coordinate has ten digits left below a metre: signs could flip.");
   const Point centre = {1e5, -9e5, 5e5};
   Indexed body(sphere_surface(3, 0.1, centre));
   std::mt19937 random(109);
@@ -182,9 +181,8 @@ struct Hand {
 
 TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
   StabilityCase attack(
-      "From a nanometre to a centimetre a step, starting outside, inside and on the surface, often standing still: a "
-      "tool "
-      "that is inside after it was outside must be felt, one that never went in must not.");
+      "Steps of a nanometre to a centimetre, starting outside, inside and on the surface, often standing still: a tool "
+      "that entered must be felt, and one that never entered must not.");
   const TouchedBox box({.cells = {4, 4, 4}});
   TriangleSurface surface;
   for (std::int32_t n = 0; n < box.body.surface_nodes; ++n)
@@ -203,14 +201,14 @@ TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
   const long steps = quick_or_long(100000L, 20000000L);
   for (long s = 0; s < steps; ++s) {
     const Vector3d from = p;
-    if (s % 200 == 0) {  // anew: anywhere, in the middle of the body, or on a node
+    if (s % 200 == 0) {  // a new start: anywhere, in the middle of the body, or on a node
       palpate_reset(hand.scene.get());
       const long way = s / 200;
       p = way % 3 == 0   ? Vector3d(0.08 * unit(random) - 0.01, 0.07 * unit(random) - 0.01, 0.06 * unit(random) - 0.01)
           : way % 3 == 1 ? middle
                          : box.node(box.touchable[static_cast<std::size_t>(way) % box.touchable.size()]);
       was_outside = touched = false, first = true;
-    } else if (s % 5 != 0) {  // every fifth step it stands still
+    } else if (s % 5 != 0) {  // in every fifth step the tool stands still
       const double length = std::pow(10.0, speed(random));
       p += length * Vector3d(normal(random), normal(random), normal(random)).normalized();
       if ((p - middle).norm() > 0.06) p = middle + 0.06 * (p - middle).normalized();
@@ -221,7 +219,7 @@ TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
     const bool inside = body.index.inside(now);
     Crossing found[SurfaceIndex::kMaxCrossings];
     const int crossings = first ? 0 : body.index.crossings(last, now, found);
-    // A contact that began on the fixed face is there, but holds no node.
+    // A contact on the fixed face exists but has no free node.
     missed += inside && was_outside && !touches && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
     odd_flags |= hand.flags & ~static_cast<unsigned>(PALPATE_STEP_NOT_TOUCHABLE);
     imagined += touches && !touched && crossings == 0 && !on_surface(body.index, last);
@@ -240,9 +238,8 @@ TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
 
 TEST(StabilityCollision, ToolsThatMeetVerticesEdgesAndFacesExactly) {
   StabilityCase attack(
-      "Whatever the crossings say of a motion through a vertex, along an edge or within a face: a tool that has gone "
-      "in must "
-      "be felt, and one that has come out must not.");
+      "Motions through a vertex, along an edge or within a face: however they are counted, a tool that entered must be "
+      "felt, and one that left must not.");
   const TouchedBox box({.cells = {4, 4, 4}, .size = {0.5, 0.5, 0.5}});
   std::mt19937 random(127);
   std::uniform_int_distribution<int> at(-16, 48);
@@ -269,9 +266,9 @@ TEST(StabilityCollision, ToolsThatMeetVerticesEdgesAndFacesExactly) {
 
 TEST(StabilityCollision, MotionsWithinThePlaneOfAFaceThatIsAskew) {
   StabilityCase attack(
-      "On a surface that is askew to the axes a motion within the plane of a face, or through a vertex, loses its "
-      "crossing to rounding where planes and edges are not judged alike.");
-  // The box's collision alone is looked at, so its nodes may stand elsewhere than where its tensors were solved.
+      "On a surface that is not aligned with the axes, rounding loses the crossing of a motion through a vertex or "
+      "within a face's plane, unless planes and edges are judged by the same signs.");
+  // Only collision is tested, so the nodes may be moved although the tensors belong to the original positions.
   TriangleSurface surface;
   const TouchedBox box({.cells = {4, 4, 4}, .size = {1, 1, 1}}, [&](BundleParts& parts) {
     auto nodes = parts.get<double>(formats::SectionId::nodes);
@@ -307,16 +304,15 @@ TEST(StabilityCollision, MotionsWithinThePlaneOfAFaceThatIsAskew) {
   }
   EXPECT_GT(ways, 1000);
   const std::string of = " of " + std::to_string(ways) + " ways in";
-  attack.hold("without a crossing," + of, static_cast<double>(contradictions), 0, "exact signs contradict nothing");
+  attack.hold("without a crossing," + of, static_cast<double>(contradictions), 0, "exact signs are consistent");
   attack.hold("inside and not felt," + of, static_cast<double>(missed), 0, "collision is complete");
 }
 
 TEST(StabilityCollision, MoreCrossingsInAStepThanAreKept) {
   StabilityCase attack(
-      "A step through the teeth of a saw crosses its skin more often than a list of fixed length holds: what was "
-      "dropped "
-      "may be the way in.");
-  // Teeth of 90 degrees on top of a bar, so that no way out of one counts as the far side of a thin part.
+      "One step through the teeth of a saw crosses the surface more often than a list of fixed length holds: a dropped "
+      "crossing may be the entry.");
+  // Teeth of 90 degrees on a bar, so that leaving a tooth never counts as the far side of a thin part.
   constexpr int kCells = 40;
   const TouchedBox saw({.cells = {kCells, 1, 1}, .size = {kCells, 1, 1}, .interior = false}, [](BundleParts& parts) {
     auto nodes = parts.get<double>(formats::SectionId::nodes);
@@ -332,14 +328,14 @@ TEST(StabilityCollision, MoreCrossingsInAStepThanAreKept) {
     missed += !hand.move({1.0 * tooth, 0.37, 1.6}) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
   }
   attack.hold("inside and not felt, after 1 to 39 crossings in a step", missed, 0,
-              "beyond the list the sides of the ends decide");
+              "when the list is full, the sides of the two ends decide");
 }
 
 TEST(StabilityCollision, TheFirstOfMoreCrossingsThanAreKept) {
   StabilityCase attack(
-      "Triangles come bucket by bucket, and those of one bucket in any order: what a full list holds may be any of the "
-      "crossings, and the way in another one.");
-  // Sheets across one bucket, in any order.
+      "Triangles are tested bucket by bucket, in any order within a bucket: a full list may hold any of the crossings, "
+      "and miss the entry.");
+  // Parallel sheets across one bucket, in any order.
   constexpr int kSheets = 200;
   std::vector<int> place(kSheets);
   std::iota(place.begin(), place.end(), 0);
@@ -361,9 +357,8 @@ TEST(StabilityCollision, TheFirstOfMoreCrossingsThanAreKept) {
 
 TEST(StabilityCollision, FacesOnTheBorderOfABucket) {
   StabilityCase attack(
-      "A face that lies in the plane between two buckets is, to rounding, in neither: a motion through it meets "
-      "nothing.");
-  // A box around all, and a small one whose top is put on a border of the buckets that the two make, or a rounding beside it.
+      "A face in the plane between two buckets is, by rounding, in neither: a motion through it meets nothing.");
+  // A large box, and a small box whose top face lies on a border between buckets, or one rounding beside it.
   const auto both = [](double low, double high) {
     TriangleSurface surface;
     const auto add = [&](Point a, Point b) {
@@ -392,7 +387,7 @@ TEST(StabilityCollision, FacesOnTheBorderOfABucket) {
   long missed = 0, motions = 0;
   for (int border = 1; border < 12; ++border)
     for (int step = -2; step <= 2; ++step) {
-      // The buckets follow the edges, which are the same wherever the small box stands, but for rounding.
+      // The size of the buckets depends on the edges, which do not change with the small box's position except by rounding.
       double top = 6.5;
       for (int again = 0; again < 4; ++again) {
         Indexed tried(both(top - 1.5, top));
@@ -418,8 +413,8 @@ TEST(StabilityCollision, FacesOnTheBorderOfABucket) {
 
 TEST(StabilityCollision, HugeTrianglesAmongTinyOnes) {
   StabilityCase attack(
-      "Buckets as wide as the mean edge: a few hundred huge triangles among tiny ones are entered in fifty thousand "
-      "each, and making a scene takes minutes and gigabytes.");
+      "If buckets were as wide as the mean edge, a few hundred huge triangles among tiny ones would be entered in "
+      "50,000 buckets each: creating a scene would take minutes and gigabytes.");
   std::mt19937 random(137);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto any = [&](double size) { return Point{size * unit(random), size * unit(random), size * unit(random)}; };
@@ -451,8 +446,8 @@ TEST(StabilityCollision, HugeTrianglesAmongTinyOnes) {
 
 TEST(StabilityCollision, PressedBeyondTheMiddleOfAThinPart) {
   StabilityCase attack(
-      "A place that slides is the nearest one of the surface: beyond the middle of a thin part that is one on the far "
-      "side, and the force turns round and draws the tool through.");
+      "A sliding contact is at the nearest point of the surface. Beyond the middle of a thin part this point is on the "
+      "far side: the force would reverse and pull the tool through.");
   const TouchedBox plate({.cells = {6, 6, 1}, .size = {0.06, 0.06, 0.006}});
   double drawn = 0, fall = 0;
   for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
@@ -470,15 +465,14 @@ TEST(StabilityCollision, PressedBeyondTheMiddleOfAThinPart) {
     }
     EXPECT_GT(before, 0);
   }
-  attack.hold("force that draws the tool in, N", drawn, 0, "it is pressed out where it came in");
-  attack.hold("fall of the force from one depth to the next, N", fall, 0, "the deeper, the more");
+  attack.hold("force that draws the tool in, N", drawn, 0, "the tool is pressed out where it entered");
+  attack.hold("fall of the force from one depth to the next, N", fall, 0, "a deeper tool has a larger force");
 }
 
 TEST(StabilityCollision, GrazingAFace) {
   StabilityCase attack(
-      "A tool that runs along a face a rounding above or below it: whether it touches must not flicker, nor depend on "
-      "the "
-      "triangles it passes.");
+      "A tool that runs along a face, one rounding above or below it: contact must not flicker, nor depend on the "
+      "triangles that it passes.");
   const TouchedBox box({.cells = {4, 4, 4}});
   long wrong = 0, steps = 0;
   for (const double height : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 0.0, -1e-15, -1e-12, -1e-9, -1e-6, -1e-3})
@@ -504,9 +498,8 @@ TEST(StabilityCollision, GrazingAFace) {
 
 TEST(StabilityCollision, TwoDiscsDeepInAThinLobe) {
   StabilityCase attack(
-      "Two discs pressed into a lobe to twice its thickness conflict, and each is out of where the other's force "
-      "brings the "
-      "surface: contacts that end for it, or follow it, begin and end in every step.");
+      "Two discs press into a thin lobe to twice its thickness. Each moves the surface off the other, so that contacts "
+      "could begin and end in every step.");
   const PressedBar lobe = {{.cells = {8, 4, 2}, .size = {0.08, 0.03, 0.01}}, 0.01, 0.02};
   static const char* const names[] = {"sticking", "sliding", "unilateral", "coulomb"};
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
@@ -514,16 +507,17 @@ TEST(StabilityCollision, TwoDiscsDeepInAThinLobe) {
     const double pairs = unrest.pairs;
     const std::string with = std::string(", ") + names[law];
     attack.hold("beginnings and ends beyond the least, the worst pair" + with, unrest.worst, quick_or_long(14, 200),
-                "a disc slips off an edge and comes again on the next face, and back; sliding, it was 350; weak: one "
-                "pair in 4,000 under friction has 122");
+                "a disc slips off an edge and touches the next face, and back; before sliding contacts were kept under "
+                "their tool: 350. Weak: under friction one pair in 4,000 has 122");
     attack.hold("beginnings and ends beyond the least, the mean of all pairs" + with, unrest.more / pairs, 4,
-                "each disc slips once; sliding, it was 44");
+                "each disc slips once; before sliding contacts were kept under their tool: 44");
     attack.hold("contacts that begin again within eight steps, for a pair" + with, unrest.again / pairs, 1,
-                "a disc that slips meets the next face soon; sliding, it was 20");
+                "a disc that slips soon meets the next face; before sliding contacts were kept under their tool: 20");
     attack.hold("steps that change a force by a tenth of its largest, for a pair" + with, unrest.jumps / pairs, 10,
-                "two discs that slip, and whose places snap over an edge, there and back; sliding, it was 93");
+                "two discs slip, and their contact points move over an edge, there and back; before sliding contacts "
+                "were kept under their tool: 93");
     attack.hold("discs that rest and whose force swings on by 1e-6, for a pair" + with, unrest.swinging / pairs, 0.4,
-                "weak: where the surface is bent most, the place under a disc that slides may have nowhere to rest");
+                "weak: where the surface bends most, the point under a sliding disc may have no position of rest");
   }
 }
 

@@ -1,4 +1,4 @@
-// Contacts that crowd, contradict one another, sit on a fixed border, are huge, tiny or many.
+// Many contacts, contacts that contradict each other or lie on a fixed border, and huge and tiny displacements.
 #include <random>
 
 #include "runtime/contact/contact_solver.h"
@@ -18,7 +18,7 @@ palpate_scene_def held_def(std::int32_t contacts, palpate_contact_model model = 
   return def;
 }
 
-// The forces at the nodes under contact, summed by column; what a tool feels is the sum of them reversed.
+// The forces at the contact nodes, one column for each node. A tool feels minus their sum.
 struct Held {
   Held(const KnownBox& known, const palpate_scene_def& def, const std::vector<palpate_grip>& grips)
       : scene(known.box.scene(def)), contacts(scene.get()) {
@@ -56,8 +56,7 @@ double off(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
 TEST(StabilityContacts, FiveHundredNodesInAnyOrder) {
   StabilityCase attack(
       "The factor is built row by row in the order of the contacts: with hundreds of rows, another order could round "
-      "to "
-      "another force.");
+      "to another force.");
   std::mt19937 random(41);
   for (const int count : {1, 5, 20, 100, 500}) {
     std::vector<std::int32_t> columns = range_of(static_cast<std::int32_t>(plate().box.touchable.size()));
@@ -86,9 +85,8 @@ TEST(StabilityContacts, FiveHundredNodesInAnyOrder) {
 
 TEST(StabilityContacts, EverySurfaceNodeAtOnce) {
   StabilityCase attack(
-      "With every node of the surface held, the system is as large and as ill-conditioned as it can be; a tensor "
-      "summed in "
-      "single precision could miss the targets.");
+      "With every node of the surface held, the contact system has its largest size and condition; sums in single "
+      "precision could miss the targets.");
   std::vector<palpate_grip> grips;
   const auto all = range_of(static_cast<std::int32_t>(plate().box.touchable.size()));
   for (const std::int32_t node : plate().box.touchable) grips.push_back(grip_at_node(node, wave(node)));
@@ -112,9 +110,8 @@ TEST(StabilityContacts, EverySurfaceNodeAtOnce) {
 
 TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
   StabilityCase attack(
-      "Rounded to half precision, the compliance between most nodes of a plate is definite no more: a factor that goes "
-      "on "
-      "from a pivot below zero gives 1e19 N.");
+      "Rounded to half precision, the compliance between most nodes of a plate is no longer positive definite: a "
+      "factor that continues from a negative pivot gives 1e19 N.");
   const KnownBox half({.cells = {24, 10, 1}, .size = {0.24, 0.1, 0.02}, .interior = false}, store_as_f16);
   const auto all = static_cast<int>(half.box.touchable.size());
   double worst = 0;
@@ -146,8 +143,8 @@ TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
 
 TEST(StabilityContacts, AdjacentNodesPulledApartAsTheMeshIsRefined) {
   StabilityCase attack(
-      "Two neighbours held at opposite displacements: as the edge between them shrinks their rows grow alike, and the "
-      "force could lose its digits or be regularised away.");
+      "Two neighbours are held at opposite displacements. As the edge between them shrinks, their rows become equal: "
+      "the force could lose its digits, or be lost to regularisation.");
   double missed = 0, worst = 0;
   palpate_step_flags flags = 0;
   for (const int n : {2, 4, 8, quick_or_long(12, 20)}) {
@@ -180,10 +177,10 @@ TEST(StabilityContacts, AdjacentNodesPulledApartAsTheMeshIsRefined) {
               "two columns of single precision, condition below 10");
   attack.hold("forces against a direct solve of W, relative", worst, 1e-9,
               "the refinement ends where the next one would change less than 1e-9");
-  attack.hold("flags raised", flags, 0, "the targets can be met: nothing is to be regularised");
+  attack.hold("flags raised", flags, 0, "the targets can be met, so nothing needs regularisation");
 }
 
-// Vertex forces of places in one triangle, by the formula that contact_solver.h states: along an eigenvector of the scaled
+// Vertex forces of contact points in one triangle, by the formula that contact_solver.h states: along an eigenvector of the scaled
 // A with eigenvalue e, (1 - (shift / (e + shift))^solves) / e of D d.
 Eigen::VectorXd stated_vertex_forces(const Eigen::MatrixXd& w, const std::vector<Vector3d>& k,
                                      const std::vector<Vector3d>& target, double* reaction_over_bound) {
@@ -213,8 +210,8 @@ Eigen::VectorXd stated_vertex_forces(const Eigen::MatrixXd& w, const std::vector
 
 TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
   StabilityCase attack(
-      "A triangle has nine freedoms. Four places and more that want different motions make a singular system, whose "
-      "solution without a shift is rounding divided by zero.");
+      "A triangle has nine degrees of freedom. Four and more points with different motions give a singular system, "
+      "whose unregularised solution is rounding over zero.");
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1, 1), share(0, 1);
   const std::int32_t triangle = block().box.far_triangle();
@@ -248,12 +245,12 @@ TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
               "with ones on the "
               "diagonal and nine freedoms have an eigenvalue of 192 / 9: 4 x 1.1e-16 x 192 x 21 / 1e-6");
   attack.hold("reaction over the stated bound", over_bound, 1, "|D^-1 r| <= kMostSolves / kShift |D d|");
-  attack.hold("conflicts that raised no flag", flagged ? 0 : 1, 0, "a missed target is said");
+  attack.hold("conflicts that raised no flag", flagged ? 0 : 1, 0, "a missed target must raise a flag");
 }
 
 TEST(StabilityContacts, OneNodeHeldManyTimes) {
   StabilityCase attack(
-      "The same rows many times over: a singular system, in which the copies could fight one another.");
+      "Many copies of the same rows: the system is singular, and the copies' forces could oppose each other.");
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-0.002, 0.002);
   const std::int32_t node = block().box.touchable[5];
@@ -280,9 +277,8 @@ TEST(StabilityContacts, OneNodeHeldManyTimes) {
 
 TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {
   StabilityCase attack(
-      "Two tools that want opposite motions of places a gap apart: without a stated bound the force is the reciprocal "
-      "of "
-      "the gap, then of rounding, and jumps.");
+      "Two tools impose opposite motions at points a gap apart. Without a bound the force grows as the reciprocal of "
+      "the gap, then becomes rounding, and jumps.");
   const std::int32_t triangle = block().box.far_triangle(6);
   const auto& t = block().box.body.triangles[static_cast<std::size_t>(triangle)];
   // The triangle across the edge from vertex 0 to 1, and any other at vertex 0.
@@ -319,22 +315,23 @@ TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {
       palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
       const double force = Vector3d(contacts->tools[0].force_raw).norm(),
                    single = Vector3d(alone->tools[0].force_raw).norm();
-      // Two places alike: |D^-1 r| <= 4e6 |D d| with D all but the same, so |r| <= 4e6 sqrt(2) of one place's own force.
+      // For two nearly equal points |D^-1 r| <= 4e6 |D d| with nearly equal D, so |r| <= 4e6 sqrt(2) times the force of one point alone.
       over = std::max(over, std::isfinite(force) ? force / (4e6 * std::sqrt(2.0) * 2 * single) : INFINITY);
       if (before > 0) fall = std::max(fall, (before / force - 1) / (10 * gap + 1e-8));
       before = force;
       attack.point("conflicting pair", vertex ? "about a vertex" : "across an edge", gap, force);
     }
   }
-  attack.hold(
-      "relative fall of the force as the gap closes, over the gap and 1e-8", fall, 1,
-      "monotone; but the places' own compliance changes by as much as they move, and a condition of 1e6 is rounded");
-  attack.hold("force over the stated bound", over, 1, "4e6 of what one alone takes, twice for rows that are not alike");
+  attack.hold("relative fall of the force as the gap closes, over the gap and 1e-8", fall, 1,
+              "the force grows as the gap closes; the points' own compliance changes by as much as they move, and a "
+              "condition of 1e6 is rounded");
+  attack.hold("force over the stated bound", over, 1,
+              "4e6 times the force of one contact alone, times two for rows that differ");
 }
 
 TEST(StabilityContacts, OnBesideAndBetweenFixedNodes) {
   StabilityCase attack(
-      "A place whose weight lies on fixed nodes has no compliance: the force to move it would be infinite.");
+      "A contact point whose weight lies on fixed nodes has no compliance: the force to move it would be infinite.");
   const KnownBox& known = block();
   double worst = 0;
   int broken = 0;
@@ -377,14 +374,13 @@ TEST(StabilityContacts, OnBesideAndBetweenFixedNodes) {
   attack.hold("force over that of free nodes moved as far", worst, 1,
               "weights that sum to one over n free nodes: |r| <= n |d| / least eigenvalue of W, 4 for alpha of eq. 12");
   attack.hold("steps without an answer or without a flag", broken, 0,
-              "a place with no compliance is left alone, and said");
+              "a point without compliance gets no force and raises a flag");
 }
 
 TEST(StabilityContacts, TargetsOfAPicometreAndOfTenOrgans) {
   StabilityCase attack(
-      "The model is linear at any size. A tolerance in metres somewhere in the solve would show as a force that does "
-      "not "
-      "scale with the target.");
+      "The model is linear at any scale. A tolerance in metres in the solve would show as a force that is not "
+      "proportional to the target.");
   double worst = 0;
   for (const auto model : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
     const auto forces = [&](double size) {
@@ -404,9 +400,8 @@ TEST(StabilityContacts, TargetsOfAPicometreAndOfTenOrgans) {
 
 TEST(StabilityContacts, OnAndOffEachTick) {
   StabilityCase attack(
-      "Rows leave the factor by reflections and come back by elimination, thousands of times a minute: rounding adds "
-      "up, and "
-      "the force drifts from that of a scene that was just made.");
+      "Contacts leave and join the factor by rank updates thousands of times a minute: rounding could add up, so that "
+      "the force drifts from that of a new scene.");
   const int nodes = 24, ticks = quick_or_long(3000, 1000000);
   std::mt19937 random(19);
   std::uniform_int_distribution<int> coin(0, 1);
@@ -419,7 +414,7 @@ TEST(StabilityContacts, OnAndOffEachTick) {
     std::vector<palpate_grip> grips;
     for (int c = 0; c < nodes; ++c) {
       const std::int32_t node = block().box.touchable[static_cast<std::size_t>(columns[static_cast<std::size_t>(c)])];
-      // All at once, all others, or any.
+      // All contacts at once, every other one, or a random choice.
       const bool on = tick % 3 == 0 ? tick % 2 == 0 : tick % 3 == 1 ? c % 2 == tick % 2 : coin(random);
       if (on) grips.push_back(grip_at_node(node, wave(node)));
     }
@@ -432,9 +427,8 @@ TEST(StabilityContacts, OnAndOffEachTick) {
 
 TEST(StabilityContacts, OneOfManyMovesEachTick) {
   StabilityCase attack(
-      "Where few rows leave, the factor is updated and never made anew: what each update rounds stays in it for as "
-      "long "
-      "as other contacts last.");
+      "If only a few rows leave, the factor is updated and never computed anew: rounding of each update stays in it "
+      "while other contacts last.");
   const int nodes = 24, ticks = quick_or_long(20000, 10000000);
   std::mt19937 random(23);
   std::uniform_int_distribution<int> any(0, nodes - 1), beside(0, 2);

@@ -1,4 +1,4 @@
-// The quasi-non-linear correction at no length, at any length, on data that no tissue gave, and round a cycle.
+// The quasi-non-linear correction at zero and at any length, for fits of arbitrary data, and over a cycle of motion.
 #include <random>
 
 #include "formats/errors.h"
@@ -34,7 +34,7 @@ class Corrected {
     scene_ = box().scene(def);
     contacts_ = std::make_unique<Contacts>(scene_.get());
   }
-  // What the organ does to each tool.
+  // The force of the organ on each tool.
   std::vector<Vector3d> hold(const std::vector<std::vector<palpate_grip>>& grips) {
     std::vector<palpate_tool> tools;
     for (const auto& of_one : grips) tools.push_back(tool_of(of_one));
@@ -61,9 +61,8 @@ std::vector<palpate_grip> face_moved(const Vector3d& d) {
 
 TEST(StabilityCorrection, AtNoLengthAndFarOutsideTheRange) {
   StabilityCase attack(
-      "P(r) / r and Q(f) / f at zero are 0 / 0, at a denormal they overflow, and a polynomial of degree ten a thousand "
-      "ranges "
-      "outside is rounding raised to the tenth.");
+      "P(r) / r and Q(f) / f are 0 / 0 at zero and overflow at a denormal; a polynomial of degree ten far outside its "
+      "range is rounding to the tenth power.");
   ResponseCurve curve;
   const std::vector<double> c = stiffening(0.5, 0.3);
   ASSERT_TRUE(curve.set(c.data(), 4, 0.5));
@@ -79,7 +78,8 @@ TEST(StabilityCorrection, AtNoLengthAndFarOutsideTheRange) {
   attack.hold("slope near zero, off the one of the curve", at_zero, 1e-14, "rounding of four terms near one");
   attack.hold("value at -x off minus that at x", odd, 0,
               "the curve is odd: reversing the direction reverses the force");
-  attack.hold("fall from 1e-320 to 1e300, N", fall, 0, "monotone, and continued linearly with the slope at the end");
+  attack.hold("fall from 1e-320 to 1e300, N", fall, 0,
+              "monotone, and continued linearly with the slope at the end of the range");
 }
 
 TEST(StabilityCorrection, ScenesFromNoMotionToTenOrgans) {
@@ -103,7 +103,7 @@ TEST(StabilityCorrection, ScenesFromNoMotionToTenOrgans) {
   }
   attack.hold("answers that are not finite", finite ? 0 : 1, 0, "zero length: the result is zero, no NaN");
   attack.hold("length of the direction off 1, or off 0", askew, 1e-15,
-              "a unit vector or none: squares that underflow are no direction");
+              "a unit vector, or zero if the squares underflow");
   attack.hold("use outside the range without a flag", flagged ? 0 : 1, 0, "PALPATE_STEP_RESPONSE_RANGE");
   attack.hold("force reversed against the reverse of the force, relative", asymmetry, 1e-12,
               "P and Q are odd; rounding");
@@ -112,8 +112,7 @@ TEST(StabilityCorrection, ScenesFromNoMotionToTenOrgans) {
 
 TEST(StabilityCorrection, MotionsOfAToolThatCancelButForRounding) {
   StabilityCase attack(
-      "A tool that spreads its nodes apart imposes motions whose sum is zero, or rounding: the direction of that "
-      "rounding "
+      "A tool that spreads its nodes imposes motions whose sum is zero, or rounding: the direction of this rounding "
       "would decide which part of the force is corrected.");
   Corrected scene;
   double length = 0;
@@ -130,9 +129,8 @@ TEST(StabilityCorrection, MotionsOfAToolThatCancelButForRounding) {
 
 TEST(StabilityCorrection, TwoToolsThatPullOneNodeApart) {
   StabilityCase attack(
-      "Two tools with opposite directions at one node: their imposed displacements cancel, and the resultant of each "
-      "is as "
-      "large as the regularised system lets it be.");
+      "Two tools with opposite directions at one node: their displacements cancel, and each tool's force is as large "
+      "as the regularised system allows.");
   Corrected scene;
   const std::int32_t node = box().touchable[20];
   double worst = 0, shape = 0;
@@ -144,16 +142,14 @@ TEST(StabilityCorrection, TwoToolsThatPullOneNodeApart) {
     worst = std::max(worst, (forces[0] + forces[1]).norm() / forces[0].norm());
     for (const float x : scene.shape()) shape = std::isfinite(x) ? std::max(shape, std::abs(x) / size) : INFINITY;
   }
-  attack.hold("sum of the two forces over one of them", worst, 1e-9,
-              "Q is odd, and the node itself is to stay where it is");
+  attack.hold("sum of the two forces over one of them", worst, 1e-9, "Q is odd, and the node must not move");
   attack.hold("largest displacement of the shape over the targets", shape, 1, "two opposite contributions cancel");
 }
 
 TEST(StabilityCorrection, PushedAndReleasedInACycle) {
   StabilityCase attack(
-      "Where the law is elastic the way back is the way there: a force that depended on the direction of motion would "
-      "hand "
-      "the hand energy at every cycle, and a device would sing.");
+      "In an elastic law, the force on the way out equals that on the way in. A force that depends on the direction of "
+      "motion would add energy in every cycle, and a haptic device would vibrate.");
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   double net = 0;
@@ -170,7 +166,7 @@ TEST(StabilityCorrection, PushedAndReleasedInACycle) {
     net = std::max(net, std::abs(work) / effort);
   }
   attack.hold("net work over the work done, in and out along one line", net, 1e-12,
-              "one force at one displacement: 200 roundings, and those of the contact system");
+              "each displacement has one force: 200 roundings, and those of the contact system");
 }
 
 TEST(StabilityCorrection, FitsOnDataThatNoTissueGave) {

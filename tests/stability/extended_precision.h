@@ -1,4 +1,4 @@
-// What the store holds of a touchable node, by every element written out densely in 64 bits of mantissa: the reference where
+// The tensor of a touchable node, computed with dense matrices and 64 bits of mantissa for every element: the reference where
 // double precision has few digits left.
 #pragma once
 
@@ -80,7 +80,7 @@ class ExtendedStiffness {
     k_ += dilatation.transpose() * dilatation;
   }
 
-  // Straight edges only: bodies with flat faces.
+  // For straight edges only: bodies with flat faces.
   void quadratic() {
     const QuadraticMesh mesh = quadratic_mesh(body_);
     EXPECT_EQ(mesh.curved_edges, 0u);
@@ -123,7 +123,7 @@ inline std::vector<double> in_extended_precision(const ElasticBody& body, Elemen
   for (std::size_t n = 0; n < discretisation.fixed.size(); ++n)
     for (std::size_t d = 0; d < 3; ++d)
       if (!discretisation.fixed[n][d]) free.push_back(static_cast<Eigen::Index>(3 * n + d));
-  // Rows: how each vertex is read; its transpose is how it is loaded.
+  // Row n reads the displacement of vertex n; the transpose loads it.
   const auto vertices = static_cast<Eigen::Index>(body.nodes.size());
   Long read = Long::Zero(3 * vertices, stiffness.rows());
   const auto& touch = discretisation.touch;

@@ -1,7 +1,7 @@
-"""Removes each guard of guards.toml in a copy of the sources, one by one, and sees that the cases named there fail without it.
+"""Removes each guard of guards.toml from a copy of the sources, one at a time, and checks that the cases named there fail.
 
-    guards.py SOURCE BUILD -o FOLDER [--only NAME] [--cmake OPTIONS]    the study; SOURCE is left alone, the copy lies in BUILD
-    guards.py SOURCE --check                                            only whether the list still fits the sources
+    guards.py SOURCE BUILD -o FOLDER [--only NAME] [--cmake OPTIONS]    the whole run; SOURCE is not changed, the copy is in BUILD
+    guards.py SOURCE --check                                            only checks that the list fits the sources
 """
 import argparse
 import html
@@ -19,17 +19,17 @@ import tomllib
 
 from stability_report import STYLE
 
-FOLDERS = ("bench", "bindings", "cmake", "formats", "meshing", "pipelines", "precompute", "runtime", "tests")
+FOLDERS = ("bench", "bindings", "cmake", "formats", "meshing", "pipelines", "precompute", "programs", "runtime", "studies", "tests")
 FILES = ("CMakeLists.txt", "CMakePresets.json", "LICENSE")
 KEYS = {"name", "group", "file", "find", "replace", "program", "cases"}
-TIME_LIMIT = 180  # s of a case: none takes a tenth of it
-MEMORY_LIMIT = 8 << 30  # bytes of a case: without some guards it would take the machine's
+TIME_LIMIT = 180  # s for a case; none takes a tenth of it
+MEMORY_LIMIT = 8 << 30  # bytes for a case: without some guards a case would use all memory
 
 
 # ---- the list against the sources -----------------------------------------------------------------------------------
 
 def cases_of_programs(source):
-    """Program -> the cases of the folder that makes it, both as the sources spell them."""
+    """Test program -> the cases in its folder, as the sources spell them."""
     programs = {}
     for lists in (source / "tests").rglob("CMakeLists.txt"):
         cases = set()
@@ -40,7 +40,7 @@ def cases_of_programs(source):
 
 
 def faults(guards, source):
-    """What of the list does not fit the sources, a sentence each."""
+    """A sentence for each entry of the list that does not fit the sources."""
     programs, names = cases_of_programs(source), set()
     for g in guards:
         name = g.get("name", "a guard without a name")

@@ -1,4 +1,4 @@
-// A box whose stored compliance the test knows too: the reference for what contacts make of it.
+// A box whose compliance the test knows: the reference for the forces of contacts.
 #pragma once
 
 #include "tests/runtime/touched_box.h"
@@ -29,7 +29,7 @@ class KnownBox {
                               static_cast<std::size_t>(i)];
     return unit * own_stiffness(k).inverse();
   }
-  // W over some columns; of C_nk and C_kn the one in the later column counts, as in the runtime.
+  // W over some columns. Of C_nk and C_kn, which rounding makes differ, it takes the one in the later column, as the runtime does.
   Eigen::MatrixXd compliance(const std::vector<std::int32_t>& columns) const {
     const auto count = static_cast<Eigen::Index>(columns.size());
     Eigen::MatrixXd w(3 * count, 3 * count);
@@ -53,7 +53,7 @@ class KnownBox {
   TouchedBox box;
 };
 
-// What rounding may make of a solve with W: rows times half a unit in the last place times the condition of W scaled to a
+// Bound on the rounding of a solve with W: rows times half a unit in the last place times the condition of W after scaling to a
 // diagonal of one.
 inline double rounding_of(const Eigen::MatrixXd& w) {
   const Eigen::VectorXd d = w.diagonal().cwiseSqrt().cwiseInverse();

@@ -1,4 +1,4 @@
-// Scenes that run for long, at any time step: bounded, and after a closed path as before.
+// Scenes that run for long with any time step: forces stay bounded, and after a closed path the answers are the same.
 #include <random>
 
 #include "tests/runtime/touched_box.h"
@@ -14,7 +14,7 @@ const TouchedBox& box() {
   return shared;
 }
 
-// Two tools with discs and a grip; what all of it answers to a fixed set of moves.
+// Two tools with discs and a grip, and their answers to a fixed set of moves.
 class Played {
  public:
   explicit Played(const palpate_scene_def& def) : scene_(box().scene(def)), contacts_(scene_.get()) {}
@@ -27,12 +27,12 @@ class Played {
     tools[2].grips = &grip, tools[2].grip_count = 1;
     return palpate_touch(scene_.get(), tools, 3, dt, contacts_.get());
   }
-  // Both tools leave the organ and go round it, since a contact ends above the face where it began; then they come down at one
-  // place each and are pressed and dragged a little.
+  // Both tools leave the organ and go round it, because a contact ends above the face where it began. Then each comes down at its
+  // site, presses and is dragged a little.
   std::vector<double> probe() {
     const Vector3d middle(0.03, 0.025, 0.02), x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     const Vector3d first[] = {y, z, -y, -z, -x, y, x}, second[] = {y, x, -y, -x, -z, y, z};
-    // A place that slides follows a tool by no more than eight buckets a step: it is given time.
+    // A sliding contact follows its tool by at most eight buckets in a step, so the tool waits for it.
     for (int s = 0; s < 140; ++s) touch(middle + first[s / 20], middle + second[s / 20], Vector3d::Zero(), 1e4);
     std::vector<double> answer;
     for (int s = 0; s < 6; ++s) {
@@ -67,8 +67,8 @@ double off(const std::vector<double>& a, const std::vector<double>& b) {
 
 TEST(StabilityLongRuns, RandomToolComesBackToTheSameForce) {
   StabilityCase attack(
-      "Whatever a step leaves behind it (the factor, warm starts, last places, the relaxation's memory) adds up over a "
-      "day's hundred million touches.");
+      "A step leaves a factor, warm starts, last positions and the relaxation's memory behind. Errors in them could "
+      "add up over a day's hundred million touches.");
   const long touches = quick_or_long(100000L, 100000000L) / 8;
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
     for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
@@ -110,7 +110,7 @@ TEST(StabilityLongRuns, RandomToolComesBackToTheSameForce) {
       attack.hold("change of force in a step, N" + of, fastest, 1000 * 1.001e-3 * (1 + 1e-9), "force_slew");
       attack.hold(
           "probe after the run against before, relative" + of, change, law == PALPATE_LAW_STICKING ? 1e-9 : 1e-6,
-          law == PALPATE_LAW_STICKING ? "rounding of a factor that had other rows"
+          law == PALPATE_LAW_STICKING ? "rounding of a factor that held other rows before"
                                       : "Gauss-Seidel ends at 1e-10 of the largest target, at most six times in a row");
     }
 }
@@ -150,7 +150,7 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
   const double held_for = 1e-9 * static_cast<double>(steps - 1);
   for (int i = 0; i < 2; ++i) {
     const double tau = def.relaxation.time[i];
-    // The first step is the ramp: mean of the relaxation over it.
+    // The first step ramps the force up: the mean of the relaxation over this step.
     expected -= def.relaxation.share[i] * (1 - std::exp(-held_for / tau) * -std::expm1(-1e-9 / tau) * tau / 1e-9);
   }
   attack.hold("after " + std::to_string(steps) + " steps of 1 ns, against the closed form, relative",
@@ -159,7 +159,8 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
 }
 
 TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
-  StabilityCase attack("A step so short, or a time so long, that their ratio underflows: what it adds is 0 / 0.");
+  StabilityCase attack(
+      "A step so short, or a time so long, that their ratio underflows: the relaxation's increment is 0 / 0.");
   palpate_scene_def def = unlimited_def();
   const palpate_grip grip = grip_at_node(box().touchable[5], {-0.001, 0.0005, 0.0002});
   const palpate_tool tool = {nullptr, 0, &grip, 1, 1, 0, 0};
@@ -178,12 +179,12 @@ TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
       const double change = (held(dt) - whole).norm() / whole.norm();
       off = std::isfinite(change) ? std::max(off, change) : INFINITY;
     }
-  attack.hold("force off the one before any relaxation, relative", off, 1e-15, "nothing relaxes in no time: rounding");
+  attack.hold("force off the one before any relaxation, relative", off, 1e-15, "no time, no relaxation: rounding");
 }
 
 TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
   StabilityCase attack(
-      "A loop that stalls for ten seconds, or calls twice in a nanosecond, must not buy a jump of the force.");
+      "A loop that stalls for ten seconds, or calls twice in a nanosecond, must not allow a jump of the force.");
   palpate_scene_def def = palpate_default_scene_def();
   def.force_limit = 0.1, def.force_slew = 0.2, def.law = PALPATE_LAW_COULOMB, def.relaxation = brain();
   Played played(def);

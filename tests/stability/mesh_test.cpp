@@ -1,4 +1,4 @@
-// Meshes that the precompute finds hard: scales, places far away, slivers, needles, caps, sizes of four decades, hinges.
+// Difficult meshes: extreme scales, far from the origin, slivers, needles, caps, sizes that differ by four decades.
 #include "tests/stability/extended_precision.h"
 #include "tests/stability/solved_columns.h"
 #include "tests/stability/stability_case.h"
@@ -24,8 +24,9 @@ TEST(StabilityMesh, FromMicrometresToKilometres) {
 
 TEST(StabilityMesh, FarFromTheOrigin) {
   StabilityCase attack(
-      "At 1e7 m a coordinate has nine digits below a metre left: volumes from products of coordinates lose all.");
-  // Binary fractions, so that the body far away is the same to the last bit.
+      "At 1e7 m a coordinate has nine digits left below a metre: volumes computed from products of coordinates would "
+      "lose all digits.");
+  // Coordinates are binary fractions, so that the shifted body is the same to the last bit.
   for (const Element element : kElements) {
     const auto at = [&](double away) {
       TetrahedralMesh mesh = box_mesh({4, 4, 4}, {0.0625, 0.0625, 0.03125});
@@ -52,12 +53,12 @@ TEST(StabilityMesh, TheSameIterationsAtEveryScale) {
     for (const double size : {1e-6, 1e-3, 1.0, 1e3}) most = std::max(most, std::abs(iterations(size) - expected));
     attack.hold(std::string("iterations at 1 um to 1 km against ") + std::to_string(expected) + " at 10 cm, " +
                     (cholesky ? "factor" : "multigrid"),
-                most, 0, "the same system but for its unit");
+                most, 0, "the same system in another unit");
   }
 }
 
-// The tensor of one node against extended precision, over what rounding alone does: each element's stiffness is rounded by
-// some 2.2e-16 of its edge over its least height, and energy follows in proportion; and the tolerance 1e-9.
+// Error of a node's tensor relative to extended precision, divided by the error that rounding explains: some 2.2e-16 of an
+// element's edge over its least height, plus the solver's tolerance of 1e-9.
 struct Off {
   double error = 0, over_rounding = 0, residual_over_rounding = 0;
 };
@@ -89,8 +90,8 @@ void hold_against_extended(StabilityCase& attack, const std::string& of, const W
 
 TEST(StabilityMesh, Slivers) {
   StabilityCase attack(
-      "A tetrahedron that is almost flat is stiff as the reciprocal of its height: its volume loses digits, K its "
-      "condition, and the tensors their accuracy, or the factor breaks down.");
+      "The stiffness of an almost flat tetrahedron grows as the reciprocal of its height: its volume loses digits, K "
+      "its condition and the tensors their accuracy, or the factorisation fails.");
   for (const Element element : kElements) {
     WorstOff worst;
     for (const double degrees : {1e1, 1e0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
@@ -107,7 +108,7 @@ TEST(StabilityMesh, Slivers) {
   }
 }
 
-// A box whose planes of nodes stand at these coordinates along each axis.
+// A box with planes of nodes at these coordinates along each axis.
 TetrahedralMesh graded_box(const std::array<std::vector<double>, 3>& at) {
   const auto cells = [&](std::size_t d) { return static_cast<int>(at[d].size()) - 1; };
   TetrahedralMesh mesh = box_mesh({cells(0), cells(1), cells(2)}, {1.0 * cells(0), 1.0 * cells(1), 1.0 * cells(2)});
@@ -118,8 +119,8 @@ TetrahedralMesh graded_box(const std::array<std::vector<double>, 3>& at) {
 
 TEST(StabilityMesh, Needles) {
   StabilityCase attack(
-      "Where two thin layers of the mesh cross, tetrahedra are long and thin both ways, and their gradients differ by "
-      "decades within one element.");
+      "Where two thin layers of the mesh cross, tetrahedra are long and thin in two directions, and their gradients "
+      "differ by decades within one element.");
   for (const Element element : kElements) {
     WorstOff worst;
     for (const double thin : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
@@ -133,9 +134,8 @@ TEST(StabilityMesh, Needles) {
 
 TEST(StabilityMesh, Caps) {
   StabilityCase attack(
-      "A node a hair above the middle of a face makes a tetrahedron without short edges or sharp angles of its faces, "
-      "and "
-      "yet flat: checks of edges do not see it.");
+      "A node just above the middle of a face makes a flat tetrahedron (a cap) without short edges or sharp angles in "
+      "its faces: checks of edges do not find it.");
   for (const Element element : kElements) {
     WorstOff worst;
     for (const double height : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10}) {
@@ -166,9 +166,8 @@ TEST(StabilityMesh, Caps) {
 
 TEST(StabilityMesh, ElementSizesOverFourDecades) {
   StabilityCase attack(
-      "Elements of 0.1 mm beside elements of a metre: entries of K differ by four decades, and what is small must not "
-      "be "
-      "taken for rounding.");
+      "Elements of 0.1 mm beside elements of a metre: entries of K differ by four decades, and small entries must not "
+      "be taken for rounding.");
   const std::vector<double> at = {0, 1e-4, 1e-3, 1e-2, 1e-1, 1};
   for (const Element element : {Element::p1, Element::p1_anp}) {
     const ElasticBody body = held_body(graded_box({{at, at, at}}), {{5400, 0.45, 0}});

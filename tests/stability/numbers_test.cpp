@@ -86,7 +86,7 @@ std::vector<palpate_scene_def> every_model() {
 
 TEST(StabilityNumbers, InEveryFieldOfATool) {
   StabilityCase attack(
-      "A NaN, an infinity or a number too small to divide by, in one field of one tool: it could reach the factor, the "
+      "A NaN, an infinity or a number too small to divide by in one field of a tool could reach the factor, the "
       "relaxation's memory or the last shape, and stay there.");
   std::string broken;
   long steps = 0, unanswered = 0;
@@ -141,7 +141,7 @@ TEST(StabilityNumbers, InEveryFieldOfATool) {
 
 TEST(StabilityNumbers, InEveryFieldOfAScene) {
   StabilityCase attack(
-      "A limit or a time constant that is no number makes every comparison with it false: no limit at all.");
+      "If a limit or a time constant is NaN, every comparison with it is false, so that there is no limit at all.");
   std::string broken, place;
   long scenes = 0, accepted = 0;
   for (palpate_scene_def def : every_model())
@@ -179,8 +179,8 @@ TEST(StabilityNumbers, InEveryFieldOfAScene) {
 
 TEST(StabilityNumbers, ForcesThatOverflow) {
   StabilityCase attack(
-      "A response as steep as doubles allow takes a force beyond all numbers: infinity times a limit over infinity is "
-      "none, and a memory that has seen one never forgets.");
+      "A response curve as steep as doubles allow makes forces overflow: infinity times a limit over infinity is NaN, "
+      "and a memory that has stored a NaN never loses it.");
   const TouchedBox steep({}, [](BundleParts& parts) {
     add_everything(parts);
     parts.set(formats::SectionId::response_force, {2}, std::vector<double>{1e307, 1e307});
@@ -277,9 +277,8 @@ class HandedOn {
 
 TEST(StabilityNumbers, InEveryFieldOfWhatIsHandedOn) {
   StabilityCase attack(
-      "Contacts come through a socket and a shape through the host's hands: a NaN in either fills the picture; in a "
-      "mesh to "
-      "draw it binds a vertex to nothing.");
+      "Contacts may come through a socket, and the host passes shapes on: a NaN in either would fill the picture; in a "
+      "render mesh it binds a vertex to nothing.");
   long calls = 0, unflagged = 0, not_finite = 0, left = 0, taken = 0;
   for (const bool corrected : {false, true}) {
     HandedOn handed(corrected);
@@ -324,7 +323,8 @@ TEST(StabilityNumbers, InEveryFieldOfWhatIsHandedOn) {
 }
 
 TEST(StabilityNumbers, MinusZeroIsZero) {
-  StabilityCase attack("-0 has another sign bit: a branch on the sign, or a hash of the bits, would answer otherwise.");
+  StabilityCase attack(
+      "-0 and 0 have different sign bits: a branch on the sign, or a hash of the bits, would give different answers.");
   long differing = 0;
   for (const palpate_scene_def& def : every_model())
     for (std::size_t f = 0; f < Sent().numbers().size(); ++f) {
@@ -342,7 +342,8 @@ TEST(StabilityNumbers, MinusZeroIsZero) {
       }
       differing += answer[0] != answer[1];
     }
-  attack.hold("fields where -0 and 0 give different answers", static_cast<double>(differing), 0, "they are one number");
+  attack.hold("fields where -0 and 0 give different answers", static_cast<double>(differing), 0,
+              "-0 and 0 are the same number");
 }
 
 // A tool that comes down, is dragged and leaves, and a grip whose motion fades away; every force and place of it.
@@ -370,9 +371,8 @@ std::vector<double> walk(const TouchedBox& box, double smallest) {
 
 TEST(StabilityNumbers, FlushedDenormalsChangeNothingButDenormals) {
   StabilityCase attack(
-      "Hosts of sound and pictures set FTZ and DAZ: denormals become zero, a division by one that is tested against "
-      "zero "
-      "before becomes a division by zero.");
+      "Hosts for audio and graphics set FTZ and DAZ: denormals become zero, and a division whose divisor was tested "
+      "against zero before becomes a division by zero.");
   const unsigned mode = _mm_getcsr();
   for (const double smallest : {1e-3, 1e-297}) {
     const std::vector<double> kept = walk(everything(), smallest);
@@ -394,9 +394,8 @@ TEST(StabilityNumbers, FlushedDenormalsChangeNothingButDenormals) {
 
 TEST(StabilityNumbers, HostBuiltWithFastMath) {
   StabilityCase attack(
-      "-ffast-math lets a host assume that there is no NaN and links a start-up that sets FTZ and DAZ: inline code of "
-      "the "
-      "API's headers, or a check left to the host, would be lost.");
+      "With -ffast-math a host assumes that there is no NaN and sets FTZ and DAZ at start-up: inline code of the API's "
+      "headers, or a check left to the host, could be lost.");
   const auto file = scratch_file("everything.h5");
   BundleParts parts = tiny_bundle();
   add_everything(parts);
@@ -452,10 +451,10 @@ TEST(StabilityNumbers, HalfPrecisionUnderManyContacts) {
     const Eigen::VectorXd expected = force(single), found = force(half);
     const double off =
         (d.cwiseInverse().asDiagonal() * (found - expected)).norm() / (d.cwiseInverse().asDiagonal() * expected).norm();
-    attack.hold("force of " + std::to_string(columns.size()) + " contacts, f16 against f32, relative", off,
-                error < 0.5 ? error / (1 - error) : 1,
-                error < 0.5 ? "|dA| |A^-1| / (1 - |dA| |A^-1|) of the scaled system"
-                            : "no bound from the condition is left: 1");
+    attack.hold(
+        "force of " + std::to_string(columns.size()) + " contacts, f16 against f32, relative", off,
+        error < 0.5 ? error / (1 - error) : 1,
+        error < 0.5 ? "|dA| |A^-1| / (1 - |dA| |A^-1|) of the scaled system" : "the condition gives no bound: 1");
   }
 }
 

@@ -55,9 +55,10 @@ class Verdicts {
     if (wrong_ < 10) ADD_FAILURE() << what << " = " << word << " " << wrong << ": " << ended.errors;
   }
   void hold(StabilityCase& attack) const {
-    attack.hold(fmt::format("neither refused in one sentence nor answered rightly, of {} runs", runs_),
-                static_cast<double>(wrong_), 0,
-                "exit code 2, file and place named, nothing left; or an answer that holds");
+    attack.hold(
+        fmt::format("runs of {} that neither gave a correct answer nor refused the input in one sentence", runs_),
+        static_cast<double>(wrong_), 0,
+        "refusal: exit code 2, names file and place, leaves no file; or a correct answer");
   }
 
  private:
@@ -77,7 +78,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
 
 TEST(StabilityProgramInput, OrganAndBoundaryFiles) {
   StabilityCase attack(
-      "TOML knows nan and inf, and a slip of a unit makes 1e308: each comparison with NaN is false, so that a check "
+      "TOML allows nan and inf, and a wrong unit makes 1e308. Every comparison with NaN is false, so that a check "
       "written the wrong way round lets it through to an hour of solving, or into the bundle.");
   Programs programs;
   Verdicts verdicts(programs);
@@ -118,7 +119,7 @@ TEST(StabilityProgramInput, OrganAndBoundaryFiles) {
 }
 
 TEST(StabilityProgramInput, MeasuredCurves) {
-  StabilityCase attack("One NaN among the measured points makes every coefficient of the fit one.");
+  StabilityCase attack("One NaN among the measured points makes every coefficient of the fit NaN.");
   Programs programs;
   Verdicts verdicts(programs);
   programs.write("organ.toml", programs.organ() +
@@ -141,8 +142,8 @@ TEST(StabilityProgramInput, MeasuredCurves) {
 
 TEST(StabilityProgramInput, MeshFilesInEveryForm) {
   StabilityCase attack(
-      "A coordinate that is no number, in text or in the bytes of a binary mesh: volumes become NaN, which is neither "
-      "above nor below zero.");
+      "A coordinate that is NaN, in text or in the bytes of a binary mesh: volumes become NaN, which is neither above "
+      "nor below zero.");
   Programs programs;
   Verdicts verdicts(programs);
   const TetrahedralMesh good = programs.mesh();
@@ -176,8 +177,8 @@ TEST(StabilityProgramInput, MeshFilesInEveryForm) {
 
 TEST(StabilityProgramInput, ScenesAndToolPaths) {
   StabilityCase attack(
-      "A scene of odd numbers could play for ever, write NaN into its results, or leave a folder that looks like a "
-      "run.");
+      "A scene with extreme numbers could play for ever, write NaN into its results, or leave a folder that looks like "
+      "a finished run.");
   Programs programs;
   ASSERT_EQ(programs.precompute("box.h5").code, 0);
   Verdicts verdicts(programs);
@@ -250,7 +251,7 @@ box = { min = [59, -1, -1], max = [61, 1, 1] }
 }
 
 TEST(StabilityProgramInput, SurfacesInEveryForm) {
-  StabilityCase attack("A surface with one point that is nowhere passes every check of topology.");
+  StabilityCase attack("A surface with one point at NaN passes every check of topology.");
   Programs programs;
   Verdicts verdicts(programs);
   // A cube of two triangles a face; @ stands for one coordinate.

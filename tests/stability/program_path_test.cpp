@@ -27,8 +27,8 @@ nlohmann::json summary_of(const Programs& programs, const std::string& run) {
 
 TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
   StabilityCase attack(
-      "What the elements hold one by one must reach the hand: a disc pressed by palpate-run into bundles of every "
-      "element, whose force p1 alone may lock.");
+      "The elements' accuracy must reach the user's hand: palpate-run presses a disc into bundles of every element; "
+      "only p1 may lock.");
   Programs programs;
   write_mesh(programs.folder() / "box.msh", box_mesh({8, 7, 6}, {60, 50, 40}, 0.15));
   programs.write(
@@ -51,13 +51,13 @@ TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
     }
     band = std::max(band, std::abs(force[1] / force[2] - 1)), locks = std::max(locks, force[0] / force[2]);
   }
-  attack.hold("runs that failed or did not verify, of 18", failed, 0, "nothing here is out of reach");
-  attack.hold(
-      "force of p1-anp off that of p2-p0, relative", band, 0.063,
-      "what both are off one reference in the accuracy study where edges are as long as the disc's radius: 3.5 and "
-      "2.8 % at nu 0.499, 1,696 vertices (make -f Makefile.data accuracy)");
+  attack.hold("runs that failed or did not verify, of 18", failed, 0, "every input here is valid");
+  attack.hold("force of p1-anp off that of p2-p0, relative", band, 0.063,
+              "the sum of the errors of both in the accuracy study where edges are as long as the disc's radius: 3.5 "
+              "and 2.8 % at nu 0.499, 1,696 vertices (make -f Makefile.data accuracy)");
   attack.hold("p1 above 0.4 without a warning, or with one below", unsaid, 0, "\"p1\" locks");
-  attack.hold("1 over the locking of p1 at 0.4999", 1 / locks, 0.9, "the attack is as sharp as it says");
+  attack.hold("1 over the locking of p1 at 0.4999", 1 / locks, 0.9,
+              "p1 locks here, so that an element that locks would be seen");
 }
 
 // One box, and what is done to its mesh before it is written.
@@ -83,8 +83,8 @@ void scale(TetrahedralMesh& mesh, double by) {
 
 TEST(StabilityProgramPath, DamagedMeshes) {
   StabilityCase attack(
-      "What a mesher or a hand does to a mesh: refused before anything is solved, in a sentence that says where; or "
-      "solved, where it is sound.");
+      "Damage by a mesher or by hand: refused before anything is solved, with a sentence that says where; or solved, "
+      "if the mesh is sound.");
   const Damage damages[] = {
       {"none", [](TetrahedralMesh&) {}, 0, ""},
       {"an element listed inside out", [](TetrahedralMesh& m) { std::swap(m.tetrahedra[40][0], m.tetrahedra[40][1]); },
@@ -178,7 +178,8 @@ TEST(StabilityProgramPath, DamagedMeshes) {
 
 TEST(StabilityProgramPath, Supports) {
   StabilityCase attack(
-      "A body that can move is found by nothing but a rank: an hour of iterations, or a wrong answer.");
+      "Only the rank of K shows that a body can move: without a check the solver iterates for an hour, or gives a "
+      "wrong answer.");
   const auto fix = [](const std::string& dofs, const std::string& select) {
     return "[[fixed]]\ndofs = \"" + dofs + "\"\nselect = { " + select + " }\n";
   };
@@ -248,7 +249,7 @@ TEST(StabilityProgramPath, HostileScenes) {
         for (const auto& tool : summary.at("tools")) over = std::max(over, tool.at("peak_force_N").get<double>() / 3);
         std::filesystem::remove_all(programs.folder() / "out");
       }
-  attack.hold("runs that failed or wrote what is no number, of 24", wrong, 0, "a step always yields an answer");
+  attack.hold("runs of 24 that failed or wrote a NaN or an infinity", wrong, 0, "a step always yields an answer");
   attack.hold("largest force over the scene's limit", over, 1 + 1e-6,
               "[limits] force; what is written has seven digits");
 }

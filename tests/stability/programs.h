@@ -1,4 +1,4 @@
-// The programs on a small box, run as their users run them. PALPATE_PRECOMPUTE and the like are their paths.
+// Runs the programs on a small box, as users do. CMake defines PALPATE_PRECOMPUTE and the like as their paths.
 #pragma once
 
 #include <cstdlib>
@@ -13,10 +13,10 @@ namespace palpate::tests {
 class Programs {
  public:
   Programs() : folder_(fresh_folder()) {
-    // Open MPI refuses to start as root unless told twice.
+    // Open MPI starts as root only with both variables.
     ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
     ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
-    ::setenv("HWLOC_COMPONENTS", "-gl", 1);  // no look for X servers
+    ::setenv("HWLOC_COMPONENTS", "-gl", 1);  // Open MPI must not search for X servers
     write_mesh(folder_ / "box.msh", mesh());
     write("organ.toml", organ());
     write("bc.toml", kBoundary);
@@ -30,7 +30,7 @@ class Programs {
     std::ofstream(folder_ / name, std::ios::binary) << text;
   }
 
-  // A minute ends what hangs.
+  // A program that hangs is ended after a minute.
   ProgramRun execute(const std::string& command) { return run_in(folder_, "timeout 60 " + command); }
   ProgramRun precompute(const std::string& bundle, const std::string& more = "") {
     for (const char* ending : {"", ".part", ".journal"}) std::filesystem::remove(folder_ / (bundle + ending));
@@ -49,7 +49,7 @@ class Programs {
       if (std::filesystem::exists(folder_ / (output + ending))) return true;
     return false;
   }
-  // No table and no report of a run has a NaN or an infinity.
+  // True if no table and no report of a run contains NaN or an infinity.
   bool holds_only_numbers(const std::string& output) const {
     const std::regex none("(^|[^a-z])-?(nan|inf)([^a-z]|$)", std::regex::icase);
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / output))

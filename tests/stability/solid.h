@@ -1,4 +1,4 @@
-// Small solids that the cases attack: held, solved as the program does, and compared.
+// Small solids for the cases: held, solved with the program's solver, and compared.
 #pragma once
 
 #include "formats/organ_config.h"
@@ -20,7 +20,7 @@ inline ElasticBody held_body(const TetrahedralMesh& mesh, const std::vector<Mate
   return body;
 }
 
-// T^u and T^f of a few nodes, T^f over young * length; a column each.
+// T^u and T^f of a few nodes in one list; T^f divided by newton_per_metre.
 inline std::vector<double> tensors_of(const ElasticBody& body, Element element, double newton_per_metre) {
   std::vector<std::int32_t> nodes;
   for (std::size_t k = 0; k < body.touchable.size(); k += body.touchable.size() / 4) nodes.push_back(body.touchable[k]);
@@ -32,7 +32,7 @@ inline std::vector<double> tensors_of(const ElasticBody& body, Element element, 
   return all;
 }
 
-// Largest difference over the largest number of b.
+// Largest difference over the largest absolute value in b.
 inline double off(const std::vector<double>& a, const std::vector<double>& b) {
   double most = 0, largest = 0;
   for (std::size_t i = 0; i < b.size(); ++i)

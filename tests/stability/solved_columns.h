@@ -1,4 +1,4 @@
-// How the solver fares on a body: iterations and true residual of a block of columns.
+// Solves some columns of a body and reports iterations and true residual.
 #pragma once
 
 #include "precompute/solver/column_solver.h"

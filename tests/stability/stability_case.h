@@ -1,5 +1,5 @@
-// A case of the catalogue: what it attacks, its figures held under their bounds, the points of its sweep. Each figure and
-// each point is one line of JSON on stdout, which stability_report.py collects.
+// A stability case: its threat, its figures with their bounds, and the points of its sweep. Each figure and each point is one
+// line of JSON on stdout, which stability_report.py collects.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace palpate::tests {
 
-// PALPATE_STABILITY_LONG=1 asks for the long form, hours for all cases: make -f Makefile.data stability LONG=1.
+// PALPATE_STABILITY_LONG=1 asks for the long form: make -f Makefile.data stability LONG=1.
 template <class Count>
 Count quick_or_long(Count quick, Count longer) {
   const char* set = std::getenv("PALPATE_STABILITY_LONG");
@@ -22,11 +22,11 @@ Count quick_or_long(Count quick, Count longer) {
 
 class StabilityCase {
  public:
-  // threat: what would go wrong, and why.
+  // threat: what could go wrong, and why.
   explicit StabilityCase(std::string threat) : threat_(std::move(threat)), begin_(processor_seconds()) {}
 
-  // Passes where measured <= bound; NaN never does. reason: where the bound comes from. Seconds are processor time since the
-  // figure before.
+  // Passes if measured <= bound, which NaN never is. reason: where the bound comes from. The seconds of a figure are processor
+  // time since the figure before.
   void hold(const std::string& figure, double measured, double bound, const std::string& reason) {
     const bool held = measured <= bound;
     const double now = processor_seconds();
@@ -53,7 +53,7 @@ class StabilityCase {
     line["stability"] = kind, line["group"] = test->test_suite_name(), line["case"] = test->name();
     return line;
   }
-  // Of this process and of those it ran.
+  // Of this process and of the programs that it ran.
   static double processor_seconds() {
     double sum = 0;
     for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {

@@ -95,9 +95,8 @@ int nullity(const ElasticBody& body) {
 
 TEST(StabilitySupport, IsRefusedExactlyWhereKIsSingular) {
   StabilityCase attack(
-      "A motion that nothing holds makes K singular: the factor breaks down, or does not, and its columns are "
-      "rounding. A "
-      "hinge at a vertex or an edge counts as joined for every search of connected elements, and holds no moment.");
+      "A motion that no support prevents makes K singular: the factorisation fails, or succeeds with columns of "
+      "rounding. Two parts that share only a vertex or an edge count as connected, but the hinge transfers no moment.");
   double singular = 0, refused = 0, motions = 0, cases = 0;
   for (const Support& support : supports())
     for (const double size : {1e-6, 0.01, 1e3}) {
@@ -110,16 +109,15 @@ TEST(StabilitySupport, IsRefusedExactlyWhereKIsSingular) {
       motions += support.motions > 0 && said.find(counted) == std::string::npos;
     }
   const std::string of = " of " + std::to_string(static_cast<int>(cases));
-  attack.hold("supports where K has another nullity than statics," + of, singular, 0, "the attack is what it says");
+  attack.hold("supports where K has another nullity than statics," + of, singular, 0, "the test builds what it claims");
   attack.hold("supports refused that hold, or taken that do not," + of, refused, 0, "support_check.h");
   attack.hold("refusals that count other motions than K," + of, motions, 0, "each is named in the sentence");
 }
 
 TEST(StabilitySupport, ThatHoldsIsSolvedHoweverFewItsDofs) {
   StabilityCase attack(
-      "Three nodes, or six dofs, that just hold a body: forces between them are large against the touch, and a node "
-      "held "
-      "in part has a row whose held dofs must couple to nothing.");
+      "Three nodes, or six dofs, that barely support a body: support forces are large compared with the touch, and the "
+      "held dofs of a partly held node must couple to nothing.");
   for (const Element element : kElements) {
     double worst = 0;
     for (const Support& support : supports()) {
@@ -139,7 +137,7 @@ TEST(StabilitySupport, ThatHoldsIsSolvedHoweverFewItsDofs) {
 }
 
 TEST(StabilitySupport, WithEverythingFixedIsRefused) {
-  StabilityCase attack("With every node held there is no dof to solve for: an empty system, or a bundle of nothing.");
+  StabilityCase attack("With every node held there is no dof to solve for: the system is empty, and so is the bundle.");
   const TetrahedralMesh mesh = box_mesh({2, 2, 2}, {2, 2, 2});
   OrganConfig organ;
   organ.regions.push_back({"box", {5400, "test"}, {0.45, "test"}, {}});
