@@ -1,7 +1,7 @@
 #!/bin/sh
-# build_host.sh WAY PALPATE SOURCE FOLDER BUNDLE CMAKE: builds the README's examples as a host's C99 and C++17 programs and runs
-# them on BUNDLE. WAY: subdirectory-static, subdirectory-shared (PALPATE: the sources), package (CMake) or pkg-config with a
-# compiler alone (PALPATE: a prefix).
+# build_host.sh WAY PALPATE SOURCE FOLDER BUNDLE CMAKE: builds the README's examples as C99 and C++17 programs of a host and runs
+# them on BUNDLE. WAY: subdirectory-static, subdirectory-shared (PALPATE: the sources), package (CMake), or pkg-config with only a
+# compiler (PALPATE: the prefix of an installation).
 set -eu
 way=$1 palpate=$2 source=$3 folder=$4 bundle=$5 cmake=$6
 rm -rf "$folder"
@@ -33,9 +33,9 @@ esac
 "$folder/example_CXX" "$bundle" > "$folder/cpp.txt"
 cat "$folder/c.txt" "$folder/cpp.txt"
 grep -q "nodes drawn, flags 0" "$folder/c.txt"
-# No contact above the surface, a force at the end that pushes the needle out.
+# Expected: no force above the surface, and at the end a force that pushes the needle out.
 grep -q "   0 ms   0.0000 N" "$folder/cpp.txt"
 awk '/1000 ms/ { found = 1; if ($3 <= 0) exit 1 } END { exit !found }' "$folder/cpp.txt"
 if "$folder/example_C" "$folder/absent.h5"; then exit 1; else test $? -eq 2; fi
-# A host in C carries nothing of C++.
+# A host in C must not need a C++ library.
 if readelf -d "$folder/example_C" | grep -E 'NEEDED.*(stdc|gcc)'; then exit 1; fi

@@ -36,7 +36,7 @@ def program_that_prints(text):
     enums = re.findall(r"^(?:typedef )?enum\s*(\w*)\s*\{(.*?)\}", text, re.S | re.M)
     aliases = [one_line(t) for t in re.findall(r"^typedef (?!enum|struct \w+ \{)(.*?);", text, re.S | re.M)]
     macros = re.findall(r"^#define (PALPATE_\w+) (\d+)$", text, re.M)
-    # Nothing may be passed over: every typedef, enum and function of the header is one of those.
+    # Every typedef, enum and function of the header must be among them.
     assert text.count("PALPATE_API ") == len(functions) + text.count("define PALPATE_API "), "a function is not understood"
     assert text.count("typedef ") == len(structs) + len(aliases) + sum(1 for name, _ in enums if name), "a type is not understood"
 

@@ -30,7 +30,7 @@ soname = [re.search(r"\[(.*)\]", line)[1] for line in dynamic if "(SONAME)" in l
 if soname != [f"libpalpate.so.{abi}"]:
     failures.append(f"is named {soname}; expected libpalpate.so.{abi}, after PALPATE_API_VERSION")
 
-# Weak symbols of the compiler's start files have no version; what is needed has its library's.
+# Weak symbols of the compiler's start files have no version; needed symbols have that of their library.
 for line in lines_of("nm", "-D", "--undefined-only", "--with-symbol-versions", library):
     kind, symbol = line.split()
     if kind != "w" and "@GLIBC_" not in symbol:

@@ -1,5 +1,5 @@
 #!/bin/sh
-# install.sh SOURCE FOLDER CMAKE [OPTION...]: installs the runtime alone and moves what was installed to FOLDER/prefix.
+# install.sh SOURCE FOLDER CMAKE [OPTION...]: installs only the runtime, then moves the installation to FOLDER/prefix.
 set -eu
 source=$1 folder=$2 cmake=$3
 shift 3
@@ -10,8 +10,8 @@ rm -rf "$folder"
 "$cmake" --install "$folder/build"
 mv "$folder/first" "$folder/prefix"
 
-# A compiler and nothing else: every header that was read is ours, the compiler's or libc's (clang lists tbb.h where the standard
-# library only asks whether it is there).
+# The runtime needs only a compiler: every header that it reads is ours, the compiler's or libc's. (clang also lists tbb.h, because
+# the standard library asks whether it exists.)
 (cd "$folder/build" && ninja -t deps | sed -n 's/^    //p' | sort -u | xargs realpath) > "$folder/headers.txt"
 grep -q "/runtime/include/palpate/palpate.h$" "$folder/headers.txt"
 if grep -v -E "^$source/(runtime|formats)/|^/usr/lib/(gcc|llvm)|^/usr/include/([a-z0-9_]+-linux-gnu/)?(c\+\+|bits|sys|gnu|asm|asm-generic|linux)/|^/usr/include/[a-z0-9-]+\.h$|^/usr/include/tbb/tbb\.h$" "$folder/headers.txt"; then
@@ -19,7 +19,7 @@ if grep -v -E "^$source/(runtime|formats)/|^/usr/lib/(gcc|llvm)|^/usr/include/([
   exit 1
 fi
 
-# What a host expects to find, and nothing that still names the first place.
+# All files that a host needs are there, and none contains the path of the first installation.
 cd "$folder/prefix"
 for file in include/palpate/palpate.h include/palpate/palpate.hpp include/palpate/palpate_mailbox.h share/doc/palpate/LICENSE; do
   test -s "$file"

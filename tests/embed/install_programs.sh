@@ -1,6 +1,6 @@
 #!/bin/sh
-# install_programs.sh BUILD FOLDER CMAKE PYTHON BUNDLE: installs what BUILD has built, moves it, asks each program for its version
-# and plays the Python example, where that package was built.
+# install_programs.sh BUILD FOLDER CMAKE PYTHON BUNDLE: installs everything from BUILD, moves the installation, runs each program with
+# --version, and runs the Python example if BUILD has the package.
 set -eu
 build=$1 folder=$2 cmake=$3 python=$4 bundle=$5
 here=$(dirname "$(realpath "$0")")

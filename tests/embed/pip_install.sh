@@ -1,6 +1,6 @@
 #!/bin/sh
-# pip_install.sh SOURCE FOLDER BUNDLE PYTHON: pip install from the source tree into a fresh environment, without an index, and
-# the package's tests on what it installed. numpy is the system's.
+# pip_install.sh SOURCE FOLDER BUNDLE PYTHON: installs the package with pip from the source tree into a new environment, without a
+# package index, and runs the package's tests. numpy is the system's.
 set -eu
 source=$1 folder=$2 bundle=$3 python=$4
 rm -rf "$folder"

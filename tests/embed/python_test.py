@@ -103,7 +103,7 @@ class Bundle(unittest.TestCase):
         self.assertIs(cut.exception.status, palpate.Status.TRUNCATED)
         with self.assertRaises(palpate.Error):
             palpate.Bundle.from_bytes(b"")
-        # The last byte belongs to no index: only its checksum knows.
+        # No check of the index covers the last byte; only a checksum does.
         bundle = palpate.Bundle(BUNDLE)
         at = whole.index(bundle.nodes.tobytes())
         damaged = palpate.Bundle.from_bytes(whole[: at + 7] + bytes([whole[at + 7] ^ 1]) + whole[at + 8 :])
@@ -204,7 +204,7 @@ class Step(unittest.TestCase):
         self.scene.shape(contacts, positions=positions, displacements=displacements)
         self.assertEqual(address(positions), before)
         self.assertTrue((positions[count:] == 7).all())
-        # One rounding to float of numbers below 0.1 m.
+        # One rounding to float, of numbers below 0.1 m.
         np.testing.assert_allclose(positions[:count] - displacements, self.bundle.nodes[:count], atol=2e-8)
 
     def test_arrays_that_do_not_fit_are_refused_and_untouched(self):
@@ -352,7 +352,7 @@ class Threads(unittest.TestCase):
             other.join()
 
     def test_touch_and_shape_release_the_interpreter(self):
-        self.assertFalse(self.others_run_during(self.scene.reset))  # the measure can say no
+        self.assertFalse(self.others_run_during(self.scene.reset))  # the measurement can also fail
         self.assertTrue(self.others_run_during(lambda: self.scene.touch([], 0.001, self.contacts)))
         self.assertTrue(self.others_run_during(lambda: self.scene.shape(self.contacts, self.positions)))
 

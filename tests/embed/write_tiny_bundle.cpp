@@ -1,4 +1,4 @@
-// Writes the box bundle of tests/support to the file it is given; "long": a box long enough for blocks of low rank.
+// write_tiny_bundle FILE [long]: writes the box bundle of tests/support; long: a box so long that blocks have low rank.
 #include "tests/support/tiny_bundle.h"
 
 int main(int argc, char** argv) {

@@ -1,6 +1,6 @@
-// node browser_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH]: the built viewer in headless Chromium. RENDER_MESH:
-// the finer surface, "box" for one of the box of tests/support; without it, none is drawn and its tests are skipped. Its forces and shapes
-// against palpate-run on the same paths, what mouse and keys do, the states of the page; pictures and frame times into FOLDER.
+// node browser_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH]: tests the built viewer in headless Chromium. Compares
+// its forces and shapes with palpate-run on the same paths; tests mouse, keys and the states of the page; writes pictures and frame
+// times to FOLDER. RENDER_MESH: a finer surface; "box": one for the box of tests/support; without it, its tests are skipped.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -16,12 +16,12 @@ const require = createRequire(`${packageFolder}/package.json`);
 const { chromium } = require("playwright-core");
 const { preview } = await import(pathToFileURL(require.resolve("vite").replace(/index\.cjs$/, "dist/node/index.js")));
 
-// The software renderer: the machine need not have a graphics card.
+// The software renderer, for machines without a graphics card.
 const FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
   "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
-const TOLERANCE = 1e-5;  // doubles in the same order; shapes are floats
-const RADIUS = 0.006;  // m: the page's disc at first
-const PATIENCE = 120_000;  // ms: a busy machine draws a frame a second
+const TOLERANCE = 1e-5;  // both sum doubles in the same order; shapes are floats
+const RADIUS = 0.006;  // m: the disc that the page starts with
+const PATIENCE = 120_000;  // ms: a busy machine may draw one frame in a second
 
 let server, browser, url;
 before(async () => {
@@ -60,7 +60,7 @@ async function ready(options) {
   return page;
 }
 
-// A box of that size, mm, from the origin and a way along x, each face cut into squares of two triangles: a PLY file.
+// The surface of a box as a PLY file: size in mm, shifted along x, each face in squares of two triangles.
 function boxSurface(size, cuts, away = 0) {
   const points = [], faces = [];
   for (let axis = 0; axis < 3; ++axis)
@@ -83,7 +83,7 @@ function boxSurface(size, cuts, away = 0) {
     `element face ${faces.length}\nproperty list uchar int vertex_indices\nend_header\n${[...points, ...faces].join("\n")}\n`;
 }
 
-// A place of the surface in the middle of the view and the way in, from the page itself.
+// Asks the page for the surface point in the middle of the view and the inward direction.
 const middle = (page) => page.evaluate(() => {
   const { place, normal } = globalThis.palpateViewer.front();
   return { place, normal };
@@ -91,7 +91,7 @@ const middle = (page) => page.evaluate(() => {
 const pathRows = ({ place, normal }, heights) => heights.map(([time, height]) => [time, ...place.map((x, d) => x + height * normal[d])]);
 const csv = (rows) => "time_s,x_m,y_m,z_m\n" + rows.map((row) => row.join(",")).join("\n") + "\n";
 
-// Plays a path in the page; the forces are those of the file that the page saves.
+// Plays a path in the page. Reads the forces from the file that the page saves.
 async function playInPage(page, text) {
   await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
   await page.setInputFiles("#path-file", { name: "path.csv", mimeType: "text/csv", buffer: Buffer.from(text) });
@@ -124,7 +124,7 @@ function assertSame(found, expected) {
 
 test("a path gives palpate-run's forces and shape, under each effect that is switched on", async () => {
   const page = await ready();
-  // 250 touches: the last is one of palpate-run's frames as well (60 a second).
+  // 250 touches, so that the last one is also a frame of palpate-run (60 frames a second).
   const rows = pathRows(await middle(page), [[0, 0.002], [0.05, 0.001], [0.2, -0.006], [0.25, -0.008]]);
   const tool = { name: "probe", points: [[0, 0, 0]], path: rows };
   const native = (name, effects, tools) => playNatively(palpateRun, folder, name, bundle, effects, tools, renderMesh ? ["--render-mesh", renderMesh] : []);
@@ -141,7 +141,7 @@ test("a path gives palpate-run's forces and shape, under each effect that is swi
   await page.selectOption('[data-effect="contact"]', "point");
   assertSame(await playInPage(page, csv(rows)), native("point", { contact: "point" }, [tool]));
 
-  // Of a bundle that has it, the interior: computed and drawn when it is asked for, and not before.
+  // If the bundle has an interior: it is computed and drawn only when the user asks for it.
   const inside = () => page.evaluate(() => globalThis.palpateViewer.shown.inside);
   assert.equal(await inside(), 0);
   if (await page.isEnabled('[data-effect="interior"]')) {
@@ -304,7 +304,7 @@ test("no bundle: the page says what to do, and takes one that is opened; a damag
   const page = await open({}, (p) => p.route("**/bundle.h5", (route) => route.fulfill({ status: 404, body: "" })));
   await inState(page, "empty");
   await picture(page, "empty");
-  const give = (file) => page.setInputFiles("#file", file);  // by name: Playwright takes no more than 50 MB as bytes
+  const give = (file) => page.setInputFiles("#file", file);  // by name, because Playwright passes at most 50 MB as bytes
   const damaged = `${folder}/damaged.h5`, bytes = readFileSync(bundle);
   writeFileSync(damaged, bytes.subarray(0, bytes.length / 2));
   await give(damaged);
@@ -362,7 +362,7 @@ test("a picture of a press, seen from the side", async () => {
   await page.close();
 });
 
-// Of a press that is replayed in the surface that is drawn now.
+// Frame times of a replayed press with the surface that is drawn now.
 async function timed(page) {
   await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
   await page.click("#replay");

@@ -1,5 +1,5 @@
-// node gltf_test.mjs PACKAGE_FOLDER PALPATE_RUN WRITE_TINY_BUNDLE FOLDER: what palpate-run --export writes, under Khronos'
-// validator, and the same shapes as in its VTU files. 77, which ctest counts as skipped, without the packages of npm.
+// node gltf_test.mjs PACKAGE_FOLDER PALPATE_RUN WRITE_TINY_BUNDLE FOLDER: checks the file of palpate-run --export with Khronos'
+// validator, and compares its shapes with the VTU files. Exits with 77 (skipped, for ctest) without the packages from npm.
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
@@ -19,7 +19,7 @@ const bundle = `${folder}/box.h5`, glb = `${folder}/box.glb`;
 execFileSync(writeTinyBundle, [bundle]);
 const play = (effects, more) => playNatively(palpateRun, folder, "exported", bundle, effects, boxToolsFor(effects), more);
 
-// The document and its numbers, [accessor] -> typed array.
+// The document and its numbers: accessor -> typed array.
 function read(bytes) {
   const length = bytes.readUInt32LE(12), document = JSON.parse(bytes.toString("utf8", 20, 20 + length));
   const buffer = Uint8Array.from(bytes.subarray(28 + length)).buffer;
@@ -47,7 +47,7 @@ for (const shape of ["surface", "volume"])
       assert.ok(relativeDifference(moved, expected.slice(0, rest.length)) < 1e-6, `shape ${i}: float's rounding`);
     });
     assert.ok(relativeDifference(numbers[primitive.targets.at(-5).POSITION].map((x, n) => x + rest[n]), rest) > 1e-3, "it moves");
-    // The shapes' times, and at each the one weight of its own.
+    // At the time of each shape, the weight of this shape is 1 and all others are 0.
     numbers[sampler.input].forEach((time, i) => assert.ok(Math.abs(time - Math.ceil((i * 1000) / 60 - 1e-9) / 1000) < 1e-6));
     numbers[sampler.output].forEach((weight, i) => assert.equal(weight, Math.floor(i / shapes.length) === i % shapes.length ? 1 : 0));
     const normals = numbers[primitive.attributes.NORMAL];
@@ -57,7 +57,7 @@ for (const shape of ["surface", "volume"])
 test("with a render mesh the file is of that mesh, valid, and holds its shapes", async () => {
   const { document: coarse, numbers: own } = read((play({ contact: "point" }, ["--export", glb]), readFileSync(glb)));
   const surface = own[coarse.meshes[0].primitives[0].attributes.POSITION], triangles = own[coarse.meshes[0].primitives[0].indices];
-  // The box's surface, every triangle with corners of its own, a fifth of a millimetre out.
+  // The box's surface 0.2 mm further out; triangles do not share corners.
   const header = `ply\nformat ascii 1.0\nelement vertex ${triangles.length}\nproperty float x\nproperty float y\nproperty float z\n` +
     `element face ${triangles.length / 3}\nproperty list uchar int vertex_indices\nend_header\n`;
   const corners = [...triangles].map((n) => [0, 1, 2].map((d) => 1000 * surface[3 * n + d] + (surface[3 * n + d] > 0.03 ? 0.2 : -0.2)).join(" "));

@@ -1,10 +1,10 @@
-// What palpate-run answers to a path, for the WebAssembly build to be held against.
+// Plays paths with palpate-run: the reference for the WebAssembly build.
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { inflateSync } from "node:zlib";
 
-// Plays tools along key frames [s, x, y, z], m. Returns forces [step][tool][3] N, shapes [frame] = positions [node][3] m, and
-// skins, those of the render mesh where `more` names one.
+// Plays tools along key frames [s, x, y, z], m. Returns forces [step][tool][3] N, shapes [frame] = positions [node][3] m, and skins:
+// the positions of the render mesh, if `more` names one.
 export function playNatively(palpateRun, folder, name, bundle, effects, tools, more = []) {
   mkdirSync(folder, { recursive: true });
   const value = (v) => (Array.isArray(v) ? `[${v.map(value).join(", ")}]` : typeof v === "string" ? `"${v}"` : String(v));
@@ -48,7 +48,7 @@ function readPoints(bytes) {
   return new Float32Array(points.buffer.slice(points.byteOffset, points.byteOffset + points.length));
 }
 
-// Linear between key frames, as palpate-run moves a tool.
+// Interpolates linearly between key frames, as palpate-run does.
 export function positionAt(path, time) {
   const after = path.findIndex((frame) => frame[0] > time);
   if (after === 0) return path[0].slice(1);
@@ -68,7 +68,7 @@ export function relativeDifference(found, expected) {
   return Number.isFinite(difference) && size > 0 ? difference / size : Infinity;
 }
 
-// On the box of tests/support: one tool presses the top and is drawn aside, as a disc under "patch"; one presses the far face.
+// On the box of tests/support: one tool presses the top and moves sideways (a disc if the contact is "patch"); one presses the far face.
 export const boxToolsFor = (effects) => [
   { name: "presser", points: [[0, 0, 0]], ...(effects.contact === "patch" ? { radius: 0.008, friction: 0.3 } : {}),
     path: [[0, 0.031, 0.024, 0.042], [0.1, 0.031, 0.024, 0.037], [0.2, 0.036, 0.027, 0.037], [0.25, 0.036, 0.027, 0.045]] },

@@ -1,5 +1,5 @@
-// node runtime_test.mjs MODULE PALPATE_RUN PALPATE_BUNDLE WRITE_TINY_BUNDLE FOLDER WASM...: each palpate.wasm against palpate-run on the same
-// paths, its size, what it says of damaged bytes, and that a step leaves the memory's arrays where they are.
+// node runtime_test.mjs MODULE PALPATE_RUN PALPATE_BUNDLE WRITE_TINY_BUNDLE FOLDER WASM...: tests each palpate.wasm. Compares it with
+// palpate-run on the same paths; checks its size, its errors for damaged bytes, and that a step does not move the memory's arrays.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
@@ -14,13 +14,13 @@ const file = `${folder}/tiny.h5`;
 execFileSync(writeTinyBundle, [file]);
 const bytes = new Uint8Array(readFileSync(file));
 
-// Doubles are summed in the same order without fused products; what may differ is the last bits of the C library's sines
-// and exponentials, and a contact at the edge between sticking and slipping. Shapes are floats: 6e-8 each.
+// Both sum doubles in the same order without fused products. Differences come from the last bits of the C library's sines and
+// exponentials, and from contacts at the limit between sticking and slipping. Shapes are floats: 6e-8 each.
 const tolerance = 1e-5;
 
 test("this Node has SIMD, so that both builds are held", () => assert.ok(hasSimd()));
 
-// The compiler's SIMD has been wrong elsewhere (bindings/web/CMakeLists.txt): every kernel is asked, by its number of columns.
+// The compiler made wrong SIMD code elsewhere (bindings/web/CMakeLists.txt), so every kernel is tested: one for each number of columns.
 for (const precision of ["f32", "f16"])
   test(`every build gives the same bits from ${precision}, whatever the number of nodes held`, async () => {
     const stored = precision === "f32" ? file : `${folder}/${precision}.h5`;
@@ -71,7 +71,7 @@ for (const wasm of wasms) {
 
   test(`${wasm}: a render mesh goes where palpate-run has it`, () => {
     const effects = { collision: "deformed", contact: "point" }, tools = boxToolsFor(effects), bundle = runtime.openBundle(bytes);
-    // Every node of the surface, and the middle of every triangle a millimetre out of the box's middle.
+    // Every surface node, and the middle of every triangle moved outwards by a millimetre.
     const { nodes, triangles, info } = bundle, positions = Array.from(nodes.subarray(0, 3 * info.surfaceNodeCount));
     for (let t = 0; t < info.triangleCount; ++t)
       for (let d = 0; d < 3; ++d) {
@@ -139,7 +139,7 @@ for (const wasm of wasms) {
       },
     });
     const seen = [];
-    const bundle = await runtime.openBundleStream(pieces, 100, (done) => seen.push(done));  // 100: it has to grow
+    const bundle = await runtime.openBundleStream(pieces, 100, (done) => seen.push(done));  // 100 is too small on purpose: the memory must grow
     bundle.check();
     assert.equal(seen.at(-1), bytes.length);
     assert.equal(bundle.info.touchableCount, bundle.touchable.length);
