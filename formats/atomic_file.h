@@ -6,14 +6,14 @@
 
 namespace palpate {
 
-// What would fail at the end fails now. Errors: InputError when the target is a folder, or its own folder does not exist
-// or cannot be written.
+// Call before a long computation: refuses now what would fail when the output is written. Errors: InputError when the
+// target is a folder, or its own folder does not exist or cannot be written.
 void check_target(const std::filesystem::path& target);
 
 // fsyncs part, renames it onto the target, fsyncs the folder. Errors: OperationError.
 void replace_durably(const std::filesystem::path& part, const std::filesystem::path& target);
 
-// Where to write; nothing exists under target until commit(). Leaving scope without commit removes the part file.
+// A program writes to part(); commit() renames it onto the target. Without commit() the destructor removes the part file.
 class AtomicFile {
  public:
   // Errors: those of check_target.

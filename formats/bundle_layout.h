@@ -1,4 +1,4 @@
-// The fixed bytes at the start of a tensor bundle: what the runtime reads in place of HDF5.
+// The fixed bytes at the start of a tensor bundle: the runtime reads them instead of using HDF5.
 //
 // A bundle is an HDF5 file whose user block holds this index. Every dataset is contiguous, uncompressed and aligned,
 // so a section is a plain range of bytes. All integers are little-endian. formats/BUNDLE.md is the byte map.

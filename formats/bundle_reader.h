@@ -1,4 +1,4 @@
-// Bundle bytes -> checked index. No HDF5, no exception, no allocation; safe on untrusted bytes. The runtime uses this.
+// Reads and checks the index of a bundle, without HDF5, exceptions or allocation; safe on untrusted bytes.
 #pragma once
 
 #include "formats/bundle_layout.h"
@@ -21,12 +21,12 @@ struct BundleError {
   char text[240] = {};  // what was expected, what was found, what to do
 };
 
-// What every bundle has, by the symbols of bundle_sections.def.
+// The sizes that bundle_sections.def calls N, Ns, E, F, R and S.
 struct BundleCounts {
   std::uint64_t nodes, surface_nodes, tetrahedra, triangles, regions, touchable;
 };
 
-// The checked index: entries by position; copied out of the bytes, so a later change of them cannot undo a check.
+// The checked index. It is a copy, so that bytes that change later cannot undo a check.
 struct BundleIndex {
   BundleHeader header;
   SectionEntry entries[kMaxSections];
@@ -42,8 +42,8 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
 // The entry of a section, or nullptr where the bundle has none.
 const SectionEntry* find_section(const BundleIndex& index, SectionId id);
 
-// Checks every integer of the mapped sections that is used as an index, region and fixed values, and scales. Each pointer
-// is the section's bytes or nullptr for "not looked at". Cost: one pass over those sections (small ones; not the tensors).
+// Checks every integer of the mapped sections that is used as an index, region and fixed values, and scales. A section
+// whose pointer is nullptr is not checked. Cost: one pass over those sections, which are small; tensors are not read.
 struct IndexedSections {
   const std::int32_t* tetrahedra = nullptr;
   const std::int32_t* region = nullptr;

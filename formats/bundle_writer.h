@@ -1,4 +1,4 @@
-// Writes a tensor bundle: HDF5 datasets laid out once, filled by plain writes at their offsets, sealed by the index.
+// Writes a tensor bundle in three steps: lay_out_bundle (HDF5 datasets), SectionWriter (their bytes), seal_bundle (the index).
 #pragma once
 
 #include <cstdint>
@@ -62,12 +62,12 @@ class SectionWriter {
   PlainFile file_;
 };
 
-// Sees a section's bytes as they are read: those from first_byte on.
+// Is called with the bytes of a section, from first_byte on, as seal_bundle reads them.
 using SectionReader = std::function<void(const formats::SectionEntry& entry, std::uint64_t first_byte,
                                          const char* bytes, std::size_t count)>;
 
 // Reads every section back, computes its checksum, writes header and index into the user block, fsyncs. The caller
-// renames the file into place (AtomicFile). also sees all that is read and may throw. Errors: OperationError.
+// renames the file (AtomicFile). `also` is called with all bytes that are read, and may throw. Errors: OperationError.
 void seal_bundle(const std::filesystem::path& path, std::vector<formats::SectionEntry> entries,
                  const SectionReader& also = {});
 

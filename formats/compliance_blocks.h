@@ -1,5 +1,5 @@
-// The compliance in blocks (sections tensors/compliance/*): where a block's numbers lie and what they mean. No allocation.
-// The runtime and palpate-bundle both read through this.
+// The compliance matrix stored in blocks (sections tensors/compliance/*): where the numbers of a block are, and what they
+// mean. The runtime and palpate-bundle read blocks through this header. Nothing here allocates.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +17,10 @@ inline double stored_number(ElementType type, const void* numbers, std::size_t a
   return float_of_half(static_cast<const std::uint16_t*>(numbers)[at]);
 }
 
-// Bounds the tables that readers build: a pair of clusters is in one block at most.
+// Readers build a table of pairs of clusters, so this bounds its size.
 inline constexpr std::uint64_t kMaxClusters = 4096;
 
-// One row of tensors/compliance/blocks. Clusters are runs of places; places are surface nodes in another order.
+// One row of tensors/compliance/blocks. A place is a position in tensors/compliance/nodes; a cluster is a run of places.
 struct StoredBlock {
   std::int32_t row_begin, row_end;        // clusters
   std::int32_t column_begin, column_end;  // clusters of touchable nodes
@@ -32,7 +32,7 @@ inline std::int32_t cluster_begin(const std::int32_t* cluster_ends, std::int32_t
   return cluster == 0 ? 0 : cluster_ends[cluster - 1];
 }
 
-// A block by places, with its numbers. Dense: [columns][3][rows][3], a run of rows for each column's dof. Low rank:
+// A block, by the places of its rows and columns. Dense: [columns][3][rows][3], a run of rows for each column's dof. Low rank:
 // [rank][rows][3] of U, then [rank][columns][3] of V. C = scale * dense, or scale * sum over q of U_q V_q^T.
 struct ComplianceBlock {
   std::int32_t row = 0, rows = 0, column = 0, columns = 0, rank = 0;

@@ -1,4 +1,4 @@
-// The three ways an offline program ends badly. Libraries throw these; run_program (formats/program.h) turns them into
+// The three ways in which an offline program fails. Libraries throw these; run_program (formats/command_line.h) turns them into
 // one sentence on stderr and the exit code. The runtime library throws nothing and does not use this header.
 #pragma once
 
@@ -12,8 +12,8 @@ struct OperationError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Exit code 2: bad input or usage. The sentence names the file, the place, what was expected, what was found, what to
-// do.
+// Exit code 2: bad input or usage. The sentence names the file, the line or key or byte, what was expected, what was
+// found, and what to do.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -1,5 +1,5 @@
-// IEEE half precision, by integers and exact arithmetic: the same numbers in every build and as the processor's own
-// conversion gives, whatever the host's flush-to-zero mode.
+// IEEE half precision in integers and exact arithmetic. The results equal the processor's own conversion, in every build
+// and also where the host flushes subnormal numbers to zero.
 #pragma once
 
 #include <bit>
@@ -17,7 +17,7 @@ inline float float_of_half(std::uint16_t half) {
   return std::bit_cast<float>(sign | (magnitude < 0x0400u ? subnormal : normal));
 }
 
-// Nearest, ties to even; what is too large becomes infinite.
+// Rounds to the nearest half, ties to even; a number that is too large becomes infinite.
 inline std::uint16_t half_of(double number) {
   const std::uint32_t sign = std::signbit(number) ? 0x8000u : 0u;
   const double size = std::fabs(number);

@@ -1,4 +1,4 @@
-// One open file: positioned reads and writes that finish or throw an OperationError that names the file.
+// An open file with reads and writes at a given byte. Each one finishes, or throws an OperationError that names the file.
 #pragma once
 
 #include <cstdint>

@@ -34,7 +34,7 @@ TetrahedralMesh read_mesh(const std::filesystem::path& file);
 // gives the same bytes. One entity per region and per patch.
 void write_mesh(const std::filesystem::path& file, const TetrahedralMesh& mesh);
 
-// The outer surface: faces that belong to one tetrahedron, oriented outward (counter-clockwise from outside), in order
+// The outer surface: the faces that belong to one tetrahedron only, oriented outward (counter-clockwise from outside), in order
 // of first appearance. Errors: InputError where a face belongs to more than two tetrahedra.
 std::vector<std::array<std::int32_t, 3>> boundary_triangles(const TetrahedralMesh& mesh);
 
