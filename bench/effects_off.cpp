@@ -34,8 +34,8 @@ struct Runtime {
     PALPATE_LOAD(default_scene_def);
     PALPATE_LOAD(scene_create);
     PALPATE_LOAD(contacts_bytes);
-    PALPATE_LOAD(touch);
-    PALPATE_LOAD(shape);
+    PALPATE_LOAD(scene_touch);
+    PALPATE_LOAD(scene_shape);
 #undef PALPATE_LOAD
   }
   void* library;
@@ -47,8 +47,8 @@ struct Runtime {
   decltype(&palpate_default_scene_def) default_scene_def;
   decltype(&palpate_scene_create) scene_create;
   decltype(&palpate_contacts_bytes) contacts_bytes;
-  decltype(&palpate_touch) touch;
-  decltype(&palpate_shape) shape;
+  decltype(&palpate_scene_touch) scene_touch;
+  decltype(&palpate_scene_shape) scene_shape;
 };
 
 // One scene with every possible effect off, and its output. Grips hold nodes, and a tool point goes in and out.
@@ -92,11 +92,11 @@ class Played {
     for (int d = 0; d < 3; ++d) point[d] = place_[d] + height * out_[d];
     grips_[0].displacement[0] += 1e-9;
     const palpate_tool tool = {point, 1, grips_.data(), static_cast<std::int32_t>(grips_.size()), 0, 0, 0};
-    runtime_.touch(scene_, &tool, 1, 1e-3, contacts());
+    runtime_.scene_touch(scene_, &tool, 1, 1e-3, contacts());
   }
   void shape() {
     palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
-    runtime_.shape(scene_, contacts(), &out);
+    runtime_.scene_shape(scene_, contacts(), &out);
   }
   palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
   bool operator==(Played& other) {

@@ -64,11 +64,11 @@ class Bench {
     const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0, 0, 0};
     auto* made = reinterpret_cast<palpate_contacts*>(contacts_.data());
     auto start = std::chrono::steady_clock::now();
-    palpate_touch(scene_, &tool, 1, 1e-3, made);
+    palpate_scene_touch(scene_, &tool, 1, 1e-3, made);
     *touch = seconds_since(start);
     palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
     start = std::chrono::steady_clock::now();
-    palpate_shape(scene_, made, &out);
+    palpate_scene_shape(scene_, made, &out);
     *shape = seconds_since(start);
   }
 

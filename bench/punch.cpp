@@ -129,7 +129,7 @@ double force_along(Organ& organ, Place place, Vec3 direction, double radius) {
   store3(1e-3 * direction, place.grip.displacement);
   place.grip.axes = 7;
   palpate_tool tool = {};
-  tool.grips = &place.grip, tool.grip_count = 1, tool.radius = radius;
+  tool.grips = &place.grip, tool.grip_count = 1, tool.disc_radius = radius;
   palpate::Contacts contacts = organ.scene->make_contacts();
   const palpate_step_flags flags = organ.scene->touch(&tool, 1, 1e-3, contacts);
   if (flags) std::fprintf(stderr, "flags %u\n", flags);

@@ -81,7 +81,7 @@ void touch_held(benchmark::State& state) {
   for (auto _ : state) {
     list[0].displacement[0] += 1e-9;
     benchmark::DoNotOptimize(
-        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
   }
 }
 BENCHMARK(touch_held)->Apply(spread)->Unit(benchmark::kMicrosecond);
@@ -99,7 +99,7 @@ void touch_changing(benchmark::State& state) {
     const auto& list = lists[turn++ % lists.size()];
     const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
     benchmark::DoNotOptimize(
-        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
   }
 }
 BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
@@ -126,7 +126,7 @@ void touch_moving(benchmark::State& state) {
     const palpate_tool tool = {nullptr, 0, window.data(), count, 0, 0, 0};
     const auto start = std::chrono::steady_clock::now();
     benchmark::DoNotOptimize(
-        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
     state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
 }
@@ -151,10 +151,10 @@ void touch_dependent(benchmark::State& state) {
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
   const palpate_tool tool = {nullptr, 0, list.data(), 350, 0, 0, 0};
   for (auto _ : state) {
-    if (state.range(0) == 1) palpate_reset(scene.get());
+    if (state.range(0) == 1) palpate_scene_reset(scene.get());
     list[0].displacement[0] += 1e-9;
     benchmark::DoNotOptimize(
-        palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
   }
 }
 BENCHMARK(touch_dependent)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
@@ -203,7 +203,7 @@ void touch_colliding(benchmark::State& state) {
     auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
     state.ResumeTiming();
     const auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts));
+    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts));
     const double spent = seconds_since(start);
     if (2 * contacts->node_count > state.range(1)) seconds.push_back(spent);
     in_contact += contacts->node_count;
@@ -257,7 +257,7 @@ void against_read(benchmark::State& state, palpate_shape_model shape_model, cons
     contacts[turn].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
     const auto list = grips(static_cast<int>(state.range(0)), turn);
     const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
-    palpate_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()));
+    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()));
   }
   std::vector<double> shape_seconds, read_seconds;
   int turn = 0;
@@ -265,7 +265,7 @@ void against_read(benchmark::State& state, palpate_shape_model shape_model, cons
   for (auto _ : state) {
     const auto* made = reinterpret_cast<const palpate_contacts*>(contacts[turn].data());
     auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(palpate_shape(scene.get(), made, &out));
+    benchmark::DoNotOptimize(palpate_scene_shape(scene.get(), made, &out));
     const double spent = seconds_since(start);
     shape_seconds.push_back(spent);
     state.SetIterationTime(spent);

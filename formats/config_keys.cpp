@@ -111,7 +111,8 @@ const std::vector<ConfigKey>& config_keys() {
        "deformed surface."},
       {S, "effects", "contact", "choice", "-", "\"point\"", "node, triangle, point, patch",
        "Where a touch acts: on the nearest node, on the three nodes of the touched triangle, on the touched point, or "
-       "on a disc. `patch` is the default where a tool has a `radius`, and the only one whose force does not depend on "
+       "on a disc. `patch` is the default where a tool has a `disc_radius`, and the only one whose force does not "
+       "depend on "
        "the mesh."},
       {S, "effects", "law", "choice", "-", "\"sticking\"", "sticking, sliding, unilateral, coulomb",
        "How a tool's point holds the surface: it sticks in all directions; it slides freely and may pull; it slides "
@@ -145,8 +146,9 @@ const std::vector<ConfigKey>& config_keys() {
        "Points that touch, relative to the tool's position. The tool moves along its path and does not turn. A tool "
        "needs `points`, a `capsule` or a `[[tool.grip]]`."},
       {S, "tool", "capsule", "table", "-", "-", "", "Adds points on the skin of a capsule (a rod with round ends)."},
-      {S, "tool", "radius", "number", "`unit`", "-", "above 0, at most 1 m",
+      {S, "tool", "disc_radius", "number", "`unit`", "-", "above 0, at most 1 m",
        "Makes each point a flat disc of this radius. It needs `contact = \"patch\"`, which it also selects."},
+      {S, "tool", "radius", "number", "`unit`", "-", "above 0, at most 1 m", "The earlier name of `disc_radius`."},
       {S, "tool", "friction", "number", "1", "0", "0 to 100",
        "The coefficient of friction. A value above 0 needs `law = \"coulomb\"`."},
       {S, "tool", "hold", "boolean", "-", "false", "",

@@ -164,9 +164,12 @@ SceneConfig::Tool read_tool(TomlTable& table, double scale) {
   if (table.has("points"))
     for (const auto& point : table.points("points")) tool.points.push_back(scaled(point, scale));
   if (table.has("capsule")) tool.capsule = read_capsule(table.table("capsule"), scale);
-  if (table.has("radius")) {
-    tool.radius = positive(table, "radius", "a length above 0") * scale;
-    if (tool.radius > kMaxRadius) table.wrong("radius", "a length of at most 1 m");
+  const bool has_disc_radius = table.has("disc_radius"), has_earlier_name = table.has("radius");
+  if (has_disc_radius && has_earlier_name) table.wrong("radius", "disc_radius alone, whose earlier name is radius");
+  if (has_disc_radius || has_earlier_name) {
+    const char* key = has_disc_radius ? "disc_radius" : "radius";
+    tool.disc_radius = positive(table, key, "a length above 0") * scale;
+    if (tool.disc_radius > kMaxRadius) table.wrong(key, "a length of at most 1 m");
   }
   if (table.has("friction")) {
     tool.friction = table.number("friction");
@@ -270,10 +273,11 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scale));
   // A radius selects the contact model patch; with another contact model named, the radius would be ignored, so it is refused.
   for (const auto& tool : scene.tools) {
-    if (tool.radius == 0) continue;
+    if (tool.disc_radius == 0) continue;
     if (!names_contact) scene.contact = SceneConfig::Contact::patch;
     if (scene.contact != SceneConfig::Contact::patch)
-      root.wrong("tool", fmt::format("contact = \"patch\" in [effects], since tool \"{}\" has a radius", tool.name));
+      root.wrong("tool",
+                 fmt::format("contact = \"patch\" in [effects], since tool \"{}\" has a disc_radius", tool.name));
   }
   for (const auto& tool : scene.tools)
     if (tool.friction > 0 && scene.law != SceneConfig::Law::coulomb)

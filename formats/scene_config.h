@@ -55,7 +55,7 @@ struct SceneConfig {
     std::optional<Capsule> capsule;
     std::vector<Grip> grips;
     std::vector<KeyFrame> path;  // at least one, times ascending
-    double radius = 0;           // m
+    double disc_radius = 0;      // m
     double friction = 0;
     bool hold = false;
     int line = 0;

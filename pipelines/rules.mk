@@ -46,7 +46,7 @@ $(WORK)/surface.ply: $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
 # SHELLS: more surfaces of an organ.mk, nested in the first.
 $(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(BIN)/palpate-tetrahedra
 	$(BIN)/palpate-tetrahedra $< $(SHELLS) -o $@ $(TETRAHEDRA_OPTIONS)
-# A finer surface to draw over any of the meshes (palpate_skin), where the organ.mk says how fine.
+# A finer surface to draw over any of the meshes (palpate_scene_skin), where the organ.mk says how fine.
 ifdef RENDER_OPTIONS
 RENDER_MESH := $(DATA)/$(ORGAN)/render.ply
 $(RENDER_MESH): $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface

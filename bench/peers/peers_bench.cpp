@@ -46,8 +46,8 @@ class Table {
     touch_ = touch.median(), frame_ = frame.median();
     if (shown_) return;
     shown_ = true;
-    row("palpate_touch, collision included", touch);
-    row("palpate_touch + palpate_shape", frame);
+    row("palpate_scene_touch, collision included", touch);
+    row("palpate_scene_touch + palpate_scene_shape", frame);
     const std::vector<std::uint64_t> others(kOthersBytes / 8, 1);
     std::uint64_t sum = 0;
     Measured cold_touch, cold_frame;
@@ -95,8 +95,8 @@ void measure_changing_contact(const Push& push, KeptFactor& kept, PalpatePeer& p
   }
   table.changing(touch.median(), frame.median());
   fmt::print("another node in every tick (error: palpate against the kept factor)\n");
-  table.row("  palpate_touch", touch);
-  table.row("  palpate_touch + palpate_shape", frame);
+  table.row("  palpate_scene_touch", touch);
+  table.row("  palpate_scene_touch + palpate_scene_shape", frame);
   table.row("  CHOLMOD, factor kept, 3 right-hand sides", factor);
 }
 
@@ -136,7 +136,8 @@ void measure(const Options& options) {
   fmt::print(
       "ms: median of a tick; error: relative L2 of the surface against a direct solve, median and worst tick;\n");
   fmt::print(
-      "force: the same of the contact's force; per tick, per frame: time over palpate_touch, over touch + shape\n");
+      "force: the same of the contact's force; per tick, per frame: time over palpate_scene_touch, over touch + "
+      "shape\n");
   Table table(palpate, exact);
   table.palpate();
   {

@@ -1,4 +1,4 @@
-// What the files of the Python module share: owners that keep alive whatever Python still looks at.
+// Shared by the files of the Python module: objects that own the memory which numpy arrays of Python view.
 #pragma once
 
 #include <palpate/palpate_mailbox.h>
@@ -27,7 +27,7 @@ using AlignedMemory = std::unique_ptr<void, FreeMemory>;
 // At least `bytes` bytes, 64-byte aligned. Throws std::bad_alloc.
 AlignedMemory aligned_memory(std::size_t bytes);
 
-// The bytes of a Python object, for as long as this lives.
+// The bytes of a Python object; they stay valid as long as this object lives.
 class HeldBuffer {
  public:
   explicit HeldBuffer(const py::buffer& from) {
@@ -44,29 +44,29 @@ class HeldBuffer {
   Py_buffer view_ = {};
 };
 
-// A bundle and, where it was opened from bytes, those bytes: borrowed or copied.
+// A bundle and, where it was opened from bytes, those bytes, borrowed or copied.
 struct HeldBundle {
   std::unique_ptr<HeldBuffer> borrowed;
   AlignedMemory copied;
-  Bundle bundle;  // the first to go
+  Bundle bundle;  // the last member, so it is destroyed first
 };
 
 inline constexpr const char* kContactsInUse =
     "these contacts are in use by a step on another thread; give each thread its own and hand them over with assign or "
     "a Mailbox";
 
-// Contacts of one scene's size. Zero until the first touch.
+// Contacts with room for one scene's contact nodes. All zero until the first touch.
 struct HeldContacts {
   explicit HeldContacts(std::size_t capacity) : bytes(capacity), contacts(capacity) {}
-  // Takes over contacts that came as bytes. False, and nothing changed, where they are no whole contacts or do not fit.
+  // Copies contacts from bytes. False, with nothing changed, where the bytes are not complete contacts or do not fit.
   bool assign(const void* data, std::size_t size);
   std::size_t bytes;
   Contacts contacts;
   std::atomic_flag in_use = ATOMIC_FLAG_INIT;
 };
 
-// Marks an object for the time that a call works on it without the interpreter's lock. A second thread gets a RuntimeError
-// and not a data race.
+// Marks an object as in use while a call works on it without the interpreter's lock. A second thread that uses the object then
+// gets a RuntimeError instead of a data race.
 class InUse {
  public:
   InUse(std::atomic_flag& flag, const char* sentence) : flag_(flag) {
@@ -80,7 +80,7 @@ class InUse {
   std::atomic_flag& flag_;
 };
 
-// A read-only array over memory of owner's, which lives as long as the array does. strides in bytes; none: contiguous.
+// A read-only array over the owner's memory. The array keeps the owner alive. strides: in bytes; empty: contiguous.
 template <class T>
 py::array view_of(const py::object& owner, const T* data, std::vector<py::ssize_t> shape,
                   std::vector<py::ssize_t> strides = {}) {
@@ -90,7 +90,7 @@ py::array view_of(const py::object& owner, const T* data, std::vector<py::ssize_
   return view;
 }
 
-// The word of palpate.StepFlags.
+// Flag bits as palpate.StepFlags.
 py::object step_flags(std::uint32_t flags);
 
 void add_bundle(py::module_& module);

@@ -1,4 +1,4 @@
-// palpate.Bundle: a file or bytes; its arrays are views that keep it open.
+// palpate.Bundle: opened from a file or from bytes. Its arrays are views, which keep it open.
 #include <cstring>
 #include <string>
 
@@ -22,7 +22,7 @@ std::shared_ptr<HeldBundle> open_file(const py::object& path) {
   return held;
 }
 
-// A bundle must not change under the runtime, so that only bytes that are read-only are borrowed.
+// A bundle must not change while it is open, so read-only bytes are borrowed and others are copied.
 std::shared_ptr<HeldBundle> open_bytes(const py::buffer& bytes) {
   auto held = std::make_shared<HeldBundle>();
   auto buffer = std::make_unique<HeldBuffer>(bytes);
@@ -40,7 +40,7 @@ std::shared_ptr<HeldBundle> open_bytes(const py::buffer& bytes) {
   return held;
 }
 
-// An array of the bundle; where its section cannot be mapped, the reason is the system's.
+// An array of the bundle. Its section exists, so a failure means that the system cannot map it.
 template <class T>
 py::array section_view(const py::object& self, const T* (Bundle::*section)() const noexcept,
                        std::int32_t palpate_bundle_info::*count, int width) {
@@ -74,11 +74,12 @@ void prefault(HeldBundle& held, bool lock) {
 void add_bundle(py::module_& module) {
   py::class_<HeldBundle, std::shared_ptr<HeldBundle>> type(
       module, "Bundle",
-      "A tensor bundle: what was computed offline. Constant, may be shared between threads; open as long as a scene "
+      "A tensor bundle: the precomputed elastic response of an organ. Threads may share it. It stays open while a "
+      "scene "
       "or\n"
       "an array of it is in use. Its arrays are read-only views of the file, not copies.");
   type.def(py::init(&open_file), py::arg("path"),
-           "Opens and checks a file; only the sections that are used are mapped. Raises Error.");
+           "Opens and checks a file. Maps only the sections that are used. Raises Error.");
   type.def_static(
       "from_bytes", &open_bytes, py::arg("data"),
       "Opens and checks a bundle in memory: any object with a buffer (bytes, mmap, numpy array). Read-only\n"
@@ -90,19 +91,22 @@ void add_bundle(py::module_& module) {
         name, [=](const py::object& self) { return section_view(self, section, count, width); }, doc);
   };
   using Info = palpate_bundle_info;
-  view("nodes", &Bundle::nodes, &Info::node_count, 3, "float64 [node_count, 3], m: at rest, the surface's first");
-  view("triangles", &Bundle::triangles, &Info::triangle_count, 3, "int32 [triangle_count, 3]: surface nodes, outward");
+  view("nodes", &Bundle::nodes, &Info::node_count, 3,
+       "float64 [node_count, 3], m: positions as meshed; surface nodes first");
+  view("triangles", &Bundle::triangles, &Info::triangle_count, 3,
+       "int32 [triangle_count, 3]: node indices, counter-clockwise from outside");
   view("tetrahedra", &Bundle::tetrahedra, &Info::tetrahedron_count, 4, "int32 [tetrahedron_count, 4]");
-  view("touchable", &Bundle::touchable, &Info::touchable_count, 1, "int32 [touchable_count]: nodes with a column");
+  view("touchable", &Bundle::touchable, &Info::touchable_count, 1,
+       "int32 [touchable_count]: node of each tensor column");
 
-  view("fixed", &Bundle::fixed, &Info::node_count, 3, "uint8 [node_count, 3]: 1 where x, y, z of a node are held");
+  view("fixed", &Bundle::fixed, &Info::node_count, 3, "uint8 [node_count, 3]: 1 where a node is fixed along x, y, z");
   type.def_property_readonly(
       "provenance",
       [](const HeldBundle& self) {
         const std::string_view text = self.bundle.provenance();
         return py::module_::import("json").attr("loads")(py::bytes(text.data(), text.size()));
       },
-      "dict: organ, element, what the bundle was made from (formats/BUNDLE.md)");
+      "dict: organ, element, sources of the bundle (formats/BUNDLE.md)");
 
   const auto count = [&type](const char* name, auto member, const char* doc) {
     type.def_property_readonly(
@@ -117,16 +121,16 @@ void add_bundle(py::module_& module) {
     type.def_property_readonly(
         name, [=](const HeldBundle& self) { return self.bundle.describe().*member != 0; }, doc);
   };
-  has("has_interior", &Info::has_interior, "displacements of the inner nodes are there: shape=\"volume\" works");
-  has("has_radial", &Info::has_radial, "the measured radial response P is there");
-  has("has_force", &Info::has_force, "the measured force response Q is there");
-  has("has_preload", &Info::has_preload, "the shape under the body force is there");
+  has("has_interior", &Info::has_interior,
+      "True: the bundle has displacements of inner nodes, so shape=\"volume\" works");
+  has("has_radial", &Info::has_radial, "True: the bundle has the measured radial response P");
+  has("has_force", &Info::has_force, "True: the bundle has the measured force response Q");
+  has("has_preload", &Info::has_preload, "True: the bundle has the displacement under a body force");
 
   type.def("check", &check, "Compares every section with its checksum; reads the whole bundle. Raises Error.");
-  type.def(
-      "prefault", &prefault, py::arg("lock") = false,
-      "Reads every page that the scenes made so far use, so that no step waits for the disk; lock: asks the system\n"
-      "to keep them in memory. Raises Error (Status.LOCK) where the system refuses to lock.");
+  type.def("prefault", &prefault, py::arg("lock") = false,
+           "Reads every page that the existing scenes use, so that no step waits for the disk. lock: asks the system\n"
+           "to keep them in memory. Raises Error (Status.LOCK) where the system refuses to lock.");
   type.def("__repr__", [](const HeldBundle& self) {
     const Info info = self.bundle.describe();
     return "<palpate.Bundle: " + std::to_string(info.node_count) + " nodes, " + std::to_string(info.touchable_count) +

@@ -1,4 +1,4 @@
-// palpate.Contacts and palpate.Mailbox: what touch hands to shape.
+// palpate.Contacts, the result of touch and input of shape, and palpate.Mailbox, which hands them to another thread.
 #include <algorithm>
 #include <cstring>
 
@@ -25,11 +25,11 @@ void assign_bytes(HeldContacts& self, const py::buffer& data) {
   const HeldBuffer bytes(data);
   const InUse use(self.in_use, kContactsInUse);
   if (!self.assign(bytes.data(), bytes.size()))
-    throw py::value_error("expected the data of other contacts, at most " + std::to_string(self.bytes) +
-                          " bytes; found " + std::to_string(bytes.size()) + " bytes that are none or do not fit");
+    throw py::value_error("expected the data of contacts, at most " + std::to_string(self.bytes) + " bytes; found " +
+                          std::to_string(bytes.size()) + " bytes that are none or do not fit");
 }
 
-// Newest contacts from one thread to another. The lock of the interpreter is held throughout: publishing copies.
+// Hands the newest contacts from one thread to another. Publishing and fetching copy, with the interpreter's lock held.
 class HeldMailbox {
  public:
   explicit HeldMailbox(const HeldContacts& like)
@@ -41,18 +41,18 @@ class HeldMailbox {
     const InUse use(from.in_use, kContactsInUse);
     const std::size_t used = from.contacts->used_bytes;
     if (used == 0 || used > bytes_)
-      throw py::value_error("expected contacts that a touch has filled, of the size that this mailbox was made for");
+      throw py::value_error("expected contacts that touch has filled, of the size that this mailbox was made for");
     std::memcpy(palpate_mailbox_slot(mailbox_), from.contacts.get(), used);
     palpate_mailbox_publish(mailbox_);
   }
 
-  // True where *to are newer than at the last call.
+  // True where *to is newer than at the last call.
   bool newest(HeldContacts& to) {
     const InUse use(to.in_use, kContactsInUse);
     std::int32_t fresh = 0;
     const palpate_contacts* contacts = palpate_mailbox_newest(mailbox_, &fresh);
     if (contacts && !to.assign(contacts, contacts->used_bytes))
-      throw py::value_error("the newest contacts do not fit; make these with the scene that touches");
+      throw py::value_error("the newest contacts do not fit into these; make them with the scene that touches");
     return fresh != 0;
   }
 
@@ -80,11 +80,12 @@ py::array used_bytes(const py::object& self) {
 }
 
 void add_mailbox(py::module_& module) {
-  py::class_<HeldMailbox>(module, "Mailbox",
-                          "Hands the newest contacts from a touching thread to a drawing one; neither waits for the\n"
-                          "other, and what was not fetched before the next is published is dropped.")
+  py::class_<HeldMailbox>(
+      module, "Mailbox",
+      "Hands the newest contacts from a touching thread to a drawing thread; neither waits for the\n"
+      "other. Contacts that were not fetched before the next ones are published are dropped.")
       .def(py::init<const HeldContacts&>(), py::arg("like"), "A mailbox for contacts of the size of `like`.")
-      .def("publish", &HeldMailbox::publish, py::arg("contacts"), "Copies contacts that a touch has filled.")
+      .def("publish", &HeldMailbox::publish, py::arg("contacts"), "Copies contacts that touch has filled.")
       .def(
           "newest", &HeldMailbox::newest, py::arg("contacts"),
           "Copies the newest into `contacts`, which stay as they are before the first. True where they were published\n"
@@ -99,11 +100,11 @@ void add_contacts(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, tool, point, modified_displacement, force);
   py::class_<HeldContacts, std::shared_ptr<HeldContacts>> type(
       module, "Contacts",
-      "What touch hands to shape. Made by Scene.make_contacts and filled by every touch; arrays are read-only views "
+      "The result of touch and the input of shape. Scene.make_contacts makes it; arrays are read-only views "
       "of\n"
       "the last step, whose lengths are those at the time they were asked for.");
   type.def_property_readonly("force", &tool_forces,
-                             "float64 [tools, 3], N: what the organ does to each tool, limited; for a device");
+                             "float64 [tools, 3], N, on each tool, within the scene's limits: send it to a device");
   type.def_property_readonly("tools", &tool_states,
                              "structured [tools]: force, force_raw, direction ([3] each), contact_count, slip_count,\n"
                              "release_count, flags");
@@ -111,21 +112,21 @@ void add_contacts(py::module_& module) {
                              "structured [nodes under contact]: node, column, tool, point, modified_displacement ([3], "
                              "m), force ([3], N, on the organ)");
   type.def_property_readonly("data", &used_bytes,
-                             "uint8 [used]: the contacts as bytes, for a file, a socket or another's assign");
+                             "uint8 [used]: the contacts as bytes, for a file, a socket or assign of other contacts");
   type.def("assign", &assign_bytes, py::arg("data"),
-           "Takes over the data of other contacts. ValueError where it is none.");
+           "Copies the data of other contacts. Raises ValueError where data is not that of contacts.");
   type.def_property_readonly(
       "flags", [](const HeldContacts& self) { return step_flags(self.contacts->flags); },
-      "StepFlags: what the touch returned");
+      "StepFlags that touch returned");
   const auto number = [&type](const char* name, auto member, const char* doc) {
     type.def_property_readonly(
         name, [=](const HeldContacts& self) { return self.contacts.get()->*member; }, doc);
   };
   number("step", &palpate_contacts::step, "number of the touch, from 1");
-  number("sweeps", &palpate_contacts::sweeps, "of Gauss-Seidel over the contacts; 0 where none was needed");
+  number("sweeps", &palpate_contacts::sweeps, "sweeps of projected Gauss-Seidel; 0 where none was needed");
   number("residual_displacement", &palpate_contacts::residual_displacement,
-         "m: by how much the worst contact misses what was asked of it");
-  number("residual_force", &palpate_contacts::residual_force, "N: the same, over that contact's own compliance");
+         "m: by how much the worst contact misses its imposed displacement");
+  number("residual_force", &palpate_contacts::residual_force, "N: the same, divided by that contact's own compliance");
   add_mailbox(module);
 }
 

@@ -7,7 +7,7 @@
 namespace palpate::python {
 namespace {
 
-// References that the module keeps for good; released by nobody, so that the end of the interpreter does not matter.
+// References that the module keeps until the process ends. Nothing releases them, so the interpreter's end needs no care.
 py::handle error_type, status_type, step_flags_type;
 
 using Names = std::initializer_list<std::pair<const char*, unsigned>>;
@@ -21,7 +21,7 @@ py::handle add_enum(py::module_& module, const char* kind, const char* name, con
   return type.release();
 }
 
-// The sentence may name a file, whose name may be any bytes.
+// The text may contain a file name, which may be any bytes.
 void set_error(const Error& error) {
   auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(error.detail.text));
   if (!text) return;
@@ -62,15 +62,16 @@ void add_errors(py::module_& module) {
 }
 
 void add_step_flags(py::module_& module) {
-  step_flags_type = add_enum(module, "IntFlag", "StepFlags", "How far to trust a step; 0 is full trust.",
-                             {{"BAD_INPUT", PALPATE_STEP_BAD_INPUT},
-                              {"CONTACTS_DROPPED", PALPATE_STEP_CONTACTS_DROPPED},
-                              {"REGULARISED", PALPATE_STEP_REGULARISED},
-                              {"RESPONSE_RANGE", PALPATE_STEP_RESPONSE_RANGE},
-                              {"FORCE_LIMITED", PALPATE_STEP_FORCE_LIMITED},
-                              {"BUNDLE_LOST", PALPATE_STEP_BUNDLE_LOST},
-                              {"NOT_TOUCHABLE", PALPATE_STEP_NOT_TOUCHABLE},
-                              {"UNSOLVED", PALPATE_STEP_UNSOLVED}});
+  step_flags_type =
+      add_enum(module, "IntFlag", "StepFlags", "How far to trust a step: bits of palpate.h; 0 is full trust.",
+               {{"BAD_INPUT", PALPATE_STEP_BAD_INPUT},
+                {"CONTACTS_DROPPED", PALPATE_STEP_CONTACTS_DROPPED},
+                {"REGULARISED", PALPATE_STEP_REGULARISED},
+                {"RESPONSE_RANGE", PALPATE_STEP_RESPONSE_RANGE},
+                {"FORCE_LIMITED", PALPATE_STEP_FORCE_LIMITED},
+                {"BUNDLE_LOST", PALPATE_STEP_BUNDLE_LOST},
+                {"NOT_TOUCHABLE", PALPATE_STEP_NOT_TOUCHABLE},
+                {"UNSOLVED", PALPATE_STEP_UNSOLVED}});
 }
 
 }  // namespace
@@ -89,7 +90,7 @@ py::object step_flags(std::uint32_t flags) {
 
 PYBIND11_MODULE(_palpate, module) {
   using namespace palpate::python;
-  module.doc() = "Touch an organ in real time: tensor bundle, tools -> forces and the deformed shape.";
+  module.doc() = "Touch an organ in real time: from a tensor bundle and tools to forces and the deformed shape.";
   module.attr("__version__") = PALPATE_VERSION;
   module.attr("API_VERSION") = PALPATE_API_VERSION;
   add_errors(module);

@@ -1,4 +1,4 @@
-// palpate.Scene: one organ under the effects it is asked for. touch and shape run without the interpreter's lock.
+// palpate.Scene: one organ under one set of effects. touch and shape run without the interpreter's lock.
 #include <algorithm>
 #include <cstdint>
 #include <optional>
@@ -9,7 +9,7 @@
 namespace palpate::python {
 namespace {
 
-// The value of an enum whose words are in its order.
+// The value of an enum from a word; words are in the order of the enum's values.
 template <class Enum>
 Enum choose(const char* effect, const std::string& word, std::initializer_list<const char*> words) {
   int value = 0;
@@ -35,7 +35,7 @@ palpate_relaxation relaxation_of(const py::object& terms) {
   return relaxation;
 }
 
-// The arrays of a render mesh while a scene is made of it: (positions, normals) or positions, [vertices, 3].
+// A render mesh while its scene is created: positions, or a tuple (positions, normals), each [vertices, 3].
 struct RenderMesh {
   using Array = py::array_t<float, py::array::c_style | py::array::forcecast>;
   Array positions, normals;
@@ -70,7 +70,7 @@ class HeldScene {
         def_(def),
         vertex_count_(def.render_mesh ? def.render_mesh->vertex_count : 0),
         scene_(create(bundle_->bundle, def_)) {
-    def_.render_mesh = nullptr;  // the caller's, no longer needed
+    def_.render_mesh = nullptr;  // the caller may release its arrays now
   }
 
   std::shared_ptr<HeldContacts> make_contacts() const {
@@ -87,7 +87,7 @@ class HeldScene {
   py::object touch(const py::iterable& tools, double dt, HeldContacts& contacts) {
     const InUse use(touching_, kTouching), contacts_use(contacts.in_use, kContactsInUse);
     if (contacts.bytes < palpate_contacts_bytes(scene_.get()))
-      throw py::value_error("contacts: expected those of this scene's make_contacts; found smaller ones");
+      throw py::value_error("contacts: expected contacts of this scene's make_contacts, found smaller ones");
     copies_.take(tools);
     return step_flags(
         without_lock([&] { return scene_.touch(copies_.data(), copies_.count(), dt, contacts.contacts); }));
@@ -141,7 +141,7 @@ class HeldScene {
     return step();
   }
 
-  // The first number of a caller's array that the step writes to.
+  // The first number of a caller's array, which the step fills.
   static float* writable(const py::object& object, const char* name, std::int32_t rows) {
     if (object.is_none()) return nullptr;
     if (!py::isinstance<py::array_t<float>>(object))
@@ -193,10 +193,10 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
 }
 
 void add_plan_pass(py::module_& module) {
-  py::class_<PlanPass>(module, "PlanPass", "One line of a scene's plan: a pass, what it maps.")
+  py::class_<PlanPass>(module, "PlanPass", "One pass of a scene's plan and the sections that it maps.")
       .def_readonly("name", &PlanPass::name, "\"collision: rest\", \"superposition: surface\", ...")
       .def_readonly("half", &PlanPass::half, "\"create\", \"touch\" or \"shape\"")
-      .def_readonly("sections", &PlanPass::sections, "of the bundle, that it reads")
+      .def_readonly("sections", &PlanPass::sections, "bundle sections that it reads")
       .def_readonly("mapped_bytes", &PlanPass::mapped_bytes, "of those sections")
       .def("__repr__", [](const PlanPass& self) {
         return "<palpate.PlanPass: " + self.half + ", " + self.name + ", " + self.sections + ">";
@@ -210,8 +210,8 @@ void add_scene(py::module_& module) {
   add_plan_pass(module);
   py::class_<HeldScene>(
       module, "Scene",
-      "One organ under one set of effects; keeps its bundle open. touch and shape run without the\n"
-      "interpreter's lock: one thread may touch while another draws. Each is for one thread at a time.")
+      "One organ under one set of effects. It keeps its bundle open. touch and shape run without the\n"
+      "interpreter's lock, so one thread may touch while another draws. Each is for one thread at a time.")
       .def(py::init(&make_scene), py::arg("bundle"), py::kw_only(), py::arg("collision") = "rest",
            py::arg("contact") = "patch", py::arg("law") = "sticking", py::arg("force") = "linear",
            py::arg("shape") = "surface", py::arg("radial") = "off", py::arg("preload") = "off",
@@ -220,7 +220,8 @@ void add_scene(py::module_& module) {
            py::arg("max_contact_nodes") = start.max_contact_nodes, py::arg("force_limit") = start.force_limit,
            py::arg("force_slew") = start.force_slew,
            "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n\n"
-           "collision: off, rest, deformed        contact: node, triangle, point, patch (of a tool's radius)\n"
+           "collision: off, rest, deformed        contact: node, triangle, point, patch (a disc of the tool's "
+           "disc_radius)\n"
            "law: sticking, sliding, unilateral, coulomb          force: off, linear, response\n"
            "shape: off, surface, volume           radial: off, response           preload: off, on\n"
            "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"

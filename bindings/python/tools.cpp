@@ -27,7 +27,7 @@ palpate_grip make_grip(std::int32_t node, const Numbers& displacement, std::int3
   return grip;
 }
 
-// A copy that is the tool's own: [P, 3], or [3] for one point.
+// The tool's own copy, of shape [P, 3]; [3] counts as one point.
 py::array own_points(const Numbers& from) {
   const bool one = from.ndim() == 1 && from.size() == 3;
   if (!one && from.size() != 0 && (from.ndim() != 2 || from.shape(1) != 3))
@@ -37,17 +37,17 @@ py::array own_points(const Numbers& from) {
   return own;
 }
 
-HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double radius, double friction) {
-  return {own_points(points), py::list(grips), hold, radius, friction};
+HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double disc_radius, double friction) {
+  return {own_points(points), py::list(grips), hold, disc_radius, friction};
 }
 
-// The caller has the array itself, and may have given it another shape.
+// The caller holds the same array and may have changed its shape.
 bool are_points(const py::array& points) {
   return py::isinstance<py::array_t<double>>(points) && points.ndim() == 2 && points.shape(1) == 3 &&
          (points.flags() & py::array::c_style) != 0;
 }
 
-// A grip's own three numbers, to be written in place.
+// A view of a grip's three numbers, which the caller may write to.
 py::array three_of(const py::object& self, double (palpate_grip::*member)[3]) {
   return py::array_t<double>({3}, {sizeof(double)}, self.cast<palpate_grip&>().*member, self);
 }
@@ -61,14 +61,15 @@ void ToolCopies::take(const py::iterable& tools) {
   for (const py::handle each : tools) {
     const auto& tool = each.cast<const HeldTool&>();
     if (!are_points(tool.points))
-      throw py::value_error("points: the array was given another shape than [P, 3]; assign tool.points anew");
+      throw py::value_error(
+          "points: expected shape [P, 3], but the array's shape was changed; assign a new array to tool.points");
     const auto* numbers = static_cast<const double*>(tool.points.data());
     points_.insert(points_.end(), numbers, numbers + tool.points.size());
     for (const py::handle grip : tool.grips) grips_.push_back(grip.cast<const palpate_grip&>());
     tools_.push_back({nullptr, static_cast<std::int32_t>(tool.points.shape(0)), nullptr,
-                      static_cast<std::int32_t>(tool.grips.size()), tool.hold, tool.radius, tool.friction});
+                      static_cast<std::int32_t>(tool.grips.size()), tool.hold, tool.disc_radius, tool.friction});
   }
-  // Only now do the copies lie where they stay.
+  // The vectors no longer grow, so pointers into them stay valid.
   const double* point = points_.data();
   const palpate_grip* grip = grips_.data();
   for (palpate_tool& tool : tools_) {
@@ -83,39 +84,39 @@ void add_tools(py::module_& module) {
   const auto zero = [] { return py::make_tuple(0.0, 0.0, 0.0); };
   py::class_<palpate_grip>(
       module, "Grip",
-      "A place of the surface held at a displacement: a touchable node, or (node = -1) a place in a\n"
-      "triangle.")
+      "Holds the organ at a displacement: at a touchable node or, with node = -1, at a point of a triangle.")
       .def(py::init(&make_grip), py::kw_only(), py::arg("node") = -1, py::arg("displacement") = zero(),
            py::arg("triangle") = -1, py::arg("barycentric") = py::make_tuple(1.0 / 3, 1.0 / 3, 1.0 / 3),
            py::arg("axes") = 7,
-           "displacement: 3 numbers, m, from the rest position; barycentric: 3 numbers that sum to 1; axes: bits 1, 2, "
-           "4\n"
-           "for x, y, z that are imposed, the others stay force-free.")
+           "displacement: 3 numbers, m, from rest; barycentric: 3 weights that sum to 1; axes: bits 1, 2, 4 impose\n"
+           "x, y, z; along the others the grip is force-free.")
       .def_readwrite("node", &palpate_grip::node, "a touchable node, or -1")
       .def_readwrite("triangle", &palpate_grip::triangle, "0 .. F-1, where node is -1")
-      .def_readwrite("axes", &palpate_grip::axes, "bits 1, 2, 4: x, y, z are imposed")
+      .def_readwrite("axes", &palpate_grip::axes, "bits 1, 2, 4 impose x, y, z")
       .def_property(
           "displacement", [](const py::object& self) { return three_of(self, &palpate_grip::displacement); },
           [](palpate_grip& self, const Numbers& to) { set_three(self.displacement, to, "displacement"); },
-          "float64 [3], m; may be written in place")
+          "float64 [3], m, a view that you may write to")
       .def_property(
           "barycentric", [](const py::object& self) { return three_of(self, &palpate_grip::barycentric); },
           [](palpate_grip& self, const Numbers& to) { set_three(self.barycentric, to, "barycentric"); },
-          "float64 [3]; may be written in place");
-  py::class_<HeldTool>(module, "Tool", "Something that touches the organ: points that the surface meets, and grips.")
-      .def(
-          py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
-          py::arg("hold") = false, py::arg("radius") = 0.0, py::arg("friction") = 0.0,
-          "points: [P, 3] or [3], m, copied; grips: of Grip; hold: contacts stay until released, and pull; radius: m,\n"
-          "of the disc about each point (contact=\"patch\"); friction: of law=\"coulomb\".")
+          "float64 [3], a view that you may write to");
+  py::class_<HeldTool>(module, "Tool", "An instrument: points that are tested against the surface, and grips.")
+      .def(py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
+           py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0,
+           "points: [P, 3] or [3], m, copied; grips: Grip objects; hold: contacts stay when the point has come out, "
+           "and pull;\n"
+           "disc_radius: m, of the flat disc that each point presses (contact=\"patch\"); friction: for "
+           "law=\"coulomb\".")
       .def_property(
           "points", [](const HeldTool& self) { return self.points; },
           [](HeldTool& self, const Numbers& to) { self.points = own_points(to); },
-          "float64 [P, 3], m: the tool's own array, to be written in place between touches")
+          "float64 [P, 3], m: the tool's own array; write to it between touches")
       .def_readwrite("grips", &HeldTool::grips, "list of Grip")
-      .def_readwrite("hold", &HeldTool::hold, "contacts stay when the point has moved out, and pull")
-      .def_readwrite("radius", &HeldTool::radius, "m, 0 .. 1")
-      .def_readwrite("friction", &HeldTool::friction, "0 .. 100");
+      .def_readwrite("hold", &HeldTool::hold, "True: contacts stay when the point has come out, and pull")
+      .def_readwrite("disc_radius", &HeldTool::disc_radius,
+                     "m, 0 .. 1: radius of the flat disc that each point presses on the organ (contact=\"patch\")")
+      .def_readwrite("friction", &HeldTool::friction, "0 .. 100: Coulomb's coefficient (law=\"coulomb\")");
 }
 
 }  // namespace palpate::python

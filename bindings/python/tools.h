@@ -1,23 +1,23 @@
-// What a touch takes: tools and what they grip, as Python holds them.
+// The Python objects for tools and grips.
 #pragma once
 
 #include "bindings/python/bindings.h"
 
 namespace palpate::python {
 
-// The points stay a numpy array that the caller may write in place between touches.
+// The points are a numpy array that the caller may write to between touches.
 struct HeldTool {
   py::array points;  // float64 [P, 3]
   py::list grips;
   bool hold = false;
-  double radius = 0, friction = 0;
+  double disc_radius = 0, friction = 0;
 };
 
-// The tools of one touch, copied while the interpreter's lock is held, so that nothing changes under the step. Its memory is
-// used again.
+// A copy of the tools of one touch, made while the interpreter's lock is held, so that nothing changes during the step. The next
+// touch uses the same memory.
 class ToolCopies {
  public:
-  // Throws a Python error where something is no tool, or its points are no points any more.
+  // Throws a Python error where an object is not a tool, or its points no longer have the shape [P, 3].
   void take(const py::iterable& tools);
   const palpate_tool* data() const { return tools_.data(); }
   std::int32_t count() const { return static_cast<std::int32_t>(tools_.size()); }

@@ -8,7 +8,7 @@ const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
 const wasm = resolve(process.env.PALPATE_WASM ?? `${here}/../../build/web`);
 const out = resolve(process.env.PALPATE_VIEWER ?? `${here}/../../build/viewer`);
 
-// Files of the environment's, read anew for every request.
+// The files that the environment variables name, read again for every request.
 const FILES = { "/bundle.h5": "PALPATE_BUNDLE", "/render.ply": "PALPATE_RENDER_MESH" };
 const serveFiles = {
   name: "serve-files",
@@ -28,7 +28,7 @@ const serveFiles = {
   },
 };
 
-// A page of its own is given a clock of 5 us, without which one step could not be timed.
+// These headers isolate the page. Browsers give an isolated page a clock of 5 us, which timing one step needs.
 const headers = { "Cross-Origin-Opener-Policy": "same-origin", "Cross-Origin-Embedder-Policy": "require-corp" };
 
 export default defineConfig({

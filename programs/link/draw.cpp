@@ -119,7 +119,7 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
       return 0;
     }
     const Nanoseconds begin = now();
-    const palpate_step_flags flags = palpate_shape(player.runtime_scene(), contacts, &out);
+    const palpate_step_flags flags = palpate_scene_shape(player.runtime_scene(), contacts, &out);
     const Nanoseconds end = now();
     run.age_us.push_back(microseconds(wall_clock() - note.sent));
     ++run.shapes;

@@ -46,11 +46,11 @@ FeelRun feel(Player& player, std::uint64_t bundle, DatagramSender& sender, const
     return bytes;
   };
 
-  palpate_reset(player.runtime_scene());
+  palpate_scene_reset(player.runtime_scene());
   run.touch.scheduling = ask_for_fifo(80);
   std::uint64_t before = 0;
   run_loop(run.touch, now(), rate, steps, options.late, stop, [&](std::uint64_t index) {
-    if (index / once != before / once) palpate_reset(player.runtime_scene());  // the path begins again
+    if (index / once != before / once) palpate_scene_reset(player.runtime_scene());  // the path begins again
     player.move_tools(static_cast<double>(index % once) / rate);
     const Nanoseconds begin = now();
     player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts);

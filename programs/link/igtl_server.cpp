@@ -110,7 +110,7 @@ class Server {
     run_.touch.scheduling = ask_for_fifo(80);
     const double rate = player_.scene().touch_hz;
     std::uint64_t before = 0;
-    palpate_reset(player_.runtime_scene());
+    palpate_scene_reset(player_.runtime_scene());
     run_loop(run_.touch, now(), rate, ~std::uint64_t{0} >> 8, LateSteps::left_out, &stop, [&](std::uint64_t index) {
       const std::uint32_t present = tools_.move(player_);
       const Nanoseconds begin = now();
@@ -225,7 +225,7 @@ class Server {
     std::uint32_t present = 0;
     if (const palpate_contacts* contacts = mailbox_.newest(&present)) {
       palpate_shape_out out = {displacements_.data(), positions_.data(), player_.shape_node_count(), 0};
-      palpate_shape(player_.runtime_scene(), contacts, &out);
+      palpate_scene_shape(player_.runtime_scene(), contacts, &out);
     }
     return surface_.pack(positions_.data(), displacements_.data());
   }

@@ -173,7 +173,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
   for (std::size_t t = 0; t < scene_.tools.size(); ++t)
     tools_.push_back({points_[t].empty() ? nullptr : points_[t][0].data(), static_cast<std::int32_t>(points_[t].size()),
                       grips_[t].data(), static_cast<std::int32_t>(grips_[t].size()), scene_.tools[t].hold ? 1 : 0,
-                      scene_.tools[t].radius, scene_.tools[t].friction});
+                      scene_.tools[t].disc_radius, scene_.tools[t].friction});
 }
 
 double Player::duration() const {
@@ -224,7 +224,7 @@ void Player::withdraw_tool(std::size_t tool) {
 
 Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
                     const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before) {
-  palpate_reset(runtime_scene_.get());
+  palpate_scene_reset(runtime_scene_.get());
   const bool shaped = scene_.shape != SceneConfig::Shape::off;
   const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());
@@ -247,11 +247,12 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
     ++frame;
     palpate_shape_out out{displacements.data(), positions.data(), node_count, 0};
     if (before) before();
-    auto shape_flags = timed(timing.shape_us, [&] { return palpate_shape(runtime_scene_.get(), contacts, &out); });
+    auto shape_flags =
+        timed(timing.shape_us, [&] { return palpate_scene_shape(runtime_scene_.get(), contacts, &out); });
     if (render_mesh_) {
       palpate_skin_out skin{skin_positions.data(), skin_normals.data(),
                             static_cast<std::int32_t>(skin_positions.size() / 3), 0};
-      shape_flags |= timed(timing.skin_us, [&] { return palpate_skin(runtime_scene_.get(), &out, &skin); });
+      shape_flags |= timed(timing.skin_us, [&] { return palpate_scene_skin(runtime_scene_.get(), &out, &skin); });
     }
     if (on_shape)
       on_shape({time, shape_flags, points_, *contacts, out.node_count, displacements.data(), positions.data(),

@@ -61,7 +61,7 @@ class Player {
   std::uint64_t touch_count() const;  // steps of the whole scene, both ends included
   int contact_node_limit() const { return contact_node_limit_; }
 
-  int shape_node_count() const;  // nodes that palpate_shape fills
+  int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
   // For a caller with a loop of its own: move_tools puts all tools where their paths are at a time, place_tool puts one tool
   // where the caller says, touch makes one step. None of them allocates.
@@ -71,11 +71,12 @@ class Player {
   const std::vector<SceneConfig::Vector>& positions() const { return positions_; }         // [tool] origin, m
   const std::vector<std::vector<SceneConfig::Vector>>& points() const { return points_; }  // [tool][point], m
   palpate_step_flags touch(double dt, palpate_contacts* contacts) {
-    return palpate_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt, contacts);
+    return palpate_scene_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt,
+                               contacts);
   }
 
-  // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_touch, palpate_shape
-  // and palpate_skin alone. before is called before each touch and each shape.
+  // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_scene_touch, palpate_scene_shape
+  // and palpate_scene_skin alone. before is called before each touch and each shape.
   Timing play(const std::function<void(const TouchRecord&)>& on_touch,
               const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {});
 

@@ -62,7 +62,7 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
   for (auto* numbers : {&run.shape.work, &run.shape.wake_up, &run.age}) reserve(*numbers, scene.shape_hz * seconds);
   run.memory = lock_memory(player);
   measure_gaps(run);
-  palpate_reset(player.runtime_scene());
+  palpate_scene_reset(player.runtime_scene());
 
   const Nanoseconds start = now() + 20000000;  // both threads are there by then
   std::thread shape_thread([&] {
@@ -75,7 +75,7 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
       const palpate_contacts* contacts = mailbox.newest(&published);
       if (!contacts) return 0;
       const Nanoseconds begin = now();
-      palpate_shape(player.runtime_scene(), contacts, &out);
+      palpate_scene_shape(player.runtime_scene(), contacts, &out);
       const Nanoseconds end = now();
       run.age.push_back(microseconds(end - published));
       return end - begin;
@@ -89,7 +89,7 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
     run_loop(run.touch, start, rate, steps, LateSteps::left_out, nullptr, [&](std::uint64_t index) {
       const double time = std::fmod(static_cast<double>(index) / rate, duration);
       if (time < last)
-        palpate_reset(player.runtime_scene());  // from the start again: the tools are back where they began
+        palpate_scene_reset(player.runtime_scene());  // from the start again: the tools are back where they began
       last = time;
       player.move_tools(time);
       palpate_contacts* contacts = mailbox.slot();

@@ -84,7 +84,7 @@ toml::table tool_of(const Player& player, std::size_t t) {
   toml::array points;
   for (const auto& point : tool_points(tool)) points.push_back(numbers(point));
   if (!points.empty()) table.insert("points", std::move(points));
-  if (tool.radius > 0) table.insert("radius", tool.radius);
+  if (tool.disc_radius > 0) table.insert("disc_radius", tool.disc_radius);
   if (tool.friction > 0) table.insert("friction", tool.friction);
   if (!player.grips()[t].empty()) table.insert("grip", grips_of(player.grips()[t], player.bundle()));
   return table;

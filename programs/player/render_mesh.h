@@ -1,4 +1,4 @@
-// A finer surface for renderers, which follows the organ (palpate_skin).
+// A finer surface for renderers, which follows the organ (palpate_scene_skin).
 #pragma once
 
 #include <cstdint>

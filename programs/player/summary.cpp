@@ -139,7 +139,7 @@ std::string Summary::text(const Timing& timing, const BundleFields& fields, cons
                           {"length_m", capsule->length},
                           {"axis", capsule->axis},
                           {"samples", capsule->samples}};
-    if (scene.tools[t].radius > 0) entry["radius_m"] = scene.tools[t].radius;
+    if (scene.tools[t].disc_radius > 0) entry["radius_m"] = scene.tools[t].disc_radius;
     if (tool.first_contact_time >= 0) entry["first_contact_s"] = tool.first_contact_time;
     out["tools"].push_back(entry);
   }

@@ -1,4 +1,4 @@
-// Fills the caller's palpate_error; never allocates.
+// Fills the caller's palpate_error. Nothing here allocates.
 #pragma once
 
 #include <cstdarg>
@@ -30,7 +30,7 @@ inline palpate_status succeed(palpate_error* error) {
   return PALPATE_OK;
 }
 
-// The reader's statuses have the same numbers.
+// formats::BundleStatus has the same numbers as palpate_status.
 inline palpate_status fail(palpate_error* error, const formats::BundleError& from) {
   return fail(error, static_cast<palpate_status>(from.status), from.byte_offset, "%s", from.text);
 }

@@ -1,11 +1,12 @@
-// 1 - exp(-x) and the logarithm, the same to the bit in every build: libraries' own differ in the last digit.
+// 1 - exp(-x) and the natural logarithm, with the same bits in every build. The C library's functions differ in the last digit
+// from one version and one processor to the next.
 #pragma once
 
 #include <cmath>
 
 namespace palpate {
 
-// x of 0 and above. Relative error below 4e-16 times a few. Halved until it is small, then a series, then doubled back:
+// x: 0 or more. Relative error: a few times 4e-16. Halves x until it is small, sums a series, and doubles back with
 // q(2x) = q(x) (2 - q(x)).
 inline double one_minus_exp(double x) {
   if (!(x < 50)) return 1;
@@ -18,7 +19,7 @@ inline double one_minus_exp(double x) {
   return q;
 }
 
-// ln x of a finite x above 0. Absolute error below 2e-16 (1 + |ln x|). 2 artanh of (m - 1) / (m + 1), x = m 2^k.
+// x: finite, above 0. Absolute error below 2e-16 (1 + |ln x|). With x = m 2^k: ln m = 2 artanh((m - 1) / (m + 1)).
 inline double natural_log(double x) {
   int k = 0;
   double m = std::frexp(x, &k);

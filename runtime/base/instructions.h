@@ -1,5 +1,5 @@
-// Which vector instructions the hot loops use: one source, compiled for each, chosen when it runs. What they compute is the
-// same to the bit with any.
+// Which vector instructions the inner loops use. Each loop is one source, compiled for every instruction set; the program
+// chooses when it runs. The results are the same to the bit with any instruction set.
 #pragma once
 
 #if defined(__GNUC__)
@@ -12,12 +12,12 @@
 
 #if defined(__GNUC__) && defined(__x86_64__)
 #define PALPATE_DISPATCHES 1
-// A build may be held to fewer: 0 the baseline, 1 AVX2, 2 AVX-512. Tests are.
+// The best instruction set that a build may use: 0 the baseline, 1 AVX2, 2 AVX-512. Tests build with 0 and 1.
 #ifndef PALPATE_MOST_INSTRUCTIONS
 #define PALPATE_MOST_INSTRUCTIONS 2
 #endif
 #define PALPATE_AVX2 "avx2,f16c"
-// Clang has the wish for whole registers as an option of the command line alone.
+// Clang knows the preference for 512-bit registers as a command-line option alone.
 #ifdef __clang__
 #define PALPATE_AVX512 "avx512f"
 #else
@@ -27,10 +27,10 @@
 
 namespace palpate {
 
-// baseline: what the build targets, SSE2 on x86-64, NEON on AArch64.
+// baseline: the instruction set that the build targets: SSE2 on x86-64, NEON on AArch64.
 enum class Instructions { baseline, avx2, avx512 };
 
-// So many doubles are worked on at once.
+// Vectors of doubles; the name is their number.
 #if defined(__GNUC__)
 typedef double Two __attribute__((vector_size(16)));
 typedef double Four __attribute__((vector_size(32)));
@@ -39,11 +39,11 @@ typedef double Eight __attribute__((vector_size(64)));
 using Two = double;
 #endif
 
-// The best that this processor has.
+// The best instruction set that this processor has.
 inline Instructions best_instructions() {
 #ifdef PALPATE_DISPATCHES
   if (PALPATE_MOST_INSTRUCTIONS >= 2 && __builtin_cpu_supports("avx512f")) return Instructions::avx512;
-  // Every processor with AVX2 has F16C; not every compiler can ask for the latter.
+  // Every processor with AVX2 has F16C too; not every compiler can ask for F16C.
   if (PALPATE_MOST_INSTRUCTIONS >= 1 && __builtin_cpu_supports("avx2")) return Instructions::avx2;
 #endif
   return Instructions::baseline;

@@ -1,4 +1,4 @@
-// All memory of a scene, taken while it is created and released with it.
+// The memory of a scene: arrays from the host's allocator, taken while the scene is created, released together.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ class SceneMemory {
  public:
   explicit SceneMemory(const palpate_allocator& host) : host_(host) {}
 
-  // Zeroed, 64-byte aligned; nullptr, and failed(), when the host has no more. T must be trivial.
+  // [count] of T, zeroed, 64-byte aligned. nullptr where the host has no more memory; failed() is then true. T must be trivial.
   template <class T>
   T* array(std::size_t count) {
     return static_cast<T*>(take(count, sizeof(T)));
@@ -22,10 +22,10 @@ class SceneMemory {
 
  private:
   void* take(std::size_t count, std::size_t each);
-  static constexpr int kMaxBlocks = 128;
+  static constexpr int kMaxArrays = 128;
   palpate_allocator host_;
-  void* blocks_[kMaxBlocks] = {};
-  int block_count_ = 0;
+  void* arrays_[kMaxArrays] = {};
+  int array_count_ = 0;
   bool failed_ = false;
 };
 

@@ -1,4 +1,4 @@
-// Three numbers and three by three: the only linear algebra that both halves share.
+// Vectors of three and matrices of three by three.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@ namespace palpate {
 
 struct Vec3 {
   double x = 0, y = 0, z = 0;
-  // By name: (&x)[i] leaves the member x, which is undefined; clang -O2 then found other crossings.
+  // (&x)[i] would be undefined behaviour: with it, clang -O2 compiled wrong crossings.
   double& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   double operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
 };
@@ -43,8 +43,8 @@ inline void store3(Vec3 a, double* p) {
   p[0] = a.x, p[1] = a.y, p[2] = a.z;
 }
 
-// Unit vector, or zero where there is no direction: below 1e-150 squares underflow, and what is left of them is not the
-// direction, nor the same on a host that flushes denormals.
+// The unit vector along a, or zero where a has no direction: below 1e-150 m the squares underflow, and a result made of
+// denormal numbers would depend on whether the host flushes them to zero.
 inline Vec3 unit_or_zero(Vec3 a) {
   const double l = length(a);
   return l > 1e-150 && std::isfinite(l) ? (1 / l) * a : Vec3{};
@@ -65,7 +65,7 @@ inline Mat3 operator*(const Mat3& a, const Mat3& b) {
   return c;
 }
 
-// a b^T.
+// a times the transpose of b.
 inline Mat3 times_transposed(const Mat3& a, const Mat3& b) {
   Mat3 c;
   for (int i = 0; i < 3; ++i)

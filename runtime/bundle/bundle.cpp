@@ -14,7 +14,7 @@ namespace {
 using formats::SectionEntry;
 using formats::SectionId;
 
-// malloc, so that a C host needs no C++ runtime library.
+// malloc instead of new, so that a C host needs no C++ runtime library.
 palpate_bundle* make_bundle() {
   void* memory = std::malloc(sizeof(palpate_bundle));
   return memory ? new (memory) palpate_bundle : nullptr;
@@ -24,7 +24,7 @@ void free_bundle(palpate_bundle* bundle) {
   std::free(bundle);
 }
 
-// Maps one section for the time of a check.
+// Maps one section for the duration of a check.
 class SectionLook {
  public:
   SectionLook(palpate_bundle& bundle, const SectionEntry* entry) {
@@ -51,7 +51,7 @@ palpate_status file_was_cut(palpate_error* error) {
       "it again");
 }
 
-// Every integer that is used as an index; one section after the other, nothing stays mapped.
+// Checks every integer that is used as an index, one section after the other; none stays mapped.
 palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
   const auto check = [&](SectionId id, auto member) {
     const SectionEntry* entry = formats::find_section(bundle.index, id);
@@ -76,7 +76,7 @@ palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
   return status;
 }
 
-// The blocks' table follows the clusters': both are looked at together.
+// The table of blocks refers to the table of clusters, so both are checked together.
 palpate_status check_compliance(palpate_bundle& bundle, palpate_error* error) {
   const auto entry = [&](SectionId id) { return formats::find_section(bundle.index, id); };
   if (!entry(SectionId::compliance_values)) return PALPATE_OK;
@@ -97,7 +97,7 @@ palpate_status check_compliance(palpate_bundle& bundle, palpate_error* error) {
   return status == formats::BundleStatus::ok ? PALPATE_OK : fail(error, from);
 }
 
-// Counts are handed out as int32_t.
+// palpate_bundle_info gives counts as int32_t.
 palpate_status check_counts(const palpate_bundle& bundle, palpate_error* error) {
   const formats::BundleCounts& counts = bundle.index.counts;
   constexpr std::uint64_t most = 0x7fffffff / 4;
@@ -158,7 +158,7 @@ palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, palpate
   if (!bundle || !bytes) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "bytes and bundle must not be NULL");
   if (reinterpret_cast<std::uintptr_t>(bytes) % 64 != 0)
     return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-                "the bundle's bytes must be aligned to 64; copy them to such a place");
+                "the bundle's bytes must start at a multiple of 64; copy them to such an address");
   palpate_bundle* opened = palpate::make_bundle();
   if (!opened) return fail(error, PALPATE_ERROR_MEMORY, 0, "no memory for the bundle's index");
   formats::BundleError from;
@@ -204,7 +204,7 @@ palpate_status palpate_bundle_open_file(const char* path, palpate_bundle** bundl
 
 palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error* error) {
   if (!bundle) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle must not be NULL");
-  palpate_bundle& opened = *const_cast<palpate_bundle*>(bundle);  // only its note that the file was cut can change
+  palpate_bundle& opened = *const_cast<palpate_bundle*>(bundle);  // the check may only set its `lost` flag
   for (std::uint32_t e = 0; e < opened.index.header.section_count; ++e) {
     const formats::SectionEntry& entry = opened.index.entries[e];
     std::uint64_t sum = formats::xxh64("", 0);
@@ -273,7 +273,7 @@ palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {
   const auto has = [&](SectionId id) { return formats::find_section(bundle->index, id) != nullptr; };
   info.has_interior = has(SectionId::displacement_interior) || counts.nodes == counts.surface_nodes;
   info.has_preload = has(SectionId::preload_displacement);
-  // A curve that was not measured has an empty range.
+  // A curve that was not measured has the range 0.
   double range[2] = {};
   if (const formats::SectionEntry* entry = formats::find_section(bundle->index, SectionId::response_range)) {
     const palpate::SectionLook look(*const_cast<palpate_bundle*>(bundle), entry);

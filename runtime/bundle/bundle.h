@@ -1,4 +1,4 @@
-// A tensor bundle as the runtime holds it: checked index, and each section's bytes when something needs them.
+// An open tensor bundle: its checked index, and the bytes of each section that a scene has asked for.
 #pragma once
 
 #include <atomic>
@@ -10,26 +10,26 @@
 
 struct palpate_bundle {
   palpate::formats::BundleIndex index;
-  const unsigned char* bytes = nullptr;  // the host's, or nullptr for a file
+  const unsigned char* bytes = nullptr;  // [whole bundle] of the host; nullptr for a file
   int descriptor = -1;
-  std::atomic<bool> lost{false};  // a page of the file was gone when it was read, or the witness found another file
-  palpate::FileWitness witness;   // of a file
+  std::atomic<bool> lost{false};  // a page of the file could not be read, or the witness found other bytes
+  palpate::FileWitness witness;   // for a file
 
-  // Whether the file has shrunk or was written over since it was opened. Three reads and no system call: for every step.
+  // Whether the file was cut or written over since it was opened. Three reads and no system call, so every step can ask.
   bool is_lost() {
     if (!witness.holds()) lost.store(true, std::memory_order_relaxed);
     return lost.load(std::memory_order_relaxed);
   }
 
-  // One map per section, made on first use by whoever comes first.
+  // One map per section, made by the first thread that needs it.
   std::atomic_flag mapping = ATOMIC_FLAG_INIT;
   palpate::FileMap maps[palpate::formats::kMaxSections];
 };
 
 namespace palpate {
 
-// The section's bytes, mapped if need be; nullptr where the bundle has none (error untouched) or mapping fails (*error
-// filled). Not for use in a step.
+// The section's bytes, mapped on first use. nullptr where the bundle does not have the section (*error unchanged) or where mapping
+// fails (*error filled). Not for use in a step.
 const void* section_bytes(palpate_bundle* bundle, formats::SectionId id, palpate_error* error);
 
 template <class T>

@@ -9,7 +9,7 @@ namespace palpate {
 using formats::ComplianceBlock;
 using formats::stored_number;
 
-// Blocks that touchable clusters stand on: as columns, and, off the diagonal, as rows.
+// Visits every block from each touchable cluster that it covers: as columns and, for blocks off the diagonal, as rows.
 template <class Visit>
 void Compliance::for_each_side(Visit visit) const {
   for (std::int32_t b = 0; b < stored_.block_count; ++b) {
@@ -27,7 +27,7 @@ void Compliance::for_each_side(Visit visit) const {
 Compliance::Outcome Compliance::create(SceneMemory& memory, const Stored& stored, std::int32_t most_loaded) {
   stored_ = stored;
   blocks_ = memory.array<ComplianceBlock>(static_cast<std::size_t>(stored.block_count));
-  field_of_place_ = memory.array<float>(3 * static_cast<std::size_t>(stored.surface_nodes));
+  field_of_slot_ = memory.array<float>(3 * static_cast<std::size_t>(stored.surface_nodes));
   if (memory.failed()) return Outcome::no_memory;
   std::uint64_t first = 0;
   std::int32_t most_runs = 3 * most_loaded;
@@ -38,36 +38,36 @@ Compliance::Outcome Compliance::create(SceneMemory& memory, const Stored& stored
   }
   runs_ = memory.array<const void*>(static_cast<std::size_t>(most_runs));
   coefficients_ = memory.array<float>(static_cast<std::size_t>(most_runs));
-  Outcome outcome = place_nodes(memory);
+  Outcome outcome = assign_slots(memory);
   if (outcome == Outcome::made) outcome = list_sides(memory);
   if (outcome == Outcome::made) measure();
   return outcome;
 }
 
-Compliance::Outcome Compliance::place_nodes(SceneMemory& memory) {
+Compliance::Outcome Compliance::assign_slots(SceneMemory& memory) {
   const std::int32_t nodes = stored_.surface_nodes, columns = stored_.columns;
-  place_of_node_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
-  place_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
-  cluster_of_place_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
+  slot_of_node_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
+  slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
+  cluster_of_slot_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
   if (memory.failed()) return Outcome::no_memory;
-  std::fill(place_of_node_, place_of_node_ + nodes, -1);
+  std::fill(slot_of_node_, slot_of_node_ + nodes, -1);
   for (std::int32_t p = 0; p < nodes; ++p) {
-    if (place_of_node_[stored_.nodes[p]] >= 0) return Outcome::inconsistent;
-    place_of_node_[stored_.nodes[p]] = p;
+    if (slot_of_node_[stored_.nodes[p]] >= 0) return Outcome::inconsistent;
+    slot_of_node_[stored_.nodes[p]] = p;
   }
   for (std::int32_t k = 0; k < columns; ++k) {
-    place_of_column_[k] = place_of_node_[stored_.touchable[k]];
-    if (place_of_column_[k] >= columns) return Outcome::inconsistent;
+    slot_of_column_[k] = slot_of_node_[stored_.touchable[k]];
+    if (slot_of_column_[k] >= columns) return Outcome::inconsistent;
   }
   for (std::int32_t q = 0, p = 0; p < columns; ++q, touchable_clusters_ = q)
-    for (; p < stored_.cluster_ends[q]; ++p) cluster_of_place_[p] = q;
+    for (; p < stored_.cluster_ends[q]; ++p) cluster_of_slot_[p] = q;
   return Outcome::made;
 }
 
 Compliance::Outcome Compliance::list_sides(SceneMemory& memory) {
   first_side_ = memory.array<std::int32_t>(static_cast<std::size_t>(touchable_clusters_) + 1);
   if (memory.failed()) return Outcome::no_memory;
-  // A pair of clusters in two blocks is an error, so that pairs bound the sides.
+  // No pair of clusters may be in two blocks, so the number of pairs bounds the number of sides.
   const std::uint64_t most =
       static_cast<std::uint64_t>(touchable_clusters_) * static_cast<std::uint64_t>(stored_.clusters);
   std::uint64_t pairs = 0;
@@ -106,45 +106,45 @@ void Compliance::measure() {
   numbers_per_column_ = of_columns / static_cast<std::uint64_t>(std::max(1, stored_.columns));
 }
 
-Mat3 Compliance::block(std::int32_t node, std::int32_t column) const {
+Mat3 Compliance::entry(std::int32_t node, std::int32_t column) const {
   Mat3 c;
-  const std::int32_t own = place_of_column_[column], other = place_of_node_[node], q = cluster_of_place_[own];
+  const std::int32_t own = slot_of_column_[column], other = slot_of_node_[node], q = cluster_of_slot_[own];
   const Side *begin = sides_ + first_side_[q], *end = sides_ + first_side_[q + 1];
-  const Side* after = std::upper_bound(begin, end, other,
-                                       [](std::int32_t place, const Side& side) { return place < side.other_begin; });
+  const Side* after =
+      std::upper_bound(begin, end, other, [](std::int32_t slot, const Side& side) { return slot < side.other_begin; });
   if (after == begin || other >= after[-1].other_end) return c;
   const Side& side = after[-1];
   const ComplianceBlock& block = blocks_[side.block];
-  double entry[9];
+  double number[9];
   if (side.transposed)
-    block.entry(stored_.type, stored_.values, own - block.row, other - block.column, entry);
+    block.entry(stored_.type, stored_.values, own - block.row, other - block.column, number);
   else
-    block.entry(stored_.type, stored_.values, other - block.row, own - block.column, entry);
+    block.entry(stored_.type, stored_.values, other - block.row, own - block.column, number);
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) c.m[i][j] = side.transposed ? entry[3 * j + i] : entry[3 * i + j];
+    for (int j = 0; j < 3; ++j) c.m[i][j] = side.transposed ? number[3 * j + i] : number[3 * i + j];
   return c;
 }
 
 void Compliance::field(LoadedColumn* loads, std::int32_t count, float* out) {
-  std::fill(field_of_place_, field_of_place_ + 3 * static_cast<std::size_t>(stored_.surface_nodes), 0.0f);
-  std::sort(loads, loads + count, [](const LoadedColumn& a, const LoadedColumn& b) { return a.place < b.place; });
+  std::fill(field_of_slot_, field_of_slot_ + 3 * static_cast<std::size_t>(stored_.surface_nodes), 0.0f);
+  std::sort(loads, loads + count, [](const LoadedColumn& a, const LoadedColumn& b) { return a.slot < b.slot; });
   for (std::int32_t first = 0, next = 0; first < count; first = next) {
-    const std::int32_t q = cluster_of_place_[loads[first].place];
-    while (next < count && cluster_of_place_[loads[next].place] == q) ++next;
+    const std::int32_t q = cluster_of_slot_[loads[first].slot];
+    while (next < count && cluster_of_slot_[loads[next].slot] == q) ++next;
     for (std::int32_t s = first_side_[q]; s < first_side_[q + 1]; ++s) {
-      // A block spans several clusters: the first of them that is loaded applies it, for the loads of all.
+      // A block may cover several clusters: the first loaded one applies it, for the loads of all of them.
       const Side& side = sides_[s];
       const ComplianceBlock& block = blocks_[side.block];
       const std::int32_t begin = side.transposed ? block.row : block.column;
       const std::int32_t end = begin + (side.transposed ? block.rows : block.columns);
-      if (first > 0 && loads[first - 1].place >= begin) continue;
+      if (first > 0 && loads[first - 1].slot >= begin) continue;
       std::int32_t last = next;
-      while (last < count && loads[last].place < end) ++last;
+      while (last < count && loads[last].slot < end) ++last;
       apply(side, loads + first, last - first);
     }
   }
   for (std::int32_t p = 0; p < stored_.surface_nodes; ++p)
-    std::copy_n(field_of_place_ + 3 * static_cast<std::size_t>(p), 3,
+    std::copy_n(field_of_slot_ + 3 * static_cast<std::size_t>(p), 3,
                 out + 3 * static_cast<std::size_t>(stored_.nodes[p]));
 }
 
@@ -162,15 +162,15 @@ void Compliance::apply_dense(const ComplianceBlock& block, const LoadedColumn* l
   int runs = 0;
   for (std::int32_t l = 0; l < count; ++l)
     for (int j = 0; j < 3; ++j, ++runs) {
-      runs_[runs] = run(block.dense_run(loads[l].place - block.column, j));
+      runs_[runs] = run(block.dense_run(loads[l].slot - block.column, j));
       coefficients_[runs] = static_cast<float>(block.scale * loads[l].force[j]);
     }
   superpose_onto(stored_.type, runs_, coefficients_, runs, 0, 3 * static_cast<std::size_t>(block.rows),
-                 field_of_place_ + 3 * static_cast<std::size_t>(block.row));
+                 field_of_slot_ + 3 * static_cast<std::size_t>(block.row));
 }
 
 void Compliance::apply_dense_transposed(const ComplianceBlock& block, const LoadedColumn* loads, std::int32_t count) {
-  float* out = field_of_place_ + 3 * static_cast<std::size_t>(block.column);
+  float* out = field_of_slot_ + 3 * static_cast<std::size_t>(block.column);
   for (std::int32_t c = 0; c < block.columns; ++c)
     for (int j = 0; j < 3; ++j) {
       const std::uint64_t row = block.dense_run(c, j);
@@ -178,13 +178,14 @@ void Compliance::apply_dense_transposed(const ComplianceBlock& block, const Load
       for (std::int32_t l = 0; l < count; ++l)
         for (int i = 0; i < 3; ++i)
           sum += loads[l].force[i] * stored_number(stored_.type, stored_.values,
-                                                   row + 3 * static_cast<std::uint64_t>(loads[l].place - block.row) +
+                                                   row + 3 * static_cast<std::uint64_t>(loads[l].slot - block.row) +
                                                        static_cast<std::uint64_t>(i));
       out[3 * c + j] += static_cast<float>(block.scale * sum);
     }
 }
 
-// The loads' weights on the ranks first, then the other side's runs with those weights.
+// C = U V^T: first the products of V^T with the loads, one weight per rank, then the sum of the columns of U with those weights
+// (with U and V exchanged where the loads are on the rows).
 void Compliance::apply_low_rank(const ComplianceBlock& block, bool transposed, const LoadedColumn* loads,
                                 std::int32_t count) {
   const std::int32_t own = transposed ? block.row : block.column, other = transposed ? block.column : block.row;
@@ -195,13 +196,13 @@ void Compliance::apply_low_rank(const ComplianceBlock& block, bool transposed, c
     for (std::int32_t l = 0; l < count; ++l)
       for (int i = 0; i < 3; ++i)
         weight += loads[l].force[i] * stored_number(stored_.type, stored_.values,
-                                                    own_run + 3 * static_cast<std::uint64_t>(loads[l].place - own) +
+                                                    own_run + 3 * static_cast<std::uint64_t>(loads[l].slot - own) +
                                                         static_cast<std::uint64_t>(i));
     runs_[q] = run(transposed ? block.v_run(q) : block.u_run(q));
     coefficients_[q] = static_cast<float>(block.scale * weight);
   }
   superpose_onto(stored_.type, runs_, coefficients_, block.rank, 0, 3 * static_cast<std::size_t>(others),
-                 field_of_place_ + 3 * static_cast<std::size_t>(other));
+                 field_of_slot_ + 3 * static_cast<std::size_t>(other));
 }
 
 }  // namespace palpate

@@ -1,5 +1,9 @@
-// The compliance in blocks, as palpate-bundle pack --low-rank stores it: C_nk in dense blocks near the diagonal and low
-// rank elsewhere, each block once for both sides (C_kn = C_nk^T). T^u_nk = C_nk T^f_k.
+// The compliance stored in blocks, as `palpate-bundle pack --low-rank` writes it: dense blocks near the diagonal, low-rank blocks
+// elsewhere. Each block is stored once for both of its sides, because C_kn = C_nk^T. It stands for the displacement rows:
+// T^u_nk = C_nk T^f_k.
+//
+// Surface nodes are sorted into clusters; the index of a node in that order is its slot. A block covers a range of slots as rows
+// and another range as columns.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +14,15 @@
 
 namespace palpate {
 
-// A node that carries a force.
+// A force on the node of a tensor column.
 struct LoadedColumn {
-  std::int32_t place;
+  std::int32_t slot;
   Vec3 force;  // N
 };
 
 class Compliance {
  public:
-  // What a bundle stores. Tables are copies that the reader's checks have passed; values stay in the bundle.
+  // The stored tables, as checked copies, and the stored numbers, which stay in the bundle.
   struct Stored {
     const std::int32_t *nodes = nullptr, *cluster_ends = nullptr, *touchable = nullptr;
     const formats::StoredBlock* blocks = nullptr;
@@ -29,33 +33,34 @@ class Compliance {
   };
   enum class Outcome { made, no_memory, inconsistent };
 
-  // inconsistent: a node stands at two places, a place holds the wrong kind of node, or two blocks share an entry.
+  // most_loaded: forces that field() may be given. inconsistent: a node has two slots, a slot holds the wrong kind of node, or two
+  // blocks cover the same entry.
   Outcome create(SceneMemory& memory, const Stored& stored, std::int32_t most_loaded);
   bool exists() const { return blocks_ != nullptr; }
 
-  std::int32_t place_of_column(std::int32_t column) const { return place_of_column_[column]; }
+  std::int32_t slot_of_column(std::int32_t column) const { return slot_of_column_[column]; }
 
-  // C of a surface node and a column; zero where no block is stored. Cost: a search among the blocks of the column's
-  // cluster, then 6 reads per rank.
-  Mat3 block(std::int32_t node, std::int32_t column) const;
+  // C_nk (m/N) of a surface node and a column's node; zero where no block covers the pair. Cost: a search among the blocks of
+  // the column's cluster, then 6 reads per rank.
+  Mat3 entry(std::int32_t node, std::int32_t column) const;
 
-  // out[3 n + i] = displacement of surface node n under the loads, m; [Ns][3]. loads: at most most_loaded, reordered.
-  // Cost: each block that holds a loaded node is read once.
+  // out: [Ns][3] m, displacement of every surface node under the loads. The order of loads changes. Cost: each block that covers
+  // a loaded node is read once.
   void field(LoadedColumn* loads, std::int32_t count, float* out);
 
-  // For the plan: numbers read for one loaded node, a mean over the columns; the type they are stored in.
+  // For the plan: stored numbers that field() reads for one loaded node, averaged over the columns; and their type.
   std::uint64_t numbers_per_column() const { return numbers_per_column_; }
   formats::ElementType type() const { return stored_.type; }
 
  private:
-  // One block as a cluster of loaded nodes sees it: the side it stands on, and the places of the other side.
+  // One block as seen from a cluster of loaded nodes: on which of its sides the cluster stands, and the slots of the other side.
   struct Side {
     std::int32_t block;
-    std::int32_t transposed;  // the cluster stands among the rows
+    std::int32_t transposed;  // 1: the cluster is among the block's rows
     std::int32_t other_begin, other_end;
   };
 
-  Outcome place_nodes(SceneMemory& memory);
+  Outcome assign_slots(SceneMemory& memory);
   Outcome list_sides(SceneMemory& memory);
   template <class Visit>
   void for_each_side(Visit visit) const;
@@ -71,15 +76,15 @@ class Compliance {
 
   Stored stored_;
   formats::ComplianceBlock* blocks_ = nullptr;
-  std::int32_t* place_of_node_ = nullptr;     // [Ns]
-  std::int32_t* place_of_column_ = nullptr;   // [S]
-  std::int32_t* cluster_of_place_ = nullptr;  // [S]
-  std::int32_t* first_side_ = nullptr;        // [touchable clusters + 1]
-  Side* sides_ = nullptr;                     // of each touchable cluster in turn, by other_begin
+  std::int32_t* slot_of_node_ = nullptr;     // [Ns]
+  std::int32_t* slot_of_column_ = nullptr;   // [S]
+  std::int32_t* cluster_of_slot_ = nullptr;  // [S]
+  std::int32_t* first_side_ = nullptr;       // [touchable clusters + 1]
+  Side* sides_ = nullptr;                    // sorted by touchable cluster, then by other_begin
   std::int32_t touchable_clusters_ = 0;
-  const void** runs_ = nullptr;      // [most runs]
-  float* coefficients_ = nullptr;    // [most runs]
-  float* field_of_place_ = nullptr;  // [Ns][3]
+  const void** runs_ = nullptr;     // [most runs]
+  float* coefficients_ = nullptr;   // [most runs]
+  float* field_of_slot_ = nullptr;  // [Ns][3]
   std::uint64_t numbers_per_column_ = 0;
 };
 

@@ -14,7 +14,8 @@
 namespace palpate {
 namespace {
 
-// What the handler looks at: written before a map is used, cleared after its last use. Plain atomics, no lock.
+// One mapped range, as the signal handler sees it: written before the map is used, cleared after its last use. Atomics and no
+// lock, because a handler may interrupt any code.
 struct Watch {
   std::atomic<std::uintptr_t> begin{0}, end{0};
   std::atomic<std::atomic<bool>*> lost{nullptr};
@@ -22,11 +23,11 @@ struct Watch {
 constexpr int kMaxWatches = 4096;
 Watch watches[kMaxWatches];
 std::atomic<std::uintptr_t> page_bytes{4096};
-// Whom our handler stands in front of, and who was there before we first came.
+// The handler that ours replaced last, and the one that it replaced first.
 struct sigaction previous_action, first_action;
 std::atomic_flag changing = ATOMIC_FLAG_INIT;
 
-struct ChangeLock {  // only while opening and closing; never in a step
+struct ChangeLock {  // taken while opening and closing, never in a step
   ChangeLock() {
     while (changing.test_and_set(std::memory_order_acquire)) usleep(50);
   }
@@ -46,8 +47,8 @@ bool replace_lost_page(std::uintptr_t address) {
   return false;
 }
 
-// The fault that is being handed on, by what the system pushed for it, and from which frame. Another thread's overwrites it;
-// the fault then goes round once more.
+// The fault that is being forwarded: the context that the system passed for it, and the handler's stack frame. Another thread's
+// fault may overwrite them; a fault that comes back is then forwarded once more, which is harmless.
 std::atomic<const void*> forwarded_context{nullptr}, forwarded_frame{nullptr};
 
 void forward(const struct sigaction& to, int signal, siginfo_t* info, void* context) {
@@ -56,7 +57,7 @@ void forward(const struct sigaction& to, int signal, siginfo_t* info, void* cont
   } else if (to.sa_handler != SIG_DFL && to.sa_handler != SIG_IGN) {
     to.sa_handler(signal);
   } else {
-    // Not ours and nobody else's: give the default back; returning repeats the fault, which then ends the process.
+    // No other handler: restores the default action. Returning repeats the fault, which then ends the process.
     struct sigaction fallback = {};
     fallback.sa_handler = SIG_DFL;
     sigaction(signal, &fallback, nullptr);
@@ -68,17 +69,18 @@ void on_bus_error(int signal, siginfo_t* info, void* context) {
   const bool ours = replace_lost_page(reinterpret_cast<std::uintptr_t>(info->si_addr));
   errno = saved;
   if (ours) return;
-  // A host's handler that came after ours and then fell behind it may hand its faults on to ours: the same fault, from a frame
-  // further down the stack. Handing it back to the host would never end.
+  // A host's handler may be installed after ours, then be replaced by ours again, and forward faults that it does not know to
+  // ours. The same fault then comes back, from a frame further down the stack. Forwarding it to the host again would never end,
+  // so it goes to the handler that was there first.
   const void* const frame = __builtin_frame_address(0);
   const bool comes_back = forwarded_context.load() == context && frame < forwarded_frame.load();
   if (comes_back) return forward(first_action, signal, info, context);
   forwarded_context.store(context), forwarded_frame.store(frame);
   forward(previous_action, signal, info, context);
-  forwarded_context.store(nullptr);  // after the call, so that this frame stays above it
+  forwarded_context.store(nullptr);  // after the call, so that the compiler cannot drop this frame before it
 }
 
-// Puts our handler in front, once; again if the host has put its own there since (chaining to itself would not end).
+// Installs our handler once, and again if the host has installed its own since.
 void install_handler() {
   struct sigaction current = {};
   sigaction(SIGBUS, nullptr, &current);
@@ -107,7 +109,7 @@ bool file_maps_are_supported() {
 }
 
 int open_for_map(const char* path, std::uint64_t* file_bytes, const char** reason) {
-  // Not blocking: opening a pipe must fail, not wait for a writer.
+  // O_NONBLOCK: opening a pipe must fail instead of waiting for a writer.
   const int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) {
     *reason = errno == ENOENT   ? "it does not exist"
@@ -155,7 +157,7 @@ bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::a
   }
   map->data = static_cast<const unsigned char*>(map->base) + (offset - first);
   watch->lost.store(lost);
-  // Whole pages: the last one may lie partly beyond the range.
+  // Rounded up to whole pages: the last page may lie partly beyond the range.
   const std::uintptr_t whole = (map->bytes + page_bytes.load() - 1) / page_bytes.load() * page_bytes.load();
   watch->end.store(reinterpret_cast<std::uintptr_t>(map->base) + whole);
   watch->begin.store(reinterpret_cast<std::uintptr_t>(map->base));
@@ -177,7 +179,7 @@ void unmap(FileMap* map) {
 
 bool FileWitness::call(int descriptor, std::uint64_t file_bytes, std::uint64_t stamp_offset, std::uint64_t stamp,
                        std::atomic<bool>* lost) {
-  // The last byte that is not zero, of no more than the largest page that systems have.
+  // The last byte that is not zero, searched within the largest page size of any system.
   constexpr std::uint64_t kLargestPage = 65536;
   const std::uint64_t begin = file_bytes > kLargestPage ? file_bytes - kLargestPage : 0;
   FileMap tail;
@@ -218,7 +220,7 @@ bool lock_pages(const FileMap& map, std::uint64_t* limit) {
 
 }  // namespace palpate
 
-#else  // no POSIX maps: the host reads the bytes itself and uses palpate_bundle_open
+#else  // no POSIX maps: the host reads the file and uses palpate_bundle_open
 
 namespace palpate {
 bool file_maps_are_supported() {

@@ -1,7 +1,7 @@
 // Read-only maps of a file whose loss does not kill the host.
 //
-// A page of a mapped file that has been truncated raises SIGBUS when it is read. As libwayland does for shared memory,
-// a handler puts a page of zeros in its place and notes the loss; any other SIGBUS goes to the handler that was there
+// Reading a page beyond the end of a mapped file that was truncated raises SIGBUS. A handler then maps a page of zeros at that
+// address and notes the loss, as libwayland does for shared memory. Any other SIGBUS goes to the handler that was installed
 // before.
 #pragma once
 
@@ -12,30 +12,31 @@
 namespace palpate {
 
 struct FileMap {
-  void* base = nullptr;  // page-aligned start of the map
+  void* base = nullptr;  // start of the map, page-aligned
   std::size_t bytes = 0;
-  const unsigned char* data = nullptr;  // the wanted first byte
+  const unsigned char* data = nullptr;  // first byte of the range that was asked for
 };
 
-// True where files can be mapped at all.
+// True on platforms with POSIX file maps.
 bool file_maps_are_supported();
 
-// Opens a regular file for reading. Returns a descriptor, or -1 with *reason a static sentence part.
+// Opens a regular file for reading. Returns a descriptor, or -1 with *reason: a part of a sentence, a string constant.
 int open_for_map(const char* path, std::uint64_t* file_bytes, const char** reason);
 void close_file(int descriptor);
 // Reads exactly count bytes from the start; false otherwise.
 bool read_head(int descriptor, void* out, std::size_t count);
 
-// Maps [offset, offset + count). *lost becomes true when a page is lost, at any time until unmap. False on failure.
+// Maps the bytes [offset, offset + count). *lost becomes true when a page is lost, at any time until unmap. False on failure.
 bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::atomic<bool>* lost, FileMap* map);
 void unmap(FileMap* map);
 
-// Two places of a file that cannot stay as they were when the file is cut or written over, kept mapped: eight bytes that
-// stand for the whole (a checksum), and the last byte that is not zero. A cut leaves zeros, to the end of its page, and no
-// pages beyond: it takes that byte, or nothing but zeros.
+// Notices that a mapped file was cut or written over, without a system call. It keeps two parts of the file mapped: eight bytes
+// that stand for the whole (a checksum), and the last byte that is not zero. Cutting the file makes the rest of its last page
+// read as zeros and removes the pages beyond, so it changes that last byte unless it removes nothing but zeros.
 class FileWitness {
  public:
-  // stamp: what was read at stamp_offset, a multiple of 8. As map_range. False on failure; the witness then holds for ever.
+  // stamp: the eight bytes that were read at stamp_offset, a multiple of 8. Other parameters as map_range. On failure: false,
+  // and holds() stays true.
   bool call(int descriptor, std::uint64_t file_bytes, std::uint64_t stamp_offset, std::uint64_t stamp,
             std::atomic<bool>* lost);
   void dismiss();
@@ -52,9 +53,9 @@ class FileWitness {
   unsigned char last_was_ = 0;
 };
 
-// Reads every page of a map once.
+// Reads one byte of every page of a map.
 void read_pages(const FileMap& map);
-// Asks the system to keep a map in memory until it is unmapped. False with *limit, bytes, where it refuses.
+// Asks the system to keep a map in memory until it is unmapped. Where it refuses: false, and *limit is what it allows, in bytes.
 bool lock_pages(const FileMap& map, std::uint64_t* limit);
 
 }  // namespace palpate

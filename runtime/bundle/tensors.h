@@ -1,4 +1,4 @@
-// The stored tensors as the runtime reads them: whole rows for the shape, single 3 x 3 blocks for contacts.
+// The stored tensors: whole rows for the shape, single 3 x 3 entries for contacts.
 #pragma once
 
 #include <cstddef>
@@ -12,27 +12,28 @@
 
 namespace palpate {
 
-// displacement_surface or displacement_interior: [S][3][nodes][3] numbers of one element type.
+// The section displacement_surface or displacement_interior: [S][3][nodes][3] numbers of one type. Row [k][j] is the field of a
+// unit displacement of column k's node along axis j.
 struct DisplacementRows {
   const void* numbers = nullptr;
   formats::ElementType type = formats::ElementType::f32;
-  const float* scale = nullptr;  // [S][3] of f16; nullptr: 1
+  const float* scale = nullptr;  // [S][3] factors of f16 rows; nullptr: 1
   std::int32_t nodes = 0;
 
-  // The field of a unit displacement of dof j at the column's node, over its scale: [nodes][3].
+  // [nodes][3]: the field divided by row_scale.
   const void* row(std::int32_t column, int j) const {
     return static_cast<const unsigned char*>(numbers) + number(column, j) * formats::element_bytes(type);
   }
   float row_scale(std::int32_t column, int j) const {
     return scale ? scale[static_cast<std::size_t>(column) * 3 + static_cast<std::size_t>(j)] : 1.0f;
   }
-  // T^u of node and column: [i][j] is the displacement along i for a unit displacement of dof j.
-  Mat3 block(std::int32_t node, std::int32_t column) const {
-    if (type == formats::ElementType::f32) return block_of<float>(node, column);
-    if (type == formats::ElementType::f64) return block_of<double>(node, column);
-    return block_of<std::uint16_t>(node, column);
+  // T^u_nk of a node and a column: [i][j] is the displacement along i per unit displacement along j.
+  Mat3 entry(std::int32_t node, std::int32_t column) const {
+    if (type == formats::ElementType::f32) return entry_of<float>(node, column);
+    if (type == formats::ElementType::f64) return entry_of<double>(node, column);
+    return entry_of<std::uint16_t>(node, column);
   }
-  // Asks for what block() will read, from each of its three places.
+  // Prefetches the three addresses that entry() reads.
   void prefetch(std::int32_t node, std::int32_t column) const {
     for (int j = 0; j < 3; ++j) {
       const char* at =
@@ -40,7 +41,7 @@ struct DisplacementRows {
       PALPATE_PREFETCH(at);
     }
   }
-  // sum_r coefficient[r] row[r] at a node, in the order of the rows. Cost: one read per row, all far apart.
+  // sum_r coefficient[r] row[r] at a node, in the order of the rows. Cost: one read per row, at distant addresses.
   Vec3 sum_at_node(const void* const* row, const double* coefficient, int count, std::int32_t node) const {
     if (type == formats::ElementType::f32) return sum_of<float>(row, coefficient, count, node);
     if (type == formats::ElementType::f64) return sum_of<double>(row, coefficient, count, node);
@@ -52,7 +53,7 @@ struct DisplacementRows {
   static double widened(double stored) { return stored; }
   static double widened(std::uint16_t half) { return formats::float_of_half(half); }
   template <class Stored>
-  Mat3 block_of(std::int32_t node, std::int32_t column) const {
+  Mat3 entry_of(std::int32_t node, std::int32_t column) const {
     Mat3 t;
     for (int j = 0; j < 3; ++j) {
       const Stored* at = static_cast<const Stored*>(row(column, j)) + 3 * static_cast<std::size_t>(node);
@@ -75,24 +76,24 @@ struct DisplacementRows {
   }
 };
 
-// What contacts and shape read of a bundle. The surface's displacements are rows, or follow from the compliance.
+// The tensors of a bundle. The surface's displacements are stored rows, or follow from a stored compliance.
 struct Tensors {
   DisplacementRows surface;
   const Compliance* compliance = nullptr;
-  const double* force = nullptr;  // [S][3][3] N/m
+  const double* stiffness = nullptr;  // [S][3][3] N/m, T^f_k (section tensors/force)
   std::int32_t surface_nodes = 0, columns = 0;
 
-  // T^u of a surface node and a column, whatever form it is stored in. Cost: three reads far apart; Compliance::block.
+  // T^u_nk of a surface node and a column in any stored form. Cost: three reads at distant addresses, or Compliance::entry.
   Mat3 displacement(std::int32_t node, std::int32_t column) const {
-    return compliance ? compliance->block(node, column) * force_of(column) : surface.block(node, column);
+    return compliance ? compliance->entry(node, column) * stiffness_of(column) : surface.entry(node, column);
   }
   void prefetch(std::int32_t node, std::int32_t column) const {
     if (!compliance) surface.prefetch(node, column);
   }
-  Mat3 force_of(std::int32_t column) const {
+  Mat3 stiffness_of(std::int32_t column) const {
     Mat3 f;
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) f.m[i][j] = force[9 * static_cast<std::size_t>(column) + 3 * i + j];
+      for (int j = 0; j < 3; ++j) f.m[i][j] = stiffness[9 * static_cast<std::size_t>(column) + 3 * i + j];
     return f;
   }
 };

@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-// Rounding by which a contact may seem to pull, or to hold by more than its friction.
+// Relative rounding by which a tangential force may exceed its friction.
 constexpr double kRounding = 1e-12;
 
-// The block's own compliance on the rows that it has; the identity on the others, which then stay at zero.
+// The constraint's diagonal block of the system on its rows; the identity on the others, whose reactions then stay zero.
 Mat3 own_compliance(const ContactSystem& system, std::int32_t p) {
   Mat3 own;
   for (int i = 0; i < 3; ++i)
@@ -26,7 +26,7 @@ Mat3 own_compliance(const ContactSystem& system, std::int32_t p) {
   return own;
 }
 
-// x with a x = b; a symmetric positive definite.
+// Solves a x = b for a symmetric positive definite a.
 Vec3 solve3(const Mat3& a, Vec3 b) {
   const double l10 = a.m[1][0] / a.m[0][0], l20 = a.m[2][0] / a.m[0][0];
   const double d1 = a.m[1][1] - l10 * a.m[0][1], e = a.m[2][1] - l20 * a.m[0][1], l21 = e / d1;
@@ -36,9 +36,10 @@ Vec3 solve3(const Mat3& a, Vec3 b) {
   return {(b.x - a.m[0][1] * y - a.m[0][2] * z) / a.m[0][0], y, z};
 }
 
-// The slipping contact: (own + lambda across the normal) r = c with |r_t| = mu r_n. What lambda r_t takes up is the slip,
-// opposite to the friction. As share = 1 / (1 + lambda / own) runs from 1 (sticks) to 0 (no friction), the excess
-// |r_t| - mu r_n changes its sign once: false position between the two (Illinois).
+// The reaction of a slipping contact: (own + lambda on the two tangential rows) r = c with |r_t| = mu r_n. lambda r_t is the
+// slip, opposite to the friction. With share = 1 / (1 + lambda / scale), the excess |r_t| - mu r_n changes its sign once as
+// share runs from 0 (no friction) to 1 (sticking); false position finds that root (the Illinois variant, which halves the
+// value at an end that has stayed twice).
 Vec3 slip3(const Mat3& own, Vec3 c, double friction) {
   const double scale = std::max(own.m[1][1], own.m[2][2]);
   const auto force = [&](double share) {
@@ -72,17 +73,17 @@ Vec3 slip3(const Mat3& own, Vec3 c, double friction) {
   return r;
 }
 
-// The block's force where own r = c is what displacements ask for, under its law.
-Vec3 block_force(const ContactBlock& block, const Mat3& own, Vec3 c) {
-  switch (block.law) {
+// The reaction of one constraint under its law, where own r = c without the law.
+Vec3 constraint_force(const ContactConstraint& constraint, const Mat3& own, Vec3 c) {
+  switch (constraint.law) {
     case ContactLaw::unilateral:
       return {std::max(0.0, c.x / own.m[0][0]), 0, 0};
     case ContactLaw::coulomb: {
       if (!(c.x > 0)) return {};
-      if (!(block.friction > 0)) return {c.x / own.m[0][0], 0, 0};
+      if (!(constraint.friction > 0)) return {c.x / own.m[0][0], 0, 0};
       const Vec3 stick = solve3(own, c);
-      if (stick.x > 0 && length({0, stick.y, stick.z}) <= block.friction * stick.x) return stick;
-      return slip3(own, c, block.friction);
+      if (stick.x > 0 && length({0, stick.y, stick.z}) <= constraint.friction * stick.x) return stick;
+      return slip3(own, c, constraint.friction);
     }
     default:
       return solve3(own, c);
@@ -108,12 +109,12 @@ Vec3 missed(const ContactSystem& system, const double* reaction, std::int32_t p)
 }
 
 bool obeys_laws(const ContactSystem& system, const double* reaction) {
-  for (std::int32_t p = 0; p < system.block_count; ++p) {
-    const ContactBlock& block = system.blocks[p];
-    if (block.law == ContactLaw::sticking || block.law == ContactLaw::sliding) continue;
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const ContactConstraint& constraint = system.constraints[p];
+    if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) continue;
     const Vec3 r = gather(system, reaction, p);
     if (r.x < 0) return false;
-    if (block.law == ContactLaw::coulomb && length({0, r.y, r.z}) > block.friction * r.x * (1 + kRounding))
+    if (constraint.law == ContactLaw::coulomb && length({0, r.y, r.z}) > constraint.friction * r.x * (1 + kRounding))
       return false;
   }
   return true;
@@ -122,16 +123,16 @@ bool obeys_laws(const ContactSystem& system, const double* reaction) {
 std::int32_t sweep_contacts(const ContactSystem& system, double* reaction, double tolerance, std::int32_t most_sweeps) {
   for (std::int32_t sweep = 1; sweep <= most_sweeps; ++sweep) {
     double change = 0;
-    for (std::int32_t p = 0; p < system.block_count; ++p) {
+    for (std::int32_t p = 0; p < system.constraint_count; ++p) {
       const Mat3 own = own_compliance(system, p);
       const Vec3 before = gather(system, reaction, p), off = missed(system, reaction, p);
-      // own r = c: what is asked, less what the other blocks do. `off` is without the soft part of the diagonal.
+      // c: the target minus the displacement by all other constraints. `off` does not contain the soft part of the diagonal.
       Vec3 c = own * before - off;
       for (int i = 0; i < 3; ++i) {
         const std::int32_t row = system.rows[p].at[i];
         c[i] = row < 0 ? 0 : c[i] - system.soft[row] * before[i];
       }
-      const Vec3 now = block_force(system.blocks[p], own, c);
+      const Vec3 now = constraint_force(system.constraints[p], own, c);
       for (int i = 0; i < 3; ++i) {
         const std::int32_t row = system.rows[p].at[i];
         if (row < 0) continue;
@@ -146,16 +147,16 @@ std::int32_t sweep_contacts(const ContactSystem& system, double* reaction, doubl
 
 ContactResidual law_residual(const ContactSystem& system, const double* reaction) {
   ContactResidual residual;
-  for (std::int32_t p = 0; p < system.block_count; ++p) {
-    const ContactBlock& block = system.blocks[p];
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const ContactConstraint& constraint = system.constraints[p];
     const Mat3 own = own_compliance(system, p);
     const Vec3 r = gather(system, reaction, p);
     Vec3 off = missed(system, reaction, p);
-    if (block.law == ContactLaw::unilateral || block.law == ContactLaw::coulomb)
+    if (constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb)
       off.x = std::min(off.x, r.x * own.m[0][0]);
-    if (block.law == ContactLaw::coulomb) {
-      // One step of the projection: back along the miss, then onto the disc of what friction holds.
-      const double step = 1 / std::max(own.m[1][1], own.m[2][2]), most = block.friction * std::max(0.0, r.x);
+    if (constraint.law == ContactLaw::coulomb) {
+      // One step of the projection: back along the miss, then onto the disc of tangential forces that friction allows.
+      const double step = 1 / std::max(own.m[1][1], own.m[2][2]), most = constraint.friction * std::max(0.0, r.x);
       double y = r.y - step * off.y, z = r.z - step * off.z;
       if (const double size = length({0, y, z}); size > most) y *= most / size, z *= most / size;
       off.y = (r.y - y) / step, off.z = (r.z - z) / step;

@@ -7,22 +7,22 @@
 namespace palpate {
 namespace {
 
-// Gauss-Legendre on [0, 1] in s = sqrt(1 - r^2): under a rigid punch every part of s carries the same force.
+// Gauss-Legendre nodes and weights on [0, 1] for s = sqrt(1 - r^2): under a rigid punch equal parts of s carry equal forces.
 constexpr double kRing[ContactPatch::kRings] = {0.033765242898423986, 0.16939530676686775, 0.38069040695840155,
                                                 0.61930959304159845,  0.83060469323313225, 0.96623475710157601};
 constexpr double kRingShare[ContactPatch::kRings] = {0.085662246189585173, 0.18038078652406930, 0.23395696728634552,
                                                      0.23395696728634552,  0.18038078652406930, 0.085662246189585173};
-// Turns by a spoke and by half a spoke; literals, so that every build has the same points.
+// Cosine and sine of a spoke and of half a spoke; literals, so that every build has the same points.
 constexpr double kCos = 0.95105651629515357, kSin = 0.30901699437494742;          // 18 degrees
 constexpr double kHalfCos = 0.98768834059513777, kHalfSin = 0.15643446504023087;  // 9 degrees
 static_assert(ContactPatch::kSpokes == 20);
 
-// Triangles that face further away than this from the disc's normal (78 degrees) are another side of the organ.
+// A triangle whose normal differs from the disc's by more than 78 degrees (cosine) belongs to another side of the organ.
 constexpr double kFacing = 0.2;
-// Rounding that may leave a point on an edge outside both its triangles.
+// Tolerance on barycentric weights: rounding may place a point on an edge outside both of its triangles.
 constexpr double kOnEdge = 1e-9;
 
-// Beyond so many buckets around the place, all triangles are looked at instead.
+// Where the disc reaches beyond this many buckets, the search visits all triangles instead.
 constexpr double kMostReach = 12;
 
 int bin_of(double x, int bins) {
@@ -43,9 +43,9 @@ Vec3 across(Vec3 n, Vec3 like) {
 bool ContactPatch::create(SceneMemory& memory, SurfaceIndex* surface, const SurfaceMeasure* measure,
                           const std::int32_t* triangles, std::int32_t nodes) {
   surface_ = surface, measure_ = measure, triangles_ = triangles;
-  entry_of_node_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
+  index_of_node_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
   if (memory.failed()) return false;
-  std::fill(entry_of_node_, entry_of_node_ + nodes, -1);
+  std::fill(index_of_node_, index_of_node_ + nodes, -1);
 
   double x[kPoints], y[kPoints], share[kPoints];
   int bin[kPoints];
@@ -71,8 +71,8 @@ bool ContactPatch::create(SceneMemory& memory, SurfaceIndex* surface, const Surf
   return true;
 }
 
-// The points of the disc that lie over a triangle, seen along the normal; of several triangles the one nearest to the
-// disc's plane has a point.
+// Finds the quadrature points that lie over a triangle, seen along the normal. Where several triangles lie over one point, the
+// triangle nearest to the disc's plane gets it.
 void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b) {
   if (dot(surface_->outward(triangle), outward) < kFacing) return;
   double x[3], y[3], z[3];
@@ -100,27 +100,27 @@ void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward,
     }
 }
 
-void ContactPatch::press(const SurfacePlace& place, Vec3 outward, Vec3 tangent, double a) {
+void ContactPatch::press(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a) {
   a = std::max(a, kLeastRadius);
-  const double b = std::max(a, kResolved * measure_->spacing(place));
+  const double b = std::max(a, kResolved * measure_->spacing(surface_point));
   for (Hit& hit : hit_) hit.triangle = -1;
-  const Vec3 centre = surface_->at(place), other = cross(outward, tangent);
+  const Vec3 centre = surface_->position(surface_point), other = cross(outward, tangent);
   const auto find = [&](std::int32_t triangle) { find_points(triangle, centre, outward, tangent, other, b); };
   if (const double reach = 1 + b / surface_->bucket_size(); reach < kMostReach)
     surface_->near(centre, static_cast<int>(reach), find);
   else
     for (std::int32_t triangle = 0; triangle < surface_->triangle_count(); ++triangle) find(triangle);
-  gather_nodes(place);
-  measure_local(place, outward, tangent, other, a, b);
+  gather_nodes(surface_point);
+  measure_local(surface_point, outward, tangent, other, a, b);
 }
 
-void ContactPatch::gather_nodes(const SurfacePlace& place) {
+void ContactPatch::gather_nodes(const SurfacePoint& surface_point) {
   count_ = 0;
   const auto add = [&](std::int32_t triangle, const double* k, double share) {
     for (int c = 0; c < 3; ++c) {
       if (!(k[c] > 0)) continue;
       const std::int32_t node = triangles_[3 * triangle + c];
-      std::int32_t& entry = entry_of_node_[node];
+      std::int32_t& entry = index_of_node_[node];
       if (entry < 0) {
         entry = count_++;
         node_[entry] = node, weight_[entry] = 0;
@@ -130,13 +130,13 @@ void ContactPatch::gather_nodes(const SurfacePlace& place) {
   };
   for (int p = 0; p < kPoints; ++p)
     if (hit_[p].triangle >= 0) add(hit_[p].triangle, hit_[p].barycentric, share_[p]);
-  if (count_ == 0) add(place.triangle, place.barycentric, 1);
-  for (int e = 0; e < count_; ++e) entry_of_node_[node_[e]] = -1;
+  if (count_ == 0) add(surface_point.triangle, surface_point.barycentric, 1);
+  for (int e = 0; e < count_; ++e) index_of_node_[node_[e]] = -1;
 }
 
-void ContactPatch::measure_local(const SurfacePlace& place, Vec3 outward, Vec3 u, Vec3 v, double a, double b) {
-  const LocalCompliance tissue = measure_->tissue(place);
-  const double s = measure_->spacing(place), wide = b + tissue.tangent_blur * s;
+void ContactPatch::measure_local(const SurfacePoint& surface_point, Vec3 outward, Vec3 u, Vec3 v, double a, double b) {
+  const LocalCompliance tissue = measure_->tissue(surface_point);
+  const double s = measure_->spacing(surface_point), wide = b + tissue.tangent_blur * s;
   const double normal = tissue.normal * (1 / a - 1 / (b + tissue.normal_blur * s)),
                tangent = tissue.tangent * (1 / a - 1 / wide), between = natural_log(wide / a);
 
@@ -145,8 +145,8 @@ void ContactPatch::measure_local(const SurfacePlace& place, Vec3 outward, Vec3 u
   for (int e = 0; e < count_; ++e) add_scaled(sum, weight_[e], measure_->curvature(node_[e])), whole += weight_[e];
   const Vec3 along_u = sum * u, along_v = sum * v;
   double uu = dot(u, along_u) / whole, vv = dot(v, along_v) / whole, uv = dot(u, along_v) / whole;
-  // A disc sees no curvature beyond its own: to first order it means nothing there, and in a hollow it would make the
-  // compliance negative.
+  // The curvature term is of first order in curvature times radius, so it holds up to a curvature of 1 / radius. Larger
+  // curvatures are cut to that, which also keeps the compliance positive in a hollow.
   const double most = 0.5 * (std::fabs(uu + vv) + std::sqrt((uu - vv) * (uu - vv) + 4 * uv * uv));
   const double share = most * wide > 1 ? 1 / (most * wide) : 1;
   uu *= share, vv *= share, uv *= share;

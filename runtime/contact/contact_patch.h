@@ -1,13 +1,15 @@
-// A tool of radius a that presses a disc: which nodes carry it with which weights, and what the mesh leaves out.
+// A tool that presses a flat disc of radius a: the nodes that carry the disc with their weights, and the compliance below it
+// that the mesh does not resolve.
 //
-// A point has no stiffness: the force for a displaced point of a mesh falls with the mesh size. A disc has one. Its rows
-// are the disc's mean displacement, weighted by the pressure under a rigid flat punch, 1 / sqrt(1 - r^2 / a^2): then
-// mean displacement over force is the punch's compliance c(a) (surface_measure.h). On a mesh whose spacing s is not small
-// against a the contact acts through a wider disc that the mesh resolves, of radius b = max(a, kResolved s), and
+// The force for a displaced point of a mesh falls with the mesh size, because a point of an elastic continuum has no
+// stiffness; a disc has one. The rows of a patch are the disc's mean displacement, weighted by the pressure under a rigid flat
+// punch, which is proportional to 1 / sqrt(1 - r^2 / a^2): mean displacement over force is then the punch's compliance c(a)
+// (surface_measure.h). On a mesh whose node spacing s is not small against a, the contact acts through a wider disc of radius
+// b = max(a, kResolved s), which the mesh resolves, and
 //     c(a) - c(b + blur s)
-// is added to the contact's own compliance: what the small disc has beyond the wide one as the mesh shows it; and, across
-// the normal, what the surface's curvature adds between the two. It is never negative, and it and the weights are
-// continuous in the place, so that a dragged tool feels no element boundaries.
+// is added to the contact's own compliance: the compliance of the small disc minus that of the wide disc as the mesh shows it.
+// Across the normal a term for the surface's curvature between the two radii is added. The sum is never negative, and both it
+// and the weights are continuous in the disc's position, so a dragged tool feels no element boundaries.
 #pragma once
 
 #include <cstdint>
@@ -22,23 +24,23 @@ class ContactPatch {
   static constexpr int kRings = 6, kSpokes = 20, kPoints = kRings * kSpokes;
   static constexpr int kMaxNodes = 3 * kPoints;
 
-  // surface, measure and triangles ([][3]) are borrowed; nodes: of the surface. Sets up the points of the unit disc.
+  // surface, measure and triangles ([F][3]) are borrowed; nodes: Ns. Sets up the quadrature points of the unit disc.
   bool create(SceneMemory& memory, SurfaceIndex* surface, const SurfaceMeasure* measure, const std::int32_t* triangles,
               std::int32_t nodes);
 
-  // Discs below this radius, m, are taken for one of it: 1 / a stays a number.
+  // m: a smaller disc is computed as one of this radius, so that 1 / a stays finite.
   static constexpr double kLeastRadius = 1e-9;
 
-  // The disc of radius a (m, above 0) about a place, across `outward` (unit); tangent: a unit vector across it, along
-  // which the pattern of points is laid. Results until the next call. Cost: some microseconds, more with the triangles
-  // under the disc.
-  void press(const SurfacePlace& place, Vec3 outward, Vec3 tangent, double a);
+  // Computes the disc of radius a (m, above 0) around a surface point. outward: unit normal; tangent: unit, across outward: the
+  // direction in which the pattern of quadrature points is laid. The results stay until the next call. Cost: some
+  // microseconds, more for more triangles below the disc.
+  void press(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a);
 
   int count() const { return count_; }
   const std::int32_t* nodes() const { return node_; }  // [count()]
-  // [count()] above 0; they sum to one, but for points that fell beside the surface.
+  // [count()] above 0; the sum is 1 minus the weight of the quadrature points that lie beside the surface.
   const double* weights() const { return weight_; }
-  const Mat3& local() const { return local_; }  // m/N, symmetric: what is added to the contact's compliance
+  const Mat3& local() const { return local_; }  // m/N, symmetric: added to the contact's own compliance
 
  private:
   static constexpr int kBins = 8;
@@ -48,24 +50,25 @@ class ContactPatch {
     double barycentric[3];
   };
   void find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b);
-  void gather_nodes(const SurfacePlace& place);
-  void measure_local(const SurfacePlace& place, Vec3 outward, Vec3 u, Vec3 v, double a, double b);
+  void gather_nodes(const SurfacePoint& surface_point);
+  void measure_local(const SurfacePoint& surface_point, Vec3 outward, Vec3 u, Vec3 v, double a, double b);
 
   SurfaceIndex* surface_ = nullptr;
   const SurfaceMeasure* measure_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
-  // The points of the unit disc, bin by bin of a square grid over it.
+  // Quadrature points of the unit disc and their weights, sorted by the bins of a square grid over the disc.
   double x_[kPoints] = {}, y_[kPoints] = {}, share_[kPoints] = {};
   int bin_begin_[kBins * kBins + 1] = {};
   Hit hit_[kPoints] = {};
-  std::int32_t* entry_of_node_ = nullptr;  // [nodes] or -1, outside a call
+  std::int32_t* index_of_node_ = nullptr;  // [nodes] or -1, outside a call
   std::int32_t node_[kMaxNodes] = {};
   double weight_[kMaxNodes] = {};
   int count_ = 0;
   Mat3 local_;
 };
 
-// A unit vector across n, as near to `like` as can be, so that it turns with n and does not jump; any where like is zero.
+// The unit vector across n that is nearest to `like`, so that it turns with n and does not jump; any such vector where like is
+// zero or along n.
 Vec3 across(Vec3 n, Vec3 like);
 
 }  // namespace palpate

@@ -1,28 +1,28 @@
-// Places and nodes that are held -> the step's contact rows, by the scene's contact model.
+// From the surface points and nodes that the tools hold to the step's constraints, by the scene's contact model.
 #pragma once
 
 #include <cstdint>
 
+#include "runtime/contact/contact_constraints.h"
 #include "runtime/contact/contact_patch.h"
-#include "runtime/contact/contact_set.h"
 #include "runtime/include/palpate/palpate.h"
 
 namespace palpate {
 
-// One contact as a tool asks for it.
+// One contact as a tool asks for it, before the contact model turns it into constraints.
 struct ContactWish {
   std::int32_t tool = 0, point = 0;
-  Vec3 displacement;       // m, of the place from rest; axes that are not imposed are zero
+  Vec3 displacement;       // u*, m; zero along axes that are not imposed
   std::uint32_t axes = 7;  // of x, y, z
-  double radius = 0;       // m, of the disc; 0: a point
+  double disc_radius = 0;  // m; 0: a point
   ContactLaw law = ContactLaw::sticking;
   double friction = 0;
-  Vec3 outward, tangent;  // unit, across one another; for a patch, and for any law but sticking
+  Vec3 outward, tangent;  // unit and orthogonal; where contacts have frames
 };
 
 class ContactRows {
  public:
-  // What the rows are made from; borrowed. rest and patch may be nullptr where no effect has them.
+  // What the constraints are made from; borrowed. rest and patch are nullptr where no effect needs them.
   struct Source {
     palpate_contact_model model;
     const std::int32_t* column_of_node;  // [Ns] or -1
@@ -30,32 +30,33 @@ class ContactRows {
     const double* rest;                  // [Ns][3] m
     ContactPatch* patch;
   };
-  bool create(SceneMemory& memory, const Source& source, std::int32_t entry_capacity, std::int32_t block_capacity);
+  bool create(SceneMemory& memory, const Source& source, std::int32_t node_capacity, std::int32_t constraint_capacity);
 
-  // A new step: no contacts. Those of the last one are remembered for their patches.
+  // Starts a step without contacts. Those of the last step are kept, so that an unchanged patch need not be computed again.
   void begin();
-  void forget() { last_.block_count = 0; }
+  void forget() { last_.constraint_count = 0; }
 
-  // Both return step flags; *made tells whether there is a contact. Wishes come in ascending order of tool and point.
-  std::uint32_t hold_node(const ContactWish& wish, std::int32_t node, bool* made);
-  // Vertices without a tensor column give their weight to the others, so that the weights still sum to one and the force
-  // stays bounded near a fixed border.
-  std::uint32_t hold_place(const ContactWish& wish, const SurfacePlace& place, bool* made);
+  // Both return step flags; *made: whether there is a contact. Call them in ascending order of tool and point.
+  std::uint32_t add_node(const ContactWish& wish, std::int32_t node, bool* made);
+  // At a surface point. Vertices without a tensor column give their weight to the others: the weights still sum to one, and the
+  // force stays bounded near a fixed border.
+  std::uint32_t add_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
 
-  const ContactSet& set() const { return set_; }
+  const ContactConstraints& set() const { return set_; }
 
  private:
-  bool create_set(SceneMemory& memory, std::int32_t entries, std::int32_t blocks, ContactSet* set);
-  int nearest_vertex(const SurfacePlace& place, const std::int32_t* node, const double* weight, int count) const;
-  std::uint32_t hold_patch(const ContactWish& wish, const SurfacePlace& place, bool* made);
-  bool repeat_patch(const ContactWish& wish, const SurfacePlace& place);
-  bool has_room(std::int32_t blocks, std::int32_t entries) const;
-  ContactBlock& add_block(const ContactWish& wish, std::int32_t part);
-  void add_entry(const ContactWish& wish, ContactBlock& block, std::int32_t node, double weight);
-  void frame_block(const ContactWish& wish, ContactBlock& block);
+  bool create_set(SceneMemory& memory, std::int32_t nodes, std::int32_t constraints, ContactConstraints* set);
+  int nearest_vertex(const SurfacePoint& surface_point, const std::int32_t* node, const double* weight,
+                     int count) const;
+  std::uint32_t add_patch(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
+  bool add_patch_of_last_step(const ContactWish& wish, const SurfacePoint& surface_point);
+  bool has_room(std::int32_t constraints, std::int32_t nodes) const;
+  ContactConstraint& add_constraint(const ContactWish& wish, std::int32_t part);
+  void add_held_node(const ContactWish& wish, ContactConstraint& constraint, std::int32_t node, double weight);
+  void set_frame(const ContactWish& wish, ContactConstraint& constraint);
 
   Source source_ = {};
-  ContactSet set_, last_;
+  ContactConstraints set_, last_;
   std::int32_t next_in_last_ = 0;
 };
 

@@ -22,16 +22,16 @@ Mat3 transposed(const Mat3& a) {
 
 }  // namespace
 
-bool self_compliance(const double force[9], Mat3* compliance) {
+bool self_compliance(const double stiffness[9], Mat3* compliance) {
   double m[3][3];
   bool moves[3];
-  for (int i = 0; i < 3; ++i) moves[i] = force[4 * i] != 0;
+  for (int i = 0; i < 3; ++i) moves[i] = stiffness[4 * i] != 0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
-      m[i][j] = 0.5 * (force[3 * i + j] + force[3 * j + i]);
+      m[i][j] = 0.5 * (stiffness[3 * i + j] + stiffness[3 * j + i]);
       if (!moves[i] || !moves[j]) m[i][j] = i == j ? 1 : 0;
     }
-  // Adjugate over determinant; positive leading minors make it positive definite.
+  // Inverse as adjugate over determinant. The matrix is positive definite where its leading minors are positive.
   const double c00 = m[1][1] * m[2][2] - m[1][2] * m[1][2], c01 = m[0][2] * m[1][2] - m[0][1] * m[2][2],
                c02 = m[0][1] * m[1][2] - m[0][2] * m[1][1], c11 = m[0][0] * m[2][2] - m[0][2] * m[0][2],
                c12 = m[0][1] * m[0][2] - m[0][0] * m[1][2], c22 = m[0][0] * m[1][1] - m[0][1] * m[0][1];
@@ -49,7 +49,7 @@ bool self_compliance(const double force[9], Mat3* compliance) {
 
 bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns) {
   const std::size_t nodes = static_cast<std::size_t>(capacity);
-  stride_ = nodes | 1;  // odd: columns of blocks do not all fall into the same few places of the cache
+  stride_ = nodes | 1;  // odd, so that a column of matrices does not fall into few sets of the cache
   matrix_ = memory.array<Mat3>(nodes * stride_);
   column_ = memory.array<std::int32_t>(nodes);
   node_ = memory.array<std::int32_t>(nodes);
@@ -58,7 +58,7 @@ bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int
   by_column_ = memory.array<std::int32_t>(nodes);
   new_ = memory.array<std::int32_t>(nodes);
   slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
-  slot_of_entry_ = memory.array<std::int32_t>(nodes);
+  slot_of_contact_node_ = memory.array<std::int32_t>(nodes);
   if (memory.failed()) return false;
   std::fill(slot_of_column_, slot_of_column_ + columns, -1);
   return true;
@@ -75,8 +75,8 @@ void NodeCompliance::forget() {
   slots_ = 0;
 }
 
-// C_ba = T^u_ba C_aa = C_ab^T, by Betti as well as the store holds: read once, from the later of the two columns, so that it
-// does not depend on which of the nodes came first. Column by column, for what is read of one lies together.
+// C_ba = T^u_ba C_aa, and C_ab = C_ba^T by Betti's theorem. Only the later column of the two is read, so that the result does
+// not depend on which node came under contact first. One column after the other, because its numbers lie together in memory.
 bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count) {
   bool finite = true;
   for (std::int32_t k = 0; k < count; ++k) {
@@ -90,13 +90,13 @@ bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int
   return finite;
 }
 
-// The pairs of which one at least is new.
+// Reads all pairs of which at least one node is new.
 bool NodeCompliance::read_new(const Tensors& tensors) {
   std::int32_t used = 0, coming = 0;
   for (std::int32_t slot = 0; slot < slots_; ++slot) {
     if (!in_use(slot)) continue;
     by_column_[used++] = slot;
-    if (is_new(slot) && !self_compliance(tensors.force + 9 * static_cast<std::size_t>(column_[slot]),
+    if (is_new(slot) && !self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[slot]),
                                          &matrix_[static_cast<std::size_t>(slot) * stride_ + slot]))
       return false;
   }
@@ -104,7 +104,8 @@ bool NodeCompliance::read_new(const Tensors& tensors) {
   for (std::int32_t p = 0; p < used; ++p)
     if (is_new(by_column_[p])) new_[coming++] = by_column_[p];
 
-  // Of a new node all that come before it, of another the new ones. What is read next is asked for ahead.
+  // A new node is paired with all nodes of earlier columns, an old node with the new ones among them. The next node's numbers
+  // are prefetched while this node's are read.
   std::int32_t before = 0;
   const auto ask = [&](std::int32_t p) {
     if (p >= used) return;
@@ -124,25 +125,25 @@ bool NodeCompliance::read_new(const Tensors& tensors) {
   return true;
 }
 
-bool NodeCompliance::hold(const Tensors& tensors, const ContactSet& set) {
+bool NodeCompliance::hold(const Tensors& tensors, const ContactConstraints& set) {
   ++round_;
-  for (std::int32_t e = 0; e < set.entry_count; ++e)
-    if (const std::int32_t slot = slot_of_column_[set.entries[e].column]; slot >= 0) held_in_[slot] = round_;
+  for (std::int32_t e = 0; e < set.node_count; ++e)
+    if (const std::int32_t slot = slot_of_column_[set.nodes[e].column]; slot >= 0) held_in_[slot] = round_;
   for (std::int32_t slot = 0; slot < slots_; ++slot)
     if (in_use(slot) && held_in_[slot] != round_) release(slot);
   std::int32_t free = 0;
   bool more = false;
-  for (std::int32_t e = 0; e < set.entry_count; ++e) {
-    const ContactEntry& entry = set.entries[e];
-    std::int32_t& slot = slot_of_column_[entry.column];
+  for (std::int32_t e = 0; e < set.node_count; ++e) {
+    const ContactNode& held = set.nodes[e];
+    std::int32_t& slot = slot_of_column_[held.column];
     if (slot < 0) {
       while (free < slots_ && in_use(free)) ++free;
       slot = free;
-      column_[slot] = entry.column, node_[slot] = entry.node, held_in_[slot] = taken_in_[slot] = round_;
+      column_[slot] = held.column, node_[slot] = held.node, held_in_[slot] = taken_in_[slot] = round_;
       slots_ = std::max(slots_, slot + 1);
       more = true;
     }
-    slot_of_entry_[e] = slot;
+    slot_of_contact_node_[e] = slot;
   }
   if (more && !read_new(tensors)) {
     forget();

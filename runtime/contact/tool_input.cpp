@@ -2,10 +2,12 @@
 
 #include <algorithm>
 
+#include "runtime/base/alignment.h"
+
 namespace palpate {
 namespace {
 
-constexpr double kFarthest = 1e6;  // m
+constexpr double kFarthest = 1e6;  // m, as palpate.h states
 
 bool is_sound_point(const double* p) {
   return std::fabs(p[0]) <= kFarthest && std::fabs(p[1]) <= kFarthest && std::fabs(p[2]) <= kFarthest;  // false for NaN
@@ -14,7 +16,7 @@ bool is_sound_point(const double* p) {
 bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
   if (grip.axes == 0 || grip.axes > 7 || !is_sound_point(grip.displacement)) return false;
   if (grip.node >= 0) return grip.node < limits.surface_nodes;
-  if (!limits.places_in_triangles || grip.triangle < 0 || grip.triangle >= limits.triangles) return false;
+  if (!limits.has_triangles || grip.triangle < 0 || grip.triangle >= limits.triangles) return false;
   double sum = 0;
   for (const double k : grip.barycentric) {
     if (!(k >= -1e-6 && k <= 1 + 1e-6)) return false;
@@ -42,7 +44,7 @@ void ToolInput::forget() {
 
 bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const {
   if (tool.point_count < 0 || tool.grip_count < 0) return false;
-  if (!(tool.radius >= 0 && tool.radius <= 1 && tool.friction >= 0 && tool.friction <= 100)) return false;
+  if (!(tool.disc_radius >= 0 && tool.disc_radius <= 1 && tool.friction >= 0 && tool.friction <= 100)) return false;
   if ((tool.point_count > 0 && !tool.points) || (tool.grip_count > 0 && !tool.grips)) return false;
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
@@ -80,7 +82,7 @@ std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count
       if (points < from.point_count || grips < from.grip_count) tool.flags |= PALPATE_STEP_CONTACTS_DROPPED;
       tool.point_count = points, tool.grip_count = grips;
       tool.hold = from.hold != 0;
-      tool.radius = from.radius, tool.friction = from.friction;
+      tool.disc_radius = from.disc_radius, tool.friction = from.friction;
     } else {
       tool.flags |= PALPATE_STEP_BAD_INPUT;
       tool.point_count = std::min(tool.point_count, room);

@@ -1,4 +1,4 @@
-// The caller's tools, checked and copied: what a step works on is always sound, whatever the device sent.
+// The caller's tools, checked and copied. A step works on the copies, which hold sound numbers whatever the device sent.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,10 @@
 
 namespace palpate {
 
-template <class T>
-bool is_aligned(const T* pointer) {
-  return reinterpret_cast<std::uintptr_t>(pointer) % alignof(T) == 0;
-}
-
-// What the checks need to know of the bundle.
+// The bounds that the checks hold the input to.
 struct InputLimits {
   std::int32_t surface_nodes = 0, triangles = 0, max_tools = 0, max_points = 0;
-  bool places_in_triangles = false;  // the scene has the triangles
+  bool has_triangles = false;  // the scene has triangles, so grips may name surface points
 };
 
 struct Tool {
@@ -25,7 +20,7 @@ struct Tool {
   palpate_grip* grips = nullptr;  // [grip_count]
   std::int32_t point_count = 0, grip_count = 0;
   bool hold = false;
-  double radius = 0, friction = 0;
+  double disc_radius = 0, friction = 0;
   std::uint32_t flags = 0;  // of this step
 };
 
@@ -33,8 +28,8 @@ class ToolInput {
  public:
   bool create(SceneMemory& memory, const InputLimits& limits);
 
-  // Takes the step's tools; a tool with any bad number keeps all of its last good input (none at first). dt likewise.
-  // Returns the step flags raised. Points and grips beyond max_points are dropped, the first ones kept.
+  // Copies the step's tools. A tool with any bad number keeps all of its last good input (nothing at first); so does dt.
+  // Points and grips beyond max_points are dropped, the first ones kept. Returns the step flags.
   std::uint32_t take(const palpate_tool* tools, std::int32_t tool_count, double dt);
 
   void forget();

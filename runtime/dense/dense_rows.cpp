@@ -25,7 +25,8 @@ PALPATE_INLINE double dot(int n, const double* __restrict x, const double* __res
   return sum_of_lanes<kLanes>(lane) + rest;
 }
 
-// Four rows at a time: what they share of x is read once, and their sums, eight to a row, do not wait for one another.
+// Forward and backward substitution, four rows at a time: each part of x is read once for four rows, and the eight partial sums
+// of a row do not wait for one another.
 template <class Vector>
 PALPATE_INLINE void solve(int n, const double* __restrict u, std::size_t stride, double* __restrict x) {
   constexpr int kRows = 4, kLanes = 8, kVectors = kLanes * sizeof(double) / sizeof(Vector);
@@ -75,7 +76,7 @@ PALPATE_INLINE void solve(int n, const double* __restrict u, std::size_t stride,
   }
 }
 
-// Four vectors side by side, whose sums stay in registers.
+// Four vectors side by side, so that their sums stay in registers.
 template <class Vector>
 PALPATE_INLINE void reflect(int n, int count, double tau, const double* v, double* row, double* const* below) {
   constexpr int kLanes = sizeof(Vector) / sizeof(double), kSide = 4;
@@ -139,7 +140,7 @@ void reflect_baseline(int n, int count, double tau, const double* v, double* row
 }
 
 #ifdef PALPATE_DISPATCHES
-// Short rows gain nothing from wide registers, whose last numbers are then most of the work.
+// Short rows gain nothing from wide registers: the remainder is then most of the work.
 Instructions best_for(int n) {
   constexpr int kShort = 40;
   return n < kShort ? Instructions::baseline : best_instructions();

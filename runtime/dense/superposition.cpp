@@ -14,8 +14,8 @@
 namespace palpate {
 namespace {
 
-// A block of the output that stays in the first-level cache while every group of columns adds to it.
-constexpr std::size_t kBlock = 3072;
+// Numbers of the output that are completed at a time: they stay in the first-level cache while all columns are added.
+constexpr std::size_t kTile = 3072;
 
 using Kernel = void (*)(const void* const* column, const float* coefficient, std::size_t begin, std::size_t count,
                         float* __restrict out);
@@ -31,13 +31,13 @@ inline float as_float(Half stored) {
   return formats::float_of_half(stored);
 }
 
-// How far ahead of the sum each column is asked for: about the time of one read from memory. Without it the processor's own
-// prefetching starts anew at every page of every column.
+// Distance in bytes at which each column is prefetched: about the time of one read from memory. Without it, the processor's own
+// prefetcher starts again at every page of every column.
 constexpr std::size_t kAhead = 1024;  // bytes
 
-// Adds Width columns at a time: one load of each, one load and store of the output. Inlined into a function per instruction
-// set, where the compiler uses as many lanes as that has. Products and sums are rounded one by one, in the order of the
-// columns, so every instruction set gives the same bits.
+// Adds Width columns at a time: each output number is loaded and stored once for all of them. The function is inlined into one
+// function per instruction set, and the compiler uses that set's vector width. Every product and every sum is rounded by
+// itself, in the order of the columns, so every instruction set gives the same bits.
 template <class Stored, int Width>
 PALPATE_INLINE void add_columns(const void* const* column, const float* coefficient, std::size_t begin,
                                 std::size_t count, float* __restrict out) {
@@ -61,7 +61,7 @@ PALPATE_INLINE void add_columns(const void* const* column, const float* coeffici
   }
 }
 
-// What the build targets: SSE2 on x86-64, NEON on AArch64.
+// The instruction set that the build targets: SSE2 on x86-64, NEON on AArch64.
 struct Baseline {
   template <class Stored, int Width>
   static void add(const void* const* column, const float* coefficient, std::size_t begin, std::size_t count,
@@ -71,7 +71,7 @@ struct Baseline {
 };
 
 #ifdef PALPATE_DISPATCHES
-// f16 by the processor's own conversion: the same numbers as float_of_half.
+// f16 numbers by the processor's conversion instruction, which gives the same numbers as float_of_half.
 template <int Width>
 __attribute__((target(PALPATE_AVX2))) void add_halves_avx2(const void* const* column, const float* coefficient,
                                                            std::size_t begin, std::size_t count,
@@ -104,7 +104,7 @@ struct Avx2 {
   }
 };
 
-// For f32; the others are as fast with AVX2.
+// For f32 alone; the other types are as fast with AVX2.
 struct Avx512 {
   template <class Stored, int Width>
   __attribute__((target(PALPATE_AVX512))) static void add(const void* const* column, const float* coefficient,
@@ -114,8 +114,8 @@ struct Avx512 {
 };
 #endif
 
-// The kernels of one element type, widest first. A contact node has three columns; the last kernel takes what is left of
-// any other number.
+// The kernels of one element type by the number of columns, widest first. A contact node has three columns; the last kernel
+// handles the columns that remain of any other number.
 constexpr int kWidths[] = {12, 9, 6, 3, 1};
 struct Kernels {
   Kernel add[std::size(kWidths)];
@@ -126,12 +126,12 @@ constexpr Kernels kKernels = {{&Instructions::template add<Stored, 12>, &Instruc
                                &Instructions::template add<Stored, 1>}};
 
 #ifdef PALPATE_DISPATCHES
-// Where wider instructions are nearly everywhere, the baseline is kept small.
+// On x86-64 nearly every processor has wider instructions, so the baseline has few kernels.
 template <class Stored>
 constexpr Kernels kKernels<Baseline, Stored> = {
     {nullptr, nullptr, &Baseline::add<Stored, 6>, &Baseline::add<Stored, 3>, &Baseline::add<Stored, 1>}};
 #endif
-// Next to converting halves one by one the sum costs nothing: wider kernels would be all code.
+// Converting halves one by one takes nearly all the time, so wider kernels would only add code.
 template <>
 constexpr Kernels kKernels<Baseline, Half> = {
     {nullptr, nullptr, nullptr, &Baseline::add<Half, 3>, &Baseline::add<Half, 1>}};
@@ -153,11 +153,11 @@ const Kernels& kernels(Instructions instructions, formats::ElementType type) {
   return kernels<Baseline>(type);
 }
 
-// onto: out is added to as it is; otherwise it starts at zero.
+// onto: adds to the numbers in out; otherwise the sum starts at zero.
 void add_all(const Kernels& use, const void* const* column, const float* coefficient, int column_count,
              std::size_t first, std::size_t count, bool onto, float* out) {
-  for (std::size_t begin = 0; begin < count; begin += kBlock) {
-    const std::size_t size = count - begin < kBlock ? count - begin : kBlock;
+  for (std::size_t begin = 0; begin < count; begin += kTile) {
+    const std::size_t size = count - begin < kTile ? count - begin : kTile;
     if (!onto) std::memset(out + begin, 0, size * sizeof(float));
     int done = 0;
     for (std::size_t w = 0; w < std::size(kWidths); ++w)

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/dense/dense_blocks.h"
+#include "runtime/dense/dense_panels.h"
 #include "runtime/dense/dense_rows.h"
 
 namespace palpate {
@@ -11,7 +11,7 @@ namespace palpate {
 bool UpdatedCholesky::create(SceneMemory& memory, std::int32_t capacity) {
   capacity_ = capacity;
   const std::size_t rows = static_cast<std::size_t>(capacity);
-  stride_ = odd_lines(rows + 1 + kOverrun);  // and what the inner loops overwrite after a row's end
+  stride_ = odd_lines(rows + 1 + kOverrun);  // room for the numbers that inner loops overwrite after a row's end
   factor_ = memory.array<double>(rows * stride_);
   leaving_ = memory.array<double>(kBatch * stride_);
   return !memory.failed();
@@ -20,9 +20,9 @@ bool UpdatedCholesky::create(SceneMemory& memory, std::int32_t capacity) {
 bool UpdatedCholesky::append(std::int32_t count, double least, double* raised) {
   const std::int32_t end = size_ + count;
   for (std::int32_t first = 0, rows = 0; first < end; first += rows) {
-    // Old rows become final in the new columns alone; new rows in all that are right of them, after their own corner.
+    // Old rows: only their new columns are eliminated. New rows: first their corner is factored, then all columns right of it.
     const bool old = first < size_;
-    rows = std::min(kBlockRows, (old ? size_ : end) - first);
+    rows = std::min(kPanelRows, (old ? size_ : end) - first);
     if (!old) {
       eliminate_rows(factor_, stride_, first, rows, first, first + rows, false);
       if (!factor_corner(first, rows, least, raised + (first - size_))) return false;
@@ -48,7 +48,7 @@ bool UpdatedCholesky::factor_corner(std::int32_t first, std::int32_t rows, doubl
 }
 
 void UpdatedCholesky::remove(int count, const std::int32_t* positions) {
-  // The last ones first: the positions of the others then stay what they are.
+  // The last positions first, because removing a row changes the positions after it.
   while (count > 0) {
     const int batch = std::min(count, kBatch);
     count -= batch;
@@ -56,21 +56,21 @@ void UpdatedCholesky::remove(int count, const std::int32_t* positions) {
   }
 }
 
-// One pass: every row that stays is moved to its new place without the columns that leave, and takes up the rows above
-// it that left.
+// One pass over the factor: moves every row that stays to its new position without the columns that leave, and eliminates from
+// it the removed rows above it.
 void UpdatedCholesky::remove_batch(int count, const std::int32_t* positions) {
   double* below[kBatch];
-  int left = 0;  // rows that have left so far
+  int left = 0;  // rows removed so far
   for (std::int32_t i = positions[0]; i < size_; ++i) {
     const bool leaves = left < count && positions[left] == i;
     const double* from = row(i);
     double* to = leaves ? leaving_ + static_cast<std::size_t>(left) * stride_ : row(i - left);
-    // Columns i .. of the old numbering, without those that leave, at their new numbers.
-    std::int32_t column = leaves ? i + 1 : i, place = i - left;
+    // Copies columns i and later of the old numbering, without those that leave, to their new numbers.
+    std::int32_t column = leaves ? i + 1 : i, to_column = i - left;
     for (int k = leaves ? left + 1 : left; k <= count; ++k) {
       const std::int32_t end = k < count ? positions[k] : size_;
-      std::copy(from + column, from + end, to + place);
-      place += end - column;
+      std::copy(from + column, from + end, to + to_column);
+      to_column += end - column;
       column = end + 1;
     }
     if (leaves) {
@@ -81,7 +81,7 @@ void UpdatedCholesky::remove_batch(int count, const std::int32_t* positions) {
     double tail = 0, v[kBatch];
     for (int k = 0; k < left; ++k) tail += below[k][pivot] * below[k][pivot];
     if (!(tail > 0)) continue;
-    // The reflection that leaves the pivot positive and nothing below it.
+    // The reflection that makes the entries below the pivot zero and the pivot positive.
     const double head = to[pivot], size = std::sqrt(head * head + tail), v0 = -tail / (head + size);
     for (int k = 0; k < left; ++k) v[k] = below[k][pivot] / v0;
     const double tau = 2 * v0 * v0 / (v0 * v0 + tail);
@@ -90,7 +90,7 @@ void UpdatedCholesky::remove_batch(int count, const std::int32_t* positions) {
     for (int k = 0; k < left; ++k) rest[k] = below[k] + pivot + 1;
     reflect_rows(size_ - count - pivot - 1, left, tau, v, to + pivot + 1, rest);
   }
-  // Rows above all that left only lose their columns.
+  // Rows above the first removed one only lose columns.
   for (std::int32_t i = 0; i < positions[0]; ++i) {
     double* u = row(i);
     for (int k = 0; k < count; ++k) {

@@ -1,4 +1,4 @@
-// Three slots and one atomic word: which slot lies in the middle, and whether the reader has seen it.
+// Three slots and one atomic word, which holds the index of the middle slot and whether the reader has not seen it yet.
 #include <atomic>
 #include <cstring>
 #include <new>
@@ -15,7 +15,7 @@ constexpr std::size_t whole_lines(std::size_t bytes) {
 
 }  // namespace
 
-// Each side's own word has a cache line of its own, so that neither slows the other down.
+// Each side's word has a cache line of its own, so that the two threads do not slow each other down.
 struct alignas(64) palpate_mailbox {
   std::uint64_t slot_bytes;
   alignas(64) std::uint32_t writing;
@@ -50,7 +50,7 @@ palpate_contacts* palpate_mailbox_slot(palpate_mailbox* mailbox) {
 }
 
 void palpate_mailbox_publish(palpate_mailbox* mailbox) {
-  // Releases what was written to the slot; acquires the reader's last look at the one that comes back.
+  // Release: the reader sees what was written to the slot. Acquire: the reader has finished with the slot that comes back.
   mailbox->writing = mailbox->middle.exchange(mailbox->writing | kFresh, std::memory_order_acq_rel) & kSlot;
 }
 

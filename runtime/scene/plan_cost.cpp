@@ -1,5 +1,5 @@
-// What a pass does in a step: bytes and flops follow from the data's shapes, steps of scalar code were measured once
-// (bench/README.md: predicted and measured costs).
+// Predicts the work of a pass. Bytes and flops follow from the shapes of the data. The factors of the scalar steps were measured
+// once; bench/README.md compares predicted and measured costs.
 #include <algorithm>
 
 #include "runtime/scene/scene.h"
@@ -47,25 +47,25 @@ class PassWork {
   }
 
  private:
-  // Contacts of tool points, each of which may press a disc.
+  // Contacts of tool points: each of them may press a disc.
   double patches() const {
     return scene_.def.contact == PALPATE_CONTACT_PATCH ? std::max(0, load_.contacts - load_.grips) : 0;
   }
 
   palpate_pass_work solve() const {
     const double rows = load_.rows, nodes = load_.nodes, contacts = load_.contacts;
-    // Two triangular solves and a residual; a product with the matrix per sweep. A contact that slips makes its rows and
-    // its share of the factor anew.
+    // Two triangular solves and a residual; a product with the matrix per sweep. A contact that slips has new rows, which join the
+    // factor again.
     return {0, 2 * rows * rows * (3 + load_.sweeps),
             60 + 60 * contacts + 20 * nodes + 120 * contacts * load_.sweeps +
                 (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
   }
 
-  // A bone from every triangle about a node, and every vertex from three bones.
+  // Every triangle adds to three bones, every vertex blends three bones.
   palpate_pass_work skin() const {
     const Skin& skin = scene_.skin;
     const double vertices = skin.vertex_count(), triangles = skin.triangle_count(), nodes = skin.node_count();
-    const double floats = skin.has_normals() ? 21 : 15;  // of a vertex, in and out
+    const double floats = skin.has_normals() ? 21 : 15;  // floats read and written for each vertex
     return {4 * (floats * vertices + 21 * triangles + 19 * nodes), 0, 9 * vertices + 12 * triangles};
   }
 
@@ -93,7 +93,8 @@ class PassWork {
 
 palpate_pass_work palpate_predict_pass(const palpate_scene* scene, int32_t pass, const palpate_step_load* load) {
   if (!scene || !load) return palpate_pass_work{};
-  for (std::int32_t id = 0; id < palpate_scene::kPasses; ++id)
-    if (scene->place_in_plan[id] == pass) return palpate::PassWork(*scene, *load).of(static_cast<palpate::Pass>(id));
+  for (std::int32_t id = 0; id < palpate::kPasses; ++id)
+    if (scene->watch.index_in_plan[id] == pass)
+      return palpate::PassWork(*scene, *load).of(static_cast<palpate::Pass>(id));
   return palpate_pass_work{};
 }

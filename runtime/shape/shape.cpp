@@ -1,32 +1,36 @@
-// The render half: contacts -> superposition (eq. 9) -> radial correction -> displaced nodes.
+// The shape half: gathers the columns of all contact nodes, sums them chunk by chunk, corrects and writes.
+#include "runtime/shape/shape.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
+#include "runtime/base/alignment.h"
 #include "runtime/dense/superposition.h"
-#include "runtime/scene/scene.h"
 
 namespace palpate {
 namespace {
 
-// The columns of one tool (or, without a correction, of all) in the scene's arrays, from `first`.
+// Columns first .. first + count - 1 of the state's arrays: those of one corrected tool, or of all that are not corrected.
 struct Group {
   int first = 0, count = 0;
-  Vec3 direction;
+  Vec3 direction;  // d_t of the corrected tool
   bool corrected = false;
 };
 
-constexpr int kLanes = 64;
+constexpr int kLanes = 64;  // nodes that correct_lanes handles at once
 
-// As integers, so that a compiler looks at many at once.
+// Compares bits as integers, because compilers vectorise that and not std::isfinite.
 bool all_finite(const float* x, std::size_t count) {
   std::int32_t largest = 0;
   for (std::size_t i = 0; i < count; ++i) largest = std::max(largest, std::bit_cast<std::int32_t>(x[i]) & 0x7fffffff);
   return largest < 0x7f800000;
 }
 
-// u = a d + o: keeps a d and makes the length r of o P(r), per node. Returns true when an r was outside P's range.
-// Source: Cotin, Delingette and Ayache 1999, eqs 3-6; DESIGN section 4.
+// The radial correction. A node's displacement u splits into a part along the tool's direction d, which stays, and a part
+// orthogonal to d of length r, which gets the length P(r). Returns true where some r was outside P's measured range.
+// P(r)/r is a Chebyshev sum, evaluated by Clenshaw's recurrence for many nodes side by side.
+// Source: Cotin, Delingette and Ayache 1999, eqs 3-6.
 bool correct_lanes(const ResponseCurve& curve, Vec3 direction, int count, float* u) {
   const float dx = static_cast<float>(direction.x), dy = static_cast<float>(direction.y),
               dz = static_cast<float>(direction.z);
@@ -66,7 +70,8 @@ bool correct_lanes(const ResponseCurve& curve, Vec3 direction, int count, float*
 
 class Shape {
  public:
-  Shape(palpate_scene& scene, palpate_shape_out& out) : scene_(scene), half_(scene.shape), out_(out) {}
+  Shape(const StepContext& context, ShapeState& state, Compliance* compliance, palpate_shape_out& out)
+      : context_(context), shape_state_(state), compliance_(compliance), out_(out) {}
 
   std::uint32_t step(const palpate_contacts* contacts) {
     if (!is_sound(contacts)) {
@@ -74,49 +79,50 @@ class Shape {
       contacts = nullptr;
     }
     gather(contacts);
-    const std::int32_t wanted = std::min(half_.nodes, out_.node_capacity), surface = scene_.tensors.surface_nodes;
-    if (scene_.tensors.compliance)
+    const std::int32_t wanted = std::min(shape_state_.nodes, out_.node_capacity),
+                       surface = context_.tensors.surface_nodes;
+    if (compliance_)
       for (int g = 0; g < group_count_; ++g) make_field(g);
     for (std::int32_t n = 0; n < wanted;) {
       const bool interior = n >= surface;
       const std::int32_t end = interior ? wanted : std::min(wanted, surface);
-      const std::int32_t count = std::min(ShapeHalf::kChunkNodes, end - n);
+      const std::int32_t count = std::min(ShapeState::kChunkNodes, end - n);
       chunk(n, count, [&](int g, float* target) {
         if (interior)
-          superpose_rows(half_.interior.type, half_.interior_column, g, n - surface, count, target);
-        else if (scene_.tensors.compliance)
+          superpose_rows(shape_state_.interior.type, shape_state_.interior_column, g, n - surface, count, target);
+        else if (compliance_)
           std::copy_n(group_field(g) + 3 * static_cast<std::size_t>(n), 3 * static_cast<std::size_t>(count), target);
         else
-          superpose_rows(scene_.tensors.surface.type, half_.surface_column, g, n, count, target);
+          superpose_rows(context_.tensors.surface.type, shape_state_.surface_column, g, n, count, target);
       });
       n += count;
     }
     out_.node_count = wanted;
-    if (scene_.bundle->is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
+    if (context_.bundle.is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
     return flags_;
   }
 
  private:
-  // Contacts may have come through a socket: nothing in them is trusted.
+  // Contacts may have come through a socket, so the step trusts no number in them.
   bool is_sound(const palpate_contacts* contacts) const {
     if (!contacts || !is_aligned(contacts) || contacts->node_count < 0 ||
-        contacts->node_count > scene_.def.max_contact_nodes)
+        contacts->node_count > context_.def.max_contact_nodes)
       return false;
     const std::size_t bytes =
         sizeof(palpate_contacts) + static_cast<std::size_t>(contacts->node_count) * sizeof(palpate_contact_node);
     return contacts->used_bytes == bytes && contacts->tool_count >= 0 && contacts->tool_count <= PALPATE_MAX_TOOLS;
   }
   bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
-    if (node.column < 0 || node.column >= scene_.tensors.columns || node.tool < 0 || node.tool >= tool_count)
+    if (node.column < 0 || node.column >= context_.tensors.columns || node.tool < 0 || node.tool >= tool_count)
       return false;
     for (const double u : node.modified_displacement)
       if (!(std::fabs(u) <= 1e12)) return false;
     return true;
   }
 
-  // A unit vector, or zero: then the tool has no direction and its contribution stays linear.
+  // d_t of a tool; zero where it has none: its contribution then stays linear.
   Vec3 direction(const palpate_contacts& contacts, std::int32_t tool) {
-    if (!kHasEffects || scene_.def.radial == PALPATE_RADIAL_OFF) return Vec3{};
+    if (!corrects_shape(context_.def)) return Vec3{};
     const Vec3 d = load3(contacts.tools[tool].direction);
     const double size = length(d);
     if (size == 0) return Vec3{};
@@ -125,7 +131,7 @@ class Shape {
     return Vec3{};
   }
 
-  // Contacts -> groups of columns. What needs no correction goes into the first group together.
+  // Contacts -> groups of columns. The tools that need no correction share the first group.
   void gather(const palpate_contacts* contacts) {
     group_count_ = 0;
     if (!contacts) return;
@@ -133,7 +139,7 @@ class Shape {
     Vec3 d[PALPATE_MAX_TOOLS];
     for (std::int32_t t = 0; t < contacts->tool_count; ++t) {
       d[t] = direction(*contacts, t);
-      corrected[t] = kHasEffects && dot(d[t], d[t]) > 0;
+      corrected[t] = corrects_shape(context_.def) && dot(d[t], d[t]) > 0;
     }
     add_group(
         *contacts, [&](std::int32_t tool) { return !corrected[tool]; }, Vec3{}, false);
@@ -143,7 +149,7 @@ class Shape {
             *contacts, [&](std::int32_t tool) { return tool == t; }, d[t], true);
   }
 
-  // Contacts that share a node share its columns: their coefficients are added, in double.
+  // Contacts that share a node share its three columns: their coefficients are summed in double precision first.
   template <class Belongs>
   void add_group(const palpate_contacts& contacts, Belongs belongs, Vec3 d, bool corrected) {
     Group group{column_count_, 0, d, corrected};
@@ -155,25 +161,27 @@ class Shape {
         continue;
       }
       if (!belongs(node.tool)) continue;
-      std::int32_t& slot = half_.slot_of_column[node.column];
+      std::int32_t& slot = shape_state_.slot_of_column[node.column];
       if (slot == 0) slot = 1 + add_columns(node.column, group);
-      for (int j = 0; j < 3; ++j) half_.sum[slot - 1 + j] += node.modified_displacement[j];
+      for (int j = 0; j < 3; ++j) shape_state_.sum[slot - 1 + j] += node.modified_displacement[j];
     }
     for (int c = group.first; c < group.first + group.count; ++c)
-      half_.coefficient[c] = static_cast<float>(half_.sum[c] * half_.row_scale[c]);
-    for (std::int32_t e = 0; e < contacts.node_count; ++e)  // leave the map as it was found
-      if (nodes[e].column >= 0 && nodes[e].column < scene_.tensors.columns) half_.slot_of_column[nodes[e].column] = 0;
+      shape_state_.coefficient[c] = static_cast<float>(shape_state_.sum[c] * shape_state_.row_scale[c]);
+    for (std::int32_t e = 0; e < contacts.node_count; ++e)  // as before the call
+      if (nodes[e].column >= 0 && nodes[e].column < context_.tensors.columns)
+        shape_state_.slot_of_column[nodes[e].column] = 0;
     if (group.count > 0) groups_[group_count_++] = group;
   }
 
   int add_columns(std::int32_t column, Group& group) {
     const int first = column_count_;
-    if (half_.slot_column) half_.slot_column[column_count_ / 3] = column;
+    if (shape_state_.column_of_sums) shape_state_.column_of_sums[column_count_ / 3] = column;
     for (int j = 0; j < 3; ++j) {
-      half_.sum[column_count_] = 0;
-      half_.surface_column[column_count_] = scene_.tensors.surface.row(column, j);
-      if (half_.interior.numbers) half_.interior_column[column_count_] = half_.interior.row(column, j);
-      half_.row_scale[column_count_] = scene_.tensors.surface.row_scale(column, j);
+      shape_state_.sum[column_count_] = 0;
+      shape_state_.surface_column[column_count_] = context_.tensors.surface.row(column, j);
+      if (shape_state_.interior.numbers)
+        shape_state_.interior_column[column_count_] = shape_state_.interior.row(column, j);
+      shape_state_.row_scale[column_count_] = context_.tensors.surface.row_scale(column, j);
       ++column_count_;
     }
     group.count += 3;
@@ -181,45 +189,47 @@ class Shape {
   }
 
   float* group_field(int g) const {
-    return half_.group_field + 3 * static_cast<std::size_t>(g) * static_cast<std::size_t>(scene_.tensors.surface_nodes);
+    return shape_state_.group_field +
+           3 * static_cast<std::size_t>(g) * static_cast<std::size_t>(context_.tensors.surface_nodes);
   }
 
-  // The whole surface field of a group from the compliance: u_n = sum_k C_nk T^f_k u~_k.
+  // The whole surface field of a group, from the stored compliance: u_n = sum_k C_nk T^f_k u~_k. It equals eq. 9, because
+  // T^u_nk = C_nk T^f_k.
   void make_field(int g) {
     const Group& group = groups_[g];
     for (int l = 0; l < group.count / 3; ++l) {
       const int c = group.first + 3 * l;
-      const std::int32_t column = half_.slot_column[c / 3];
-      half_.loads[l] = {scene_.compliance.place_of_column(column),
-                        scene_.tensors.force_of(column) * load3(half_.sum + c)};
+      const std::int32_t column = shape_state_.column_of_sums[c / 3];
+      shape_state_.loads[l] = {compliance_->slot_of_column(column),
+                               context_.tensors.stiffness_of(column) * load3(shape_state_.sum + c)};
     }
-    scene_.compliance.field(half_.loads, group.count / 3, group_field(g));
+    compliance_->field(shape_state_.loads, group.count / 3, group_field(g));
   }
 
-  // A group's field at nodes row_first .. row_first + count - 1 of stored rows.
+  // A group's field from stored rows, at their nodes row_first .. row_first + count - 1.
   void superpose_rows(formats::ElementType type, const void* const* column, int g, std::int32_t row_first,
                       std::int32_t count, float* out) const {
     const Group& group = groups_[g];
-    superpose(type, column + group.first, half_.coefficient + group.first, group.count,
+    superpose(type, column + group.first, shape_state_.coefficient + group.first, group.count,
               3 * static_cast<std::size_t>(row_first), 3 * static_cast<std::size_t>(count), out);
   }
 
-  // Nodes first .. first + count - 1 of the output; field_of(g, target) gives what a group does there.
+  // Completes nodes first .. first + count - 1 of the output. field_of(g, target) writes the displacements by group g.
   template <class FieldOf>
   void chunk(std::int32_t first, std::int32_t count, FieldOf field_of) {
     const std::size_t floats = 3 * static_cast<std::size_t>(count);
-    float* field = out_.displacements ? out_.displacements + 3 * static_cast<std::size_t>(first) : half_.field;
+    float* field = out_.displacements ? out_.displacements + 3 * static_cast<std::size_t>(first) : shape_state_.field;
     bool written = false;
     for (int g = 0; g < group_count_; ++g) {
-      float* target = written ? half_.tool_field : field;
+      float* target = written ? shape_state_.tool_field : field;
       field_of(g, target);
-      passed(scene_, Pass::superposition);
+      context_.watch.ended(Pass::superposition);
       if (groups_[g].corrected) {
         correct(groups_[g].direction, count, target);
-        passed(scene_, Pass::radial);
+        context_.watch.ended(Pass::radial);
       }
       if (written)
-        for (std::size_t i = 0; i < floats; ++i) field[i] += half_.tool_field[i];
+        for (std::size_t i = 0; i < floats; ++i) field[i] += shape_state_.tool_field[i];
       written = true;
     }
     if (!written) std::fill(field, field + floats, 0.0f);
@@ -228,21 +238,23 @@ class Shape {
       for (std::size_t i = 0; i < floats; ++i)
         if (!std::isfinite(field[i])) field[i] = 0;
     }
-    passed(scene_, Pass::superposition);
+    context_.watch.ended(Pass::superposition);
     if (!out_.positions) return;
-    const float* rest = half_.rest + 3 * static_cast<std::size_t>(first);
+    const float* rest = shape_state_.rest + 3 * static_cast<std::size_t>(first);
     float* position = out_.positions + 3 * static_cast<std::size_t>(first);
     for (std::size_t i = 0; i < floats; ++i) position[i] = rest[i] + field[i];
-    passed(scene_, Pass::positions);
+    context_.watch.ended(Pass::positions);
   }
 
   void correct(Vec3 d, std::int32_t count, float* u) {
     for (std::int32_t n = 0; n < count; n += kLanes)
-      if (correct_lanes(half_.radial, d, std::min(kLanes, count - n), u + 3 * n)) flags_ |= PALPATE_STEP_RESPONSE_RANGE;
+      if (correct_lanes(shape_state_.radial, d, std::min(kLanes, count - n), u + 3 * n))
+        flags_ |= PALPATE_STEP_RESPONSE_RANGE;
   }
 
-  palpate_scene& scene_;
-  ShapeHalf& half_;
+  const StepContext& context_;
+  ShapeState& shape_state_;
+  Compliance* const compliance_;
   palpate_shape_out& out_;
   std::uint32_t flags_ = 0;
   Group groups_[PALPATE_MAX_TOOLS + 1];
@@ -250,13 +262,10 @@ class Shape {
 };
 
 }  // namespace
-}  // namespace palpate
 
-palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* contacts, palpate_shape_out* out) {
-  if (!scene || !out) return PALPATE_STEP_BAD_INPUT;
-  out->node_count = 0;
-  if (scene->def.shape == PALPATE_SHAPE_OFF || out->node_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  if (!palpate::is_aligned(out->displacements) || !palpate::is_aligned(out->positions)) return PALPATE_STEP_BAD_INPUT;
-  if (!out->displacements && !out->positions) return 0;
-  return palpate::Shape(*scene, *out).step(contacts);
+std::uint32_t shape_step(const StepContext& context, ShapeState& state, Compliance* compliance,
+                         const palpate_contacts* contacts, palpate_shape_out& out) {
+  return Shape(context, state, compliance, out).step(contacts);
 }
+
+}  // namespace palpate

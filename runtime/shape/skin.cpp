@@ -1,18 +1,16 @@
-// A render mesh in a step: displacements of the surface's nodes -> bones -> vertices and normals.
+// The render mesh in a step: displacements of the surface nodes -> bones -> vertices and normals.
 #include "runtime/shape/skin.h"
 
 #include <algorithm>
 
-#include "runtime/scene/scene.h"
-
 namespace palpate {
 namespace {
 
-constexpr float kFarthest = 1e6f;  // m: as of tools, beyond it a displacement is none
+constexpr float kFarthest = 1e6f;  // m, as for tools: a longer displacement counts as not finite
 
 }  // namespace
 
-// What each bone's node does, preload included; gradients start at zero.
+// Sets each bone to its node's displacement, preload included, and a gradient of zero.
 palpate_step_flags Skin::take(const float* displacements) {
   palpate_step_flags flags = 0;
   for (std::int32_t n = 0; n < node_count_; ++n) {
@@ -26,7 +24,7 @@ palpate_step_flags Skin::take(const float* displacements) {
   return flags;
 }
 
-// Every triangle's displacement gradient, shared out to its nodes.
+// Adds every triangle's displacement gradient to the bones of its three nodes, weighted by area.
 void Skin::turn_bones() {
   for (std::int32_t t = 0; t < triangle_count_; ++t) {
     const Triangle& triangle = triangles_[t];
@@ -37,7 +35,7 @@ void Skin::turn_bones() {
       change[0][d] = u1[d] - u0[d], change[1][d] = u2[d] - u0[d];
       edge[0][d] = triangle.edge[0][d] + change[0][d], edge[1][d] = triangle.edge[1][d] + change[1][d];
     }
-    // A triangle that is pressed flat has no normal: it keeps its own.
+    // A triangle without area has no normal: its normal counts as unchanged.
     const bool has_normal = unit_normal(edge[0], edge[1], normal);
     for (int d = 0; d < 3; ++d) normal[d] = has_normal ? normal[d] - triangle.normal[d] : 0;
     for (int c = 0; c < 3; ++c)
@@ -53,7 +51,7 @@ palpate_step_flags Skin::move_vertex(std::int32_t v, palpate_skin_out* out) cons
   const Vertex& vertex = vertices_[v];
   const float *a = bones_[vertex.node[0]].column[0], *b = bones_[vertex.node[1]].column[0],
               *c = bones_[vertex.node[2]].column[0];
-  float h[16];  // the blend of three bones, column by column
+  float h[16];  // the blended bone: columns of H, then u
   for (int i = 0; i < 16; ++i) h[i] = vertex.weight[0] * a[i] + vertex.weight[1] * b[i] + vertex.weight[2] * c[i];
   const std::size_t first = 3 * static_cast<std::size_t>(v);
   palpate_step_flags flags = 0;
@@ -69,7 +67,7 @@ palpate_step_flags Skin::move_vertex(std::int32_t v, palpate_skin_out* out) cons
     std::copy_n(moved, 3, out->positions + first);
   }
   if (out->normals) {
-    // cofactor(I + H) n: its columns are cross products of those of I + H.
+    // The normal is cofactor(I + H) n. The columns of a cofactor are the cross products of the columns of I + H.
     h[0] += 1, h[5] += 1, h[10] += 1;
     const float *x = h, *y = h + 4, *z = h + 8, *n = normals_ + first;
     float turned[3], square = 0;
@@ -94,17 +92,3 @@ palpate_step_flags Skin::move(const float* displacements, palpate_skin_out* out)
 }
 
 }  // namespace palpate
-
-palpate_step_flags palpate_skin(palpate_scene* scene, const palpate_shape_out* shape, palpate_skin_out* out) {
-  if (!out) return PALPATE_STEP_BAD_INPUT;
-  out->vertex_count = 0;
-  if (!scene || !shape || !scene->skin.bound() || out->vertex_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  if (!shape->displacements || shape->node_count < scene->skin.node_count()) return PALPATE_STEP_BAD_INPUT;
-  for (const float* array : {static_cast<const float*>(shape->displacements), static_cast<const float*>(out->positions),
-                             static_cast<const float*>(out->normals)})
-    if (!palpate::is_aligned(array)) return PALPATE_STEP_BAD_INPUT;
-  if (out->normals && !scene->skin.has_normals()) return PALPATE_STEP_BAD_INPUT;
-  const palpate_step_flags flags = scene->skin.move(shape->displacements, out);
-  passed(*scene, palpate::Pass::skin);
-  return flags;
-}

@@ -1,11 +1,12 @@
-// A finer mesh of the host's that follows the surface: every vertex is bound once to a place of the surface and carried by
-// the three nodes there.
+// A host's finer mesh that follows the surface: each vertex is bound once to a surface point and carried by its three nodes.
 //
-// A node carries what is near it as a bone does, by u(x) = u_node + H (x - place): H is the displacement's gradient on the
-// triangles about the node, their mean by area. In a triangle's plane the gradient is the triangle's own; across it, the
-// normal stays a unit normal. So a vertex on the surface moves by sum w_i u_i, the plain barycentric weights; one beside it
-// turns with the surface; translations and turns of the whole are reproduced exactly; and the mesh stays as continuous as
-// the surface. Normals follow by the cofactor of I + H, whatever triangles the host has.
+// A node carries its surroundings as a bone carries skin: u(x) = u_node + H (x - x_node). H is the displacement gradient of the
+// triangles around the node, averaged by area. Within a triangle's plane the gradient is the triangle's own; across it, the
+// gradient maps the rest normal to the deformed normal, both of unit length. A vertex blends the three bones of its triangle:
+//   - on the surface it moves by sum_i w_i u_i, the plain barycentric interpolation;
+//   - beside the surface its offset turns with the surface;
+//   - translations and rotations of the whole organ are reproduced exactly, and the mesh stays continuous.
+// Normals follow by the cofactor of I + H, so they need no triangles of the host's mesh.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,8 @@ namespace palpate {
 
 class Skin {
  public:
-  // Binds the mesh to the surface as it was meshed: nodes [node_count][3] m, triangles checked and outward; borrowed.
-  // preload: [node_count][3] m, kept, or nullptr. What only binding needs is taken from scratch.
+  // Binds the mesh to the surface as it was meshed. nodes: [node_count][3] m, used during the call; triangles: checked, outward.
+  // preload: [node_count][3] m, borrowed, or nullptr. scratch: memory for the binding alone.
   // Errors: ARGUMENT with the vertex, MEMORY. Cost: a few microseconds per vertex near the surface.
   palpate_status bind(SceneMemory& memory, SceneMemory& scratch, const palpate_render_mesh& mesh, const double* nodes,
                       std::int32_t node_count, const float* preload, const std::int32_t* triangles,
@@ -30,7 +31,7 @@ class Skin {
   std::int32_t node_count() const { return node_count_; }
   std::int32_t triangle_count() const { return triangle_count_; }
 
-  // displacements: [node_count][3] m, any floats. Returns flag bits.
+  // displacements: [node_count][3] m, any floats. Returns step flags.
   palpate_step_flags move(const float* displacements, palpate_skin_out* out);
 
  private:
@@ -38,20 +39,20 @@ class Skin {
     std::int32_t node[3];
     float edge[2][3];  // m, from node 0
     float dual[2][3];  // 1/m, in the triangle's plane: dual i . edge j is 1 where i is j, else 0
-    float normal[3];   // unit; zero, as all but the nodes, where the triangle is flat
-    float share[3];    // of the triangle in the area about each node
+    float normal[3];   // unit; for a triangle without area zero, like all fields but node
+    float share[3];    // of this triangle in the area around each of its nodes
   };
   struct Bone {
-    float column[4][4];  // of [H | u]; the last lane is never read, and makes a bone 64 bytes
+    float column[4][4];  // columns of H, then u; the fourth row pads a bone to 64 bytes and is never read
   };
   struct Vertex {
     std::int32_t node[3];
     float weight[3];
-    float offset[3];  // m, from its place on the surface
+    float offset[3];  // m, from its surface point at rest
   };
   bool describe_triangles(SceneMemory& memory, SceneMemory& scratch, const double* nodes,
                           const std::int32_t* triangles);
-  void bind_vertex(std::int32_t v, const SurfacePlace& place, Vec3 position, Vec3 place_at);
+  void bind_vertex(std::int32_t v, const SurfacePoint& surface_point, Vec3 position, Vec3 surface_position);
   palpate_step_flags take(const float* displacements);
   void turn_bones();
   palpate_step_flags move_vertex(std::int32_t v, palpate_skin_out* out) const;
@@ -65,8 +66,8 @@ class Skin {
   const float* preload_ = nullptr;  // [node_count][3] m
 };
 
-// The unit normal of two edges, written to out; zero where they make no area. The same bits for the same edges: what rests
-// does not turn.
+// Writes the unit normal of two edges to out, or zero and returns false where they span no area. The same edges give the same
+// bits, so that an organ at rest turns nothing.
 inline bool unit_normal(const float a[3], const float b[3], float out[3]) {
   const float n[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);

@@ -1,8 +1,8 @@
-// Binding a render mesh: once, while a scene is created.
+// Binds a render mesh to the surface, once, while a scene is created.
 #include <algorithm>
 
+#include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
-#include "runtime/contact/tool_input.h"
 #include "runtime/shape/skin.h"
 
 namespace palpate {
@@ -32,7 +32,9 @@ bool Skin::describe_triangles(SceneMemory& memory, SceneMemory& scratch, const d
   triangles_ = memory.array<Triangle>(static_cast<std::size_t>(triangle_count_));
   double* area_about = scratch.array<double>(static_cast<std::size_t>(node_count_));
   if (memory.failed() || scratch.failed()) return false;
-  const auto area = [](const Triangle& t) { return static_cast<double>(t.share[0]); };  // m^2, until it is shared
+  const auto area = [](const Triangle& t) {
+    return static_cast<double>(t.share[0]);
+  };  // m^2; share[0] holds it until the loop below
   for (std::int32_t t = 0; t < triangle_count_; ++t) {
     Triangle& out = triangles_[t];
     for (int v = 0; v < 3; ++v) out.node[v] = triangles[3 * static_cast<std::size_t>(t) + v];
@@ -54,13 +56,13 @@ bool Skin::describe_triangles(SceneMemory& memory, SceneMemory& scratch, const d
   return true;
 }
 
-void Skin::bind_vertex(std::int32_t v, const SurfacePlace& place, Vec3 position, Vec3 place_at) {
+void Skin::bind_vertex(std::int32_t v, const SurfacePoint& surface_point, Vec3 position, Vec3 surface_position) {
   Vertex& vertex = vertices_[v];
   for (int i = 0; i < 3; ++i) {
-    vertex.node[i] = triangles_[place.triangle].node[i];
-    vertex.weight[i] = static_cast<float>(place.barycentric[i]);
+    vertex.node[i] = triangles_[surface_point.triangle].node[i];
+    vertex.weight[i] = static_cast<float>(surface_point.barycentric[i]);
   }
-  store_float(position - place_at, vertex.offset);
+  store_float(position - surface_position, vertex.offset);
   store_float(position, positions_ + 3 * static_cast<std::size_t>(v));
 }
 
@@ -97,9 +99,9 @@ palpate_status Skin::bind(SceneMemory& memory, SceneMemory& scratch, const palpa
           "palpate_render_mesh: vertex %d at %g %g %g m is not finite, or stands %g m from an organ that is %g m "
           "large; give metres in the bundle's frame",
           v, position.x, position.y, position.z, beside, organ.size());
-    const SurfacePlace place = surface.nearest(position);
-    if (place.triangle < 0) return bad("the bundle's surface has no triangles to follow");
-    bind_vertex(v, place, position, surface.at(place));
+    const SurfacePoint surface_point = surface.nearest(position);
+    if (surface_point.triangle < 0) return bad("the bundle's surface has no triangles to follow");
+    bind_vertex(v, surface_point, position, surface.position(surface_point));
     if (!mesh.normals) continue;
     const float* n = mesh.normals + 3 * static_cast<std::size_t>(v);
     const Vec3 normal = {n[0], n[1], n[2]};

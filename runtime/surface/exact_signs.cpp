@@ -3,16 +3,16 @@
 namespace palpate {
 namespace {
 
-// high + low = x + y.
+// x + y = high + low exactly; returns high.
 double two_sum(double x, double y, double* low) {
   const double high = x + y, x_part = high - y, y_part = high - x_part;
   *low = (x - x_part) + (y - y_part);
   return high;
 }
 
-// A sum of doubles that do not overlap, in order of size: the last one has the sign of all.
+// An exact sum: doubles whose digits do not overlap, in order of size. The last one has the sign of the sum.
 struct ExactSum {
-  // A determinant has 6 products of three entries, 8 when both parts of each are multiplied out, and each of them 4 doubles.
+  // A determinant has 6 products of three entries; each entry has two parts, so 8 products each; each of them is 4 doubles.
   double part[6 * 8 * 4];
   int parts = 0;
 

@@ -7,12 +7,12 @@
 namespace palpate {
 namespace {
 
-// A triangle that lies wholly beyond or before [low, high] along an axis is not met within, and nothing else need be asked.
+// True where the triangle lies wholly below or above [low, high] along an axis, so that nothing within can meet it.
 bool apart(double a, double b, double c, double low, double high) {
   return (a < low && b < low && c < low) || (a > high && b > high && c > high);
 }
 
-// +1 or -1 when side(edge) is the same for all three edges: the line passes through the triangle; else 0.
+// side(edge) where it is the same for all three edges, so that the line passes through the triangle; else 0.
 template <class Side>
 int common_side(Vec3 a, Vec3 b, Vec3 c, Side side) {
   const int first = side(a, b);
@@ -46,9 +46,9 @@ double closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c, double barycentric[3]
   return done(1 - vb / sum - vc / sum, vb / sum, vc / sum);
 }
 
-Vec3 SurfaceIndex::at(const SurfacePlace& place) const {
+Vec3 SurfaceIndex::position(const SurfacePoint& surface_point) const {
   Vec3 sum;
-  for (int v = 0; v < 3; ++v) sum += place.barycentric[v] * corner(place.triangle, v);
+  for (int v = 0; v < 3; ++v) sum += surface_point.barycentric[v] * corner(surface_point.triangle, v);
   return sum;
 }
 
@@ -92,7 +92,7 @@ bool SurfaceIndex::inside(Vec3 p) {
     const Vec3 a = corner(t, 0), b = corner(t, 1), c = corner(t, 2);
     if (apart(a.x, b.x, c.x, p.x, p.x) || apart(a.y, b.y, c.y, p.y, p.y)) return;
     const int turn = common_side(a, b, c, [&](Vec3 v, Vec3 w) { return side_of_edge_from_above(v, w, p); });
-    // The ray runs to +z: it meets an upward triangle from below its plane, a downward one from above.
+    // The ray runs towards +z: it reaches a triangle that faces up from below its plane, one that faces down from above.
     if (turn != 0 && side_of_plane(a, b, c, p) == -turn) odd = !odd;
   };
   const int i = cell_of(p.x, 0), j = cell_of(p.y, 1);
@@ -100,7 +100,8 @@ bool SurfaceIndex::inside(Vec3 p) {
   return odd;
 }
 
-// Every bucket that the segment passes, from a to b (Amanatides and Woo 1987), in exactly as many steps as it is long.
+// Visits every bucket that the segment from a to b passes, in order (Amanatides and Woo 1987). The number of steps follows from
+// the end buckets alone, so rounding cannot make the walk miss its end.
 template <class Visit>
 void SurfaceIndex::walk(Vec3 a, Vec3 b, Visit visit) {
   double enter = 0, leave = 1;
@@ -157,11 +158,11 @@ int SurfaceIndex::crossings(Vec3 a, Vec3 b, Crossing* found) {
     Crossing crossing;
     crossing.time = from_height == to_height ? 0 : std::clamp(from_height / (from_height - to_height), 0.0, 1.0);
     crossing.entering = to < 0;
-    crossing.place.triangle = t;
-    closest_on_triangle(a + crossing.time * run, p, q, r, crossing.place.barycentric);
+    crossing.surface_point.triangle = t;
+    closest_on_triangle(a + crossing.time * run, p, q, r, crossing.surface_point.barycentric);
     ++count;
     int at = std::min(count, kMaxCrossings + 1) - 1;
-    if (at == kMaxCrossings && found[--at].time <= crossing.time) return;  // full: the latest one gives way
+    if (at == kMaxCrossings && found[--at].time <= crossing.time) return;  // no room: the latest crossing is dropped
     for (; at > 0 && found[at - 1].time > crossing.time; --at) found[at] = found[at - 1];
     found[at] = crossing;
   });

@@ -1,9 +1,9 @@
-// The closed rest surface in buckets: where a segment crosses it, whether a point is inside, which triangles are near.
+// The closed rest surface in hashed buckets: where a segment crosses it, whether a point is inside, which triangles are near.
 //
-// Source: Cotin, Delingette and Ayache 1999, section 5: buckets over the bounding box in a hash table. Completed:
-// triangles (not only nodes) are entered in every bucket they touch and segments walk the buckets, so that large
-// triangles and fast tools are not missed; and the tests are decided by exact signs, so that a hit on an edge or vertex
-// counts once and a motion within the plane of a face contradicts nothing.
+// Source: Cotin, Delingette and Ayache 1999, section 5: buckets over the bounding box, in a hash table. The paper enters nodes
+// and tests the triangles around the nearest one, which misses large triangles and fast tools. Here every bucket lists all
+// triangles that touch it and a segment visits all buckets on its way, so no crossing is missed. Exact signs decide every test,
+// so that a crossing through an edge or a vertex counts once and a motion within a face's plane gives consistent answers.
 #pragma once
 
 #include <cstddef>
@@ -14,48 +14,49 @@
 
 namespace palpate {
 
-// A material place of the surface.
-struct SurfacePlace {
+// A point of the surface that belongs to the tissue: it moves with the three nodes of its triangle.
+struct SurfacePoint {
   std::int32_t triangle = -1;
   double barycentric[3] = {};
 };
 
 struct Crossing {
-  SurfacePlace place;
-  double time = 0;  // along the segment, 0 .. 1
+  SurfacePoint surface_point;
+  double time = 0;  // 0 at the start of the segment, 1 at its end
   bool entering = false;
 };
 
-// The place of the triangle a b c closest to p; barycentric sums to 1. Returns the squared distance.
+// The point of the triangle a b c that is closest to p, as barycentric weights that sum to 1. Returns the squared distance.
 double closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c, double barycentric[3]);
 
 class SurfaceIndex {
  public:
   static constexpr int kMaxCrossings = 32;
 
-  // position: [nodes][3] m, triangles: [triangle_count][3] checked indices, outward. Both are borrowed. False without
-  // memory. Cost: proportional to the triangles, whatever their sizes.
+  // position: [nodes][3] m; triangles: [triangle_count][3] node indices, checked, outward. Both are borrowed. False where there
+  // is no memory. Cost: proportional to the number of triangles, whatever their sizes.
   bool build(SceneMemory& memory, const double* position, const std::int32_t* triangles, std::int32_t triangle_count);
 
-  // Parity along a ray; decided by exact signs, so it never contradicts itself. A point exactly on the surface is
-  // judged as if it stood infinitely little towards +x (then +y, +z) of it. Cost: the buckets above p.
+  // Whether p is inside, by the parity of crossings along a ray. Exact signs decide, so the answers never contradict each other.
+  // A point exactly on the surface is judged as if it were moved infinitely little towards +x, then +y, then +z. Cost: the
+  // buckets above p.
   bool inside(Vec3 p);
 
-  // The crossings of the segment from a to b, in order of time, each once; returns how many (more than kMaxCrossings
-  // are counted but not stored): an odd number exactly when one of inside(a) and inside(b) holds, both ends judged as
-  // inside() does. Cost: the buckets along the segment.
+  // Finds the crossings of the segment from a to b, each once, in order of time. Returns their number; the first kMaxCrossings are
+  // stored in `found`. The number is odd exactly when one of inside(a) and inside(b) is true, with both ends judged as inside()
+  // does. Cost: the buckets along the segment.
   int crossings(Vec3 a, Vec3 b, Crossing* found);
 
-  // Calls visit(triangle) once for every triangle entered in a bucket within `reach` buckets of p's.
+  // Calls visit(triangle) once for every triangle that touches a bucket within `reach` buckets of p's bucket.
   template <class Visit>
   void near(Vec3 p, int reach, Visit visit);
 
-  // The place of the surface nearest to p, wherever p is; its triangle is -1 where there is none. Not for a step: for a p
-  // that is far from the surface it goes through all buckets.
-  SurfacePlace nearest(Vec3 p);
+  // The surface point nearest to p, wherever p is; triangle is -1 where the surface has no triangles. Not for a step: for a p far
+  // from the surface it visits all buckets.
+  SurfacePoint nearest(Vec3 p);
 
   Vec3 corner(std::int32_t triangle, int v) const { return load3(position_ + 3 * triangles_[3 * triangle + v]); }
-  Vec3 at(const SurfacePlace& place) const;
+  Vec3 position(const SurfacePoint& surface_point) const;
   Vec3 outward(std::int32_t triangle) const;  // unit normal, or zero for a degenerate triangle
   double bucket_size() const { return cell_; }
   std::int32_t triangle_count() const { return triangle_count_; }
@@ -65,7 +66,7 @@ class SurfaceIndex {
     std::uint64_t key;  // 0: empty
     std::uint32_t begin, count;
   };
-  static constexpr int kMaxCells = 256;  // per axis: bounds the length of any walk
+  static constexpr int kMaxCells = 256;  // per axis; bounds the buckets that a segment visits
 
   int cell_of(double x, int axis) const;
   static std::uint64_t key(int i, int j, int k);
@@ -111,7 +112,7 @@ void SurfaceIndex::near(Vec3 p, int reach, Visit visit) {
   next_stamp();
   int first[3], last[3];
   for (int d = 0; d < 3; ++d) {
-    // A point outside the box still meets the buckets within reach of it.
+    // A point outside the box still visits the buckets within reach of it.
     const double at = (p[d] - low_[d]) / cell_;
     if (!(at >= -reach - 1.0 && at <= cells_[d] + reach + 1.0)) return;
     const int centre = static_cast<int>(std::floor(at));

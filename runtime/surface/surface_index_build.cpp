@@ -1,4 +1,4 @@
-// Making the buckets, and what is asked of them while a scene is created; surface_index.cpp is what steps ask.
+// Fills the buckets, and holds the queries of scene creation; the queries of a step are in surface_index.cpp.
 #include <algorithm>
 
 #include "runtime/surface/exact_signs.h"
@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// A unit normal of the triangle, or of its line where it has no area; zero where it is a point.
+// A unit normal of the triangle; where it has no area, a unit vector across its line; zero where it is a point.
 Vec3 plane_of(Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 normal = unit_or_zero(cross(b - a, c - a));
   if (largest_of(normal) > 0) return normal;
@@ -26,7 +26,7 @@ int major_axis(Vec3 v) {
 
 }  // namespace
 
-// Every bucket that the triangle touches, with a margin far above the rounding of a walk.
+// Visits every bucket that the triangle touches, with a margin far above the rounding of SurfaceIndex::walk.
 template <class Visit>
 void SurfaceIndex::cells_of_triangle(std::int32_t triangle, Visit visit) const {
   const Vec3 a = corner(triangle, 0), b = corner(triangle, 1), c = corner(triangle, 2);
@@ -40,7 +40,7 @@ void SurfaceIndex::cells_of_triangle(std::int32_t triangle, Visit visit) const {
   const double reach =
       (0.5 * cell_ + margin) * (std::fabs(normal.x) + std::fabs(normal.y) + std::fabs(normal.z)) + margin;
   const auto height = [&](double at, int d) { return normal[d] * (low_[d] + (at + 0.5) * cell_ - a[d]); };
-  // Column by column along the axis that is most nearly normal, each only where the plane passes: as many steps as buckets.
+  // One column of buckets after the other, along the axis nearest to the normal; of each column only the buckets near the plane.
   const int w = major_axis(normal), u = (w + 1) % 3, v = (w + 2) % 3;
   const double start = height(0, w), rise = normal[w] * cell_;
   int at[3];
@@ -58,8 +58,8 @@ void SurfaceIndex::cells_of_triangle(std::int32_t triangle, Visit visit) const {
     }
 }
 
-// Buckets about one mean edge wide, no more than kMaxCells along an axis; wider where some edges are so much longer than the
-// mean that all triangles would be entered more than some fifty times as often as there are of them.
+// Buckets are about one mean edge wide, with at most kMaxCells along an axis. They are wider where some edges are so much longer
+// than the mean that the triangles would have more than about fifty entries each on average.
 void SurfaceIndex::choose_cells() {
   double edges = 0, squares = 0;
   low_ = high_ = corner(0, 0);
@@ -86,7 +86,7 @@ bool SurfaceIndex::build(SceneMemory& memory, const double* position, const std:
   seen_ = memory.array<std::uint32_t>(static_cast<std::size_t>(triangle_count));
   if (triangle_count > 0) choose_cells();
 
-  // First how many entries, then how many per bucket, then the entries.
+  // Three passes: count all entries, count the entries of each bucket, write the entries.
   enum Pass { kTotal, kCounts, kEntries };
   std::uint64_t total = 0;
   for (const Pass pass : {kTotal, kCounts, kEntries}) {
@@ -115,7 +115,7 @@ bool SurfaceIndex::make_table(SceneMemory& memory, std::uint64_t entries) {
   return !memory.failed() && entries <= 0xffffffffull;
 }
 
-// The entries of one bucket behind those of the other; counts begin anew.
+// Gives each bucket its range of entries_ and sets the counts to zero for the next pass.
 void SurfaceIndex::lay_out_entries() {
   std::uint32_t begin = 0;
   for (std::uint64_t s = 0; s <= table_mask_; ++s) {
@@ -125,8 +125,8 @@ void SurfaceIndex::lay_out_entries() {
   }
 }
 
-SurfacePlace SurfaceIndex::nearest(Vec3 p) {
-  SurfacePlace place;
+SurfacePoint SurfaceIndex::nearest(Vec3 p) {
+  SurfacePoint surface_point;
   double best = INFINITY;
   for (int reach = 0; reach <= 8 * kMaxCells; reach = reach ? 2 * reach : 1) {
     near(p, reach, [&](std::int32_t t) {
@@ -134,13 +134,13 @@ SurfacePlace SurfaceIndex::nearest(Vec3 p) {
       const double distance = closest_on_triangle(p, corner(t, 0), corner(t, 1), corner(t, 2), k);
       if (!(distance < best)) return;
       best = distance;
-      place.triangle = t;
-      std::copy(k, k + 3, place.barycentric);
+      surface_point.triangle = t;
+      std::copy(k, k + 3, surface_point.barycentric);
     });
-    // What these buckets do not hold is farther than reach of them.
+    // Triangles outside of these buckets are farther away than `reach` buckets.
     if (best <= reach * cell_ * reach * cell_) break;
   }
-  return place;
+  return surface_point;
 }
 
 }  // namespace palpate

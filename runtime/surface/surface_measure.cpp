@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-// Linear elements lock as nu nears one half: their blur grows with 1 / (1 - 2 nu), measured to nu = 0.49.
+// Linear elements lock as nu approaches 0.5: their blur grows with 1 / (1 - 2 nu). Measured up to nu = 0.49.
 constexpr double kMostBlur = 1.5;
 constexpr double kPi = 3.14159265358979323846;
 
@@ -71,7 +71,7 @@ void SurfaceMeasure::measure_curvature(const double* position, std::int32_t tria
     const std::int32_t* corner = triangles_ + 3 * static_cast<std::size_t>(t);
     const auto at = [&](int v) { return load3(position + 3 * static_cast<std::size_t>(corner[v])); };
     const Vec3 up = unit_or_zero(cross(at(1) - at(0), at(2) - at(0)));
-    Mat3 turn;  // the normal's gradient, times the area
+    Mat3 turn;  // gradient of the normal times the area
     for (int v = 0; v < 3; ++v) {
       const Vec3 normal = outward_[corner[v]], rise = cross(up, at((v + 2) % 3) - at((v + 1) % 3));
       for (int i = 0; i < 3; ++i)
@@ -81,7 +81,7 @@ void SurfaceMeasure::measure_curvature(const double* position, std::int32_t tria
   }
   for (std::int32_t n = 0; n < nodes_; ++n) {
     const double area = 3 * spacing_[n] * spacing_[n];
-    Mat3 along, sum;  // projects on the surface
+    Mat3 along, sum;  // projection on the tangent plane
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) along.m[i][j] = (i == j) - outward_[n][i] * outward_[n][j];
     if (area > 0) add_scaled(sum, 1 / area, along * curvature_[n] * along);
@@ -93,24 +93,26 @@ LocalCompliance* SurfaceMeasure::tissue_of_nodes(SceneMemory& memory) {
   return of_node_ = memory.array<LocalCompliance>(static_cast<std::size_t>(nodes_));
 }
 
-Vec3 SurfaceMeasure::outward(const SurfacePlace& place) const {
+Vec3 SurfaceMeasure::outward(const SurfacePoint& surface_point) const {
   Vec3 sum;
-  for (int v = 0; v < 3; ++v) sum += place.barycentric[v] * outward_[triangles_[3 * place.triangle + v]];
+  for (int v = 0; v < 3; ++v)
+    sum += surface_point.barycentric[v] * outward_[triangles_[3 * surface_point.triangle + v]];
   return unit_or_zero(sum);
 }
 
-double SurfaceMeasure::spacing(const SurfacePlace& place) const {
+double SurfaceMeasure::spacing(const SurfacePoint& surface_point) const {
   double sum = 0;
-  for (int v = 0; v < 3; ++v) sum += place.barycentric[v] * spacing_[triangles_[3 * place.triangle + v]];
+  for (int v = 0; v < 3; ++v)
+    sum += surface_point.barycentric[v] * spacing_[triangles_[3 * surface_point.triangle + v]];
   return sum;
 }
 
-LocalCompliance SurfaceMeasure::tissue(const SurfacePlace& place) const {
+LocalCompliance SurfaceMeasure::tissue(const SurfacePoint& surface_point) const {
   if (!of_node_) return everywhere_;
   LocalCompliance sum;
   for (int v = 0; v < 3; ++v) {
-    const LocalCompliance& node = of_node_[triangles_[3 * place.triangle + v]];
-    add_weighted(sum, place.barycentric[v], node);
+    const LocalCompliance& node = of_node_[triangles_[3 * surface_point.triangle + v]];
+    add_weighted(sum, surface_point.barycentric[v], node);
   }
   return sum;
 }

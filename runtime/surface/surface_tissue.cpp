@@ -10,7 +10,7 @@ namespace {
 
 using formats::SectionId;
 
-// From the value of "element" in the provenance, a flat JSON object; p1 where there is none.
+// The value of "element" in the provenance, a flat JSON object; p1 where the key is missing.
 StoredElement element_of(const char* text, std::size_t bytes) {
   const auto starts = [&](const char* at, const char* word) {
     const std::size_t length = std::strlen(word);
@@ -64,7 +64,7 @@ palpate_status read_tissue(palpate_bundle& bundle, SceneMemory& memory, SurfaceM
   double* const share = memory.array<double>(counts.surface_nodes);
   if (memory.failed()) return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
   for (std::uint64_t e = 0; e < counts.tetrahedra; ++e) {
-    // The file may have changed since its indices were checked: each is looked at once more as it is used.
+    // The file may have changed since its indices were checked, so each one is checked again here.
     const auto r = static_cast<std::uint32_t>(region[e]);
     if (r >= counts.regions) continue;
     for (int v = 0; v < 4; ++v) {

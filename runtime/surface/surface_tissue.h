@@ -1,4 +1,4 @@
-// The tissue under the surface, from the bundle: what a patch takes for the compliance that the mesh does not resolve.
+// Reads the tissue below the surface from the bundle, for the compliance under a patch (surface_measure.h).
 #pragma once
 
 #include "runtime/bundle/bundle.h"
@@ -6,12 +6,12 @@
 
 namespace palpate {
 
-// Sections that read_tissue maps, as a plan names them.
+// The sections that read_tissue maps, separated by spaces.
 const char* tissue_sections(const palpate_bundle& bundle);
 
-// Young's modulus and Poisson's ratio of the region at each surface node (where regions meet, the mean over the
-// tetrahedra there) and the element from the provenance -> measure. Errors: PALPATE_ERROR_CONTENT for a material that is
-// none; PALPATE_ERROR_MEMORY; whatever mapping a section fails with.
+// Fills measure with the tissue at each surface node, from Young's modulus and Poisson's ratio of its region (the mean over the
+// tetrahedra around the node where regions meet) and from the element named in the provenance. Errors: PALPATE_ERROR_CONTENT for
+// moduli out of range; PALPATE_ERROR_MEMORY; the error of a section that cannot be mapped.
 palpate_status read_tissue(palpate_bundle& bundle, SceneMemory& memory, SurfaceMeasure& measure, palpate_error* error);
 
 }  // namespace palpate

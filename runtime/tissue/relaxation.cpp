@@ -20,7 +20,7 @@ Vec3 PronySeries::step(Memory& memory, Vec3 elastic, double dt) const {
   const Vec3 change = elastic - memory.elastic;
   Vec3 force = elastic;
   for (int i = 0; i < terms_; ++i) {
-    // With F_e' constant over the step: h <- h exp(-x) + (1 - exp(-x)) / x dF_e, x = dt / tau.
+    // F_e' is constant over the step, so h <- h exp(-x) + (1 - exp(-x)) / x dF_e with x = dt / tau.
     const double x = dt / time_[i], lost = one_minus_exp(x);
     Vec3& part = memory.part[i];
     part = (1 - lost) * part + (x > 0 ? lost / x : 1) * change;

@@ -7,8 +7,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Of an angle of 0 .. pi, by its series about pi / 2: libraries' cosines differ in the last digit, even one library's from
-// processor to processor.
+// The cosine of an angle in 0 .. pi, by its series about pi / 2: C libraries' cosines differ in the last digit, even within one
+// library from processor to processor.
 double cosine(double angle) {
   const double x = kPi / 2 - angle, square = x * x;
   double sum = 1;  // 1 - x^2/(2 3) (1 - x^2/(4 5) (1 - ...))
@@ -35,7 +35,7 @@ bool ResponseCurve::set(const double* coefficients, int count, double range) {
   range_ = range;
   count_ = count - 1;
 
-  // Interpolate the quotient at its Chebyshev nodes, none of which is x = 0. A fit's rounding at zero is taken off
+  // Interpolates the quotient at its Chebyshev nodes, none of which is x = 0. The fit's rounding error at zero is subtracted
   // first.
   const double at_zero = chebyshev_sum(coefficients, count, -1);
   for (double& c : ratio_) c = 0;
@@ -50,7 +50,7 @@ bool ResponseCurve::set(const double* coefficients, int count, double range) {
     }
   }
 
-  // T_k(1) = 1 and T_k'(1) = k^2, so value and slope at the range's end are plain sums.
+  // T_k(1) = 1 and T_k'(1) = k^2, so the value and the slope at the end of the range are plain sums.
   double end = 0, slope = 0;
   for (int k = 0; k < count_; ++k) end += ratio_[k], slope += ratio_[k] * k * k;
   end_value_ = range * end;

@@ -1,4 +1,5 @@
-// A measured correction curve, P or Q: odd, zero at zero, continued linearly outside its measured range.
+// A measured correction curve y(x): P or Q. It is odd, zero at zero, and continues as a straight line with the same slope
+// outside its measured range.
 #pragma once
 
 namespace palpate {
@@ -7,12 +8,12 @@ class ResponseCurve {
  public:
   static constexpr int kMaxCoefficients = 33;
 
-  // coefficients: Chebyshev T_0 .. T_(count-1) on [0, range]. False when count, range or a number is unusable.
-  // The curve is kept as its quotient y(x)/x, a polynomial of one degree less, so that small x loses no digits.
-  // Source: DESIGN section 4; Cotin, Delingette and Ayache 1999, eqs 3-6.
+  // coefficients: [count] of the Chebyshev polynomials T_0 .. T_(count-1) on [0, range]. False where one of the numbers cannot be
+  // used. The curve is kept as the quotient y(x)/x, a polynomial of one degree less, which keeps all digits at small x.
+  // Source: Cotin, Delingette and Ayache 1999, eqs 3-6.
   bool set(const double* coefficients, int count, double range);
 
-  // y(x)/x, even in x; finite for every finite x.
+  // y(x)/x: even in x, finite for every finite x.
   double ratio(double x) const;
   double value(double x) const { return x * ratio(x); }
   double range() const { return range_; }
@@ -29,7 +30,7 @@ class ResponseCurve {
   double range_ = 0, end_value_ = 0, end_slope_ = 0;
 };
 
-// sum_k c_k T_k(t) by Clenshaw's recurrence.
+// sum_k c_k T_k(t), by Clenshaw's recurrence.
 double chebyshev_sum(const double* c, int count, double t);
 
 }  // namespace palpate

@@ -169,7 +169,7 @@ class Player {
       const double* f = contacts_->tools[t].force_raw;
       press.forces.push_back({f[0], f[1], f[2]});
     }
-    for (const SurfacePlace& point : samples_) {
+    for (const SurfacePoint& point : samples_) {
       std::array<double, 3> u{};
       for (int v = 0; v < 3; ++v) {
         const std::size_t n = 3 * static_cast<std::size_t>(bundle_.triangles()[3 * point.triangle + v]);
@@ -187,7 +187,7 @@ class Player {
   const StudySites& sites_;
   std::vector<float> u_;
   std::vector<Vec3> at_, neighbour_at_;
-  std::vector<SurfacePlace> samples_;
+  std::vector<SurfacePoint> samples_;
   std::vector<double> touch_us_, shape_us_;
   Observation seen_;
 };

@@ -42,7 +42,7 @@ struct SurfaceView {
   std::span<const std::int32_t> triangles;
 };
 struct FoundPoint {
-  SurfacePlace on;
+  SurfacePoint on;
   Vec3 at;
 };
 // Cost: visits every triangle.

@@ -38,7 +38,7 @@ std::pair<double, double> PalpatePeer::grip(std::int32_t node, const Eigen::Vect
   Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
   const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
   const auto start = Clock::now();
-  palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
+  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts());
   const double touched = seconds_since(start);
   shape();
   const double shaped = seconds_since(start);
@@ -54,12 +54,12 @@ std::string PalpatePeer::description() const {
 
 void PalpatePeer::touch_point(const Eigen::Vector3d& point) {
   const palpate_tool tool = {point.data(), 1, nullptr, 0, 0, 0, 0};
-  palpate_touch(scene_.get(), &tool, 1, kTick, contacts());
+  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts());
 }
 
 void PalpatePeer::shape() {
   palpate_shape_out out = {surface_.data(), nullptr, push_.body.surface_count, 0};
-  palpate_shape(scene_.get(), contacts(), &out);
+  palpate_scene_shape(scene_.get(), contacts(), &out);
 }
 
 void PalpatePeer::check_held(const Eigen::Vector3d& displacement) {
@@ -67,7 +67,7 @@ void PalpatePeer::check_held(const Eigen::Vector3d& displacement) {
   const Eigen::Map<const Eigen::Vector3d> held(node->modified_displacement);
   if (contacts()->node_count != 1 || node->node != push_.node ||
       !((held - displacement).norm() < 1e-6 * displacement.norm()))
-    throw VerificationError("palpate_touch does not hold the pushed node at the push's displacement");
+    throw VerificationError("palpate_scene_touch does not hold the pushed node at the push's displacement");
 }
 
 Answer PalpatePeer::answer() {

@@ -27,7 +27,7 @@ class PalpatePeer {
   // timed.
   template <typename ExactAnswer, typename Between>
   void play(Measured& touch, Measured& frame, const ExactAnswer& exact, const Between& between) {
-    palpate_reset(scene_.get());
+    palpate_scene_reset(scene_.get());
     touch_point(push_.entry + 1e-3 * push_.outward);
     for (const Eigen::Vector3d& displacement : push_.displacements) {
       between();

@@ -29,12 +29,12 @@ int main(int argc, char** argv) {
   palpate_grip grip = place_on(bundle);
   grip.displacement[2] = -0.002;
   const palpate_tool tool = {NULL, 0, &grip, 1, 0, 0.003, 0};
-  palpate_step_flags flags = palpate_touch(scene, &tool, 1, 0.001, contacts);
+  palpate_step_flags flags = palpate_scene_touch(scene, &tool, 1, 0.001, contacts);
   const double* force = contacts->tools[0].force_raw;
   printf("%.4f %.4f %.4f N, flags %u\n", force[0], force[1], force[2], flags);
 
   /* The render loop, 60 Hz: where the surface is now. */
-  flags = palpate_shape(scene, contacts, &shape);
+  flags = palpate_scene_shape(scene, contacts, &shape);
   printf("%d nodes drawn, flags %u\n", shape.node_count, flags);
 
   free(shape.positions), free(contacts), palpate_scene_destroy(scene), palpate_bundle_close(bundle);

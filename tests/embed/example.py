@@ -12,7 +12,7 @@ triangle = bundle.triangles[np.isin(bundle.triangles, bundle.touchable).all(axis
 a, b, c = bundle.nodes[triangle]
 normal = np.cross(b - a, c - a)
 normal /= np.linalg.norm(normal)
-probe = palpate.Tool((a + b + c) / 3, radius=0.002)
+probe = palpate.Tool((a + b + c) / 3, disc_radius=0.002)
 start = probe.points.copy()
 for ms in range(1001):
     probe.points[:] = start + normal * (0.005 - 1e-5 * ms)

@@ -33,7 +33,7 @@ static void* haptic_loop(void* argument) {
 
     const palpate_tool probe = {position, 1, NULL, 0, 0, 0.003, 0}; /* a disc of 3 mm radius */
     palpate_contacts* contacts = palpate_mailbox_slot(h->mailbox);
-    palpate_step_flags flags = palpate_touch(h->scene, &probe, 1, 0.001, contacts);
+    palpate_step_flags flags = palpate_scene_touch(h->scene, &probe, 1, 0.001, contacts);
     palpate_mailbox_publish(h->mailbox);
 
     double force[3] = {0, 0, 0}; /* send `force` to the device here, newtons; never force_raw */
@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
   int drawn = 0;
   for (int frame = 0; frame < 45; ++frame) {
     const palpate_contacts* contacts = palpate_mailbox_newest(h.mailbox, NULL);
-    if (contacts) palpate_shape(h.scene, contacts, &shape), ++drawn; /* draw shape.positions here */
+    if (contacts) palpate_scene_shape(h.scene, contacts, &shape), ++drawn; /* draw shape.positions here */
     wait_until(&next, 16666667L);
   }
 

@@ -51,15 +51,16 @@ struct Rule {
   Words libraries;
 };
 
-// DESIGN: data flows one way, and the runtime needs a compiler, Eigen's headers and the bundle layout alone.
+// Data flows one way. The runtime needs a compiler and the bundle layout alone.
 const std::vector<Rule>& rules() {
   static const Words layout = {"formats/bundle_layout.h", "formats/bundle_reader.h", "formats/bundle_sections.def",
                                "formats/checksum.h",      "formats/half.h",          "formats/compliance_blocks.h"};
-  static const Words runtime_own = [] {
+  const auto runtime_room = [](const Words& rooms) {
     Words own = layout;
-    own.push_back("runtime/");
+    own.push_back("runtime/include/");
+    for (const std::string& room : rooms) own.push_back("runtime/" + room);
     return own;
-  }();
+  };
   static const std::vector<Rule> table = {
       {"formats/", {"formats/"}, {"plumbing"}},
       {"formats/bundle_writer.cpp", {"formats/"}, {"plumbing", "HDF5"}},
@@ -94,7 +95,16 @@ const std::vector<Rule>& rules() {
       {"precompute/bundle_tool/",
        {"precompute/bundle_tool/", "precompute/tensors/", "precompute/solver/", "precompute/elements/", "formats/"},
        {"plumbing", "Eigen"}},
-      {"runtime/", runtime_own, {"Eigen", "palpate"}},
+      {"runtime/base/", runtime_room({"base/"}), {}},
+      {"runtime/dense/", runtime_room({"dense/", "base/"}), {}},
+      {"runtime/bundle/", runtime_room({"bundle/", "dense/", "base/"}), {}},
+      {"runtime/surface/", runtime_room({"surface/", "bundle/", "base/"}), {}},
+      {"runtime/tissue/", runtime_room({"tissue/", "base/"}), {}},
+      {"runtime/contact/", runtime_room({"contact/", "surface/", "tissue/", "bundle/", "dense/", "base/"}), {}},
+      {"runtime/shape/", runtime_room({"shape/", "surface/", "tissue/", "bundle/", "dense/", "base/"}), {}},
+      {"runtime/scene/",
+       runtime_room({"scene/", "shape/", "contact/", "surface/", "tissue/", "bundle/", "dense/", "base/"}),
+       {}},
       {"runtime/include/", {"palpate.h"}, {"palpate"}},
       {"programs/player/", {"programs/player/", "runtime/include/", "formats/"}, {"plumbing", "VTK", "palpate"}},
       {"programs/player/record.cpp",

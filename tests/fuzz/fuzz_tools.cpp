@@ -83,7 +83,7 @@ class Host : public FuzzedTools {
           scramble(input, grips[t].data(), sizeof grips[t], 3);
           break;
         case 5:
-          tool.radius = input.raw<double>(), tool.friction = input.raw<double>();
+          tool.disc_radius = input.raw<double>(), tool.friction = input.raw<double>();
           break;
         default:
           break;

@@ -41,7 +41,7 @@ class FuzzedTools {
       tool.point_count = static_cast<std::int32_t>(input.below(kPoints + 1));
       tool.grip_count = static_cast<std::int32_t>(input.below(3));
       tool.hold = input.flag();
-      tool.radius = input.flag() ? std::fabs(input.number(half)) : 0;
+      tool.disc_radius = input.flag() ? std::fabs(input.number(half)) : 0;
       tool.friction = input.flag() ? std::fabs(input.number(1)) : 0;
       for (std::int32_t i = 0; i < 3 * tool.point_count; ++i) points[t][i] = middle[i % 3] + input.number(1.3 * half);
       for (std::int32_t g = 0; g < tool.grip_count; ++g) {

@@ -48,26 +48,26 @@ class Punched {
 
   // N, on a disc that comes down at x, y and is pushed by 1 mm into the gel.
   double push(double x, double y, double radius) {
-    palpate_reset(scene_.get());
+    palpate_scene_reset(scene_.get());
     Contacts contacts(scene_.get());
     double p[3] = {x, y, 1e-3};
     palpate_tool tool = {};
-    tool.points = p, tool.point_count = 1, tool.radius = radius;
-    palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get());
+    tool.points = p, tool.point_count = 1, tool.disc_radius = radius;
+    palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get());
     p[2] = -1e-3;
-    EXPECT_EQ(palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
+    EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
     return contacts->tools[0].force_raw[2];
   }
 
   // N, along x, on a disc that grips the middle and is dragged by 1 mm along x.
   double drag(double radius) {
-    palpate_reset(scene_.get());
+    palpate_scene_reset(scene_.get());
     Contacts contacts(scene_.get());
     const std::vector<palpate_grip> grips = {
         grip_at_place(middle_triangle_, Eigen::Vector3d::Unit(middle_corner_), {1e-3, 0, 0})};
     palpate_tool tool = tool_of(grips);
-    tool.radius = radius;
-    EXPECT_EQ(palpate_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
+    tool.disc_radius = radius;
+    EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
     return -contacts->tools[0].force_raw[0];
   }
 

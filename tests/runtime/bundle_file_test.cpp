@@ -134,13 +134,13 @@ TEST(BundleFile, ThatCannotBeOpenedSaysWhy) {
 int other_faults = 0;
 void count_other_fault(int, siginfo_t* info, void*) {
   ++other_faults;
-  // Repair what the test broke, or the faulting instruction would repeat for ever.
+  // Maps the page again; otherwise the faulting instruction would repeat for ever.
   void* page = reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(info->si_addr) / 4096 * 4096);
   mmap(page, 4096, PROT_READ, MAP_PRIVATE | MAP_FIXED | MAP_ANONYMOUS, -1, 0);
 }
 
 TEST(BundleFile, ThatShrinksUnderTheMapRaisesAFlagAndNothingElse) {
-  // The host has a handler of its own, which must go on getting the faults that are not ours.
+  // The host has its own handler, which must still get the faults of other maps.
   struct sigaction host = {}, before = {};
   host.sa_sigaction = count_other_fault, host.sa_flags = SA_SIGINFO;
   sigaction(SIGBUS, &host, &before);
@@ -160,21 +160,21 @@ TEST(BundleFile, ThatShrinksUnderTheMapRaisesAFlagAndNothingElse) {
     const std::vector<palpate_grip> grips = {grip_at_node(palpate_bundle_touchable(bundle.get())[9], {0, 0, .001}),
                                              grip_at_node(palpate_bundle_touchable(bundle.get())[2], {0, 0, .002})};
     const palpate_tool tool = tool_of(grips);
-    palpate_step_flags flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
     palpate_step_flags shape_flags = 0;
     displacements(scene.get(), contacts.get(), palpate_bundle_describe(bundle.get()).surface_node_count, &shape_flags);
     return flags | shape_flags;
   };
   EXPECT_EQ(step(), 0u);
   ASSERT_EQ(truncate(file.c_str(), formats::kUserBlockBytes), 0);
-  palpate_reset(scene.get());
+  palpate_scene_reset(scene.get());
   EXPECT_TRUE(step() & PALPATE_STEP_BUNDLE_LOST);
   EXPECT_TRUE(step() & PALPATE_STEP_BUNDLE_LOST);
   EXPECT_TRUE(std::isfinite(contacts->tools[0].force[0]));
   EXPECT_EQ(palpate_bundle_check(bundle.get(), &error), PALPATE_ERROR_TRUNCATED);
   EXPECT_EQ(other_faults, 0);
 
-  // A map of the host's own that loses its file reaches the host's handler.
+  // A fault in the host's own map reaches the host's handler.
   const auto theirs = scratch_file("theirs");
   std::ofstream(theirs) << std::string(8192, 'x');
   const int descriptor = open(theirs.c_str(), O_RDONLY);
@@ -203,8 +203,8 @@ TEST(BundleFile, GivesTheSameStepsAsItsBytes) {
   Contacts a(mapped.get()), b(read.get());
   const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), {.2, .3, .5}, {-.002, .001, 0})};
   const palpate_tool tool = tool_of(grips);
-  palpate_touch(mapped.get(), &tool, 1, 1e-3, a.get());
-  palpate_touch(read.get(), &tool, 1, 1e-3, b.get());
+  palpate_scene_touch(mapped.get(), &tool, 1, 1e-3, a.get());
+  palpate_scene_touch(read.get(), &tool, 1, 1e-3, b.get());
   EXPECT_EQ(a.memory, b.memory);
   EXPECT_EQ(displacements(mapped.get(), a.get(), box.body.surface_nodes),
             displacements(read.get(), b.get(), box.body.surface_nodes));

@@ -1,4 +1,4 @@
-// What a device, a socket or a careless caller may send: never a crash, never a spike, always a flag.
+// Bad input from a device, a socket or a careless caller: never a crash, never a force spike, always a flag.
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -19,7 +19,7 @@ struct Pressed {
   }
   palpate_step_flags move(const Eigen::Vector3d& p, double dt = 1e-3) {
     const palpate_tool tool = {p.data(), 1, nullptr, 0, 0, 0, 0};
-    return palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
+    return palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
   }
   Eigen::Vector3d force() { return Eigen::Vector3d(contacts->tools[0].force); }
   Eigen::Vector3d raw() { return Eigen::Vector3d(contacts->tools[0].force_raw); }
@@ -50,7 +50,7 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
   double p[3] = {};
   palpate_grip grip = grip_at_node(3, {0, 0, 0.001});
   const auto expect_kept = [&](const palpate_tool* tools, std::int32_t count) {
-    EXPECT_EQ(palpate_touch(tool.scene.get(), tools, count, 1e-3, tool.contacts.get()), PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(palpate_scene_touch(tool.scene.get(), tools, count, 1e-3, tool.contacts.get()), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(tool.raw(), before);
   };
   expect_kept(nullptr, 1);
@@ -75,8 +75,8 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
     const palpate_tool with = {nullptr, 0, &bad, 1, 0, 0, 0};
     expect_kept(&with, 1);
   }
-  EXPECT_EQ(palpate_touch(nullptr, nullptr, 0, 1e-3, tool.contacts.get()), PALPATE_STEP_BAD_INPUT);
-  EXPECT_EQ(palpate_touch(tool.scene.get(), nullptr, 0, 1e-3, nullptr), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_touch(nullptr, nullptr, 0, 1e-3, tool.contacts.get()), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, nullptr), PALPATE_STEP_BAD_INPUT);
 }
 
 TEST(Device, IsNotSentAForceAboveTheLimitNorAJump) {
@@ -104,7 +104,7 @@ TEST(Device, IsNotSentAForceAboveTheLimitNorAJump) {
   EXPECT_TRUE(limited);
 }
 
-// One kind of nonsense, and the flag that a step with it must raise.
+// One kind of bad input, and the flag that a step with it must raise.
 struct BadInput {
   const char* name;
   palpate_step_flags flag;
@@ -117,7 +117,7 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
   const double denormal = 5e-324, metre = 1;
   const auto at = [](Pressed& tool, double depth) { return Eigen::Vector3d(tool.place - depth * tool.out); };
   const auto step = [&](Pressed& tool, const palpate_tool* tools, std::int32_t count, double dt = 1e-3) {
-    return palpate_touch(tool.scene.get(), tools, count, dt, tool.contacts.get());
+    return palpate_scene_touch(tool.scene.get(), tools, count, dt, tool.contacts.get());
   };
   static double unaligned[4] = {};  // a device's packed record
   const auto* odd = reinterpret_cast<const double*>(reinterpret_cast<const char*>(unaligned) + 4);
@@ -197,7 +197,7 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
         last = tool.force();
       }
       EXPECT_EQ(raised & kind.flag, kind.flag);
-      // Out, in again: as if nothing had been.
+      // Out and in again: the force is the same as before the bad input.
       tool.move(at(tool, -0.001));
       for (int s = 0; s < 100; ++s) tool.move(at(tool, 0.001));
       EXPECT_EQ(tool.move(at(tool, 0.001)), 0u);
@@ -215,9 +215,9 @@ TEST(Device, LeavesTheOtherToolsAsTheyAreWhenOneHasNoSoundRadius) {
     palpate_tool tools[2] = {};
     for (int t = 0; t < 2; ++t) {
       p[t] = box().place(far[t], {.3, .3, .4}) - depth * box().outward(far[t]);
-      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = t == 0 ? 0.003 : radius;
+      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = t == 0 ? 0.003 : radius;
     }
-    palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
     return Eigen::Vector3d(contacts->tools[0].force_raw);
   };
   touch(-1e-4, 0.003);
@@ -228,7 +228,7 @@ TEST(Device, LeavesTheOtherToolsAsTheyAreWhenOneHasNoSoundRadius) {
     EXPECT_EQ(contacts->tools[0].flags, 0u);
     EXPECT_EQ(contacts->tools[1].flags, PALPATE_STEP_BAD_INPUT);
   }
-  // A disc too thin to feel anything: it makes nothing unsolvable for those beside it.
+  // A disc with a tiny radius has no noticeable stiffness. The contacts beside it must stay solvable.
   for (const double radius : {5e-324, 1e-300, 1e-12}) {
     EXPECT_GT(touch(1e-3, radius).norm(), 0.5 * good.norm()) << radius;
     EXPECT_EQ(contacts->flags, 0u);
@@ -266,7 +266,8 @@ TEST(Device, IsNotSentASpikeWhenTheContactBudgetIsExhausted) {
       points.push_back(box().place(triangles[t], {.3, .3, .4}) +
                        0.002 * std::cos(0.1 * s + static_cast<double>(t)) * box().outward(triangles[t]));
     const palpate_tool tool = {points[0].data(), static_cast<std::int32_t>(points.size()), nullptr, 0, 0, 0, 0};
-    dropped = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()) & PALPATE_STEP_CONTACTS_DROPPED || dropped;
+    dropped =
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get()) & PALPATE_STEP_CONTACTS_DROPPED || dropped;
     const Eigen::Vector3d force(contacts->tools[0].force);
     ASSERT_LE(contacts->node_count, 3);
     ASSERT_LE(force.norm(), 0.5 * (1 + 1e-12));
@@ -280,19 +281,19 @@ TEST(Device, DoesNothingWithOutputsThatAreNotAligned) {
   Pressed tool(unlimited_def());
   const auto before = tool.contacts.memory;
   auto* odd = reinterpret_cast<palpate_contacts*>(reinterpret_cast<char*>(tool.contacts.get()) + 4);
-  EXPECT_EQ(palpate_touch(tool.scene.get(), nullptr, 0, 1e-3, odd), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, odd), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(tool.contacts.memory, before);
   float u[64] = {};
   palpate_shape_out out = {reinterpret_cast<float*>(reinterpret_cast<char*>(u) + 2), nullptr, 4, 0};
-  EXPECT_EQ(palpate_shape(tool.scene.get(), tool.contacts.get(), &out), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_shape(tool.scene.get(), tool.contacts.get(), &out), PALPATE_STEP_BAD_INPUT);
   out.displacements = u;
-  EXPECT_EQ(palpate_shape(tool.scene.get(), odd, &out), PALPATE_STEP_BAD_INPUT);
-  EXPECT_EQ(palpate_shape(tool.scene.get(), tool.contacts.get(), &out), 0u);
+  EXPECT_EQ(palpate_scene_shape(tool.scene.get(), odd, &out), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_shape(tool.scene.get(), tool.contacts.get(), &out), 0u);
 }
 
 TEST(Device, FeelsNothingWhenTheToolIsGone) {
   Pressed tool(unlimited_def());
-  EXPECT_EQ(palpate_touch(tool.scene.get(), nullptr, 0, 1e-3, tool.contacts.get()), 0u);
+  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, tool.contacts.get()), 0u);
   EXPECT_EQ(tool.contacts->node_count, 0);
   EXPECT_EQ(tool.force().norm(), 0);
   tool.move(tool.place - 0.001 * tool.out);  // back, inside: nothing until it has been outside
@@ -328,13 +329,13 @@ TEST(Shape, TrustsNothingInTheContactsItIsGiven) {
   palpate_step_flags flags = 0;
   for (const float x : displacements(tool.scene.get(), nullptr, nodes, &flags)) EXPECT_EQ(x, 0);
   EXPECT_EQ(flags, PALPATE_STEP_BAD_INPUT);
-  EXPECT_EQ(palpate_shape(nullptr, tool.contacts.get(), nullptr), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_shape(nullptr, tool.contacts.get(), nullptr), PALPATE_STEP_BAD_INPUT);
   float u[6] = {9, 9, 9, 9, 9, 9};
   palpate_shape_out out = {u, nullptr, -5, 77};
-  EXPECT_EQ(palpate_shape(tool.scene.get(), tool.contacts.get(), &out), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_shape(tool.scene.get(), tool.contacts.get(), &out), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(out.node_count, 0);
   out.node_capacity = 1;  // a short array is filled as far as it goes
-  EXPECT_EQ(palpate_shape(tool.scene.get(), tool.contacts.get(), &out), 0u);
+  EXPECT_EQ(palpate_scene_shape(tool.scene.get(), tool.contacts.get(), &out), 0u);
   EXPECT_EQ(out.node_count, 1);
   EXPECT_EQ(u[3], 9);
 }
@@ -351,7 +352,7 @@ TEST(Device, GetsNoForceFromABundleWhoseTensorsAreNotFinite) {
   const std::vector<palpate_grip> grips = {grip_at_node(bad.touchable[3], {0, 0, .001}),
                                            grip_at_node(bad.touchable[9], {0, 0, .001})};
   const palpate_tool tool = tool_of(grips);
-  EXPECT_EQ(palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_UNSOLVED);
+  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_UNSOLVED);
   EXPECT_EQ(Eigen::Vector3d(contacts->tools[0].force).norm(), 0);
 }
 

@@ -1,4 +1,4 @@
-// A scene pays for the effects it names and no others: sections, passes, bits, memory.
+// A scene pays for the effects it names and for no others: in mapped sections, passes, bits and memory.
 
 #include <atomic>
 #include <regex>
@@ -83,11 +83,11 @@ TEST(Scene, TakesMemoryForLettingContactsGoOnlyWhereItFollowsTheSurface) {
     return taken;
   };
   const auto growth = [&](palpate_collision collision) { return bytes(collision, 64) - bytes(collision, 32); };
-  // The followed field is as large as the nodes; a contact that goes asks for nine rows of the solver's size, three a point.
+  // The field has one vector per surface node. Predicting a contact's end takes up to nine rows of the solver's size.
   EXPECT_GE(growth(PALPATE_COLLISION_DEFORMED) - growth(PALPATE_COLLISION_REST), sizeof(double) * 9 * 3 * 32);
 }
 
-// All bytes that a scene shows for a played run; forces: those of tools and nodes too.
+// All output bytes of a scene in a played run. forces: include the forces of tools and nodes.
 std::string played(const palpate_scene_def& def, const std::function<void(palpate_scene*)>& before = {},
                    const TouchedBox& on = box(), bool forces = true, double radius = 0.004) {
   const ScenePointer scene = on.scene(def);
@@ -102,7 +102,7 @@ std::string played(const palpate_scene_def& def, const std::function<void(palpat
   play(
       on, scene.get(), contacts, 150,
       [&](palpate_step_flags) {
-        palpate_shape(scene.get(), contacts.get(), &out);
+        palpate_scene_shape(scene.get(), contacts.get(), &out);
         if (forces) add(reinterpret_cast<const char*>(contacts.get()), contacts->used_bytes);
         for (int n = 0; n < contacts->node_count; ++n) {
           add(&contacts.nodes()[n].node, 4);
@@ -139,7 +139,7 @@ TEST(Scene, ReplaysBitForBitAfterReset) {
   const std::string again = played(def, [](palpate_scene* scene) {
     Contacts contacts(scene);
     play(scene, contacts, 77, [](palpate_step_flags) {});
-    palpate_reset(scene);
+    palpate_scene_reset(scene);
   });
   EXPECT_EQ(fresh, again);
 }
@@ -157,7 +157,7 @@ TEST(Scene, FeelsAndDrawsOnTwoThreadsAsItDoesOnOne) {
     drawn_alone.push_back(displacements(reference.get(), alone.get(), box().body.surface_nodes));
   });
 
-  // The render thread draws recorded contacts over and over while the haptic thread feels.
+  // The render thread computes shapes from recorded contacts again and again while the haptic thread runs.
   std::atomic<bool> done{false};
   std::thread render([&] {
     Contacts mine(scene.get());
@@ -170,7 +170,7 @@ TEST(Scene, FeelsAndDrawsOnTwoThreadsAsItDoesOnOne) {
   Contacts contacts(scene.get());
   for (int round = 0; round < 20; ++round) {
     felt.clear();
-    palpate_reset(scene.get());
+    palpate_scene_reset(scene.get());
     play(scene.get(), contacts, kSteps, [&](palpate_step_flags) { felt.push_back(contacts.memory); });
   }
   done = true;
@@ -216,7 +216,7 @@ TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
             "touch output []\n");
 }
 
-// Every scene that may be made of the effects: half of the laws, since the others map what these do.
+// Every combination of effects, with half of the laws, because the other laws map the same sections.
 template <class Each>
 void for_every_scene(Each each) {
   palpate_scene_def def = palpate_default_scene_def();
@@ -245,7 +245,7 @@ void for_every_scene(Each each) {
                 }
 }
 
-// What a scene is asked for, as the words of its plan.
+// The names of the passes that a scene's effects ask for.
 std::string wanted(const palpate_scene_def& d) {
   static const char* const words[][4] = {{"", "collision: rest", "collision: deformed", ""},
                                          {"contact: node", "contact: triangle", "contact: point", "contact: patch"},
@@ -278,7 +278,7 @@ TEST(Plan, HasAPassForEveryEffectThatIsOnAndNoneForOneThatIsOff) {
   EXPECT_EQ(scenes, 1680);
 }
 
-// What a watched step runs through is its plan, and watching it changes nothing.
+// A watched step reports exactly the passes of its plan, and watching changes no result.
 TEST(Plan, IsWhatAStepRunsThroughInOrder) {
   for (const int all : {0, 1}) {
     palpate_scene_def def = palpate_default_scene_def();
@@ -310,14 +310,14 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
                       other = {nullptr, y.data(), out.node_capacity, 0};
     std::vector<std::string> of_plain;
     play(plain.get(), unwatched, 40, [](palpate_step_flags) {});
-    palpate_shape(plain.get(), unwatched.get(), &other);
+    palpate_scene_shape(plain.get(), unwatched.get(), &other);
     play(scene.get(), contacts, 40, [&](palpate_step_flags) { of_plain.swap(passed), passed.clear(); });
     passed = of_plain;  // of one touch, the last but one
-    palpate_shape(scene.get(), contacts.get(), &out);
+    palpate_scene_shape(scene.get(), contacts.get(), &out);
     float moved[6];
     palpate_skin_out skin = {moved, nullptr, 2, 0};
-    EXPECT_EQ(palpate_skin(scene.get(), &out, &skin) == 0, all == 1);
-    // The two tools of the play are corrected one after the other: radial comes once for each.
+    EXPECT_EQ(palpate_scene_skin(scene.get(), &out, &skin) == 0, all == 1);
+    // The two tools are corrected one after the other, so the pass `radial` comes twice.
     passed.erase(std::unique(passed.begin(), passed.end()), passed.end());
     std::vector<std::string> distinct;
     for (const std::string& name : passed)
@@ -327,7 +327,7 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
     EXPECT_EQ(std::memcmp(contacts.get(), unwatched.get(), contacts->used_bytes), 0);
     passed.clear();
     palpate_watch_passes(scene.get(), nullptr, nullptr);
-    palpate_shape(scene.get(), contacts.get(), &out);
+    palpate_scene_shape(scene.get(), contacts.get(), &out);
     EXPECT_TRUE(passed.empty());
   }
 }
@@ -436,7 +436,7 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
     formats::BundleIndex index;
     ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);
     for_every_scene([&, name = name](const palpate_scene_def& def) {
-      // What the forms differ in, neither laws nor relaxation touch.
+      // Laws and relaxation do not read the sections in which the forms differ.
       if (name != forms[0].first && (def.law != PALPATE_LAW_STICKING || def.relaxation.model)) return;
       palpate_bundle* opened = nullptr;
       palpate_error error = {};
@@ -470,7 +470,7 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
     });
     std::filesystem::remove(file);
   }
-  // Every section that the runtime knows what to do with was needed by some scene.
+  // Some scene needed each section that the runtime can use.
   for (const char* section :
        {"mesh/nodes", "mesh/triangles", "material/young", "material/poisson", "material/response/force",
         "material/response/radial", "material/response/range", "preload/displacement", "tensors/nodes", "tensors/force",
@@ -481,7 +481,7 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
 
 // ---- bits -----------------------------------------------------------------------------------------------------------
 
-// A bundle that has nothing for an effect that is off gives the same bytes: nothing of it was used.
+// A bundle without the data of an effect gives the same bytes when the effect is off: the effect read nothing.
 TEST(Scene, IsBitIdenticalOnABundleThatHasNothingForTheEffectsThatAreOff) {
   const TouchedBox bare({.interior = false});
   int scenes = 0;
@@ -493,7 +493,7 @@ TEST(Scene, IsBitIdenticalOnABundleThatHasNothingForTheEffectsThatAreOff) {
   EXPECT_EQ(scenes, 3 * 4 * 2 * 3 * 3);  // no shape, one, one with a render mesh
 }
 
-// What an effect does not act on has the same bytes whether it is on or off, whatever the others are.
+// Results that an effect does not act on have the same bytes with the effect on and off, with any other effects.
 TEST(Scene, IsBitIdenticalInWhatAnEffectDoesNotActOn) {
   const auto without_forces = [](const palpate_scene_def& def) {
     return played(
@@ -512,13 +512,13 @@ TEST(Scene, IsBitIdenticalInWhatAnEffectDoesNotActOn) {
         const std::string fields = without_forces(plain);
         for (const auto& other : {relaxing, none, response}) {
           EXPECT_TRUE(without_forces(other) == fields) << wanted(other);
-          // It does act on the forces; but this bundle's response is the identity.
+          // The effect acts on the forces, but this bundle's response is the identity.
           EXPECT_EQ(played(other) == played(plain), other.force == PALPATE_FORCE_RESPONSE) << wanted(other);
         }
       }
 }
 
-// A disc of no radius is a point: PATCH costs a tool without a radius nothing of its answer.
+// A disc of radius 0 is a point: a tool without a disc_radius gets the same result under PATCH as under POINT.
 TEST(Scene, IsBitIdenticalUnderPatchAndPointWhereNoToolHasARadius) {
   palpate_scene_def patch = palpate_default_scene_def(), point = patch;
   patch.law = point.law = PALPATE_LAW_COULOMB, point.contact = PALPATE_CONTACT_POINT;
@@ -534,15 +534,15 @@ TEST(Preload, MovesTheRestShapeThatToolsMeetAndPositionsStartFrom) {
   // At x = 40 mm the top has gone down by 0.04 mm.
   double above[3] = {0.04, 0.024, 0.03998}, below[3] = {0.04, 0.024, 0.03994};
   const palpate_tool tool_above = {above, 1, nullptr, 0, 0, 0, 0}, tool_below = {below, 1, nullptr, 0, 0, 0, 0};
-  palpate_touch(scene.get(), &tool_above, 1, 1e-3, contacts.get());
+  palpate_scene_touch(scene.get(), &tool_above, 1, 1e-3, contacts.get());
   EXPECT_EQ(contacts->tools[0].contact_count, 0);
-  palpate_touch(scene.get(), &tool_below, 1, 1e-3, contacts.get());
+  palpate_scene_touch(scene.get(), &tool_below, 1, 1e-3, contacts.get());
   EXPECT_EQ(contacts->tools[0].contact_count, 1);
-  palpate_reset(scene.get());
-  palpate_touch(scene.get(), nullptr, 0, 1e-3, contacts.get());
+  palpate_scene_reset(scene.get());
+  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get());
   std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes));
   palpate_shape_out out = {nullptr, x.data(), box().body.surface_nodes, 0};
-  EXPECT_EQ(palpate_shape(scene.get(), contacts.get(), &out), 0u);
+  EXPECT_EQ(palpate_scene_shape(scene.get(), contacts.get(), &out), 0u);
   for (int n = 0; n < box().body.surface_nodes; ++n)
     EXPECT_NEAR(x[3 * n + 2], box().node(n)[2] - 0.001 * box().node(n)[0], 1e-8);  // f32 at 4 cm
 }

@@ -41,7 +41,7 @@ TEST(ExactSigns, AreThoseOfIntegersAlsoWhereRoundingSaysZeroOrTurnsThem) {
     const IntegerPoint a = any(), b = any(), p = any();
     IntegerPoint c = any(), on;
     for (std::size_t d = 0; d < 3; ++d) {
-      // Every other time nearly in one plane with the others, or on it; and next to a line, or on it.
+      // Half of the points lie in one plane with the others or next to it; likewise for lines.
       if (i % 2) c[d] = (a[d] + b[d]) / 2 + (p[d] - a[d]) / 4 + (i % 4 == 1 ? step(random) : 0);
       on[d] = p[d] + (a[d] - p[d]) / 8 + (i % 5 ? 0 : step(random));
     }
@@ -75,7 +75,7 @@ TEST(ExactSigns, AreThoseOfIntegersAlsoWhereRoundingSaysZeroOrTurnsThem) {
 }
 
 TEST(ExactSigns, AreExactWhereADifferenceOfCoordinatesRounds) {
-  // 1e6 - 2^-60 has no double: the difference is 1e6 to the last bit, and only its lost part tells the side.
+  // 1e6 - 2^-60 is not a double: the difference rounds to 1e6, and only the part lost in rounding decides the side.
   const Vec3 p{0x1p-60, 0, 0}, a{1e6, 1e6, 0}, b{2e6, 2e6, 0}, q{0x1p-60, 0, 1};
   EXPECT_EQ(side_of_edge(a, b, p, q), -1);
   EXPECT_EQ(side_of_edge(b, a, p, q), 1);
@@ -86,11 +86,11 @@ TEST(ExactSigns, GiveAPointOnAPlaneTheSideOfAPointALittleFurtherAlongX) {
   const Vec3 a{0, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
   EXPECT_EQ(side_of_plane(a, y, z, {0, .3, .3}), side_of_plane(a, y, z, {1e-9, .3, .3}));
   EXPECT_EQ(side_of_plane(a, z, y, {0, .3, .3}), side_of_plane(a, z, y, {1e-9, .3, .3}));
-  // Along x nothing changes: then along y.
+  // A shift along x does not break the tie, so the shift along y does.
   EXPECT_EQ(side_of_plane(a, z, {1, 0, 0}, {.3, 0, .3}), side_of_plane(a, z, {1, 0, 0}, {.3, 1e-9, .3}));
   EXPECT_EQ(side_of_edge_from_above(a, y, {0, .3, 0}), side_of_edge_from_above(a, y, {1e-9, .3, 0}));
   EXPECT_EQ(side_of_edge(a, y, {0, .3, -1}, {0, .3, 1}), side_of_edge(a, y, {1e-9, .3, -1}, {1e-9, .3, 1}));
-  // Nothing tells a triangle without area from an edge.
+  // A triangle without area has no sides, so the answer is 0.
   EXPECT_EQ(side_of_plane(a, y, {0, 2, 0}, {1, 2, 3}), 0);
 }
 

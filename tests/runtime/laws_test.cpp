@@ -1,4 +1,4 @@
-// How a tool point holds: it slides, never pulls, sticks and slips as Coulomb says, rests without chatter, and makes no
+// The contact laws: a tool point slides, never pulls, sticks and slips by Coulomb's law, rests without chatter, and returns no
 // energy.
 #include <random>
 
@@ -27,12 +27,12 @@ struct Probe {
     scene = box().scene(def);
     contacts = std::make_unique<Contacts>(scene.get());
     tool.points = p.data(), tool.point_count = 1;
-    tool.radius = radius, tool.friction = friction;
+    tool.disc_radius = radius, tool.friction = friction;
   }
-  // What the organ does to the tool.
+  // N, force on the tool.
   Vector3d move(const Vector3d& to) {
     p = to;
-    flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts->get());
+    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get());
     return Vector3d(state().force_raw);
   }
   const palpate_tool_state& state() { return (*contacts)->tools[0]; }
@@ -44,7 +44,7 @@ struct Probe {
   palpate_step_flags flags = 0;
 };
 
-// Force on the organ per displacement of the place where a sticking disc first touched: columns x, y, z.
+// Force on the organ per displacement of the anchor of a sticking disc: columns x, y, z.
 Matrix3d stiffness_at(const Vector3d& place, double radius = 0.004) {
   Matrix3d k;
   for (int d = 0; d < 3; ++d) {
@@ -78,12 +78,12 @@ TEST(Coulomb, SticksUntilFrictionIsUsedUpAndThenSlips) {
     slipped = probe.state().slip_count > 0;
     EXPECT_EQ(slipped, hold > friction * push) << y;
     if (!slipped) {
-      // The closed form while it sticks; 1e-6: the frame is the one of the place of entry, found by the collision.
+      // The closed form while the contact sticks. 1e-6: the frame is that of the point of entry, which collision finds to rounding.
       EXPECT_LT((f - stick).norm(), 1e-6 * stick.norm());
       continue;
     }
-    // Coulomb's law as it stands, with the compliance of the place: along the normal the place is where the tool is; it
-    // holds by friction times push; the slip is opposite to what holds it.
+    // Coulomb's law, with the compliance of the anchor. Along the normal the anchor is where the tool is. The tangential force is
+    // friction times the push, and the slip is opposite to that force.
     const Vector3d missed = w * f - d;
     EXPECT_NEAR(missed[0], 0, 2e-6 * depth);  // 1e-6 of it is the shift of contact_solver.h
     EXPECT_NEAR(std::hypot(f[1], f[2]), friction * -f[0], 1e-9 * std::abs(f[0]));
@@ -118,8 +118,8 @@ TEST(Coulomb, DragsAtFrictionTimesThePushAndTurnsRoundThroughSticking) {
 }
 
 TEST(Coulomb, ComesToRestInTheTriangleThatTheToolHasSlippedTo) {
-  // Pressed askew, and kept there. The triangle's vertices rub each for itself: where its place went with every one that slips, by
-  // the whole of what that is behind, 30 of the 40 never came to rest and swung by up to 1.8 times their force.
+  // Pressed obliquely and kept there. The three vertices of a TRIANGLE have friction of their own. When each vertex moved the anchor
+  // by its whole slip, 30 of the 40 tools never came to rest and swung by up to 1.8 times their force.
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   for (int press = 0; press < 40; ++press) {
@@ -141,8 +141,8 @@ TEST(Coulomb, DragsATriangleWithoutOvershooting) {
   const double friction = 0.25, depth = 0.002;
   Probe probe(PALPATE_LAW_COULOMB, friction, 0, PALPATE_CONTACT_TRIANGLE);
   probe.move(kPlace + 1e-4 * kOut);
-  // By half a millimetre in every fourth step: what has slipped still holds by most of its friction. Where the place goes by three
-  // vertices' whole ways, a sixth is left of it.
+  // Moves by half a millimetre in every fourth step: a contact that has slipped still holds by most of its friction. When the anchor
+  // moved by the sum of three vertices' slips, a sixth of that force was left.
   for (int s = 0; s < 80; ++s) {
     const Vector3d f = -probe.move(kPlace + Vector3d(-depth, 5e-4 * (s / 4), 0));
     const double used = f[1] / (friction * -f[0]);
@@ -152,8 +152,8 @@ TEST(Coulomb, DragsATriangleWithoutOvershooting) {
 }
 
 TEST(Coulomb, NeverProducesEnergy) {
-  // Closed tours from outside to outside: nothing is stored before or after, so the tool has done work, or none. What is
-  // allowed: the compliance under a moving place differs by a per mille from step to step, and with it what is stored.
+  // Closed tours that begin and end outside store no energy, so the tool has done work or none. Tolerance: the compliance under a
+  // moving anchor differs by a per mille from step to step, and with it the stored energy.
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   for (int tour = 0; tour < 12; ++tour) {
@@ -189,7 +189,7 @@ TEST(Contact, OfARestingToolIsSteadyAndOfATremblingOneChangesByNoMoreThanItsStif
       Vector3d last = probe.move(rest);
       for (int s = 0; s < 20; ++s) {
         const Vector3d f = probe.move(rest);
-        // Bit for bit, but for what slipping or following still settles in the last digits.
+        // The same bits, except where slipping or following anchors still settle in the last digits.
         EXPECT_LE((f - last).norm(), 1e-9 * std::max(last.norm(), stiffness * 1e-6)) << law << " " << depth;
         last = f;
       }
@@ -213,8 +213,8 @@ TEST(Unilateral, ToolNeverPullsWhereAnotherDrawsTheSurfaceAway) {
       Vector3d a = light - light_depth * kOut, b = deep - deep_depth * kOut;
       palpate_tool tools[2] = {};
       tools[0].points = a.data(), tools[1].points = b.data();
-      for (auto& tool : tools) tool.point_count = 1, tool.radius = 0.003, tool.friction = 0.4;
-      palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+      for (auto& tool : tools) tool.point_count = 1, tool.disc_radius = 0.003, tool.friction = 0.4;
+      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
     };
     touch(-1e-4, -1e-4);
     touch(2e-4, -1e-4);
@@ -222,7 +222,7 @@ TEST(Unilateral, ToolNeverPullsWhereAnotherDrawsTheSurfaceAway) {
     EXPECT_EQ(contacts->tools[0].contact_count, 1);
     return std::pair{contacts->tools[0], contacts->tools[1]};
   };
-  // On the tool: outward where it pushes. Sticking, the light one is drawn in; each tool has its own force.
+  // Force on the tool: outward where the tool pushes. Under STICKING the lightly pressed tool is drawn in.
   const auto [stuck, stuck_deep] = forces(PALPATE_LAW_STICKING);
   EXPECT_LT(stuck.force_raw[0], -1e-3);
   EXPECT_GT(stuck_deep.force_raw[0], 0.05);
@@ -243,7 +243,7 @@ TEST(Sliding, ToolFeelsNoForceAcrossTheNormalAndFindsItsPlaceAnew) {
     for (int s = 0; s < 200; ++s) {
       const Vector3d f = probe.move(kPlace + Vector3d(-depth, 5e-5 * s, 0));
       EXPECT_NEAR(std::hypot(f[1], f[2]), 0, 1e-9 * f[0]);  // a flat face
-      // As a tool that came down here: the force of the place that it is at.
+      // The force equals that of a tool that came down at this point.
       if (s % 50 != 0) continue;
       Probe fresh(law);
       fresh.move(kPlace + Vector3d(1e-4, 5e-5 * s, 0));
@@ -254,7 +254,7 @@ TEST(Sliding, ToolFeelsNoForceAcrossTheNormalAndFindsItsPlaceAnew) {
 
 // ---- several tools whose discs overlap ----------------------------------------------------------------------------
 
-// Discs of 4 mm radius, 3 mm apart on the far face: each presses what the others press.
+// Discs of 4 mm radius, 3 mm apart on the far face, so that they share nodes.
 struct Neighbours {
   static constexpr int kCount = 3;
   explicit Neighbours(palpate_contact_law law, double friction = 0, palpate_scene_def def = unlimited_def()) {
@@ -263,7 +263,8 @@ struct Neighbours {
     contacts = std::make_unique<Contacts>(scene.get());
     for (int t = 0; t < kCount; ++t) {
       tools[t] = {};
-      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = 0.004, tools[t].friction = friction;
+      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.004,
+      tools[t].friction = friction;
     }
     move(above());
   }
@@ -274,10 +275,10 @@ struct Neighbours {
   }
   static Eigen::VectorXd out(double height) { return Eigen::VectorXd(height * kOut.replicate(kCount, 1)); }
   static Eigen::VectorXd above() { return places() + out(1e-4); }
-  // What the organ does to each tool.
+  // N, force on each tool.
   Eigen::VectorXd move(const Eigen::VectorXd& to, double dt = 1e-3) {
     for (int t = 0; t < kCount; ++t) p[t] = to.segment<3>(3 * t);
-    flags = palpate_touch(scene.get(), tools, kCount, dt, contacts->get());
+    flags = palpate_scene_touch(scene.get(), tools, kCount, dt, contacts->get());
     Eigen::VectorXd forces(3 * kCount);
     for (int t = 0; t < kCount; ++t) forces.segment<3>(3 * t) = Vector3d(state(t).force_raw);
     return forces;
@@ -310,7 +311,7 @@ TEST(Neighbours, ShareWhatTheyPress) {
   EXPECT_LT(k(0, 3), -0.1 * k(0, 0));  // one that is pressed in carries part of what the next one did
 }
 
-// Noise as a device sends it: positions on a grid of 0.05 mm that jump to and fro, at uneven times.
+// Device noise: positions on a grid of 0.05 mm that jump back and forth, at uneven times.
 TEST(Neighbours, RestWithoutChatterUnderADevicesNoise) {
   const double stiffness = stiffness_of_neighbours().jacobiSvd().singularValues()[0], grid = 5e-5;
   std::mt19937 random(17);
@@ -323,7 +324,7 @@ TEST(Neighbours, RestWithoutChatterUnderADevicesNoise) {
       const Eigen::VectorXd rest = Neighbours::places() + Neighbours::out(-depth);
       Eigen::VectorXd last = tools.move(rest), at = rest;
       for (int s = 0; s < 100; ++s) last = tools.move(rest, pause(random));
-      // At rest: bit for bit, but for what slipping still settles in the last digits. Uneven time changes nothing.
+      // At rest: the same bits, except where slipping still settles in the last digits. Uneven times change nothing.
       for (int s = 0; s < 20; ++s) {
         const Eigen::VectorXd f = tools.move(rest, pause(random));
         EXPECT_LE((f - last).norm(), 1e-8 * std::max(last.norm(), stiffness * 1e-6)) << law << " " << depth;
@@ -363,7 +364,7 @@ TEST(Neighbours, StickUntilFrictionIsUsedUpAndThenSlipAgainstTheirMotion) {
       ++slipping;
       EXPECT_NEAR(hold, friction * push, 1e-8 * push) << s << " " << t;
     }
-    // As long as sticking breaks no law, sticking it is.
+    // While sticking breaks no law, the result is that of sticking.
     if (first_slip < 0) {
       EXPECT_EQ(slipping == 0, would_hold) << s;
     }
@@ -373,7 +374,7 @@ TEST(Neighbours, StickUntilFrictionIsUsedUpAndThenSlipAgainstTheirMotion) {
     if (slipping > 0 && first_slip < 0) first_slip = s;
     if (slipping == 3 && all_slip < 0) all_slip = s;
     if (s <= 600) continue;
-    // Long after: every tool is held back along its motion, to the angle by which the tissue's own force is askew.
+    // Long after the start: friction acts against each tool's motion, within the angle of the tissue's own tangential force.
     for (int t = 0; t < 3; ++t) {
       const Vector3d force = f.segment<3>(3 * t);
       EXPECT_NEAR(-force.dot(drag), friction * force[0], 0.02 * friction * force[0]) << s << " " << t;
@@ -385,7 +386,7 @@ TEST(Neighbours, StickUntilFrictionIsUsedUpAndThenSlipAgainstTheirMotion) {
 
 // ---- contacts that contradict one another -------------------------------------------------------------------------
 
-// Two tools a gap apart, one 1 mm in, the other 2 mm: what they ask of the surface agrees ever less as the gap closes.
+// Two tools a gap apart, one 1 mm and one 2 mm deep: their targets conflict more and more as the gap closes.
 TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEveryLaw) {
   const double edge = 0.05 / 6;
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
@@ -400,15 +401,16 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
         const auto touch = [&](double first, double second) {
           const Vector3d p[2] = {kPlace - first * kOut, kPlace - second * kOut + Vector3d(0, 0, gap * edge)};
           for (int t = 0; t < 2; ++t)
-            tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = radius, tools[t].friction = 0.4;
-          palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+            tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = radius,
+            tools[t].friction = 0.4;
+          palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
         };
         touch(-1e-4, -1e-4);
         touch(1e-3, 2e-3);
         ASSERT_EQ(contacts->tools[0].contact_count + contacts->tools[1].contact_count, 2);
         const Vector3d shallow(contacts->tools[0].force_raw), deep(contacts->tools[1].force_raw);
         ASSERT_TRUE(shallow.allFinite() && deep.allFinite());
-        // What one pushes more than the other: under a law that lets none pull, all that the deep one pushes.
+        // The difference of the two pushes; under a law without pulling, the whole push of the deeper tool.
         const double conflict = deep[0] - shallow[0];
         EXPECT_GT(conflict, 0);
         if (law >= PALPATE_LAW_UNILATERAL) {
@@ -416,8 +418,8 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
         } else if (radius == 0) {
           EXPECT_LT(shallow[0], 0);  // the shallow one holds the surface back
         }
-        // Points: 1e-8 of rounding, where the last gaps make no difference any more. Discs, whose own compliance stands
-        // between them: what the stiffness of the deep one's place changes over the gap (4e-4 per 0.05 mm, patch_test).
+        // Points: 1e-8 for rounding, because the last gaps make no difference any more. Discs have a compliance of their own: the
+        // stiffness below the deeper disc changes over the gap (4e-4 per 0.05 mm, patch_test).
         EXPECT_GE(conflict, before * (1 - (radius == 0 ? 1e-8 : 1e-3)))
             << law << " radius " << radius << " gap " << gap;
         before = conflict;
@@ -426,7 +428,7 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
 }
 
 TEST(Laws, HoldForManyContactsAtOnce) {
-  // A rod of many points pressed askew: some push, some are in the air between, and it is dragged.
+  // A rod of many points, pressed obliquely and dragged: some points push, some are in the air.
   palpate_scene_def def = unlimited_def();
   def.law = PALPATE_LAW_COULOMB;
   const ScenePointer scene = box().scene(def);
@@ -437,10 +439,10 @@ TEST(Laws, HoldForManyContactsAtOnce) {
   for (int s = 0; s < 100; ++s) {
     for (int i = 0; i < 12; ++i)
       points[i] = Vector3d(0.0605 - 4e-5 * s - 1e-4 * (i % 3), 0.012 + 0.0025 * i + 2e-5 * s, 0.02 + 0.0004 * i);
-    palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
     for (int e = 0; e < contacts->node_count; ++e)
       for (const double f : contacts.nodes()[e].force) ASSERT_TRUE(std::isfinite(f));
-    // A part in a thousand of the depth at the worst contact; what the sweeps leave is said.
+    // Within a thousandth of the depth at the worst contact; the residual states what the sweeps leave.
     EXPECT_LT(contacts->residual_displacement, 1e-3 * 0.004) << s;
     EXPECT_GE(contacts->tools[0].force_raw[0], 0);
   }

@@ -1,4 +1,4 @@
-// The mailbox between the two loops: the newest contacts, whole, in order, and nobody waits.
+// The mailbox between the two loops: the reader gets the newest contacts, complete and in order, and neither loop waits.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -81,7 +81,7 @@ TEST(Mailbox, NeedsAlignedMemory) {
   EXPECT_EQ(palpate_mailbox_create(memory + 8, 0), nullptr);
 }
 
-// Under ThreadSanitizer (preset tsan) this shows as well that no byte is read while it is written.
+// Under ThreadSanitizer (preset tsan) this also shows that no byte is read while another thread writes it.
 TEST(Mailbox, IsWholeAndInOrderBetweenTwoThreads) {
   Mailbox box;
   constexpr std::uint64_t kStride = 1000, kEnough = 2000;

@@ -1,4 +1,4 @@
-// Bundles in every form give the forces and shapes of f32 rows, as nearly as the form holds them; damaged ones are refused.
+// Bundles in every form give the forces and shapes of f32 rows, within the error of the form; damaged bundles are refused.
 #include <random>
 #include <sstream>
 
@@ -12,7 +12,7 @@ namespace {
 using formats::ElementType;
 using formats::SectionId;
 
-// Long enough that clusters of 32 nodes stand apart. One node is held in x alone, the face x = 0 wholly.
+// A bar long enough for separate clusters of 32 nodes. One node is fixed along x alone, the face x = 0 in all directions.
 const TinyBox kLong = {.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}, .single_dof = true};
 
 struct Form {
@@ -73,7 +73,7 @@ Felt felt(const TouchedBox& box, const palpate_scene_def& def, const std::vector
   Contacts contacts(scene.get());
   const palpate_tool tool = tool_of(grips);
   Felt found;
-  found.flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  found.flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
   found.force = Eigen::Vector3d(contacts->tools[0].force);
   const auto nodes =
       static_cast<std::int32_t>(def.shape == PALPATE_SHAPE_VOLUME ? box.dofs() / 3 : box.body.surface_nodes);
@@ -153,19 +153,19 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
     const Eigen::Vector3d p = place + 0.002 * std::cos(0.1 * s) * out;
     const palpate_grip grip = grip_at_node(plain.touchable[40], {0, 0, 0.001});
     const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, 0, 0}, {nullptr, 0, &grip, 1, 0, 0, 0}};
-    palpate_touch(a.get(), tools, 2, 1e-3, in_a.get());
-    palpate_touch(b.get(), tools, 2, 1e-3, in_b.get());
+    palpate_scene_touch(a.get(), tools, 2, 1e-3, in_a.get());
+    palpate_scene_touch(b.get(), tools, 2, 1e-3, in_b.get());
     ASSERT_EQ(in_a->tools[0].contact_count, in_b->tools[0].contact_count) << s;
     EXPECT_LE((Eigen::Vector3d(in_a->tools[0].force) - Eigen::Vector3d(in_b->tools[0].force)).norm(), 1e-5) << s;
     const auto nodes = plain.body.surface_nodes;
-    // 1e-7 of rounding, times a condition of some hundreds of the three neighbours under a place.
+    // 1e-7 for rounding, times a condition of some hundreds for three neighbouring nodes.
     EXPECT_LE(relative(displacements(b.get(), in_b.get(), nodes), displacements(a.get(), in_a.get(), nodes)), 1e-4)
         << s;
   }
 }
 
-// Two discs on the far face, one pressed and dragged until it slips, the other let down beside it; the deformed surface is
-// followed. What the disc has of its own is in no tensor, and the same in every form.
+// Two discs on the far face: one is pressed and dragged until it slips, the other comes down beside it. Collision follows the
+// deformed surface. A disc's local compliance is not in the tensors, so it is the same in every form.
 TEST(PackedBundle, FeelsDiscsThatStickAndSlipInEveryForm) {
   palpate_scene_def def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
@@ -181,10 +181,10 @@ TEST(PackedBundle, FeelsDiscsThatStickAndSlipInEveryForm) {
       p[1] += -2e-5 * s * out;
       palpate_tool tools[2] = {};
       for (int t = 0; t < 2; ++t)
-        tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].radius = 0.004 + 0.003 * t,
+        tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.004 + 0.003 * t,
         tools[t].friction = 0.3;
-      palpate_touch(plain.get(), tools, 2, 1e-3, in_rows.get());
-      palpate_touch(packed.get(), tools, 2, 1e-3, in_other.get());
+      palpate_scene_touch(plain.get(), tools, 2, 1e-3, in_rows.get());
+      palpate_scene_touch(packed.get(), tools, 2, 1e-3, in_other.get());
       slips += in_rows->tools[0].slip_count;
       for (int t = 0; t < 2; ++t) {
         ASSERT_EQ(in_other->tools[t].contact_count, in_rows->tools[t].contact_count) << kForms[f].name << " " << s;
@@ -231,7 +231,7 @@ const BundleParts& packed_parts() {
   return parts;
 }
 
-// Opens and makes a scene; steps it where that succeeds.
+// Opens the bundle and makes a scene; plays a step where that succeeds.
 palpate_status status_of(const BundleParts& parts) {
   AlignedBytes bytes(bundle_bytes(parts));
   palpate_bundle* opened = nullptr;
@@ -250,7 +250,7 @@ palpate_status status_of(const BundleParts& parts) {
   for (int g = 0; g < 8; ++g)
     grips.push_back(grip_at_node(palpate_bundle_touchable(opened)[g * info.touchable_count / 8], {1e-3, 0, 0}));
   const palpate_tool tool = tool_of(grips);
-  palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
   displacements(scene.get(), contacts.get(), info.surface_node_count);
   return status;
 }
@@ -286,7 +286,7 @@ TEST(PackedBundle, IsRefusedWhenItsTablesDoNotHold) {
     for (std::size_t i = 0; i < 5; ++i)
       EXPECT_EQ(blocks([&](Integers& x) { x[i] = value; }), PALPATE_ERROR_CONTENT) << i << " " << value;
   EXPECT_EQ(blocks([](Integers& x) { x[4] += 1; }), PALPATE_ERROR_CONTENT);
-  // Two dense blocks of one size that stand for the same clusters.
+  // Two dense blocks of one size that cover the same clusters.
   EXPECT_NE(blocks([](Integers& x) { std::copy_n(x.begin(), 5, x.begin() + 5); }), PALPATE_OK);
 
   for (const float value : {0.0f, -1.0f, NAN, INFINITY, 1e38f})

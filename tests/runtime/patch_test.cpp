@@ -1,4 +1,4 @@
-// The disc of a tool with a radius: its weights, its frame-free stiffness, and that a dragged one feels no elements.
+// The disc of a tool: its weights, its local compliance, and that a dragged disc feels no element boundaries.
 #include "runtime/contact/contact_patch.h"
 
 #include <numbers>
@@ -8,7 +8,7 @@
 namespace palpate::tests {
 namespace {
 
-// The surface of a box of gel as a patch sees it.
+// The surface of a box of gel, with what a patch needs of it.
 class Patch : public testing::Test {
  protected:
   Patch() : memory_(palpate_allocator{}), body_(surface_first(box_mesh({8, 8, 3}, {0.08, 0.08, 0.03}, 0.25))) {
@@ -23,9 +23,9 @@ class Patch : public testing::Test {
   }
   ~Patch() override { memory_.release_all(); }
 
-  // The place of the top at x, y.
-  SurfacePlace top(double x, double y) const {
-    SurfacePlace place;
+  // The surface point of the top at x, y.
+  SurfacePoint top(double x, double y) const {
+    SurfacePoint place;
     double least = INFINITY;
     for (std::size_t t = 0; t < body_.triangles.size(); ++t) {
       double k[3];
@@ -86,7 +86,7 @@ TEST_F(Patch, AddsWhatASmallDiscHasBeyondTheMesh) {
   EXPECT_NEAR(local.m[0][0], tissue_.tangent * (1 / 0.001 - 1 / (b + tissue_.tangent_blur * s)), 1e-12);
   EXPECT_NEAR(local.m[1][1], local.m[0][0], 1e-12);
   EXPECT_NEAR(local.m[0][1] + local.m[0][2] + local.m[1][2], 0, 1e-12);
-  // It falls with the radius and is never negative; nothing jumps where the disc becomes wider than what is resolved.
+  // The local compliance falls with the radius, is never negative, and does not jump where the mesh begins to resolve the disc.
   double before = INFINITY;
   for (double a = 0.0005; a < 0.05; a *= 1.02) {
     press(0.04, 0.04, a);
@@ -134,10 +134,10 @@ TEST(LocalCompliance, OfACurvedSurfaceIsTheEnergyOfTheLayerThatABulgeLacks) {
   }
 }
 
-// The force for 1 mm of a disc at a place of the far face.
+// The force for a displacement of 1 mm of a disc on the far face.
 double force_at(const TouchedBox& box, palpate_scene* scene, double y, double radius, Eigen::Vector3d direction) {
   Contacts contacts(scene);
-  SurfacePlace place;
+  SurfacePoint place;
   double least = INFINITY;
   const auto vec = [](Eigen::Vector3d v) { return Vec3{v[0], v[1], v[2]}; };
   for (std::size_t t = 0; t < box.body.triangles.size(); ++t) {
@@ -152,8 +152,8 @@ double force_at(const TouchedBox& box, palpate_scene* scene, double y, double ra
   const std::vector<palpate_grip> grips = {
       grip_at_place(place.triangle, Eigen::Vector3d(place.barycentric), 0.001 * direction)};
   palpate_tool tool = tool_of(grips);
-  tool.radius = radius;
-  EXPECT_EQ(palpate_touch(scene, &tool, 1, 1e-3, contacts.get()), 0u);
+  tool.disc_radius = radius;
+  EXPECT_EQ(palpate_scene_touch(scene, &tool, 1, 1e-3, contacts.get()), 0u);
   return -Eigen::Vector3d(contacts->tools[0].force_raw).dot(direction);
 }
 
@@ -198,7 +198,7 @@ TEST(PatchContact, OfALargerDiscIsStifferAndAPointIsThePointModel) {
 }
 
 TEST(PatchContact, TakesWhatTheMeshBlursFromTheElement) {
-  // The same tensors under three names of the element: the force differs by what each is said to blur.
+  // The same tensors under three element names: the force differs by the blur of each element.
   const auto compliance = [](const char* element, Eigen::Vector3d direction) {
     TinyBox form;
     form.cells = {3, 6, 5};
@@ -228,7 +228,7 @@ TEST(PatchContact, TakesWhatTheMeshBlursFromTheElement) {
 }
 
 TEST(PatchContact, TakesItsStiffnessFromTheRegionUnderIt) {
-  // Two regions: the half y > 25 mm is ten times as stiff by name alone, so that the tensors stay what they are.
+  // Two regions: the material of the half y > 25 mm is stated ten times as stiff, while the tensors stay the same.
   const auto two_regions = [](BundleParts& parts) {
     const auto nodes = parts.get<double>(formats::SectionId::nodes);
     const auto tetrahedra = parts.get<std::int32_t>(formats::SectionId::tetrahedra);

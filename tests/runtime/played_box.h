@@ -1,4 +1,4 @@
-// A run that uses all of a scene's effects.
+// A short run that uses all effects of a scene.
 #pragma once
 
 #include "tests/runtime/touched_box.h"
@@ -17,7 +17,7 @@ void play(const TouchedBox& box, palpate_scene* scene, Contacts& contacts, int s
         place + (0.002 * std::cos(0.05 * s)) * out + Eigen::Vector3d(0, 0.0005 * std::sin(0.03 * s), 0);
     const palpate_grip grip = grip_at_node(box.touchable[4], {0, 0, 0.001 * std::sin(0.02 * s)});
     const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, radius, 0.2}, {nullptr, 0, &grip, 1, 0, 0, 0}};
-    each(palpate_touch(scene, tools, 2, 1e-3, contacts.get()));
+    each(palpate_scene_touch(scene, tools, 2, 1e-3, contacts.get()));
   }
 }
 

@@ -1,4 +1,4 @@
-// What a loop with deadlines needs of a step: no allocation, no lock, no system call, no page fault, with every effect.
+// A step makes no allocation, lock, system call or page fault, with every effect: loops with deadlines need that.
 #include <dlfcn.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -64,10 +64,10 @@ int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 namespace palpate::tests {
 namespace {
 
-// The bundle of the box with everything, in a file: so large that its tensors are many pages.
+// A bundle file with all sections, so large that its tensors fill many pages.
 class FileBox {
  public:
-  // in_blocks: the surface as its compliance in blocks of halves.
+  // in_blocks: stores the surface as a compliance in half-precision blocks.
   explicit FileBox(bool in_blocks = false) : box(kForm, add_everything) {
     BundleParts parts = tiny_bundle(kForm);
     add_everything(parts);
@@ -77,7 +77,7 @@ class FileBox {
     open();
   }
   ~FileBox() { std::filesystem::remove(file_); }
-  // Maps nothing that was mapped before.
+  // A new open, so that nothing is mapped yet.
   void open() {
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
@@ -130,7 +130,7 @@ std::vector<palpate_scene_def> every_effect() {
   return all;
 }
 
-// A scene with the arrays its steps need, so that nothing else than steps happens in run().
+// A scene with all arrays that its steps need, so that run() does nothing but steps.
 struct Running {
   Running(const FileBox& from, const palpate_scene_def& def)
       : scene(from.scene(def)),
@@ -140,19 +140,19 @@ struct Running {
         skinned(def.render_mesh),
         box(from.box) {}
 
-  // Both halves; every touchable node is held at some time, so that every column of the tensors is read.
+  // Runs both halves. Each touchable node is held at some time, so that each tensor column is read.
   void run(int steps) {
     contact_steps = 0;
     play(box, scene.get(), contacts, steps, [&](palpate_step_flags) {
       contact_steps += contacts->tools[0].contact_count > 0;
-      palpate_shape(scene.get(), contacts.get(), &out);
-      if (skinned) palpate_skin(scene.get(), &out, &skin);
+      palpate_scene_shape(scene.get(), contacts.get(), &out);
+      if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
     });
     for (const std::int32_t node : box.touchable) {
       const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
       const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
-      palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
-      palpate_shape(scene.get(), contacts.get(), &out);
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      palpate_scene_shape(scene.get(), contacts.get(), &out);
     }
   }
 
@@ -210,7 +210,7 @@ void forbid_system_calls() {
     _exit(254);
 }
 
-// What a child process that ran `work` under that rule ended with; 0: it made no system call.
+// The exit code of a child process that ran `work` under that rule; 0: it made no system call.
 template <class Work>
 int in_child_without_system_calls(const Work& work) {
   const pid_t child = fork();
@@ -247,7 +247,7 @@ TEST(Step, TakesNoPageFaultOncePrefaulted) {
   if (!kCounts) GTEST_SKIP() << "a sanitizer's shadow takes page faults of its own";
   FileBox file;
   for (const palpate_scene_def& def : every_effect()) {
-    // The system may move a page at any time, though not three times running: one clean run of three shows the steps'.
+    // The system may move a page at any time, but hardly in three runs: one run of three without page faults is enough.
     long least = 1000;
     for (int attempt = 0; attempt < 3 && least > 0; ++attempt) {
       file.open();

@@ -1,4 +1,4 @@
-// One step of a recorded path, as the file of the path holds them one after another.
+// One step of a recorded path; the file of a path is an array of them.
 #pragma once
 
 namespace palpate::tests {

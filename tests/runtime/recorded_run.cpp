@@ -1,6 +1,6 @@
-// recorded_run BUNDLE PATH THREADS: plays a recorded path on a bundle and prints, scene by scene, hashes of all that came
-// out. The scenes are dealt out to that many threads, which share the bundle.
-// One build of the runtime is one such program; it uses nothing but the C API, so that it can be built by one command.
+// recorded_run BUNDLE PATH THREADS: plays a recorded path on a bundle and prints, scene by scene, hashes of all results. The scenes
+// are distributed over the threads, which share the bundle.
+// Each build of the runtime gets such a program. It uses the C API alone, so that one compiler command can build it.
 #include "tests/runtime/recorded_path.h"
 
 #include <cinttypes>
@@ -33,10 +33,10 @@ std::vector<RecordedStep> read_path(const char* file) {
   return steps;
 }
 
-// So many rows, two of each, that the widest instructions are used.
+// Enough rows, two for each grip, that the widest instructions are used.
 constexpr int kMostGrips = 24;
 
-// Both structs are without padding: every byte is a result.
+// Both structs have no padding, so every byte is a result.
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
 static_assert(sizeof(palpate_tool_state) == 4 * sizeof(std::int32_t) + 9 * sizeof(double));
 
@@ -50,7 +50,7 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
     const RecordedStep& step = path[s];
     palpate_grip grips[kMostGrips];
     for (int g = 0; g < grip_count; ++g) {
-      // One after another moves on: rows of the contact matrix come and go.
+      // The grips move on one after the other, so that rows of the contact matrix come and go.
       const auto at = static_cast<std::int32_t>(
           4 + g + (s / 4 + kMostGrips - 1 - static_cast<std::size_t>(g)) / kMostGrips * kMostGrips);
       grips[g] = {palpate_bundle_touchable(bundle)[at % info.touchable_count], -1, {0, 0, 0}, {0, 0, 0}, 5};  // x and z
@@ -59,11 +59,11 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
     const palpate_tool tools[3] = {{step.press[0], 3, nullptr, 0, 0, 0.004, 0.3},
                                    {step.pinch[0], 2, nullptr, 0, 1, 0, 0.5},
                                    {nullptr, 0, grips, grip_count, 0, 0, 0}};
-    played.flags |= palpate_touch(scene, tools, 3, 1e-3, contacts);
+    played.flags |= palpate_scene_touch(scene, tools, 3, 1e-3, contacts);
     played.contacts.update(palpate_contacts_nodes(contacts), contacts->node_count * sizeof(palpate_contact_node));
     played.forces.update(contacts->tools, 3 * sizeof(palpate_tool_state));
     palpate_shape_out out = {displacements.data(), positions.data(), info.node_count, 0};
-    played.flags |= palpate_shape(scene, contacts, &out);
+    played.flags |= palpate_scene_shape(scene, contacts, &out);
     const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(out.node_count);
     played.shape.update(displacements.data(), bytes);
     played.shape.update(positions.data(), bytes);
@@ -79,7 +79,7 @@ struct Combination {
   palpate_contact_law law;
 };
 
-// Every contact model under every law on both surfaces; in half of them everything else that a scene may call for.
+// Every contact model under every law on both surfaces; half of the scenes use all other effects too.
 bool has_the_rest(const Combination& c) {
   return (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
 }
@@ -104,7 +104,7 @@ std::string line_of(const Combination& c, const Played& played) {
   return line;
 }
 
-// Of a scene that this build cannot make: nothing. A reason on stderr, and the end, where something else is wrong.
+// Returns nothing for a scene whose effects this build or bundle does not have. Any other failure ends the program.
 std::string play(const Combination& c, palpate_bundle* bundle, const std::vector<RecordedStep>& path) {
   const palpate_scene_def def = scene_def(c);
   palpate_scene* scene = nullptr;

@@ -21,7 +21,7 @@ std::vector<std::string> builds() {
 
 using Form = std::function<void(BundleParts&)>;
 
-// In another form, on a mesh fine enough for blocks of low rank.
+// Writes the bundle in another form, on a mesh fine enough for low-rank blocks.
 void write_recorded_bundle(const std::filesystem::path& file, const Form& store = {}) {
   using formats::SectionId;
   BundleParts parts = store ? tiny_bundle({.cells = {6, 5, 4}}) : tiny_bundle();
@@ -29,7 +29,7 @@ void write_recorded_bundle(const std::filesystem::path& file, const Form& store 
   std::vector<double> preload(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.01 * nodes[i - 2] : 0;
   parts.set(SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
-  // Monotone on their ranges: the terms above the first are small.
+  // The curves grow on their ranges, because the higher terms are small.
   parts.set(SectionId::response_radial, {4}, std::vector<double>{1.1e-3, 1.2e-3, 2e-4, 3e-5});
   parts.set(SectionId::response_force, {5}, std::vector<double>{0.3, 0.34, 0.05, 0.01, 1e-3});
   parts.set(SectionId::response_range, {2}, std::vector<double>{0.002, 0.5});
@@ -99,7 +99,7 @@ TEST_F(RecordedRun, HashesTheSameInEveryBuild) {
 }
 
 #ifdef PALPATE_RECORDED_STATIC
-// What a scene leaves off leaves no bit behind.
+// An effect that is off changes no bit: a build without the effects' code gives the same hashes.
 TEST_F(RecordedRun, HashesTheSameInABuildWithoutTheEffectsThatItLeavesOff) {
   const std::string whole = output_of("configured", bundle_, path_);
   std::istringstream lines(output_of("without_effects", bundle_, path_));
@@ -131,7 +131,7 @@ TEST_F(RecordedRun, HashesTheSameOnAnyNumberOfThreads) {
 }
 
 #ifdef __GLIBC__
-// glibc picks its functions by the processor; some then differ in the last digit.
+// glibc chooses functions by the processor, and some of them differ in the last digit.
 TEST_F(RecordedRun, HashesTheSameWhateverTheMathematicsLibraryPicks) {
   EXPECT_EQ(output_of("configured", bundle_, path_, 2, "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F"),
             output_of("configured", bundle_, path_));

@@ -51,7 +51,7 @@ TEST(Relaxation, OfRampAndHoldIsTheClosedFormAtEveryTimeStep) {
     PronySeries::Memory memory;
     double t = 0;
     for (int s = 0; s < 3000; ++s) {
-      // Steps from 1e-9 to 10 s; none across the ramp's end, where the straight line bends.
+      // Steps from 1e-9 to 10 s; no step crosses the end of the ramp, where the force is not a straight line.
       double dt = std::pow(10.0, exponent(random));
       if (t < rise && t + dt > rise) dt = rise - t;
       t += dt;
@@ -61,7 +61,7 @@ TEST(Relaxation, OfRampAndHoldIsTheClosedFormAtEveryTimeStep) {
   }
 }
 
-// Force at the end of a ramp in so many equal steps.
+// Force at the end of a ramp, in the given number of equal steps.
 double ramp(double seconds, int steps, const std::function<double(double)>& elastic) {
   PronySeries series;
   EXPECT_TRUE(series.set(brain()));
@@ -94,14 +94,14 @@ TEST(Relaxation, IsSofterUnderSlowLoadingAsTheClosedFormOfTheRampSays) {
   EXPECT_NEAR(before, 1 - 0.45 - 0.365, 1e-3);
 }
 
-// Miller and Chinzei's stress at once: J1 = l^2 + 2/l, J2 = 2 l + 1/l^2, C100 = C010 = 263 Pa, C200 = C020 = 491 Pa.
+// Miller and Chinzei's instantaneous stress: J1 = l^2 + 2/l, J2 = 2 l + 1/l^2, C100 = C010 = 263 Pa, C200 = C020 = 491 Pa.
 double brain_stress_at_once(double strain) {
   const double l = 1 - strain, j1 = l * l + 2 / l, j2 = 2 * l + 1 / (l * l);
   return -2 * (1 - 1 / (l * l * l)) * (l * (263 + 982 * (j1 - 3)) + 263 + 982 * (j2 - 3));
 }
 
 TEST(Relaxation, OfTheModelAtOnceGivesThePublishedStressesAtEachRate) {
-  // Nominal stress, Pa, at strains of 5, 10 .. 30 %, computed elsewhere from the same constants, to 1 Pa.
+  // Nominal stress, Pa, at strains of 5, 10 .. 30 %, computed independently from the same constants, to 1 Pa.
   const double published[][6] = {
       {170, 394, 735, 1294, 2242, 3870}, {98, 219, 402, 703, 1213, 2089}, {33, 78, 148, 264, 460, 798}};
   for (int r = 0; r < 3; ++r)
@@ -123,19 +123,19 @@ TEST(Relaxation, ActsOnAToolsForceAndOnNothingElse) {
   const std::vector<palpate_grip> grips = {grip_at_node(box.touchable[5], {-0.001, 0.0005, 0.0002})};
   palpate_tool tool = tool_of(grips);
   tool.hold = 1;
-  palpate_touch(elastic.get(), &tool, 1, 0.01, a.get());
+  palpate_scene_touch(elastic.get(), &tool, 1, 0.01, a.get());
   const Eigen::Vector3d whole(a->tools[0].force_raw);
   for (int s = 1; s <= 400; ++s) {
-    palpate_touch(relaxing.get(), &tool, 1, 0.01, b.get());
+    palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get());
     const Eigen::Vector3d force(b->tools[0].force_raw);
     EXPECT_LT((force - ramp_and_hold(0.01 * s, 0.01) * whole).norm(), 1e-11 * whole.norm()) << s;
     EXPECT_EQ(Eigen::Vector3d(b.nodes()[0].force), Eigen::Vector3d(a.nodes()[0].force));
   }
   EXPECT_EQ(displacements(relaxing.get(), b.get(), box.body.surface_nodes),
             displacements(elastic.get(), a.get(), box.body.surface_nodes));
-  // Reset forgets.
-  palpate_reset(relaxing.get());
-  palpate_touch(relaxing.get(), &tool, 1, 0.01, b.get());
+  // Reset clears the memory.
+  palpate_scene_reset(relaxing.get());
+  palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get());
   EXPECT_LT((Eigen::Vector3d(b->tools[0].force_raw) - ramp_and_hold(0.01, 0.01) * whole).norm(), 1e-12 * whole.norm());
 }
 
@@ -151,16 +151,16 @@ TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
     const Eigen::Vector3d p = place - depth * out;
     palpate_tool tool = {};
     tool.points = p.data(), tool.point_count = 1;
-    palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
+    palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
     return Eigen::Vector3d(contacts->tools[0].force_raw).dot(out);
   };
   press(-1e-4, 0.001);
   EXPECT_GT(press(0.003, 0.01), 0);
   for (int s = 0; s < 100; ++s) EXPECT_GT(press(0.003, 1), 0);
-  // Half-way out at once: the relaxed tissue has not come back.
+  // A sudden retreat by half: the relaxed tissue has not recovered.
   EXPECT_EQ(press(0.0015, 0.001), 0);
   EXPECT_EQ(press(-0.001, 0.001), 0);
-  // Back soon: softer than the first time; back much later: as the first time.
+  // A second press soon after is softer than the first; one much later equals the first.
   const double soon = press(0.003, 0.01);
   press(-0.001, 0.001);
   for (int s = 0; s < 100; ++s) press(-0.001, 10);

@@ -1,4 +1,4 @@
-// A finer mesh that follows the surface: the motions it must reproduce, and meshes and shapes that no host should send.
+// A finer mesh that follows the surface: motions that it must reproduce, and bad meshes and shapes.
 #include <cstring>
 #include <random>
 
@@ -17,7 +17,7 @@ const TouchedBox& box() {
   return shared;
 }
 
-// Vertices and normals of a host's, as floats.
+// A host's vertices and normals.
 struct Mesh {
   std::vector<Vector3d> places;
   std::vector<float> positions, normals;
@@ -32,7 +32,7 @@ struct Mesh {
   }
 };
 
-// Vertices over every triangle of a box, as far from it as the share of an edge says.
+// Vertices above every triangle of a box, at a height given as a share of an edge.
 Mesh mesh_over(const TouchedBox& of, double height) {
   Mesh mesh;
   std::mt19937 random(7);
@@ -66,7 +66,7 @@ Skinned skinned(palpate_scene* scene, const Mesh& mesh, std::vector<float> displ
                                    static_cast<std::int32_t>(displacements.size() / 3)};
   palpate_skin_out out = {found.positions.data(), found.normals.data(), static_cast<std::int32_t>(mesh.places.size()),
                           0};
-  found.flags = palpate_skin(scene, &shape, &out);
+  found.flags = palpate_scene_skin(scene, &shape, &out);
   EXPECT_EQ(out.vertex_count, out.vertex_capacity);
   return found;
 }
@@ -139,7 +139,7 @@ TEST(Skin, TurnsNormalsAsThePlanesTheyStandOn) {
   int middle = 0;
   for (std::size_t v = 0; v < mesh.places.size(); ++v) {
     EXPECT_NEAR(found.normal(v).norm(), 1, 1e-6);  // floats
-    // Away from the box's edges, where the bones are the means of two faces.
+    // Away from the box's edges, where a bone averages two faces.
     const bool on_top = mesh.places[v][2] > 0.0399;
     const bool inner = mesh.places[v][0] > 0.021 && mesh.places[v][0] < 0.039 && mesh.places[v][1] > 0.017 &&
                        mesh.places[v][1] < 0.033;
@@ -150,7 +150,7 @@ TEST(Skin, TurnsNormalsAsThePlanesTheyStandOn) {
   EXPECT_GT(middle, 5);
 }
 
-// What tools really do: a vertex that is a node is where palpate_shape puts the node, one inside a triangle where its
+// What tools really do: a vertex that is a node is where palpate_scene_shape puts the node, one inside a triangle where its
 // weights say.
 TEST(Skin, PutsAVertexOnANodeWhereTheShapeHasItAndOthersByTheirWeights) {
   Mesh mesh;
@@ -191,7 +191,7 @@ TEST(Skin, ScalesWithTheOrgan) {
     EXPECT_NEAR(b.positions[i], 1000 * a.positions[i], 1000 * kRounding);
 }
 
-// The mesh is the organ's as it was segmented; a preload moves it as it moves the nodes, and once.
+// The render mesh has the shape without preload; the preload must move it once, as it moves the nodes.
 TEST(Skin, IsMovedByAPreloadAsTheNodesAre) {
   Mesh mesh;
   for (int n = 0; n < box().body.surface_nodes; ++n) mesh.add(box().node(n), {0, 0, 1});
@@ -222,7 +222,7 @@ TEST(Skin, FindsTheNearestPlaceOfTheSurfaceFromNearAndFar) {
       for (std::int32_t t = 0; t < count; ++t)
         nearest = std::min(nearest,
                            closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2), k));
-      const Vec3 gap = p - surface.at(surface.nearest(p));
+      const Vec3 gap = p - surface.position(surface.nearest(p));
       EXPECT_NEAR(dot(gap, gap), nearest, 1e-12 * nearest);
     }
   }
@@ -271,7 +271,7 @@ TEST(Skin, SaysWhenAStepHasWhatItCannotUseAndFillsNothing) {
   std::vector<float> u(3 * static_cast<std::size_t>(nodes)), x(mesh.positions.size() + 3, 7), n(x);
   const palpate_shape_out shape = {u.data(), nullptr, nodes, nodes};
   const auto bad = [&](palpate_scene* s, const palpate_shape_out* from, palpate_skin_out out) {
-    EXPECT_EQ(palpate_skin(s, from, &out), PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(palpate_scene_skin(s, from, &out), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(out.vertex_count, 0);
     EXPECT_EQ(x, std::vector<float>(x.size(), 7));
   };
@@ -283,15 +283,15 @@ TEST(Skin, SaysWhenAStepHasWhatItCannotUseAndFillsNothing) {
   const palpate_shape_out none = {nullptr, nullptr, nodes, nodes}, few = {u.data(), nullptr, nodes, nodes - 1};
   bad(scene.get(), &none, {x.data(), nullptr, 5, 9});
   bad(scene.get(), &few, {x.data(), nullptr, 5, 9});
-  EXPECT_EQ(palpate_skin(scene.get(), &shape, nullptr), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_skin(scene.get(), &shape, nullptr), PALPATE_STEP_BAD_INPUT);
 
-  // Room for fewer vertices than there are, or for more: neither is written beyond.
+  // Room for fewer or more vertices than there are: nothing is written beyond the array.
   palpate_skin_out out = {x.data(), nullptr, 2, 0};
-  EXPECT_EQ(palpate_skin(plain.get(), &shape, &out), 0u);
+  EXPECT_EQ(palpate_scene_skin(plain.get(), &shape, &out), 0u);
   EXPECT_EQ(out.vertex_count, 2);
   EXPECT_EQ(x[6], 7);
   out.vertex_capacity = 1 << 30;
-  EXPECT_EQ(palpate_skin(plain.get(), &shape, &out), 0u);
+  EXPECT_EQ(palpate_scene_skin(plain.get(), &shape, &out), 0u);
   EXPECT_EQ(out.vertex_count, static_cast<std::int32_t>(mesh.places.size()));
   EXPECT_EQ(x[mesh.positions.size()], 7);
 }

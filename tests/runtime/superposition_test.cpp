@@ -15,7 +15,7 @@ namespace {
 
 using formats::ElementType;
 
-// Columns of any type at an odd place, as in a bundle, behind which nothing may be read.
+// Columns of any type at an odd address, as in a bundle, with nothing readable behind them.
 struct Columns {
   Columns(ElementType stored, int count, std::size_t length) : type(stored), numbers(count), run(count) {
     std::uint32_t state = 1;

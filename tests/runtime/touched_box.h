@@ -123,7 +123,7 @@ inline std::vector<float> displacements(palpate_scene* scene, const palpate_cont
   std::vector<float> u(3 * static_cast<std::size_t>(nodes), NAN);
   palpate_shape_out out = {};
   out.displacements = u.data(), out.node_capacity = nodes;
-  const palpate_step_flags raised = palpate_shape(scene, contacts, &out);
+  const palpate_step_flags raised = palpate_scene_shape(scene, contacts, &out);
   if (flags) *flags = raised;
   EXPECT_EQ(out.node_count, nodes);
   return u;

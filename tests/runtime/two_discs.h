@@ -1,5 +1,5 @@
-// Two discs pressed into a bar held at x = 0, from one side, from opposite ones or round a corner, kept there and drawn out again:
-// how restless they are.
+// Presses two discs into a bar that is fixed at x = 0, from one side, from opposite sides or around a corner, keeps them there and
+// draws them out again. Counts how often contacts begin and end.
 #pragma once
 
 #include <random>
@@ -15,7 +15,7 @@ struct PressedBar {
   double radius = 0.004;       // m
 };
 
-// Over all pairs. Each of two discs that touch begins and ends once at the least.
+// Sums over all pairs. Each disc that touches begins and ends at least once.
 struct Unrest {
   int pairs = 0, least = 0;  // beginnings and ends of contacts that must be
   int more = 0, worst = 0;   // that are beyond it: of all pairs, of the worst
@@ -52,10 +52,10 @@ inline void press_pair(const PressedBar& bar, palpate_scene* scene, std::mt19937
     palpate_tool tools[2] = {};
     for (int t = 0; t < 2; ++t) {
       point[t] = start[t] + way[t] * (std::min({step, kIn, kSteps - step}) / double{kIn});
-      tools[t].points = point[t].data(), tools[t].point_count = 1, tools[t].radius = bar.radius,
+      tools[t].points = point[t].data(), tools[t].point_count = 1, tools[t].disc_radius = bar.radius,
       tools[t].friction = 0.6;
     }
-    palpate_touch(scene, tools, 2, 1e-3, contacts.get());
+    palpate_scene_touch(scene, tools, 2, 1e-3, contacts.get());
     for (int t = 0; t < 2; ++t) {
       force[t].push_back(Eigen::Vector3d(contacts->tools[t].force_raw).norm());
       const bool holds = contacts->tools[t].contact_count > 0;

@@ -1,4 +1,4 @@
-// The factor whose rows come and go, against one made anew; and the contact solver's cost as contacts come and go.
+// The factor whose rows come and go, compared with a new factor; and the contact solver's cost as contacts come and go.
 #include "runtime/dense/updated_cholesky.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "runtime/dense/dense_blocks.h"
+#include "runtime/dense/dense_panels.h"
 
 namespace palpate::tests {
 namespace {
@@ -83,7 +83,7 @@ TEST_F(Factor, OfRowsThatComeAndGoIsThatOfTheRowsThatAreThere) {
   }
 }
 
-// Each entry is the same sum in the same order, whatever is done together.
+// Each entry is the same sum in the same order, however many rows are added together.
 TEST_F(Factor, IsTheSameToTheBitWhetherRowsComeOneByOneOrTogether) {
   const Eigen::MatrixXd a = matrix(kCapacity);
   std::vector<int> all(101);
@@ -122,12 +122,12 @@ TEST(EliminateRows, GivesTheSameBitsWithAllInstructionsAndAnyBlocks) {
       x *= 1 / expected[i * kStride + i];
     }
   for (int set = 0; set <= static_cast<int>(best_instructions()); ++set)
-    for (const int rows : {1, 3, kBlockRows})
+    for (const int rows : {1, 3, kPanelRows})
       for (const int width : {1, 5, 19}) {
         std::vector<double> u = start;
         for (int begin = kRows; begin < 80; begin += width)
           for (int first = 0; first < kRows; first += rows) {
-            // What it overwrites beyond its last column is for the next call to find as it was.
+            // The columns after the last one must be unchanged for the next call.
             std::vector<double> kept = u;
             const int end = std::min(80, begin + width), count = std::min(rows, kRows - first);
             eliminate_rows(static_cast<Instructions>(set), u.data(), kStride, first, count, begin, end, true);

@@ -170,7 +170,7 @@ struct Hand {
   explicit Hand(const TouchedBox& box) : scene(box.scene(unlimited_def())), contacts(scene.get()) {}
   bool move(const Vector3d& to) {
     const palpate_tool tool = {to.data(), 1, nullptr, 0, 0, 0, 0};
-    flags = palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
     return contacts->tools[0].contact_count > 0;
   }
   Vector3d force() { return Vector3d(contacts->tools[0].force_raw); }
@@ -202,7 +202,7 @@ TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
   for (long s = 0; s < steps; ++s) {
     const Vector3d from = p;
     if (s % 200 == 0) {  // a new start: anywhere, in the middle of the body, or on a node
-      palpate_reset(hand.scene.get());
+      palpate_scene_reset(hand.scene.get());
       const long way = s / 200;
       p = way % 3 == 0   ? Vector3d(0.08 * unit(random) - 0.01, 0.07 * unit(random) - 0.01, 0.06 * unit(random) - 0.01)
           : way % 3 == 1 ? middle
@@ -251,7 +251,7 @@ TEST(StabilityCollision, ToolsThatMeetVerticesEdgesAndFacesExactly) {
     const auto lattice = [&] { return Vector3d(at(random) / 64.0, at(random) / 64.0, at(random) / 64.0); };
     const Vector3d a = lattice(), b = lattice();
     if (!outside(a) || !inside(b)) continue;
-    palpate_reset(hand.scene.get());
+    palpate_scene_reset(hand.scene.get());
     hand.move(a);
     missed += !hand.move(b) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
     kept += hand.move(a) || hand.force().norm() != 0;
@@ -297,7 +297,7 @@ TEST(StabilityCollision, MotionsWithinThePlaneOfAFaceThatIsAskew) {
     if (on_surface(body.index, from) || on_surface(body.index, to)) continue;
     Crossing found[SurfaceIndex::kMaxCrossings];
     contradictions += body.index.crossings(from, to, found) % 2 == 0;
-    palpate_reset(hand.scene.get());
+    palpate_scene_reset(hand.scene.get());
     hand.move({from.x, from.y, from.z});
     missed += !hand.move({to.x, to.y, to.z}) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
     ++ways;
@@ -323,7 +323,7 @@ TEST(StabilityCollision, MoreCrossingsInAStepThanAreKept) {
   Hand hand(saw);
   double missed = 0;
   for (int tooth = 1; tooth < kCells; tooth += 2) {
-    palpate_reset(hand.scene.get());
+    palpate_scene_reset(hand.scene.get());
     hand.move({-1, 0.37, 1.6});
     missed += !hand.move({1.0 * tooth, 0.37, 1.6}) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
   }
@@ -459,7 +459,7 @@ TEST(StabilityCollision, PressedBeyondTheMiddleOfAThinPart) {
     for (int s = 0; s <= 60; ++s) {  // from above down to 1 mm from the bottom, a little aside
       const double point[3] = {0.041 + 1e-5 * s, 0.032, 0.007 - 1e-4 * s};
       const palpate_tool tool = {point, 1, nullptr, 0, 0, 0, 0.3};
-      palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
       const double up = contacts->tools[0].force_raw[2];
       drawn = std::max(drawn, -up), fall = std::max(fall, before - up), before = up;
     }

@@ -38,7 +38,8 @@ class Corrected {
   std::vector<Vector3d> hold(const std::vector<std::vector<palpate_grip>>& grips) {
     std::vector<palpate_tool> tools;
     for (const auto& of_one : grips) tools.push_back(tool_of(of_one));
-    flags = palpate_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts_->get());
+    flags = palpate_scene_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
+                                contacts_->get());
     std::vector<Vector3d> forces;
     for (std::size_t t = 0; t < tools.size(); ++t) forces.emplace_back((*contacts_)->tools[t].force_raw);
     return forces;

@@ -48,14 +48,14 @@ int main(int argc, char** argv) {
     double dt = 1.0 / 1024;
     const double bad = from_bits(odd[step / 5 % 7]);
     if (step % 5 == 1) point[step % 3] = bad;
-    if (step % 35 == 2) tool.radius = bad;
+    if (step % 35 == 2) tool.disc_radius = bad;
     if (step % 35 == 3) dt = bad;
-    const palpate_step_flags flags = palpate_touch(scene, &tool, 1, dt, contacts);
+    const palpate_step_flags flags = palpate_scene_touch(scene, &tool, 1, dt, contacts);
     printf("%d %u", step, flags);
     print_bits(contacts->tools[0].force, 3);
     print_bits(contacts->tools[0].force_raw, 3);
     palpate_shape_out out = {displacement, NULL, nodes, 0};
-    palpate_shape(scene, contacts, &out);
+    palpate_scene_shape(scene, contacts, &out);
     uint64_t hash = 1469598103934665603u;
     for (int32_t i = 0; i < 3 * out.node_count; ++i) {
       uint32_t bits;

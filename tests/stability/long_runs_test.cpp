@@ -23,9 +23,10 @@ class Played {
     const palpate_grip grip = grip_at_node(box().touchable[3], pull);
     palpate_tool tools[3] = {};
     for (int t = 0; t < 2; ++t)
-      tools[t].points = points[t].data(), tools[t].point_count = 1, tools[t].radius = 0.003, tools[t].friction = 0.3;
+      tools[t].points = points[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.003,
+      tools[t].friction = 0.3;
     tools[2].grips = &grip, tools[2].grip_count = 1;
-    return palpate_touch(scene_.get(), tools, 3, dt, contacts_.get());
+    return palpate_scene_touch(scene_.get(), tools, 3, dt, contacts_.get());
   }
   // Both tools leave the organ and go round it, because a contact ends above the face where it began. Then each comes down at its
   // site, presses and is dragged a little.
@@ -130,7 +131,7 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
     double before = INFINITY;
     Vector3d force = Vector3d::Zero();
     for (long s = 0; s < steps; ++s) {
-      palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
+      palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
       force = Vector3d(contacts->tools[0].force_raw);
       if (s > 0 && rise) *rise = std::max(*rise, force.norm() - before);
       before = force.norm();
@@ -167,7 +168,7 @@ TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
   const auto held = [&](double dt) {
     const ScenePointer scene = box().scene(def);
     Contacts contacts(scene.get());
-    for (int s = 0; s < 3; ++s) palpate_touch(scene.get(), &tool, 1, dt, contacts.get());
+    for (int s = 0; s < 3; ++s) palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
     return Vector3d(contacts->tools[0].force_raw);
   };
   const Vector3d whole = held(1e-3);

@@ -63,9 +63,9 @@ class PushedCube {
     double point[3] = {kSide + 1e-3, kSide / 2, kSide / 2};
     palpate_tool tool = {};
     tool.points = point, tool.point_count = 1, tool.radius = kSide / 4;
-    palpate_touch(created, &tool, 1, 1e-3, contacts.get());
+    palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get());
     point[0] = kSide - 1e-3;
-    EXPECT_EQ(palpate_touch(created, &tool, 1, 1e-3, contacts.get()), 0u);
+    EXPECT_EQ(palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get()), 0u);
     return contacts->tools[0].force_raw[0];
   }
 

@@ -55,7 +55,7 @@ struct Sent {
     tool = {point[0].data(), 2, grip, 2, 0, 0.004, 0.3};
   }
   std::vector<double*> numbers() {
-    std::vector<double*> all = {&dt, &tool.radius, &tool.friction};
+    std::vector<double*> all = {&dt, &tool.disc_radius, &tool.friction};
     for (auto& p : point)
       for (int i = 0; i < 3; ++i) all.push_back(&p[i]);
     for (auto& g : grip)
@@ -227,18 +227,18 @@ class HandedOn {
     Vector3d above[2] = {good.point[0] + Vector3d(0.002, 0, 0), good.point[1] + Vector3d(0.002, 0, 0)};
     palpate_tool outside = good.tool;
     outside.points = above[0].data();
-    palpate_touch(scene_.get(), &outside, 1, 1e-3, contacts_->get());
-    palpate_touch(scene_.get(), &good.tool, 1, 1e-3, contacts_->get());
+    palpate_scene_touch(scene_.get(), &outside, 1, 1e-3, contacts_->get());
+    palpate_scene_touch(scene_.get(), &good.tool, 1, 1e-3, contacts_->get());
     shape();
   }
 
   palpate_step_flags shape() {
     shape_ = {field_.data(), nullptr, static_cast<std::int32_t>(field_.size() / 3), 0};
-    return palpate_shape(scene_.get(), contacts_->get(), &shape_);
+    return palpate_scene_shape(scene_.get(), contacts_->get(), &shape_);
   }
   palpate_step_flags skin() {
     palpate_skin_out out = {drawn_.data(), drawn_normals_.data(), mesh_.vertex_count, 0};
-    return palpate_skin(scene_.get(), &shape_, &out);
+    return palpate_scene_skin(scene_.get(), &shape_, &out);
   }
   bool is_finite() const {
     const auto finite = [](const std::vector<float>& all) {
@@ -316,7 +316,7 @@ TEST(StabilityNumbers, InEveryFieldOfWhatIsHandedOn) {
         number = good;
       }
   attack.hold("pictures that are not finite, of " + std::to_string(calls) + " calls", static_cast<double>(not_finite),
-              0, "what palpate_shape and palpate_skin promise of any input");
+              0, "what palpate_scene_shape and palpate_scene_skin promise of any input");
   attack.hold("NaN and infinities that raised no flag", static_cast<double>(unflagged), 0, "PALPATE_STEP_BAD_INPUT");
   attack.hold("pictures that differ after it", static_cast<double>(left), 0, "the render half keeps no state");
   attack.hold("meshes to draw that were taken with one", static_cast<double>(taken), 0, "PALPATE_ERROR_ARGUMENT");
@@ -334,8 +334,8 @@ TEST(StabilityNumbers, MinusZeroIsZero) {
         Contacts contacts(scene.get());
         Sent sent;
         *sent.numbers()[f] = minus ? -0.0 : 0.0;
-        palpate_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
-        palpate_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
+        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
+        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
         answer[minus].assign(contacts->tools[0].force_raw, contacts->tools[0].force_raw + 3);
         for (int e = 0; e < contacts->node_count; ++e)
           answer[minus].insert(answer[minus].end(), contacts.nodes()[e].force, contacts.nodes()[e].force + 3);
@@ -362,7 +362,7 @@ std::vector<double> walk(const TouchedBox& box, double smallest) {
     const std::vector<palpate_grip> grips = {
         grip_at_node(box.touchable[3], {0, 0, 0.001 * std::pow(smallest, s / 200.0)})};
     const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, 0.004, 0.3}, tool_of(grips)};
-    palpate_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
     for (int t = 0; t < 2; ++t) all.insert(all.end(), contacts->tools[t].force_raw, contacts->tools[t].force_raw + 3);
     for (const float x : displacements(scene.get(), contacts.get(), box.body.surface_nodes)) all.push_back(x);
   }
@@ -437,7 +437,7 @@ TEST(StabilityNumbers, HalfPrecisionUnderManyContacts) {
       const ScenePointer scene = known.box.scene(def);
       Contacts contacts(scene.get());
       const palpate_tool tool = tool_of(grips);
-      palpate_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
       Eigen::VectorXd f(3 * contacts->node_count);
       for (int e = 0; e < contacts->node_count; ++e) f.segment<3>(3 * e) = Vector3d(contacts.nodes()[e].force);
       return f;

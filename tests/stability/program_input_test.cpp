@@ -199,7 +199,7 @@ force_slew = 1e4
 [[tool]]
 name = "disc"
 points = [[0.5, 0, 0]]
-radius = 3
+disc_radius = 3
 friction = 0.21
 path = [[0, 41, 26, 45], [0.12, 42, 26, 36]]
 [[tool]]

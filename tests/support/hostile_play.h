@@ -42,7 +42,7 @@ class HeldPlay {
   palpate_step_flags flags() const { return flags_; }  // of the last touch and shape
 
   std::string touch(const palpate_tool* tools, std::int32_t tool_count, double dt) {
-    flags_ = palpate_touch(scene_, tools, tool_count, dt, contacts());
+    flags_ = palpate_scene_touch(scene_, tools, tool_count, dt, contacts());
     const palpate_contacts& c = *contacts();
     if (c.flags != flags_) return "touch returned other flags than it wrote";
     if (c.node_count < 0 || c.node_count > def_.max_contact_nodes) return "more contact nodes than the scene has";
@@ -77,14 +77,14 @@ class HeldPlay {
     if (def_.shape == PALPATE_SHAPE_OFF) return "";
     palpate_shape_out out = {displacements_.data(), positions_.data(),
                              static_cast<std::int32_t>(displacements_.size() / 3), 0};
-    const palpate_step_flags flags = palpate_shape(scene_, of, &out);
+    const palpate_step_flags flags = palpate_scene_shape(scene_, of, &out);
     flags_ |= flags;
     if (out.node_count < 0 || out.node_count > out.node_capacity) return "more nodes than there is room for";
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(out.node_count); ++i)
       if (!std::isfinite(displacements_[i]) || !std::isfinite(positions_[i])) return "a node that is not finite";
     if (skin_.empty()) return "";
     palpate_skin_out skin = {skin_.data(), nullptr, static_cast<std::int32_t>(skin_.size() / 3), 0};
-    flags_ |= palpate_skin(scene_, &out, &skin);
+    flags_ |= palpate_scene_skin(scene_, &out, &skin);
     if (skin.vertex_count < 0 || skin.vertex_count > skin.vertex_capacity)
       return "more vertices than there is room for";
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(skin.vertex_count); ++i)
@@ -93,7 +93,7 @@ class HeldPlay {
   }
 
   void reset() {
-    palpate_reset(scene_);
+    palpate_scene_reset(scene_);
     std::memset(last_, 0, sizeof last_);
   }
 

@@ -128,7 +128,7 @@ test("a path gives palpate-run's forces and shape, under each effect that is swi
   const rows = pathRows(await middle(page), [[0, 0.002], [0.05, 0.001], [0.2, -0.006], [0.25, -0.008]]);
   const tool = { name: "probe", points: [[0, 0, 0]], path: rows };
   const native = (name, effects, tools) => playNatively(palpateRun, folder, name, bundle, effects, tools, renderMesh ? ["--render-mesh", renderMesh] : []);
-  const disc = { ...tool, radius: RADIUS }, rubbing = { ...disc, friction: 0.3 };
+  const disc = { ...tool, disc_radius: RADIUS }, rubbing = { ...disc, friction: 0.3 };
   assertSame(await playInPage(page, csv(rows)), native("disc", { contact: "patch" }, [disc]));
 
   await page.selectOption('[data-effect="law"]', "coulomb");
@@ -224,7 +224,7 @@ test("the mouse pushes: newtons, depth, plot; its saved path gives the same forc
   const [file] = await Promise.all([page.waitForEvent("download"), page.evaluate(() => document.getElementById("save-path").click())]);
   writeFileSync(`${folder}/path.csv`, readFileSync(await file.path()));
   const scene = `name = "recorded"\nbundle = "${bundle}"\nunit = "m"\n[effects]\ncontact = "patch"\n` +
-    `[[tool]]\nname = "mouse"\npoints = [[0, 0, 0]]\nradius = ${RADIUS}\npath_csv = "path.csv"\n`;
+    `[[tool]]\nname = "mouse"\npoints = [[0, 0, 0]]\ndisc_radius = ${RADIUS}\npath_csv = "path.csv"\n`;
   writeFileSync(`${folder}/recorded.toml`, scene);
   execFileSync(palpateRun, [`${folder}/recorded.toml`, "--quiet", "-o", `${folder}/recorded`]);
   const expected = readForces(readFileSync(`${folder}/recorded/forces.csv`, "utf8"), 1);

@@ -70,7 +70,7 @@ export function relativeDifference(found, expected) {
 
 // On the box of tests/support: one tool presses the top and moves sideways (a disc if the contact is "patch"); one presses the far face.
 export const boxToolsFor = (effects) => [
-  { name: "presser", points: [[0, 0, 0]], ...(effects.contact === "patch" ? { radius: 0.008, friction: 0.3 } : {}),
+  { name: "presser", points: [[0, 0, 0]], ...(effects.contact === "patch" ? { disc_radius: 0.008, friction: 0.3 } : {}),
     path: [[0, 0.031, 0.024, 0.042], [0.1, 0.031, 0.024, 0.037], [0.2, 0.036, 0.027, 0.037], [0.25, 0.036, 0.027, 0.045]] },
   { name: "needle", points: [[0, 0, 0]], path: [[0, 0.062, 0.027, 0.021], [0.15, 0.056, 0.027, 0.021], [0.25, 0.056, 0.029, 0.021]] },
 ];

@@ -52,7 +52,7 @@ for (const wasm of wasms) {
       const bundle = runtime.openBundle(bytes), scene = bundle.createScene({ ...effects, maxTools: 2, maxPoints: 2 });
       const forces = [], shapes = [];
       expected.forces.forEach((_, step) => {
-        scene.setTools(tools.map((tool) => ({ ...tool, points: positionAt(tool.path, step / 1000) })));
+        scene.setTools(tools.map((tool) => ({ ...tool, discRadius: tool.disc_radius, points: positionAt(tool.path, step / 1000) })));
         scene.touch(1e-3);
         forces.push(...scene.force(0), ...scene.force(1));
         if (step < Math.ceil((shapes.length * 1000) / 60 - 1e-9)) return;
@@ -86,7 +86,7 @@ for (const wasm of wasms) {
     const scene = bundle.createScene({ ...effects, renderMesh, maxTools: 2, maxPoints: 2 }), skins = [];
     assert.ok(scene.plan.some((pass) => pass.name === "skin: render mesh"));
     expected.forces.forEach((_, step) => {
-      scene.setTools(tools.map((tool) => ({ ...tool, points: positionAt(tool.path, step / 1000) })));
+      scene.setTools(tools.map((tool) => ({ ...tool, discRadius: tool.disc_radius, points: positionAt(tool.path, step / 1000) })));
       scene.touch(1e-3);
       if (step < Math.ceil((skins.length * 1000) / 60 - 1e-9)) return;
       assert.equal(scene.shape() | scene.skin(), 0);

@@ -1,7 +1,7 @@
-"""Touch an organ in real time: a tensor bundle, tools -> forces and the deformed shape.
+"""Touch an organ in real time: from a tensor bundle and tools to forces and the deformed shape.
 
-Lengths are metres, forces newtons, times seconds; points are rows x y z. Arrays of a bundle and of contacts are views, not
-copies; shapes are written into arrays of the caller's.
+Lengths are in metres, forces in newtons, times in seconds; points are rows x y z. Arrays of a bundle and of contacts are views, not
+copies. A scene writes shapes into arrays of the caller.
 """
 
 from palpate._palpate import (

@@ -130,7 +130,7 @@ class Tool:
         *,
         grips: Iterable[Grip] = ...,
         hold: bool = ...,
-        radius: float = ...,
+        disc_radius: float = ...,
         friction: float = ...,
     ) -> None: ...
     @property
@@ -139,7 +139,7 @@ class Tool:
     def points(self, to: npt.ArrayLike) -> None: ...
     grips: list[Grip]
     hold: bool
-    radius: float
+    disc_radius: float
     friction: float
 
 class PlanPass:

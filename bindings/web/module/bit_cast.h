@@ -1,4 +1,4 @@
-// std::bit_cast, which the C++ library of Debian's Emscripten does not have yet; put before every source of this build.
+// std::bit_cast, which the C++ library of Debian's Emscripten does not have yet. This build includes it before every source.
 #pragma once
 
 #ifdef __cplusplus

@@ -1,20 +1,21 @@
 // The runtime in a browser, a worker or Node: the C API of runtime/include/palpate/palpate.h, compiled to WebAssembly.
 // Units, costs and the meaning of every field are those of palpate.h. Arrays named "view" lie in the module's own memory and
-// are not copied; opening a bundle or creating a scene may move them, so ask for them again after that. A step never does.
+// are not copied. Opening a bundle or creating a scene may move them, so ask for them again afterwards; a step never moves them.
 
-/** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, radius?: number, friction?: number}} Tool
- *  points: x y z after one another, m; radius: m, of the disc about each point (contact "patch"). */
+/** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number}} Tool
+ *  points: x y z after one another, m; discRadius: m, of the flat disc that each point presses on the organ (contact "patch"). */
 /** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
- *  A touchable node, or a triangle and the place in it, held at a displacement, m. axes: bits 1, 2, 4 for x, y, z. */
+ *  Holds a touchable node, or a point of a triangle (barycentric weights), at a displacement from rest, m. axes: bits 1, 2, 4
+ *  impose x, y, z. */
 /** @typedef {{
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
  *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number
- * }} Effects What a scene calls for; what is left out is palpate_default_scene_def's. */
+ * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
- *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; read while the scene is created. */
+ *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
 /** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
 /** @typedef {{nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
  *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean}} BundleInfo */
@@ -32,7 +33,7 @@ const STATUS = ["ok", "truncated", "magic", "version", "section", "checksum", "c
 const ARGUMENT = 7, MEMORY = 8;
 const MAX_RELAXATION_TERMS = 8;
 
-/** Why a bundle or a scene was refused. */
+/** The reason why a bundle or a scene was refused. */
 export class PalpateError extends Error {
   /** @param {number} status @param {string} text @param {number} byteOffset */
   constructor(status, text, byteOffset = 0) {
@@ -45,17 +46,17 @@ export class PalpateError extends Error {
   }
 }
 
-// A module of one function that makes a v128: valid where the engine has SIMD.
+// A WebAssembly module with one function that uses a v128: valid where the engine has SIMD.
 const SIMD_PROBE = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0,
   253, 15, 253, 98, 11]);
 /** @returns {boolean} whether this engine takes palpate.wasm built with SIMD */
 export const hasSimd = () => typeof WebAssembly === "object" && WebAssembly.validate(SIMD_PROBE);
 
-/** Compiles and starts the runtime. One per thread; bundles and scenes of one are unknown to another.
+/** Compiles and starts the runtime. Each thread needs its own; bundles and scenes belong to the runtime that made them.
  *  @param {BufferSource | Promise<Response>} wasm the bytes of palpate.wasm, or fetch(...) of them
  *  @returns {Promise<Runtime>} */
 export async function loadRuntime(wasm) {
-  const imports = { env: { emscripten_notify_memory_growth() {} } };  // views look at memory.buffer themselves
+  const imports = { env: { emscripten_notify_memory_growth() {} } };  // views check memory.buffer themselves
   const source = wasm instanceof Promise ? await wasm : wasm;
   let bytes;
   if (source instanceof Response) {
@@ -96,7 +97,7 @@ export class Runtime {
     }
   }
 
-  /** The same for bytes that arrive piece by piece: each piece goes straight to its place.
+  /** The same for bytes that arrive piece by piece; each piece is copied to its final address.
    *  @param {ReadableStream<Uint8Array>} stream @param {number} expectedBytes 0 if unknown
    *  @param {(doneBytes: number) => void} [progress] @returns {Promise<Bundle>} */
   async openBundleStream(stream, expectedBytes, progress) {
@@ -114,7 +115,7 @@ export class Runtime {
     }
   }
 
-  /** Calls with room for a palpate_error and a pointer to fill. @param {(out: number, error: number) => number} call
+  /** Makes a call that fills a pointer and a palpate_error. @param {(out: number, error: number) => number} call
    *  @returns {number} the pointer */
   open(call) {
     const { heap } = this;
@@ -140,7 +141,7 @@ export class Bundle {
     /** @type {BundleInfo} */
     this.info = this.#describe();
     const size = heap.take(4), text = api.palpate_bundle_provenance(this.pointer, size) >>> 0;
-    /** JSON: what the bundle was made from (formats/BUNDLE.md) */
+    /** JSON: organ, element, sources of the bundle (formats/BUNDLE.md) */
     this.provenance = heap.utf8(text, heap.u32(size));
     heap.release(size);
   }
@@ -160,7 +161,7 @@ export class Bundle {
     return info;
   }
 
-  /** view [N][3] m: rest positions, the surface's first */
+  /** view [N][3] m: positions as meshed, surface nodes first */
   get nodes() {
     return new Float64Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_nodes(this.pointer) >>> 0, 3 * this.info.nodeCount);
   }
@@ -176,7 +177,7 @@ export class Bundle {
   get touchable() {
     return new Int32Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_touchable(this.pointer) >>> 0, this.info.touchableCount);
   }
-  /** view [N][3]: 1 where a degree of freedom is held */
+  /** view [N][3]: 1 where a node is fixed along x, y or z */
   get fixed() {
     return new Uint8Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_fixed(this.pointer) >>> 0, 3 * this.info.nodeCount);
   }
@@ -200,7 +201,7 @@ export class Bundle {
 
 export class Scene {
   #toolCount = 0;
-  // Where in the module's memory: tools, their points and grips, contacts, the palpate_shape_out and its arrays.
+  // Addresses in the module's memory: tools, their points and grips, contacts, the palpate_shape_out and its arrays.
   #memory = 0;
   #toolsAt = 0;
   #pointsAt = 0;
@@ -219,7 +220,7 @@ export class Scene {
     this.bundle = bundle;
     this.runtime = runtime;
     const def = heap.take(runtime.field("palpate_scene_def"));
-    /** vertices that skin() fills: the render mesh's */
+    /** vertices of the render mesh, which skin() fills */
     this.vertexCount = (effects.renderMesh?.positions.length ?? 0) / 3;
     this.hasNormals = !!effects.renderMesh?.normals;
     let mesh = 0;
@@ -232,7 +233,7 @@ export class Scene {
       this.maxTools = limit("max_tools");
       this.maxPoints = limit("max_points");
       const shape = limit("shape");
-      /** nodes that shape() fills: none, the surface's or all */
+      /** nodes that shape() fills: none, those of the surface, or all */
       this.nodeCount = [0, bundle.info.surfaceNodeCount, bundle.info.nodeCount][shape] ?? 0;
     } finally {
       heap.release(def);
@@ -241,7 +242,7 @@ export class Scene {
     this.#takeMemory();
   }
 
-  // All that steps need, in one piece: tools, their points and grips, contacts, the shape's arrays.
+  // Allocates all memory of the steps at once: tools, their points and grips, contacts, the shape's arrays.
   #takeMemory() {
     const { runtime } = this, { api, heap } = runtime;
     const sizes = [
@@ -279,7 +280,7 @@ export class Scene {
     return passes;
   }
 
-  /** What the next touch is given. @param {Tool[]} tools in the same order every step */
+  /** Sets the tools for the next touch. @param {Tool[]} tools in the same order in every step */
   setTools(tools) {
     if (tools.length > this.maxTools) throw new RangeError(`${tools.length} tools; the scene was made for ${this.maxTools}`);
     tools.forEach((tool, index) => this.#setTool(index, tool));
@@ -304,7 +305,7 @@ export class Scene {
     data.setUint32(field("grips"), gripsAt, true);
     data.setInt32(field("grip_count"), grips.length, true);
     data.setInt32(field("hold"), tool.hold ? 1 : 0, true);
-    data.setFloat64(field("radius"), tool.radius ?? 0, true);
+    data.setFloat64(field("disc_radius"), tool.discRadius ?? 0, true);
     data.setFloat64(field("friction"), tool.friction ?? 0, true);
   }
 
@@ -321,27 +322,27 @@ export class Scene {
     data.setUint32(field("axes"), grip.axes ?? 7, true);
   }
 
-  /** The haptic half: collision, contacts, forces. @param {number} dt s since the last touch
+  /** The touch half of a step: collision, contacts, forces. @param {number} dt s since the last touch
    *  @returns {number} flag bits of palpate.h, 0: full trust */
   touch(dt) {
-    return this.runtime.api.palpate_touch(this.pointer, this.#toolsAt, this.#toolCount, dt, this.#contactsAt) >>> 0;
+    return this.runtime.api.palpate_scene_touch(this.pointer, this.#toolsAt, this.#toolCount, dt, this.#contactsAt) >>> 0;
   }
 
-  /** The render half: fills positions and displacements from the last touch's contacts. @returns {number} flag bits */
+  /** The shape half of a step: fills positions and displacements from the last touch's contacts. @returns {number} flag bits */
   shape() {
-    return this.runtime.api.palpate_shape(this.pointer, this.#contactsAt, this.#shapeAt) >>> 0;
+    return this.runtime.api.palpate_scene_shape(this.pointer, this.#contactsAt, this.#shapeAt) >>> 0;
   }
 
-  /** The render mesh under the last shape(): fills skinPositions and skinNormals. @returns {number} flag bits */
+  /** Moves the render mesh with the last shape(): fills skinPositions and skinNormals. @returns {number} flag bits */
   skin() {
-    return this.runtime.api.palpate_skin(this.pointer, this.#shapeAt, this.#skinAt) >>> 0;
+    return this.runtime.api.palpate_scene_skin(this.pointer, this.#shapeAt, this.#skinAt) >>> 0;
   }
 
-  /** view [3] N: what the organ does to the tool, limited. @param {number} tool */
+  /** view [3] N: force on the tool, within the scene's limits. @param {number} tool */
   force(tool) {
     return this.#toolVector(tool, "force");
   }
-  /** view [3] N: the same before the limits. @param {number} tool */
+  /** view [3] N: force on the tool before those limits. @param {number} tool */
   forceRaw(tool) {
     return this.#toolVector(tool, "force_raw");
   }
@@ -352,7 +353,7 @@ export class Scene {
     return new Float64Array(runtime.heap.buffer, at + runtime.field(`palpate_tool_state.${name}`), 3);
   }
 
-  /** Contacts of a tool. @param {number} tool @returns {number} */
+  /** The number of a tool's contacts. @param {number} tool @returns {number} */
   contactCount(tool) {
     const { runtime } = this;
     return runtime.heap.i32(this.#contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state") +
@@ -377,7 +378,7 @@ export class Scene {
     return new Float32Array(this.runtime.heap.buffer, this.#skinNormalsAt, this.hasNormals ? 3 * this.vertexCount : 0);
   }
 
-  /** The contacts as plain bytes, view: copy them to another scene's contactBytes of the same bundle and limits. */
+  /** view: the contacts as plain bytes. They may be copied to contactBytes of another scene with the same bundle and limits. */
   get contactBytes() {
     const used = this.runtime.heap.u32(this.#contactsAt + this.runtime.field("palpate_contacts.used_bytes"));
     return new Uint8Array(this.runtime.heap.buffer, this.#contactsAt, used);
@@ -385,7 +386,7 @@ export class Scene {
 
   /** Forgets contacts, last positions and forces. */
   reset() {
-    this.runtime.api.palpate_reset(this.pointer);
+    this.runtime.api.palpate_scene_reset(this.pointer);
   }
 
   destroy() {
@@ -422,7 +423,7 @@ function fillSceneDef(runtime, def, effects) {
   if (effects.forceSlew !== undefined) data.setFloat64(field("force_slew"), effects.forceSlew, true);
 }
 
-// Copies the mesh to where the scene reads it while it is created. Returns what is to be released then.
+// Copies the mesh into the module's memory for palpate_scene_create. Returns the memory, which the caller then releases.
 /** @param {Runtime} runtime @param {number} def @param {RenderMesh} mesh @returns {number} */
 function lendRenderMesh(runtime, def, { positions, normals }) {
   if (positions.length % 3 || (normals && normals.length !== positions.length))
@@ -447,7 +448,7 @@ function readFields(api, heap) {
   return fields;
 }
 
-// The module's memory. Growing it detaches every array over it, so they are made anew where the buffer has changed.
+// The module's memory. Growing it detaches all arrays over it, so they are created again where the buffer has changed.
 class Heap {
   #data = new DataView(new ArrayBuffer(0));
   #bytes = new Uint8Array(0);
@@ -472,7 +473,7 @@ class Heap {
   take(bytes) {
     const at = this.api.malloc(bytes) >>> 0;
     if (at === 0)
-      throw new PalpateError(MEMORY, `${bytes} bytes are more than this page may have; pack the bundle (palpate-bundle pack)`);
+      throw new PalpateError(MEMORY, `${bytes} bytes are more memory than the browser gives this page; make the bundle smaller with palpate-bundle pack`);
     return at;
   }
   /** @param {number} at */
@@ -487,7 +488,7 @@ class Heap {
   i32(at) {
     return this.data.getInt32(at, true);
   }
-  /** Text that a zero ends. @param {number} at */
+  /** Text up to a zero. @param {number} at */
   text(at) {
     return this.utf8(at, this.bytes.indexOf(0, at) - at);
   }
@@ -497,7 +498,8 @@ class Heap {
   }
 }
 
-// Bytes of a bundle in the module's memory, 64-byte aligned, as palpate_bundle_open asks; grown where more come than expected.
+// The bytes of a bundle in the module's memory, 64-byte aligned as palpate_bundle_open demands. Grows where more bytes arrive than
+// expected.
 class HeapBytes {
   /** @param {Heap} heap @param {number} capacity */
   constructor(heap, capacity) {

@@ -1,10 +1,10 @@
-/* Where the C API's structs have their fields in this build, by name, for the JavaScript that fills and reads them: one list,
- * so that a field which moves in palpate.h moves there too, and one that is renamed is missed when the module is loaded. */
+/* The offsets of the C API's struct fields in this build, by name, for the JavaScript that reads and writes them. A field that moves
+ * in palpate.h moves in this list; a field that palpate.h renames does not compile. */
 #include <palpate/palpate.h>
 
 typedef struct palpate_web_field {
   const char* name; /* NULL ends the list */
-  int32_t offset;   /* bytes; of a name without a dot: the struct's size */
+  int32_t offset;   /* bytes; for a name without a dot the size of the struct */
 } palpate_web_field;
 
 #define SIZE(type) \
@@ -66,7 +66,7 @@ static const palpate_web_field fields[] = {
     FIELD(palpate_tool, grips),
     FIELD(palpate_tool, grip_count),
     FIELD(palpate_tool, hold),
-    FIELD(palpate_tool, radius),
+    FIELD(palpate_tool, disc_radius),
     FIELD(palpate_tool, friction),
     SIZE(palpate_contact_node),
     FIELD(palpate_contact_node, node),

@@ -1,7 +1,7 @@
 // palpate.hpp - palpate.h for C++17: owners that release what they own, and errors that can be thrown.
 //
-// Opening and creating throw palpate::Error, or return an empty owner when a palpate_error* is passed. A step never
-// throws, allocates or locks. Everything else is palpate.h.
+// The constructors throw palpate::Error. open_file and create return an empty owner and fill *error instead. A step never
+// throws, allocates or locks. palpate.h documents everything else.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -21,7 +21,7 @@ struct Error : std::runtime_error {
   palpate_error detail;
 };
 
-// A tensor bundle; constant, may be shared between threads. Outlives its scenes.
+// A tensor bundle. It is constant, so threads may share it. It must outlive its scenes.
 class Bundle {
  public:
   Bundle() = default;
@@ -67,7 +67,7 @@ class Bundle {
   std::unique_ptr<palpate_bundle, Close> handle_;
 };
 
-// What touch hands to shape: plain bytes, sized for one scene; copy used() bytes of them anywhere.
+// Room for the palpate_contacts of one scene, which touch fills and shape reads: plain bytes, of which used_bytes are in use.
 class Contacts {
  public:
   explicit Contacts(std::size_t bytes) : words_(bytes / 8 + 1) {}
@@ -80,7 +80,7 @@ class Contacts {
   std::vector<std::uint64_t> words_;
 };
 
-// One organ under one set of effects. touch belongs to one thread and shape to one thread; they may differ.
+// One organ under one set of effects. touch and reset belong to one thread, shape and skin to one thread, which may be another.
 class Scene {
  public:
   // Throws Error.
@@ -101,15 +101,15 @@ class Scene {
   Contacts make_contacts() const { return Contacts(palpate_contacts_bytes(get())); }
 
   palpate_step_flags touch(const palpate_tool* tools, std::int32_t count, double dt, Contacts& contacts) noexcept {
-    return palpate_touch(get(), tools, count, dt, contacts.get());
+    return palpate_scene_touch(get(), tools, count, dt, contacts.get());
   }
   palpate_step_flags shape(const Contacts& contacts, palpate_shape_out& out) noexcept {
-    return palpate_shape(get(), contacts.get(), &out);
+    return palpate_scene_shape(get(), contacts.get(), &out);
   }
   palpate_step_flags skin(const palpate_shape_out& shape, palpate_skin_out& out) noexcept {
-    return palpate_skin(get(), &shape, &out);
+    return palpate_scene_skin(get(), &shape, &out);
   }
-  void reset() noexcept { palpate_reset(get()); }
+  void reset() noexcept { palpate_scene_reset(get()); }
 
  private:
   struct Destroy {

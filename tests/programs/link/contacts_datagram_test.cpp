@@ -66,7 +66,7 @@ class ContactsDatagram : public tests::LinkedScene {
 
 TEST_F(ContactsDatagram, ComesAsItWasSentInEveryStep) {
   tests::OwnContacts sent(*player_);
-  palpate_reset(player_->runtime_scene());
+  palpate_scene_reset(player_->runtime_scene());
   int with_nodes = 0;
   for (std::uint64_t step = 0; step < player_->touch_count(); ++step) {
     const double time = static_cast<double>(step) / 1000;
@@ -164,7 +164,7 @@ TEST_F(ContactsDatagram, SaysWhatIsWrong) {
   }
 }
 
-// An attacker sends extreme values with a right checksum: what the receiver accepts must be safe for palpate_shape.
+// An attacker sends extreme values with a right checksum: what the receiver accepts must be safe for palpate_scene_shape.
 TEST_F(ContactsDatagram, SealedWithExtremesIsRefusedOrDrawsAFiniteShape) {
   Player drawing(scene(), bundle(), Half::shape);
   int taken = 0, refused = 0;

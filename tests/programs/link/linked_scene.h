@@ -72,7 +72,7 @@ inline std::vector<Bytes> datagrams_of(Player& player, std::uint64_t bundle, std
   DatagramNote note;
   note.bundle = bundle;
   note.session = session;
-  palpate_reset(player.runtime_scene());
+  palpate_scene_reset(player.runtime_scene());
   const double rate = player.scene().touch_hz;
   for (std::uint64_t step = 0; step < player.touch_count(); ++step) {
     note.time = static_cast<double>(step) / rate;
@@ -89,7 +89,7 @@ inline std::vector<Bytes> datagrams_of(Player& player, std::uint64_t bundle, std
 inline std::vector<float> shape_of(Player& player, const palpate_contacts* contacts) {
   std::vector<float> positions(3 * static_cast<std::size_t>(player.shape_node_count()));
   palpate_shape_out out = {nullptr, positions.data(), player.shape_node_count(), 0};
-  EXPECT_EQ(palpate_shape(player.runtime_scene(), contacts, &out), 0u);
+  EXPECT_EQ(palpate_scene_shape(player.runtime_scene(), contacts, &out), 0u);
   EXPECT_EQ(out.node_count, player.shape_node_count());
   return positions;
 }

@@ -67,7 +67,7 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
     const double share = step / 1000.0 / 0.1;  // the same straight line, in metres
     const double point[3] = {0.041, 0.026, 0.044 + share * (0.035 - 0.044)};
     const palpate_tool tool = {point, 1, nullptr, 0, 0, 0, 0};
-    const auto flags = palpate_touch(scene, &tool, 1, 1e-3, contacts);
+    const auto flags = palpate_scene_touch(scene, &tool, 1, 1e-3, contacts);
     const Row& row = rows[step];
     EXPECT_EQ(std::stoul(row.at("flags")), flags);
     EXPECT_EQ(std::stoi(row.at("contacts")), contacts->tools[0].contact_count);

@@ -74,14 +74,18 @@ TEST_F(SceneFile, HasTheRuntimesDefaults) {
 }
 
 TEST_F(SceneFile, MakesAPatchOfAToolWithARadius) {
-  const SceneConfig scene = read(kPoint + kPath + "radius = 3\nfriction = 0.2\n", "[effects]\nlaw = \"coulomb\"\n");
+  const SceneConfig scene =
+      read(kPoint + kPath + "disc_radius = 3\nfriction = 0.2\n", "[effects]\nlaw = \"coulomb\"\n");
   EXPECT_EQ(scene.contact, SceneConfig::Contact::patch);
   EXPECT_EQ(scene.law, SceneConfig::Law::coulomb);
-  EXPECT_DOUBLE_EQ(scene.tools.at(0).radius, 0.003);
+  EXPECT_DOUBLE_EQ(scene.tools.at(0).disc_radius, 0.003);
   EXPECT_DOUBLE_EQ(scene.tools.at(0).friction, 0.2);
-  expect_refused(kPoint + kPath + "radius = 0\n", "", "scene.toml:7: [[tool]] 1: radius: expected a length above 0");
-  expect_refused(kPoint + kPath + "radius = 1001\n", "", "a length of at most 1 m");
-  expect_refused(kPoint + kPath + "radius = 3\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
+  EXPECT_DOUBLE_EQ(read(kPoint + kPath + "radius = 3\n").tools.at(0).disc_radius, 0.003);  // the key's earlier name
+  expect_refused(kPoint + kPath + "radius = 3\ndisc_radius = 3\n", "", "disc_radius alone");
+  expect_refused(kPoint + kPath + "disc_radius = 0\n", "",
+                 "scene.toml:7: [[tool]] 1: disc_radius: expected a length above 0");
+  expect_refused(kPoint + kPath + "disc_radius = 1001\n", "", "a length of at most 1 m");
+  expect_refused(kPoint + kPath + "disc_radius = 3\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
   expect_refused(kPoint + kPath + "friction = 0.2\n", "", "law = \"coulomb\"");
   expect_refused(kPoint + kPath + "friction = -1\n", "[effects]\nlaw = \"coulomb\"\n", "a coefficient of 0 to 100");
 }

@@ -1,4 +1,4 @@
-// Colour by displacement: from the organ's own tone to pale yellow, lighter all the way, so that it reads without colour too.
+// Colour by displacement, from the organ's own tone to pale yellow. Brightness rises all the way, so the scale reads in grey too.
 const STOPS: [number, number, number][] = [[152, 74, 70], [191, 98, 66], [221, 139, 68], [241, 190, 96], [253, 238, 178]];
 export const GRADIENT = `linear-gradient(to top, ${STOPS.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;
 
@@ -6,7 +6,7 @@ const linear = (byte: number) => Math.pow(byte / 255, 2.2);
 const LINEAR_STOPS = STOPS.map((stop) => stop.map(linear));
 export const TISSUE = LINEAR_STOPS[0] as [number, number, number];
 
-// lengths [nodes] m -> colours [nodes][3], linear light; `most` m is the palest.
+// lengths [nodes] m -> colours [nodes][3], linear light; a length of `most` (m) gets the palest colour.
 export function colourByDisplacement(lengths: Float32Array, most: number, colours: Float32Array) {
   const last = STOPS.length - 1;
   for (let n = 0; n < lengths.length; ++n) {
@@ -15,7 +15,7 @@ export function colourByDisplacement(lengths: Float32Array, most: number, colour
   }
 }
 
-// The next of 1, 2, 5, 10, ... that holds the value.
+// The smallest of 1, 2, 5, 10, ... that is not below the value.
 export function roundUp(value: number): number {
   const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-12)));
   return [1, 2, 5, 10].map((m) => m * power).find((m) => m >= value * (1 - 1e-9)) ?? 10 * power;

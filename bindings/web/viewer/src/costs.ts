@@ -1,4 +1,4 @@
-// What each effect costs: the same press with it and without it.
+// Measures what each effect costs: plays the same press with the effect and without it.
 import type { Bundle, RenderMesh } from "../../module/palpate.js";
 import type { Cost, PageEffects, ToolShape, Vector } from "./messages";
 import { TouchScene } from "./touch_scene";
@@ -8,7 +8,7 @@ const TOUCHES = 100;
 const SHAPES = 20;
 const PRESS_STEP = 1e-5; // m per touch
 
-// For each switch of the page: the effects with it off, and on.
+// For each switch of the page: the effects with this switch off, and on.
 const SWITCHES: Record<string, [PageEffects, PageEffects]> = {
   follow: [{ collision: "rest" }, { collision: "deformed" }],
   contact: [{ contact: "point" }, { contact: "patch" }],
@@ -24,18 +24,18 @@ const SWITCHES: Record<string, [PageEffects, PageEffects]> = {
 export function measureCosts(bundle: Bundle, effects: PageEffects, tool: ToolShape, mesh: RenderMesh | null, relaxation: PageEffects["relaxation"],
                              available: (effect: string) => boolean, place: Vector, normal: Vector): Cost[] {
   const names = Object.keys(SWITCHES).filter(available);
-  const base: PageEffects = { ...effects, fine: false }; // which takes so long that the others would be lost in it
+  const base: PageEffects = { ...effects, fine: false }; // the finer mesh takes so long that it would hide the others' cost
   const variant = (change: PageEffects): TouchScene | null => {
     try {
       return new TouchScene(bundle, { ...base, ...change }, tool, mesh);
     } catch {
-      return null; // the bundle has nothing for it
+      return null; // the bundle lacks a section that the effect needs
     }
   };
   return names.flatMap((effect) => {
     const [off, on] = SWITCHES[effect];
     const without = variant(off);
-    // A choice of several keeps what is chosen; a switch that is off is measured as if it were on.
+    // A choice of several values keeps its value; a switch that is off is measured as if it were on.
     const chosen = Object.entries(off).every(([key, value]) => same(base[key as keyof PageEffects], value));
     const withIt = variant(chosen ? (effect === "relaxation" ? { relaxation } : on) : {});
     const cost = without && withIt ? difference(withIt, without, place, normal) : null;
@@ -47,7 +47,7 @@ export function measureCosts(bundle: Bundle, effects: PageEffects, tool: ToolSha
 
 const same = (a: unknown, b: unknown) => JSON.stringify(a) === JSON.stringify(b);
 
-// The fastest round of each: what interrupts a round only makes it slower.
+// The fastest round of each counts: an interruption can only make a round slower.
 function difference(withIt: TouchScene, without: TouchScene, place: Vector, normal: Vector) {
   const best = { touch: [Infinity, Infinity], shape: [Infinity, Infinity] };
   for (let round = 0; round < ROUNDS; ++round)

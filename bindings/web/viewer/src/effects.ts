@@ -1,21 +1,21 @@
-// The effects as the page shows them: a line each, with a switch or a choice.
+// The effects as the page shows them: one line each, with a switch or a choice.
 import type { BundleInfo } from "../../module/palpate.js";
 import type { PageEffects, ToolShape } from "./messages";
 
 export const DEFAULT_EFFECTS: PageEffects = {
   collision: "rest", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [], fine: false,
 };
-export const DEFAULT_TOOL: ToolShape = { radius: 0.006, friction: 0.3 };
+export const DEFAULT_TOOL: ToolShape = { discRadius: 0.006, friction: 0.3 };
 
-// Swine brain's, after Miller and Chinzei (1997): shares of the force at once that are lost, and their times.
+// Swine brain, Miller and Chinzei (1997): the shares by which the instantaneous force decays, and their time constants.
 export const BRAIN_RELAXATION = [{ share: 0.45, time: 0.5 }, { share: 0.365, time: 50 }];
 
 export interface EffectLine {
   effect: string;
   label: string;
   about: string;
-  choices?: [word: string, label: string][]; // of a list; without: a switch
-  cheapest: string | boolean; // the value that costs least: costs are told against it
+  choices?: [word: string, label: string][]; // the values of a list; undefined: a switch
+  cheapest: string | boolean; // the value that costs least, with which costs are compared
   value: (effects: PageEffects) => string | boolean;
   change: (value: string | boolean) => PageEffects;
 }
@@ -70,7 +70,7 @@ export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean):
   return true;
 }
 
-// What the flag bits of palpate.h mean to whoever looks on.
+// The step flags of palpate.h in words for the page.
 const FLAG_WORDS: [bit: number, words: string][] = [
   [1 << 1, "more contacts than the scene has room for"],
   [1 << 2, "the tools ask for what cannot be: one gives way"],

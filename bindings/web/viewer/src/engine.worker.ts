@@ -1,4 +1,4 @@
-// The engine's thread: opens bundles, touches at a fixed rate of its own, shapes when the page asks for a frame.
+// The engine's thread: opens bundles, touches at a fixed rate, and computes a shape when the page asks for a frame.
 import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
 import { hasSimd, loadRuntime, PalpateError, type Bundle, type RenderMesh, type Runtime } from "../../module/palpate.js";
@@ -12,8 +12,8 @@ import { Recorder, recordedTool, type RecordedTool } from "./recorder";
 import { ToolMotion } from "./tool_motion";
 import { TouchScene } from "./touch_scene";
 
-const MOST_DUE = 100; // touches that are caught up with; what is late by more is left out
-const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left: forces that relax, slews that end
+const MOST_DUE = 100; // a late loop runs at most this many touches to catch up and leaves out the others
+const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
 const SAMPLE_EVERY = 4; // touches per point of the plot
 
 const say = (message: FromWorker, transfer: Transferable[] = []) => postMessage(message, { transfer });
@@ -115,14 +115,14 @@ function changeEffects(wanted: PageEffects, tool: typeof DEFAULT_TOOL) {
 // ---- the touch loop --------------------------------------------------------------------------------------------------
 
 let running = false;
-let began = 0; // ms: when step 0 of this run was due
+let began = 0; // ms: the time at which step 0 of this run was due
 let stepsDone = 0;
 let quiet = 0; // touches since the last tool left
 let lost = 0;
 let flags = 0;
-let stale = true; // the shape is older than the touches
+let stale = true; // touches have changed the contacts since the last shape
 let touches = 0; // since the last frame
-let shapeMs = 0; // of the newest shape
+let shapeMs = 0; // time of the newest shape
 let samples: Sample[] = [];
 let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
 const met: (Vector | null)[] = Array(TOOL_COUNT).fill(null); // where each tool met the organ
@@ -205,7 +205,7 @@ function place(index: number, target: ToolTarget) {
   if (replay) return;
   const motion = motions[index];
   if (!motion && !target.down) return;
-  // A new place is a new tool: it comes from its own start.
+  // A press elsewhere is a new tool, which begins at its own start.
   if (motion && distance(motion.target.start, target.start) === 0) motion.target = target;
   else if (target.down) motions[index] = new ToolMotion(target);
   run();

@@ -1,4 +1,4 @@
-// The live plot of force against depth: this touch's trace for each tool, axes that grow.
+// The live plot of force against depth: one curve per tool for the present touch; the axes grow with the values.
 import { roundUp } from "./colours";
 import { TOOL_COUNT, type Sample } from "./messages";
 

@@ -1,4 +1,4 @@
-// The page: worker's words -> what is seen, the user's doing -> worker.
+// The page: shows what the worker sends, and sends what the user does to the worker.
 import type { BundleInfo } from "../../module/palpate.js";
 import { GRADIENT } from "./colours";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords, isAvailable } from "./effects";
@@ -21,13 +21,13 @@ type State = "loading" | "ready" | "empty" | "error" | "unable";
 const state = (now: State) => (document.body.dataset.state = now);
 
 function begin() {
-  if (typeof WebAssembly !== "object") return unable("It has no WebAssembly, in which the organ is computed. Any browser since 2017 has it, unless it is switched off.");
+  if (typeof WebAssembly !== "object") return unable("The browser has no WebAssembly, which computes the organ. Browsers have had it since 2017; it may be switched off.");
   const canvas = byId<HTMLCanvasElement>("organ");
   let view: OrganView;
   try {
     view = new OrganView(canvas);
   } catch {
-    return unable("It gives the page no WebGL, in which the organ is drawn. It may be switched off, or the graphics driver not be trusted.");
+    return unable("The browser has no WebGL, which draws the organ. WebGL may be switched off, or the browser may not trust the graphics driver.");
   }
   Object.assign(globalThis, { palpateViewer: new Viewer(canvas, view) }); // for scripts: see `shown`
 }
@@ -49,11 +49,11 @@ class Viewer {
   private tool = { ...DEFAULT_TOOL };
   private info: BundleInfo | null = null;
   private opened = false;
-  private pressed: Hit | null = null; // the last place that was touched
+  private pressed: Hit | null = null; // the point of the last press
   private recorded = false;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
-  private moved = false; // the newest shape is not drawn yet
-  private waiting = false; // for a frame of the worker's
+  private moved = false; // the newest shape is not yet drawn
+  private waiting = false; // for a frame of the worker
   private buffer: ArrayBuffer | null = null;
   private lastTouch = 0; // ms
   private measured = false;
@@ -125,7 +125,7 @@ class Viewer {
     this.view.open(mesh);
     this.fine = null;
     this.showEffects();
-    byId<HTMLInputElement>("radius").value = String(1000 * this.tool.radius);
+    byId<HTMLInputElement>("radius").value = String(1000 * this.tool.discRadius);
     this.showRadius();
     const name = String(provenance.organ ?? "organ");
     byId("name").textContent = name;
@@ -144,7 +144,7 @@ class Viewer {
     this.lastTouch = performance.now();
   }
 
-  // A finer surface for the organ that is open.
+  // Opens a finer surface for the open organ.
   private drawFine(name: string, bytes: ArrayBuffer) {
     try {
       this.fine = readFineMesh(bytes, this.view.radius);
@@ -186,7 +186,7 @@ class Viewer {
     this.changeEffects(DEFAULT_EFFECTS);
   }
 
-  // A bundle, and a finer surface with it; or one of them, or a path, for the organ that is open.
+  // Files that the user drops: a bundle, perhaps with a finer surface; or a finer surface or a path for the open organ.
   private async openFiles(files: Iterable<File>) {
     const all = [...files], ending = (ends: string) => all.find((file) => file.name.toLowerCase().endsWith(ends));
     const path = ending(".csv"), fine = ending(".ply"), bundle = all.find((file) => file !== path && file !== fine);
@@ -239,7 +239,7 @@ class Viewer {
     this.tell({ type: "replay", recording });
   }
 
-  // The organ's place in the middle of the view, or near it.
+  // The point of the organ in the middle of the view, or near it.
   private front(): Hit | null {
     const { clientWidth: width, clientHeight: height } = byId("organ");
     for (const [x, y] of [[0.5, 0.5], [0.5, 0.4], [0.4, 0.5], [0.6, 0.5], [0.5, 0.6]]) {
@@ -306,7 +306,7 @@ class Viewer {
       byId("cross").hidden = true;
       this.pointer.key(false);
     });
-    // The ring and the cross are for whoever has come by keyboard.
+    // The ring and the cross are shown to users of the keyboard alone.
     const byKeys = (on: boolean) => {
       canvas.classList.toggle("by-keys", on);
       byId("cross").hidden = !on;
@@ -332,8 +332,8 @@ class Viewer {
   // ---- showing -------------------------------------------------------------------------------------------------------
 
   private showRadius() {
-    this.tool.radius = Number(byId<HTMLInputElement>("radius").value) / 1000;
-    byId("radius-mm").textContent = `${1000 * this.tool.radius} mm`;
+    this.tool.discRadius = Number(byId<HTMLInputElement>("radius").value) / 1000;
+    byId("radius-mm").textContent = `${1000 * this.tool.discRadius} mm`;
   }
 
   private show() {
@@ -371,7 +371,7 @@ class Viewer {
   private take(frame: Frame) {
     this.waiting = false;
     const nodes = this.info?.surfaceNodeCount ?? 0, { inside, vertices } = frame;
-    if (frame.buffer.byteLength !== frameBytes(nodes, inside, vertices) || (vertices && 3 * vertices !== this.fine?.positions.length)) return; // of the bundle or the mesh before
+    if (frame.buffer.byteLength !== frameBytes(nodes, inside, vertices) || (vertices && 3 * vertices !== this.fine?.positions.length)) return; // a frame of the bundle or mesh that was open before
     if (frame.changed) {
       const { fine, ...shape } = frameArrays(frame.buffer.slice(0), nodes, inside, vertices);
       this.newest = { shape: { ...shape, fine: vertices ? fine : null }, frame };
@@ -409,7 +409,7 @@ class Viewer {
 
   private showTools() {
     const frames = this.newest?.frame.tools ?? [];
-    const radius = this.effects.contact === "patch" ? this.tool.radius : 0;
+    const radius = this.effects.contact === "patch" ? this.tool.discRadius : 0;
     const places = this.view.moveTools(frames, radius), labels = byId("labels");
     while (labels.childElementCount < places.length) labels.append(document.createElement("span"));
     places.forEach((at, t) => {
@@ -428,7 +428,7 @@ class Viewer {
     this.tell({ type: "measure", place: hit.place, normal: hit.normal });
   }
 
-  // For scripts: what is shown now.
+  // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
     return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed };
@@ -452,7 +452,7 @@ class FrameClock {
   }
 }
 
-// A file of the server's; null where it has none.
+// A file from the server; null where the server does not have it.
 async function fetched(url: string) {
   const answer = await fetch(url).catch(() => null);
   const bytes = answer?.ok ? await answer.arrayBuffer().catch(() => null) : null;

@@ -1,27 +1,27 @@
-// What the page and the worker say to one another.
+// The messages between the page and the worker.
 import type { BundleInfo, Effects, RenderMesh } from "../../module/palpate.js";
 
 export const TOOL_COUNT = 2;
 export const TOUCH_HZ = 1000;
 
 export interface ToolShape {
-  radius: number; // m, of the disc under contact "patch"
+  discRadius: number; // m, of the disc under contact "patch"
   friction: number; // of the law "coulomb"
 }
 
-// Where the pointer wants a tool. It comes to the organ from `start`, outside; when released it goes back there and is gone.
+// Where the pointer puts a tool. The tool comes to the organ from `start`, outside. When released it returns there and vanishes.
 export interface ToolTarget {
   start: Vector;
   point: Vector;
   grasp: Vector | null; // a tool that pulls goes here first, below the surface, and takes hold
   down: boolean; // false: released
 }
-// The runtime's, and whether a finer mesh of the page's is bound.
+// The runtime's effects, and whether a finer mesh of the page is bound.
 export type PageEffects = Omit<Effects, "renderMesh"> & { fine?: boolean };
 
 export type Vector = [number, number, number];
 
-// Where the tools were, touch by touch: [step][tool][x y z], NaN where there was none; hold: [step][tool].
+// The tools' positions, touch by touch: [step][tool][x y z], NaN without a tool; hold: [step][tool].
 export interface Recording {
   steps: number;
   points: Float64Array;
@@ -31,7 +31,7 @@ export interface Recording {
 export type ToWorker =
   | { type: "fetch"; url: string }
   | { type: "open"; name: string; bytes: ArrayBuffer }
-  | { type: "fine"; mesh: Required<RenderMesh> | null } // what `fine` then binds
+  | { type: "fine"; mesh: Required<RenderMesh> | null } // the mesh that the effect `fine` binds
   | { type: "effects"; effects: PageEffects; tool: ToolShape }
   | { type: "tool"; index: number; target: ToolTarget }
   | { type: "frame"; buffer: ArrayBuffer | null }
@@ -42,8 +42,8 @@ export type ToWorker =
 export interface Mesh {
   positions: Float32Array; // rest, [node][3] m, of the surface
   triangles: Uint32Array;
-  tetrahedra: Uint32Array; // none where the bundle has no interior
-  fixed: Int32Array; // surface nodes held in every direction
+  tetrahedra: Uint32Array; // empty where the bundle has no interior
+  fixed: Int32Array; // surface nodes that are fixed in every direction
   touchable: Int32Array;
 }
 
@@ -51,7 +51,7 @@ export interface ToolFrame {
   point: Vector;
   force: Vector; // N, on the tool
   contacts: number;
-  depth: number; // m, from where it met the organ; 0 while it has not
+  depth: number; // m, from the point where the tool met the organ; 0 before that
 }
 
 export interface Sample {
@@ -63,22 +63,22 @@ export interface Sample {
 export interface Frame {
   type: "frame";
   buffer: ArrayBuffer; // see frameArrays
-  inside: number; // nodes of the interior; 0: it is not computed
-  vertices: number; // of the finer mesh; 0: none follows
+  inside: number; // nodes of the interior; 0: not computed
+  vertices: number; // vertices of the finer mesh; 0: none is bound
   tools: (ToolFrame | null)[];
   samples: Sample[]; // since the last frame
-  changed: boolean; // the shape is not that of the frame before
+  changed: boolean; // the shape differs from that of the frame before
   flags: number; // of the last steps
   touchUs: number; // 0: nothing was timed since the last frame
   shapeUs: number;
-  lost: number; // touches that were left out because the page was held up
+  lost: number; // touches that were left out because the loop was late
   replaying: boolean;
-  recorded: boolean; // there is a touch to replay
+  recorded: boolean; // a touch was recorded, so a replay is possible
 }
 
 export const frameBytes = (nodes: number, inside: number, vertices: number) => 16 * nodes + 12 * inside + 28 * vertices;
 
-// What a frame's buffer holds: the surface's nodes, those inside, and the finer mesh.
+// The parts of a frame's buffer: surface nodes, inner nodes, finer mesh.
 export function frameArrays(buffer: ArrayBuffer, nodes: number, inside: number, vertices: number) {
   let at = 0;
   const next = (count: number) => new Float32Array(buffer, (at += 4 * count) - 4 * count, count);
@@ -87,7 +87,7 @@ export function frameArrays(buffer: ArrayBuffer, nodes: number, inside: number, 
 
 export interface Cost {
   effect: string;
-  touchUs: number; // what this effect adds, or would add
+  touchUs: number; // the time that this effect adds, or would add
   shapeUs: number;
 }
 

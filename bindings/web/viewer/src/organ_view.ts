@@ -35,7 +35,7 @@ export interface Shape {
   fine: { positions: Float32Array; normals: Float32Array; lengths: Float32Array } | null; // [vertex]
 }
 
-const FINE_HIDES = 0.004; // m: what lies on the surface's own nodes shows through this much of a finer one
+const FINE_HIDES = 0.004; // m: marks on the coarse surface show through a finer surface that lies up to this far above them
 
 export class OrganView {
   readonly camera = new PerspectiveCamera(32, 1, 0.005, 20);
@@ -45,7 +45,7 @@ export class OrganView {
   private scene = new Scene();
   private geometry = new BufferGeometry();
   private surface = new Object3(this.geometry, new MeshStandardMaterial({ vertexColors: true, roughness: 0.42, metalness: 0 }));
-  private fine = new Object3(new BufferGeometry(), this.surface.material); // drawn in the surface's place where it follows
+  private fine = new Object3(new BufferGeometry(), this.surface.material); // drawn instead of the surface where a finer mesh is bound
   private inside = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.5 }));
   private tetrahedra: Uint32Array<ArrayBufferLike> = new Uint32Array(0);
   private wire = new Object3(this.geometry, new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.35, depthWrite: false }));
@@ -90,7 +90,7 @@ export class OrganView {
     this.rest = mesh.positions;
     this.restNormals = (this.geometry.getAttribute("normal").array as Float32Array).slice();
     this.surface.geometry = this.wire.geometry = this.geometry;
-    // Points that share the surface's positions and follow it.
+    // Points that share the array of the surface's positions.
     for (const [points, list] of [[this.fixed, mesh.fixed], [this.touchable, mesh.touchable]] as const) {
       points.geometry.dispose();
       points.geometry = new BufferGeometry();
@@ -131,7 +131,7 @@ export class OrganView {
     this.controls.update();
   }
 
-  // Where everything is now. A finer mesh is drawn in the surface's place, and the interior through it.
+  // Takes the positions of a frame. A finer mesh is drawn instead of the surface, and the interior shows through it.
   move({ positions, inside, lengths, fine }: Shape) {
     this.moveInside(positions, inside);
     let most = 0.002;
@@ -151,7 +151,7 @@ export class OrganView {
     }
   }
 
-  // The edges between nodes of which one at least is inside: made when they are drawn for the first time.
+  // Edges between two nodes of which at least one is inside; computed when they are first drawn.
   private moveInside(positions: Float32Array, inside: Float32Array) {
     this.inside.visible = inside.length > 0;
     const skin = this.surface.material;
@@ -196,7 +196,7 @@ export class OrganView {
     for (const tool of this.tools) tool.dress(ink, force);
   }
 
-  // Returns where each tool's label goes, in pixels of the canvas.
+  // Returns the position of each tool's label, in pixels of the canvas.
   moveTools(frames: (ToolFrame | null)[], radius: number): ([x: number, y: number] | null)[] {
     return frames.map((frame, t) => {
       const tip = this.tools[t].move(frame, radius);
@@ -216,7 +216,7 @@ export class OrganView {
     return { triangle: hit.faceIndex!, barycentric, point: hit.point.toArray() as Vector, place: mix(this.rest), normal: normal.toArray() as Vector };
   }
 
-  // A point that is moved by pixels in the plane that faces the camera.
+  // Moves a point by pixels in the plane that faces the camera.
   drag(point: Vector, dx: number, dy: number): Vector {
     const metres = this.metresPerPixel(point);
     const right = new Vector3(), up = new Vector3();
@@ -262,7 +262,7 @@ export class OrganView {
   }
 }
 
-// Pairs of nodes; the first `surface` nodes are the surface's.
+// Pairs of nodes; nodes 0 .. surface-1 are on the surface.
 function edgesInside(tetrahedra: Uint32Array, surface: number): Uint32Array {
   const seen = new Set<number>(), edges: number[] = [];
   for (let t = 0; t < tetrahedra.length; t += 4)
@@ -282,7 +282,7 @@ function put(geometry: BufferGeometry, name: string, numbers: Float32Array) {
   attribute.needsUpdate = true;
 }
 
-// As deep in the picture as if it stood nearer to the camera by that much, m.
+// Draws an object as if it were nearer to the camera by this distance, m.
 function shownThrough(material: Material, by: number) {
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>
@@ -291,7 +291,7 @@ function shownThrough(material: Material, by: number) {
   };
 }
 
-// A disc or a ball where the tool is, and the arrow of the force on it.
+// A tool: a disc or a ball, and the arrow of the force on it.
 class ToolFigure {
   readonly group = new Group();
   private metal = new MeshStandardMaterial({ roughness: 0.35, metalness: 0.1, transparent: true, opacity: 0.85 });
@@ -306,7 +306,7 @@ class ToolFigure {
 
   constructor() {
     this.group.add(this.disc, this.rim, this.ball, this.arrow);
-    this.rim.renderOrder = 1; // seen where the surface closes over the disc
+    this.rim.renderOrder = 1; // stays visible where the surface closes over the disc
     this.group.visible = false;
     this.shaft.renderOrder = this.head.renderOrder = 2;
   }

@@ -1,7 +1,7 @@
 // Paths and forces as files: the CSV that palpate-run reads (path_csv, in metres) and writes (forces.csv).
 import { TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
 
-// Rows of s, x, y, z, m; '#' comments and one header line. Straight between rows, as palpate-run plays them.
+// Rows of time (s), x, y, z (m), with '#' comments and one header line. Linear between rows, as palpate-run plays them.
 export function recordingOfPath(text: string): Recording {
   const rows: number[][] = [];
   text.split(/\r?\n/).forEach((line, index) => {
@@ -36,7 +36,7 @@ function positionAt(rows: number[][], time: number): Vector {
   return a.map((x, d) => x + share * (b[d] - x)) as Vector;
 }
 
-// The first tool of a recording while it is there the first time.
+// The path of a recording's first tool, from when it first appears until it first leaves.
 export function pathOfRecording({ steps, points }: Recording): string {
   const rows = ["time_s,x_m,y_m,z_m"];
   for (let step = 0, begun = -1; step < steps; ++step) {
@@ -62,7 +62,7 @@ export function forcesFile({ steps, points }: Recording, forces: Float64Array): 
   return rows.join("\n") + "\n";
 }
 
-// The press that is played before any touch: in, held, out.
+// The press that is played before the user's first touch: in, held, out.
 export function demonstration(place: Vector, normal: Vector, depth = 0.012): Recording {
   const at = (height: number) => place.map((x, d) => x + height * normal[d]);
   const keys: [number, number][] = [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]];

@@ -1,4 +1,4 @@
-// The last touch, from the first tool that came down to the last that left, step by step.
+// Records a touch step by step, from the first tool that arrives to the last one that leaves.
 import { TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
 
 const MOST_STEPS = 60 * TOUCH_HZ;
@@ -37,7 +37,7 @@ export class Recorder {
   }
 }
 
-// The tool's state at a step of a recording.
+// A tool's state at one step of a recording.
 export function recordedTool(recording: Recording, step: number, tool: number): RecordedTool {
   const at = step * TOOL_COUNT + tool;
   const point = [...recording.points.subarray(3 * at, 3 * at + 3)] as Vector;

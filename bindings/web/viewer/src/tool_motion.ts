@@ -1,9 +1,9 @@
-// A tool between two words of the pointer: it follows its target without jumps, touch by touch.
+// Moves a tool between two messages of the pointer: it follows its target touch by touch, without jumps.
 import { TOUCH_HZ, type ToolTarget, type Vector } from "./messages";
 
-const FOLLOW = 1 - Math.exp(-1 / (0.012 * TOUCH_HZ)); // of the way per touch: 12 ms behind the pointer
+const FOLLOW = 1 - Math.exp(-1 / (0.012 * TOUCH_HZ)); // share of the remaining way per touch: the tool lags the pointer by 12 ms
 const RETREAT = 1 - Math.exp(-1 / (0.05 * TOUCH_HZ));
-const GONE = 2e-4; // m from its start: it has withdrawn
+const GONE = 2e-4; // m from its start: nearer than this the tool has withdrawn
 
 export class ToolMotion {
   point: Vector;
@@ -17,7 +17,7 @@ export class ToolMotion {
     return this.target.grasp !== null && this.target.down;
   }
 
-  // Moves on by one touch; meets: it was in contact in the last. False: the tool has withdrawn and is gone.
+  // Moves the tool by one touch. meets: the tool was in contact in the last touch. Returns false when it has withdrawn.
   step(meets: boolean): boolean {
     const { point, target } = this;
     this.grasped ||= meets;

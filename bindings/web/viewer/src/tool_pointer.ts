@@ -1,13 +1,13 @@
-// Mouse, fingers and keys -> where the tools should be.
+// From mouse, fingers and keys to the tools' targets.
 import { TOOL_COUNT, type ToolTarget, type Vector } from "./messages";
 import type { Hit, OrganView } from "./organ_view";
 
-const ABOVE = 0.002; // m over the surface: where a tool comes from
-const GRASP = 3e-4; // m: how far a pulling tool goes in to take hold
-const TOUCH_DOWN = 0.001; // m: a press that has not moved yet
+const ABOVE = 0.002; // m, height above the surface at which a tool starts
+const GRASP = 3e-4; // m, depth at which a pulling tool takes hold
+const TOUCH_DOWN = 0.001; // m, depth of a press before the pointer moves
 const DEEPEST = 0.03; // m
 const KEY_SPEED = 0.012; // m/s while space is held
-const KEYBOARD = -1; // in place of a pointer's id
+const KEYBOARD = -1; // stands for the id of a pointer
 
 export interface PointerOptions {
   pulls: () => boolean;
@@ -21,7 +21,7 @@ interface Held {
   pointer: number;
   index: number;
   hit: Hit;
-  place: Vector; // where it meets the surface
+  place: Vector; // the point where the tool meets the surface
   x: number;
   y: number;
   since: number; // ms
@@ -35,7 +35,7 @@ export class ToolPointer {
   private oldest = 0;
 
   constructor(private canvas: HTMLCanvasElement, private view: OrganView, private options: PointerOptions) {
-    // Before the camera's own listeners: a press on the organ is the tool's, beside it the camera's.
+    // Runs before the camera's listeners: a press on the organ moves a tool, a press beside it turns the camera.
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event), { capture: true });
     for (const end of ["pointerup", "pointercancel"] as const)
@@ -47,7 +47,7 @@ export class ToolPointer {
     return this.held.length > 0;
   }
 
-  // Every tool is taken away at once.
+  // Takes all tools away at once.
   forget() {
     this.held = [];
     this.targets.fill(null);
@@ -55,7 +55,7 @@ export class ToolPointer {
     this.view.controls.enabled = true;
   }
 
-  // Space went down or came up: a push at the middle of the view, deeper the longer.
+  // The space key: pushes at the middle of the view, deeper the longer it is held.
   key(down: boolean) {
     const held = this.held.find((h) => h.pointer === KEYBOARD);
     if (!down) return held && this.up(KEYBOARD);
@@ -64,7 +64,7 @@ export class ToolPointer {
     if (hit) this.take(KEYBOARD, hit, x, y);
   }
 
-  // Once per frame: what deepens with time.
+  // Once per frame: deepens the pushes that grow with time.
   tick() {
     const held = this.held.find((h) => h.pointer === KEYBOARD);
     if (held) this.aim(held, TOUCH_DOWN + ((performance.now() - held.since) / 1000) * KEY_SPEED, 0, 0);
@@ -94,7 +94,7 @@ export class ToolPointer {
     this.aim(held, TOUCH_DOWN, 0, 0);
   }
 
-  // A tool that is nowhere; else the one that has stayed longest without being held.
+  // A tool that is not in use; else the one that was released first.
   private freeTool(): number | null {
     const busy = (index: number) => this.held.some((h) => h.index === index);
     const free = this.targets.findIndex((target, index) => !target && !busy(index));
@@ -120,7 +120,7 @@ export class ToolPointer {
     this.aim(held, TOUCH_DOWN + Math.hypot(dx, dy) * held.scale * 0.5, dx, dy);
   }
 
-  // Pushes along the normal by the depth, or pulls where the pointer goes.
+  // Pushes along the normal to the depth, or pulls to where the pointer is.
   private aim(held: Held, depth: number, dx: number, dy: number) {
     const { target, hit, place } = held;
     const dragged = this.view.drag(hit.point, dx, dy);

@@ -1,16 +1,16 @@
-// A scene of the runtime and its two halves, timed: what the worker's loop steps.
+// A scene of the runtime whose two halves are timed; the worker's loop steps it.
 import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
 
 const POINTS = 1;
-const NODES_UNDER_DISC = 100; // as palpate-run: a hundred nodes of a fine mesh
+const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
 
 export class TouchScene {
   readonly scene: Scene;
-  touchMs = 0; // of all touches; the caller sets it back
+  touchMs = 0; // ms of all touches; the caller resets it
 
-  // mesh: what effects.fine binds.
+  // mesh: the finer mesh that effects.fine binds.
   constructor(bundle: Bundle, { fine, ...effects }: PageEffects, private tool: ToolShape, mesh: RenderMesh | null) {
     this.scene = bundle.createScene({
       ...effects, renderMesh: fine && mesh ? mesh : undefined, maxTools: TOOL_COUNT, maxPoints: TOOL_COUNT * POINTS,
@@ -21,14 +21,14 @@ export class TouchScene {
     this.shape();
   }
 
-  // The surface's nodes, and the finer mesh where one follows.
+  // The surface's nodes, and the finer mesh where one is bound.
   shape(): number {
     return this.scene.shape() | (this.scene.vertexCount ? this.scene.skin() : 0);
   }
 
   touch(tools: RecordedTool[]): number {
     this.scene.setTools(tools.map((tool): Tool =>
-      tool ? { points: tool.point, hold: tool.hold, radius: this.tool.radius, friction: this.tool.friction } : {}));
+      tool ? { points: tool.point, hold: tool.hold, discRadius: this.tool.discRadius, friction: this.tool.friction } : {}));
     const start = performance.now();
     const flags = this.scene.touch(1 / TOUCH_HZ);
     this.touchMs += performance.now() - start;

@@ -1,0 +1,61 @@
+// Which optional effects a scene asks for. All code of a step that an effect adds stands behind one of these questions.
+//
+// A build with PALPATE_WITHOUT_EFFECTS answers "no" to each, so that the compiler removes that code. Such a build exists for
+// two comparisons alone: recorded_run_test compares the bits of a scene that leaves the effects off, bench/effects_off.cpp
+// its time. The functions are static, so that a program may hold sources of both builds.
+#pragma once
+
+#include "runtime/include/palpate/palpate.h"
+
+namespace palpate {
+
+#ifdef PALPATE_WITHOUT_EFFECTS
+constexpr bool kHasEffects = false;
+#else
+constexpr bool kHasEffects = true;
+#endif
+
+// Collision against the deformed surface, not the surface at rest.
+[[maybe_unused]] static bool follows_deformed_surface(const palpate_scene_def& def) {
+  return kHasEffects && def.collision == PALPATE_COLLISION_DEFORMED;
+}
+
+// Contacts distinguish the surface's normal from the directions across it.
+[[maybe_unused]] static bool needs_contact_frames(const palpate_scene_def& def) {
+  return kHasEffects && (def.contact == PALPATE_CONTACT_PATCH || def.law != PALPATE_LAW_STICKING);
+}
+
+// The surface point that a tool point holds is found anew in every step.
+[[maybe_unused]] static bool anchors_follow_tools(const palpate_scene_def& def) {
+  return kHasEffects && (def.law == PALPATE_LAW_SLIDING || def.law == PALPATE_LAW_UNILATERAL);
+}
+
+// A contact may carry no force, or slip.
+[[maybe_unused]] static bool contacts_may_give_way(const palpate_scene_def& def) {
+  return kHasEffects && (def.law == PALPATE_LAW_UNILATERAL || def.law == PALPATE_LAW_COULOMB);
+}
+
+// Q of the measured response corrects each tool's force.
+[[maybe_unused]] static bool corrects_force(const palpate_scene_def& def) {
+  return kHasEffects && def.force == PALPATE_FORCE_RESPONSE;
+}
+
+// P of the measured response corrects the shape.
+[[maybe_unused]] static bool corrects_shape(const palpate_scene_def& def) {
+  return kHasEffects && def.radial != PALPATE_RADIAL_OFF;
+}
+
+// Forces relax while a displacement is held.
+[[maybe_unused]] static bool relaxes(const palpate_scene_def& def) {
+  return kHasEffects && def.relaxation.model != PALPATE_RELAXATION_OFF;
+}
+
+// True where the scene asks for something that a build without effects does not have.
+[[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
+  return !kHasEffects &&
+         (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
+          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
+          def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh);
+}
+
+}  // namespace palpate

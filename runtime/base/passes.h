@@ -1,0 +1,42 @@
+// The passes of a step, and the host's function that a scene calls at the end of each one.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/effects.h"
+#include "runtime/include/palpate/palpate.h"
+
+namespace palpate {
+
+// In the order in which a step runs them.
+enum class Pass : std::int32_t {
+  input,
+  collision,
+  rows,
+  contact,
+  force,
+  relaxation,
+  output,
+  superposition,
+  radial,
+  positions,
+  skin,
+  count
+};
+constexpr std::int32_t kPasses = static_cast<std::int32_t>(Pass::count);
+
+struct PassWatch {
+  palpate_pass_watcher watcher = nullptr;
+  void* user = nullptr;
+  std::int32_t index_in_plan[kPasses];  // of each Pass; -1: the plan does not have it
+
+  PassWatch() {
+    for (std::int32_t& index : index_in_plan) index = -1;
+  }
+  // A pass may end several times in a step, once for each part of its work. Without a watcher: one branch, never taken.
+  void ended(Pass pass) const {
+    if (kHasEffects && watcher) watcher(user, index_in_plan[static_cast<std::int32_t>(pass)]);
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// The constraints of a step: which nodes are under contact, and the rows H that hold their weighted means.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/vec3.h"
+#include "runtime/surface/surface_index.h"
+
+namespace palpate {
+
+// One node under one contact, where a force acts. The same node may serve several contacts.
+struct ContactNode {
+  std::int32_t node, column, tool, point;
+  double weight;  // of the node in its constraint
+};
+
+// How the rows of a constraint bind; palpate_contact_law of palpate.h explains the laws. A constraint that is not sticking has
+// its first row along the inward normal and the other two across it.
+enum class ContactLaw : std::uint8_t { sticking, sliding, unilateral, coulomb };
+
+// Up to three rows, one for each imposed axis of the frame: they hold the weighted mean displacement of the nodes
+// first_node .. first_node + node_count - 1 at a target.
+struct ContactConstraint {
+  std::int32_t first_node, node_count;
+  std::uint32_t axes;  // bits 1, 2, 4: which rows of the frame are imposed
+  std::int32_t tool, point,
+      part;  // whose constraint it is; ascending through a list. part: which of a TRIANGLE's three
+  ContactLaw law;
+  bool framed;      // false: the frame is x, y, z
+  Mat3 frame;       // rows are unit vectors, orthogonal
+  Mat3 local;       // m/N, in the frame: compliance under a patch that the mesh does not resolve (contact_patch.h)
+  double friction;  // under coulomb: largest tangential force over the normal force
+  double share;     // of the constraint in its anchor: a vertex' barycentric weight under TRIANGLE, else 1
+  // Of a patch: what its nodes and weights were computed from, to recognise it in the next step.
+  SurfacePoint surface_point;
+  double disc_radius;  // m; 0: not a patch
+  bool incomplete;     // some nodes below the disc have no tensor column
+};
+
+// Fixed capacity; all arrays belong to the scene.
+struct ContactConstraints {
+  ContactNode* nodes = nullptr;              // [node_capacity]
+  ContactConstraint* constraints = nullptr;  // [constraint_capacity]
+  Vec3* target = nullptr;                    // [constraint_capacity] m, u* along each row; imposed axes only
+  std::int32_t node_capacity = 0, constraint_capacity = 0, node_count = 0, constraint_count = 0;
+};
+
+}  // namespace palpate

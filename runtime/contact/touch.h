@@ -1,0 +1,49 @@
+// The touch half of a step: tools -> collision -> contact constraints -> forces -> palpate_contacts.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/bundle/step_context.h"
+#include "runtime/contact/collision.h"
+#include "runtime/contact/contact_patch.h"
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/contact_solver.h"
+#include "runtime/contact/tool_input.h"
+#include "runtime/surface/surface_index.h"
+#include "runtime/surface/surface_measure.h"
+#include "runtime/tissue/relaxation.h"
+#include "runtime/tissue/response_curve.h"
+
+namespace palpate {
+
+// What the touch half alone reads and writes. Arrays belong to the scene; nullptr where no effect needs them.
+struct TouchState {
+  const std::int32_t* triangles = nullptr;  // [F][3] copied from the bundle and checked
+  const double* rest = nullptr;             // [Ns][3] m, positions without contacts, preload included
+  std::int32_t* column_of_node = nullptr;   // [Ns] tensor column of each surface node; -1: none
+  ToolInput input;
+  SurfaceIndex surface;
+  SurfaceMeasure measure;  // where contacts have frames (needs_contact_frames)
+  ContactField field;      // where collision follows the deformed surface
+  Collision collision;
+  PointState* points[PALPATE_MAX_TOOLS] = {};  // [max_points] for each tool
+  ContactPatch patch;
+  ContactRows rows;
+  ContactSolver solver;
+  PronySeries relaxation;
+  PronySeries::Memory* memory = nullptr;  // [max_tools]
+  ResponseCurve response;
+  Vec3* force = nullptr;               // [max_contact_nodes] N, f of each contact node
+  Vec3* modified = nullptr;            // [max_contact_nodes] m, u~ of each contact node
+  Vec3 last_force[PALPATE_MAX_TOOLS];  // N, what each tool was sent in the last step
+  std::uint64_t step = 0;
+};
+
+// One touch step; palpate_scene_touch of palpate.h states the contract. Returns the step flags.
+std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
+                         std::int32_t tool_count, double dt, palpate_contacts& out);
+
+// Forgets contacts, last positions and last forces: the state after creation.
+void reset_touch(const palpate_scene_def& def, TouchState& state);
+
+}  // namespace palpate

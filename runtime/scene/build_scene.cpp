@@ -1,0 +1,300 @@
+// A scene is built in steps. Each step is a function of the values that it reads and the value that it fills in;
+// build_scene() at the end of the file names their order.
+#include "runtime/scene/build_scene.h"
+
+#include <cstring>
+
+#include "runtime/scene/needs.h"
+#include "runtime/scene/section_reader.h"
+#include "runtime/surface/surface_tissue.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+// Compares an enum's bits: a caller in C may have stored any number in it.
+template <class Enum>
+bool is_one_of(const Enum& value, int last) {
+  int number = 0;
+  static_assert(sizeof value == sizeof number);
+  std::memcpy(&number, &value, sizeof number);
+  return number >= 0 && number <= last;
+}
+
+// ---- tensors ---------------------------------------------------------------------------------------------------------
+
+// Copies and checks the tables of a stored compliance; the numbers stay in the bundle.
+palpate_status read_compliance(const SectionReader& reader, const std::int32_t* touchable, std::int32_t max_loaded,
+                               Compliance* out) {
+  const auto length = [&](SectionId id) { return reader.find(id)->shape[0]; };
+  using Sections = formats::IndexedSections;
+  Compliance::Stored stored;
+  stored.touchable = touchable;
+  stored.surface_nodes = reader.surface_nodes(), stored.columns = reader.columns();
+  stored.clusters = static_cast<std::int32_t>(length(SectionId::compliance_clusters));
+  stored.block_count = static_cast<std::int32_t>(length(SectionId::compliance_blocks));
+  if (const palpate_status status = reader.copy_indices(SectionId::compliance_nodes, reader.counts().surface_nodes,
+                                                        &Sections::compliance_nodes, &stored.nodes))
+    return status;
+  if (const palpate_status status =
+          reader.copy_indices(SectionId::compliance_clusters, length(SectionId::compliance_clusters),
+                              &Sections::compliance_clusters, &stored.cluster_ends))
+    return status;
+  const std::int32_t* blocks = nullptr;
+  if (const palpate_status status = reader.map(SectionId::compliance_blocks, &blocks)) return status;
+  if (const palpate_status status = reader.map(SectionId::compliance_scale, &stored.scale)) return status;
+  if (const palpate_status status = reader.map(SectionId::compliance_values, &stored.values)) return status;
+  // The table of blocks is checked together with the clusters that it refers to.
+  const std::size_t numbers = 5 * static_cast<std::size_t>(stored.block_count);
+  std::int32_t* copy = reader.memory().array<std::int32_t>(numbers);
+  if (!copy) return reader.no_memory();
+  std::copy(blocks, blocks + numbers, copy);
+  formats::IndexedSections sections;
+  sections.compliance_clusters = stored.cluster_ends, sections.compliance_blocks = copy;
+  sections.compliance_scale = stored.scale;
+  if (const palpate_status status = reader.check(sections)) return status;
+  stored.blocks = reinterpret_cast<const formats::StoredBlock*>(copy);
+  const formats::SectionEntry* values = reader.find(SectionId::compliance_values);
+  stored.type = static_cast<formats::ElementType>(values->type);
+  const Compliance::Outcome outcome = out->create(reader.memory(), stored, max_loaded);
+  if (outcome == Compliance::Outcome::no_memory) return reader.no_memory();
+  if (outcome == Compliance::Outcome::inconsistent)
+    return fail(reader.error(), PALPATE_ERROR_CONTENT, values->offset,
+                "tensors/compliance/nodes and blocks contradict one another; copy the bundle again or rebuild it");
+  return PALPATE_OK;
+}
+
+// compliance: filled where the bundle stores blocks; *touchable: [S] node of each column.
+palpate_status read_tensors(const SectionReader& reader, std::int32_t max_loaded, Compliance* compliance,
+                            const std::int32_t** touchable, Tensors* out) {
+  out->surface_nodes = reader.surface_nodes(), out->columns = reader.columns();
+  if (const palpate_status status = reader.copy_indices(SectionId::touchable, reader.counts().touchable,
+                                                        &formats::IndexedSections::touchable, touchable))
+    return status;
+  if (const palpate_status status = reader.map(SectionId::force, &out->stiffness)) return status;
+  if (reader.find(SectionId::displacement_surface)) {
+    if (const palpate_status status = reader.map_rows(SectionId::displacement_surface, &out->surface)) return status;
+  } else {
+    if (const palpate_status status = read_compliance(reader, *touchable, max_loaded, compliance)) return status;
+    out->compliance = compliance;
+  }
+  for (std::int32_t k = 0; k < out->columns; ++k) {
+    Mat3 ignored;
+    const double* stiffness = out->stiffness + 9 * static_cast<std::size_t>(k);
+    const bool finite = std::all_of(stiffness, stiffness + 9, [](double x) { return std::isfinite(x); });
+    if (!finite || !self_compliance(stiffness, &ignored)) return reader.not_usable(SectionId::force, 9ull * k);
+  }
+  return PALPATE_OK;
+}
+
+palpate_status read_triangles(const SectionReader& reader, const std::int32_t** out) {
+  return reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles, &formats::IndexedSections::triangles,
+                             out);
+}
+
+// A measured curve. which: 0 for P, 1 for Q, in material/response/range.
+palpate_status read_curve(const SectionReader& reader, const char* effect, SectionId id, int which,
+                          ResponseCurve* out) {
+  const double *coefficients = nullptr, *range = nullptr;
+  if (!reader.find(id)) return reader.missing(effect, id);
+  if (const palpate_status status = reader.map_for(effect, SectionId::response_range, &range)) return status;
+  if (const palpate_status status = reader.map(id, &coefficients)) return status;
+  const formats::SectionEntry* entry = reader.find(id);
+  const int count = static_cast<int>(std::min<std::uint64_t>(entry->shape[0], ResponseCurve::kMaxCoefficients + 1));
+  if (range[which] == 0)
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, entry->offset,
+                "%s: the bundle's response curve was not measured for it", effect);
+  return out->set(coefficients, count, range[which]) ? PALPATE_OK : reader.not_usable(id, 0);
+}
+
+// ---- the touch half --------------------------------------------------------------------------------------------------
+
+// Rest positions, the search structure over them and, where contacts have frames, normals, spacing and curvature.
+palpate_status build_surface(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  if (const palpate_status status = reader.read_rest(def, reader.counts().surface_nodes, &touch.rest)) return status;
+  if (!touch.surface.build(reader.memory(), touch.rest, touch.triangles, reader.triangles()))
+    return reader.no_memory("surface");
+  if (!needs_contact_frames(def)) return PALPATE_OK;
+  const bool measured =
+      touch.measure.build(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles, reader.triangles());
+  return measured ? PALPATE_OK : reader.no_memory("surface");
+}
+
+palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
+  if (const palpate_status status = read_tissue(reader.bundle(), reader.memory(), touch.measure, reader.error()))
+    return status;
+  const bool made =
+      touch.patch.create(reader.memory(), &touch.surface, &touch.measure, touch.triangles, reader.surface_nodes());
+  return made ? PALPATE_OK : reader.no_memory("patches");
+}
+
+palpate_status build_collision(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
+  if (deformed && !touch.field.create(reader.memory(), def.max_contact_nodes, reader.surface_nodes()))
+    return reader.no_memory("collision");
+  touch.collision.create(&touch.surface, touch.triangles, &touch.field, deformed);
+  for (std::int32_t t = 0; t < def.max_tools; ++t)
+    touch.points[t] = reader.memory().array<PointState>(static_cast<std::size_t>(def.max_points));
+  return PALPATE_OK;
+}
+
+palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const std::int32_t* touchable,
+                              TouchState& touch) {
+  SceneMemory& memory = reader.memory();
+  InputLimits limits;
+  limits.surface_nodes = reader.surface_nodes(), limits.triangles = reader.triangles();
+  limits.max_tools = def.max_tools, limits.max_points = def.max_points;
+  limits.has_triangles = touch.triangles != nullptr;
+  touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
+  const std::int32_t per_point = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1,
+                     constraints = std::min(def.max_contact_nodes, per_point * def.max_points);
+  touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
+  touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
+  const ContactRows::Source source = {def.contact, touch.column_of_node, touch.triangles, touch.rest,
+                                      def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr};
+  if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
+      !touch.solver.create(memory, def.max_contact_nodes, constraints, reader.columns(),
+                           def.collision == PALPATE_COLLISION_DEFORMED))
+    return reader.no_memory("contacts");
+  std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
+  for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
+  return PALPATE_OK;
+}
+
+palpate_status build_relaxation(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  touch.relaxation.set(def.relaxation);
+  touch.memory = reader.memory().array<PronySeries::Memory>(static_cast<std::size_t>(def.max_tools));
+  return touch.memory ? PALPATE_OK : reader.no_memory("relaxation");
+}
+
+// ---- the shape half --------------------------------------------------------------------------------------------------
+
+palpate_status build_shape(const SectionReader& reader, const palpate_scene_def& def, bool stores_compliance,
+                           ShapeState& shape) {
+  const formats::BundleCounts& counts = reader.counts();
+  const std::uint64_t nodes = def.shape == PALPATE_SHAPE_VOLUME ? counts.nodes : counts.surface_nodes;
+  shape.nodes = static_cast<std::int32_t>(nodes);
+  if (has_interior_shape(def, reader.bundle())) {
+    if (!reader.find(SectionId::displacement_interior))
+      return reader.missing("shape VOLUME", SectionId::displacement_interior);
+    if (const palpate_status status = reader.map_rows(SectionId::displacement_interior, &shape.interior)) return status;
+  }
+  if (const palpate_status status = reader.read_rest(def, nodes, &shape.rest)) return status;
+  SceneMemory& memory = reader.memory();
+  const std::size_t columns = 3 * static_cast<std::size_t>(def.max_contact_nodes);
+  shape.slot_of_column = memory.array<std::int32_t>(counts.touchable);
+  shape.sum = memory.array<double>(columns);
+  shape.row_scale = memory.array<float>(columns);
+  shape.coefficient = memory.array<float>(columns);
+  shape.surface_column = memory.array<const void*>(columns);
+  shape.interior_column = memory.array<const void*>(columns);
+  if (stores_compliance) {
+    // One field for each corrected tool, and one for all others.
+    const std::size_t groups = def.radial == PALPATE_RADIAL_OFF ? 1 : static_cast<std::size_t>(def.max_tools) + 1;
+    shape.column_of_sums = memory.array<std::int32_t>(columns / 3);
+    shape.loads = memory.array<LoadedColumn>(columns / 3);
+    shape.group_field = memory.array<float>(groups * 3 * counts.surface_nodes);
+  }
+  shape.field = memory.array<float>(3 * ShapeState::kChunkNodes);
+  shape.tool_field = memory.array<float>(3 * ShapeState::kChunkNodes);
+  return PALPATE_OK;
+}
+
+// triangles: nullptr where the touch half has none. scratch: memory that the binding alone needs.
+palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
+                                const std::int32_t* triangles, SceneMemory& scratch, Skin& skin) {
+  if (!triangles)
+    if (const palpate_status status = read_triangles(reader, &triangles)) return status;
+  const double *position = nullptr, *preload = nullptr, *meshed = nullptr;
+  const float* preload_of_surface = nullptr;
+  const std::uint64_t nodes = reader.counts().surface_nodes;
+  if (const palpate_status status = reader.map(SectionId::nodes, &position)) return status;
+  if (const palpate_status status = reader.map_preload(def, &preload)) return status;
+  if (const palpate_status status = reader.sum_positions(position, nullptr, nodes, scratch, &meshed)) return status;
+  if (preload)
+    if (const palpate_status status =
+            reader.sum_positions(preload, nullptr, nodes, reader.memory(), &preload_of_surface))
+      return status;
+  return skin.bind(reader.memory(), scratch, *def.render_mesh, meshed, reader.surface_nodes(), preload_of_surface,
+                   triangles, reader.triangles(), reader.error());
+}
+
+palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
+                                const std::int32_t* triangles, Skin& skin) {
+  SceneMemory scratch(def.allocator);
+  const palpate_status status = bind_render_mesh(reader, def, triangles, scratch, skin);
+  scratch.release_all();
+  return status;
+}
+
+}  // namespace
+
+palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* error) {
+  const auto bad = [&](const char* what) {
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", what);
+  };
+  if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
+      !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
+      !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
+      !is_one_of(def.preload, PALPATE_PRELOAD_ON))
+    return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
+  if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
+    return bad("relaxation.model has a value that palpate.h does not list");
+  if (def.relaxation.model == PALPATE_RELAXATION_PRONY) {
+    if (def.force == PALPATE_FORCE_OFF) return bad("relaxation acts on a force, and force is OFF");
+    if (!PronySeries().set(def.relaxation))
+      return bad("relaxation needs 1 .. 8 terms, shares of 0 and above that sum to less than 1, and times above 0 s");
+  }
+  if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
+  if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
+  if (def.max_contact_nodes < 1 || def.max_contact_nodes > 3000) return bad("max_contact_nodes must be 1 .. 3000");
+  if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
+  if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
+  if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
+    return bad("the allocator needs both allocate and release, or neither");
+  if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
+    return bad("radial corrects a shape, and shape is OFF");
+  if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
+  if (asks_for_missing_effects(def))
+    return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
+  return PALPATE_OK;
+}
+
+palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
+  const palpate_scene_def& def = scene.def;
+  palpate_bundle& bundle = scene.context.bundle;
+  const SectionReader reader(bundle, scene.memory, error);
+  const std::int32_t* touchable = nullptr;
+  TouchState& touch = scene.touch;
+  ShapeState& shape = scene.shape;
+
+  palpate_status status = PALPATE_OK;
+  const auto step = [&](bool wanted, auto build) {
+    if (wanted && status == PALPATE_OK) status = build();
+  };
+  step(true,
+       [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
+  step(needs_triangles(def), [&] { return read_triangles(reader, &touch.triangles); });
+  step(needs_surface(def), [&] { return build_surface(reader, def, touch); });
+  step(def.contact == PALPATE_CONTACT_PATCH, [&] { return build_patches(reader, touch); });
+  step(def.render_mesh != nullptr, [&] { return bind_render_mesh(reader, def, touch.triangles, scene.skin); });
+  step(def.collision != PALPATE_COLLISION_OFF, [&] { return build_collision(reader, def, touch); });
+  step(true, [&] { return build_contacts(reader, def, touchable, touch); });
+  step(def.force == PALPATE_FORCE_RESPONSE,
+       [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
+  step(def.relaxation.model != PALPATE_RELAXATION_OFF, [&] { return build_relaxation(reader, def, touch); });
+  step(def.shape != PALPATE_SHAPE_OFF,
+       [&] { return build_shape(reader, def, scene.tensors.compliance != nullptr, shape); });
+  step(def.radial != PALPATE_RADIAL_OFF,
+       [&] { return read_curve(reader, "radial RESPONSE", SectionId::response_radial, 0, &shape.radial); });
+  step(scene.memory.failed(), [&] { return reader.no_memory(); });
+  // Whatever failed before: if the file was cut meanwhile, that is the reason.
+  if (bundle.is_lost())
+    status = fail(error, PALPATE_ERROR_TRUNCATED, 0,
+                  "the bundle's file became shorter or was written over while it was read");
+  if (status == PALPATE_OK) scene.plan = make_plan(def, bundle, scene.watch);
+  return status;
+}
+
+}  // namespace palpate

@@ -1,0 +1,14 @@
+// Fills a scene: maps and checks the sections that its effects need and takes all its memory.
+#pragma once
+
+#include "runtime/scene/scene.h"
+
+namespace palpate {
+
+// PALPATE_OK, or the error, with *error filled, where the host's numbers are outside of the ranges that palpate.h states.
+palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* error);
+
+// scene: new, with a checked def. On failure *error is filled, and the scene holds memory that the caller must release.
+palpate_status build_scene(palpate_scene& scene, palpate_error* error);
+
+}  // namespace palpate

@@ -1,0 +1,24 @@
+// What a scene's effects need, asked by the steps that build the scene and by the plan that describes them.
+#pragma once
+
+#include "runtime/base/effects.h"
+#include "runtime/bundle/bundle.h"
+
+namespace palpate {
+
+// The rest surface, searchable.
+[[maybe_unused]] static bool needs_surface(const palpate_scene_def& def) {
+  return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def);
+}
+
+// The triangles' corners, at least.
+[[maybe_unused]] static bool needs_triangles(const palpate_scene_def& def) {
+  return needs_surface(def) || def.contact != PALPATE_CONTACT_NODE;
+}
+
+// Displacements of nodes below the surface.
+[[maybe_unused]] static bool has_interior_shape(const palpate_scene_def& def, const palpate_bundle& bundle) {
+  return def.shape == PALPATE_SHAPE_VOLUME && bundle.index.counts.nodes > bundle.index.counts.surface_nodes;
+}
+
+}  // namespace palpate

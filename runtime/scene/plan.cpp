@@ -1,0 +1,154 @@
+#include "runtime/scene/plan.h"
+
+#include "runtime/scene/needs.h"
+#include "runtime/surface/surface_tissue.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+#define PALPATE_COMPLIANCE_SECTIONS                                                                           \
+  "tensors/compliance/nodes tensors/compliance/clusters tensors/compliance/blocks tensors/compliance/values " \
+  "tensors/compliance/scale"
+
+// The sections of a pass: their names, separated by spaces, and their bytes in the bundle.
+struct Sections {
+  const char* names = "";
+  std::uint64_t bytes = 0;
+};
+
+class SectionsOf {
+ public:
+  SectionsOf(const palpate_scene_def& def, const palpate_bundle& bundle) : def_(def), bundle_(bundle) {}
+
+  std::uint64_t bytes(SectionId id) const {
+    const formats::SectionEntry* entry = find(id);
+    return entry ? entry->bytes : 0;
+  }
+
+  Sections rest(bool with_triangles) const {
+    const bool preload = def_.preload == PALPATE_PRELOAD_ON;
+    const char* names = "mesh/nodes";
+    if (preload)
+      names = with_triangles ? "mesh/nodes mesh/triangles preload/displacement" : "mesh/nodes preload/displacement";
+    else if (with_triangles)
+      names = "mesh/nodes mesh/triangles";
+    return {names, bytes(SectionId::nodes) + (with_triangles ? bytes(SectionId::triangles) : 0) +
+                       (preload ? bytes(SectionId::preload_displacement) : 0)};
+  }
+
+  Sections tissue() const {
+    const bool regions = bundle_.index.counts.regions > 1;
+    return {tissue_sections(bundle_), bytes(SectionId::young) + bytes(SectionId::poisson) +
+                                          bytes(SectionId::provenance) +
+                                          (regions ? bytes(SectionId::tetrahedra) + bytes(SectionId::region) : 0)};
+  }
+
+  Sections surface() const {
+    static const char* const names[] = {"tensors/displacement_surface",
+                                        "tensors/displacement_surface tensors/displacement_scale",
+                                        PALPATE_COMPLIANCE_SECTIONS};
+    return {names[static_cast<int>(form())], surface_bytes()};
+  }
+
+  Sections contacts() const {
+    static const char* const names[] = {
+        "tensors/nodes tensors/force tensors/displacement_surface",
+        "tensors/nodes tensors/force tensors/displacement_surface tensors/displacement_scale",
+        "tensors/nodes tensors/force " PALPATE_COMPLIANCE_SECTIONS};
+    return {names[static_cast<int>(form())], bytes(SectionId::touchable) + bytes(SectionId::force) + surface_bytes()};
+  }
+
+  // Surface and interior. Rows of both share one section of scales; blocks have scales of their own.
+  Sections volume() const {
+    static const char* const names[] = {
+        "tensors/displacement_surface tensors/displacement_interior",
+        "tensors/displacement_surface tensors/displacement_interior tensors/displacement_scale",
+        PALPATE_COMPLIANCE_SECTIONS " tensors/displacement_interior"};
+    const bool own_scale = form() == Form::blocks && is_half(SectionId::displacement_interior);
+    return {own_scale ? PALPATE_COMPLIANCE_SECTIONS " tensors/displacement_interior tensors/displacement_scale"
+                      : names[static_cast<int>(form())],
+            surface_bytes() + bytes(SectionId::displacement_interior) +
+                (own_scale ? bytes(SectionId::displacement_scale) : 0)};
+  }
+
+  Sections response(SectionId id, const char* names) const {
+    return {names, bytes(id) + bytes(SectionId::response_range)};
+  }
+
+ private:
+  // How the bundle stores the surface's displacements.
+  enum class Form { rows, scaled_rows, blocks };
+  const formats::SectionEntry* find(SectionId id) const { return formats::find_section(bundle_.index, id); }
+  bool is_half(SectionId id) const {
+    const formats::SectionEntry* entry = find(id);
+    return entry && static_cast<formats::ElementType>(entry->type) == formats::ElementType::f16;
+  }
+  Form form() const {
+    if (!find(SectionId::displacement_surface)) return Form::blocks;
+    return is_half(SectionId::displacement_surface) ? Form::scaled_rows : Form::rows;
+  }
+  std::uint64_t surface_bytes() const {
+    if (form() != Form::blocks)
+      return bytes(SectionId::displacement_surface) +
+             (form() == Form::scaled_rows ? bytes(SectionId::displacement_scale) : 0);
+    std::uint64_t sum = 0;
+    for (const SectionId id : {SectionId::compliance_nodes, SectionId::compliance_clusters,
+                               SectionId::compliance_blocks, SectionId::compliance_values, SectionId::compliance_scale})
+      sum += bytes(id);
+    return sum;
+  }
+
+  const palpate_scene_def& def_;
+  const palpate_bundle& bundle_;
+};
+
+}  // namespace
+
+Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, PassWatch& watch) {
+  Plan plan;
+  const SectionsOf sections(def, bundle);
+  const auto create = [&](const char* name, Sections maps) {
+    plan.pass[plan.count++] = {name, "create", maps.names, maps.bytes};
+  };
+  const auto step = [&](Pass id, const char* name, const char* half, Sections maps = {}) {
+    watch.index_in_plan[static_cast<std::int32_t>(id)] = plan.count;
+    plan.pass[plan.count++] = {name, half, maps.names, maps.bytes};
+  };
+  const bool has_shape = def.shape != PALPATE_SHAPE_OFF;
+
+  if (needs_surface(def)) create("rest surface in buckets", sections.rest(true));
+  if (def.contact == PALPATE_CONTACT_PATCH) create("tissue under a patch", sections.tissue());
+  if (def.render_mesh) create("render mesh on the surface", sections.rest(true));
+
+  step(Pass::input, "input", "touch");
+  if (def.collision == PALPATE_COLLISION_REST) step(Pass::collision, "collision: rest", "touch");
+  if (def.collision == PALPATE_COLLISION_DEFORMED)
+    step(Pass::collision, "collision: deformed", "touch", sections.surface());
+  static const char* const models[] = {"contact: node", "contact: triangle", "contact: point", "contact: patch"};
+  static const char* const laws[] = {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"};
+  const bool maps_triangles = needs_triangles(def) && !needs_surface(def);  // for grips in triangles alone
+  step(Pass::rows, models[def.contact], "touch",
+       maps_triangles ? Sections{"mesh/triangles", sections.bytes(SectionId::triangles)} : Sections{});
+  step(Pass::contact, laws[def.law], "touch", sections.contacts());
+  if (def.force == PALPATE_FORCE_LINEAR) step(Pass::force, "force: linear", "touch");
+  if (def.force == PALPATE_FORCE_RESPONSE)
+    step(Pass::force, "force: response", "touch",
+         sections.response(SectionId::response_force, "material/response/force material/response/range"));
+  if (def.relaxation.model != PALPATE_RELAXATION_OFF) step(Pass::relaxation, "relaxation: prony", "touch");
+  step(Pass::output, "output", "touch");
+
+  const bool has_interior = has_interior_shape(def, bundle);
+  if (has_shape)
+    step(Pass::superposition, def.shape == PALPATE_SHAPE_VOLUME ? "superposition: volume" : "superposition: surface",
+         "shape", has_interior ? sections.volume() : sections.surface());
+  if (def.radial != PALPATE_RADIAL_OFF)
+    step(Pass::radial, "radial: response", "shape",
+         sections.response(SectionId::response_radial, "material/response/radial material/response/range"));
+  if (has_shape) step(Pass::positions, "positions", "shape", sections.rest(false));
+  if (def.render_mesh) step(Pass::skin, "skin: render mesh", "shape");
+  return plan;
+}
+
+}  // namespace palpate

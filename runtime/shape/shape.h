@@ -1,0 +1,40 @@
+// The shape half of a step: palpate_contacts -> superposition (eq. 9) -> radial correction -> displaced nodes.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/bundle/step_context.h"
+#include "runtime/tissue/response_curve.h"
+
+namespace palpate {
+
+// What the shape half alone reads and writes. Arrays belong to the scene.
+//
+// A step gathers the tensor columns of all contact nodes into the arrays over columns: each contact node has three, one
+// for each degree of freedom. A group is the columns of one corrected tool, or of all tools that need no correction.
+struct ShapeState {
+  static constexpr std::int32_t kChunkNodes = 1024;  // nodes that one turn of the loop completes
+  DisplacementRows interior;                         // numbers is nullptr where the shape ends at the surface
+  const float* rest = nullptr;                       // [nodes][3] m, positions without contacts, preload included
+  std::int32_t nodes = 0;                            // Ns for the surface, N for the volume
+  ResponseCurve radial;
+  std::int32_t* slot_of_column = nullptr;  // [S] 1 + first of its three entries in the arrays below; 0 between steps
+  double* sum = nullptr;                   // [3 max_contact_nodes] m, u~ of a column, summed over contacts
+  float* row_scale = nullptr;              // [3 max_contact_nodes] factor on a column's stored numbers
+  float* coefficient = nullptr;            // [3 max_contact_nodes] sum times row_scale
+  const void** surface_column = nullptr;   // [3 max_contact_nodes] stored numbers; unused with a stored compliance
+  const void** interior_column = nullptr;  // [3 max_contact_nodes]
+  // These three only where the bundle stores the compliance in blocks.
+  std::int32_t* column_of_sums = nullptr;  // [max_contact_nodes] the tensor column of three sums
+  LoadedColumn* loads = nullptr;           // [max_contact_nodes]
+  float* group_field = nullptr;            // [groups][Ns][3] m
+  float* field = nullptr;                  // [kChunkNodes][3] m
+  float* tool_field = nullptr;             // [kChunkNodes][3] m
+};
+
+// One shape step; palpate_scene_shape of palpate.h states the contract. compliance: nullptr where the bundle stores rows.
+// Returns the step flags.
+std::uint32_t shape_step(const StepContext& context, ShapeState& state, Compliance* compliance,
+                         const palpate_contacts* contacts, palpate_shape_out& out);
+
+}  // namespace palpate
