@@ -62,7 +62,7 @@ class PushedCube {
     Contacts contacts(created);
     double point[3] = {kSide + 1e-3, kSide / 2, kSide / 2};
     palpate_tool tool = {};
-    tool.points = point, tool.point_count = 1, tool.radius = kSide / 4;
+    tool.points = point, tool.point_count = 1, tool.disc_radius = kSide / 4;
     palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get());
     point[0] = kSide - 1e-3;
     EXPECT_EQ(palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get()), 0u);
