@@ -25,7 +25,7 @@ SCENES = {
 
 
 def scene_text(name, effects, paths):
-    disc = ("" if name == "point" else "radius = 6\n") + ("friction = 0.3\n" if "coulomb" in effects else "")
+    disc = ("" if name == "point" else "disc_radius = 6\n") + ("friction = 0.3\n" if "coulomb" in effects else "")
     tools = "".join(f'\n[[tool]]\nname = "probe {i}"\npoints = [[0, 0, 0]]\n{disc}path = {path}\n' for i, path in enumerate(paths, 1))
     return f'name = "{name}"\nunit = "mm"\n\n[effects]\n{effects}\n{tools}'
 

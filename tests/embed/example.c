@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
   /* The haptic loop, 1 kHz: a disc of 3 mm radius holds a place of the surface 2 mm lower. */
   palpate_grip grip = place_on(bundle);
   grip.displacement[2] = -0.002;
-  const palpate_tool tool = {NULL, 0, &grip, 1, 0, 0.003, 0};
+  const palpate_tool tool = {.grips = &grip, .grip_count = 1, .disc_radius = 0.003};
   palpate_step_flags flags = palpate_scene_touch(scene, &tool, 1, 0.001, contacts);
   const double* force = contacts->tools[0].force_raw;
   printf("%.4f %.4f %.4f N, flags %u\n", force[0], force[1], force[2], flags);

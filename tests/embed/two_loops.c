@@ -31,7 +31,7 @@ static void* haptic_loop(void* argument) {
     double position[3]; /* read the device here: metres, in the bundle's frame */
     for (int d = 0; d < 3; ++d) position[d] = h->start[d] + h->inward[d] * 0.01 * (ms < 500 ? ms / 500.0 : 1.0);
 
-    const palpate_tool probe = {position, 1, NULL, 0, 0, 0.003, 0}; /* a disc of 3 mm radius */
+    const palpate_tool probe = {.points = position, .point_count = 1, .disc_radius = 0.003};
     palpate_contacts* contacts = palpate_mailbox_slot(h->mailbox);
     palpate_step_flags flags = palpate_scene_touch(h->scene, &probe, 1, 0.001, contacts);
     palpate_mailbox_publish(h->mailbox);
