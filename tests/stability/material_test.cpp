@@ -115,7 +115,7 @@ TEST(StabilityMaterial, ContrastInBlocksAndInThinLayers) {
     std::function<bool(Point, int)> stiff;  // of a point in [0, 1]^3 and the number of cells along an edge
   };
   const Pattern patterns[] = {
-      {"blocks", [](Point p, int) { return (p[0] < 0.5) != ((p[1] < 0.5) != (p[2] < 0.5)); }},
+      {"cubes of half the edge", [](Point p, int) { return (p[0] < 0.5) != ((p[1] < 0.5) != (p[2] < 0.5)); }},
       {"stiff layers one element thin", [](Point p, int n) { return static_cast<int>(p[2] * n) % 4 == 2; }},
       {"soft layers one element thin", [](Point p, int n) { return static_cast<int>(p[2] * n) % 4 != 2; }},
   };
