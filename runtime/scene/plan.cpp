@@ -1,5 +1,7 @@
 #include "runtime/scene/plan.h"
 
+#include <initializer_list>
+
 #include "runtime/scene/needs.h"
 #include "runtime/surface/surface_tissue.h"
 
