@@ -2,6 +2,7 @@
 #include "runtime/scene/scene.h"
 
 #include <cstdlib>
+#include <initializer_list>
 #include <new>
 
 #include "runtime/base/alignment.h"
