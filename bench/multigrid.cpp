@@ -120,7 +120,7 @@ void run(const std::vector<std::string>& words) {
   const ElasticBody body =
       make_elastic_body(read_mesh(words[0]), organ, read_boundary_config(words[2]), {words[0], words[1], words[2]});
   const Discretisation discretisation = discretise(body, organ.element);
-  const HeldStiffness held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+  const HeldStiffness held = remove_held_dofs(discretisation.stiffness, discretisation.fixed);
   const std::vector<std::array<double, 3>> coordinates = row_coordinates(discretisation, held);
   const int columns = words.size() > 3 ? std::stoi(words[3]) : 6;
   std::vector<int> widths;

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "precompute/elements/block.h"
+#include "precompute/elements/column_buffer.h"
 #include "precompute/elements/discretisation.h"
 #include "precompute/solver/block_residual.h"
 #include "precompute/solver/cholmod_session.h"
@@ -40,7 +40,7 @@ struct Problem {
 
   Problem(ElasticBody b, Element element) : body(std::move(b)) {
     const Discretisation discretisation = discretise(body, element);
-    held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+    held = remove_held_dofs(discretisation.stiffness, discretisation.fixed);
     for (const auto node : body.touchable) column_rows.push_back(held.row_of_node[node]);
   }
   std::int64_t dofs() const { return 3 * static_cast<std::int64_t>(held.matrix.rows); }
@@ -130,7 +130,7 @@ struct Shares {
 class Ours {
  public:
   Ours(const Problem& problem, SupernodalFactor& factor)
-      : problem_(problem), factor_(factor), x_(make_block(problem.dofs(), kWidth)), file_(std::tmpfile()) {
+      : problem_(problem), factor_(factor), x_(make_column_buffer(problem.dofs(), kWidth)), file_(std::tmpfile()) {
     const auto stored = static_cast<std::size_t>(problem.body.surface_count);
     for (std::size_t v = 0; v < stored; ++v) vertex_rows_.push_back(problem.held.row_of_node[v]);
     rows_.resize(3 * stored * kWidth);
@@ -163,7 +163,7 @@ class Ours {
  private:
   const Problem& problem_;
   SupernodalFactor& factor_;
-  Block x_;
+  ColumnBuffer x_;
   std::FILE* file_;
   std::vector<std::int32_t> vertex_rows_;
   std::vector<float> rows_;

@@ -17,11 +17,13 @@ int main(int argc, char** argv) {
 
   const auto define = [&](CLI::App& app) {
     app.require_subcommand(1);
-    info = app.add_subcommand("info", "What a bundle holds, on one screen");
-    verify =
-        app.add_subcommand("verify", "Checks structure, checksums, numbers and the laws they obey (exit 3: not held)");
-    diff = app.add_subcommand("diff", "What differs between two bundles (exit 0: nothing, 3: something)");
-    pack = app.add_subcommand("pack", "Makes a smaller bundle and states what that costs in accuracy");
+    info = app.add_subcommand("info", "Shows what a bundle holds, on one screen");
+    verify = app.add_subcommand("verify",
+                                "Checks the structure, checksums and numbers of a bundle, and the laws they must obey "
+                                "(exit code 3: one does not hold)");
+    diff = app.add_subcommand("diff", "Shows what differs between two bundles (exit code 0: nothing, 3: something)");
+    pack = app.add_subcommand("pack",
+                              "Makes a smaller bundle, measures the error that this makes and states it in the bundle");
     for (CLI::App* command : {info, verify, diff}) {
       command->add_option(command == diff ? "A" : "BUNDLE", file, "Tensor bundle")->required();
       command->add_flag("--json", json, "Report as JSON");
@@ -31,31 +33,33 @@ int main(int argc, char** argv) {
     pack->add_option("-o,--output", packing.output, "Tensor bundle to write")->required();
     const std::map<std::string, formats::ElementType> types = {
         {"f64", formats::ElementType::f64}, {"f32", formats::ElementType::f32}, {"f16", formats::ElementType::f16}};
-    pack->add_option("--precision", precision, "f64, f32 or f16 (default: as it is)")
+    pack->add_option("--precision", precision,
+                     "Number format of the displacements: f64, f32 or f16 (default: that of BUNDLE)")
         ->transform(CLI::Transformer(types, CLI::ignore_case).description("f64, f32 or f16"));
-    pack->add_flag("--surface", packing.surface, "Drop the displacements of the interior");
+    pack->add_flag("--surface", packing.surface, "Leave out the displacements of interior nodes");
     pack->add_option("--touchable", packing.touchable,
                      "Keep the columns of the nodes that this boundary TOML's [touchable] selects");
     pack->add_option("--patch", packing.patches,
                      "Keep the columns of the mesh's surface patch of this name (repeatable)");
-    pack->add_option("--mesh", packing.mesh, "The mesh it was made from: needed by --touchable and --patch");
+    pack->add_option("--mesh", packing.mesh, "The mesh that BUNDLE was made from; needed by --touchable and --patch");
     pack->add_option("--low-rank", low_rank,
-                     "Store the surface's compliance in blocks, low rank where clusters are apart, with at most this "
-                     "relative error in any column (1e-6 to 0.1)");
-    pack->add_option("--accuracy", packing.accuracy,
-                     "The measured.json of palpate-accuracy choose, for the certificate; it must be about this bundle");
-    auto* mesh =
-        verify->add_option("--mesh", options.mesh, "The mesh it was made from: checks its hash and solves again");
-    auto* organ = verify->add_option("--organ", options.organ, "The organ.toml it was made from");
-    auto* boundary = verify->add_option("--boundary", options.boundary, "The boundary TOML it was made from");
+                     "Store the compliance of the surface in blocks, those of far-apart parts of the surface with low "
+                     "rank; the number is the largest relative error of a column (1e-6 to 0.1)");
+    pack->add_option(
+        "--accuracy", packing.accuracy,
+        "The measured.json that palpate-accuracy choose wrote for this setting; goes into the certificate");
+    auto* mesh = verify->add_option(
+        "--mesh", options.mesh, "The mesh that BUNDLE was made from: compares its hash and solves some columns again");
+    auto* organ = verify->add_option("--organ", options.organ, "The organ.toml that BUNDLE was made from");
+    auto* boundary = verify->add_option("--boundary", options.boundary, "The boundary TOML that BUNDLE was made from");
     mesh->needs(organ)->needs(boundary);
     organ->needs(mesh);
     boundary->needs(mesh);
-    verify->add_option("--columns", options.columns, "Touchable nodes to solve again, drawn at random")
+    verify->add_option("--columns", options.columns, "How many touchable nodes, drawn at random, to solve again")
         ->check(positive_number())
         ->needs(mesh)
         ->capture_default_str();
-    verify->add_option("--seed", options.seed, "Of the draw")->needs(mesh)->capture_default_str();
+    verify->add_option("--seed", options.seed, "Seed of the random draw")->needs(mesh)->capture_default_str();
   };
   const auto body = [&] {
     if (info->parsed()) show_bundle(file, json);

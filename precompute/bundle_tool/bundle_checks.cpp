@@ -40,7 +40,7 @@ SmallSections read_small_sections(const BundleFile& file) {
   s.nodes = file.numbers<double>(SectionId::nodes);
   s.young = file.numbers<double>(SectionId::young);
   s.poisson = file.numbers<double>(SectionId::poisson);
-  s.force = file.numbers<double>(SectionId::force);
+  s.stiffness = file.numbers<double>(SectionId::force);
   s.residual = file.numbers<double>(SectionId::residual);
   s.tetrahedra = file.numbers<std::int32_t>(SectionId::tetrahedra);
   s.region = file.numbers<std::int32_t>(SectionId::region);
@@ -109,7 +109,8 @@ void check_materials(const BundleFile& file, const SmallSections& s, Checks& che
              wrong.empty() ? fmt::format("{} regions, Young > 0, -1 < Poisson < 0.5", s.young.size()) : wrong);
 }
 
-// Positive volumes; triangles are the outer surface, oriented outward; the first Ns nodes are exactly its nodes.
+// Volumes must be positive, the triangles must be the outer surface and wind outwards, and the first Ns nodes must be
+// its nodes.
 void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) {
   TetrahedralMesh mesh;
   mesh.nodes.resize(s.nodes.size() / 3);
@@ -131,7 +132,8 @@ void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) 
   checks.add("volumes", wrong.empty(),
              wrong.empty() ? fmt::format("{} tetrahedra, all positive", mesh.tetrahedra.size()) : wrong);
 
-  // Each triangle with its smallest node first: a rotation is the same triangle, a reflection is not.
+  // Turns a triangle so that its smallest node comes first. Two triangles of the same nodes are then equal where they
+  // wind alike.
   const auto turned = [](std::array<std::int32_t, 3> t) {
     std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
     return t;
@@ -156,7 +158,8 @@ void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) 
              wrong.empty() ? fmt::format("{} triangles, the outer faces of the tetrahedra", stored.size()) : wrong);
 }
 
-// The provenance's tolerance, or what double precision allowed where that is more; infinite where it states none.
+// The tolerance of the provenance or, where that is larger, what double precision allowed; infinite where it states
+// none.
 double stated_tolerance(const BundleFile& file) {
   const nlohmann::json provenance = file.provenance();
   const auto number = [&](const char* key, double otherwise) {
@@ -190,26 +193,27 @@ void check_preload(const BundleFile& file, const SmallSections& s, Checks& check
   checks.add("preload", wrong.empty(), wrong.empty() ? "fixed nodes have zero displacement" : wrong);
 }
 
-// T^f: zero on fixed dofs, symmetric and positive definite on the free ones. Fills compliance with C_kk = T^f_k^-1.
-void check_force(const SmallSections& s, std::vector<Matrix3>& compliance, Checks& checks) {
+void check_stiffness(const SmallSections& s, std::vector<Matrix3>& compliance, Checks& checks) {
   double asymmetry = 0;
   std::string wrong;
   compliance.resize(s.touchable.size());
   for (std::size_t k = 0; k < s.touchable.size(); ++k) {
-    Matrix3 force;
-    std::copy_n(s.force.begin() + static_cast<std::ptrdiff_t>(9 * k), 9, force.begin());
+    Matrix3 stiffness;
+    std::copy_n(s.stiffness.begin() + static_cast<std::ptrdiff_t>(9 * k), 9, stiffness.begin());
     const std::uint8_t* fixed = &s.fixed[3 * static_cast<std::size_t>(s.touchable[k])];
-    const double scale = largest(force);
+    const double scale = largest(stiffness);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        asymmetry = std::max(asymmetry, std::abs(force[3 * i + j] - force[3 * j + i]) / (scale > 0 ? scale : 1));
-        if (wrong.empty() && (fixed[i] || fixed[j]) && force[3 * i + j] != 0)
-          wrong = fmt::format("node {}: a fixed dof has the force {} N/m", s.touchable[k], force[3 * i + j]);
+        asymmetry =
+            std::max(asymmetry, std::abs(stiffness[3 * i + j] - stiffness[3 * j + i]) / (scale > 0 ? scale : 1));
+        if (wrong.empty() && (fixed[i] || fixed[j]) && stiffness[3 * i + j] != 0)
+          wrong = fmt::format("node {}: a fixed dof has the stiffness {} N/m", s.touchable[k], stiffness[3 * i + j]);
       }
-    if (!invert_on_free(force, fixed, &compliance[k]) && wrong.empty())
+    if (!invert_on_free(stiffness, fixed, &compliance[k]) && wrong.empty())
       wrong = fmt::format("node {}: not positive definite", s.touchable[k]);
   }
-  // C_kk is symmetrised before it is inverted: what is left are roundings of a 3 x 3 inverse.
+  // The solver makes C_kk symmetric before it inverts it, so that only rounding of a 3 x 3 inverse can make T^f
+  // asymmetric.
   checks.add_bounded("symmetric T^f", asymmetry <= 1e-12, "largest asymmetry, relative", asymmetry, 1e-12);
   checks.add("definite T^f", wrong.empty(),
              wrong.empty() ? "positive definite on free dofs, zero on fixed ones" : wrong);

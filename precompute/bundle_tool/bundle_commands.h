@@ -1,4 +1,4 @@
-// What palpate-bundle does. Each prints its report on stdout, for a reader or as JSON.
+// The commands of palpate-bundle. Each prints its report on standard output, as text or as JSON.
 #pragma once
 
 #include <cstdint>
@@ -11,34 +11,35 @@
 
 namespace palpate {
 
-// One screen: organ, counts, materials, certificate, hashes, sections. Errors: InputError when it is no bundle.
+// palpate-bundle info: organ, counts, materials, certificate, hashes and sections on one screen. Errors: InputError
+// where the file is no bundle.
 void show_bundle(const std::filesystem::path& file, bool json);
 
 struct VerifyOptions {
   std::filesystem::path bundle;
-  std::filesystem::path mesh, organ, boundary;  // empty, or all three: then columns are solved again
-  int columns = 8;                              // touchable nodes whose three columns are solved again
+  std::filesystem::path mesh, organ, boundary;  // all three, or all empty; where given, columns are solved again
+  int columns = 8;                              // how many touchable nodes, drawn at random, are solved again
   std::uint64_t seed = 1;
   bool json = false;
 };
-// Errors: InputError when it is no bundle, VerificationError when a check does not hold.
+// palpate-bundle verify. Errors: InputError where the file is no bundle, VerificationError where a check does not hold.
 void verify_bundle(const VerifyOptions& options);
 
 struct PackOptions {
   std::filesystem::path bundle, output;
-  std::optional<formats::ElementType> precision;  // f64, f32 or f16; as it is
+  std::optional<formats::ElementType> precision;  // f64, f32 or f16; empty: that of the source
   bool surface = false;                           // drop the interior
-  std::filesystem::path touchable;                // boundary TOML whose [touchable] selects the columns to keep
-  std::vector<std::string> patches;               // surface patches of the mesh that do
-  std::filesystem::path mesh;                     // needed by those two
-  std::optional<double> low_rank;                 // compliance in blocks, relative column error at most
-  std::filesystem::path accuracy;                 // of palpate-accuracy choose, for the certificate
+  std::filesystem::path touchable;                // boundary TOML; keeps the columns that its [touchable] selects
+  std::vector<std::string> patches;               // keeps the columns on these surface patches of the mesh
+  std::filesystem::path mesh;                     // needed by touchable and patches
+  std::optional<double> low_rank;  // stores the compliance in blocks, with at most this relative error of a column
+  std::filesystem::path accuracy;  // the file of palpate-accuracy choose, for the certificate
 };
-// Writes options.output atomically; the same input gives the same bytes. Errors: InputError for a source that is no bundle
-// or that the options would make no smaller, OperationError (disk).
+// palpate-bundle pack. Writes the whole output or none of it; the same input gives the same bytes. Errors: InputError
+// where the source is no bundle or the options would not make it smaller, OperationError for the disk.
 void pack_bundle(const PackOptions& options);
 
-// Errors: InputError when one is no bundle, VerificationError when they differ.
+// palpate-bundle diff. Errors: InputError where one file is no bundle, VerificationError where they differ.
 void compare_bundles(const std::filesystem::path& a, const std::filesystem::path& b, bool json);
 
 }  // namespace palpate

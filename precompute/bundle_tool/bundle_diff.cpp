@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "precompute/bundle_tool/bundle_commands.h"
@@ -64,7 +65,7 @@ NumberDifference compare_section(const BundleFile& a, const BundleFile& b, const
   return found;
 }
 
-// One object per key whose value differs: {"key", "a", "b"}; a side that lacks it has null.
+// One object for each key whose value differs: {"key", "a", "b"}; null on a side that does not have the key.
 nlohmann::json provenance_differences(const nlohmann::json& a, const nlohmann::json& b) {
   nlohmann::json differences = nlohmann::json::array();
   std::set<std::string> keys;
@@ -88,7 +89,8 @@ constexpr SectionId kDisplacements[] = {SectionId::displacement_surface, Section
                                         SectionId::compliance_clusters,  SectionId::compliance_blocks,
                                         SectionId::compliance_values,    SectionId::compliance_scale};
 
-// Whether the displacements of both are the same sections of plain numbers, to be compared number by number.
+// Whether both bundles store the displacements in the same sections and types, so that they can be compared number by
+// number.
 bool same_store(const BundleFile& a, const BundleFile& b) {
   for (const SectionId id : kDisplacements) {
     const SectionEntry *in_a = a.find(id), *in_b = b.find(id);
@@ -99,7 +101,8 @@ bool same_store(const BundleFile& a, const BundleFile& b) {
   return true;
 }
 
-// Displacements in different forms, by what they stand for: the columns of the nodes that both can be touched at.
+// Compares displacements that are stored in different forms, by their columns, at the nodes that are touchable in both
+// bundles.
 nlohmann::json decoded_difference(const BundleFile& a, const BundleFile& b) {
   StoredColumns of_a(a), of_b(b);
   nlohmann::json result = {{"section", "displacements"}, {"form_a", of_a.form()}, {"form_b", of_b.form()}};
@@ -129,7 +132,8 @@ nlohmann::json decoded_difference(const BundleFile& a, const BundleFile& b) {
   return result;
 }
 
-// One object per section that differs. Provenance that is JSON on both sides is compared key by key, not here.
+// One object for each section that differs. Provenance that is JSON in both bundles is compared key by key, in another
+// place.
 nlohmann::json section_differences(const BundleFile& a, const BundleFile& b) {
   nlohmann::json differences = nlohmann::json::array();
   std::set<std::uint32_t> ids;

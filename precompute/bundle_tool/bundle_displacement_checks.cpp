@@ -16,7 +16,7 @@ using namespace formats;
 
 namespace {
 
-// Everything that is asked of T^u, column by column, so that a store larger than memory needs one pass.
+// All checks of T^u, column by column: a bundle that is larger than memory is read once.
 class TensorPass {
  public:
   TensorPass(const BundleFile& file, const SmallSections& small, const std::vector<Matrix3>& compliance,
@@ -31,15 +31,15 @@ class TensorPass {
 
   void run() {
     Progress progress("verify", columns_.columns());
-    std::vector<std::int32_t> place(small_.touchable.size(), -1);
-    for (std::size_t a = 0; a < paired_.size(); ++a) place[paired_[a]] = static_cast<std::int32_t>(a);
+    std::vector<std::int32_t> index_in_paired(small_.touchable.size(), -1);
+    for (std::size_t a = 0; a < paired_.size(); ++a) index_in_paired[paired_[a]] = static_cast<std::int32_t>(a);
     ColumnRows rows;
     for (std::size_t k = 0; k < columns_.columns(); ++k) {
       columns_.read(k, rows);
       look_at_column("surface", k, 0, rows.surface);
       look_at_column("interior", k, columns_.surface_nodes(), rows.interior);
       look_at_own(k, rows.surface);
-      if (place[k] >= 0) keep_pairs(static_cast<std::size_t>(place[k]), rows.surface);
+      if (index_in_paired[k] >= 0) keep_pairs(static_cast<std::size_t>(index_in_paired[k]), rows.surface);
       progress.advance();
     }
   }
@@ -60,11 +60,11 @@ class TensorPass {
   const StoredColumns& columns() const { return columns_; }
   // T^u_nk of the paired nodes n = paired[a], k = paired[b] (positions in touchable), row-major.
   const Matrix3& block(std::size_t a, std::size_t b) const { return blocks_[a * paired_.size() + b]; }
-  // Squares of the 2-norm over all stored nodes of the three columns at touchable k.
+  // Scalar products of the three columns of slot k with each other, over all stored nodes.
   const Matrix3& column_products(std::size_t k) const { return column_norm_[k]; }
 
  private:
-  // rows: [3][count][3]; first: the mesh node of the first.
+  // rows: [3][count][3]. first: the node to which the first entry belongs.
   void look_at_column(const char* where, std::size_t k, std::uint64_t first, const std::vector<double>& rows) {
     const std::size_t length = rows.size() / 3;
     Matrix3& products = column_norm_[k];
@@ -94,10 +94,10 @@ class TensorPass {
     for (int j = 0; j < 3; ++j) difference[4 * j] -= fixed[j] ? 0.0 : 1.0;
     double found = largest(difference);
     if (columns_.in_blocks()) {
-      Matrix3 force;
-      std::copy_n(small_.force.begin() + 9 * static_cast<std::ptrdiff_t>(k), 9, force.begin());
+      Matrix3 stiffness;
+      std::copy_n(small_.stiffness.begin() + 9 * static_cast<std::ptrdiff_t>(k), 9, stiffness.begin());
       const double rounding = columns_.type() == ElementType::f16 ? 0x1p-11 : 0x1p-24;
-      found /= 9 * rounding * largest(compliance_[k]) * largest(force);
+      found /= 9 * rounding * largest(compliance_[k]) * largest(stiffness);
     }
     if (!(found <= identity_)) identity_ = found;
   }
@@ -119,7 +119,8 @@ class TensorPass {
 
 // ---- reciprocity ----------------------------------------------------------------------------------------------------
 
-// Pairs are compared in memory: all of them, or those among as many nodes as this takes.
+// Pairs of nodes are compared in memory: all pairs where there are at most this many touchable nodes, else those of a
+// random sample.
 constexpr std::size_t kMostPairedNodes = 3500;  // 12 million pairs, 0.9 GB
 
 }  // namespace
@@ -134,15 +135,16 @@ std::vector<std::int32_t> draw(std::size_t from, std::size_t count, std::uint64_
 
 namespace {
 
-// Betti-Maxwell: C_nk = C_kn^T, with C_nk = T^u_nk C_kk. How far stored numbers may miss it:
-//  - T^u was rounded, to u = 2^-24 of each entry in f32 and 2^-11 in f16, whose smallest numbers add a fixed step:
-//    u |T^u_nk| |C_kk| for C_nk, the same for C_kn. Blocks are symmetric whatever they were rounded to;
-//  - a solve stops at the residual r, |r| <= tolerance: row n of C r is at most |C e_n| tolerance by Cauchy-Schwarz. It
-//    enters C_nk and, through C_kk, T^u_nk once more: twice for each side;
-//  - inverting T^f in double: its condition number times 2^-53 of C_nk.
-// All of it is computed from what is stored, pair by pair, so that far pairs, whose C_nk is small, are held to a bound
-// that is as small. Where the interior is not stored |C e_n| is taken as that of the surface times sqrt(N / Ns). The
-// whole is allowed twice over, for what these first-order sums leave out.
+// The theorem of Betti and Maxwell: C_nk = C_kn^T, where C_nk = T^u_nk C_kk. Stored numbers miss it by three errors:
+//  - T^u was rounded. Rounding of an entry is u = 2^-24 of it in f32 and 2^-11 in f16, plus a fixed step for the
+//    smallest numbers of f16. This gives u |T^u_nk| |C_kk| in C_nk, and as much in C_kn. A compliance in blocks is
+//    symmetric however it was rounded.
+//  - The solver stops at a residual r with |r| <= tolerance. Row n of C r is then at most |C e_n| tolerance (Cauchy and
+//    Schwarz). This error is in C_nk, and through C_kk once more in T^u_nk: twice for each side.
+//  - T^f is inverted in double precision: an error of its condition number times 2^-53 in C_nk.
+// The bound is computed for each pair from what is stored, so that it is small for far pairs, whose C_nk is small.
+// Where the interior is not stored, |C e_n| is taken as that of the surface times sqrt(N / Ns). The sum of the errors
+// is doubled, because it is of first order only.
 struct Reciprocity {
   double worst = 0;     // largest |C_nk - C_kn^T| / its bound
   double relative = 0;  // largest |C_nk - C_kn^T| / |C_nk|, largest entries
@@ -157,7 +159,7 @@ Reciprocity measure_reciprocity(const BundleFile& file, const SmallSections& s, 
   const double unseen = file.find(SectionId::displacement_interior)
                             ? 1.0
                             : static_cast<double>(counts.nodes) / static_cast<double>(counts.surface_nodes);
-  // |C e| of each paired dof: the columns of T^u times C_kk.
+  // |C e| of each dof of the sample: the columns of T^u times C_kk.
   std::vector<std::array<double, 3>> norm(paired.size());
   std::vector<double> inverse_rounding(paired.size());
   for (std::size_t a = 0; a < paired.size(); ++a) {
@@ -167,14 +169,14 @@ Reciprocity measure_reciprocity(const BundleFile& file, const SmallSections& s, 
       for (int m = 0; m < j; ++m) products[3 * m + j] = products[3 * j + m];
     const Matrix3 of_columns = multiply(multiply(own, products), own);
     for (int j = 0; j < 3; ++j) norm[a][j] = std::sqrt(std::max(0.0, unseen * of_columns[4 * j]));
-    Matrix3 force;
-    std::copy_n(s.force.begin() + 9 * static_cast<std::ptrdiff_t>(paired[a]), 9, force.begin());
-    inverse_rounding[a] = 9 * largest(own) * largest(force) * 0x1p-53;
+    Matrix3 stiffness;
+    std::copy_n(s.stiffness.begin() + 9 * static_cast<std::ptrdiff_t>(paired[a]), 9, stiffness.begin());
+    inverse_rounding[a] = 9 * largest(own) * largest(stiffness) * 0x1p-53;
   }
 
   Reciprocity found;
   const double relative_rounding = pass.columns().relative_rounding();
-  // What rounding may do to T^u_nk, entry by entry; b: the column's place among the paired.
+  // How far rounding may move each entry of T^u_nk. b: index of the column in the sample.
   const auto rounding_of = [&](const Matrix3& t, std::size_t b) {
     Matrix3 moved = absolute(t);
     for (int i = 0; i < 3; ++i)

@@ -1,8 +1,9 @@
-// A bundle opened for looking at: the index is checked, sections are read piece by piece. Never through libhdf5.
+// A bundle that is open for reading. Its index is checked when it is opened; sections are read piece by piece. Does not
+// use libhdf5, which damaged files can crash.
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,7 @@
 
 namespace palpate {
 
-// The index does not hold; status says how.
+// The index of a bundle does not hold; status says what is wrong.
 struct BundleRefused : InputError {
   BundleRefused(const std::string& sentence, formats::BundleStatus why) : InputError(sentence), status(why) {}
   formats::BundleStatus status;
@@ -19,7 +20,7 @@ struct BundleRefused : InputError {
 
 class BundleFile {
  public:
-  // Errors: InputError when the file cannot be read, BundleRefused when its index does not hold.
+  // Errors: BundleRefused where the file cannot be read or its index does not hold.
   explicit BundleFile(std::filesystem::path file);
   BundleFile(const BundleFile&) = delete;
   BundleFile& operator=(const BundleFile&) = delete;
@@ -32,7 +33,7 @@ class BundleFile {
   // Bytes first .. first + count - 1 of a section. Errors: OperationError.
   void read(const formats::SectionEntry& entry, std::uint64_t first, void* bytes, std::uint64_t count) const;
 
-  // A whole section as it lies in the file; empty where the bundle has none. Number: of the section's element type.
+  // A whole section; empty where the bundle does not have it. Number must be the element type of the section.
   template <class Number>
   std::vector<Number> numbers(formats::SectionId id) const {
     const formats::SectionEntry* entry = find(id);
@@ -43,10 +44,10 @@ class BundleFile {
   }
   std::string text(formats::SectionId id) const;
 
-  // The provenance section, when it is a flat JSON object; a null otherwise (the bytes are not trusted).
+  // The provenance where it is a flat JSON object, else a JSON null: the bytes of the file are not trusted.
   nlohmann::json provenance() const;
 
-  // The lines of material/names.
+  // The lines of the section material/names.
   std::vector<std::string> region_names() const;
 
   // XXH64 of the section's bytes as they are now.
@@ -64,9 +65,9 @@ std::string section_name(const formats::SectionEntry& entry);
 std::string type_name(std::uint32_t type);
 // "(6, 3)".
 std::string shape_text(const formats::SectionEntry& entry);
-// Text of a file for a terminal: control characters become '?'.
+// Text of a file for a terminal: control characters, which could change the terminal, become '?'.
 std::string printable(const std::string& text);
-// JSON text; bytes that are not UTF-8 are replaced.
+// The JSON as text; bytes that are not UTF-8 are replaced.
 std::string json_text(const nlohmann::json& json);
 
 }  // namespace palpate

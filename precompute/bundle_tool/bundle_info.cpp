@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "precompute/bundle_tool/bundle_commands.h"
 #include "precompute/bundle_tool/bundle_file.h"
@@ -91,7 +92,7 @@ std::string measured(const nlohmann::json& object, const char* key) {
   return has_number(object, key) ? fmt::format("{:.2g}", object[key].get<double>()) : "not measured";
 }
 
-// What is stored, and how far it is from what was solved.
+// The form of the displacements, and their error against the solved columns.
 void print_storage(const nlohmann::json& report) {
   const nlohmann::json& p = report["provenance"];
   fmt::print("stored      {}\n", printable(report["stored"].get<std::string>()));
@@ -109,7 +110,7 @@ void print_storage(const nlohmann::json& report) {
   fmt::print("            {}\n", value_text(p, "pack_history"));
 }
 
-// Below this a column solved to 1e-9 of its residual may be off by its size.
+// Below this, a column whose relative residual is 1e-9 may have an error as large as itself.
 constexpr double kLeastReciprocalCondition = 1e-12;
 
 void print_certificate(const nlohmann::json& report) {
@@ -134,7 +135,7 @@ void print_certificate(const nlohmann::json& report) {
   fmt::print("\n");
 }
 
-// What palpate-accuracy measured of this setting.
+// The accuracy that palpate-accuracy measured for this setting.
 void print_accuracy(const nlohmann::json& p) {
   if (!p.is_object() || !has_number(p, "accuracy_force_error") || !has_number(p, "accuracy_field_error")) return;
   const auto percent = [&](const char* key) {
@@ -182,7 +183,8 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
   }
 }
 
-// In words; a bundle whose tables do not hold is shown as far as it goes.
+// The form of the displacements in words; where the tables do not hold, what is wrong: info shows as much of a damaged
+// bundle as it can.
 std::string stored_form(const BundleFile& file) {
   try {
     const StoredColumns columns(file);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "formats/atomic_file.h"
@@ -13,11 +14,11 @@
 #include "formats/program.h"
 #include "formats/tetrahedral_mesh.h"
 #include "precompute/bundle_tool/bundle_commands.h"
-#include "precompute/bundle_tool/bundle_matrix3.h"
 #include "precompute/bundle_tool/column_errors.h"
 #include "precompute/bundle_tool/compliance_packer.h"
 #include "precompute/bundle_tool/stated_accuracy.h"
 #include "precompute/bundle_tool/stored_columns.h"
+#include "precompute/elements/matrix3.h"
 
 namespace palpate {
 
@@ -25,12 +26,13 @@ using namespace formats;
 
 namespace {
 
-// Room for the numbers that are known at the end: each a double in JSON.
+// The provenance is laid out before its numbers are known. Each of at most 16 numbers takes at most 32 characters as
+// JSON.
 constexpr std::size_t kRoomForNumbers = 16 * 32;
 
 // ---- which columns --------------------------------------------------------------------------------------------------
 
-// Nodes of the mesh's outer surface in the order of the file: the order of a bundle's surface nodes.
+// The nodes of the outer surface, in the order of the mesh file, which is that of the surface nodes of a bundle.
 std::vector<std::int32_t> surface_nodes_of(const TetrahedralMesh& mesh) {
   std::vector<std::int32_t> nodes;
   for (const auto& triangle : boundary_triangles(mesh)) nodes.insert(nodes.end(), triangle.begin(), triangle.end());
@@ -39,7 +41,7 @@ std::vector<std::int32_t> surface_nodes_of(const TetrahedralMesh& mesh) {
   return nodes;
 }
 
-// Positions in tensors/nodes of the columns to keep, ascending.
+// The slots (positions in the section tensors/nodes) of the columns to keep, ascending.
 std::vector<std::size_t> kept_columns(const BundleFile& source, const PackOptions& options) {
   const auto touchable = source.numbers<std::int32_t>(SectionId::touchable);
   std::vector<std::size_t> kept(touchable.size());
@@ -93,7 +95,7 @@ void check_options(const PackOptions& options) {
         "--accuracy");
   if (subset == options.mesh.empty())
     throw InputError(subset ? "--touchable and --patch need --mesh, the mesh file that the bundle was made from"
-                            : "--mesh is only of use with --touchable or --patch");
+                            : "--mesh is only used with --touchable or --patch; leave it out or add one of them");
   if (options.low_rank && !(*options.low_rank >= 1e-6 && *options.low_rank <= 0.1))
     throw InputError(
         fmt::format("--low-rank: expected a relative column error from 1e-6 to 0.1, found {}", *options.low_rank));
@@ -102,7 +104,7 @@ void check_options(const PackOptions& options) {
 ElementType target_type(const StoredColumns& columns, const BundleFile& source, const PackOptions& options) {
   const std::string file = source.path().string();
   if (columns.in_blocks())
-    throw InputError(fmt::format("{}: is packed in blocks already; pack the bundle it was made from", file));
+    throw InputError(fmt::format("{}: is already packed in blocks; pack the bundle that it was made from", file));
   const ElementType from = columns.type();
   const ElementType to =
       options.precision.value_or(from == ElementType::f64 && options.low_rank ? ElementType::f32 : from);
@@ -111,8 +113,8 @@ ElementType target_type(const StoredColumns& columns, const BundleFile& source, 
                                  type_name(static_cast<std::uint32_t>(from)),
                                  type_name(static_cast<std::uint32_t>(to))));
   if (options.low_rank && from == ElementType::f16)
-    throw InputError(
-        fmt::format("{}: holds f16, whose rounding has no low rank; pack the bundle it was made from", file));
+    throw InputError(fmt::format(
+        "{}: holds f16, whose rounding errors low rank cannot store; pack the bundle that it was made from", file));
   if (options.low_rank && to == ElementType::f64)
     throw InputError("--low-rank stores f32 or f16: its error is far above their rounding; leave --precision f64 out");
   return to;
@@ -134,9 +136,8 @@ class Packer {
     if (!options.accuracy.empty()) accuracy_ = read_stated_accuracy(options.accuracy, source.provenance(), form());
     if (type_ == columns_.type() && kept_.size() == columns_.columns() && !drops_interior && !options.low_rank &&
         options.accuracy.empty())
-      throw InputError(fmt::format("{}: holds {}{} already; what was asked for would change nothing",
-                                   source.path().string(), columns_.form(),
-                                   columns_.has_interior() ? "" : ", without an interior,"));
+      throw InputError(fmt::format("{}: holds {}{} already; the options would change nothing", source.path().string(),
+                                   columns_.form(), columns_.has_interior() ? "" : ", without an interior,"));
   }
 
   void write() {
@@ -162,25 +163,26 @@ class Packer {
                          static_cast<double>(packed.index().header.file_bytes)));
     if (blocks_) {
       note(
-          fmt::format("{} blocks of low rank (at most {}), {} dense; {} more are far apart, but low rank would take as "
-                      "much as dense",
+          fmt::format("{} blocks are stored with low rank (at most {}) and {} densely; {} more join parts that are far "
+                      "apart, but low "
+                      "rank would not make them smaller",
                       blocks_->low_rank_blocks, blocks_->largest_rank, blocks_->dense_blocks - blocks_->apart_but_dense,
                       blocks_->apart_but_dense));
       const std::uint64_t rows = 9 * kept_.size() * columns_.surface_nodes() * element_bytes(type_);
       if (blocks_->values.size() > rows / 2)
-        warn(
-            fmt::format("low rank takes {} bytes where rows of the same type take {}: on so small a surface it gains "
-                        "little",
-                        blocks_->values.size(), rows));
+        warn(fmt::format(
+            "low rank takes {} bytes and rows of the same type {}: on such a small surface low rank gains little",
+            blocks_->values.size(), rows));
     }
     note(
         fmt::format("against its source, all {} columns: worst relative error {:.2g} (node {} dof {}), RMS {:.2g}, "
-                    "largest entry error {:.2g}; against what was solved at most {:.2g}",
+                    "largest error of an entry {:.2g}; against the solved columns at most {:.2g}",
                     errors_.columns, errors_.worst, errors_.worst_node, "xyz"[errors_.worst_dof], errors_.rms,
                     errors_.largest_entry, stored_error()));
     if (options_.low_rank && errors_.worst > *options_.low_rank)
-      warn(fmt::format("the worst column misses --low-rank {} by rounding to {}; give f32, or a larger error",
-                       *options_.low_rank, type_name(static_cast<std::uint32_t>(type_))));
+      warn(fmt::format(
+          "rounding to {1} takes the worst column above --low-rank {0}; use --precision f32, or allow a larger error",
+          *options_.low_rank, type_name(static_cast<std::uint32_t>(type_))));
   }
 
  private:
@@ -195,7 +197,7 @@ class Packer {
   void pack_blocks() {
     const auto fixed = source_.numbers<std::uint8_t>(SectionId::fixed);
     const auto touchable = source_.numbers<std::int32_t>(SectionId::touchable);
-    const auto force = source_.numbers<double>(SectionId::force);
+    const auto stiffnesses = source_.numbers<double>(SectionId::force);
     const auto nodes = source_.numbers<double>(SectionId::nodes);
     const std::size_t run = 3 * columns_.surface_nodes();
     ComplianceSource from;
@@ -207,8 +209,8 @@ class Packer {
       const std::size_t k = kept_[s];
       from.touchable.push_back(touchable[k]);
       Matrix3 stiffness, own;
-      std::copy_n(force.begin() + 9 * static_cast<std::ptrdiff_t>(k), 9, stiffness.begin());
-      from.force.insert(from.force.end(), stiffness.begin(), stiffness.end());
+      std::copy_n(stiffnesses.begin() + 9 * static_cast<std::ptrdiff_t>(k), 9, stiffness.begin());
+      from.stiffness.insert(from.stiffness.end(), stiffness.begin(), stiffness.end());
       if (!invert_on_free(stiffness, &fixed[3 * static_cast<std::size_t>(touchable[k])], &own))
         throw InputError(fmt::format("{}: tensors/force of node {} is not positive definite; run palpate-bundle verify",
                                      source_.path().string(), touchable[k]));
@@ -338,7 +340,7 @@ class Packer {
     writer.write(to, s * bytes_.size(), bytes_.data(), bytes_.size());
   }
 
-  // From the bytes that were written.
+  // Measures the errors on the bytes that were written.
   void measure() {
     const BundleFile packed(part_);
     StoredColumns of_packed(packed);
@@ -354,14 +356,14 @@ class Packer {
     errors_.finish();
   }
 
-  // The source's own error against what was solved: of an earlier pack, or of the cast.
+  // The error of the source against the solved columns: of an earlier pack, or of rounding when it was first stored.
   double source_error() const {
     const nlohmann::json p = source_.provenance();
     for (const char* key : {"stored_error", "cast_error"})
       if (p.is_object() && p.contains(key) && p[key].is_number()) return p[key].get<double>();
     return 0;
   }
-  // |packed - solved| <= |packed - source| + |source - solved|, each relative to its own column.
+  // |packed - solved| <= |packed - source| + |source - solved|, each relative to the column it is measured against.
   double stored_error() const {
     const double before = source_error();
     return before + (1 + before) * errors_.worst;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "formats/organ_config.h"
 #include "formats/program.h"
@@ -66,7 +67,7 @@ void check_body(const ElasticBody& body, const SmallSections& small, Checks& che
 
 struct SolvedErrors {
   ColumnErrors displacement;
-  double force = 0, residual = 0;  // relative, in 2-norms; of the new solve
+  double stiffness = 0, residual = 0;  // relative, in 2-norms; of the new solve
 };
 
 SolvedErrors compare_columns(const BundleFile& file, const SmallSections& small, const std::vector<std::int32_t>& drawn,
@@ -88,10 +89,10 @@ SolvedErrors compare_columns(const BundleFile& file, const SmallSections& small,
     found.displacement.add(stored, expected, solved[s].node);
     double difference = 0, size = 0;
     for (int i = 0; i < 9; ++i) {
-      difference += std::pow(small.force[9 * k + i] - solved[s].force[i], 2);
-      size += std::pow(solved[s].force[i], 2);
+      difference += std::pow(small.stiffness[9 * k + i] - solved[s].stiffness[i], 2);
+      size += std::pow(solved[s].stiffness[i], 2);
     }
-    found.force = std::max(found.force, std::sqrt(difference / size));
+    found.stiffness = std::max(found.stiffness, std::sqrt(difference / size));
     found.residual = std::max(found.residual, solved[s].residual);
   }
   return found;
@@ -137,8 +138,9 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
                                 found.displacement.worst_node, "xyz"[found.displacement.worst_dof]),
                     provenance, packed ? "stored_error" : "cast_error", found.displacement.worst, bound);
   // T^f is stored in double; 1e-12 is for the inverse of its 3 x 3 block.
-  checks.add_bounded("T^f solved again", found.force <= 1e-12 + solving,
-                     fmt::format("largest relative error of {} blocks", drawn.size()), found.force, 1e-12 + solving);
+  checks.add_bounded("T^f solved again", found.stiffness <= 1e-12 + solving,
+                     fmt::format("largest relative error of {} blocks", drawn.size()), found.stiffness,
+                     1e-12 + solving);
 }
 
 }  // namespace palpate

@@ -24,7 +24,7 @@ void run_checks(const BundleFile& file, const VerifyOptions& options, Checks& ch
   check_certificate(file, small, checks);
   check_preload(file, small, checks);
   std::vector<Matrix3> compliance;
-  check_force(small, compliance, checks);
+  check_stiffness(small, compliance, checks);
 
   check_checksums(file, check_displacements(file, small, compliance, options.seed, checks), checks);
   if (!options.mesh.empty()) check_against_inputs(file, small, options, checks);

@@ -1,4 +1,4 @@
-// How far stored columns are from those they stand for.
+// The errors of stored columns against the columns they approximate.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Over all columns that were added: relative errors in the 2-norm over the nodes that both have stored.
+// Over all columns that were added: their relative errors in the 2-norm, over the nodes that both have stored.
 struct ColumnErrors {
   double worst = 0, rms = 0, largest_entry = 0;
   std::int64_t worst_node = -1, worst_dof = 0, columns = 0;

@@ -18,14 +18,14 @@ using namespace formats;
 namespace {
 
 constexpr std::int32_t kLeafNodes = 32;
-// Two clusters are apart when the smaller's diameter is at most this times their distance. Of 1 and 2, tried on the liver,
-// 2 gave the smaller store at every error from 1e-2 to 1e-4.
+// Two clusters are apart where the diameter of the smaller one is at most kApart times their distance. On the liver, 2
+// gave fewer bytes than 1 at every error from 1e-2 to 1e-4.
 constexpr double kApart = 2;
 
 // ---- tree of clusters -----------------------------------------------------------------------------------------------
 
 struct Cluster {
-  std::int32_t begin = 0, end = 0;     // places
+  std::int32_t begin = 0, end = 0;     // positions
   std::int32_t left = -1, right = -1;  // children, or -1
   std::int32_t leaf_begin = 0, leaf_end = 0;
   std::array<double, 3> low{}, high{};
@@ -37,7 +37,7 @@ class Tree {
  public:
   explicit Tree(const ComplianceSource& source, std::int32_t leaf_nodes) : source_(source), leaf_nodes_(leaf_nodes) {}
 
-  // Nodes of the next places; returns the root, or -1 for none.
+  // Adds these nodes at the next positions of order, as a tree; returns its root, or -1 where there are no nodes.
   std::int32_t add(std::vector<std::int32_t> nodes) {
     if (nodes.empty()) return -1;
     const auto begin = static_cast<std::int32_t>(order.size());
@@ -45,14 +45,14 @@ class Tree {
     return split(begin, static_cast<std::int32_t>(order.size()));
   }
 
-  std::vector<std::int32_t> order;  // node at each place
+  std::vector<std::int32_t> order;  // node at each position
   std::vector<Cluster> clusters;
   std::vector<std::int32_t> leaf_ends;
 
  private:
   double coordinate(std::int32_t node, int d) const { return source_.position[3 * static_cast<std::size_t>(node) + d]; }
 
-  // Halves along the longest side of the bounding box.
+  // Halves the cluster along the longest side of its bounding box, down to leaf_nodes_.
   std::int32_t split(std::int32_t begin, std::int32_t end) {
     Cluster c;
     c.begin = begin, c.end = end, c.leaf_begin = static_cast<std::int32_t>(leaf_ends.size());
@@ -100,19 +100,19 @@ struct Factors {
   Eigen::MatrixXd u, v;  // [3 rows][rank], [3 columns][rank]: block = u v^T
 };
 
-// What a block may miss at each of its nodes: on T of dof j, and through |T^f| on C.
+// The error that a block may have at each of its nodes: in T^u, for dof j, and in C, for all dofs.
 struct Budget {
   std::vector<std::array<double, 3>> of_t;
   std::vector<double> of_c;
-  std::vector<Eigen::Matrix3d> force;
+  std::vector<Eigen::Matrix3d> stiffness;
 };
 
-// Rows 3 n .. 3 n + 2 of v, times T^f of that node: what the factors give for T. The first rank, counted from the front,
-// that leaves every dof of every node at most 0.9 of its budget; sigma holds the singular values.
+// The smallest rank at which the error of every dof of every node is at most 0.9 of its budget. sigma: the singular
+// values. Rows 3 n .. 3 n + 2 of v times T^f of node n give the share of each rank in the columns of T^u of that node.
 Eigen::Index least_rank(const Eigen::MatrixXd& v, const Eigen::VectorXd& sigma, const Budget& budget) {
   Eigen::Index least = 0;
-  for (std::size_t n = 0; n < budget.force.size(); ++n) {
-    const Eigen::MatrixXd of_t = budget.force[n].transpose() * v.middleRows(3 * static_cast<Eigen::Index>(n), 3);
+  for (std::size_t n = 0; n < budget.stiffness.size(); ++n) {
+    const Eigen::MatrixXd of_t = budget.stiffness[n].transpose() * v.middleRows(3 * static_cast<Eigen::Index>(n), 3);
     for (int j = 0; j < 3; ++j) {
       const double most = std::pow(0.9 * budget.of_t[n][j], 2);
       double missed = 0;
@@ -128,29 +128,31 @@ Eigen::Index least_rank(const Eigen::MatrixXd& v, const Eigen::VectorXd& sigma, 
   return least;
 }
 
-// Whether the residual is at most a tenth of the budget at every node of the columns.
+// Whether the residual is at most a tenth of the budget at every node, the nodes being those of the columns.
 bool is_small(const Eigen::MatrixXd& residual, const Budget& budget) {
   for (std::size_t n = 0; n < budget.of_c.size(); ++n)
     if (residual.middleCols(3 * static_cast<Eigen::Index>(n), 3).norm() > 0.1 * budget.of_c[n]) return false;
   return true;
 }
+// The same where the nodes are those of the rows.
 bool is_small_by_rows(const Eigen::MatrixXd& residual, const Budget& budget) {
   for (std::size_t n = 0; n < budget.of_c.size(); ++n)
     if (residual.middleRows(3 * static_cast<Eigen::Index>(n), 3).norm() > 0.1 * budget.of_c[n]) return false;
   return true;
 }
 
-// Rows of fixed dofs are zero and stay so.
+// Rows of fixed dofs are zero in the block; rounding must not change that.
 void keep_zero_rows(const Eigen::MatrixXd& block, Eigen::MatrixXd& factor) {
   for (Eigen::Index r = 0; r < block.rows(); ++r)
     if (block.row(r).cwiseAbs().maxCoeff() == 0) factor.row(r).setZero();
 }
 
-// Cross approximation with full pivoting, then the least rank by singular values. rows: nullptr where the rows' nodes
-// carry no columns. Empty when low rank would take as many numbers as dense. Source: Bebendorf 2000.
+// Cross approximation with full pivoting (Bebendorf 2000), then the smallest rank by singular values. rows: the budget
+// of the nodes of the rows; null where these are not touchable and so have no columns. Nothing where low rank would
+// take as many numbers as the dense block.
 std::optional<Factors> low_rank(const Eigen::MatrixXd& block, const Budget& columns, const Budget* rows) {
   const Eigen::Index most = block.size() / (block.rows() + block.cols());
-  // Singular values drop a few ranks that the crosses took.
+  // The singular values later drop some of the ranks that the crosses took.
   const Eigen::Index most_crosses = std::min(most + most / 2 + 4, std::min(block.rows(), block.cols()));
   Eigen::MatrixXd residual = block, u(block.rows(), most_crosses), v(block.cols(), most_crosses);
   Eigen::Index crosses = 0;
@@ -220,16 +222,16 @@ class Packer {
 
   const Cluster& at(std::int32_t cluster) const { return tree_.clusters[cluster]; }
 
-  // Columns and rows of the compliance by place.
+  // Sorts columns and rows of the compliance by position in the tree.
   void bring_into_order() {
     const std::size_t run = 3 * static_cast<std::size_t>(source_.surface_nodes), columns = source_.touchable.size();
     std::vector<std::int32_t> column_of(static_cast<std::size_t>(source_.surface_nodes), -1);
     for (std::size_t k = 0; k < columns; ++k) column_of[source_.touchable[k]] = static_cast<std::int32_t>(k);
     std::vector<float> ordered(source_.compliance.size());
-    force_.resize(columns);
+    stiffness_.resize(columns);
     for (std::size_t p = 0; p < columns; ++p) {
       const auto k = static_cast<std::size_t>(column_of[tree_.order[p]]);
-      force_[p] = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&source_.force[9 * k]);
+      stiffness_[p] = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&source_.stiffness[9 * k]);
       for (std::size_t j = 0; j < 3; ++j)
         for (std::size_t q = 0; q < tree_.order.size(); ++q)
           std::copy_n(&source_.compliance[(3 * k + j) * run + 3 * static_cast<std::size_t>(tree_.order[q])], 3,
@@ -238,13 +240,13 @@ class Packer {
     source_.compliance.swap(ordered);
   }
 
-  // |T| of each column.
+  // The 2-norm of each column of T^u.
   void norms() {
     const auto run = static_cast<Eigen::Index>(3 * source_.surface_nodes);
-    norm_.resize(force_.size());
-    for (std::size_t p = 0; p < force_.size(); ++p) {
+    norm_.resize(stiffness_.size());
+    for (std::size_t p = 0; p < stiffness_.size(); ++p) {
       const Eigen::Map<const Eigen::MatrixXf> c(&source_.compliance[3 * p * static_cast<std::size_t>(run)], run, 3);
-      const Eigen::MatrixXd t = c.cast<double>() * force_[p];
+      const Eigen::MatrixXd t = c.cast<double>() * stiffness_[p];
       for (int j = 0; j < 3; ++j) norm_[p][j] = t.col(j).norm();
     }
   }
@@ -252,11 +254,12 @@ class Packer {
   Eigen::MatrixXd numbers(const Cluster& rows, const Cluster& columns) const {
     const auto run = static_cast<Eigen::Index>(3 * source_.surface_nodes);
     const Eigen::Map<const Eigen::MatrixXf> all(source_.compliance.data(), run,
-                                                static_cast<Eigen::Index>(3 * force_.size()));
+                                                static_cast<Eigen::Index>(3 * stiffness_.size()));
     return all.block(3 * rows.begin, 3 * columns.begin, 3 * rows.size(), 3 * columns.size()).cast<double>();
   }
 
-  // Shares of a column's error by the rows a block has of it: their squares add up to the whole.
+  // Each block may make a share of the allowed error of a column, by the number of its rows: the squares of the shares
+  // add up to the square of the whole.
   Budget budget(const Cluster& own, const Cluster& other) const {
     Budget b;
     const double share =
@@ -270,8 +273,8 @@ class Packer {
         least = std::min(least, of_t[j]);
       }
       b.of_t.push_back(of_t);
-      b.of_c.push_back(least / force_[p].norm());
-      b.force.push_back(force_[p]);
+      b.of_c.push_back(least / stiffness_[p].norm());
+      b.stiffness.push_back(stiffness_[p]);
     }
     return b;
   }
@@ -297,7 +300,7 @@ class Packer {
   bool try_low_rank(const Cluster& rows, const Cluster& columns) {
     const Eigen::MatrixXd block = numbers(rows, columns);
     if (block.isZero(0)) return true;  // fixed nodes: what no block holds is zero
-    const bool both = rows.begin < static_cast<std::int32_t>(force_.size());
+    const bool both = rows.begin < static_cast<std::int32_t>(stiffness_.size());
     const Budget of_columns = budget(columns, rows);
     std::optional<Budget> of_rows;
     if (both) of_rows = budget(rows, columns);
@@ -317,13 +320,13 @@ class Packer {
     Eigen::MatrixXd block = numbers(rows, columns);
     if (block.isZero(0)) return;
     if (rows.begin == columns.begin)
-      block = (0.5 * (block + block.transpose())).eval();  // both of its sides are stored
+      block = (0.5 * (block + block.transpose())).eval();  // it holds both C_nk and C_kn; they must be equal
     append(rows, columns, 0, {&block});
     ++out_.dense_blocks;
   }
 
-  // Matrices column by column: a dense block's runs, or those of U and V. Each has its own scale; the block's is the
-  // product.
+  // Appends the matrices column by column: a dense block, or the factors U and V. Each matrix has its own scale; the
+  // scale of the block is their product.
   void append(const Cluster& rows, const Cluster& columns, std::int32_t rank,
               std::initializer_list<const Eigen::MatrixXd*> matrices) {
     out_.blocks.insert(out_.blocks.end(), {rows.leaf_begin, rows.leaf_end, columns.leaf_begin, columns.leaf_end, rank});
@@ -345,18 +348,18 @@ class Packer {
       }
     }
     out_.scale.push_back(scale);
-    const bool one_sided = rows.begin == columns.begin || rows.begin >= static_cast<std::int32_t>(force_.size());
+    const bool one_sided = rows.begin == columns.begin || rows.begin >= static_cast<std::int32_t>(stiffness_.size());
     progress_->advance(static_cast<std::uint64_t>(rows.size()) * columns.size() *
-                       (rows.begin >= static_cast<std::int32_t>(force_.size()) ? 0
-                        : one_sided                                            ? 1
-                                                                               : 2));
+                       (rows.begin >= static_cast<std::int32_t>(stiffness_.size()) ? 0
+                        : one_sided                                                ? 1
+                                                                                   : 2));
   }
 
   ComplianceSource& source_;
   const CompliancePackOptions& options_;
   Tree tree_;
-  std::vector<Eigen::Matrix3d> force_;       // T^f by place
-  std::vector<std::array<double, 3>> norm_;  // |T| by place and dof
+  std::vector<Eigen::Matrix3d> stiffness_;   // T^f by position
+  std::vector<std::array<double, 3>> norm_;  // |T| by position and dof
   PackedCompliance out_;
   Progress* progress_ = nullptr;
 };

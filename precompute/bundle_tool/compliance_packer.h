@@ -1,9 +1,11 @@
-// Tensor columns -> the compliance in blocks: a spatial tree of clusters, dense blocks where clusters are near, low rank
-// elsewhere, each block once for both sides.
+// Columns of the compliance C -> C in few bytes. The surface nodes are divided into a tree of clusters. A pair of
+// clusters that are near each other is stored as a dense matrix, a pair that are apart as a product of two thin ones
+// (low rank). C is symmetric, so each pair is stored once.
 //
-// C is a Green's function: between clusters that are apart it is smooth, and the rank for a given error hardly grows with
-// the number of nodes (Hackbusch, A sparse matrix arithmetic based on H-matrices, Computing 62, 1999; Bebendorf,
-// Approximation of boundary element matrices, Numer. Math. 86, 2000, for the cross approximation).
+// Low rank works because C between two clusters that are apart is a smooth function, whose rank for a given error
+// hardly grows with the number of nodes (Hackbusch, A sparse matrix arithmetic based on H-matrices, Computing 62,
+// 1999). The products are found by cross approximation (Bebendorf, Approximation of boundary element matrices, Numer.
+// Math. 86, 2000). "Block" here is the matrix of a pair of clusters, as in formats/compliance_blocks.h.
 #pragma once
 
 #include <cstdint>
@@ -17,33 +19,36 @@ namespace palpate {
 
 struct CompliancePackOptions {
   formats::ElementType type = formats::ElementType::f32;  // f32 or f16
-  // Bound on each column's relative error (2-norm over the surface) from low rank; none: every block is dense.
+  // The largest relative error of a column (2-norm over the surface) that low rank may make; empty: every block is
+  // dense.
   std::optional<double> low_rank;
 };
 
-// What is asked of the source, by surface node and touchable column.
+// What is packed.
 struct ComplianceSource {
   std::int32_t surface_nodes = 0;
   std::vector<double> position;         // [Ns][3]
   std::vector<std::int32_t> touchable;  // ascending surface nodes
-  std::vector<double> force;            // [S][3][3] T^f
+  std::vector<double> stiffness;        // [S][3][3] T^f
   std::vector<float> compliance;        // [S][3][Ns][3] m/N: row [k, j] is C e of dof j of column k
 };
 
-// The sections tensors/compliance/*.
+// The numbers of the sections tensors/compliance/*.
 struct PackedCompliance {
   std::vector<std::int32_t> nodes, cluster_ends, blocks;
   std::vector<float> scale;
   std::vector<char> values;
   std::size_t low_rank_blocks = 0, dense_blocks = 0;
-  std::size_t apart_but_dense = 0;  // far enough apart for low rank, which would have been larger than dense
+  std::size_t apart_but_dense = 0;  // pairs that are apart but take no more numbers as a dense matrix
   std::int32_t largest_rank = 0;
 };
 
-// source.compliance is brought into cluster order in place. Deterministic. Cost: each far block's numbers times its rank.
+// Reorders source.compliance. The same input gives the same bytes. Cost: for each pair that is apart, its numbers times
+// its rank.
 PackedCompliance pack_compliance(ComplianceSource& source, const CompliancePackOptions& options);
 
-// Power of two s with the largest |number| / s just below 2^15, so that halves keep 11 bits down to 2^-29 of it.
+// The scale s of numbers that are stored as halves: a power of two that brings the largest just below 2^15, so that
+// numbers keep 11 bits down to 2^-29 of the largest.
 float half_scale(double largest);
 
 }  // namespace palpate

@@ -1,19 +1,19 @@
-// What palpate-accuracy measured of a setting, as it travels in the provenance of a bundle baked in that setting: keys that
-// begin with "accuracy_" (formats/BUNDLE.md).
+// The accuracy that palpate-accuracy measured for a setting (mesh, element, storage ...), which a bundle made with that
+// setting carries in its provenance: the keys that begin with "accuracy_" (formats/BUNDLE.md).
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace palpate {
 
-// Errors: InputError when the file is no flat JSON object of such keys, or is not about a bundle of that provenance whose
-// displacements are stored in that form ("f32", "f16", "low-rank 0.001").
+// stored: the form of the displacements, "f32", "f16" or "low-rank 0.001". Errors: InputError where the file is no flat
+// JSON object of such keys, or was measured for another mesh, boundary, element or form.
 nlohmann::json read_stated_accuracy(const std::filesystem::path& file, const nlohmann::json& provenance,
                                     const std::string& stored);
 
-// Leaves out what an earlier form of the bundle stated.
+// Removes the keys that an earlier form of the bundle carried.
 void drop_stated_accuracy(nlohmann::json& provenance);
 
 }  // namespace palpate

@@ -33,7 +33,7 @@ StoredColumns::StoredColumns(const BundleFile& file)
   const auto scale = file.numbers<float>(SectionId::compliance_scale);
   const auto touchable = file.numbers<std::int32_t>(SectionId::touchable);
   values_ = file.numbers<char>(SectionId::compliance_values);
-  force_ = file.numbers<double>(SectionId::force);
+  stiffness_ = file.numbers<double>(SectionId::force);
   IndexedSections sections;
   sections.touchable = touchable.data();
   sections.compliance_nodes = nodes_.data(), sections.compliance_clusters = ends.data();
@@ -48,9 +48,9 @@ StoredColumns::StoredColumns(const BundleFile& file)
     blocks_.push_back(placed_block(s, ends.data(), first, scale[b]));
     first += blocks_.back().numbers();
   }
-  std::vector<std::int32_t> place(nodes_.size(), -1);
-  for (std::size_t p = 0; p < nodes_.size(); ++p) place[nodes_[p]] = static_cast<std::int32_t>(p);
-  for (const auto node : touchable) place_of_column_.push_back(place[node]);
+  std::vector<std::int32_t> position(nodes_.size(), -1);
+  for (std::size_t p = 0; p < nodes_.size(); ++p) position[nodes_[p]] = static_cast<std::int32_t>(p);
+  for (const auto node : touchable) position_of_column_.push_back(position[node]);
 }
 
 void StoredColumns::read(std::size_t k, ColumnRows& rows) {
@@ -78,17 +78,18 @@ void StoredColumns::read_rows(Rows& rows, std::size_t k, std::vector<double>& ou
   }
 }
 
-// T^u_nk = C_nk T^f_k, over the blocks that the column's place stands in.
+// T^u_nk = C_nk T^f_k, from the blocks that contain column k, or row k, of the compliance.
 void StoredColumns::read_blocks(std::size_t k, std::vector<double>& out) const {
   const std::size_t run = 3 * surface_nodes();
   out.assign(3 * run, 0.0);
-  const double* force = &force_[9 * k];
-  const std::int32_t own = place_of_column_[k];
-  const auto put = [&](std::int32_t place, const double* c, bool transposed) {
-    const std::size_t at = 3 * static_cast<std::size_t>(nodes_[place]);
+  const double* stiffness = &stiffness_[9 * k];
+  const std::int32_t own = position_of_column_[k];
+  const auto put = [&](std::int32_t position, const double* c, bool transposed) {
+    const std::size_t at = 3 * static_cast<std::size_t>(nodes_[position]);
     for (int j = 0; j < 3; ++j)
       for (int i = 0; i < 3; ++i)
-        for (int m = 0; m < 3; ++m) out[j * run + at + i] += c[transposed ? 3 * m + i : 3 * i + m] * force[3 * m + j];
+        for (int m = 0; m < 3; ++m)
+          out[j * run + at + i] += c[transposed ? 3 * m + i : 3 * i + m] * stiffness[3 * m + j];
   };
   double c[9];
   for (const ComplianceBlock& block : blocks_) {

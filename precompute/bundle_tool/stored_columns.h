@@ -1,4 +1,4 @@
-// The displacements of a bundle, column by column, as numbers: whatever form they are stored in.
+// Reads the displacements of a bundle as numbers, column by column, in whatever form they are stored.
 #pragma once
 
 #include <cstdint>
@@ -20,18 +20,18 @@ struct ColumnRows {
 
 class StoredColumns {
  public:
-  // Holds the compliance's tables and values in memory, or a column of stored rows at a time. Errors: InputError when the
-  // tables of the compliance do not hold.
+  // Keeps in memory one column of stored rows, or all blocks of a compliance. Errors: InputError where the tables of
+  // the compliance do not hold.
   explicit StoredColumns(const BundleFile& file);
 
-  std::size_t columns() const { return columns_; }
+  std::size_t columns() const { return columns_; }  // touchable nodes
   std::uint64_t surface_nodes() const { return file_.index().counts.surface_nodes; }
   bool has_interior() const { return interior_ != nullptr; }
 
   // T^u of the k-th touchable node. Errors: OperationError when the file cannot be read.
   void read(std::size_t k, ColumnRows& rows);
 
-  // XXH64 of the displacement sections that read() has gone through from first to last column, once each.
+  // XXH64 of each displacement section of which read() has read every column once, from first to last.
   std::map<formats::SectionId, std::uint64_t> checksums() const;
 
   // "f32 rows", "f16 rows with scales", "f32 compliance blocks (2193, 844 dense)".
@@ -41,8 +41,8 @@ class StoredColumns {
   std::size_t block_count() const { return blocks_.size(); }
   std::size_t dense_blocks() const;
 
-  // How far rounding to the stored type may move a number of row [k, j], relative to it and absolutely. 0, 0 for blocks,
-  // whose numbers are symmetric by construction, and for f64.
+  // How far rounding to the stored type may move a number of row [k, j]: relative to the number, and absolutely. Both
+  // are 0 for f64, and for blocks, whose numbers are symmetric by construction.
   double relative_rounding() const;
   double absolute_rounding(std::size_t k, int j) const;
 
@@ -64,9 +64,9 @@ class StoredColumns {
   std::vector<char> buffer_;
   // of a compliance
   std::vector<formats::ComplianceBlock> blocks_;
-  std::vector<std::int32_t> nodes_, place_of_column_;
+  std::vector<std::int32_t> nodes_, position_of_column_;
   std::vector<char> values_;
-  std::vector<double> force_;
+  std::vector<double> stiffness_;
 };
 
 }  // namespace palpate

@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSmooth = 0.7071067811865476;  // cosine of 45 degrees: a turn that sharp is meant to be an edge
+constexpr double kSmooth =
+    0.7071067811865476;  // cosine of 45 degrees; a surface that turns by more is meant to have an edge there
 
 class SmoothSurface {
  public:
@@ -73,8 +74,8 @@ class SmoothSurface {
     for (auto& n : normal_) n.normalize();  // zero stays zero
   }
 
-  // Tangent at n of the circle through the vertices before and after it on its sharp curve, towards `to`; none at ends,
-  // corners and where several curves meet.
+  // At vertex n of a line of sharp edges: the tangent, towards `to`, of the circle through n and its two neighbours on
+  // the line. None at the ends and corners of the line and where several lines meet.
   std::optional<Vector3d> tangent(std::int32_t n, std::int32_t to) const {
     const auto& neighbours = sharp_at_.at(n);
     if (neighbours.size() != 2) return {};
@@ -84,7 +85,7 @@ class SmoothSurface {
     return (before / before.squaredNorm() + after / after.squaredNorm()).normalized();
   }
 
-  // Middle of the cubic with these tangents; where one end has none, of the parabola.
+  // The middle of the cubic with the tangents of both ends; where only one end has a tangent, of the parabola.
   Vector3d along_crease(const std::array<std::int32_t, 2>& ends) const {
     const Vector3d chord = at(ends[1]) - at(ends[0]), direction = chord.normalized();
     const auto first = tangent(ends[0], ends[1]);
@@ -96,7 +97,7 @@ class SmoothSurface {
     return Vector3d::Zero();
   }
 
-  // The same across a smooth part of the surface; the normal of a vertex on a sharp edge is not that of either side.
+  // The same on a smooth part of the surface. At a vertex on a sharp edge there is no one normal, so that end has none.
   Vector3d over_surface(const std::array<std::int32_t, 2>& ends) const {
     const Vector3d chord = at(ends[1]) - at(ends[0]);
     const auto dip = [&](std::int32_t n) { return Vector3d(chord.dot(normal_[n]) * normal_[n]); };
@@ -110,7 +111,8 @@ class SmoothSurface {
   std::span<const std::array<double, 3>> nodes_;
   std::span<const std::array<std::int32_t, 3>> triangles_;
   std::vector<Edge> edges_;
-  std::map<std::int32_t, std::vector<std::int32_t>> sharp_at_;  // other ends of the sharp edges at a vertex
+  std::map<std::int32_t, std::vector<std::int32_t>>
+      sharp_at_;  // for each vertex on sharp edges: the other ends of those edges
   std::vector<Vector3d> normal_;
 };
 

@@ -1,6 +1,6 @@
 #include "precompute/elements/discretisation.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "precompute/elements/linear_tetrahedra.h"
@@ -9,9 +9,10 @@
 namespace palpate {
 namespace {
 
-// Vertex k of the surface through its linear hat function phi_k: weights int(phi_k N_j) dA / int(phi_k) dA over the
-// straight triangles. Of a triangle of area A: A / 30 for k itself, -A / 60 for the other vertices, 2 A / 15 for the
-// middles beside k, A / 15 for the one opposite; together A / 3.
+// A surface vertex k is touched through its linear hat function phi_k: node j has the weight int(phi_k N_j) dA /
+// int(phi_k) dA over the straight triangles around k. A triangle of area A adds A / 30 to k itself, -A / 60 to its
+// other two vertices, 2 A / 15 to the middles of the two edges at k and A / 15 to the middle of the opposite edge: A /
+// 3 in sum.
 TouchFunctionals hat_functionals(const QuadraticMesh& mesh, const ElasticBody& body) {
   struct Term {
     std::int32_t node;
@@ -63,7 +64,7 @@ void discretise_quadratically(const ElasticBody& body, Discretisation& result) {
 
 }  // namespace
 
-Discretisation place_vertices(const ElasticBody& body) {
+Discretisation discretise_vertices(const ElasticBody& body) {
   Discretisation result;
   result.vertices = static_cast<std::int32_t>(body.nodes.size());
   result.coordinates = body.nodes;
@@ -79,7 +80,7 @@ Discretisation discretise(const ElasticBody& body, Element element) {
     discretise_quadratically(body, result);
     return result;
   }
-  result = place_vertices(body);
+  result = discretise_vertices(body);
   result.stiffness = element == Element::p1 ? linear_stiffness(body) : nodal_dilatation_stiffness(body);
   return result;
 }

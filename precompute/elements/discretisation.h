@@ -1,4 +1,4 @@
-// A body and an element -> the numbers that are solved with: stiffness, and how the vertices are touched.
+// Body and element -> what the solver works with: the stiffness matrix, and the loads by which vertices are touched.
 #pragma once
 
 #include <array>
@@ -12,34 +12,37 @@
 
 namespace palpate {
 
-// Vertex v is touched, and its displacement read, through the sum over its nodes of weight * displacement. Weights sum to
-// one. Empty: vertex v is node v.
+// How a vertex of a quadratic mesh is touched: a unit force at vertex v is spread over its nodes by the weights, and
+// the displacement of v is the sum of weight * displacement over the same nodes, so that the compliance stays
+// symmetric. The weights of a vertex sum to 1. Empty for linear elements: there vertex v is node v.
 struct TouchFunctionals {
   Lists nodes;
-  std::vector<double> weight;  // beside nodes.item
+  std::vector<double> weight;  // one for each of nodes.item
 };
 
-// Nodes: the body's vertices, then those the element adds.
+// Nodes: first the vertices of the body, then the nodes that the element adds.
 struct Discretisation {
   BlockMatrix stiffness;                           // over all nodes, nothing held
   std::vector<std::array<double, 3>> coordinates;  // m
   std::vector<std::array<std::uint8_t, 3>> fixed;  // 1 where x, y or z is held at zero
-  std::vector<double> mass;                        // density times the integral of the node's shape function; kg
+  std::vector<double> mass;                        // kg, density times the integral of the shape function of the node
   std::int32_t vertices = 0;                       // of the body
   TouchFunctionals touch;
-  std::size_t curved_edges = 0, straightened_edges = 0;  // of the surface, where the element has curved ones
+  std::size_t curved_edges = 0,
+              straightened_edges =
+                  0;  // edges of the surface that p2-p0 curves; of them, those it had to make straighter
 };
 
-// Everything but the stiffness, of the elements that add no nodes.
-Discretisation place_vertices(const ElasticBody& body);
+// Everything but the stiffness, for elements that add no nodes.
+Discretisation discretise_vertices(const ElasticBody& body);
 
-// Deterministic: same input, same bits. Seconds at 100,000 vertices.
+// The same input gives the same bits. Takes seconds at 100,000 vertices.
 Discretisation discretise(const ElasticBody& body, Element element);
 
-// Of the node of each block row; m.
+// The coordinates of the node of each row of blocks; m.
 std::vector<std::array<double, 3>> row_coordinates(const Discretisation& discretisation, const HeldStiffness& held);
 
-// Displacements of the vertices, [3 vertices], from those of all nodes, [3 nodes]; zero where a vertex is held.
+// The displacements of the vertices, [3 vertices], from those of all nodes, [3 nodes]; zero where a vertex is held.
 std::vector<double> read_vertices(const Discretisation& discretisation, std::span<const double> nodes);
 
 }  // namespace palpate

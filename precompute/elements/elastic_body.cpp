@@ -32,13 +32,13 @@ std::vector<Material> materials_by_name(const TetrahedralMesh& mesh, const Organ
   return result;
 }
 
-// Old node -> new node: those of the surface first, each group in the old order.
+// For each node of the mesh: its number in the body. Surface nodes come first; both groups keep the order of the mesh.
 std::vector<std::int32_t> surface_first(std::size_t count, const std::vector<std::int32_t>& surface_nodes) {
   std::vector<std::int32_t> order(count, -1);
   std::int32_t next = 0;
   for (const auto n : surface_nodes) order[n] = next++;
-  for (auto& place : order)
-    if (place < 0) place = next++;
+  for (auto& new_node : order)
+    if (new_node < 0) new_node = next++;
   return order;
 }
 
@@ -50,7 +50,8 @@ std::vector<std::int32_t> nodes_of(const std::vector<std::array<std::int32_t, 3>
   return nodes;
 }
 
-// No organ is outside; mesh_unit slipped, or the file holds something else. Far outside squares and cubes overflow.
+// The size of no organ is outside these limits: there mesh_unit is wrong or the file holds something else. Far outside,
+// products of lengths overflow.
 constexpr double kSmallest = 1e-9, kLargest = 1e9;  // m
 
 void check_extent(const ElasticBody& body, const BodyFiles& files) {
@@ -65,7 +66,7 @@ void check_extent(const ElasticBody& body, const BodyFiles& files) {
                                  files.mesh.string(), extent, files.organ.string()));
 }
 
-// The touchable nodes: on the surface, with a dof that can move.
+// Of the selected nodes those that may be touched: on the surface, with a dof that is not held.
 std::vector<std::int32_t> touchable_nodes(const std::vector<std::int32_t>& wanted, const ElasticBody& body,
                                           const BodyFiles& files) {
   std::vector<std::int32_t> result;

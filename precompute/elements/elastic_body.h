@@ -1,4 +1,5 @@
-// An organ ready to assemble: metres, surface nodes first, a material per region, held and touchable places.
+// The organ as the elements need it: coordinates in metres, surface nodes first, a material for each region, which dofs
+// are held and which nodes may be touched. A dof (degree of freedom) is the displacement of one node along x, y or z.
 #pragma once
 
 #include <array>
@@ -19,8 +20,8 @@ struct Material {
   double density = 0;  // kg/m^3; 0: not given
 };
 
-// Node order: the nodes of the outer surface in the order of the mesh file, then the others in the order of the mesh
-// file. Tetrahedra keep the file's order.
+// Order of the nodes: first those of the outer surface, then the others; both groups in the order of the mesh file.
+// Tetrahedra keep the order of the file.
 struct ElasticBody {
   std::vector<std::array<double, 3>> nodes;  // m
   std::int32_t surface_count = 0;            // nodes 0 .. surface_count - 1 are on the surface
@@ -33,10 +34,12 @@ struct ElasticBody {
   std::vector<std::int32_t> touchable;             // ascending, each < surface_count, each with a free dof
 };
 
-// files are for the sentences of errors. Errors: InputError where mesh, organ and boundary contradict one another.
+// Named in error messages.
 struct BodyFiles {
   std::filesystem::path mesh, organ, boundary;
 };
+// Errors: InputError where mesh, organ and boundary contradict one another, where nothing may be touched, and where the
+// coordinates cannot be those of an organ in metres.
 ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& organ, const BoundaryConfig& boundary,
                               const BodyFiles& files);
 

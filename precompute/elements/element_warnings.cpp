@@ -25,7 +25,7 @@ std::vector<Vector3d> surface_normals(const ElasticBody& body) {
   return normals;
 }
 
-// Of each vertex: how many edges away the nearest wholly held surface vertex is, and which.
+// For each vertex: the nearest surface vertex whose three dofs are held, and how many edges away it is.
 struct Nearest {
   std::vector<int> edges;  // -1: kEnoughAcross or more
   std::vector<std::int32_t> held;
@@ -60,11 +60,11 @@ void warn_of_thin_layers(const ElasticBody& body, std::vector<std::string>& sent
     fewest = std::min(fewest, nearest.edges[n]);
   }
   if (100 * thin > body.touchable.size())
-    sentences.push_back(
-        fmt::format("{} of {} touchable nodes are fewer than four elements away from a held face opposite (the nearest "
-                    "{}): \"p1-anp\" is too stiff in such a layer, the more so the nearer Poisson's ratio is to 0.5; "
-                    "mesh it finer, or set element = \"p2-p0\"",
-                    thin, body.touchable.size(), fewest));
+    sentences.push_back(fmt::format(
+        "between {} of {} touchable nodes and a held face on the opposite side there are fewer than four elements "
+        "(at the thinnest place {}): \"p1-anp\" is too stiff in such a layer, and more so the nearer Poisson's "
+        "ratio is to 0.5; mesh the layer finer, or set element = \"p2-p0\"",
+        thin, body.touchable.size(), fewest));
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ std::vector<std::string> element_warnings(const ElasticBody& body, Element eleme
   if (element == Element::p1)
     sentences.push_back(fmt::format(
         "\"p1\" locks as Poisson's ratio nears 0.5 (here {}): forces come out too large; set element = \"p1-anp\" or "
-        "\"p2-p0\" unless the comparison with the paper is what you want",
+        "\"p2-p0\", unless you want to compare with the paper",
         poisson));
   if (element == Element::p1_anp) warn_of_thin_layers(body, sentences);
   return sentences;

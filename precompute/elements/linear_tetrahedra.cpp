@@ -13,7 +13,7 @@ std::array<std::array<double, 3>, 4> corners(const ElasticBody& body, const std:
   return {body.nodes[t[0]], body.nodes[t[1]], body.nodes[t[2]], body.nodes[t[3]]};
 }
 
-// Gradients of the four barycentric coordinates and the volume.
+// Fills in the gradients of the four shape functions (the barycentric coordinates) and returns the volume.
 double shape_gradients(const std::array<std::array<double, 3>, 4>& p, Gradients* gradients) {
   Eigen::Matrix3d edges;
   for (int a = 0; a < 3; ++a)
@@ -29,7 +29,7 @@ Lists tetrahedra_of(const ElasticBody& body) {
   return lists;
 }
 
-// Adds every tetrahedron's blocks; bulk_share: 1, or 0 for the deviatoric part alone.
+// Adds the blocks of every tetrahedron. bulk_share: 1, or 0 for the part without the bulk modulus.
 void add_tetrahedra(const ElasticBody& body, double bulk_share, BlockMatrix& matrix) {
   for (std::size_t t = 0; t < body.tetrahedra.size(); ++t) {
     const auto& nodes = body.tetrahedra[t];
@@ -38,15 +38,15 @@ void add_tetrahedra(const ElasticBody& body, double bulk_share, BlockMatrix& mat
     const auto k = element_stiffness(corners(body, nodes), moduli);
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < 4; ++b) {
-        auto& block = matrix.block[place_of(matrix, nodes[a], nodes[b])];
+        auto& block = matrix.block[index_of_block(matrix, nodes[a], nodes[b])];
         for (int i = 0; i < 9; ++i) block[i] += k[a][b][i];
       }
   }
 }
 
-// One term kappa / V D^T D of the sum for each node and each region that meets it.
+// The terms kappa / V D^T D of nodal_dilatation_stiffness(): one for each node and each region that meets there.
 struct Dilatations {
-  Lists nodes;                                // of each term, ascending
+  Lists nodes;                                // of each term: the nodes it couples, ascending
   std::vector<std::array<double, 3>> factor;  // sqrt(kappa / V) D at each of them
 };
 
@@ -88,18 +88,18 @@ Dilatations nodal_dilatations(const ElasticBody& body) {
   return result;
 }
 
-// Adds factor_a factor_b^T of each term to block (a, b), row by row.
+// Adds factor_a factor_b^T to block (a, b), for each term and each pair (a, b) of its nodes. Row by row of K.
 void add_dilatations(const Dilatations& terms, BlockMatrix& matrix) {
   const Lists around = lists_around(terms.nodes, matrix.rows);
-  std::vector<std::int64_t> place(matrix.rows);
+  std::vector<std::int64_t> block_in_column(matrix.rows);
   for (std::int32_t row = 0; row < matrix.rows; ++row) {
-    for (auto at = matrix.first[row]; at < matrix.first[row + 1]; ++at) place[matrix.column[at]] = at;
+    for (auto at = matrix.first[row]; at < matrix.first[row + 1]; ++at) block_in_column[matrix.column[at]] = at;
     for (const auto term : around[row]) {
       const auto nodes = terms.nodes[term];
       const auto* factor = &terms.factor[terms.nodes.first[term]];
       const auto& own = factor[std::lower_bound(nodes.begin(), nodes.end(), row) - nodes.begin()];
       for (std::size_t b = 0; b < nodes.size(); ++b) {
-        auto& block = matrix.block[place[nodes[b]]];
+        auto& block = matrix.block[block_in_column[nodes[b]]];
         for (int i = 0; i < 3; ++i)
           for (int j = 0; j < 3; ++j) block[3 * i + j] += own[i] * factor[b][j];
       }

@@ -1,4 +1,5 @@
-// Linear tetrahedra: the paper's stiffness, and the one whose dilatation is averaged over nodes.
+// The stiffness of linear tetrahedra: p1, the element of the paper, and p1-anp, whose dilatation is averaged over
+// nodes. The dilatation is the divergence of the displacement, that is, the relative change of volume.
 #pragma once
 
 #include <array>
@@ -9,29 +10,30 @@
 
 namespace palpate {
 
-// Young's modulus and Poisson's ratio as the moduli of a volume and of a shear; Pa.
+// The bulk and shear moduli that follow from Young's modulus and Poisson's ratio; Pa.
 struct Moduli {
   double bulk = 0, shear = 0;
 };
 Moduli moduli_of(const Material& material);
 
-// The 4 x 4 blocks of a linear tetrahedron, K_ab(i, j) = V (lambda g_a,i g_b,j + mu g_a,j g_b,i + mu delta_ij g_a.g_b),
-// g the gradients of the shape functions, lambda = bulk - 2 shear / 3, mu = shear. points in m. Symmetric to the last
-// bit.
+// The 4 x 4 blocks of one linear tetrahedron: K_ab(i, j) = V (lambda g_a,i g_b,j + mu g_a,j g_b,i + mu delta_ij
+// g_a.g_b), where V is the volume, g_a the gradient of the shape function of corner a, lambda = bulk - 2 shear / 3 and
+// mu = shear. points in m. Symmetric to the last bit.
 using ElementStiffness = std::array<std::array<std::array<double, 9>, 4>, 4>;
 ElementStiffness element_stiffness(const std::array<std::array<double, 3>, 4>& points, const Moduli& moduli);
 
-// K over all nodes, nothing held: the sum over the tetrahedra in their order: same input, same bits.
+// K over all nodes, nothing held. The tetrahedra are added in their order, so that the same input gives the same bits.
 BlockMatrix linear_stiffness(const ElasticBody& body);
 
-// The same with the dilatation averaged over nodes, which keeps it from locking as nu -> 0.5 (average nodal pressure,
-// Bonet and Burton 1998): K = K_dev + sum over nodes n and the regions m that meet there of
-// kappa_m / V_nm D_nm^T D_nm, V_nm = sum V_e / 4 and D_nm = sum (V_e / 4) grad N over the elements of m at n. An average
-// across regions of different kappa would be too soft. Couples nodes that have a neighbour in common: about four times
-// the blocks. Symmetric to the last bit.
+// The same for p1-anp: the dilatation is averaged over the tetrahedra around each node, which prevents locking as nu ->
+// 0.5 (average nodal pressure; Bonet and Burton 1998). K = K_dev + sum over all nodes n and the regions m that meet at
+// n of kappa_m / V_nm D_nm^T D_nm, where V_nm = sum V_e / 4 and D_nm = sum (V_e / 4) grad N over the tetrahedra e of
+// region m at n, and K_dev is the part of K without the bulk modulus. Each region is averaged on its own, because an
+// average over regions of different bulk moduli would be too soft. K couples nodes that have a neighbour in common and
+// so has about four times the blocks of p1. Symmetric to the last bit.
 BlockMatrix nodal_dilatation_stiffness(const ElasticBody& body);
 
-// A quarter of each tetrahedron's mass at each of its nodes; [N] kg.
+// The mass of each node: a quarter of the mass of each tetrahedron around it; [N] kg.
 std::vector<double> linear_mass(const ElasticBody& body);
 
 }  // namespace palpate

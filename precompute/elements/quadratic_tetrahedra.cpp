@@ -62,7 +62,7 @@ std::array<double, 10> shapes(const Barycentric& l) {
   return n;
 }
 
-// Derivatives after the barycentric coordinates 1, 2, 3, coordinate 0 being what they leave.
+// Derivatives with respect to the barycentric coordinates 1, 2 and 3; coordinate 0 is 1 minus their sum.
 using Derivatives = Eigen::Matrix<double, 3, 10>;
 Derivatives shape_derivatives(const Barycentric& l) {
   Eigen::Matrix<double, 4, 10> each = Eigen::Matrix<double, 4, 10>::Zero();
@@ -74,27 +74,27 @@ Derivatives shape_derivatives(const Barycentric& l) {
   return each.bottomRows<3>().rowwise() - each.row(0);
 }
 
-// From the first corner, so that sums over the ten lose no digits far from the origin.
-using Places = Eigen::Matrix<double, 10, 3>;
-Places places_of(const QuadraticMesh& mesh, std::size_t cell) {
+// Of the ten nodes, relative to the first corner: sums over absolute coordinates would lose digits far from the origin.
+using Positions = Eigen::Matrix<double, 10, 3>;
+Positions positions_of(const QuadraticMesh& mesh, std::size_t cell) {
   const auto at = [&](int a) { return Eigen::RowVector3d(mesh.nodes[mesh.cells[cell][a]].data()); };
-  Places places;
-  for (int a = 0; a < 10; ++a) places.row(a) = at(a) - at(0);
-  return places;
+  Positions positions;
+  for (int a = 0; a < 10; ++a) positions.row(a) = at(a) - at(0);
+  return positions;
 }
 
-// Gradients of the shape functions in space, and the volume of the point's share of the cell.
+// A quadrature point: the gradients of the shape functions in space, and the volume that the point stands for.
 struct Sample {
   Derivatives gradient;
   std::array<double, 10> shape;
   double volume;
 };
 std::vector<Sample> samples_of(const QuadraticMesh& mesh, std::size_t cell) {
-  const Places places = places_of(mesh, cell);
+  const Positions positions = positions_of(mesh, cell);
   std::vector<Sample> samples;
   for (const auto& point : points_of(mesh.curved[cell])) {
     const Derivatives derivatives = shape_derivatives(point.at);
-    const Eigen::Matrix3d jacobian = derivatives * places;  // d x_j / d l_i
+    const Eigen::Matrix3d jacobian = derivatives * positions;  // d x_j / d l_i
     samples.push_back({jacobian.inverse() * derivatives, shapes(point.at), point.weight * jacobian.determinant() / 6});
   }
   return samples;
@@ -102,7 +102,8 @@ std::vector<Sample> samples_of(const QuadraticMesh& mesh, std::size_t cell) {
 
 // ---- the mesh ----
 
-// Least volume element over the cell's quadrature points and nodes, relative to the straight tetrahedron's.
+// The smallest volume element at the quadrature points and nodes of the cell, relative to that of the straight
+// tetrahedron.
 double least_volume(const QuadraticMesh& mesh, std::size_t cell) {
   static const std::vector<Barycentric> everywhere = [] {
     std::vector<Barycentric> all;
@@ -111,12 +112,12 @@ double least_volume(const QuadraticMesh& mesh, std::size_t cell) {
     for (const auto& edge : kEdges) all.push_back({0, 0, 0, 0}), all.back()[edge[0]] = all.back()[edge[1]] = 0.5;
     return all;
   }();
-  const Places places = places_of(mesh, cell);
+  const Positions positions = positions_of(mesh, cell);
   Eigen::Matrix3d straight;
-  for (int a = 0; a < 3; ++a) straight.row(a) = places.row(a + 1) - places.row(0);
+  for (int a = 0; a < 3; ++a) straight.row(a) = positions.row(a + 1) - positions.row(0);
   double least = 1;
   for (const auto& at : everywhere)
-    least = std::min(least, (shape_derivatives(at) * places).determinant() / straight.determinant());
+    least = std::min(least, (shape_derivatives(at) * positions).determinant() / straight.determinant());
   return least;
 }
 
@@ -174,7 +175,7 @@ class MeshMaker {
     offset_.assign(edges_.size(), {0, 0, 0});
     scale_.assign(edges_.size(), 1);
     for (const auto& edge : surface_edge_offsets(body_.nodes, body_.triangles)) {
-      // What is less than rounding of the coordinates is no curve.
+      // An offset below the rounding of the coordinates is no curve.
       const auto e = edge_of(middle(edge.ends[0], edge.ends[1]));
       double length = 0, size = 0;
       for (std::size_t d = 0; d < 3; ++d) {
@@ -183,8 +184,8 @@ class MeshMaker {
       }
       if (size > 1e-24 * length) offset_[e] = edge.offset;
     }
-    place_middles();
-    while (shrink_unsound()) place_middles();
+    set_middles();
+    while (shrink_unsound()) set_middles();
     for (std::size_t e = 0; e < edges_.size(); ++e) {
       if (is_curved(e)) ++mesh_.curved_edges;
       if (scale_[e] < 1) ++mesh_.straightened_edges;
@@ -193,7 +194,7 @@ class MeshMaker {
 
   bool is_curved(std::size_t e) const { return scale_[e] > 0 && offset_[e] != std::array<double, 3>{0, 0, 0}; }
 
-  void place_middles() {
+  void set_middles() {
     for (std::size_t e = 0; e < edges_.size(); ++e)
       for (std::size_t d = 0; d < 3; ++d)
         mesh_.nodes[body_.nodes.size() + e][d] =
@@ -203,7 +204,7 @@ class MeshMaker {
       for (std::size_t i = 4; i < 10; ++i) mesh_.curved[c] |= is_curved(edge_of(mesh_.cells[c][i]));
   }
 
-  // Halves the offsets of tetrahedra that are not sound; false when all are.
+  // Halves the offsets of the edges of tetrahedra that are not sound. False where all are sound.
   bool shrink_unsound() {
     std::vector<char> shrink(edges_.size(), 0);
     bool any = false;
@@ -235,7 +236,7 @@ void add_symmetric(CellStiffness& k, int a, int b, const Eigen::Matrix3d& value)
     for (int j = a == b ? i : 0; j < 3; ++j) k[a][b][3 * i + j] += value(i, j);
 }
 
-// The upper triangle is computed, the lower one copied from it.
+// Computes the upper triangle and copies it to the lower one, so that the result is symmetric to the last bit.
 void cell_stiffness(const std::vector<Sample>& samples, const Moduli& moduli, CellStiffness& k) {
   for (auto& row : k)
     for (auto& block : row) block.fill(0);
@@ -279,7 +280,7 @@ BlockMatrix quadratic_stiffness(const QuadraticMesh& mesh, const ElasticBody& bo
     cell_stiffness(samples_of(mesh, c), moduli_of(body.materials[body.region[c]]), k);
     for (std::size_t a = 0; a < 10; ++a)
       for (std::size_t b = 0; b < 10; ++b) {
-        auto& block = matrix.block[place_of(matrix, cell[a], cell[b])];
+        auto& block = matrix.block[index_of_block(matrix, cell[a], cell[b])];
         for (std::size_t i = 0; i < 9; ++i) block[i] += k[a][b][i];
       }
   }

@@ -1,4 +1,5 @@
-// Ten-node tetrahedra with one mean dilatation each, their surface edges curved.
+// The stiffness of p2-p0: ten-node (quadratic) tetrahedra with one mean dilatation in each. Edges on the surface are
+// curved.
 #pragma once
 
 #include <array>
@@ -10,30 +11,31 @@
 
 namespace palpate {
 
-// Nodes: the body's vertices, then one in the middle of every edge, edges in ascending order of their ends.
+// Nodes: first the vertices of the body, then a middle node for each edge, the edges ascending by their two ends.
 struct QuadraticMesh {
   std::vector<std::array<double, 3>> nodes;  // m
   // Vertices 0 1 2 3, then the middles of edges 01 12 20 03 13 23.
   std::vector<std::array<std::int32_t, 10>> cells;
-  std::vector<std::array<std::uint8_t, 3>>
-      fixed;  // a middle where both ends are held, unless its edge joins two places
-              // of the surface through the inside
+  // A middle node is held where both ends of its edge are, but not on an edge that runs through the inside of the body
+  // from one surface vertex to another.
+  std::vector<std::array<std::uint8_t, 3>> fixed;
   std::vector<std::array<std::int32_t, 6>> triangles;  // of the surface: vertices a b c, middles ab bc ca
-  std::vector<std::uint8_t> curved;                    // per cell: an edge is not straight
+  std::vector<std::uint8_t> curved;                    // per cell: 1 where an edge is not straight
   std::size_t curved_edges = 0, straightened_edges = 0;
 };
 
-// Middles of surface edges lie on the smooth surface (curved_edges.h). Where that would leave a tetrahedron less than a
-// fifth of its straight volume element at any of its nodes or quadrature points, the offsets of its edges are halved
-// until it is sound; those edges are counted as straightened.
+// The middle nodes of surface edges lie on the smooth surface (curved_edges.h). A tetrahedron counts as sound where its
+// volume element is at least a fifth of that of the straight tetrahedron at all nodes and quadrature points. Around a
+// tetrahedron that is not sound, the offsets of the edges are halved until it is; those edges are counted as
+// straightened.
 QuadraticMesh quadratic_mesh(const ElasticBody& body);
 
-// K = the deviatoric part, integrated over each cell (four points; fourteen where it is curved), plus kappa / V D^T D with
-// D the integral of the divergence over the cell, V its volume. Nothing held; symmetric to the last bit; the sum runs over
-// the cells in their order.
+// K = the part without the bulk modulus, integrated over each cell with 4 points (14 where it is curved), plus kappa /
+// V D^T D, where D is the integral of the divergence over the cell and V its volume. Nothing held. Symmetric to the
+// last bit. The cells are added in their order.
 BlockMatrix quadratic_stiffness(const QuadraticMesh& mesh, const ElasticBody& body);
 
-// Density times the integral of each node's shape function; [nodes] kg. Negative at vertices.
+// Density times the integral of the shape function of each node; [nodes] kg. Negative at vertices.
 std::vector<double> quadratic_mass(const QuadraticMesh& mesh, const ElasticBody& body);
 
 }  // namespace palpate

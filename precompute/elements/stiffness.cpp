@@ -19,7 +19,7 @@ double mean_diagonal(const BlockMatrix& matrix) {
   return sum / (3.0 * std::max(matrix.rows, 1));
 }
 
-// Width vectors of one block row; a compile-time width keeps the sums in registers.
+// kWidth vectors of one row of blocks. Because the width is known when this is compiled, the sums stay in registers.
 template <int kWidth>
 inline __attribute__((always_inline)) void multiply_row(const std::int32_t* column, const std::array<double, 9>* block,
                                                         std::int64_t count, const double* x, double* y, int stride) {
@@ -85,12 +85,12 @@ BlockMatrix coupled_blocks(const Lists& coupled, std::int32_t rows) {
   return matrix;
 }
 
-std::int64_t place_of(const BlockMatrix& matrix, std::int32_t row, std::int32_t column) {
+std::int64_t index_of_block(const BlockMatrix& matrix, std::int32_t row, std::int32_t column) {
   const auto begin = matrix.column.begin() + matrix.first[row], end = matrix.column.begin() + matrix.first[row + 1];
   return std::lower_bound(begin, end, column) - matrix.column.begin();
 }
 
-HeldStiffness eliminate_held(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed) {
+HeldStiffness remove_held_dofs(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed) {
   HeldStiffness result;
   result.row_of_node.assign(all.rows, -1);
   for (std::int32_t n = 0; n < all.rows; ++n)

@@ -1,4 +1,5 @@
-// The stiffness matrix as sparse 3 x 3 blocks, whatever the element, and what is done with it.
+// The stiffness matrix K as sparse 3 x 3 blocks, for all elements, and the operations on it. In this project "block"
+// means one 3 x 3 entry of such a matrix.
 #pragma once
 
 #include <array>
@@ -8,7 +9,8 @@
 
 namespace palpate {
 
-// Square, symmetric, one 3 x 3 block (row-major, N/m) per pair of coupled nodes; columns ascending.
+// Square and symmetric: one 3 x 3 block (row-major, N/m) for each pair of coupled nodes. In each row the columns
+// ascend.
 struct BlockMatrix {
   std::int32_t rows = 0;             // block rows
   std::vector<std::int64_t> first;   // [rows + 1] into column
@@ -16,7 +18,7 @@ struct BlockMatrix {
   std::vector<std::array<double, 9>> block;
 };
 
-// Lists of small numbers: list i is item[first[i]] .. item[first[i + 1] - 1].
+// Lists of node or tetrahedron numbers, stored one after the other: list i is item[first[i]] .. item[first[i + 1] - 1].
 struct Lists {
   std::vector<std::int64_t> first = {0};
   std::vector<std::int32_t> item;
@@ -28,26 +30,30 @@ struct Lists {
   void append(std::span<const std::int32_t> list);
 };
 
-// For each number below count, the lists that hold it, ascending.
+// For each number from 0 to count - 1: which of the lists hold it, ascending.
 Lists lists_around(const Lists& lists, std::int32_t count);
 
-// Zero blocks for all pairs of nodes that stand in a list together, for nodes 0 .. rows - 1.
+// A matrix of zero blocks, one for each pair of nodes that stand together in a list. rows: number of nodes.
 BlockMatrix coupled_blocks(const Lists& coupled, std::int32_t rows);
 
-// Where column is in row; it must be there.
-std::int64_t place_of(const BlockMatrix& matrix, std::int32_t row, std::int32_t column);
+// Index of the block (row, column) in matrix.block. The matrix must have that block.
+std::int64_t index_of_block(const BlockMatrix& matrix, std::int32_t row, std::int32_t column);
 
-// K with the held dofs eliminated. Nodes without a free dof have no row. A node that is held in part keeps its three
-// rows; the held ones are uncoupled and have the mean of the diagonal on it, so that every block stays 3 x 3.
+// K without the held dofs. A node whose three dofs are held has no row. A node with one or two held dofs keeps its
+// three rows, so that every block stays 3 x 3: the rows of held dofs are zero but for the diagonal, which is the mean
+// of K's diagonal.
 struct HeldStiffness {
   BlockMatrix matrix;
   std::vector<std::int32_t> row_of_node;  // -1: no row
   std::vector<std::int32_t> node_of_row;
 };
-HeldStiffness eliminate_held(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed);
+HeldStiffness remove_held_dofs(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed);
+inline HeldStiffness eliminate_held(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed) {
+  return remove_held_dofs(all, fixed);  // the former name
+}
 
-// y = K x for width vectors at once; x, y: [3 * rows][width], the vectors of one dof side by side; width a multiple
-// of 8.
+// y = K x for width vectors at once. x, y: [3 * rows][width], so that the numbers of one dof stand side by side. width
+// must be a multiple of 8.
 void multiply(const BlockMatrix& matrix, const double* x, double* y, int width);
 
 // The same for one vector of 3 * rows numbers.

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -18,11 +19,11 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Row = Eigen::Matrix<double, 1, 6>;
 
-// A support whose weakest motion is held less than this against its best held one is taken as loose: the square of it
-// is what it adds to the conditioning of K.
+// A motion counts as free where the supports hold it less than kWeakest times as well as the motion they hold best.
+// Such a support multiplies the condition number of K by 1 / kWeakest^2 or more.
 constexpr double kWeakest = 1e-6;
 
-// Above this many parts that hold only together, the mechanism's dense matrix is no longer worth its memory.
+// Largest number of hinged parts that are checked as one mechanism: its matrix is dense, 6 rows for each part.
 constexpr std::size_t kMostHinged = 300;
 
 class Sets {  // union-find
@@ -91,7 +92,8 @@ std::vector<Part> rigid_parts(const ElasticBody& body) {
   return parts;
 }
 
-// Displacement d of a node under the part's rigid motion (t, size * w): t + w x (p - center).
+// Row that gives component d of the displacement t + w x (p - center) from the rigid motion (t, size * w). The factor
+// size gives translations and rotations the same unit.
 Row motion_of(const Part& part, const Vector3d& p, int d) {
   const Vector3d arm = (p - part.center) / part.size;
   Row row = Row::Zero();
@@ -101,7 +103,7 @@ Row motion_of(const Part& part, const Vector3d& p, int d) {
   return row;
 }
 
-// What rows (times their transpose, summed) leave free.
+// The motions that the rows leave free, as columns. gram: the sum of row^T row.
 MatrixXd null_space(const MatrixXd& gram) {
   Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
   const double largest = solver.eigenvalues().tail<1>()[0];
@@ -110,12 +112,24 @@ MatrixXd null_space(const MatrixXd& gram) {
   return largest > 0 ? MatrixXd(solver.eigenvectors().leftCols(free)) : MatrixXd::Identity(gram.rows(), gram.rows());
 }
 
+// Left singular vectors of a matrix and its singular values, descending, from the eigenvalues of m m^T: good to 1e-8 of
+// the largest, which is enough to tell motions from none, and much faster to compile than Eigen's singular value
+// decomposition.
+struct Singular {
+  MatrixXd vectors;
+  Eigen::VectorXd values;
+};
+Singular left_singular(const MatrixXd& m) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(m * m.transpose());
+  return {solver.eigenvectors().rowwise().reverse(), solver.eigenvalues().reverse().cwiseMax(0).cwiseSqrt()};
+}
+
 std::string coordinates(const Vector3d& v) {
   const auto clean = [&v](double x) { return std::abs(x) < 1e-9 * v.cwiseAbs().maxCoeff() ? 0.0 : x; };
   return fmt::format("({:.4g}, {:.4g}, {:.4g})", clean(v[0]), clean(v[1]), clean(v[2]));
 }
 
-// Largest component positive, so that the sentence does not depend on the sign of an eigenvector.
+// Turned so that its largest component is positive: the sign of an eigenvector is arbitrary, the message must not be.
 Vector3d upright(const Vector3d& v) {
   Eigen::Index most;
   v.cwiseAbs().maxCoeff(&most);
@@ -125,18 +139,20 @@ Vector3d upright(const Vector3d& v) {
 // "can still slide along (1, 0, 0) and rotate about the axis through (...) m along (0, 1, 0)".
 std::string describe(const Part& part, const MatrixXd& motions) {
   if (motions.cols() == 6) return "nothing holds it at all";
-  // Translations are the motions without rotation; the rest is turned so that rotations are orthogonal.
-  Eigen::JacobiSVD<MatrixXd> turn(motions.bottomRows(3), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const MatrixXd basis = motions * turn.matrixV();
+  // Motions without rotation are translations. The basis of the others is turned so that their rotations are
+  // orthogonal.
+  const MatrixXd rotations = motions.bottomRows(3);
+  const Singular turn = left_singular(rotations.transpose());
+  const MatrixXd basis = motions * turn.vectors;
   std::vector<std::string> ways;
   std::vector<Vector3d> slides;
   for (Eigen::Index m = 0; m < basis.cols(); ++m) {
-    const bool turns = m < 3 && turn.singularValues()[m] > 1e-4;
+    const bool turns = m < 3 && turn.values[m] > 1e-4;
     if (!turns) slides.push_back(basis.col(m).head<3>().normalized());
   }
   for (const auto& slide : slides) ways.push_back("slide along " + coordinates(upright(slide)));
   for (Eigen::Index m = 0; m < basis.cols() && m < 3; ++m) {
-    if (turn.singularValues()[m] <= 1e-4) continue;
+    if (turn.values[m] <= 1e-4) continue;
     const Vector3d w = basis.col(m).tail<3>() / part.size;
     Vector3d t = basis.col(m).head<3>();
     for (const auto& slide : slides) t -= slide * slide.dot(t);
@@ -162,7 +178,7 @@ class SupportCheck {
   }
 
   void run() {
-    // Parts that hold by themselves, or by those already known to hold.
+    // Parts that their own supports hold, or hinges on parts that are already known to be held.
     for (bool changed = true; changed;) {
       changed = false;
       for (std::size_t p = 0; p < parts_.size(); ++p)
@@ -188,7 +204,7 @@ class SupportCheck {
     return gram;
   }
 
-  // Parts that do not hold yet, in groups hinged together.
+  // The parts that are not known to be held, in groups that are hinged together.
   std::vector<std::vector<std::int32_t>> loose_groups() const {
     Sets sets(parts_.size());
     for (const auto& [node, parts] : hinges_) {
@@ -215,17 +231,17 @@ class SupportCheck {
                       file_.string(), group.size()));
     const auto size = static_cast<Eigen::Index>(6 * group.size());
     MatrixXd gram = MatrixXd::Zero(size, size);
-    std::map<std::int32_t, Eigen::Index> place;
+    std::map<std::int32_t, Eigen::Index> first_row;  // of each part of the group
     for (std::size_t i = 0; i < group.size(); ++i) {
-      place[group[i]] = static_cast<Eigen::Index>(6 * i);
+      first_row[group[i]] = static_cast<Eigen::Index>(6 * i);
       gram.block<6, 6>(static_cast<Eigen::Index>(6 * i), static_cast<Eigen::Index>(6 * i)) += gram_of(group[i]);
     }
-    // Two parts move alike where they share a node.
+    // Two parts that share a node must displace it alike.
     for (const auto& [node, parts] : hinges_)
       for (std::size_t i = 0; i < parts.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
-          if (!place.count(parts[i]) || !place.count(parts[j])) continue;
-          const auto a = place[parts[i]], b = place[parts[j]];
+          if (!first_row.count(parts[i]) || !first_row.count(parts[j])) continue;
+          const auto a = first_row[parts[i]], b = first_row[parts[j]];
           for (int d = 0; d < 3; ++d) {
             const Row u = motion_of(parts_[parts[i]], at(body_, node), d);
             const Row v = motion_of(parts_[parts[j]], at(body_, node), d);
@@ -239,7 +255,7 @@ class SupportCheck {
     if (free.cols() > 0) refuse(group, free);
   }
 
-  // Names the part that moves most.
+  // Names the part that the free motions move most.
   [[noreturn]] void refuse(const std::vector<std::int32_t>& group, const MatrixXd& free) const {
     std::size_t worst = 0;
     double most = 0;
@@ -248,10 +264,10 @@ class SupportCheck {
       if (motion > most * (1 + 1e-9)) most = motion, worst = i;
     }
     const Part& part = parts_[group[worst]];
-    Eigen::JacobiSVD<MatrixXd> svd(free.middleRows(static_cast<Eigen::Index>(6 * worst), 6), Eigen::ComputeThinU);
+    const Singular own = left_singular(free.middleRows(static_cast<Eigen::Index>(6 * worst), 6));
     Eigen::Index count = 0;
-    while (count < svd.singularValues().size() && svd.singularValues()[count] > 1e-6) ++count;
-    const MatrixXd motions = svd.matrixU().leftCols(count);
+    while (count < own.values.size() && own.values[count] > 1e-6) ++count;
+    const MatrixXd motions = own.vectors.leftCols(count);
     std::size_t held = 0;
     for (const auto n : part.nodes)
       for (int d = 0; d < 3; ++d) held += body_.fixed[n][d];
@@ -270,7 +286,7 @@ class SupportCheck {
   const std::filesystem::path& file_;
   std::vector<Part> parts_;
   std::vector<char> grounded_;
-  std::map<std::int32_t, std::vector<std::int32_t>> hinges_;  // nodes of several parts
+  std::map<std::int32_t, std::vector<std::int32_t>> hinges_;  // nodes that several parts share, and those parts
 };
 
 }  // namespace

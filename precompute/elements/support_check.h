@@ -1,15 +1,18 @@
-// Is the organ held? Every part must have none of its six rigid motions left; else K is singular, and conjugate
-// gradients may converge to nonsense without a sign.
+// Checks that the supports hold the organ. A body that can still move as a whole has a singular stiffness matrix, and
+// conjugate gradients may then converge to a wrong answer without an error.
 #pragma once
+
+#include <filesystem>
 
 #include "precompute/elements/elastic_body.h"
 
 namespace palpate {
 
-// A part is a set of tetrahedra joined through faces: it moves rigidly at no energy, and in no other way. Parts that
-// meet in one vertex or along one edge are hinged there; all parts hinged together are checked as one mechanism.
-// Errors: InputError that names a part that can still move, and how. boundary_file is for the sentence.
-// Cost: one sort of the faces, then 6 x 6 per part (6k x 6k where k parts can be held only together).
+// A part is a set of tetrahedra that are joined through faces. The six rigid motions are the only ones that cost it no
+// energy, so the supports must prevent all six. Parts that share only a vertex or an edge are hinged there; parts that
+// are hinged together are checked as one mechanism. Errors: InputError that names a part that can still move and its
+// motions; it names boundary_file as the place to mend. Cost: one sort of the faces, then an eigenvalue problem of size
+// 6 for each part, or 6 k where only k parts together are held.
 void check_support(const ElasticBody& body, const std::filesystem::path& boundary_file);
 
 }  // namespace palpate

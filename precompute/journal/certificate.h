@@ -1,17 +1,18 @@
-// What is known about all columns together, from the records of their blocks.
+// The certificate of a bundle: how good its columns are, from the records of all batches.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include "precompute/journal/block_record.h"
+#include "precompute/journal/batch_record.h"
 
 namespace palpate {
 
 struct Certificate {
   double worst_residual = 0;
-  double residual_floor = 0;  // 0, or what double precision allows columns above the tolerance: epsilon ||K|| ||x||
-  std::int64_t worst_node = -1, worst_dof = 0;  // node in the bundle's order; of equals the first
+  double residual_floor =
+      0;  // 0, or where columns miss the tolerance, what double precision allows: epsilon ||K|| ||x||
+  std::int64_t worst_node = -1, worst_dof = 0;  // node of the bundle; the first of equals
   std::int64_t most_iterations = 0;
   double reciprocity_error = 0;  // largest |C_nk - C_kn^T| / |C_nk| over pairs of nodes far apart; Frobenius norm
   std::int64_t reciprocity_pairs = 0;
@@ -21,8 +22,8 @@ struct Certificate {
   double reciprocal_condition = 0;  // of the stiffness, an upper bound; 0 where the solver tells none
 };
 
-// records: one per block. sample is filled. The last three are the caller's.
-Certificate certify(std::span<const ColumnBlock> blocks, std::span<const BlockRecord> records,
+// records: one for each batch. Fills sample. The caller fills in the last three members.
+Certificate certify(std::span<const ColumnBatch> batches, std::span<const BatchRecord> records,
                     ReciprocitySample& sample);
 
 }  // namespace palpate

@@ -12,7 +12,8 @@ namespace palpate {
 namespace {
 
 constexpr char kMagic[8] = {'P', 'A', 'L', 'J', 'R', 'N', 'L', '1'};
-constexpr std::uint64_t kPage = 4096;  // slots share none: neither a disk's sector nor a client's cache page
+constexpr std::uint64_t kPage =
+    4096;  // two records share no page, so that ranks on different machines never write the same one
 constexpr std::uint64_t kLongestFingerprint = 1 << 20;
 
 struct Header {
@@ -21,24 +22,24 @@ struct Header {
   std::uint64_t checksum;  // XXH64 of the fingerprint
 };
 
-struct SlotHeader {
-  std::uint64_t block, bytes;
-  std::uint64_t checksum;  // XXH64 of the header's checksum, block, bytes and the record
+struct RecordHeader {
+  std::uint64_t batch, bytes;
+  std::uint64_t checksum;  // XXH64 of the header's checksum, batch, bytes and the record
 };
 
 std::uint64_t whole_pages(std::uint64_t bytes) {
   return (bytes + kPage - 1) / kPage * kPage;
 }
 
-std::uint64_t slot_checksum(std::uint64_t seed, const SlotHeader& slot, std::span<const std::byte> record) {
+std::uint64_t record_checksum(std::uint64_t seed, const RecordHeader& header, std::span<const std::byte> record) {
   formats::Xxh64 checksum;
   checksum.update(&seed, sizeof seed);
-  checksum.update(&slot, offsetof(SlotHeader, checksum));
+  checksum.update(&header, offsetof(RecordHeader, checksum));
   checksum.update(record.data(), record.size());
   return checksum.digest();
 }
 
-// Header and fingerprint, or nothing.
+// Header and fingerprint; nothing where they are not whole.
 std::optional<std::pair<Header, std::string>> read_header(const PlainFile& file) {
   Header header{};
   if (file.read(0, &header, sizeof header) < sizeof header || std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 ||
@@ -51,14 +52,14 @@ std::optional<std::pair<Header, std::string>> read_header(const PlainFile& file)
   return std::pair(header, std::move(fingerprint));
 }
 
-// Bytes of the whole file.
-std::uint64_t lay_out_slots(std::uint64_t fingerprint_bytes, std::span<const ColumnBlock> blocks,
-                            const ReciprocitySample& sample, auto&& take) {
+// Calls take(offset, bytes) for the record of each batch; returns the bytes of the whole file.
+std::uint64_t lay_out_records(std::uint64_t fingerprint_bytes, std::span<const ColumnBatch> batches,
+                              const ReciprocitySample& sample, auto&& take) {
   std::uint64_t offset = whole_pages(sizeof(Header) + fingerprint_bytes);
-  for (const auto& block : blocks) {
-    const std::uint64_t bytes = record_bytes(block, sample);
+  for (const auto& batch : batches) {
+    const std::uint64_t bytes = record_bytes(batch, sample);
     take(offset, bytes);
-    offset += whole_pages(sizeof(SlotHeader) + bytes);
+    offset += whole_pages(sizeof(RecordHeader) + bytes);
   }
   return offset;
 }
@@ -66,10 +67,10 @@ std::uint64_t lay_out_slots(std::uint64_t fingerprint_bytes, std::span<const Col
 }  // namespace
 
 void ColumnJournal::begin(const std::filesystem::path& path, const std::string& fingerprint,
-                          std::span<const ColumnBlock> blocks, const ReciprocitySample& sample) {
+                          std::span<const ColumnBatch> batches, const ReciprocitySample& sample) {
   const PlainFile file(path, O_RDWR);
   file.resize(0);
-  file.resize(lay_out_slots(fingerprint.size(), blocks, sample, [](auto, auto) {}));
+  file.resize(lay_out_records(fingerprint.size(), batches, sample, [](auto, auto) {}));
   file.reserve();
   file.sync();
   Header header{};
@@ -88,36 +89,37 @@ std::optional<std::string> ColumnJournal::fingerprint_of(const std::filesystem::
   return std::move(found->second);
 }
 
-ColumnJournal::ColumnJournal(const std::filesystem::path& path, std::span<const ColumnBlock> blocks,
+ColumnJournal::ColumnJournal(const std::filesystem::path& path, std::span<const ColumnBatch> batches,
                              const ReciprocitySample& sample)
-    : file_(path, O_RDWR), blocks_(blocks) {
+    : file_(path, O_RDWR), batches_(batches) {
   const auto found = read_header(file_);
   if (!found) throw OperationError(fmt::format("{}: changed while it was in use", path.string()));
   seed_ = found->first.checksum;
-  lay_out_slots(found->second.size(), blocks, sample, [this](std::uint64_t offset, std::uint64_t bytes) {
-    slots_.push_back({offset, bytes});
+  lay_out_records(found->second.size(), batches, sample, [this](std::uint64_t offset, std::uint64_t bytes) {
+    records_.push_back({offset, bytes});
   });
 }
 
-void ColumnJournal::write(std::size_t block, const BlockRecord& record) const {
+void ColumnJournal::write(std::size_t batch, const BatchRecord& record) const {
   const std::vector<std::byte> bytes = to_bytes(record);
-  SlotHeader slot{block, bytes.size(), 0};
-  slot.checksum = slot_checksum(seed_, slot, bytes);
-  std::vector<std::byte> whole(sizeof slot + bytes.size());
-  std::memcpy(whole.data(), &slot, sizeof slot);
-  std::memcpy(whole.data() + sizeof slot, bytes.data(), bytes.size());
-  file_.write(slots_[block].offset, whole.data(), whole.size());
+  RecordHeader header{batch, bytes.size(), 0};
+  header.checksum = record_checksum(seed_, header, bytes);
+  std::vector<std::byte> whole(sizeof header + bytes.size());
+  std::memcpy(whole.data(), &header, sizeof header);
+  std::memcpy(whole.data() + sizeof header, bytes.data(), bytes.size());
+  file_.write(records_[batch].offset, whole.data(), whole.size());
 }
 
-std::optional<BlockRecord> ColumnJournal::read(std::size_t block) const {
-  const auto [offset, bytes] = slots_[block];
-  std::vector<std::byte> whole(sizeof(SlotHeader) + bytes);
+std::optional<BatchRecord> ColumnJournal::read(std::size_t batch) const {
+  const auto [offset, bytes] = records_[batch];
+  std::vector<std::byte> whole(sizeof(RecordHeader) + bytes);
   if (file_.read(offset, whole.data(), whole.size()) < whole.size()) return {};
-  SlotHeader slot{};
-  std::memcpy(&slot, whole.data(), sizeof slot);
-  const auto record = std::span<const std::byte>(whole).subspan(sizeof slot);
-  if (slot.block != block || slot.bytes != bytes || slot.checksum != slot_checksum(seed_, slot, record)) return {};
-  return from_bytes(record, blocks_[block]);
+  RecordHeader header{};
+  std::memcpy(&header, whole.data(), sizeof header);
+  const auto record = std::span<const std::byte>(whole).subspan(sizeof header);
+  if (header.batch != batch || header.bytes != bytes || header.checksum != record_checksum(seed_, header, record))
+    return {};
+  return from_bytes(record, batches_[batch]);
 }
 
 }  // namespace palpate

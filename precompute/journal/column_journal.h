@@ -1,8 +1,9 @@
-// NAME.journal beside NAME.part: which blocks of columns are safe on the disk, and the record of each.
+// The file NAME.journal beside NAME.part: which batches of columns are safe on the disk, and the record of each.
 //
-// Header and fingerprint, then for every block of columns a slot of its own pages: block, length and checksum, the record.
-// A slot counts when its checksum holds, and vouches for the block's rows in NAME.part by theirs: a write that was torn,
-// or that a power cut lost, costs that block alone. Native byte order: the file serves its own run and reruns.
+// The file begins with a header and the fingerprint of the run. Then each batch has pages of its own: number of the
+// batch, length, checksum and record. A record counts only where its checksum holds, and it holds the checksums of the
+// batch's rows in NAME.part. So a write that was torn, or lost in a power cut, costs that batch alone. The byte order
+// is the machine's: only reruns of the same run read the file.
 #pragma once
 
 #include <cstdint>
@@ -13,38 +14,39 @@
 #include <vector>
 
 #include "formats/plain_file.h"
-#include "precompute/journal/block_record.h"
+#include "precompute/journal/batch_record.h"
 
 namespace palpate {
 
 class ColumnJournal {
  public:
-  // Empties the file and begins anew. Errors: OperationError.
+  // Empties the file and lays it out for these batches. Errors: OperationError.
   static void begin(const std::filesystem::path& path, const std::string& fingerprint,
-                    std::span<const ColumnBlock> blocks, const ReciprocitySample& sample);
+                    std::span<const ColumnBatch> batches, const ReciprocitySample& sample);
 
-  // What the file was begun with; nothing when it was not begun or its header is damaged.
+  // The fingerprint that the file was begun with; nothing where it was not begun or its header is damaged.
   static std::optional<std::string> fingerprint_of(const std::filesystem::path& path);
 
-  // Opens what was begun for these blocks. Errors: OperationError.
-  ColumnJournal(const std::filesystem::path& path, std::span<const ColumnBlock> blocks,
+  // Opens a file that was begun for these batches. Errors: OperationError.
+  ColumnJournal(const std::filesystem::path& path, std::span<const ColumnBatch> batches,
                 const ReciprocitySample& sample);
 
-  // One write.
-  void write(std::size_t block, const BlockRecord& record) const;
+  // In one write.
+  void write(std::size_t batch, const BatchRecord& record) const;
   void sync() const { file_.sync_data(); }
 
-  // Nothing where the block was not written, or is torn.
-  std::optional<BlockRecord> read(std::size_t block) const;
+  // The record of a batch; nothing where it was not written or is torn.
+  std::optional<BatchRecord> read(std::size_t batch) const;
 
  private:
-  struct Slot {
-    std::uint64_t offset, bytes;  // of the record
+  struct RecordSpan {
+    std::uint64_t offset;  // of its header in the file
+    std::uint64_t bytes;   // of the record itself
   };
   PlainFile file_;
-  std::span<const ColumnBlock> blocks_;
-  std::uint64_t seed_ = 0;  // ties the slots to their header
-  std::vector<Slot> slots_;
+  std::span<const ColumnBatch> batches_;
+  std::uint64_t seed_ = 0;  // enters the checksums, so that records of an earlier run in the same file do not count
+  std::vector<RecordSpan> records_;
 };
 
 }  // namespace palpate

@@ -32,8 +32,8 @@ std::vector<DisplacementSection> displacement_sections(const std::vector<formats
   return sections;
 }
 
-void take_rows(const std::vector<DisplacementSection>& sections, const TensorBlock& solved, DisplacementRows& rows,
-               BlockRecord& record) {
+void take_rows(const std::vector<DisplacementSection>& sections, const BatchTensors& solved, DisplacementRows& rows,
+               BatchRecord& record) {
   rows.resize(sections.size());
   CastLoss loss;
   for (std::size_t s = 0; s < sections.size(); ++s) {
@@ -50,26 +50,26 @@ void take_rows(const std::vector<DisplacementSection>& sections, const TensorBlo
   record.cast_error = is_double(sections[0]) ? 0 : loss.worst();
 }
 
-void write_rows(const std::vector<DisplacementSection>& sections, const ColumnBlock& block,
+void write_rows(const std::vector<DisplacementSection>& sections, const ColumnBatch& batch,
                 const DisplacementRows& rows, SectionWriter& writer) {
   for (std::size_t s = 0; s < sections.size(); ++s) {
     const std::uint64_t node_bytes = sections[s].node_bytes();
-    for (std::size_t i = 0, run = 1; i < block.places.size(); i += run, run = 1) {
-      // Neighbours go in one write.
-      while (i + run < block.places.size() && block.places[i + run] == block.places[i] + static_cast<int>(run)) ++run;
-      writer.write(sections[s].entry, static_cast<std::uint64_t>(block.places[i]) * node_bytes,
-                   &rows[s][i * node_bytes], run * node_bytes);
+    for (std::size_t i = 0, run = 1; i < batch.slots.size(); i += run, run = 1) {
+      // Nodes in neighbouring slots go in one write.
+      while (i + run < batch.slots.size() && batch.slots[i + run] == batch.slots[i] + static_cast<int>(run)) ++run;
+      writer.write(sections[s].entry, static_cast<std::uint64_t>(batch.slots[i]) * node_bytes, &rows[s][i * node_bytes],
+                   run * node_bytes);
     }
   }
 }
 
-bool rows_hold(const std::vector<DisplacementSection>& sections, const ColumnBlock& block, const BlockRecord& record,
+bool rows_hold(const std::vector<DisplacementSection>& sections, const ColumnBatch& batch, const BatchRecord& record,
                const PlainFile& part) {
   std::vector<char> rows;
   for (std::size_t s = 0; s < sections.size(); ++s) {
     rows.resize(sections[s].node_bytes());
-    for (std::size_t i = 0; i < block.places.size(); ++i) {
-      const std::uint64_t at = sections[s].entry.offset + static_cast<std::uint64_t>(block.places[i]) * rows.size();
+    for (std::size_t i = 0; i < batch.slots.size(); ++i) {
+      const std::uint64_t at = sections[s].entry.offset + static_cast<std::uint64_t>(batch.slots[i]) * rows.size();
       if (part.read(at, rows.data(), rows.size()) < rows.size() ||
           formats::xxh64(rows.data(), rows.size()) != record.nodes[i].rows[s])
         return false;
@@ -80,24 +80,24 @@ bool rows_hold(const std::vector<DisplacementSection>& sections, const ColumnBlo
 
 namespace {
 
-// Of one section, whose nodes' rows come by in the order of their places.
+// The check of one section, whose rows arrive in the order of their slots.
 struct PassingRows {
   std::uint64_t node_bytes;
-  std::vector<std::uint64_t> expected;  // by place
+  std::vector<std::uint64_t> expected;  // by slot
   formats::Xxh64 checksum;
 
   void take(std::uint64_t first_byte, const char* bytes, std::size_t count, const std::filesystem::path& part) {
     while (count > 0) {
-      const std::uint64_t place = first_byte / node_bytes, end = (place + 1) * node_bytes;
+      const std::uint64_t slot = first_byte / node_bytes, end = (slot + 1) * node_bytes;
       const auto some = static_cast<std::size_t>(std::min<std::uint64_t>(count, end - first_byte));
       checksum.update(bytes, some);
       first_byte += some, bytes += some, count -= some;
       if (first_byte < end) return;
-      if (checksum.digest() != expected[place])
+      if (checksum.digest() != expected[slot])
         throw OperationError(
             fmt::format("{}: the rows of touchable node {} changed on the disk after they were written; run the same "
-                        "command again, which solves their block anew",
-                        part.string(), place));
+                        "command again, which solves their batch anew",
+                        part.string(), slot));
       checksum = {};
     }
   }
@@ -105,14 +105,14 @@ struct PassingRows {
 
 }  // namespace
 
-SectionReader check_rows(const std::vector<DisplacementSection>& sections, const std::vector<ColumnBlock>& blocks,
-                         const std::vector<BlockRecord>& records, const std::filesystem::path& part) {
+SectionReader check_rows(const std::vector<DisplacementSection>& sections, const std::vector<ColumnBatch>& batches,
+                         const std::vector<BatchRecord>& records, const std::filesystem::path& part) {
   std::map<std::uint32_t, PassingRows> passing;
   for (std::size_t s = 0; s < sections.size(); ++s) {
     PassingRows rows{sections[s].node_bytes(), std::vector<std::uint64_t>(sections[s].entry.shape[0]), {}};
-    for (std::size_t b = 0; b < blocks.size(); ++b)
-      for (std::size_t i = 0; i < blocks[b].places.size(); ++i)
-        rows.expected[blocks[b].places[i]] = records[b].nodes[i].rows[s];
+    for (std::size_t b = 0; b < batches.size(); ++b)
+      for (std::size_t i = 0; i < batches[b].slots.size(); ++i)
+        rows.expected[batches[b].slots[i]] = records[b].nodes[i].rows[s];
     passing.emplace(sections[s].entry.id, std::move(rows));
   }
   return [passing, part](const formats::SectionEntry& entry, std::uint64_t first, const char* bytes,

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "formats/checksum.h"
@@ -15,7 +16,8 @@ namespace {
 
 constexpr const char* kProcessor = "processor";
 
-// "Intel(R) Xeon(R) Gold 6140 CPU @ 2.30GHz, OpenBLAS SkylakeX": other kernels round differently.
+// For example "Intel(R) Xeon(R) Gold 6140 CPU @ 2.30GHz, OpenBLAS SkylakeX". OpenBLAS chooses its kernels by the
+// processor, and they round differently.
 std::string processor() {
   std::ifstream file("/proc/cpuinfo");
   std::string line, name = "unknown";
@@ -46,19 +48,19 @@ std::string short_text(const nlohmann::json& value) {
 }  // namespace
 
 Fingerprint fingerprint_of(nlohmann::json provenance, const std::vector<SectionShape>& sections,
-                           std::span<const ColumnBlock> blocks) {
+                           std::span<const ColumnBatch> batches) {
   Fingerprint fingerprint = std::move(provenance);
   for (const char* key : {"locking_probes", "locking_note"}) fingerprint.erase(key);  // beside the columns: made anew
   for (const auto& [library, id] : needed_libraries()) fingerprint["library " + library] = id;
   fingerprint["program_sha256"] = sha256_of_file("/proc/self/exe");
   fingerprint["layout"] = layout_text(sections);
   formats::Xxh64 checksum;
-  for (const auto& block : blocks) {
-    const std::uint64_t nodes = block.nodes.size();
+  for (const auto& batch : batches) {
+    const std::uint64_t nodes = batch.nodes.size();
     checksum.update(&nodes, sizeof nodes);
-    checksum.update(block.nodes.data(), nodes * sizeof(std::int32_t));
+    checksum.update(batch.nodes.data(), nodes * sizeof(std::int32_t));
   }
-  fingerprint["blocks_of_columns"] = fmt::format("{} ({:016x})", blocks.size(), checksum.digest());
+  fingerprint["column_batches"] = fmt::format("{} ({:016x})", batches.size(), checksum.digest());
   fingerprint[kProcessor] = processor();
   return fingerprint;
 }

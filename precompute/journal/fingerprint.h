@@ -1,23 +1,26 @@
-// What decides the bytes of a bundle: a part that was begun with one fingerprint is never finished with another.
+// Everything that decides the bytes of the columns. A part that was begun with one fingerprint is never finished with
+// another.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <vector>
 
 #include "formats/bundle_writer.h"
-#include "precompute/tensors/column_blocks.h"
+#include "precompute/tensors/column_batches.h"
 
 namespace palpate {
 
-// A flat object: the provenance (SHA-256 of every input, options, solver, versions), SHA-256 of this program, the layout
-// and the blocks of columns; and the processor, of which a difference is told but does not hinder.
+// A flat JSON object: the provenance (SHA-256 of every input, options, solver), SHA-256 of this program, the build id
+// of every library that computes, the layout of the bundle and the batches of columns. It also holds the processor: a
+// part that was begun on another processor is resumed with a warning. What the provenance says of locking is left out:
+// it is beside the columns.
 using Fingerprint = nlohmann::json;
 
 Fingerprint fingerprint_of(nlohmann::json provenance, const std::vector<SectionShape>& sections,
-                           std::span<const ColumnBlock> blocks);
+                           std::span<const ColumnBatch> batches);
 
-// The first thing that decides bytes and differs, as "KEY was A, is B"; empty when there is none.
+// The first entry that differs, as "KEY was A, is B"; empty where all but the processor are equal.
 std::string difference(const Fingerprint& earlier, const Fingerprint& now);
 
 }  // namespace palpate

@@ -7,9 +7,9 @@
 namespace palpate {
 
 // By file name without its version ("libpetsc_real.so"): the build id that the linker wrote into the library, or the
-// SHA-256 of its file where it has none. Holds the libraries that this program names when it is linked (PETSc, CHOLMOD, METIS,
-// BLAS, HDF5, MPI, libc, libm ...) and, in turn, those that these name. Leaves out what a launcher, LD_PRELOAD or a plug-in of MPI
-// adds: it differs between runs on one rank and on several.
+// SHA-256 of its file where it has none. Holds the libraries that this program names when it is linked (PETSc, CHOLMOD,
+// METIS, BLAS, HDF5, MPI, libc, libm ...) and, in turn, those that these name. Leaves out what a launcher, LD_PRELOAD
+// or a plug-in of MPI adds: it differs between runs on one rank and on several.
 std::map<std::string, std::string> needed_libraries();
 
 }  // namespace palpate

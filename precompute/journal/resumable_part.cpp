@@ -25,7 +25,7 @@ bool holds_displacements(const SectionEntry& entry) {
          entry.id == static_cast<std::uint32_t>(SectionId::displacement_interior);
 }
 
-// Everything outside the displacement sections.
+// Copies everything outside the displacement sections.
 void copy_all_but_displacements(const std::filesystem::path& from_path, const std::filesystem::path& to_path,
                                 std::vector<SectionEntry> entries) {
   const PlainFile from(from_path, O_RDONLY), to(to_path, O_RDWR);
@@ -70,7 +70,7 @@ ResumablePart::~ResumablePart() {
 }
 
 std::vector<SectionEntry> ResumablePart::begin(const Fingerprint& fingerprint, const Content& content,
-                                               std::span<const ColumnBlock> blocks, const ReciprocitySample& sample) {
+                                               std::span<const ColumnBatch> batches, const ReciprocitySample& sample) {
   const std::lock_guard lock(mutex_);
   const bool part_is_there = std::filesystem::exists(part_);
   const std::string different = earlier_ ? difference(*earlier_, fingerprint) : "";
@@ -79,7 +79,8 @@ std::vector<SectionEntry> ResumablePart::begin(const Fingerprint& fingerprint, c
     if (part_is_there)
       note(fmt::format("{} is begun anew: {}", part_.string(),
                        earlier_ ? different : "its journal is missing or damaged"));
-    // The old rows must not outlive what vouches for them, nor take the space of the new.
+    // The journal goes first: without it nothing trusts the old rows. The old part must not take disk space from the
+    // new.
     PlainFile(journal_path_, O_RDWR).resize(0);
     std::filesystem::remove(part_);
     earlier_.reset();
@@ -100,10 +101,10 @@ std::vector<SectionEntry> ResumablePart::begin(const Fingerprint& fingerprint, c
   } else {
     PlainFile(new_part_, O_RDWR).reserve();
     replace_durably(new_part_, part_);
-    ColumnJournal::begin(journal_path_, fingerprint.dump(), blocks, sample);
+    ColumnJournal::begin(journal_path_, fingerprint.dump(), batches, sample);
   }
-  block_count_ = blocks.size();
-  journal_.emplace(journal_path_, blocks, sample);
+  batch_count_ = batches.size();
+  journal_.emplace(journal_path_, batches, sample);
   return entries;
 }
 
@@ -115,9 +116,9 @@ void ResumablePart::commit() {
   sync_folder_of(target_);
 }
 
-std::size_t ResumablePart::safe_blocks() const {
+std::size_t ResumablePart::safe_batches() const {
   std::size_t count = 0;
-  for (std::size_t b = 0; journal_ && b < block_count_; ++b) count += journal_->read(b).has_value();
+  for (std::size_t b = 0; journal_ && b < batch_count_; ++b) count += journal_->read(b).has_value();
   return count;
 }
 
@@ -128,8 +129,8 @@ std::string ResumablePart::leave() {
   std::error_code ignored;
   std::filesystem::remove(new_part_, ignored);
   if (!journal_ && earlier_) return fmt::format("{} of an earlier run is as it was", part_.string());
-  if (const std::size_t safe = safe_blocks(); safe > 0)
-    return fmt::format("{} of {} blocks of columns are safe in {}: the same command resumes there", safe, block_count_,
+  if (const std::size_t safe = safe_batches(); safe > 0)
+    return fmt::format("{} of {} batches of columns are safe in {}: the same command resumes there", safe, batch_count_,
                        part_.string());
   std::filesystem::remove(part_, ignored);
   std::filesystem::remove(journal_path_, ignored);

@@ -1,9 +1,11 @@
-// NAME.part and NAME.journal on rank 0: begun anew or found again, and in the end the bundle.
+// The unfinished bundle, NAME.part, and its journal, on rank 0. A run begins them or finds those of an earlier run, and
+// turns the part into the bundle when all columns are there.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,39 +26,41 @@ class ResumablePart {
   explicit ResumablePart(std::filesystem::path target);
   ResumablePart(const ResumablePart&) = delete;
   ResumablePart& operator=(const ResumablePart&) = delete;
-  ~ResumablePart();  // as leave()
+  ~ResumablePart();  // calls leave()
 
-  // What an earlier run was begun with, where one was killed or failed.
+  // The fingerprint of an earlier run on the same output that was killed or failed; nothing where there is none.
   const std::optional<Fingerprint>& earlier() const { return earlier_; }
 
   struct Content {
     std::vector<SectionShape> sections;
-    std::string provenance;  // with room for its numbers
-    std::function<void(SectionWriter&, const std::vector<formats::SectionEntry>&)> write_known;  // all but the columns
+    std::string provenance;  // with spaces at its end, where the numbers of the certificate will need them
+    std::function<void(SectionWriter&, const std::vector<formats::SectionEntry>&)>
+        write_known;  // writes all sections but those of the columns
   };
-  // Lays the part out. Resumes where the fingerprint is that of the earlier run: then the displacement rows are kept and
-  // everything else is written anew. Says which, and why. Errors: OperationError.
+  // Lays the part out. Where the earlier run had the same fingerprint, its displacement rows are kept and everything
+  // else is written anew; else the part is begun anew, and a note says why. Errors: OperationError.
   std::vector<formats::SectionEntry> begin(const Fingerprint& fingerprint, const Content& content,
-                                           std::span<const ColumnBlock> blocks, const ReciprocitySample& sample);
+                                           std::span<const ColumnBatch> batches, const ReciprocitySample& sample);
   bool resumes() const { return resumes_; }
 
-  // The sealed part becomes the bundle, and the journal goes. Errors: OperationError.
+  // Renames the sealed part to the bundle and removes the journal. Errors: OperationError.
   void commit();
 
-  // Ends without a bundle: keeps part and journal where a block of columns is safe in them, else removes them. Returns
-  // what is kept, in words; empty where nothing is, or when called before. From any thread.
+  // Ends the run without a bundle: keeps part and journal where at least one batch is safe in them, else removes them.
+  // Returns a sentence on what is kept; empty where nothing is, after commit(), and at a second call. May be called
+  // from any thread.
   std::string leave();
 
  private:
-  std::size_t safe_blocks() const;
+  std::size_t safe_batches() const;
 
   std::filesystem::path target_, part_, journal_path_, new_part_;
   RunLock lock_;
   std::optional<Fingerprint> earlier_;
   bool resumes_ = false, left_ = false;
-  std::size_t block_count_ = 0;
+  std::size_t batch_count_ = 0;
   std::optional<ColumnJournal> journal_;
-  std::mutex mutex_;  // leave() comes from the thread that waits for signals
+  std::mutex mutex_;  // leave() may be called by the thread that waits for signals
 };
 
 }  // namespace palpate

@@ -16,10 +16,11 @@
 namespace palpate {
 namespace {
 
-// Rank r holds byte r, so that a run can tell another run from what is left of a killed one.
+// Rank r locks byte r of the journal. So a new run can tell a run at work (byte 0) from the remaining ranks of a killed
+// one.
 enum class Answer { taken, held, no_locks };
 
-// Locks [first, first + count) of the open file description, count 0 being to infinity; F_UNLCK gives it back.
+// Locks the bytes first .. first + count - 1, or all from first on where count is 0. type F_UNLCK unlocks them.
 Answer set_lock(const PlainFile& file, short type, off_t first, off_t count) {
   struct flock range {};
   range.l_type = type;
@@ -38,7 +39,7 @@ PlainFile open_journal(const std::filesystem::path& journal) {
   }
 }
 
-// Whether the file that is locked is still the one of that name: a run that ended in between has removed it.
+// Whether the locked file still has its name: a run that ended in between has removed it.
 bool is_current(const PlainFile& file) {
   struct stat open {
   }, named{};
@@ -75,7 +76,7 @@ RunLock RunLock::of_run(const std::filesystem::path& journal) {
 
 RunLock RunLock::of_rank(const std::filesystem::path& journal, int rank) {
   PlainFile file(journal, O_RDWR);
-  set_lock(file, F_WRLCK, rank, 1);  // where there are no locks, rank 0 has said so
+  set_lock(file, F_WRLCK, rank, 1);  // where there are no locks, rank 0 has warned already
   return RunLock(std::move(file));
 }
 

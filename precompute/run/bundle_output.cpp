@@ -1,7 +1,6 @@
 #include "precompute/run/bundle_output.h"
 
-#include <cmath>
-#include <stdexcept>
+#include <nlohmann/json.hpp>
 
 #include "formats/program.h"
 
@@ -81,20 +80,20 @@ void write_body_sections(SectionWriter& writer, const std::vector<formats::Secti
 }
 
 void write_column_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
-                           std::span<const ColumnBlock> blocks, std::span<const BlockRecord> records) {
+                           std::span<const ColumnBatch> batches, std::span<const BatchRecord> records) {
   std::size_t nodes = 0;
-  for (const auto& block : blocks) nodes += block.nodes.size();
-  std::vector<std::array<double, 9>> force(nodes);
+  for (const auto& batch : batches) nodes += batch.nodes.size();
+  std::vector<std::array<double, 9>> stiffness(nodes);
   std::vector<std::array<double, 3>> residual(nodes);
   std::vector<std::array<std::int32_t, 3>> iterations(nodes);
-  for (std::size_t b = 0; b < blocks.size(); ++b)
-    for (std::size_t i = 0; i < blocks[b].places.size(); ++i) {
-      const auto place = static_cast<std::size_t>(blocks[b].places[i]);
-      force[place] = records[b].nodes[i].force;
-      residual[place] = records[b].nodes[i].residual;
-      iterations[place] = records[b].nodes[i].iterations;
+  for (std::size_t b = 0; b < batches.size(); ++b)
+    for (std::size_t i = 0; i < batches[b].slots.size(); ++i) {
+      const auto slot = static_cast<std::size_t>(batches[b].slots[i]);
+      stiffness[slot] = records[b].nodes[i].stiffness;
+      residual[slot] = records[b].nodes[i].residual;
+      iterations[slot] = records[b].nodes[i].iterations;
     }
-  write_all(writer, entries, SectionId::force, force);
+  write_all(writer, entries, SectionId::force, stiffness);
   write_all(writer, entries, SectionId::residual, residual);
   write_all(writer, entries, SectionId::iterations, iterations);
 }
@@ -115,7 +114,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
   p["organ"] = organ.name;
   p["boundary"] = boundary.name;
   p["node_order"] = "surface nodes, then interior nodes, each in the order of the mesh file";
-  p.update(inputs.hashes);
+  for (const auto& [key, hash] : inputs.hashes) p[key] = hash;
   p["solver"] = solver;
   p["petsc_options"] = petsc_options;
   p["columns_at_a_time"] = columns_at_a_time;

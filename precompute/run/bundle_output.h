@@ -1,9 +1,7 @@
-// What the bundle gets beside the tensors: sections of the body, provenance, the curve.
+// What a bundle holds beside the displacement rows: the body, the curve, T^f, the certificate and the provenance.
 #pragma once
 
-#include <fmt/format.h>
-
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,21 +22,22 @@ struct BundleContent {
   bool interior = false;
   std::vector<double> preload;  // [3 N] m; empty: none
   std::optional<ResponseFit> response;
-  formats::ElementType store = formats::ElementType::f32;  // of the displacements; f64 as well
+  formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
 };
 
 std::vector<SectionShape> section_shapes(const BundleContent& content);
 
-// Every section that is known before the columns are solved.
+// Writes every section that is known before the columns are solved.
 void write_body_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
                          const BundleContent& content);
 
-// Forces, residuals and iterations of every column.
+// Writes T^f (the section tensors/force), residuals and iterations of every column.
 void write_column_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
-                           std::span<const ColumnBlock> blocks, std::span<const BlockRecord> records);
+                           std::span<const ColumnBatch> batches, std::span<const BatchRecord> records);
 
-// Keys of the provenance that describe inputs and solver; the certificate's numbers are added by the second function
-// under the same keys before (all zero) and after the solve.
+// The provenance is a flat JSON object that says how the bundle was made. provenance_of() gives what is known before
+// the solve. provenance_text() adds the numbers of the certificate: zeros when the bundle is laid out, the real ones at
+// the end.
 nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
                              const std::string& solver, const std::string& petsc_options, int columns_at_a_time,
                              const LockingEstimate& locking);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -26,10 +27,11 @@
 namespace palpate {
 namespace {
 
-// The provenance is laid out before its numbers are known. Each of at most 16 numbers takes at most 32 characters as JSON.
+// The provenance is laid out before its numbers are known. Each of at most 16 numbers takes at most 32 characters as
+// JSON.
 constexpr std::size_t kRoomForNumbers = 16 * 32;
 
-// In the fingerprint: which of the two preconditioners solves.
+// Key and values in the fingerprint: which of the two preconditioners solves the columns.
 constexpr const char *kPreconditioner = "preconditioner", *kFactor = "factor", *kMultigrid = "multigrid";
 
 // The output of a run. Rank 0 owns the unfinished bundle ("part") and its journal; every other rank locks the journal.
@@ -64,8 +66,8 @@ class Output {
   std::optional<RunLock> lock_;
 };
 
-// This rank's share of the stiffness matrix. Where one rank has its own copy: held. Where the ranks of a group divide it:
-// partition and own_rows; held then has the numbering of the rows but no matrix.
+// This rank's share of the stiffness matrix. Where one rank has its own copy: held. Where the ranks of a group divide
+// it: partition and own_rows; held then has the numbering of the rows but no matrix.
 struct Assembled {
   Discretisation discretisation;  // without its stiffness
   HeldStiffness held;
@@ -76,14 +78,14 @@ struct Assembled {
 Assembled assemble_whole(const RunInputs& inputs) {
   Assembled assembled;
   assembled.discretisation = discretise(inputs.body, inputs.organ.element);
-  assembled.held = eliminate_held(assembled.discretisation.stiffness, assembled.discretisation.fixed);
+  assembled.held = remove_held_dofs(assembled.discretisation.stiffness, assembled.discretisation.fixed);
   assembled.discretisation.stiffness = {};
   return assembled;
 }
 
 Assembled assemble_divided(const RunInputs& inputs, const RankGroup& group) {
   Assembled assembled;
-  assembled.discretisation = place_vertices(inputs.body);
+  assembled.discretisation = discretise_vertices(inputs.body);
   assembled.partition = partition_rows(inputs.body.nodes, inputs.body.fixed, group.size());
   assembled.own_rows = assemble_own_rows(inputs.body, assembled.partition, group.rank(), [&](const ElasticBody& part) {
     return discretise(part, inputs.organ.element).stiffness;
@@ -114,13 +116,13 @@ std::optional<bool> factor_of_earlier_run(const RunInputs& inputs, const Precomp
   if (!part || !part->earlier() || !part->earlier()->contains(kPreconditioner)) return {};
   const Fingerprint& earlier = *part->earlier();
   bool same = earlier.value("tolerance", 0.0) == options.tolerance;
-  for (const auto& [key, hash] : inputs.hashes.items()) same = same && earlier.value(key, "") == hash;
+  for (const auto& [key, hash] : inputs.hashes) same = same && earlier.value(key, "") == hash;
   if (!same) return {};
   return earlier[kPreconditioner] == kFactor;
 }
 
-// Collective. The memory that is free now must not throw away columns that an earlier run solved in another way; --memory
-// may.
+// Collective. The memory that is free now must not throw away columns that an earlier run solved in another way;
+// --memory may.
 SolverPlan with_earlier_choice(SolverPlan plan, std::optional<bool> earlier_factor, const PrecomputeOptions& options,
                                const Ranks& ranks) {
   if (options.memory_gigabytes != 0) earlier_factor.reset();
@@ -141,7 +143,8 @@ void tell_plan(const SolverPlan& plan, const ElasticBody& body, const Precompute
   if (!options.json.empty() && is_first) write_json(plan_json(plan), options.json);
 }
 
-// Sets up the preconditioner of every column. Takes assembled.own_rows. Null where another rank of the group has failed.
+// Sets up the preconditioner of every column. Takes assembled.own_rows. Null where another rank of the group has
+// failed.
 std::unique_ptr<BlockSolver> make_solver(Assembled& assembled, const RunInputs& inputs, const SolverPlan& plan,
                                          const RankGroup& group, const PrecomputeOptions& options) {
   ColumnSolverOptions solver;
@@ -170,11 +173,11 @@ void warn_of_condition(const BlockSolver& solver) {
                     1 / bound, 2.2e-16 / bound));
 }
 
-std::vector<ColumnBlock> blocks_of(const ElasticBody& body, const HeldStiffness& held, const BlockSolver& solver) {
+std::vector<ColumnBatch> batches_of(const ElasticBody& body, const HeldStiffness& held, const BlockSolver& solver) {
   std::vector<std::int32_t> order;
   if (const auto order_of_row = solver.row_order(); !order_of_row.empty())
     for (const auto node : body.touchable) order.push_back(order_of_row[held.row_of_node[node]]);
-  return column_blocks(body.touchable, order, static_cast<std::size_t>(TensorBlock::nodes_per_solve(solver)));
+  return column_batches(body.touchable, order, static_cast<std::size_t>(BatchTensors::nodes_per_solve(solver)));
 }
 
 // What rank 0 writes before the columns.
@@ -184,19 +187,19 @@ struct BegunPart {
 };
 
 BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const SolverPlan& plan, const BlockSolver& solver,
-                     const std::vector<ColumnBlock>& blocks, const ReciprocitySample& sample, const Preload& preload,
+                     const std::vector<ColumnBatch>& batches, const ReciprocitySample& sample, const Preload& preload,
                      const LockingEstimate& locking, const PrecomputeOptions& options) {
   const BundleContent content{inputs.body, inputs.store_interior, preload.displacement, inputs.fit, options.store};
   BegunPart begun;
   begun.provenance =
       provenance_of(options, inputs, content, solver.description(), petsc_options_in_force(), solver.width(), locking);
   const auto shapes = section_shapes(content);
-  Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, blocks);
+  Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, batches);
   fingerprint[kPreconditioner] = plan.cholesky ? kFactor : kMultigrid;
   const std::string text = provenance_text(begun.provenance, Certificate{}) + std::string(kRoomForNumbers, ' ');
   begun.entries = part.begin(
       fingerprint,
-      {shapes, text, [&](SectionWriter& writer, const auto& at) { write_body_sections(writer, at, content); }}, blocks,
+      {shapes, text, [&](SectionWriter& writer, const auto& at) { write_body_sections(writer, at, content); }}, batches,
       sample);
   return begun;
 }
@@ -211,13 +214,13 @@ std::vector<formats::SectionEntry> shared(std::vector<formats::SectionEntry> ent
 }
 
 // The journal is opened anew, so that a network file system shows what the other ranks have written.
-std::vector<BlockRecord> all_records(const ColumnJob& job) {
-  const ColumnJournal journal(job.journal, job.blocks, job.sample);
-  std::vector<BlockRecord> records;
-  for (std::size_t b = 0; b < job.blocks.size(); ++b) {
+std::vector<BatchRecord> all_records(const ColumnJob& job) {
+  const ColumnJournal journal(job.journal, job.batches, job.sample);
+  std::vector<BatchRecord> records;
+  for (std::size_t b = 0; b < job.batches.size(); ++b) {
     auto record = journal.read(b);
     if (!record)
-      throw OperationError(fmt::format("{}: what was written of block {} is not there", job.journal.string(), b));
+      throw OperationError(fmt::format("{}: what was written of batch {} is not there", job.journal.string(), b));
     records.push_back(std::move(*record));
   }
   return records;
@@ -226,15 +229,15 @@ std::vector<BlockRecord> all_records(const ColumnJob& job) {
 // Rank 0: the part becomes the bundle.
 Certificate certify_and_seal(ResumablePart& part, const ColumnJob& job, const BegunPart& begun, const Preload& preload,
                              const LockingEstimate& locking, const BlockSolver& solver) {
-  const std::vector<BlockRecord> records = all_records(job);
-  Certificate certificate = certify(job.blocks, records, job.sample);
+  const std::vector<BatchRecord> records = all_records(job);
+  Certificate certificate = certify(job.batches, records, job.sample);
   certificate.preload_residual = preload.residual;
   certificate.locking_estimate = locking.ratio;
   certificate.reciprocal_condition = solver.reciprocal_condition();
   SectionWriter writer(job.part);
-  write_column_sections(writer, begun.entries, job.blocks, records);
+  write_column_sections(writer, begun.entries, job.batches, records);
   finish_provenance(job.part, begun.entries, provenance_text(begun.provenance, certificate));
-  seal_bundle(job.part, begun.entries, check_rows(job.sections, job.blocks, records, job.part));
+  seal_bundle(job.part, begun.entries, check_rows(job.sections, job.batches, records, job.part));
   part.commit();
   return certificate;
 }
@@ -290,8 +293,8 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
     if (made && is_first) warn_of_condition(*made);
     return made;
   });
-  std::vector<ColumnBlock> blocks;
-  ranks.together([&] { blocks = blocks_of(inputs.body, assembled.held, *solver); });
+  std::vector<ColumnBatch> batches;
+  ranks.together([&] { batches = batches_of(inputs.body, assembled.held, *solver); });
   Preload preload;
   if (inputs.boundary.gravity)
     preload = report.stage("preload", [&] {
@@ -305,21 +308,22 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
 
   ReciprocitySample sample(inputs.body);
   const BegunPart begun = report.stage("lay out", [&] {
-    return is_first ? begin_part(*output.part(), inputs, plan, *solver, blocks, sample, preload, locking, options)
+    return is_first ? begin_part(*output.part(), inputs, plan, *solver, batches, sample, preload, locking, options)
                     : BegunPart{};
   });
   const auto entries = shared(begun.entries, ranks);
   const auto sections = displacement_sections(entries, inputs.body);
-  const ColumnJob job{assembled.discretisation,  assembled.held, blocks, sample, sections, part_of(options.bundle),
+  const ColumnJob job{assembled.discretisation,  assembled.held, batches, sample, sections, part_of(options.bundle),
                       journal_of(options.bundle)};
   const auto found = report.stage("look for what is done", [&] {
     if (!is_first) output.lock(options.bundle, ranks.rank());
-    return find_safe_blocks(job, ranks);
+    return find_safe_batches(job, ranks);
   });
-  const auto safe = agree_on_safe_blocks(found, ranks);
+  const auto safe = agree_on_safe_batches(found, ranks);
   const auto resumed = static_cast<std::size_t>(std::count(safe.begin(), safe.end(), 1));
   if (is_first && output.part()->resumes())
-    note(fmt::format("{} is resumed: {} of {} blocks of columns are done", job.part.string(), resumed, blocks.size()));
+    note(
+        fmt::format("{} is resumed: {} of {} batches of columns are done", job.part.string(), resumed, batches.size()));
   const SolveSeconds seconds = report.stage("columns", [&] { return solve_columns(job, safe, ranks, group, *solver); });
   const Certificate certificate = report.stage("seal", [&] {
     return is_first ? certify_and_seal(*output.part(), job, begun, preload, locking, *solver) : Certificate{};
@@ -329,8 +333,8 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   const SolveSeconds slowest{ranks.most(seconds.solve), ranks.most(seconds.wait)};
   if (!is_first) return;
   took.bundle_bytes = static_cast<double>(std::filesystem::file_size(options.bundle));
-  const RunOutcome outcome{options, inputs, certificate, locking,       solver->description(),
-                           plan,    took,   slowest,     blocks.size(), resumed};
+  const RunOutcome outcome{options, inputs, certificate, locking,        solver->description(),
+                           plan,    took,   slowest,     batches.size(), resumed};
   tell(outcome, report);
   if (!options.json.empty()) write_json(json_of(outcome, report), options.json);
 }

@@ -1,4 +1,4 @@
-// Tetrahedra -> tensors -> bundle: the whole of palpate-precompute after its command line.
+// What palpate-precompute does after its command line is read: tetrahedra -> tensors -> bundle.
 #pragma once
 
 #include <filesystem>
@@ -12,9 +12,9 @@ namespace palpate {
 
 struct PrecomputeOptions {
   std::filesystem::path mesh, organ, boundary, bundle;
-  std::filesystem::path image;  // for its hash only; may be empty
-  double memory_gigabytes = 0;  // what this machine's ranks may take together; 0: what is free
-  double tolerance = 1e-9;      // on each column's true relative residual
+  std::filesystem::path image;  // only its hash is recorded; may be empty
+  double memory_gigabytes = 0;  // that all ranks on one machine may take together, GB (1e9 bytes); 0: what is free
+  double tolerance = 1e-9;      // on the true relative residual of each column
   int ranks_per_operator = 0;   // 0: the fewest whose memory holds the operator
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
@@ -23,8 +23,9 @@ struct PrecomputeOptions {
   std::string json;        // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
-// Collective. A PetscSession must be alive. Resumes where a part of the same run lies beside the bundle. Errors: InputError,
-// OperationError; no bundle is left then, and of the part only what a rerun resumes from.
+// Collective: all ranks call it with the same options. A PetscSession must be alive. Resumes an earlier run of the same
+// input and options that was killed or failed. Errors: InputError, OperationError. After an error there is no bundle,
+// and a part and a journal only where a rerun can resume from them.
 void precompute(const PrecomputeOptions& options, Ranks& ranks, StopSignals& signals);
 
 }  // namespace palpate

@@ -47,7 +47,7 @@ double number(const std::filesystem::path& file, int line, const std::string& ce
   return value;
 }
 
-// T_i(t), i = 0 .. degree.
+// The Chebyshev polynomials T_0(t) .. T_degree(t).
 VectorXd chebyshev(double t, int degree) {
   VectorXd values(degree + 1);
   values[0] = 1;
@@ -56,7 +56,7 @@ VectorXd chebyshev(double t, int degree) {
   return values;
 }
 
-// Bernstein polynomials on [0, 1].
+// The Bernstein polynomials of that degree on [0, 1].
 VectorXd bernstein(double s, int degree) {
   VectorXd values = VectorXd::Zero(degree + 1);
   values[0] = 1;
@@ -69,7 +69,7 @@ double evaluate(const VectorXd& coefficient, double s) {
   return chebyshev(2 * s - 1, static_cast<int>(coefficient.size()) - 1).dot(coefficient);
 }
 
-// T_i - T_i(-1): vanishes at the origin. Columns i = 1 .. degree.
+// Least squares in the basis T_i - T_i(-1), i = 1 .. degree, whose polynomials are zero at the origin.
 VectorXd solve_free(const VectorXd& s, const VectorXd& y, int degree) {
   MatrixXd basis(s.size(), degree);
   for (Eigen::Index p = 0; p < s.size(); ++p) {
@@ -86,7 +86,7 @@ VectorXd solve_free(const VectorXd& s, const VectorXd& y, int degree) {
   return coefficient;
 }
 
-// min |A x - y|, x >= 0 (Lawson and Hanson 1974, algorithm NNLS).
+// The x >= 0 that minimises |A x - y| (algorithm NNLS; Lawson and Hanson 1974).
 VectorXd solve_not_negative(const MatrixXd& a, const VectorXd& y) {
   const Eigen::Index n = a.cols();
   VectorXd x = VectorXd::Zero(n);
@@ -121,7 +121,7 @@ VectorXd solve_not_negative(const MatrixXd& a, const VectorXd& y) {
   return x;
 }
 
-// Bernstein coefficients that never fall: sums of increments d_j >= 0.
+// Least squares among polynomials whose Bernstein coefficients are sums of increments that are not negative.
 VectorXd solve_monotone(const VectorXd& s, const VectorXd& y, int degree) {
   MatrixXd basis(s.size(), degree);
   for (Eigen::Index p = 0; p < s.size(); ++p) {
@@ -129,7 +129,8 @@ VectorXd solve_monotone(const VectorXd& s, const VectorXd& y, int degree) {
     for (int j = 1; j <= degree; ++j) basis(p, j - 1) = values.tail(degree + 1 - j).sum();
   }
   const VectorXd increment = solve_not_negative(basis, y);
-  // The same polynomial in Chebyshev's basis, by interpolation at Chebyshev's points; then exactly zero at the origin.
+  // The same polynomial in the Chebyshev basis, by interpolation at the Chebyshev points; then made exactly zero at the
+  // origin.
   const int count = degree + 1;
   MatrixXd at(count, count);
   VectorXd value(count);
@@ -176,8 +177,8 @@ std::vector<double> sign_changes(const VectorXd& c) {
   return found;
 }
 
-// Whether the polynomial with p(0) = 0 grows on [0, 1]: compares its values at the zeros of its derivative. kRounding: what
-// the rounding of coefficients near 1 may take from a value.
+// Whether the polynomial with p(0) = 0 grows on [0, 1]: compares its values at the zeros of its derivative. kRounding:
+// what the rounding of coefficients near 1 may take from a value.
 bool is_monotone(const VectorXd& coefficient) {
   constexpr double kRounding = 1e-12;
   std::vector<double> turns = sign_changes(derivative(coefficient));

@@ -22,11 +22,11 @@ std::string hash_or_nothing(const std::filesystem::path& file) {
   return file.empty() ? std::string() : sha256_of_file(file.string());
 }
 
-nlohmann::json hashes_of(const PrecomputeOptions& options, const OrganConfig& organ) {
-  nlohmann::json hashes = {{"image_sha256", hash_or_nothing(options.image)},
-                           {"mesh_sha256", hash_or_nothing(options.mesh)},
-                           {"organ_sha256", hash_or_nothing(options.organ)},
-                           {"boundary_sha256", hash_or_nothing(options.boundary)}};
+std::map<std::string, std::string> hashes_of(const PrecomputeOptions& options, const OrganConfig& organ) {
+  std::map<std::string, std::string> hashes = {{"image_sha256", hash_or_nothing(options.image)},
+                                               {"mesh_sha256", hash_or_nothing(options.mesh)},
+                                               {"organ_sha256", hash_or_nothing(options.organ)},
+                                               {"boundary_sha256", hash_or_nothing(options.boundary)}};
   if (organ.response) hashes["curve_sha256"] = hash_or_nothing(organ.response->curve);
   return hashes;
 }

@@ -1,8 +1,10 @@
-// All that a run reads, checked against one another before anything is computed.
+// The input of a run: mesh, organ, boundary and measured curve, read and checked against one another before anything is
+// computed.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <map>
 #include <optional>
+#include <string>
 
 #include "formats/organ_config.h"
 #include "precompute/elements/elastic_body.h"
@@ -17,7 +19,8 @@ struct RunInputs {
   ElasticBody body;
   std::optional<ResponseFit> fit;
   bool store_interior = false;
-  nlohmann::json hashes;  // "mesh_sha256" and so on of every file that was read; "" where there is none
+  std::map<std::string, std::string>
+      hashes;  // "mesh_sha256" and so on, for every file that was read; "" where there is none
 };
 
 // Errors: InputError.

@@ -1,4 +1,4 @@
-// What the stages of a run took: a line for each as it ends, and all as JSON.
+// What each stage of a run took: a line on the screen when the stage ends, and all stages as JSON at the end.
 #pragma once
 
 #include <functional>
@@ -17,8 +17,9 @@ class RunReport {
  public:
   explicit RunReport(Ranks& ranks) : ranks_(ranks) {}
 
-  // Collective. Runs step on every rank by Ranks::together(), so that the error of one rank is thrown on all, and returns
-  // what step returns. Then says how long the stage took, and how much memory all ranks together have held at most so far.
+  // Collective. Runs step on every rank by Ranks::together(), so that the error of one rank is thrown on all, and
+  // returns what step returns. Then says how long the stage took, and how much memory all ranks together have held at
+  // most so far.
   template <class Step>
   std::invoke_result_t<Step> stage(const std::string& name, const Step& step) {
     std::optional<std::invoke_result_t<Step>> result;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "formats/atomic_file.h"
 #include "formats/program.h"
 
@@ -9,8 +11,8 @@ namespace palpate {
 namespace {
 
 std::string fitted(const char* name, const ResponsePolynomial& p) {
-  return fmt::format("{} fitted to {:.2g} rms, {:.2g} at most, of the largest datum{}", name, p.rms, p.largest,
-                     p.note.empty() ? "" : " (" + p.note + ")");
+  return fmt::format("{} misses the measured curve by {:.2g} rms and at most {:.2g} of its largest value{}", name,
+                     p.rms, p.largest, p.note.empty() ? "" : " (" + p.note + ")");
 }
 
 }  // namespace
@@ -21,14 +23,16 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
     note(fitted("Q", fit->force) + (fit->radial.coefficient.empty() ? "" : "; " + fitted("P", fit->radial)));
   note(
       fmt::format("{}; worst column: node {} dof {}, true relative residual {:.2g} (tolerance {:.2g}); at most {} "
-                  "iterations; reciprocity of far pairs {:.2g} ({} pairs); stored to {:.2g}",
+                  "iterations; reciprocity error of far pairs {:.2g} ({} pairs); rounding to the stored type changed a "
+                  "column by at "
+                  "most {:.2g}",
                   outcome.solver, c.worst_node, "xyz"[c.worst_dof], c.worst_residual, outcome.options.tolerance,
                   c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
   if (c.worst_residual > outcome.options.tolerance)
-    warn(
-        fmt::format("the tolerance of {:.2g} is below what double precision allows some columns, {:.2g} at most; they "
-                    "end at a true relative residual of {:.2g}",
-                    outcome.options.tolerance, c.residual_floor, c.worst_residual));
+    warn(fmt::format(
+        "double precision cannot solve some columns to the tolerance of {:.2g}: it allows {:.2g} for the worst "
+        "of them, and their true relative residuals are at most {:.2g}",
+        outcome.options.tolerance, c.residual_floor, c.worst_residual));
   const LockingEstimate& locking = outcome.locking;
   note(locking.probes > 0 ? fmt::format("forces are {:.3f} times those of p2-p0 on this mesh ({} probes)",
                                         locking.ratio, locking.probes)
@@ -52,8 +56,8 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
   json["touchable_nodes"] = body.touchable.size();
   json["tetrahedra"] = body.tetrahedra.size();
   json["columns"] = 3 * body.touchable.size();
-  json["blocks_of_columns"] = outcome.blocks;
-  json["blocks_of_earlier_runs"] = outcome.resumed;
+  json["column_batches"] = outcome.batches;
+  json["column_batches_of_earlier_runs"] = outcome.resumed;
   json["solver"] = outcome.solver;
   json["plan"] = plan_json(outcome.plan);
   json["predicted_and_took"] = outcome_json(outcome.plan, outcome.took);

@@ -1,7 +1,7 @@
-// The end of a run: what was written, how good it is, what it took. In words, and as JSON.
+// The last lines of a run, and its report as JSON: what was written, how good it is and what it took.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "precompute/journal/certificate.h"
@@ -18,18 +18,18 @@ struct RunOutcome {
   const RunInputs& inputs;
   const Certificate& certificate;
   const LockingEstimate& locking;
-  std::string solver;  // what solved
+  std::string solver;  // BlockSolver::description()
   const SolverPlan& plan;
   PlanOutcome took;
   SolveSeconds columns;     // of the slowest rank
-  std::size_t blocks = 0;   // of columns
-  std::size_t resumed = 0;  // of them, solved by an earlier run
+  std::size_t batches = 0;  // of columns
+  std::size_t resumed = 0;  // of them, how many an earlier run had solved
 };
 
 void tell(const RunOutcome& outcome, const RunReport& report);
 nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& report);
 
-// "-": standard output. Errors: OperationError, InputError where it cannot be written.
+// where: a file, or "-" for standard output. Errors: OperationError, InputError where the file cannot be written.
 void write_json(const nlohmann::ordered_json& report, const std::string& where);
 
 }  // namespace palpate

@@ -25,20 +25,20 @@ void refuse_unused_options() {
         unused));
 }
 
-// Of all ranks' columns; those that were safe before count as done.
+// The progress bar, over the columns of all ranks. Columns that an earlier run solved count as done.
 class SharedProgress {
  public:
-  SharedProgress(const ColumnJob& job, const SafeBlocks& safe, Ranks& ranks) : ranks_(ranks) {
+  SharedProgress(const ColumnJob& job, const SafeBatches& safe, Ranks& ranks) : ranks_(ranks) {
     std::uint64_t all = 0, before = 0;
-    for (std::size_t b = 0; b < job.blocks.size(); ++b) {
-      all += 3 * job.blocks[b].nodes.size();
-      if (safe[b]) before += 3 * job.blocks[b].nodes.size();
+    for (std::size_t b = 0; b < job.batches.size(); ++b) {
+      all += 3 * job.batches[b].nodes.size();
+      if (safe[b]) before += 3 * job.batches[b].nodes.size();
     }
     left_ = all - before;
     if (ranks.rank() == 0) shown_.emplace("columns", all, before);
   }
 
-  // mine: this rank's safe columns so far.
+  // mine: columns of this rank that are safe so far.
   void update(std::uint64_t mine) {
     const std::uint64_t news = mine - mine_;
     mine_ = mine;
@@ -48,7 +48,7 @@ class SharedProgress {
     if (done > 0) shown_->advance(done);
   }
 
-  // Rank 0, when its own columns are done: shows those of the others.
+  // On rank 0, when its own columns are done: shows the progress of the others until they are done.
   void follow_others() {
     while (ranks_.rank() == 0 && left_ > 0 && !ranks_.someone_failed()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -64,45 +64,45 @@ class SharedProgress {
 
 }  // namespace
 
-SafeBlocks find_safe_blocks(const ColumnJob& job, const Ranks& ranks) {
-  const ColumnJournal journal(job.journal, job.blocks, job.sample);
+SafeBatches find_safe_batches(const ColumnJob& job, const Ranks& ranks) {
+  const ColumnJournal journal(job.journal, job.batches, job.sample);
   const PlainFile part(job.part, O_RDONLY);
-  SafeBlocks safe(job.blocks.size(), 0);
+  SafeBatches safe(job.batches.size(), 0);
   for (auto b = static_cast<std::size_t>(ranks.rank()); b < safe.size(); b += static_cast<std::size_t>(ranks.count()))
-    if (const auto record = journal.read(b)) safe[b] = rows_hold(job.sections, job.blocks[b], *record, part);
+    if (const auto record = journal.read(b)) safe[b] = rows_hold(job.sections, job.batches[b], *record, part);
   return safe;
 }
 
-SafeBlocks agree_on_safe_blocks(SafeBlocks found, const Ranks& ranks) {
+SafeBatches agree_on_safe_batches(SafeBatches found, const Ranks& ranks) {
   MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_UINT8_T, MPI_MAX, ranks.communicator());
   return found;
 }
 
 namespace {
 
-// Solves and hands to the writer every step-th of the blocks left. Returns false where another rank has failed.
+// Solves and hands to the writer every step-th of the batches left. Returns false where another rank has failed.
 bool solve_share(const ColumnJob& job, const std::vector<std::size_t>& left, const RankGroup& group,
-                 BlockSolver& solver, std::optional<BlockWriter>& writer, SharedProgress& progress,
+                 BlockSolver& solver, std::optional<BatchWriter>& writer, SharedProgress& progress,
                  SolveSeconds& seconds) {
-  TensorBlock solved(solver, job.discretisation, job.held);
-  SolvedBlock block;
+  BatchTensors solved(solver, job.discretisation, job.held);
+  SolvedBatch batch;
   const auto solve = [&](bool first) {
     const Stopwatch watch(&seconds.solve);
-    const ColumnBlock& columns = job.blocks[block.index];
+    const ColumnBatch& columns = job.batches[batch.index];
     solved.solve(columns.nodes);
     if (first) refuse_unused_options();
     if (!writer) return;
-    block.record = record_of(solved, columns, job.sample);
-    take_rows(job.sections, solved, block.rows, block.record);
+    batch.record = record_of(solved, columns, job.sample);
+    take_rows(job.sections, solved, batch.rows, batch.record);
   };
   const auto write = [&] {
     const Stopwatch watch(&seconds.wait);
-    writer->put(block);
+    writer->put(batch);
     progress.update(writer->safe_columns());
   };
   const auto first = static_cast<std::size_t>(group.index()), step = static_cast<std::size_t>(group.count());
   for (std::size_t i = first; i < left.size(); i += step) {
-    block.index = left[i];
+    batch.index = left[i];
     const bool going = group.together([&] {
       solve(i == first);
       if (writer) write();
@@ -114,16 +114,16 @@ bool solve_share(const ColumnJob& job, const std::vector<std::size_t>& left, con
 
 }  // namespace
 
-SolveSeconds solve_columns(const ColumnJob& job, const SafeBlocks& safe, Ranks& ranks, const RankGroup& group,
+SolveSeconds solve_columns(const ColumnJob& job, const SafeBatches& safe, Ranks& ranks, const RankGroup& group,
                            BlockSolver& solver) {
   std::vector<std::size_t> left;
   for (std::size_t b = 0; b < safe.size(); ++b)
     if (!safe[b]) left.push_back(b);
   SolveSeconds seconds;
   SharedProgress progress(job, safe, ranks);
-  std::optional<BlockWriter> writer;  // on the root of each group, which has the results
+  std::optional<BatchWriter> writer;  // on the root of each group, which has the results
   const bool going = group.together([&] {
-    if (group.is_root()) writer.emplace(job.part, job.journal, job.sections, job.blocks, job.sample);
+    if (group.is_root()) writer.emplace(job.part, job.journal, job.sections, job.batches, job.sample);
   });
   if (!going || !solve_share(job, left, group, solver, writer, progress, seconds) || !writer) return seconds;
   {

@@ -1,10 +1,11 @@
-// The columns of one rank: solve a block, hand it to the disk, solve the next.
+// Solves all columns: each group of ranks takes its share of the batches, and a thread writes one batch while the next
+// is solved.
 #pragma once
 
 #include <filesystem>
 #include <vector>
 
-#include "precompute/journal/block_writer.h"
+#include "precompute/journal/batch_writer.h"
 #include "precompute/ranks/rank_group.h"
 
 namespace palpate {
@@ -12,29 +13,30 @@ namespace palpate {
 struct ColumnJob {
   const Discretisation& discretisation;
   const HeldStiffness& held;
-  const std::vector<ColumnBlock>& blocks;
-  ReciprocitySample& sample;  // filled by the certificate, in the end
+  const std::vector<ColumnBatch>& batches;
+  ReciprocitySample& sample;  // filled in when the certificate is made
   const std::vector<DisplacementSection>& sections;
-  std::filesystem::path part, journal;  // begun or resumed
+  std::filesystem::path part, journal;  // laid out by rank 0
 };
 
-// For every block: 1 where an earlier run solved it, and its record and rows on the disk are whole.
-using SafeBlocks = std::vector<std::uint8_t>;
+// For each batch: 1 where an earlier run solved it and its record and rows on the disk are whole, else 0.
+using SafeBatches = std::vector<std::uint8_t>;
 
-// Of the blocks that this rank checks: each rank reads its share of the files.
-SafeBlocks find_safe_blocks(const ColumnJob& job, const Ranks& ranks);
+// Checks the batches of this rank's share against the disk; 0 for all others. Errors: OperationError where the files
+// cannot be read.
+SafeBatches find_safe_batches(const ColumnJob& job, const Ranks& ranks);
 
-// Collective: what any rank has found.
-SafeBlocks agree_on_safe_blocks(SafeBlocks found, const Ranks& ranks);
+// Collective: joins what the ranks have found.
+SafeBatches agree_on_safe_batches(SafeBatches found, const Ranks& ranks);
 
 struct SolveSeconds {
   double solve = 0;
-  double wait = 0;  // for the disk
+  double wait = 0;  // of the solver, for the thread that writes
 };
 
-// The blocks that are not safe are divided among the groups in turn; stops early when another rank has failed. Errors:
-// OperationError; InputError when PETSc did not use some of its options.
-SolveSeconds solve_columns(const ColumnJob& job, const SafeBlocks& safe, Ranks& ranks, const RankGroup& group,
+// Collective. The groups of ranks take the batches that are not safe in turn. Stops early where another rank has
+// failed. Errors: OperationError; InputError where PETSc did not use an option that the user gave.
+SolveSeconds solve_columns(const ColumnJob& job, const SafeBatches& safe, Ranks& ranks, const RankGroup& group,
                            BlockSolver& solver);
 
 }  // namespace palpate

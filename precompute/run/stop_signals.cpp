@@ -18,7 +18,7 @@ sigset_t watched() {
   return set;
 }
 
-// So that a parent, a shell or make, sees what ended the program.
+// Ends the program by the signal itself, so that its parent (a shell, make) sees what ended it.
 [[noreturn]] void end_by(int signal) {
   ::signal(signal, SIG_DFL);
   sigset_t set;

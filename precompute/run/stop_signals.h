@@ -1,4 +1,5 @@
-// Ctrl-C, SIGTERM and a lost terminal end a run at once, with a sentence, and then as the signal does.
+// Ctrl-C (SIGINT), SIGTERM and a closed terminal (SIGHUP) end a run at once: it says in a sentence what is kept, and
+// then ends by that signal, so that a shell or make sees it.
 #pragma once
 
 #include <functional>
@@ -8,8 +9,8 @@
 
 namespace palpate {
 
-// First in main: threads started later, MPI's too, leave SIGINT, SIGTERM and SIGHUP to StopSignals. Those that are
-// ignored (nohup, a shell's background) stay so.
+// Must be called first in main, so that all threads that start later, those of MPI too, leave the three signals to
+// StopSignals. A signal that is ignored (by nohup, or in a shell's background) stays ignored.
 void block_stop_signals();
 
 class StopSignals {
@@ -19,8 +20,8 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  // What to do before the program ends: gets the signal's name; runs on a thread of its own while the program goes on.
-  // Once the next call has returned, the former is not running and never will.
+  // farewell is called with the name of the signal before the program ends, on another thread, while the program goes
+  // on. When a call of on_stop has returned, the farewell of the call before is not running and never will.
   void on_stop(std::function<void(const std::string& signal)> farewell);
 
  private:

@@ -8,22 +8,23 @@
 namespace palpate {
 namespace {
 
-// T(3 i + j) = sum over k of C(3 i + k) F_i(k, j) as a sum over the distance k - j from -2 to 2, so that neighbouring
-// columns stand side by side in a register: factor[distance + 2][column], zero where k falls out of 0 .. 2.
+// T(3 i + j) = sum over k of C(3 i + k) F_i(k, j), where F_i is the stiffness of node i, is written as a sum over the
+// distance k - j from -2 to 2, so that one instruction serves neighbouring columns: factor[distance + 2][column], zero
+// where k is not 0, 1 or 2.
 constexpr int kDistances = 5;
 
-std::vector<double> factors_of(std::span<const std::array<double, 9>> force, int width) {
+std::vector<double> factors_of(std::span<const std::array<double, 9>> stiffness, int width) {
   std::vector<double> factor(static_cast<std::size_t>(kDistances * width), 0.0);
-  for (std::size_t i = 0; i < force.size(); ++i)
+  for (std::size_t i = 0; i < stiffness.size(); ++i)
     for (int j = 0; j < 3; ++j)
       for (int k = 0; k < 3; ++k)
         factor[static_cast<std::size_t>((k - j + 2) * width) + 3 * i + static_cast<std::size_t>(j)] =
-            force[i][static_cast<std::size_t>(3 * k + j)];
+            stiffness[i][static_cast<std::size_t>(3 * k + j)];
   return factor;
 }
 
-// One dof of one vertex, all columns. padded: room for two numbers on either side of the width.
-PALPATE_WIDE void times_force(const double* from, const double* factor, int width, double* padded, double* to) {
+// One dof of one vertex, all columns. padded: memory of width + 4 numbers whose first and last two are zero.
+PALPATE_WIDE void times_stiffness(const double* from, const double* factor, int width, double* padded, double* to) {
   std::copy_n(from, width, padded + 2);
   for (int c = 0; c < width; ++c) {
     double sum = 0;
@@ -56,10 +57,10 @@ double CastLoss::worst() const {
 
 template <class Value>
 void displacement_rows(const double* columns, int width, std::span<const std::int32_t> rows,
-                       std::span<const std::array<double, 9>> force, Value* out, CastLoss* loss) {
-  constexpr std::size_t kTile = 16;  // vertices: three lines of floats for each row of out
-  const std::vector<double> factor = factors_of(force, width);
-  const std::size_t wide = static_cast<std::size_t>(width), run = 3 * rows.size(), filled = 3 * force.size();
+                       std::span<const std::array<double, 9>> stiffness, Value* out, CastLoss* loss) {
+  constexpr std::size_t kTile = 16;  // vertices at a time: each row of out then gets three whole cache lines of floats
+  const std::vector<double> factor = factors_of(stiffness, width);
+  const std::size_t wide = static_cast<std::size_t>(width), run = 3 * rows.size(), filled = 3 * stiffness.size();
   std::vector<double> row(wide), padded(wide + 4, 0.0);
   std::vector<Value> tile(3 * kTile * wide);
   if (loss) loss->whole.resize(wide), loss->lost.resize(wide);
@@ -73,7 +74,7 @@ void displacement_rows(const double* columns, int width, std::span<const std::in
           continue;
         }
         const double* from = columns + (3 * static_cast<std::size_t>(rows[first + n]) + d) * wide;
-        times_force(from, factor.data(), width, padded.data(), row.data());
+        times_stiffness(from, factor.data(), width, padded.data(), row.data());
         if (loss) add_loss(row.data(), width, loss->whole.data(), loss->lost.data());
         cast_row(row.data(), width, to);
       }

@@ -1,4 +1,5 @@
-// Columns of the compliance -> rows of T^u as they are stored, and what storing them loses, in one pass.
+// Solved columns of the compliance -> the rows of T^u that the bundle stores, and the error of storing them, in one
+// pass.
 #pragma once
 
 #include <array>
@@ -8,7 +9,7 @@
 
 namespace palpate {
 
-// Sums of squares of each row of a block, and of what a cast to float took from them.
+// For each row of a batch: the sum of its squares, and the sum of squares of the errors that rounding to float made.
 struct CastLoss {
   std::vector<double> whole, lost;
 
@@ -16,11 +17,12 @@ struct CastLoss {
   double worst() const;
 };
 
-// columns: C, [3 rows][width], width a multiple of 8; column 3 i + j is dof j of the block's i-th node. rows: of each
-// vertex wanted, -1 where it does not move. force: C_kk^-1 of each node of the block. Writes T^u = C C_kk^-1 as
-// out[3 nodes][vertices][3] and, where loss is given, adds to it. Value: float or double.
+// Writes T^u = C C_kk^-1 as out[3 nodes][vertices][3]. columns: C as [3 rows][width], where column 3 i + j is dof j of
+// the i-th node of the batch; width is a multiple of 8. rows: the row of each vertex that is wanted, -1 where the
+// vertex is held. stiffness: C_kk^-1 of each node of the batch. Where loss is given, adds the error of rounding to
+// float. Value: float or double.
 template <class Value>
 void displacement_rows(const double* columns, int width, std::span<const std::int32_t> rows,
-                       std::span<const std::array<double, 9>> force, Value* out, CastLoss* loss);
+                       std::span<const std::array<double, 9>> stiffness, Value* out, CastLoss* loss);
 
 }  // namespace palpate

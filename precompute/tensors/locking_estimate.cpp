@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kWidth = 8;              // columns of a solve; x, y, z are used
+constexpr int kWidth = 8;              // columns of one solve, of which three are used: x, y and z
 constexpr double kBytesPerBlock = 76;  // of K
 // Blocks of K under p2-p0 over tetrahedra, about. K exists twice while its rows are put in order.
 constexpr double kReferenceBlocksPerCell = 33;
@@ -25,7 +25,8 @@ struct TooLarge : OperationError {
 
 using Patch = std::vector<std::int32_t>;
 
-// The middles of equal shares of the touchable nodes, as they lie along the longest side; each with its neighbours.
+// Sorts the touchable nodes along the longest side of the body, cuts the list into equal shares and takes the middle
+// node of each share with its touchable neighbours.
 std::vector<Patch> probe_patches(const ElasticBody& body, int probes) {
   std::vector<std::int32_t> sorted = body.touchable;
   std::array<double, 3> extent{};
@@ -58,7 +59,7 @@ struct Assembled {
 };
 Assembled assemble(const ElasticBody& body, Element element) {
   Assembled assembled{discretise(body, element), {}};
-  assembled.held = eliminate_held(assembled.discretisation.stiffness, assembled.discretisation.fixed);
+  assembled.held = remove_held_dofs(assembled.discretisation.stiffness, assembled.discretisation.fixed);
   assembled.discretisation.stiffness = {};
   return assembled;
 }
@@ -67,8 +68,8 @@ SolverPlan plan_of(const Assembled& assembled) {
   return make_plan({assembled.held.matrix, {}, 0, kWidth, 0, 0, 1});
 }
 
-// A uniform load on the patch, one in sum, along each axis: its free dofs and the weights on them, by which the mean
-// displacement is read as well.
+// A uniform load of 1 N on the patch along x, y and z, one column each. The same weights give the mean displacement of
+// the patch.
 std::vector<Load> patch_loads(const ElasticBody& body, const Assembled& assembled, const Patch& patch) {
   const Discretisation& d = assembled.discretisation;
   std::map<std::pair<std::int64_t, std::int32_t>, double> weights;
@@ -87,16 +88,16 @@ std::vector<Load> patch_loads(const ElasticBody& body, const Assembled& assemble
       add(v, d.touch.nodes.item[at], d.touch.weight[at]);
   }
   std::vector<Load> loads;
-  for (const auto& [place, weight] : weights) loads.push_back({place.first, place.second, weight});
+  for (const auto& [at, weight] : weights) loads.push_back({at.first, at.second, weight});
   return loads;
 }
 
-// The trace of each patch's compliance, m/N. Puts the rows of assembled in order.
+// The trace of the compliance of each patch, m/N. Renumbers the rows of assembled into elimination order.
 std::vector<double> compliances(const ElasticBody& body, Assembled& assembled, const Elimination& elimination,
                                 const std::vector<Patch>& patches) {
   const auto in_order = put_in_order(assembled.held, elimination);
   SupernodalFactor factor(assembled.held.matrix, in_order, kWidth);
-  const Block x = make_block(3 * static_cast<std::int64_t>(assembled.held.matrix.rows), kWidth);
+  const ColumnBuffer x = make_column_buffer(3 * static_cast<std::int64_t>(assembled.held.matrix.rows), kWidth);
   std::vector<double> result;
   for (const auto& patch : patches) {
     const auto loads = patch_loads(body, assembled, patch);
@@ -118,7 +119,8 @@ std::vector<double> reference_compliances(const ElasticBody& body, const std::ve
                       "leave the option out, or use a machine with more memory",
                       1e-9 * bytes, 1e-9 * most_bytes));
   };
-  // First a lower bound from the number of tetrahedra, so that a mesh that is far too large is not assembled to learn it.
+  // First a lower bound from the number of tetrahedra, so that a mesh that is far too large is not assembled to learn
+  // it.
   check(2 * kBytesPerBlock * kReferenceBlocksPerCell * static_cast<double>(body.tetrahedra.size()));
   Assembled assembled = assemble(body, Element::p2_p0);
   const SolverPlan plan = plan_of(assembled);

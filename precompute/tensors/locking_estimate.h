@@ -16,11 +16,12 @@ struct LockingEstimate {
   std::string note;  // empty where it is measured
 };
 
-// A probe is a patch: a touchable node and its touchable neighbours, under a uniform load. What is compared is the trace of
-// the patch's compliance (its mean displacement per force, over the free dofs) with p2-p0 and with the element. The patches
-// are spread along the longest side of the body. The ratio is above 1 where the element locks, and where the mesh is coarse.
-// The same input gives the same bits. Cost: p2-p0 has about eight times the unknowns; two factors, three columns a probe.
-// most_bytes: what the factor of p2-p0 may take. Errors: OperationError where it would take more.
+// A probe is a patch: a touchable node and its touchable neighbours, under a uniform load. What is compared is the
+// trace of the patch's compliance (its mean displacement per force, over the free dofs) with p2-p0 and with the
+// element. The patches are spread along the longest side of the body. The ratio is above 1 where the element locks, and
+// where the mesh is coarse. The same input gives the same bits. Cost: p2-p0 has about eight times the unknowns; two
+// factors, three columns a probe. most_bytes: what the factor of p2-p0 may take. Errors: OperationError where it would
+// take more.
 LockingEstimate estimate_locking(const ElasticBody& body, Element element, int probes, double most_bytes);
 
 // What the bundle says where nobody asked.

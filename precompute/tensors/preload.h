@@ -1,4 +1,4 @@
-// The displacement under the body force alone.
+// The displacement of the body under its own weight, before anything touches it.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 namespace palpate {
 
 struct Preload {
-  std::vector<double> displacement;  // [3 N] m, of the vertices
+  std::vector<double> displacement;  // of the vertices, [3 N] m
   double residual = 0;               // true relative residual of K u = f
 };
 
-// gravity in m/s^2. Errors: OperationError when it does not converge.
+// Solves K u = f with f = mass * gravity; gravity in m/s^2. Errors: OperationError where the solve does not converge.
 Preload solve_preload(const Discretisation& discretisation, const HeldStiffness& held,
                       const std::array<double, 3>& gravity, BlockSolver& solver);
 

@@ -19,7 +19,7 @@ std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, Element elem
       throw InputError(
           fmt::format("node {}: expected one of the {} nodes with a free degree of freedom", n, body.nodes.size()));
   const Discretisation discretisation = discretise(body, element);
-  const HeldStiffness held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+  const HeldStiffness held = remove_held_dofs(discretisation.stiffness, discretisation.fixed);
   ColumnSolverOptions options;
   options.tolerance = tolerance;
   std::vector<std::int32_t> column_rows;
@@ -29,19 +29,20 @@ std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, Element elem
   options.cholesky = plan.cholesky;
   options.elimination = plan.elimination;
   ColumnSolver solver(held.matrix, row_coordinates(discretisation, held), options);
-  TensorBlock block(solver, discretisation, held);
-  const auto per_block = static_cast<std::size_t>(TensorBlock::nodes_per_solve(solver));
+  BatchTensors batch(solver, discretisation, held);
+  const auto per_batch = static_cast<std::size_t>(BatchTensors::nodes_per_solve(solver));
   const auto all = static_cast<std::int32_t>(body.nodes.size());
   std::vector<NodeTensor> result;
-  for (std::size_t at = 0; at < nodes.size(); at += per_block) {
-    const auto some = nodes.subspan(at, std::min(per_block, nodes.size() - at));
-    block.solve(some);
+  for (std::size_t at = 0; at < nodes.size(); at += per_batch) {
+    const auto some = nodes.subspan(at, std::min(per_batch, nodes.size() - at));
+    batch.solve(some);
     std::vector<double> rows(some.size() * 9 * body.nodes.size());
-    block.displacement(0, all, rows.data());
+    batch.displacement(0, all, rows.data());
     for (std::size_t i = 0; i < some.size(); ++i) {
       const auto from = rows.begin() + static_cast<std::ptrdiff_t>(9 * body.nodes.size() * i);
-      NodeTensor tensor{some[i], block.force(i), {from, from + static_cast<std::ptrdiff_t>(9 * body.nodes.size())}, 0};
-      for (int j = 0; j < 3; ++j) tensor.residual = std::max(tensor.residual, block.report(i, j).residual);
+      NodeTensor tensor{
+          some[i], batch.stiffness(i), {from, from + static_cast<std::ptrdiff_t>(9 * body.nodes.size())}, 0};
+      for (int j = 0; j < 3; ++j) tensor.residual = std::max(tensor.residual, batch.report(i, j).residual);
       result.push_back(std::move(tensor));
     }
   }

@@ -11,7 +11,7 @@ ReciprocitySample::ReciprocitySample(const ElasticBody& body) : body_(body) {
   compliance_.assign(9 * count * count, 0.0);
 }
 
-int ReciprocitySample::place_of(std::int32_t node) const {
+int ReciprocitySample::index_of(std::int32_t node) const {
   const auto at = std::lower_bound(nodes_.begin(), nodes_.end(), node);
   return at != nodes_.end() && *at == node ? static_cast<int>(at - nodes_.begin()) : -1;
 }

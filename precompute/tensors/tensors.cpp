@@ -2,35 +2,33 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
 
 #include "formats/errors.h"
+#include "precompute/elements/matrix3.h"
 
 namespace palpate {
 namespace {
 
-using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-// Inverse on the dofs that are free, zero on the others; symmetric to the last bit.
-std::array<double, 9> inverse_on_free(Matrix3 c, const std::array<std::uint8_t, 3>& held) {
-  c = (0.5 * (c + c.transpose())).eval();
+// C_kk^-1 on the dofs of node k that are free. The halves of C_kk come from different columns and differ by their
+// residuals.
+Matrix3 stiffness_of(const Matrix3& own, const std::array<std::uint8_t, 3>& held, std::int32_t node) {
+  Matrix3 mean;
   for (int i = 0; i < 3; ++i)
-    if (held[i]) c.row(i).setZero(), c.col(i).setZero(), c(i, i) = 1;
-  Matrix3 inverse = c.inverse();
-  inverse = (0.5 * (inverse + inverse.transpose())).eval();
-  for (int i = 0; i < 3; ++i)
-    if (held[i]) inverse.row(i).setZero(), inverse.col(i).setZero();
-  std::array<double, 9> result;
-  std::copy(inverse.data(), inverse.data() + 9, result.begin());
-  return result;
+    for (int j = 0; j < 3; ++j) mean[3 * i + j] = 0.5 * (own[3 * i + j] + own[3 * j + i]);
+  Matrix3 inverse;
+  if (!invert_on_free(mean, held.data(), &inverse))
+    throw OperationError(fmt::format(
+        "node {}: its own compliance is not positive definite, so that the solved columns cannot be right; lower "
+        "--tolerance, and look for slivers and extreme contrasts of stiffness",
+        node));
+  return inverse;
 }
 
 }  // namespace
 
-// A unit force on each dof of each node, spread by its functional over the nodes that are not held.
-std::vector<Load> TensorBlock::loads() const {
+// A unit force on each free dof of each node of the batch, spread over the nodes through which that vertex is touched.
+std::vector<Load> BatchTensors::loads() const {
   const auto& touch = discretisation_.touch;
   std::vector<Load> loads;
   const auto add = [&](std::int32_t node, double weight, std::size_t i) {
@@ -51,8 +49,9 @@ std::vector<Load> TensorBlock::loads() const {
   return loads;
 }
 
-// The columns at the vertices: those of the solution, or their sums by the functionals, zero where a vertex is held.
-void TensorBlock::read_vertices() {
+// The columns at the vertices: the solution itself, or weighted sums of it where vertices are touched through several
+// nodes; zero where a vertex is held.
+void BatchTensors::read_vertices() {
   const auto& touch = discretisation_.touch;
   columns_ = x_.get();
   row_of_vertex_ = held_.row_of_node;
@@ -76,11 +75,11 @@ void TensorBlock::read_vertices() {
   row_of_vertex_ = read_row_;
 }
 
-void TensorBlock::solve(std::span<const std::int32_t> nodes) {
+void BatchTensors::solve(std::span<const std::int32_t> nodes) {
   nodes_.assign(nodes.begin(), nodes.end());
   held_dofs_.clear();
   for (const auto n : nodes) held_dofs_.push_back(discretisation_.fixed[n]);
-  if (!x_ && solver_.has_result()) x_ = make_block(solver_.dofs(), solver_.width());
+  if (!x_ && solver_.has_result()) x_ = make_column_buffer(solver_.dofs(), solver_.width());
   reports_.assign(solver_.width(), {});
   try {
     solver_.solve(loads(), x_.get(), reports_);
@@ -93,14 +92,12 @@ void TensorBlock::solve(std::span<const std::int32_t> nodes) {
   }
   if (!solver_.has_result()) return;
   read_vertices();
-  force_.clear();
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const auto c = compliance(nodes_[i], i);
-    force_.push_back(inverse_on_free(Eigen::Map<const Matrix3>(c.data()), held_dofs_[i]));
-  }
+  stiffness_.clear();
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    stiffness_.push_back(stiffness_of(compliance(nodes_[i], i), held_dofs_[i], nodes_[i]));
 }
 
-std::array<double, 9> TensorBlock::compliance(std::int32_t node, std::size_t i) const {
+std::array<double, 9> BatchTensors::compliance(std::int32_t node, std::size_t i) const {
   std::array<double, 9> c{};
   const auto row = row_of_vertex_[node];
   const int width = solver_.width();
@@ -111,10 +108,10 @@ std::array<double, 9> TensorBlock::compliance(std::int32_t node, std::size_t i) 
 }
 
 template <class Value>
-void TensorBlock::displacement(std::int32_t first, std::int32_t count, Value* out, CastLoss* loss) const {
+void BatchTensors::displacement(std::int32_t first, std::int32_t count, Value* out, CastLoss* loss) const {
   const std::size_t run = 3 * static_cast<std::size_t>(count);
-  displacement_rows(columns_, solver_.width(), row_of_vertex_.subspan(first, count), force_, out, loss);
-  // C_kk C_kk^-1, without its rounding.
+  displacement_rows(columns_, solver_.width(), row_of_vertex_.subspan(first, count), stiffness_, out, loss);
+  // C_kk C_kk^-1 is the identity; the product above has rounding errors.
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     if (nodes_[i] >= first && nodes_[i] < first + count)
       for (int j = 0; j < 3; ++j)
@@ -123,10 +120,10 @@ void TensorBlock::displacement(std::int32_t first, std::int32_t count, Value* ou
               static_cast<Value>(d == j && !held_dofs_[i][j] ? 1 : 0);
 }
 
-template void TensorBlock::displacement(std::int32_t, std::int32_t, float*, CastLoss*) const;
-template void TensorBlock::displacement(std::int32_t, std::int32_t, double*, CastLoss*) const;
+template void BatchTensors::displacement(std::int32_t, std::int32_t, float*, CastLoss*) const;
+template void BatchTensors::displacement(std::int32_t, std::int32_t, double*, CastLoss*) const;
 
-ColumnReport TensorBlock::report(std::size_t i, int j) const {
+ColumnReport BatchTensors::report(std::size_t i, int j) const {
   return held_dofs_[i][j] ? ColumnReport{} : reports_[3 * i + j];
 }
 

@@ -15,7 +15,7 @@ using Field = std::function<Point(const Point&)>;
 inline std::vector<double> solve_with_imposed(const Discretisation& discretisation, const Field& field,
                                               const std::vector<double>& load, double tolerance = 1e-12) {
   const auto& fixed = discretisation.fixed;
-  const HeldStiffness held = eliminate_held(discretisation.stiffness, fixed);
+  const HeldStiffness held = remove_held_dofs(discretisation.stiffness, fixed);
   std::vector<double> u(3 * fixed.size(), 0.0);
   for (std::size_t n = 0; n < fixed.size(); ++n)
     for (int d = 0; d < 3; ++d)

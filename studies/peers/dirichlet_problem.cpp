@@ -8,7 +8,7 @@ using Entry = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 HeldStiffness with_node_held(const Push& push, std::int32_t node) {
   auto fixed = push.body.fixed;
   fixed[node] = {1, 1, 1};
-  return eliminate_held(push.stiffness, fixed);
+  return remove_held_dofs(push.stiffness, fixed);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace palpate::studies {
 
 FreeSystem::FreeSystem(const Push& push)
-    : held(eliminate_held(push.stiffness, push.body.fixed)), matrix(sparse(held.matrix)) {}
+    : held(remove_held_dofs(push.stiffness, push.body.fixed)), matrix(sparse(held.matrix)) {}
 
 KeptFactor::KeptFactor(const Push& push, const FreeSystem& system)
     : push_(push), system_(system), factor_(system.matrix) {

@@ -3,7 +3,7 @@
 namespace palpate::validation {
 
 Vector3d displacement_under(const NodeTensor& tensor, const Vector3d& force, std::int32_t n) {
-  const Vector3d moved = Eigen::Map<const Eigen::Matrix3d>(tensor.force.data()).inverse() * force;
+  const Vector3d moved = Eigen::Map<const Eigen::Matrix3d>(tensor.stiffness.data()).inverse() * force;
   const std::size_t run = tensor.displacement.size() / 3;
   Vector3d u = Vector3d::Zero();
   for (std::size_t j = 0; j < 3; ++j)

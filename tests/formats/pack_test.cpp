@@ -115,7 +115,7 @@ TEST(PalpateBundlePack, RefusesWhatGainsNothing) {
       {f16 + " --low-rank 1e-3", "pack the bundle it was made from"},
       {blocks + " --precision f16", "pack the bundle it was made from"},
       {source + " --patch x1", "need --mesh"},
-      {source + " --precision f16 --mesh a.msh", "only of use with"},
+      {source + " --precision f16 --mesh a.msh", "only used with"},
       {source + " --precision f8", "f8"},
       {scratch("text").string() + " --precision f16", "this is not a tensor bundle"},
       {scratch("missing").string() + " --precision f16", "cannot be read"},

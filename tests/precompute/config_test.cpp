@@ -1,4 +1,5 @@
-// organ.toml and boundary/*.toml: what is read, and that every fault is one sentence with its line.
+// organ.toml and boundary/*.toml: what is read from them, and that every mistake in them gives one sentence with its
+// line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -175,7 +176,7 @@ TEST(BoundaryConfig, RefusesEachFaultInOneSentenceWithItsLine) {
   EXPECT_THAT(refusal(read_boundary_config, "name = \"a\"\n"), HasSubstr("at least one [[fixed]]"));
 }
 
-// Nodes are numbered x fastest; the box is 2 x 2 x 2 cells of size 1, node = i + 3 (j + 3 k); 13 is the inside one.
+// A box of 2 x 2 x 2 cells of size 1. Node number = i + 3 (j + 3 k); node 13 is the only one inside.
 class Selectors : public ::testing::Test {
  protected:
   std::vector<std::int32_t> select(const std::string& selector) {
@@ -220,7 +221,7 @@ TEST_F(Selectors, NearestTakesOneNodeForEachPoint) {
   EXPECT_THAT(select("{ nearest = { points = [[2.1, 2.2, 1.9], [-3, 0.1, 0]] } }"), ElementsAre(0, 26));
 }
 TEST_F(Selectors, BelowQuantileTakesTheShareOfNodesThatIsLowestAndThoseLevelWithIt) {
-  // 26 surface nodes, 9 of them at x = 0: a fifth is 6 nodes, all at that level.
+  // There are 26 surface nodes, 9 of them at x = 0. A fifth of 26 is 6 nodes, which all have x = 0.
   EXPECT_THAT(select("{ below_quantile = { direction = [1, 0, 0], quantile = 0.2 } }"),
               ElementsAre(0, 3, 6, 9, 12, 15, 18, 21, 24));
   EXPECT_EQ(select("{ below_quantile = { direction = [0, 0, 1], quantile = 1 } }").size(), 26u);

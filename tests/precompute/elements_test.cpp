@@ -1,4 +1,5 @@
-// The laws every element holds: affine fields, rigid motions, symmetry, tensors against a literal dense solve.
+// Laws that every element obeys: affine fields are exact, rigid motions cost no energy, K is symmetric, T^u and T^f
+// equal a dense solve.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -40,7 +41,7 @@ void part_in_two(TetrahedralMesh& mesh, double half) {
 }
 
 TEST_P(EveryElement, ReproducesAffineFieldsOnADistortedBox) {
-  // A direct solve leaves 1e-16 times the condition (1e5 at 0.4999).
+  // Rounding of a direct solve: 1e-16 times the condition of K, which is 1e5 at nu = 0.4999.
   for (const double poisson : {0.0, 0.3, 0.49, 0.4999})
     EXPECT_LT(validation::patch_test().measure({GetParam(), poisson, {}}, 4).quantities.at(0).error, 1e-10) << poisson;
 }
@@ -51,7 +52,8 @@ TEST_P(EveryElement, StoresNoEnergyInARigidMotionAndIsSymmetricToTheLastBit) {
   const ElasticBody body = body_of(mesh, {{5400, 0.499, 0}, {1e5, 0.3, 0}});
   const Discretisation discretisation = discretise(body, GetParam());
   const BlockMatrix& k = discretisation.stiffness;
-  // Sums of about 400 products that cancel, each within half an ulp of a part of the row's sum: found 1e-16.
+  // The entries of a row, about 400 products, cancel. Each is rounded by at most half a unit in its last place; found:
+  // 1e-16.
   EXPECT_LE(validation::rigid_motion_residual(discretisation), 2e-15);
   const MatrixXd matrix = dense(k);
   EXPECT_EQ(matrix, matrix.transpose());
@@ -110,7 +112,7 @@ TEST_P(EveryElement, ItsTensorsEqualALiteralDenseSolveThroughTheTouchFunctionals
     for (std::size_t a = 0; a < own.size(); ++a) {
       const auto j = static_cast<std::size_t>(own[a] % 3);
       for (std::size_t b = 0; b < own.size(); ++b)
-        ASSERT_NEAR(tensor.force[3 * static_cast<std::size_t>(own[b] % 3) + j],
+        ASSERT_NEAR(tensor.stiffness[3 * static_cast<std::size_t>(own[b] % 3) + j],
                     force(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(a)), 1e-9 * force.norm());
       // Two solves of a matrix of condition 1e5 in double, and room.
       for (Eigen::Index i = 0; i < field.rows(); ++i)
@@ -123,7 +125,7 @@ TEST_P(EveryElement, ItsTensorsEqualALiteralDenseSolveThroughTheTouchFunctionals
 }
 
 TEST_P(EveryElement, StaysAccurateAtAContrastOfAMillion) {
-  // A bar of nu = 0 in two halves: the soft one takes all of the stretch but a millionth.
+  // A bar with nu = 0, of a soft and a stiff half: the soft half takes all of the stretch but a millionth.
   TetrahedralMesh mesh = box_mesh({4, 2, 2}, {1, 1, 1});
   part_in_two(mesh, 0.5);
   ElasticBody body = body_of(mesh, {{1e3, 0, 0}, {1e9, 0, 0}});
@@ -182,8 +184,8 @@ TEST(ElementWarnings, NameLockingAndLayersOfTooFewElements) {
 }
 
 TEST(NodalDilatation, IsTheSumOverNodesAndRegionsThatDefinesIt) {
-  // K = K_dev + sum over (n, m) of kappa_m V_nm theta_nm^T theta_nm, theta_nm the mean divergence over the tetrahedra of
-  // region m at node n, each weighted with its volume: the definition, written out densely.
+  // K = K_dev + sum over (n, m) of kappa_m V_nm theta_nm^T theta_nm, theta_nm the mean divergence over the tetrahedra
+  // of region m at node n, each weighted with its volume: the definition, written out densely.
   TetrahedralMesh mesh = box_mesh({3, 2, 2}, {0.3, 0.2, 0.25}, 0.2);
   part_in_two(mesh, 0.15);
   const ElasticBody body = body_of(mesh, {{5400, 0.499, 0}, {1e5, 0.3, 0}});
@@ -239,7 +241,8 @@ TEST(LockingEstimate, IsFarAboveOneWhereTheElementLocks) {
     EXPECT_EQ(estimate.probes, 3) << estimate.note;
     return estimate.ratio;
   };
-  // Found 1.15 and 2.27, 1.08 and 1.19: at 0.3 the coarse mesh's own error, at 0.499 locking with it.
+  // Found at nu = 0.3 and 0.499: 1.15 and 2.27 with p1, 1.08 and 1.19 with p1-anp. At 0.3 this is the error of the
+  // coarse mesh; at 0.499 locking adds to it.
   EXPECT_LT(ratio(0.3, Element::p1), 1.3);
   EXPECT_GT(ratio(0.499, Element::p1), 1.5);
   for (const double poisson : {0.3, 0.499}) {
@@ -249,11 +252,11 @@ TEST(LockingEstimate, IsFarAboveOneWhereTheElementLocks) {
 }
 
 TEST(LockingEstimate, MatchesTheTensorsOfTheSameNodes) {
-  // One touchable node, so that the patch is that node alone and its compliance the inverse of T^f.
+  // With one touchable node the patch is that node alone, and its compliance is the inverse of T^f.
   ElasticBody body = held_box(0.45);
   body.touchable = {body.touchable[body.touchable.size() / 2]};
   const auto trace = [&](Element element) {
-    const auto force = solve_node_tensors(body, element, body.touchable, 1e-11)[0].force;
+    const auto force = solve_node_tensors(body, element, body.touchable, 1e-11)[0].stiffness;
     return Eigen::Map<const Eigen::Matrix3d>(force.data()).inverse().trace();
   };
   const LockingEstimate estimate = estimate_locking(body, Element::p1, 3, 1e9);

@@ -1,4 +1,5 @@
-// Kills runs of palpate-precompute at random moments, resumes them, and compares the bundles' bytes. Exit 0 when all held.
+// Kills runs of palpate-precompute at random moments, resumes them and compares the bytes of the bundles. Exit code 0
+// where all are the same.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -38,7 +39,7 @@ double seconds_since(Clock::time_point begun) {
   return std::chrono::duration<double>(Clock::now() - begun).count();
 }
 
-// Parent of a process, 0 when it is gone or only waits to be collected.
+// The parent of a process; 0 where the process has ended.
 pid_t parent_of(pid_t process) {
   std::ifstream stat("/proc/" + std::to_string(process) + "/stat");
   std::string text{std::istreambuf_iterator<char>(stat), {}};
@@ -50,7 +51,7 @@ pid_t parent_of(pid_t process) {
   return parent;
 }
 
-// The process and all that it has started, itself first.
+// The process itself, then all that it has started.
 std::vector<pid_t> family_of(pid_t process) {
   std::vector<pid_t> family = {process};
   for (std::size_t i = 0; i < family.size(); ++i)
@@ -70,8 +71,8 @@ class KillTest {
     if (finish("whole.h5", 1) != 0) throw std::runtime_error("the undisturbed run failed: " + said());
     whole_seconds_ = seconds_since(begun);
     whole_ = file_bytes(options_.folder / "whole.h5");
-    blocks_ = nlohmann::json::parse(file_bytes(options_.folder / "report.json"))["blocks_of_columns"];
-    fmt::print("undisturbed: {:.2f} s, {} bytes, {} blocks of columns\n", whole_seconds_, whole_.size(), blocks_);
+    batches_ = nlohmann::json::parse(file_bytes(options_.folder / "report.json"))["column_batches"];
+    fmt::print("undisturbed: {:.2f} s, {} bytes, {} batches of columns\n", whole_seconds_, whole_.size(), batches_);
     int wrong = 0;
     while (killed_ < options_.kills) wrong += !one_bundle();
     fmt::print("{} runs killed, {} that ended before; {} bundles, {} of them with wrong bytes\n", killed_, survived_,
@@ -91,22 +92,22 @@ class KillTest {
     const bool held = code == 0 && clean && file_bytes(options_.folder / "x.h5") == whole_;
     const auto report = nlohmann::json::parse(file_bytes(options_.folder / "report.json"), nullptr, false);
     fmt::print("{}{} ranks finished from {} of {} blocks: {}\n", story, ranks,
-               report.is_object() ? report["blocks_of_earlier_runs"].dump() : "?",
-               report.is_object() ? report["blocks_of_columns"].dump() : "?",
+               report.is_object() ? report["column_batches_of_earlier_runs"].dump() : "?",
+               report.is_object() ? report["column_batches"].dump() : "?",
                held ? "same bytes" : "WRONG: " + (code == 0 ? std::string("other bytes or files left") : said()));
     std::fflush(stdout);
     ++bundles_;
     return held;
   }
 
-  // At a random moment, or at a random call on the run's files: in its place, or in the middle of a write.
+  // Kills at a random moment, or at a random call on the files of the run, before the call or in the middle of a write.
   std::string kill_one() {
     const int ranks = between(1, 2), how = between(0, 3);
     const bool journal = between(0, 1) == 1;
     const std::string fault =
         how < 2 ? ""
                 : fmt::format("{}:{}:{}", how == 2 ? "kill" : "torn",
-                              journal ? between(1, blocks_ / ranks + 6) : between(1, 60 + 2 * blocks_ / ranks),
+                              journal ? between(1, batches_ / ranks + 6) : between(1, 60 + 2 * batches_ / ranks),
                               journal ? ".journal" : "x.h5");
     const pid_t child = start("x.h5", ranks, fault);
     if (fault.empty()) {
@@ -119,7 +120,7 @@ class KillTest {
     return fmt::format("{} ranks, {}{}", ranks, fault, ended ? " (not reached)" : "");
   }
 
-  // Everything, or with several ranks any one process; then waits until all are gone.
+  // Kills all processes, or with several ranks one of them at random; then waits until all have ended.
   std::string kill_some(pid_t child, int ranks) {
     const std::vector<pid_t> family = family_of(child);
     const int whom = ranks == 1 ? -1 : between(-1, static_cast<int>(family.size()) - 1);
@@ -167,7 +168,7 @@ class KillTest {
   std::mt19937 random_;
   std::string whole_;
   double whole_seconds_ = 0;
-  int blocks_ = 0, killed_ = 0, survived_ = 0, bundles_ = 0;
+  int batches_ = 0, killed_ = 0, survived_ = 0, bundles_ = 0;
 };
 
 int run(int argc, char** argv) {

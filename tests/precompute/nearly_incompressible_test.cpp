@@ -1,5 +1,5 @@
-// The elements where nu -> 1/2: a thick sphere under pressure, a bonded punch on deep and thin layers, a
-// cantilever. The bounds are what these elements are known to reach on such meshes, with room for the mesh.
+// The elements near nu = 1/2: a thick sphere under pressure, a bonded punch on deep and thin layers, a cantilever. The
+// bounds are the figures of ELEMENTS.md with some room.
 #include "studies/validation/cases.h"
 #include "studies/validation/solved_body.h"
 #include "tests/precompute/support.h"
@@ -18,7 +18,7 @@ double sphere_error(Element element, double poisson, int n) {
 }
 
 TEST(NearlyIncompressible, ThickSphereUnderPressure) {
-  // Of 2,601 vertices, and 405 for p2-p0. p1 locks; the others hold to .4999 what they have at .3.
+  // 2,601 vertices, and 405 for p2-p0. p1 locks; the errors of the others are at nu = .4999 what they are at .3.
   EXPECT_LT(sphere_error(Element::p1, 0.3, 16), 0.017);
   EXPECT_GT(sphere_error(Element::p1, 0.4999, 16), 0.2);
   for (const double poisson : {0.3, 0.49, 0.4999}) {
@@ -41,7 +41,8 @@ double punch_force(Element element, double poisson, double depth, std::array<int
 }
 
 TEST(NearlyIncompressible, BondedPunchOnADeepBlock) {
-  // Four elements under the half-width; the pressure is infinite at the edge, so each is stiff by about its size there.
+  // Four elements under half the width of the punch. The pressure is infinite at its edge, so that every element is too
+  // stiff there.
   for (const double poisson : {0.3, 0.49, 0.4999}) {
     const double reference = punch_force(Element::p2_p0, poisson, 2, {10, 10, 10});
     EXPECT_NEAR(punch_force(Element::p2_p0, poisson, 2, {8, 8, 8}) / reference, 1.0, 0.01) << poisson;
@@ -53,8 +54,8 @@ TEST(NearlyIncompressible, BondedPunchOnADeepBlock) {
 }
 
 TEST(NearlyIncompressible, BondedPunchOnAThinLayerAsksForFourElementsAcross) {
-  // An eighth as deep as the punch is wide: p1-anp locks with one or two elements across and is 60 % off with four, which
-  // is why palpate-precompute warns; p2-p0 is as good with two.
+  // A layer an eighth as deep as the punch is wide. p1-anp locks with one or two elements across the layer and is still
+  // 60 % too stiff with four: this is why palpate-precompute warns. p2-p0 with two elements is within 6 %.
   const double reference = punch_force(Element::p2_p0, 0.4999, 0.25, {16, 16, 3});
   const auto averaged = [&](int across) {
     return punch_force(Element::p1_anp, 0.4999, 0.25, {8, 8, across}) / reference;
@@ -74,8 +75,8 @@ double tip(Element element, double poisson, int n) {
 }
 
 TEST(NearlyIncompressible, Cantilever) {
-  // p1-anp is stiff in bending, from below and less so the more elements across; p2-p0, whose cells bend by themselves, is
-  // soft with one and within 6 % with two.
+  // p1-anp is too stiff in bending, less so with more elements across. p2-p0 is too soft with one element across and
+  // within 6 % with two.
   for (const double poisson : {0.3, 0.49, 0.4999}) {
     const double three = tip(Element::p1_anp, poisson, 3), five = tip(Element::p1_anp, poisson, 5);
     EXPECT_GT(three, 0.70) << poisson;

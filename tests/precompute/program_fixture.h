@@ -1,4 +1,5 @@
-// What tests of palpate-precompute as a program share: a box, its files, and running it. PALPATE_PRECOMPUTE is its path.
+// Shared by the tests that run palpate-precompute: the files of a box, and ways to start and stop the program.
+// PALPATE_PRECOMPUTE is its path.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ inline formats::BundleIndex index_of(const std::string& bytes) {
   return index;
 }
 
-// The numbers of a section; none where the bundle lacks it.
+// The numbers of a section; empty where the bundle does not have it.
 template <class Value>
 std::vector<Value> section(const std::string& bytes, formats::SectionId id) {
   const auto index = index_of(bytes);
@@ -56,13 +57,13 @@ class ProgramFixture : public ::testing::Test {
 
   void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
 
-  // Runs with the box's files; returns the exit code, stderr in said_.
+  // Runs the program on the files of the box. Returns the exit code; said_ is what it printed.
   int run(const std::string& bundle, const std::string& more = "", int ranks = 0) {
     const std::string command = arguments(bundle, more);
     return execute(ranks > 0 ? kLaunch + " -n " + std::to_string(ranks) + " " + command : command);
   }
 
-  // Two ranks, the second with other options.
+  // Runs two ranks, of which the second has more options.
   int run_unlike(const std::string& bundle, const std::string& more_of_second) {
     return execute(kLaunch + " -n 1 " + arguments(bundle, "") + " : -n 1 " + arguments(bundle, more_of_second));
   }
@@ -78,7 +79,8 @@ class ProgramFixture : public ::testing::Test {
     return ended.code;
   }
 
-  // Starts a run of seconds, on a finer box and the slow way, and returns when its first columns are written.
+  // Starts a run that takes seconds (a finer box, a slow preconditioner) and returns when its first columns are
+  // written.
   pid_t start_slow(const std::string& bundle, const std::string& more = "") {
     write_mesh(folder_ / "box.msh", box_mesh({12, 10, 8}, {60, 50, 40}, 0.15));
     std::filesystem::remove(folder_ / (bundle + ".journal"));
@@ -89,7 +91,7 @@ class ProgramFixture : public ::testing::Test {
       ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
       ::_exit(127);
     }
-    const auto has_slot = [&] {
+    const auto has_record = [&] {
       const std::string journal = file_bytes(folder_ / (bundle + ".journal"));
       std::uint64_t fingerprint_bytes = 0;    // after 8 bytes that name the format
       if (journal.size() < 24) return false;  // the header
@@ -98,11 +100,11 @@ class ProgramFixture : public ::testing::Test {
           (24 + fingerprint_bytes + 4095) / 4096 * 4096;  // from the page after the fingerprint on
       return fingerprint_bytes > 0 && journal.find_first_not_of('\0', records) != std::string::npos;
     };
-    for (int wait = 0; wait < 10000 && !has_slot(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (int wait = 0; wait < 10000 && !has_record(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     return child;
   }
 
-  // Ends it; the signal that it ended by, 0 when it had ended before.
+  // Sends the signal and waits. Returns the signal by which the process ended, 0 where it had ended before.
   static int stop(pid_t child, int signal) {
     ::kill(child, signal);
     int status = 0;

@@ -1,4 +1,5 @@
-// The program itself: its bundle, its refusals, its ranks. PALPATE_PRECOMPUTE is its path.
+// palpate-precompute as its users run it: the bundle, the error messages, several ranks. PALPATE_PRECOMPUTE is its
+// path.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ TEST_F(Program, WritesABundleThatTheReaderAccepts) {
   EXPECT_EQ(index.counts.surface_nodes, 210u - 5 * 4 * 3);
   EXPECT_EQ(index.counts.touchable, index.counts.surface_nodes - 6 * 5);  // all but the clamped face
   EXPECT_EQ(formats::find_section(index, SectionId::displacement_interior), nullptr);
-  // Metres, surface first, in the file's order.
+  // Coordinates are in metres; surface nodes come first, in the order of the file.
   const auto nodes = section<double>(bytes, SectionId::nodes);
   EXPECT_DOUBLE_EQ(nodes[3], 0.01);
   for (const double r : section<double>(bytes, SectionId::residual)) EXPECT_LE(r, 1e-9);
@@ -34,7 +35,7 @@ TEST_F(Program, WritesABundleThatTheReaderAccepts) {
   for (const char* key : {"\"solver\":\"PETSc", "\"reciprocity_error\":", "\"cast_error\":",
                           "\"locking_note\":\"not asked for", "\"image_sha256\":\"", "\"young_source box\":\"test\""})
     EXPECT_THAT(text, HasSubstr(key));
-  // T^u of a node on itself is the identity on its free dofs.
+  // T^u of a node at that node is the identity on its free dofs.
   const auto touchable = section<std::int32_t>(bytes, SectionId::touchable);
   const auto fixed = section<std::uint8_t>(bytes, SectionId::fixed);
   const auto rows = section<float>(bytes, SectionId::displacement_surface);
@@ -93,7 +94,7 @@ TEST_F(Program, StoresTheInteriorOnlyWhenAsked) {
   const auto* interior = formats::find_section(index, SectionId::displacement_interior);
   ASSERT_NE(interior, nullptr);
   EXPECT_EQ(interior->shape[2], 5u * 4 * 3);
-  // A push of the end face along x drags the inside along, less than the touched node itself.
+  // A push on the end face moves the inside too, but less than the touched node.
   double most = 0;
   for (const float u : section<float>(bytes, SectionId::displacement_interior))
     most = std::max(most, std::abs(static_cast<double>(u)));
@@ -119,7 +120,7 @@ TEST_F(Program, TellsItsPlanAndWritesNothing) {
     EXPECT_THAT(said_, HasSubstr(part));
   EXPECT_TRUE(nothing_left("x.h5"));
   ASSERT_EQ(execute(arguments("x.h5", "--plan --quiet --json -")), 0) << said_;
-  // After the warning on standard error that p1 locks at 0.45.
+  // The text also has the warning that p1 locks at nu = 0.45.
   const auto plan = nlohmann::json::parse(said_.substr(std::min(said_.find('{'), said_.size())), nullptr, false);
   ASSERT_TRUE(plan.is_object()) << said_;
   EXPECT_EQ(plan["columns"], 360);
@@ -128,7 +129,7 @@ TEST_F(Program, TellsItsPlanAndWritesNothing) {
 
 TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
   ASSERT_EQ(run("x.h5", "--quiet --json report.json"), 0);
-  // A warning is said all the same, here that p1 locks at 0.45; nothing else.
+  // --quiet leaves warnings alone (here: p1 locks at nu = 0.45) and nothing else.
   EXPECT_EQ(said_.rfind("warning: organ.toml: \"p1\" locks", 0), 0u) << said_;
   EXPECT_EQ(said_.find('\n'), said_.size() - 1) << said_;
   const auto report = nlohmann::json::parse(file_bytes(folder_ / "report.json"), nullptr, false);
@@ -139,7 +140,7 @@ TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
   EXPECT_EQ(report["stages"].front()["name"], "read");
   EXPECT_EQ(report["stages"].back()["name"], "seal");
   EXPECT_GT(report["predicted_and_took"]["bytes"]["predicted"], 0);
-  // And else: a line for each stage, a summary.
+  // Without --quiet: a line for each stage and a summary.
   ASSERT_EQ(run("x.h5"), 0);
   for (const char* stage : {"read: ", "assemble: ", "plan: ", "factor: ", "columns: ", "seal: "})
     EXPECT_THAT(said_, ::testing::ContainsRegex(std::string(stage) + "[0-9.]+ s, [0-9.]+ GB\n"));
@@ -224,11 +225,11 @@ TEST_F(Program, FailsWhenAColumnDoesNotConvergeAndNamesTheWorst) {
 }
 
 TEST_F(Program, EndsOnAllRanksWhenOneFails) {
-  // Before the columns: the second rank alone cannot read its file.
+  // An error before the columns: only the second rank cannot read its file.
   EXPECT_EQ(run_unlike("x.h5", "--organ none.toml"), 2);
   EXPECT_THAT(said_, HasSubstr("palpate-precompute: none.toml"));
   EXPECT_TRUE(nothing_left("x.h5"));
-  // Among the columns: the second rank alone may not iterate long enough.
+  // An error among the columns: only the second rank may not iterate long enough.
   EXPECT_EQ(run_unlike("x.h5", "-- -column_pc_type jacobi -ksp_max_it 2"), 1);
   EXPECT_THAT(said_, HasSubstr("did not converge"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5"));  // the first rank's columns may be kept
@@ -238,7 +239,7 @@ TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
   write("x.h5", "the old bundle");
   ASSERT_EQ(stop(start_slow("x.h5"), SIGKILL), SIGKILL) << "it finished before it was killed";
   EXPECT_EQ(file_bytes(folder_ / "x.h5"), "the old bundle");
-  // And the next run is not hindered by what the killed one left.
+  // What the killed run left does not hinder the next one.
   ASSERT_EQ(run("x.h5"), 0) << said_;
   index_of(file_bytes(folder_ / "x.h5"));
 }

@@ -1,5 +1,5 @@
-// A rigid flat punch through the whole chain: block of gel -> tensors -> bundle -> a tool with a radius. On one mesh, with
-// radii from a quarter of its edges to four of them: the force is the closed form's, whatever the edge.
+// A rigid flat punch through the whole chain: block of gel -> tensors -> bundle -> a tool with a radius. On one mesh,
+// with radii from a quarter of its edges to four of them: the force is the closed form's, whatever the edge.
 #include <numbers>
 
 #include "tests/precompute/support.h"
@@ -92,7 +92,8 @@ class Punched {
   ScenePointer scene_;
 };
 
-// Even cells of kEdge about the middle of the top, and beyond them some that grow: kReach edges to the held sides and bottom.
+// Even cells of kEdge about the middle of the top, and beyond them some that grow: kReach edges to the held sides and
+// bottom.
 constexpr double kReach = 148.5;
 TetrahedralMesh flat_block() {
   std::vector<double> distance;
@@ -110,8 +111,8 @@ TEST_P(FlatPunch, NeedsTheForceOfTheClosedFormWhateverTheEdge) {
   for (const double edges : {0.25, 0.5, 1.0, 2.0, 4.0})  // in a radius
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5, 0.25}, {0.33, 0.8}, {-0.5, 0.5}}) {
       const double a = edges * kEdge, force = block.push(x * kEdge, y * kEdge, a);
-      // F = 2 E a d / (1 - nu^2): 37.62 mN at a = 5 mm, nu = 0.45. Held at a distance R all around, the block is stiffer
-      // by 2 to 3 times what the half-space moves there, 2 a / (pi R) of d: 4 % at the largest disc, taken off.
+      // F = 2 E a d / (1 - nu^2): 37.62 mN at a = 5 mm, nu = 0.45. Held at a distance R all around, the block is
+      // stiffer by 2 to 3 times what the half-space moves there, 2 a / (pi R) of d: 4 % at the largest disc, taken off.
       const double held = 2.5 * 2 * a / (std::numbers::pi * kReach * kEdge);
       const double error = force / (2e-3 * kYoung * a / (1 - poisson * poisson)) - 1 - held;
       // Linear tetrahedra lock a little at 0.45, and the largest disc reaches down to where the cells grow.

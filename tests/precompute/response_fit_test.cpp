@@ -1,4 +1,4 @@
-// P and Q from measured curves.
+// The corrections P and Q that are fitted to measured curves.
 #include "precompute/run/response_fit.h"
 
 #include <gmock/gmock.h>
@@ -69,7 +69,7 @@ TEST(ResponseFit, DoesNotDependOnTheUnit) {
 }
 
 TEST(ResponseFit, ConstrainsAFitThatWouldNotBeMonotone) {
-  // A step: the free polynomial of degree 9 overshoots and undershoots.
+  // The data are a step; the least-squares polynomial of degree 9 overshoots on one side and undershoots on the other.
   const auto x = grid(60, 1.0);
   const auto y = values_of(x, [](double v) { return 1 / (1 + std::exp(-60 * (v - 0.5))); });
   const auto p = fit_response(x, y, 9, "curve");

@@ -1,5 +1,5 @@
-// What a run leaves when it is killed, stopped or fails, and what the next one makes of it: the same bytes, or a sentence.
-// PALPATE_FAULT_INJECTOR is the library of fault_injector.c.
+// Runs that are killed, stopped or fail, and the run that resumes them: the bundle must have the same bytes as one made
+// in one go. PALPATE_FAULT_INJECTOR is the path of the library made from fault_injector.c.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -13,7 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr int kBlocks = 15;  // of 8 nodes each, of the box's 120 touchable nodes
+constexpr int kBatches = 15;  // of 8 nodes each, of the box's 120 touchable nodes
 const std::string kOptions = "--block 24 ";
 
 class Resume : public ProgramFixture {
@@ -24,7 +24,7 @@ class Resume : public ProgramFixture {
     whole_ = file_bytes(folder_ / "whole.h5");
   }
 
-  // With a fault; the exit code, 137 for SIGKILL.
+  // Runs the program with a fault of fault_injector.c. Returns the exit code, 137 for SIGKILL.
   int run_with(const std::string& fault, const std::string& options = kOptions, int ranks = 0) {
     const std::string set =
         "PALPATE_FAULT=" + fault + " LD_PRELOAD=" + PALPATE_FAULT_INJECTOR + " ASAN_OPTIONS=verify_asan_link_order=0 ";
@@ -32,20 +32,20 @@ class Resume : public ProgramFixture {
     return execute("(" + launch + arguments("x.h5", options) + ")");
   }
 
-  // A run that is killed when its k-th block of columns is to be vouched for: k - 1 are safe.
-  void kill_at_block(int k, int ranks = 0) {
+  // Kills a run in the middle of writing the record of its k-th batch: k - 1 batches are safe.
+  void kill_at_batch(int k, int ranks = 0) {
     constexpr int kWritesOfHeader = 2;
     std::filesystem::remove(folder_ / "x.h5");
     ASSERT_NE(run_with("torn:" + std::to_string(kWritesOfHeader + k) + ":.journal", kOptions, ranks), 0);
     ASSERT_TRUE(exists(".part") && exists(".journal") && !exists("")) << said_;
   }
 
-  // The run that must succeed; how many blocks it found.
+  // Runs again, which must succeed. Returns how many batches it found done.
   int resume(const std::string& options = kOptions, int ranks = 0) {
     EXPECT_EQ(run("x.h5", "--json report.json " + options, ranks), 0) << said_;
     EXPECT_TRUE(exists("") && !exists(".part") && !exists(".part.new") && !exists(".journal"));
     const auto report = nlohmann::json::parse(file_bytes(folder_ / "report.json"), nullptr, false);
-    return report.value("blocks_of_earlier_runs", -1);
+    return report.value("column_batches_of_earlier_runs", -1);
   }
   bool same() const { return file_bytes(folder_ / "x.h5") == whole_; }
   bool exists(const std::string& ending) const { return std::filesystem::exists(folder_ / ("x.h5" + ending)); }
@@ -64,17 +64,17 @@ class Resume : public ProgramFixture {
 };
 
 TEST_F(Resume, RepeatsOnlyTheBlockThatWasNotSafe) {
-  for (const int k : {2, 9, kBlocks}) {
-    kill_at_block(k);
+  for (const int k : {2, 9, kBatches}) {
+    kill_at_batch(k);
     EXPECT_EQ(resume(), k - 1);
     EXPECT_THAT(said_,
-                HasSubstr("x.h5.part is resumed: " + std::to_string(k - 1) + " of 15 blocks of columns are done"));
+                HasSubstr("x.h5.part is resumed: " + std::to_string(k - 1) + " of 15 batches of columns are done"));
     EXPECT_TRUE(same());
   }
 }
 
 TEST_F(Resume, GivesTheSameBytesWhereverARunIsKilled) {
-  // At calls from the first to the last: layout, rows, slots, seal, rename, removal of the journal.
+  // Kills at calls from the first to the last: layout, rows, records, seal, renaming, removal of the journal.
   int killed = 0;
   for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5") != 0; n += n < 12 ? 3 : 5) {
     ++killed;
@@ -86,7 +86,7 @@ TEST_F(Resume, GivesTheSameBytesWhereverARunIsKilled) {
 }
 
 TEST_F(Resume, GivesTheSameBytesWhenKilledBetweenSealAndEnd) {
-  // The last calls on these names: the renaming to the bundle, the removal of the journal.
+  // These are the last calls on each file: the renaming to the bundle and the removal of the journal.
   for (const char* fault : {"kill:5:x.h5.part", "kill:1:x.h5.part.new", "kill:6:.journal"}) {
     std::filesystem::remove(folder_ / "x.h5");
     run_with(fault);
@@ -96,19 +96,19 @@ TEST_F(Resume, GivesTheSameBytesWhenKilledBetweenSealAndEnd) {
 }
 
 TEST_F(Resume, DoesNotCareForTheNumberOfRanks) {
-  kill_at_block(4, 2);
+  kill_at_batch(4, 2);
   EXPECT_GE(resume(kOptions, 3), 3);
   EXPECT_TRUE(same());
-  kill_at_block(9);
+  kill_at_batch(9);
   EXPECT_EQ(resume(kOptions, 2), 8);
   EXPECT_TRUE(same());
-  kill_at_block(4, 2);
+  kill_at_batch(4, 2);
   EXPECT_GE(resume(), 3);
   EXPECT_TRUE(same());
 }
 
 TEST_F(Resume, NeverTrustsWhatIsTorn) {
-  kill_at_block(12);
+  kill_at_batch(12);
   keep_aside();
   std::mt19937 random(1);
   for (int damage = 0; damage < 8; ++damage) {
@@ -126,7 +126,7 @@ TEST_F(Resume, NeverTrustsWhatIsTorn) {
     EXPECT_LE(resume(), 11);
     ASSERT_TRUE(same()) << file << (damage % 4 < 2 ? " cut" : " garbled") << " at " << at << " of " << size;
   }
-  // Each of the two alone.
+  // Where only one of the two files is left, nothing can be resumed.
   bring_back();
   std::filesystem::remove(folder_ / "x.h5.part");
   EXPECT_EQ(resume(), 0);
@@ -139,7 +139,7 @@ TEST_F(Resume, NeverTrustsWhatIsTorn) {
 }
 
 TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
-  kill_at_block(9);
+  kill_at_batch(9);
   keep_aside();
   const auto anew = [&](const std::string& options, const std::string& why) {
     bring_back();
@@ -164,12 +164,12 @@ TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
 }
 
 TEST_F(Resume, KeepsItsColumnsWhenOnlyTheMemoryOrTheLockingEstimateIsAnother) {
-  kill_at_block(9);
+  kill_at_batch(9);
   EXPECT_EQ(resume("--block 24 --memory 3"), 8);
   EXPECT_TRUE(same());
   ASSERT_EQ(run("whole.h5", "--block 24 --locking-probes 2"), 0) << said_;
   whole_ = file_bytes(folder_ / "whole.h5");
-  kill_at_block(9);
+  kill_at_batch(9);
   EXPECT_EQ(resume("--block 24 --locking-probes 2"), 8);
   EXPECT_TRUE(same());
 }
@@ -194,12 +194,12 @@ std::filesystem::path upgraded_library(const std::filesystem::path& folder, cons
 TEST_F(Resume, BeginsAnewWhenALibraryWasUpgraded) {
   const auto folder = upgraded_library(folder_, "libcholmod.so.3");
   ASSERT_FALSE(folder.empty()) << "the program loads no libcholmod.so.3 with a build id";
-  kill_at_block(9);
+  kill_at_batch(9);
   const std::string with = "env LD_LIBRARY_PATH=" + folder.string() + " ";
   EXPECT_EQ(execute(with + arguments("x.h5", "--json report.json " + kOptions)), 0) << said_;
   EXPECT_THAT(said_, ::testing::ContainsRegex("x.h5.part is begun anew: library libcholmod.so was [0-9a-f]+, is "));
   const auto report = nlohmann::json::parse(file_bytes(folder_ / "report.json"), nullptr, false);
-  EXPECT_EQ(report["blocks_of_earlier_runs"], 0);
+  EXPECT_EQ(report["column_batches_of_earlier_runs"], 0);
 }
 
 TEST_F(Resume, LeavesTheOldBundleAloneUntilTheEnd) {
@@ -211,14 +211,14 @@ TEST_F(Resume, LeavesTheOldBundleAloneUntilTheEnd) {
 }
 
 TEST_F(Resume, KeepsWhatIsSafeWhenTheDiskIsFullOrFails) {
-  // Where space can be reserved, a disk that is too small is found before any column is solved.
+  // Where the file system can reserve space, a full disk is found before any column is solved.
   EXPECT_EQ(run_with("reserve:1:x.h5"), 1);
   EXPECT_THAT(said_, HasSubstr("free some space: No space left on device"));
   EXPECT_TRUE(nothing_left("x.h5"));
-  // Where it cannot, a write fails.
+  // Where it cannot, a write fails later.
   EXPECT_EQ(run_with("full:15:.journal"), 1);
   EXPECT_THAT(said_,
-              HasSubstr("No space left on device; 12 of 15 blocks of columns are safe in x.h5.part: the same command "
+              HasSubstr("No space left on device; 12 of 15 batches of columns are safe in x.h5.part: the same command "
                         "resumes there"));
   EXPECT_EQ(resume(), 12);
   EXPECT_TRUE(same());
@@ -228,7 +228,7 @@ TEST_F(Resume, KeepsWhatIsSafeWhenTheDiskIsFullOrFails) {
   EXPECT_GE(resume(kOptions, 2), 4);
   EXPECT_TRUE(same());
   std::filesystem::remove(folder_ / "x.h5");
-  // The last sync of the rows.
+  // The last fdatasync of the part fails.
   EXPECT_EQ(run_with("eio:2:x.h5.part"), 1);
   EXPECT_THAT(said_, HasSubstr("x.h5.part: cannot be made safe on the disk: Input/output error"));
   EXPECT_THAT(said_, HasSubstr("the same command resumes there"));
@@ -260,7 +260,7 @@ TEST_F(Resume, StopsAtASignalWithASentence) {
     EXPECT_THAT(
         file_bytes(folder_ / "slow.txt"),
         ::testing::MatchesRegex("warning: [^\n]*\n"  // that p1 locks at 0.45
-                                "palpate-precompute: stopped by SIG[A-Z]+; [0-9]+ of [0-9]+ blocks of columns are "
+                                "palpate-precompute: stopped by SIG[A-Z]+; [0-9]+ of [0-9]+ batches of columns are "
                                 "safe in x.h5.part: the same command resumes there\n"));
   }
 }

@@ -86,7 +86,7 @@ TEST_P(OwnRows, AreThoseOfTheWholeBodyToTheLastBit) {
         ASSERT_EQ(own.first[row + 1] - own.first[row], expected);
         for (auto at = own.first[row]; at < own.first[row + 1]; ++at) {
           ASSERT_TRUE(at == own.first[row] || own.column[at - 1] < own.column[at]);
-          ASSERT_EQ(own.block[at], whole.block[place_of(whole, node, partition.node_of_row[own.column[at]])]);
+          ASSERT_EQ(own.block[at], whole.block[index_of_block(whole, node, partition.node_of_row[own.column[at]])]);
         }
       }
     }

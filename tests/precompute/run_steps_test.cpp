@@ -21,11 +21,11 @@ extern "C" int MPI_Allreduce(const void* from, void* to, int count, MPI_Datatype
 namespace palpate::tests {
 namespace {
 
-// The MPI standard defines MPI_MAX for integers and floating-point numbers; MPI_CHAR is for text (MPI 4.0, 6.9.2). Open MPI
-// takes it all the same, others refuse it.
-TEST(RunSteps, RanksAgreeOnSafeBlocksByAnIntegerType) {
+// The MPI standard defines MPI_MAX for integers and floating-point numbers; MPI_CHAR is for text (MPI 4.0, 6.9.2). Open
+// MPI takes it all the same, others refuse it.
+TEST(RunSteps, RanksAgreeOnSafeBatchesByAnIntegerType) {
   Ranks ranks(MPI_COMM_WORLD);
-  EXPECT_EQ(agree_on_safe_blocks({1, 0, 1}, ranks), (SafeBlocks{1, 0, 1}));
+  EXPECT_EQ(agree_on_safe_batches({1, 0, 1}, ranks), (SafeBatches{1, 0, 1}));
   EXPECT_NE(last_type, MPI_CHAR);
   EXPECT_EQ(last_type, MPI_UINT8_T);
 }

@@ -1,4 +1,4 @@
-// The laws of the element and of the solver: patch test, rigid motions, several materials, order of convergence.
+// Laws of p1 and of the solver: affine fields (patch test), rigid motions, several materials, order of convergence.
 #include <cmath>
 #include <numbers>
 
@@ -73,7 +73,8 @@ TEST(Stiffness, MultipliesABlockAsItMultipliesEachColumn) {
 }
 
 TEST(Stiffness, TwoMaterialsInARowShareTheStressOfABar) {
-  // Along x, nu = 0: u' is proportional to 1/E in each half, and the displacement is linear in each.
+  // With nu = 0 the bar stretches along x only: the displacement is linear in each half, and its slope is proportional
+  // to 1 / E.
   TetrahedralMesh mesh = box_mesh({4, 2, 2}, {1, 1, 1});
   mesh.region_names = {"left", "right"};
   for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
@@ -97,7 +98,8 @@ TEST(Stiffness, TwoMaterialsInARowShareTheStressOfABar) {
   }
 }
 
-// Root mean square error against u = (s(x)s(y)s(z), 0, 0), s = sin(pi .), held on the surface of the unit box.
+// Root mean square error of the displacement in the unit box, held on its surface, against the imposed field
+// u = (s(x) s(y) s(z), 0, 0) with s(t) = sin(pi t).
 double manufactured_error(int cells) {
   constexpr double kYoung = 1, kPoisson = 0.3, pi = std::numbers::pi;
   const double mu = kYoung / (2 * (1 + kPoisson)), lambda = kYoung * kPoisson / ((1 + kPoisson) * (1 - 2 * kPoisson));
@@ -137,14 +139,14 @@ double manufactured_error(int cells) {
 
 TEST(Stiffness, RefinementGainsTheSecondOrderOfLinearTetrahedra) {
   const double coarse = manufactured_error(9), fine = manufactured_error(18);
-  // Theory: 2 as the mesh size goes to zero; within 0.15 of it at these sizes.
+  // Theory: order 2 as the mesh size goes to zero. These meshes are within 0.15 of it.
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.15) << coarse << ' ' << fine;
 }
 
 TEST(Solver, CertifiesTheTrueResidualAndRestartsUntilItHolds) {
   ElasticBody body = body_of(box_mesh({5, 5, 5}, {1, 1, 1}, 0.2), {{5400, 0.45, 0}});
   hold(body, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
-  const HeldStiffness held = eliminate_held(assemble_stiffness(body), body.fixed);
+  const HeldStiffness held = remove_held_dofs(assemble_stiffness(body), body.fixed);
   std::vector<Point> coordinates;
   for (const auto n : held.node_of_row) coordinates.push_back(body.nodes[n]);
   for (const bool cholesky : {true, false}) {

@@ -20,7 +20,7 @@ BlockMatrix box_stiffness(std::array<int, 3> cells, double contrast = 1) {
   for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) mesh.region[t] = t % 3 == 0;
   ElasticBody body = body_of(mesh, {{1000, 0.45, 0}, {1000 * contrast, 0.3, 0}});
   hold(body, [](const auto& p) { return p[0] == 0 ? 7 : p[1] == 0 ? 2 : 0; });
-  return eliminate_held(assemble_stiffness(body), body.fixed).matrix;
+  return remove_held_dofs(assemble_stiffness(body), body.fixed).matrix;
 }
 
 BlockMatrix from_dense(const MatrixXd& k) {  // every block that is not zero

@@ -1,4 +1,4 @@
-// What the tests of this folder share: PETSc for the whole test program, dense views of K.
+// Shared by the tests of this folder: PETSc for the life of the test program, and K as a dense matrix.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ inline Eigen::MatrixXd dense(const BlockMatrix& k) {
   return result;
 }
 
-// Dofs 3 n + d that are not held.
+// The dofs (numbered 3 n + d) that are not held.
 inline std::vector<Eigen::Index> free_dofs(const ElasticBody& body) {
   std::vector<Eigen::Index> result;
   for (std::size_t n = 0; n < body.nodes.size(); ++n)
@@ -48,7 +48,7 @@ inline std::vector<Eigen::Index> free_dofs(const ElasticBody& body) {
   return result;
 }
 
-// What check_support says of a body, or "" when its support holds.
+// The error message of check_support(), or "" where the supports hold the body.
 inline std::string refusal(const ElasticBody& body) {
   try {
     check_support(body, "bc.toml");

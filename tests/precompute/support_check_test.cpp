@@ -1,4 +1,4 @@
-// Every support that leaves a motion is refused, with the part and the motion in the sentence.
+// A support that leaves a rigid motion free is refused; the message names the part and the motion.
 #include "precompute/elements/support_check.h"
 
 #include <gmock/gmock.h>
@@ -75,7 +75,8 @@ TEST(Support, RefusesRollersThatLeaveOneSlide) {
 }
 
 TEST(Support, RefusesSixDofsThatAllMeetOneAxis) {
-  // Six held dofs, as many as motions, but none of them stops the turn about z through (1, 1).
+  // Six dofs are held, as many as there are rigid motions, but none of them prevents the rotation about the z axis
+  // through (1, 1).
   const auto text = refusal_of_box([](const Point& p) {
     return (p[2] == 0 && p[0] != 1 && p[1] != 1 ? 4 : 0) | (is(p, 1, 1, 0) || is(p, 1, 1, 2) ? 3 : 0);
   });
@@ -85,7 +86,7 @@ TEST(Support, RefusesSixDofsThatAllMeetOneAxis) {
           "1 of its 6 rigid motions left: it can still rotate about the axis through (1, 1, 1) m along (0, 0, 1)"));
 }
 
-// The same box again, shifted, its nodes joined to those it meets.
+// The body with a second, shifted copy of the box; nodes of both that coincide become one.
 TetrahedralMesh two_boxes(const Point& shift) {
   TetrahedralMesh mesh = box_mesh({2, 2, 2}, {2, 2, 2});
   add_shifted(mesh, TetrahedralMesh(mesh), shift);
@@ -128,10 +129,10 @@ TEST(Support, RefusesAPartThatHangsOnOneEdge) {
 }
 
 TEST(Support, HoldsTwoHingedPartsThatOnlyHoldTogether) {
-  // Each part alone has one or two motions left; the hinge along z at (2, 2) joins them: a three-hinged arch.
+  // A three-hinged arch: each part alone has one or two motions left, and the hinge along z at (2, 2) prevents them.
   const auto arch = [](const Point& p) { return (p[0] == 0 && p[1] == 0) || (p[0] == 4 && p[1] == 2) ? 7 : 0; };
   EXPECT_EQ(refusal_of_two({2, 2, 0}, arch), "");
-  // With both outer hinges and the middle one on one line the arch snaps through: one motion at first order.
+  // Where all three hinges lie on one line, small motions of the middle hinge across that line cost no energy.
   const auto straight = [](const Point& p) { return (p[0] == 0 && p[1] == 0) || (p[0] == 4 && p[1] == 4) ? 7 : 0; };
   EXPECT_THAT(refusal_of_two({2, 2, 0}, straight), HasSubstr("rigid motions left"));
 }

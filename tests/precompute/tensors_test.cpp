@@ -1,4 +1,4 @@
-// The tensors against literal dense solves.
+// T^u and T^f against dense solves of the equations in the paper.
 #include "precompute/tensors/tensors.h"
 #include "precompute/tensors/probe_columns.h"
 #include "tests/precompute/support.h"
@@ -9,7 +9,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A box with a distorted inside, softer on one half, held at x = 0, with rollers on z = 0 and one node held in y alone.
+// A box of distorted tetrahedra, one half softer, held at x = 0, on rollers (held in z) at z = 0, and with one more
+// node held in y.
 ElasticBody small_organ(double poisson) {
   TetrahedralMesh mesh = box_mesh({3, 3, 3}, {0.06, 0.05, 0.04}, 0.15);
   mesh.region_names = {"soft", "stiff"};
@@ -50,14 +51,14 @@ void expect_equal_to_lagrange(double poisson, Element element) {
   const ElasticBody body = small_organ(poisson);
   const auto dofs = free_dofs(body);
   const MatrixXd k = dense(assemble_stiffness(body, element))(dofs, dofs);
-  // Nodes: one held in y alone, two on rollers, some free.
+  // One node that is held in y, two on rollers, and some that are free.
   std::vector<std::int32_t> nodes;
   for (const auto n : body.touchable)
     if (body.fixed[n][1] || (body.fixed[n][2] && nodes.size() < 3) || n % 11 == 0) nodes.push_back(n);
   ASSERT_GE(nodes.size(), 5u);
   for (const auto& tensor : solve_node_tensors(body, element, nodes)) {
     double force_scale = 0;
-    for (const double f : tensor.force) force_scale = std::max(force_scale, std::abs(f));
+    for (const double f : tensor.stiffness) force_scale = std::max(force_scale, std::abs(f));
     for (int j = 0; j < 3; ++j) {
       const double* row = &tensor.displacement[3 * body.nodes.size() * static_cast<std::size_t>(j)];
       if (body.fixed[tensor.node][j]) {
@@ -73,7 +74,7 @@ void expect_equal_to_lagrange(double poisson, Element element) {
       Eigen::Index at = static_cast<Eigen::Index>(dofs.size());
       for (int i = 0; i < 3; ++i) {
         const double force = body.fixed[tensor.node][i] ? 0.0 : -exact[at++];
-        ASSERT_NEAR(tensor.force[static_cast<std::size_t>(3 * i + j)], force, 1e-10 * force_scale);
+        ASSERT_NEAR(tensor.stiffness[static_cast<std::size_t>(3 * i + j)], force, 1e-10 * force_scale);
       }
     }
   }
@@ -107,9 +108,9 @@ TEST(Tensors, ComplianceIsReciprocal) {
     for (const auto& b : tensors) {
       // C_ab = T^u_ab (T^f_b)^-1 and C_ba^T must agree (Betti and Maxwell).
       const MatrixXd ab =
-          block_of(b, a.node, body.nodes.size()) * Eigen::Map<const Eigen::Matrix3d>(b.force.data()).inverse();
+          block_of(b, a.node, body.nodes.size()) * Eigen::Map<const Eigen::Matrix3d>(b.stiffness.data()).inverse();
       const MatrixXd ba =
-          block_of(a, b.node, body.nodes.size()) * Eigen::Map<const Eigen::Matrix3d>(a.force.data()).inverse();
+          block_of(a, b.node, body.nodes.size()) * Eigen::Map<const Eigen::Matrix3d>(a.stiffness.data()).inverse();
       // Condition 1e5 times 1e-16.
       ASSERT_LE((ab - ba.transpose()).norm(), 1e-11 * ab.norm());
     }
@@ -130,20 +131,20 @@ TEST(Tensors, SuperposedThroughTheSymmetricBlockEqualAFullDirichletSolve) {
   // W f = u*, u~_j = (T^f_j)^-1 f_j, u = sum of T^u_j u~_j.
   MatrixXd w(3 * c, 3 * c);
   for (Eigen::Index j = 0; j < c; ++j) {
-    const Eigen::Matrix3d inverse = Eigen::Map<const Eigen::Matrix3d>(tensors[j].force.data()).inverse();
+    const Eigen::Matrix3d inverse = Eigen::Map<const Eigen::Matrix3d>(tensors[j].stiffness.data()).inverse();
     for (Eigen::Index i = 0; i < c; ++i) w.block<3, 3>(3 * i, 3 * j) = block_of(tensors[j], nodes[i], n) * inverse;
   }
   const VectorXd force = w.llt().solve(target);
   VectorXd u = VectorXd::Zero(static_cast<Eigen::Index>(3 * n));
   for (Eigen::Index j = 0; j < c; ++j) {
     const Eigen::Vector3d modified =
-        Eigen::Map<const Eigen::Matrix3d>(tensors[j].force.data()).inverse() * force.segment<3>(3 * j);
+        Eigen::Map<const Eigen::Matrix3d>(tensors[j].stiffness.data()).inverse() * force.segment<3>(3 * j);
     for (std::size_t m = 0; m < n; ++m)
       u.segment<3>(static_cast<Eigen::Index>(3 * m)) +=
           block_of(tensors[j], static_cast<std::int32_t>(m), n) * modified;
   }
 
-  // The same by elimination of all held and all imposed dofs at once.
+  // The same motion, imposed on the nodes of K directly.
   const MatrixXd k = dense(assemble_stiffness(body));
   VectorXd exact = VectorXd::Zero(u.size());
   std::vector<char> imposed(static_cast<std::size_t>(u.size()), 0);
@@ -155,9 +156,9 @@ TEST(Tensors, SuperposedThroughTheSymmetricBlockEqualAFullDirichletSolve) {
   const VectorXd load = -(k * exact)(open);
   const VectorXd inner = MatrixXd(k(open, open)).llt().solve(load);
   exact(open) = inner;
-  // Condition of W (hundreds) and of K (1e5) times 1e-16, relative to the imposed motion.
+  // Rounding: the condition of W (hundreds) times that of K (1e5) times 1e-16, relative to the imposed motion.
   EXPECT_LE((u - exact).lpNorm<Eigen::Infinity>(), 1e-10 * target.lpNorm<Eigen::Infinity>());
-  // And the contact forces are the reactions.
+  // The contact forces f must be the reactions of that solve.
   const VectorXd reaction = k * exact;
   for (Eigen::Index j = 0; j < c; ++j)
     EXPECT_LE((reaction.segment<3>(3 * nodes[j]) - force.segment<3>(3 * j)).norm(), 1e-9 * force.norm());

@@ -13,7 +13,7 @@ struct Solved {
 };
 inline Solved solve(const ElasticBody& body, Element element, bool cholesky) {
   const Discretisation discretisation = discretise(body, element);
-  const HeldStiffness held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+  const HeldStiffness held = remove_held_dofs(discretisation.stiffness, discretisation.fixed);
   ColumnSolverOptions options;
   options.cholesky = cholesky, options.width = 24, options.tolerance = 1e-7;
   ColumnSolver solver(held.matrix, row_coordinates(discretisation, held), options);

@@ -53,10 +53,10 @@ inline PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePack
   source.surface_nodes = static_cast<std::int32_t>(shape[2]);
   source.position.assign(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(run));
   source.touchable = parts.get<std::int32_t>(SectionId::touchable);
-  source.force = parts.get<double>(SectionId::force);
+  source.stiffness = parts.get<double>(SectionId::force);
   source.compliance.resize(rows.size());
   for (std::size_t k = 0; k < shape[0]; ++k) {
-    Eigen::Matrix3d force = Eigen::Map<const Eigen::Matrix3d>(&source.force[9 * k]);  // symmetric
+    Eigen::Matrix3d force = Eigen::Map<const Eigen::Matrix3d>(&source.stiffness[9 * k]);  // symmetric
     for (int d = 0; d < 3; ++d)
       if (fixed[3 * static_cast<std::size_t>(source.touchable[k]) + d]) force(d, d) = 1;
     Eigen::Matrix3d own = force.inverse();

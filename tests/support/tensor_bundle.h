@@ -33,7 +33,7 @@ inline BundleParts tensor_parts(const ElasticBody& body, Element element, const 
   std::vector<double> force;
   for (const NodeTensor& tensor : tensors) {
     nodes.push_back(tensor.node);
-    force.insert(force.end(), tensor.force.begin(), tensor.force.end());
+    force.insert(force.end(), tensor.stiffness.begin(), tensor.stiffness.end());
     for (std::size_t j = 0; j < 3; ++j) {
       const auto row = tensor.displacement.begin() + static_cast<std::ptrdiff_t>(3 * n * j);
       surface.insert(surface.end(), row, row + static_cast<std::ptrdiff_t>(3 * ns));

@@ -1,4 +1,4 @@
-// The little 3 x 3 algebra that checking a bundle takes.
+// 3 x 3 matrices, as blocks of K, of its inverse and of T^f. The one inverse of such a block stands here.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,9 @@ inline double largest(const Matrix3& a) {
   return found;
 }
 
-// The inverse of a symmetric matrix on the dofs that are free, zero elsewhere, by Cholesky factors; false when it is
-// not positive definite there.
+// The inverse of a symmetric block on the dofs that are free (fixed: [3], 1 where a dof is held), zero on the others.
+// By Cholesky's factors, symmetric to the last bit. False where the block is not positive definite on the free dofs.
+// Only the lower triangle of a is read.
 inline bool invert_on_free(const Matrix3& a, const std::uint8_t* fixed, Matrix3* inverse) {
   int dofs[3], count = 0;
   for (int d = 0; d < 3; ++d)
