@@ -27,7 +27,7 @@ inline std::vector<double> tensors_of(const ElasticBody& body, Element element, 
   std::vector<double> all;
   for (const NodeTensor& t : solve_node_tensors(body, element, nodes, 1e-12)) {
     all.insert(all.end(), t.displacement.begin(), t.displacement.end());
-    for (const double f : t.force) all.push_back(f / newton_per_metre);
+    for (const double f : t.stiffness) all.push_back(f / newton_per_metre);
   }
   return all;
 }
