@@ -43,7 +43,7 @@ class PushedCube {
   double stiffness_of_node() const {
     for (const NodeTensor& tensor : tensors_)
       if (body_.nodes[static_cast<std::size_t>(tensor.node)] == Point{kSide, kSide / 2, kSide / 2})
-        return tensor.force[0];
+        return tensor.stiffness[0];
     throw std::logic_error("no node in the middle of the face");
   }
 
