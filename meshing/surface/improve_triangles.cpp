@@ -1,14 +1,12 @@
 #include "meshing/surface/improve_triangles.h"
 
-#include <CGAL/AABB_face_graph_triangle_primitive.h>
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
 #include <CGAL/boost/graph/Euler_operations.h>
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "meshing/surface/nearest_point.h"
 #include "meshing/surface/surface_mesh.h"
 
 namespace palpate {
@@ -32,24 +30,6 @@ Point normal(const Point& p, const Point& q, const Point& r) {
 double badness(const Point& p, const Point& q, const Point& r) {
   return 1 / std::max(radius_ratio(p, q, r), 1e-12);
 }
-
-// Nearest points of a dense surface.
-class NearestPoint {
- public:
-  explicit NearestPoint(const TriangleSurface& surface)
-      : mesh_(to_cgal(surface)), tree_(faces(mesh_).begin(), faces(mesh_).end(), mesh_) {
-    tree_.accelerate_distance_queries();
-  }
-  Point operator()(const Point& p) const {
-    const auto found = tree_.closest_point({p[0], p[1], p[2]});
-    return {found.x(), found.y(), found.z()};
-  }
-
- private:
-  using Primitive = CGAL::AABB_face_graph_triangle_primitive<CgalMesh>;
-  CgalMesh mesh_;
-  CGAL::AABB_tree<CGAL::AABB_traits<CgalKernel, Primitive>> tree_;
-};
 
 class Improvement {
  public:

@@ -9,10 +9,12 @@
 namespace palpate {
 namespace {
 
-// What becomes of a block row's product, sum: [height][lanes in hand]. row: block row; lane: the first lane in hand.
+// What becomes of a block row's product, sum: [height][lanes in hand]. row: block row; lane: the first lane in hand. A branch a
+// row costs nothing measurable; four copies of every kernel took three times as long to compile.
 enum class Then { store, add, subtract_from, smooth };
 
 struct Pass {
+  Then then;
   const SparseBlocks& a;
   const float* x;
   float* y;  // store, add: the result; subtract_from: the residual; smooth: the next x
@@ -24,7 +26,7 @@ struct Pass {
 };
 
 // The sums of one block row stay in registers: kHeight x kLanes numbers.
-template <int kHeight, int kWidth, int kLanes, Then kThen>
+template <int kHeight, int kWidth, int kLanes>
 PALPATE_INLINE void one_row(const Pass& p, std::int32_t row, int lane) {
   float sum[kHeight][kLanes] = {};
   for (auto at = p.a.first[row]; at < p.a.first[row + 1]; ++at) {
@@ -38,16 +40,20 @@ PALPATE_INLINE void one_row(const Pass& p, std::int32_t row, int lane) {
   }
   const std::int64_t place = static_cast<std::int64_t>(row) * kHeight * p.lanes + lane;
   float* y = p.y + place;
-  if constexpr (kThen == Then::store || kThen == Then::add) {
+  if (p.then == Then::store) {
     for (int i = 0; i < kHeight; ++i)
-      for (int c = 0; c < kLanes; ++c)
-        y[i * p.lanes + c] = kThen == Then::add ? y[i * p.lanes + c] + sum[i][c] : sum[i][c];
+      for (int c = 0; c < kLanes; ++c) y[i * p.lanes + c] = sum[i][c];
+    return;
+  }
+  if (p.then == Then::add) {
+    for (int i = 0; i < kHeight; ++i)
+      for (int c = 0; c < kLanes; ++c) y[i * p.lanes + c] += sum[i][c];
     return;
   }
   const float* b = p.b + place;
   for (int i = 0; i < kHeight; ++i)
     for (int c = 0; c < kLanes; ++c) sum[i][c] = b[i * p.lanes + c] - sum[i][c];
-  if constexpr (kThen == Then::subtract_from) {
+  if (p.then == Then::subtract_from) {
     for (int i = 0; i < kHeight; ++i)
       for (int c = 0; c < kLanes; ++c) y[i * p.lanes + c] = sum[i][c];
     return;
@@ -70,29 +76,28 @@ PALPATE_INLINE void one_row(const Pass& p, std::int32_t row, int lane) {
   }
 }
 
-template <int kHeight, int kWidth, Then kThen>
+template <int kHeight, int kWidth>
 PALPATE_WIDE void all_rows(const Pass& p) {
   for (std::int32_t row = 0; row < p.a.rows; ++row) {
     int lane = 0;
-    for (; lane + 32 <= p.lanes; lane += 32) one_row<kHeight, kWidth, 32, kThen>(p, row, lane);
-    for (; lane + 16 <= p.lanes; lane += 16) one_row<kHeight, kWidth, 16, kThen>(p, row, lane);
-    for (; lane < p.lanes; lane += 8) one_row<kHeight, kWidth, 8, kThen>(p, row, lane);
+    for (; lane + 32 <= p.lanes; lane += 32) one_row<kHeight, kWidth, 32>(p, row, lane);
+    for (; lane + 16 <= p.lanes; lane += 16) one_row<kHeight, kWidth, 16>(p, row, lane);
+    for (; lane < p.lanes; lane += 8) one_row<kHeight, kWidth, 8>(p, row, lane);
   }
 }
 
-template <Then kThen>
 void pass(const Pass& p) {
   switch (10 * p.a.height + p.a.width) {
     case 33:
-      return all_rows<3, 3, kThen>(p);
+      return all_rows<3, 3>(p);
     case 66:
-      return all_rows<6, 6, kThen>(p);
+      return all_rows<6, 6>(p);
     case 36:
-      return all_rows<3, 6, kThen>(p);
+      return all_rows<3, 6>(p);
     case 63:
-      return all_rows<6, 3, kThen>(p);
+      return all_rows<6, 3>(p);
     default:
-      return all_rows<1, 1, kThen>(p);
+      return all_rows<1, 1>(p);
   }
 }
 
@@ -151,27 +156,28 @@ std::vector<float> inverse_diagonal_blocks(const SparseBlocks& matrix) {
 }
 
 void multiply(const SparseBlocks& a, const float* x, float* y, int lanes) {
-  pass<Then::store>({.a = a, .x = x, .y = y, .lanes = lanes});
+  pass({.then = Then::store, .a = a, .x = x, .y = y, .lanes = lanes});
 }
 
 void multiply_add(const SparseBlocks& a, const float* x, float* y, int lanes) {
-  pass<Then::add>({.a = a, .x = x, .y = y, .lanes = lanes});
+  pass({.then = Then::add, .a = a, .x = x, .y = y, .lanes = lanes});
 }
 
 void residual(const SparseBlocks& a, const float* b, const float* x, float* r, int lanes) {
-  pass<Then::subtract_from>({.a = a, .x = x, .y = r, .b = b, .lanes = lanes});
+  pass({.then = Then::subtract_from, .a = a, .x = x, .y = r, .b = b, .lanes = lanes});
 }
 
 void smooth(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, SmootherStep step, const float* b,
             const float* x, float* d, float* x_next, int lanes) {
-  pass<Then::smooth>({.a = a,
-                      .x = x,
-                      .y = x_next,
-                      .b = b,
-                      .d = d,
-                      .inverse_diagonal = inverse_diagonal.data(),
-                      .step = step,
-                      .lanes = lanes});
+  pass({.then = Then::smooth,
+        .a = a,
+        .x = x,
+        .y = x_next,
+        .b = b,
+        .d = d,
+        .inverse_diagonal = inverse_diagonal.data(),
+        .step = step,
+        .lanes = lanes});
 }
 
 PALPATE_WIDE void smooth_zero(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, float take,

@@ -1,0 +1,24 @@
+// The point of a triangle surface that is nearest to a given point.
+#pragma once
+
+#include <memory>
+
+#include "meshing/surface/triangle_surface.h"
+
+namespace palpate {
+
+class NearestPoint {
+ public:
+  // Builds a tree of the triangles. The surface must be an oriented manifold (throws std::logic_error).
+  explicit NearestPoint(const TriangleSurface& surface);
+  ~NearestPoint();
+  NearestPoint(const NearestPoint&) = delete;
+  NearestPoint& operator=(const NearestPoint&) = delete;
+  Point operator()(const Point& p) const;
+
+ private:
+  struct Tree;
+  std::unique_ptr<const Tree> tree_;
+};
+
+}  // namespace palpate
