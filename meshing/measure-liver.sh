@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The table of meshing/README.md: the liver at five sizes, surface and tetrahedra, measured.
+# The table of meshing/TETRAHEDRA.md: the liver at five sizes, surface and tetrahedra, measured.
 #   meshing/measure-liver.sh BUILD_FOLDER LIVER.inr.gz [OUTPUT_FOLDER]
 set -euo pipefail
 bin=$1/bin

@@ -183,25 +183,38 @@ TetrahedralMesh fill_once(const VolumeBoundary& boundary, const FillOptions& opt
 
 }  // namespace
 
-TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillOptions& options,
-                                     Improvement* improvement) {
-  FillOptions gentler = options, finer = options;
-  gentler.optimize_below = 0.8 * options.optimize_below;
-  finer.size = 0.97 * (options.size > 0 ? options.size : mean_edge(boundary));
+TetrahedralMesh best_of_tries(const std::vector<FillOptions>& tries, const FillOnce& fill, Improvement* improvement) {
   TetrahedralMesh best;
   double best_dihedral = -1;
-  for (const FillOptions& tried : {options, gentler, finer}) {
-    TetrahedralMesh mesh = fill_once(boundary, tried);
-    const Improvement tried_improvement = improve_worst_elements(mesh, options.goal);
-    const double dihedral = measure_quality(mesh).dihedral.value;
-    if (dihedral > best_dihedral) {
-      best_dihedral = dihedral;
-      best = std::move(mesh);
-      if (improvement) *improvement = tried_improvement;
+  for (std::size_t t = 0; t < tries.size(); ++t) {
+    try {
+      TetrahedralMesh mesh = fill(tries[t]);
+      const Improvement tried_improvement = improve_worst_elements(mesh, tries[t].goal);
+      const double dihedral = measure_quality(mesh).dihedral.value;
+      if (dihedral > best_dihedral) {
+        best_dihedral = dihedral;
+        best = std::move(mesh);
+        if (improvement) *improvement = tried_improvement;
+      }
+    } catch (const std::exception&) {
+      if (t == 0) throw;  // the later tries only look for a better mesh than the first one
     }
-    if (best_dihedral >= options.goal || options.optimize_below == 0) break;
+    if (best_dihedral >= tries[t].goal) break;
   }
   return best;
+}
+
+TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillOptions& options,
+                                     Improvement* improvement) {
+  std::vector<FillOptions> tries = {options};
+  if (options.optimize_below > 0) {
+    FillOptions gentler = options, finer = options;
+    gentler.optimize_below = 0.8 * options.optimize_below;
+    finer.size = 0.97 * (options.size > 0 ? options.size : mean_edge(boundary));
+    tries.insert(tries.end(), {gentler, finer});
+  }
+  return best_of_tries(
+      tries, [&](const FillOptions& tried) { return fill_once(boundary, tried); }, improvement);
 }
 
 std::size_t verify_boundary_kept(const VolumeBoundary& boundary, const TetrahedralMesh& mesh) {

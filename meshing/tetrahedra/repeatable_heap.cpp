@@ -1,5 +1,6 @@
 #include "meshing/tetrahedra/repeatable_heap.h"
 
+#include <fmt/format.h>
 #include <sys/mman.h>
 
 #include <bit>
@@ -8,10 +9,14 @@
 #include <cstdlib>
 #include <new>
 
+#include "formats/errors.h"
+
 namespace {
 
-constexpr std::size_t kRange = std::size_t{64} << 30;   // address space; memory is taken page by page as it is touched
-constexpr std::size_t kLargest = std::size_t{1} << 20;  // larger blocks hold arrays, whose place orders nothing
+// Address space; the kernel takes memory page by page as it is touched. Where a limit of the process (ulimit -v) does not leave
+// the most, half of it is tried, down to the least.
+constexpr std::size_t kMostRange = std::size_t{64} << 30, kLeastRange = std::size_t{1} << 28;
+constexpr std::size_t kLargest = std::size_t{1} << 20;  // larger allocations hold arrays, whose addresses order nothing
 constexpr std::size_t kFineSteps = 64;                  // sizes up to 1024 in steps of 16, then powers of two
 
 struct FreeBlock {
@@ -40,7 +45,8 @@ void* allocate(std::size_t size) noexcept {
     return block;
   }
   const std::size_t bytes = size_of_class(c) + kHeader;
-  if (static_cast<std::size_t>(last - next_free) < bytes) return std::malloc(size);
+  if (static_cast<std::size_t>(last - next_free) < bytes)
+    return nullptr;  // malloc would give another order of addresses
   char* header = next_free;
   next_free += bytes;
   *reinterpret_cast<std::size_t*>(header) = c;
@@ -69,10 +75,21 @@ namespace palpate {
 
 void use_repeatable_heap() {
   if (first != nullptr) return;
-  void* range = mmap(nullptr, kRange, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (range == MAP_FAILED) return;
-  first = next_free = static_cast<char*>(range);
-  last = first + kRange;
+  for (std::size_t size = kMostRange; size >= kLeastRange; size /= 2) {
+    void* range = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (range == MAP_FAILED) continue;
+    first = next_free = static_cast<char*>(range);
+    last = first + size;
+    return;
+  }
+  throw OperationError(fmt::format(
+      "expected at least {} MB of address space, which the same mesh from the same input needs, found less; raise "
+      "the limit (ulimit -v)",
+      kLeastRange >> 20));
+}
+
+bool is_in_repeatable_heap(const void* block) {
+  return first != nullptr && block >= first && block < last;
 }
 
 }  // namespace palpate

@@ -1,12 +1,19 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <fstream>
+#include <functional>
+#include <memory>
 #include <numbers>
 
 #include "formats/errors.h"
 #include "meshing/tetrahedra/fill_with_tetrahedra.h"
 #include "meshing/tetrahedra/mesh_quality.h"
 #include "meshing/tetrahedra/mesh_report.h"
+#include "meshing/tetrahedra/repeatable_heap.h"
 #include "meshing/tetrahedra/shells.h"
 #include "tests/support/closed_surfaces.h"
 
@@ -115,6 +122,52 @@ TEST(FillWithTetrahedra, GivesTheSameMeshTwiceWhateverTheHeapLooksLike) {
   const TetrahedralMesh two = fill_with_tetrahedra(boundary, {});
   EXPECT_TRUE(one.nodes == two.nodes);
   EXPECT_TRUE(one.tetrahedra == two.tetrahedra);
+}
+
+TEST(FillWithTetrahedra, KeepsTheFirstMeshWhenALaterTryFails) {
+  // One flat tetrahedron, far from the goal of 20 degrees, on which nothing can be moved.
+  TetrahedralMesh flat;
+  flat.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, 0.05}};
+  flat.tetrahedra = {{0, 1, 2, 3}};
+  flat.region = {0};
+  flat.region_names = {"body"};
+  int calls = 0;
+  const auto fill = [&](const FillOptions&) {
+    if (++calls == 2) throw OperationError("gmsh crashed");
+    if (calls == 3) throw VerificationError("a triangle was lost");
+    return flat;
+  };
+  EXPECT_EQ(best_of_tries({{}, {}, {}}, fill, nullptr).tetrahedra, flat.tetrahedra);
+  EXPECT_EQ(calls, 3);
+  calls = 1;
+  EXPECT_THROW(best_of_tries({{}, {}, {}}, fill, nullptr), OperationError) << "the first try must succeed";
+}
+
+TEST(RepeatableHeap, IsUsedUnderALimitOfAddressSpaceTooOrSaysThatItCannotBe) {
+  // The limit is the child's own; its answer comes back through the exit status. 4 GB leaves room for a part of the 64 GB that
+  // the heap asks for first, 1 MB more than what is mapped leaves none.
+  const auto answer_under = [](const std::function<std::size_t(std::size_t)>& limit_of) {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::size_t pages = 0;
+      std::ifstream("/proc/self/statm") >> pages;
+      const rlim_t limit = limit_of(pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)));
+      const rlimit space = {limit, limit};
+      setrlimit(RLIMIT_AS, &space);
+      try {
+        use_repeatable_heap();
+      } catch (const OperationError&) {
+        _exit(2);
+      }
+      const std::unique_ptr<int> block(new int);
+      _exit(is_in_repeatable_heap(block.get()) ? 0 : 1);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  EXPECT_EQ(answer_under([](std::size_t mapped) { return mapped + (std::size_t{4} << 30); }), 0);
+  EXPECT_EQ(answer_under([](std::size_t mapped) { return mapped + (std::size_t{1} << 20); }), 2);
 }
 
 TEST(VerifyBoundaryKept, NamesATriangleThatNoElementHas) {
