@@ -13,6 +13,7 @@
 #include "meshing/image/image_header.h"
 #include "meshing/image/label_image.h"
 #include "meshing/image/read_image_itk.h"
+#include "meshing/image/read_nifti.h"
 
 namespace palpate {
 namespace {

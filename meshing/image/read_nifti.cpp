@@ -1,6 +1,5 @@
-// NIfTI-1, decoded here: ITK 5.2 takes the units into account for voxel sizes but not for the sform, and then refuses
-// the file. Positions are the sform's where there is one, else the qform's (nifti1.h, methods 3, 2, 1), in RAS, turned
-// to LPS.
+#include "meshing/image/read_nifti.h"
+
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -13,7 +12,6 @@
 #include "formats/program.h"
 #include "meshing/image/file_bytes.h"
 #include "meshing/image/image_header.h"
-#include "meshing/image/read_image_itk.h"
 
 namespace palpate {
 namespace {
