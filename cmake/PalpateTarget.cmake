@@ -72,11 +72,13 @@ endfunction()
 # palpate_room(NAME SOURCES ... [USES ...] [PRIVATE ...]): the static library of one folder. USES: the rooms and libraries that its
 # headers and sources may use; PRIVATE: those that its sources alone may use. Where tests are built, NAME_links links the
 # whole room with what it states and nothing else: the link fails where a room calls another that it does not state.
-# ORCHESTRATES: see palpate_orchestrates.
+# ORCHESTRATES: see palpate_orchestrates. PLAIN: no precompiled header, for rooms with compiler flags of their own.
 function(palpate_room name)
-  cmake_parse_arguments(ARG "ORCHESTRATES" "" "SOURCES;USES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "ORCHESTRATES;PLAIN" "" "SOURCES;USES;PRIVATE" ${ARGN})
   palpate_library(${name} ${ARG_SOURCES})
-  palpate_use_precompiled(${name} palpate_precompiled_common)
+  if(TARGET palpate_precompiled_common AND NOT ARG_PLAIN)
+    palpate_use_precompiled(${name} palpate_precompiled_common)
+  endif()
   if(ARG_ORCHESTRATES)
     palpate_orchestrates(${name})
   endif()
