@@ -11,7 +11,7 @@
 
 #include "bench/petsc_bench.h"
 #include "precompute/elements/discretisation.h"
-#include "precompute/ranks/distributed_solver.h"
+#include "precompute/ranks/divided_operator.h"
 #include "studies/timing/timing.h"
 
 namespace palpate {
@@ -39,12 +39,11 @@ void run(const std::vector<std::string>& words) {
 
   double begin = processor_seconds();
   const RowPartition partition = partition_rows(body.nodes, body.fixed, count);
-  std::unique_ptr<DistributedSolver> solver;
+  std::unique_ptr<ColumnSolver> solver;
   {
     BlockMatrix own = assemble_own_rows(
         body, partition, rank, [&](const ElasticBody& part) { return discretise(part, organ.element).stiffness; });
-    solver =
-        std::make_unique<DistributedSolver>(MPI_COMM_WORLD, std::move(own), partition, body.nodes, body.fixed, options);
+    solver = divided_column_solver(MPI_COMM_WORLD, std::move(own), partition, body.nodes, body.fixed, options);
   }
   const double set_up = processor_seconds() - begin;
   std::vector<double> x(rank == 0 ? static_cast<std::size_t>(solver->dofs() * solver->width()) : 0);

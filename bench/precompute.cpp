@@ -1,5 +1,5 @@
-// Processor time of all work for a column, compared with CHOLMOD on 64 dense columns at a time with the same matrix, in turns in
-// the same run. `model` compares the plan's predictions with measured times and memory.
+// Processor time of everything that a column takes, measured in turns in one run: PETSc's KSPSolve as the program calls it,
+// the factor alone (--direct), and CHOLMOD on batches of 64 dense columns. And what the plan predicts against what happens.
 //   precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [batches to sample; all]
 //   precompute_bench model [p1|p1-anp] [most vertices]
 #include <fmt/format.h>
@@ -15,10 +15,12 @@
 #include <string>
 #include <vector>
 
+#include "bench/petsc_bench.h"
 #include "precompute/elements/column_buffer.h"
 #include "precompute/elements/discretisation.h"
-#include "precompute/solver/block_residual.h"
+#include "precompute/solver/batch_product.h"
 #include "precompute/solver/cholmod_session.h"
+#include "precompute/solver/column_solver.h"
 #include "precompute/solver/solver_plan.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "precompute/tensors/displacement_rows.h"
@@ -126,7 +128,16 @@ struct Shares {
   double all() const { return solve + certify + rows + write; }
 };
 
-// Solves columns, certifies them, turns them into rows of T^u and writes these, as palpate-precompute does.
+std::vector<Load> unit_loads(const std::vector<std::int32_t>& nodes) {
+  std::vector<Load> loads;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (int j = 0; j < 3; ++j)
+      loads.push_back({3 * static_cast<std::int64_t>(nodes[i]) + j, static_cast<std::int32_t>(3 * i) + j, 1.0});
+  std::sort(loads.begin(), loads.end(), [](const Load& a, const Load& b) { return a.dof < b.dof; });
+  return loads;
+}
+
+// Solves a batch with the factor, measures its residuals, turns it into rows of T^u and writes them, as the program does.
 class Ours {
  public:
   Ours(const Problem& problem, SupernodalFactor& factor)
@@ -137,14 +148,19 @@ class Ours {
   }
   ~Ours() { std::fclose(file_); }
 
-  void batch(const std::vector<std::int32_t>& nodes, Shares& shares) {
-    std::vector<Load> loads;
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      for (int j = 0; j < 3; ++j)
-        loads.push_back({3 * static_cast<std::int64_t>(nodes[i]) + j, static_cast<std::int32_t>(3 * i) + j, 1.0});
-    std::sort(loads.begin(), loads.end(), [](const Load& a, const Load& b) { return a.dof < b.dof; });
+  // Seconds of a batch through KSPSolve: solution and certificate.
+  double ksp(ColumnSolver& solver, const std::vector<std::int32_t>& nodes) {
+    const std::vector<Load> loads = unit_loads(nodes);
+    std::vector<ColumnReport> reports(kWidth);
     const double begun = processor_seconds();
-    factor_.solve(loads, x_.get());
+    solver.solve(loads, x_.get(), reports);
+    return processor_seconds() - begun;
+  }
+
+  void batch(const std::vector<std::int32_t>& nodes, Shares& shares) {
+    const std::vector<Load> loads = unit_loads(nodes);
+    const double begun = processor_seconds();
+    factor_.apply_to_loads(loads, x_.get());
     const double solved = processor_seconds();
     const auto norms = residual_norms(problem_.held.matrix, loads, x_.get(), kWidth);
     const double certified = processor_seconds();
@@ -184,15 +200,20 @@ void compare(Problem problem, const char* element, std::size_t most_batches) {
   SupernodalFactor factor(problem.held.matrix, elimination, kWidth);
   const double factor_seconds = processor_seconds() - begun;
 
+  ColumnSolver solver(problem.held.matrix, {}, {.width = kWidth, .elimination = elimination});
   Ours ours(problem, factor);
   const auto batches = batches_of(problem, *elimination);
   const std::size_t sampled = std::min(most_batches, batches.size());
   Shares shares, warm_up;
   ours.batch(batches[0], warm_up);
+  ours.ksp(solver, batches[0]);
+  double ksp_seconds = 0;
   double reference_seconds = 0, reference_columns = 0;
   for (std::size_t i = 0; i < sampled; ++i) {
     const std::size_t b = i * batches.size() / sampled;
+    if (i % 2 == 0) ksp_seconds += ours.ksp(solver, batches[b]);
     ours.batch(batches[b], shares);
+    if (i % 2 == 1) ksp_seconds += ours.ksp(solver, batches[b]);
     std::vector<std::int64_t> dofs;
     for (const auto row : batches_before[b])
       for (int j = 0; j < 3; ++j) dofs.push_back(3 * static_cast<std::int64_t>(row) + j);
@@ -217,6 +238,11 @@ void compare(Problem problem, const char* element, std::size_t most_batches) {
   fmt::print("{:34} {:10.3f}\n{:34} {:10.3f}\n", "rows of T^u and their error, ms", shares.rows * ms, "write, ms",
              shares.write * ms);
   line("column certified and written, ms", shares.all() * ms, reference_ms);
+  fmt::print("{:34} {:>10} {:>10} {:>8}\n", "", "KSPSolve", "direct", "ratio");
+  const double direct = shares.solve + shares.certify, rest = shares.rows + shares.write;
+  line("solve and certificate, ms a column", ksp_seconds * ms, direct * ms);
+  line("column certified and written, ms", (ksp_seconds + rest) * ms, (direct + rest) * ms);
+  fmt::print("{:34} {:>10} {:>10} {:>8}\n", "", "ours", "CHOLMOD", "ratio");
   line("all columns against its solve, s", 1e-3 * shares.all() * ms * columns, 1e-3 * reference_ms * columns);
   fmt::print("largest residual of a unit force {:.2g}\n", shares.worst_residual);
 }
@@ -331,21 +357,19 @@ void model(const char* element, double most_vertices) {
 
 int main(int count, char** arguments) {
   using namespace palpate;
-  const std::vector<std::string> given(arguments + 1, arguments + count);
-  if (!given.empty() && given[0] == "model") {
-    model(given.size() > 1 ? given[1].c_str() : "p1", given.size() > 2 ? std::stod(given[2]) : 110000);
+  if (count > 1 && std::strcmp(arguments[1], "model") == 0) {  // forks, so without PETSc
+    model(count > 2 ? arguments[2] : "p1", count > 3 ? std::atof(arguments[3]) : 110000);
     return 0;
   }
-  if (given.size() < 3) {
-    fmt::print(stderr,
-               "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [batches]\n"
-               "precompute_bench model [p1|p1-anp] [most vertices]\n");
-    return 2;
-  }
-  const char* element = given.size() > 3 ? given[3].c_str() : "p1";
-  compare(Problem(make_elastic_body(read_mesh(given[0]), read_organ_config(given[1]), read_boundary_config(given[2]),
-                                    {given[0], given[1], given[2]}),
-                  element_named(element)),
-          element, given.size() > 4 ? std::stoul(given[4]) : static_cast<std::size_t>(-1));
-  return 0;
+  return bench::petsc_bench(
+      count, arguments, 3,
+      "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [batches] [-- PETSc options], or\n"
+      "       precompute_bench model [p1|p1-anp] [most vertices]",
+      [](const std::vector<std::string>& given) {
+        const char* element = given.size() > 3 ? given[3].c_str() : "p1";
+        compare(Problem(make_elastic_body(read_mesh(given[0]), read_organ_config(given[1]),
+                                          read_boundary_config(given[2]), {given[0], given[1], given[2]}),
+                        element_named(element)),
+                element, given.size() > 4 ? std::stoul(given[4]) : static_cast<std::size_t>(-1));
+      });
 }

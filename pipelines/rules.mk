@@ -8,7 +8,7 @@ PIPELINES := $(patsubst %/,%,$(dir $(lastword $(MAKEFILE_LIST))))
 ORGANS := $(sort $(patsubst $(PIPELINES)/%/organ.mk,%,$(wildcard $(PIPELINES)/*/organ.mk)))
 
 ORGAN ?= liver
-RANKS ?= 1
+RANKS ?=
 ifeq ($(filter $(ORGAN),$(ORGANS)),)
 $(error ORGAN=$(ORGAN): expected one of $(ORGANS))
 endif
@@ -67,9 +67,10 @@ show-resolutions:
 
 # ---- tetrahedra -> bundle -> verified -> scene ---------------------------------------------------------------------
 
-# LAUNCH alone (LAUNCH="srun --mpi=pmix -n 4") starts the ranks itself; RANKS=n starts them with mpiexec, behind LAUNCH.
-MPIEXEC = mpiexec --bind-to none --oversubscribe -n $(RANKS)
-RUN_RANKS = $(LAUNCH) $(if $(filter-out 1,$(RANKS)),$(MPIEXEC))
+# How many MPI ranks the precompute runs on: RANKS=n, which mpiexec starts behind LAUNCH; else those that LAUNCH starts itself
+# (LAUNCH="srun --mpi=pmix -n 4"); else those that the plan of this mesh finds useful on this machine's cores and memory.
+MPIEXEC = mpiexec --bind-to none --oversubscribe -n
+USEFUL_RANKS = sed -n 's/.*"useful_ranks": *\([0-9]*\).*/\1/p'
 # Without this Open MPI looks up X servers by name, which takes minutes where names do not resolve.
 export HWLOC_COMPONENTS ?= -gl
 # Open MPI refuses to run as root, which users of containers are, unless both variables are set.
@@ -81,8 +82,11 @@ define case_rules
 $1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $(wildcard $(ORGAN_DIR)/curves/*.csv) \
               $(BIN)/palpate-precompute
 	mkdir -p $$(@D)
-	$(RUN_RANKS) $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
-	    $(if $(IMAGE),--image $(IMAGE)) -o $$@ $(if $(MEMORY),--memory $(MEMORY)) $(PRECOMPUTE_OPTIONS)
+	set -- $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
+	    $(if $(IMAGE),--image $(IMAGE)) $(if $(MEMORY),--memory $(MEMORY)); \
+	ranks=$(or $(RANKS),$(if $(LAUNCH),1,`"$$$$@" --plan --json - $(PRECOMPUTE_OPTIONS) 2> /dev/null | $(USEFUL_RANKS)`)); \
+	if [ "$$$${ranks:-1}" -gt 1 ]; then set -- $(MPIEXEC) "$$$$ranks" "$$$$@"; fi; \
+	$(LAUNCH) "$$$$@" -o $$@ $(PRECOMPUTE_OPTIONS)
 
 $1/verified.json: $1/bundle.h5 $(WORK)/mesh.msh $(BIN)/palpate-bundle
 	$(BIN)/palpate-bundle verify $$< --mesh $(WORK)/mesh.msh --organ $2 \

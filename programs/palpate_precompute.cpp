@@ -55,6 +55,9 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
                  "(3 tell a few per cent from a factor); default 0: not measured")
       ->check(CLI::Range(0, 1000))
       ->option_text("N");
+  app.add_flag(
+      "--direct", options.direct,
+      "solve with the Cholesky factor alone, without PETSc's conjugate gradients; the certificate then says so");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");
   app.add_option(
          "--ranks-per-operator", options.ranks_per_operator,

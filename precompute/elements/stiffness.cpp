@@ -2,12 +2,6 @@
 
 #include <algorithm>
 
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__)
-#define PALPATE_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define PALPATE_WIDE
-#endif
-
 namespace palpate {
 namespace {
 
@@ -17,34 +11,6 @@ double mean_diagonal(const BlockMatrix& matrix) {
     for (auto at = matrix.first[row]; at < matrix.first[row + 1]; ++at)
       if (matrix.column[at] == row) sum += matrix.block[at][0] + matrix.block[at][4] + matrix.block[at][8];
   return sum / (3.0 * std::max(matrix.rows, 1));
-}
-
-// kWidth vectors of one row of blocks. Because the width is known when this is compiled, the sums stay in registers.
-template <int kWidth>
-inline __attribute__((always_inline)) void multiply_row(const std::int32_t* column, const std::array<double, 9>* block,
-                                                        std::int64_t count, const double* x, double* y, int stride) {
-  double sum[3][kWidth] = {};
-  for (std::int64_t at = 0; at < count; ++at) {
-    const double* v = x + 3 * static_cast<std::int64_t>(column[at]) * stride;
-    const auto& k = block[at];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        for (int c = 0; c < kWidth; ++c) sum[i][c] += k[3 * i + j] * v[j * stride + c];
-  }
-  for (int i = 0; i < 3; ++i)
-    for (int c = 0; c < kWidth; ++c) y[i * stride + c] = sum[i][c];
-}
-
-PALPATE_WIDE void multiply_all(const BlockMatrix& matrix, const double* x, double* y, int width) {
-  for (std::int32_t row = 0; row < matrix.rows; ++row) {
-    const auto begin = matrix.first[row], count = matrix.first[row + 1] - begin;
-    double* out = y + 3 * static_cast<std::int64_t>(row) * width;
-    int c = 0;
-    for (; c + 32 <= width; c += 32)
-      multiply_row<32>(&matrix.column[begin], &matrix.block[begin], count, x + c, out + c, width);
-    for (; c < width; c += 8)
-      multiply_row<8>(&matrix.column[begin], &matrix.block[begin], count, x + c, out + c, width);
-  }
 }
 
 }  // namespace
@@ -116,10 +82,6 @@ HeldStiffness remove_held_dofs(const BlockMatrix& all, std::span<const std::arra
     matrix.first.push_back(static_cast<std::int64_t>(matrix.column.size()));
   }
   return result;
-}
-
-void multiply(const BlockMatrix& matrix, const double* x, double* y, int width) {
-  multiply_all(matrix, x, y, width);
 }
 
 std::vector<double> multiply(const BlockMatrix& matrix, std::span<const double> x) {

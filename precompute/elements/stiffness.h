@@ -52,11 +52,7 @@ inline HeldStiffness eliminate_held(const BlockMatrix& all, std::span<const std:
   return remove_held_dofs(all, fixed);  // the former name
 }
 
-// y = K x for width vectors at once. x, y: [3 * rows][width], so that the numbers of one dof stand side by side. width
-// must be a multiple of 8.
-void multiply(const BlockMatrix& matrix, const double* x, double* y, int width);
-
-// The same for one vector of 3 * rows numbers.
+// K x for one vector of 3 * rows numbers. (Batches of columns: precompute/solver/batch_product.h.)
 std::vector<double> multiply(const BlockMatrix& matrix, std::span<const double> x);
 
 }  // namespace palpate

@@ -12,7 +12,6 @@ namespace {
 
 // Estimates of memory: from livers of 20,000 and 100,000 vertices (bench/distributed.cpp, bench/multigrid.cpp) and, where
 // those did not tell, from the one-rank plan.
-constexpr double kLevelsPerBlock = 700;         // bytes per block of K while the levels are built
 constexpr double kColumnsPerDof = 32 * 10 * 8;  // bytes: ten blocks of 32 columns
 constexpr double kAveragingFill = 4.3;          // blocks of p1-anp over those of p1
 constexpr double kFactorPerNumber = 26;         // bytes of MUMPS's factor, over all ranks of a group
@@ -33,7 +32,7 @@ GroupChoice choose_group(const ElasticBody& body, Element element, double availa
   if (element == Element::p2_p0) return {};
   const double nodes = static_cast<double>(body.nodes.size()), fill = element == Element::p1 ? 1 : 3.2;
   const double columns = kColumnsPerDof * 3 * nodes;
-  const double levels = kLevelsPerBlock * blocks_of(body, element) + columns;
+  const double levels = kMultigridBytesPerBlock * blocks_of(body, element) + columns;
   // Nested dissection of a solid, as n^1.52 from 1,700 to 95,000 vertices.
   const double factor = kFactorPerNumber * 33.8e6 * std::pow(nodes / 20000, 1.52) * fill + columns;
   GroupChoice choice;

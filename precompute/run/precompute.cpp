@@ -12,7 +12,7 @@
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "precompute/journal/resumable_part.h"
-#include "precompute/ranks/distributed_solver.h"
+#include "precompute/ranks/divided_operator.h"
 #include "precompute/ranks/group_size.h"
 #include "precompute/run/bundle_output.h"
 #include "precompute/run/run_inputs.h"
@@ -97,7 +97,7 @@ Assembled assemble_divided(const RunInputs& inputs, const RankGroup& group) {
 
 // memory: of the rank with the least, so that all ranks make the same plan and solve every column alike.
 SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const GroupChoice& choice, int ranks,
-                   double memory, const PrecomputeOptions& options) {
+                   int ranks_here, double memory, const PrecomputeOptions& options) {
   const ElasticBody& body = inputs.body;
   const auto stored = inputs.store_interior ? static_cast<std::int64_t>(body.nodes.size()) : body.surface_count;
   const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(options.store));
@@ -106,8 +106,8 @@ SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const Gr
     return plan_of_group(choice, 3 * static_cast<std::int64_t>(body.touchable.size()), memory, bundle_bytes);
   std::vector<std::int32_t> column_rows;
   for (const auto node : body.touchable) column_rows.push_back(assembled.held.row_of_node[node]);
-  return make_plan(
-      {assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes, ranks});
+  return make_plan({assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes, ranks,
+                    usable_cores(), memory * ranks_here});
 }
 
 // On rank 0: whether an earlier run with the same input and tolerance used the factor; nothing where there is none.
@@ -134,6 +134,14 @@ SolverPlan with_earlier_choice(SolverPlan plan, std::optional<bool> earlier_fact
   return plan;
 }
 
+// The first line of the run; what the memory allows is not known yet.
+void tell_solver(const PrecomputeOptions& options, const Ranks& ranks) {
+  say(fmt::format(
+      "{} on {} rank{}, preconditioner: {}", options.direct ? "no PETSc CG but a direct solver" : "PETSc CG",
+      ranks.count(), ranks.count() > 1 ? "s" : "",
+      petsc_option_or("-column_pc_type", "a Cholesky factor where it fits into the memory, else multigrid")));
+}
+
 void tell_plan(const SolverPlan& plan, const ElasticBody& body, const PrecomputeOptions& options, bool is_first) {
   const std::string text =
       fmt::format("mesh    {} nodes ({} surface, {} touchable), {} tetrahedra\n{}", body.nodes.size(),
@@ -145,26 +153,28 @@ void tell_plan(const SolverPlan& plan, const ElasticBody& body, const Precompute
 
 // Sets up the preconditioner of every column. Takes assembled.own_rows. Null where another rank of the group has
 // failed.
-std::unique_ptr<BlockSolver> make_solver(Assembled& assembled, const RunInputs& inputs, const SolverPlan& plan,
+std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs& inputs, const SolverPlan& plan,
                                          const RankGroup& group, const PrecomputeOptions& options) {
   ColumnSolverOptions solver;
   solver.tolerance = options.tolerance;
   solver.cholesky = plan.cholesky;
   solver.width = options.columns_at_a_time > 0 ? options.columns_at_a_time : plan.width();
   solver.elimination = plan.elimination;
+  solver.node_of_row = assembled.held.node_of_row;
+  solver.direct = options.direct;
   if (group.size() == 1)
     return std::make_unique<ColumnSolver>(assembled.held.matrix,
                                           row_coordinates(assembled.discretisation, assembled.held), solver);
-  std::unique_ptr<BlockSolver> divided;
+  std::unique_ptr<ColumnSolver> divided;
   const bool fine = group.together([&] {
-    divided = std::make_unique<DistributedSolver>(group.communicator(), std::move(assembled.own_rows),
-                                                  assembled.partition, inputs.body.nodes, inputs.body.fixed, solver);
+    divided = divided_column_solver(group.communicator(), std::move(assembled.own_rows), assembled.partition,
+                                    inputs.body.nodes, inputs.body.fixed, solver);
   });
   return fine ? std::move(divided) : nullptr;
 }
 
 // A small residual allows a large error where the condition is large: at 1e12 four digits are certain.
-void warn_of_condition(const BlockSolver& solver) {
+void warn_of_condition(const ColumnSolver& solver) {
   const double bound = solver.reciprocal_condition();
   if (bound > 0 && bound < 1e-12)
     warn(
@@ -173,7 +183,7 @@ void warn_of_condition(const BlockSolver& solver) {
                     1 / bound, 2.2e-16 / bound));
 }
 
-std::vector<ColumnBatch> batches_of(const ElasticBody& body, const HeldStiffness& held, const BlockSolver& solver) {
+std::vector<ColumnBatch> batches_of(const ElasticBody& body, const HeldStiffness& held, const ColumnSolver& solver) {
   std::vector<std::int32_t> order;
   if (const auto order_of_row = solver.row_order(); !order_of_row.empty())
     for (const auto node : body.touchable) order.push_back(order_of_row[held.row_of_node[node]]);
@@ -186,7 +196,7 @@ struct BegunPart {
   std::vector<formats::SectionEntry> entries;
 };
 
-BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const SolverPlan& plan, const BlockSolver& solver,
+BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const SolverPlan& plan, const ColumnSolver& solver,
                      const std::vector<ColumnBatch>& batches, const ReciprocitySample& sample, const Preload& preload,
                      const LockingEstimate& locking, const PrecomputeOptions& options) {
   const BundleContent content{inputs.body, inputs.store_interior, preload.displacement, inputs.fit, options.store};
@@ -228,7 +238,7 @@ std::vector<BatchRecord> all_records(const ColumnJob& job) {
 
 // Rank 0: the part becomes the bundle.
 Certificate certify_and_seal(ResumablePart& part, const ColumnJob& job, const BegunPart& begun, const Preload& preload,
-                             const LockingEstimate& locking, const BlockSolver& solver) {
+                             const LockingEstimate& locking, const ColumnSolver& solver) {
   const std::vector<BatchRecord> records = all_records(job);
   Certificate certificate = certify(job.batches, records, job.sample);
   certificate.preload_residual = preload.residual;
@@ -259,6 +269,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   // Collective: what each rank may still take, of the one with the least, so that all ranks decide alike.
   const auto memory = [&] { return ranks.least(memory_left_bytes(options.memory_gigabytes, ranks.here())); };
 
+  tell_solver(options, ranks);
   const RunInputs inputs = report.stage("read", [&] {
     if (is_first && !options.plan_only) {  // first: an output that cannot be written must not fail after hours
       if (!options.json.empty() && options.json != "-") check_target(options.json);
@@ -274,7 +285,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   const double left = memory();
   const double resident_at_plan = resident_bytes();
   SolverPlan plan = report.stage("plan", [&] {
-    SolverPlan made = plan_of(inputs, assembled, choice, ranks.count(), left, options);
+    SolverPlan made = plan_of(inputs, assembled, choice, ranks.count(), ranks.here(), left, options);
     if (made.elimination) made.elimination = put_in_order(assembled.held, *made.elimination);
     return made;
   });
@@ -288,7 +299,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
       return is_first ? estimate_locking(inputs.body, inputs.organ.element, options.locking_probes, left)
                       : LockingEstimate{};
     });
-  const std::unique_ptr<BlockSolver> solver = report.stage("factor", [&] {
+  const std::unique_ptr<ColumnSolver> solver = report.stage("factor", [&] {
     auto made = make_solver(assembled, inputs, plan, group, options);
     if (made && is_first) warn_of_condition(*made);
     return made;

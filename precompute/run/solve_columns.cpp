@@ -82,7 +82,7 @@ namespace {
 
 // Solves and hands to the writer every step-th of the batches left. Returns false where another rank has failed.
 bool solve_share(const ColumnJob& job, const std::vector<std::size_t>& left, const RankGroup& group,
-                 BlockSolver& solver, std::optional<BatchWriter>& writer, SharedProgress& progress,
+                 ColumnSolver& solver, std::optional<BatchWriter>& writer, SharedProgress& progress,
                  SolveSeconds& seconds) {
   BatchTensors solved(solver, job.discretisation, job.held);
   SolvedBatch batch;
@@ -115,7 +115,7 @@ bool solve_share(const ColumnJob& job, const std::vector<std::size_t>& left, con
 }  // namespace
 
 SolveSeconds solve_columns(const ColumnJob& job, const SafeBatches& safe, Ranks& ranks, const RankGroup& group,
-                           BlockSolver& solver) {
+                           ColumnSolver& solver) {
   std::vector<std::size_t> left;
   for (std::size_t b = 0; b < safe.size(); ++b)
     if (!safe[b]) left.push_back(b);

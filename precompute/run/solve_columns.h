@@ -37,6 +37,6 @@ struct SolveSeconds {
 // Collective. The groups of ranks take the batches that are not safe in turn. Stops early where another rank has
 // failed. Errors: OperationError; InputError where PETSc did not use an option that the user gave.
 SolveSeconds solve_columns(const ColumnJob& job, const SafeBatches& safe, Ranks& ranks, const RankGroup& group,
-                           BlockSolver& solver);
+                           ColumnSolver& solver);
 
 }  // namespace palpate

@@ -8,13 +8,13 @@
 #include <string>
 
 #include "precompute/elements/stiffness.h"
-#include "precompute/solver/block_preconditioner.h"
+#include "precompute/solver/batch_preconditioner.h"
 
 namespace palpate {
 
 // One V-cycle of smoothed aggregation that keeps the six rigid motions: a Chebyshev polynomial over the diagonal blocks
 // before and after each coarser level, a dense factor of the coarsest. Symmetric positive definite up to f32's rounding.
-class BlockMultigrid final : public BlockPreconditioner {
+class BlockMultigrid final : public BatchPreconditioner {
  public:
   // coordinates: of each block row's node, m. width: columns at a time, a multiple of 8. PETSc options with the prefix
   // column_multigrid_ reach the builder of the levels (-column_multigrid_pc_gamg_threshold 0.01); ours is

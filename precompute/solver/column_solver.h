@@ -1,6 +1,7 @@
-// K x = b for blocks of columns: PETSc's conjugate gradients on K (x) I, each column's true residual measured.
+// K X = B for batches of columns, solved by PETSc's conjugate gradients (CG); the true residual of every column is measured.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,83 +10,79 @@
 
 #include "precompute/elements/elastic_body.h"
 #include "precompute/elements/stiffness.h"
-#include "precompute/solver/block_preconditioner.h"
+#include "precompute/solver/batch_preconditioner.h"
 
 namespace palpate {
 
+class ColumnOperator;
 struct Elimination;
 
 struct ColumnSolverOptions {
   double tolerance = 1e-9;  // on ||K x - b|| / ||b|| of every column
-  int width = 96;           // columns at a time; rounded up to a multiple of 8
-  bool cholesky = true;     // the default preconditioner, else algebraic multigrid; PETSc options override it
-  int most_restarts = 12;   // on the true residual, before a column is given up
-  std::shared_ptr<const Elimination> elimination = nullptr;  // of this matrix where the plan has it; else found again
+  int width = 96;           // columns in a batch; rounded up to a multiple of 8
+  bool cholesky = true;  // the default preconditioner: a Cholesky factor, else multigrid; -column_pc_type overrides it
+  bool direct = false;   // no CG: x = M^-1 b by the factor, and its true residual
+  int most_restarts = 12;                                    // of CG on the true residual, before a column is given up
+  std::shared_ptr<const Elimination> elimination = nullptr;  // of this matrix; null: the solver analyses it
+  std::vector<std::int32_t> node_of_row = {};  // in the mesh, of each block row, so that errors name it; may be empty
 };
 
 struct ColumnReport {
   double residual = 0;  // true relative residual; 0 for a column of zeros
-  int iterations = 0;   // of its block: 1 where the preconditioner alone solved it, else conjugate gradients
+  int iterations = 0;   // of CG on the column's batch; 0 where the initial guess already met the tolerance
   double floor = 0;     // 0, or what double precision allows where that is above the tolerance
 };
 
-// What solves blocks of columns: one rank with its own copy of the operator (ColumnSolver), or the ranks of a group that
-// divide it among them (DistributedSolver), every call then being collective over the group.
-class BlockSolver {
+// One KSP (PETSc's Krylov solver, KSPCG) on the operator K (x) I_width; its preconditioner is one of the PC types of
+// batch_pc.h. PETSc options without a prefix reach the KSP (-ksp_monitor, -ksp_view, -ksp_converged_reason), those with
+// the prefix column_ the preconditioner (-column_pc_type, -column_mg_levels_...).
+//
+// With a factor as the preconditioner, CG starts from the initial guess x = M^-1 b (PETSc's -ksp_knoll),
+// and otherwise from zero. The convergence test looks at every column; a column that meets the tolerance in its true
+// residual is not changed any more, so that its bytes do not depend on the other columns of the batch. When CG stops, the
+// KSP is called again on its result: either the true residuals of all columns then meet the tolerance before the first
+// iteration, or CG goes on from there.
+class ColumnSolver {
  public:
-  virtual ~BlockSolver() = default;
-
-  virtual int width() const = 0;          // columns at a time
-  virtual std::int64_t dofs() const = 0;  // 3 * block rows
-
-  // loads: b, dofs ascending; x: [dofs][width], overwritten; reports: [width]. The true residual of every column is
-  // measured, and the iteration restarts on it until all hold the tolerance or, where corrections no longer halve the
-  // residual, what double precision allows: epsilon ||K|| ||x|| / ||b||. Errors: NotConverged when one holds neither;
-  // OperationError for PETSc's own.
-  virtual void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports) = 0;
-
-  // Whether x is written here: on one rank of a group.
-  virtual bool has_result() const { return true; }
-
-  // "PETSc 3.18.5 cg + cholesky (cholmod)".
-  virtual std::string description() const = 0;
-
-  // Place of each block row in the preconditioner's elimination order; empty where it has none. A block of columns whose
-  // rows are close in it costs less.
-  virtual std::span<const std::int32_t> row_order() const { return {}; }
-
-  // An upper bound of 1 / condition of K; 0 where the preconditioner tells none.
-  virtual double reciprocal_condition() const { return 0; }
-};
-
-// One rank's solver, with its own copy of the operator. PETSc options without a prefix reach the conjugate gradients
-// (-ksp_...), those with the prefix column_ the preconditioner of K (-column_pc_type, -column_mg_levels_...).
-class ColumnSolver final : public BlockSolver {
- public:
-  // Sets up the preconditioner (factors). matrix must outlive the solver; coordinates: of each block row's node, m.
-  // Errors: OperationError (memory, not positive definite); InputError for PETSc options that contradict one another.
+  // All of K on this rank. Sets up the preconditioner (factors). matrix must outlive the solver; coordinates: of each block
+  // row's node, m. Errors: OperationError (memory, not positive definite); InputError for PETSc options that contradict one
+  // another.
   ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
                const ColumnSolverOptions& options);
-  ~ColumnSolver() override;
+  // The same for another operator, which has its own width; every call is then collective over its communicator.
+  ColumnSolver(std::unique_ptr<ColumnOperator> op, const ColumnSolverOptions& options);
+  ~ColumnSolver();
   ColumnSolver(const ColumnSolver&) = delete;
   ColumnSolver& operator=(const ColumnSolver&) = delete;
 
-  int width() const override;
-  std::int64_t dofs() const override;
-  void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports) override;
-  std::string description() const override;
-  std::span<const std::int32_t> row_order() const override;
-  double reciprocal_condition() const override;
+  int width() const;          // columns in a batch
+  std::int64_t dofs() const;  // 3 * block rows
 
+  // loads: b, dofs ascending, each dof and column at most once, the same on every rank; x: [dofs][width], overwritten;
+  // reports: [width]. A column whose CG no longer halves the residual passes at what double precision allows: epsilon
+  // ||K|| ||x|| / ||b||. Errors: NotConverged when a column holds neither; OperationError for PETSc's own.
+  void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports);
   // The same with b: [dofs][width].
   void solve(const double* b, double* x, std::span<ColumnReport> reports);
+
+  // Whether this rank gets x and must pass room for it; the reports come on every rank.
+  bool has_result() const;
+
+  // For the provenance: "PETSc 3.18.5 cg + supernodal (Cholesky factor by CHOLMOD)", or "direct, ...".
+  std::string description() const;
+
+  // Position of each block row in the preconditioner's elimination order; empty where it has none.
+  std::span<const std::int32_t> row_order() const;
+
+  // An upper bound of 1 / condition of K; 0 where the preconditioner states none.
+  double reciprocal_condition() const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-// The worst column of a block that did not converge, for the caller to name.
+// The worst column of a batch that did not converge, for the caller to name.
 struct NotConverged {
   int column;
   double residual;

@@ -11,14 +11,18 @@
 
 namespace palpate {
 
-Mat create_petsc_matrix(const BlockMatrix& matrix, bool blocked) {
-  // PETSc counts with 32 bits.
-  constexpr auto most = std::numeric_limits<PetscInt>::max();
-  if (static_cast<std::int64_t>(matrix.column.size()) > most / 9)
+void refuse_uncountable(std::int64_t count, const char* what) {
+  constexpr std::int64_t most = std::numeric_limits<PetscInt>::max();
+  if (count > most)
     throw OperationError(
-        fmt::format("the stiffness matrix has {} numbers, more than the {} that this PETSc can count; a "
-                    "coarser mesh is needed",
-                    9 * matrix.column.size(), most));
+        fmt::format("{} {} are more than the {} that this PETSc counts with its 32-bit indices; use a coarser mesh, or "
+                    "more ranks per "
+                    "operator (--ranks-per-operator)",
+                    count, what, most));
+}
+
+Mat create_petsc_matrix(const BlockMatrix& matrix, bool blocked) {
+  refuse_uncountable(9 * static_cast<std::int64_t>(matrix.column.size()), "numbers of the stiffness matrix");
   const PetscInt n = 3 * matrix.rows;
   std::vector<PetscInt> first(n + 1, 0), column;
   std::vector<PetscScalar> value;
@@ -44,21 +48,21 @@ Mat create_petsc_matrix(const BlockMatrix& matrix, bool blocked) {
 }
 
 void set_rigid_near_nullspace(Mat matrix, std::span<const std::array<double, 3>> coordinates) {
-  Vec places = nullptr;
-  check(VecCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), &places));
-  check(VecSetSizes(places, static_cast<PetscInt>(3 * coordinates.size()), PETSC_DETERMINE));
-  check(VecSetBlockSize(places, 3));
-  check(VecSetType(places, VECSTANDARD));
+  Vec positions = nullptr;
+  check(VecCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), &positions));
+  check(VecSetSizes(positions, static_cast<PetscInt>(3 * coordinates.size()), PETSC_DETERMINE));
+  check(VecSetBlockSize(positions, 3));
+  check(VecSetType(positions, VECSTANDARD));
   PetscScalar* values = nullptr;
-  check(VecGetArray(places, &values));
+  check(VecGetArray(positions, &values));
   for (std::size_t r = 0; r < coordinates.size(); ++r)
     for (int d = 0; d < 3; ++d) values[3 * r + d] = coordinates[r][d];
-  check(VecRestoreArray(places, &values));
+  check(VecRestoreArray(positions, &values));
   MatNullSpace rigid = nullptr;
-  check(MatNullSpaceCreateRigidBody(places, &rigid));
+  check(MatNullSpaceCreateRigidBody(positions, &rigid));
   check(MatSetNearNullSpace(matrix, rigid));
   check(MatNullSpaceDestroy(&rigid));
-  check(VecDestroy(&places));
+  check(VecDestroy(&positions));
 }
 
 void transpose(const double* from, double* to, std::int64_t rows, std::int64_t columns) {

@@ -1,16 +1,16 @@
 #include "precompute/solver/solver_plan.h"
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <time.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "precompute/elements/block.h"
+#include "precompute/elements/column_buffer.h"
 #include "precompute/solver/supernodal_kernels.h"
 
 namespace palpate {
@@ -27,7 +27,8 @@ constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error,
 constexpr double kFactorBytes = 3e6;         // CHOLMOD's and BLAS's own
 constexpr double kMultigridProducts = 300;   // V-cycles times products with K, to 1e-9
 constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
-constexpr double kMultigridBytes = 200;      // per block of K while PETSc builds the levels
+constexpr double kStartSeconds = 0.4;        // mpiexec and MPI_Init of a few ranks on one machine
+constexpr double kShared = 0.06;             // of a column's time, lost to each further rank on the same memory
 
 double processor_seconds() {
   timespec time{};
@@ -45,7 +46,7 @@ double kernel_rate() {
   std::vector<std::int32_t> rows(kBelow);
   for (std::int32_t i = 0; i < kBelow; ++i) rows[i] = kColumns + 2 * i;
   const std::int64_t dofs = 3 * (kColumns + 2 * kBelow);
-  const Block y = make_block(dofs, kWidth);
+  const ColumnBuffer y = make_column_buffer(dofs, kWidth);
   std::fill_n(y.get(), dofs * kWidth, 1.0);
   const Supernode supernode{0, kColumns, kBelow, rows.data(), values.data()};
   double best = std::numeric_limits<double>::infinity();
@@ -121,16 +122,32 @@ SolverEstimate estimate_multigrid(const SolverPlan& plan, const PlanRequest& req
   const double stored = 3.0 * static_cast<double>(request.stored_rows);
   SolverEstimate result;
   result.width = width;
-  result.bytes = kMultigridBytes * blocks + width * (8 * 8 * dofs + 2 * 4 * stored);
+  result.bytes = kMultigridBytesPerBlock * blocks + width * (8 * 8 * dofs + 2 * 4 * stored);
   result.setup_seconds = kMultigridSetup * blocks;
   result.column_seconds =
       kMultigridProducts * 18 * blocks / (kProductShare * plan.flops_per_second) + kPerStoredNumber * stored;
   return result;
 }
 
-double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan) {
-  const double columns = std::ceil(static_cast<double>(plan.columns) / plan.ranks);
+double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan, int ranks) {
+  const double columns = std::ceil(static_cast<double>(plan.columns) / ranks);
   return estimate.setup_seconds + columns * estimate.column_seconds;
+}
+double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan) {
+  return seconds_of(estimate, plan, plan.ranks);
+}
+
+// Every rank reads the mesh, orders, and factors anew; only the columns are divided. So more ranks help until the columns
+// take less time than what each rank repeats, and as long as all of them fit into the memory.
+int find_useful_ranks(const SolverPlan& plan, const PlanRequest& request) {
+  const double bytes_of_one = plan.chosen().bytes + resident_bytes();
+  const double memory = request.all_available_bytes + resident_bytes();
+  const int most = std::clamp(static_cast<int>(std::min(1e6, memory / bytes_of_one)), 1, std::max(1, request.cores));
+  double fastest = plan.seconds_with(1);
+  for (int ranks = 2; ranks <= most; ++ranks) fastest = std::min(fastest, plan.seconds_with(ranks));
+  int useful = 1;
+  while (useful < most && plan.seconds_with(useful) > 1.1 * fastest) ++useful;
+  return useful;
 }
 
 std::string bytes_text(double bytes) {
@@ -141,22 +158,6 @@ std::string seconds_text(double seconds) {
   if (seconds < 100) return fmt::format("{:.2g} s", seconds);
   if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
   return fmt::format("{:.1f} h", seconds / 3600);
-}
-
-// "VmRSS:   123 kB" of /proc/self/status or "MemAvailable:   123 kB" of /proc/meminfo, in bytes; 0 where it is not told.
-double kilobyte_line(const char* path, const std::string& key) {
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with(key)) return 1024 * std::strtod(line.c_str() + key.size(), nullptr);
-  return 0;
-}
-
-// What the control group leaves, where it limits memory at all.
-double control_group_left() {
-  std::ifstream limit("/sys/fs/cgroup/memory.max"), used("/sys/fs/cgroup/memory.current");
-  double most = 0, now = 0;
-  if (!(limit >> most) || !(used >> now)) return std::numeric_limits<double>::infinity();
-  return std::max(0.0, most - now);
 }
 
 void choose(SolverPlan& plan, const PlanRequest& request) {
@@ -183,6 +184,16 @@ double SolverPlan::seconds() const {
   return seconds_of(chosen(), *this);
 }
 
+double SolverPlan::seconds_with(int with) const {
+  const double sharing = 1 + kShared * (with - 1), start = with > 1 ? kStartSeconds : 0;
+  return start + sharing * (order_seconds + seconds_of(chosen(), *this, with));
+}
+
+int usable_cores() {
+  cpu_set_t cores;
+  return sched_getaffinity(0, sizeof cores, &cores) == 0 ? std::max(1, CPU_COUNT(&cores)) : 1;
+}
+
 SolverPlan make_plan(const PlanRequest& request) {
   SolverPlan plan;
   plan.available_bytes = request.available_bytes;
@@ -196,6 +207,7 @@ SolverPlan make_plan(const PlanRequest& request) {
   plan.order_seconds = processor_seconds() - begun;
   plan.flops_per_second = kernel_rate();
   choose(plan, request);
+  plan.useful_ranks = find_useful_ranks(plan, request);
   return plan;
 }
 
@@ -206,26 +218,29 @@ double operations_of(const SolverPlan& plan) {
 
 std::string plan_text(const SolverPlan& plan) {
   if (plan.ranks_per_operator > 1)
-    return fmt::format("solver  {}, {} columns at a time\nwhy     {}\nmemory  {} more than now, each rank\nbundle  {}",
-                       plan.cholesky ? "distributed Cholesky factor" : "conjugate gradients with algebraic multigrid",
-                       plan.width(), plan.why, bytes_text(plan.chosen().bytes), bytes_text(plan.bundle_bytes));
+    return fmt::format(
+        "solver  {}, {} columns at a time\nwhy     {}\nmemory  {} more than now, each rank\nbundle  {}",
+        plan.cholesky ? "PETSc CG with a Cholesky factor by MUMPS" : "PETSc CG with PETSc's multigrid (gamg)",
+        plan.width(), plan.why, bytes_text(plan.chosen().bytes), bytes_text(plan.bundle_bytes));
   const SolverEstimate& other = plan.cholesky ? plan.multigrid : plan.factor;
   const char* other_name = plan.cholesky ? "multigrid" : "the Cholesky factor";
   const std::string each = plan.ranks > 1 ? fmt::format(", each of {} ranks", plan.ranks) : "";
-  const std::string solver = plan.cholesky ? fmt::format("Cholesky factor of {:.3g} million numbers, {:.3g} Gflop",
-                                                         1e-6 * static_cast<double>(plan.elimination->numbers()),
-                                                         1e-9 * plan.elimination->factor_flops())
-                                           : "conjugate gradients with algebraic multigrid";
+  const std::string solver =
+      plan.cholesky ? fmt::format("PETSc CG with a Cholesky factor of {:.3g} million numbers, {:.3g} Gflop",
+                                  1e-6 * static_cast<double>(plan.elimination->numbers()),
+                                  1e-9 * plan.elimination->factor_flops())
+                    : "PETSc CG with algebraic multigrid";
   return fmt::format(
       "solver  {}, {} columns at a time\n"
       "why     {}\n"
       "memory  {} more than now{}; with {} {}\n"
       "time    {}{}: set up {}, {} columns of {:.2g} ms; with {} {}\n"
+      "ranks   {}; {} useful on this machine\n"
       "bundle  {}",
       solver, plan.width(), plan.why, bytes_text(plan.chosen().bytes), each, other_name, bytes_text(other.bytes),
       seconds_text(plan.seconds()), each, seconds_text(plan.chosen().setup_seconds), plan.columns,
-      1e3 * plan.chosen().column_seconds, other_name, seconds_text(seconds_of(other, plan)),
-      bytes_text(plan.bundle_bytes));
+      1e3 * plan.chosen().column_seconds, other_name, seconds_text(seconds_of(other, plan)), plan.ranks,
+      plan.useful_ranks, bytes_text(plan.bundle_bytes));
 }
 
 nlohmann::json plan_json(const SolverPlan& plan) {
@@ -242,6 +257,7 @@ nlohmann::json plan_json(const SolverPlan& plan) {
           {"blocks", plan.blocks},
           {"columns", plan.columns},
           {"ranks", plan.ranks},
+          {"useful_ranks", plan.useful_ranks},
           {"ranks_per_operator", plan.ranks_per_operator},
           {"factor_numbers", plan.elimination ? plan.elimination->numbers() : 0},
           {"factor_flops", plan.elimination ? plan.elimination->factor_flops() : 0},
@@ -272,19 +288,6 @@ nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome) 
   return {{"bytes", pair(std::max(plan.chosen().bytes, outcome.locking_bytes), outcome.bytes)},
           {"seconds", pair(plan.seconds(), outcome.seconds)},
           {"bundle_bytes", pair(plan.bundle_bytes, outcome.bundle_bytes)}};
-}
-
-double resident_bytes() {
-  return kilobyte_line("/proc/self/status", "VmRSS:");
-}
-double peak_resident_bytes() {
-  return kilobyte_line("/proc/self/status", "VmHWM:");
-}
-
-double memory_left_bytes(double limit_gigabytes, int processes_here) {
-  const int processes = std::max(1, processes_here);
-  if (limit_gigabytes > 0) return std::max(0.0, 1e9 * limit_gigabytes / processes - resident_bytes());
-  return 0.8 * std::min(kilobyte_line("/proc/meminfo", "MemAvailable:"), control_group_left()) / processes;
 }
 
 }  // namespace palpate

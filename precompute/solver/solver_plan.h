@@ -1,4 +1,4 @@
-// What a run will take, predicted before it starts, and so which preconditioner serves it.
+// Predicts the memory and the time of a run before it starts, and from them chooses the preconditioner.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 
 #include "precompute/elements/stiffness.h"
 #include "precompute/solver/elimination.h"
+#include "precompute/solver/memory_left.h"
 
 namespace palpate {
 
@@ -20,6 +21,8 @@ struct PlanRequest {
   double available_bytes = 0;                 // what this process may take beyond what it holds: memory_left_bytes()
   double bundle_bytes = 0;                    // of the file
   int ranks = 1;                              // they share the columns
+  int cores = 1;                              // of this machine, for useful_ranks
+  double all_available_bytes = 0;             // what all processes on this machine may take, for useful_ranks
 };
 
 // Bytes and seconds are of one rank, beyond what the process holds when the plan is made.
@@ -39,18 +42,26 @@ struct SolverPlan {
   std::int64_t rows = 0, blocks = 0, columns = 0;
   int ranks = 1;
   int ranks_per_operator = 1;                      // more than one: no time is predicted, and there is no elimination
+  int useful_ranks = 1;                            // on this machine: the fewest that are within a tenth of the fastest
   double order_seconds = 0;                        // taken, not predicted
   double flops_per_second = 0;                     // of the triangular solves' kernel, measured when planning
   std::shared_ptr<const Elimination> elimination;  // exact: the factor's pattern
 
   const SolverEstimate& chosen() const { return cholesky ? factor : multigrid; }
   int width() const { return chosen().width; }
-  double seconds() const;  // setup and columns of one rank
+  double seconds() const;                // setup and columns of one rank
+  double seconds_with(int ranks) const;  // the same with that many ranks on this machine
 };
 
-// Orders the rows (exact counts of the factor's numbers and operations), times the kernel for some hundredths of a
-// second, and chooses: the factor where it fits, else multigrid. Errors: OperationError (memory).
+// Orders the rows (which counts the factor's numbers and operations exactly), times the kernel for some hundredths of a
+// second, and chooses: the factor where it fits into the memory, else multigrid. Errors: OperationError (memory).
 SolverPlan make_plan(const PlanRequest& request);
+
+// Processor cores that this process may use.
+int usable_cores();
+
+// Bytes of one multigrid hierarchy per 3 x 3 block of K at the peak, which is while PETSc's GAMG builds the levels.
+inline constexpr double kMultigridBytesPerBlock = 700;
 
 // Floating-point operations of its factor and columns; 0 where there is no factor to count. From the pattern alone.
 double operations_of(const SolverPlan& plan);
@@ -68,12 +79,5 @@ struct PlanOutcome {
 };
 std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome);
 nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome);
-
-// What this process may still take: its share of limit_gigabytes less what it holds; where limit_gigabytes is 0, its
-// share of four fifths of what the machine and the control group have left.
-double memory_left_bytes(double limit_gigabytes, int processes_here);
-
-double resident_bytes();       // of this process now
-double peak_resident_bytes();  // at most so far
 
 }  // namespace palpate

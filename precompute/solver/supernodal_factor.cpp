@@ -92,9 +92,20 @@ cholmod_factor* symbolic(const Elimination& e, cholmod_common* common) {
   return factor;
 }
 
+std::string name_of(std::int32_t row, const RowNames& names) {
+  const auto r = static_cast<std::size_t>(row);
+  std::string name = r < names.node.size() ? fmt::format("node {}", names.node[r]) : fmt::format("block row {}", row);
+  if (r < names.position.size()) {
+    const auto& p = names.position[r];
+    name += fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", p[0], p[1], p[2]);
+  }
+  return name;
+}
+
 }  // namespace
 
-SupernodalFactor::SupernodalFactor(const BlockMatrix& matrix, std::shared_ptr<const Elimination> elimination, int width)
+SupernodalFactor::SupernodalFactor(const BlockMatrix& matrix, std::shared_ptr<const Elimination> elimination, int width,
+                                   const RowNames& names)
     : elimination_(std::move(elimination)), width_(width) {
   const auto& e = *elimination_;
   const std::size_t supernodes = e.first.size() - 1;
@@ -109,11 +120,11 @@ SupernodalFactor::SupernodalFactor(const BlockMatrix& matrix, std::shared_ptr<co
     parent_.push_back(e.row_begin[s] < e.row_begin[s + 1] ? supernode_of_[e.rows[e.row_begin[s]]] : -1);
   in_order_ = std::is_sorted(e.order.begin(), e.order.end());
   touched_.resize(supernodes);
-  compute(matrix);
-  if (!in_order_) work_ = make_block(3 * static_cast<std::int64_t>(e.order.size()), width);
+  compute(matrix, names);
+  if (!in_order_) work_ = make_column_buffer(3 * static_cast<std::int64_t>(e.order.size()), width);
 }
 
-void SupernodalFactor::compute(const BlockMatrix& matrix) {
+void SupernodalFactor::compute(const BlockMatrix& matrix, const RowNames& names) {
   CholmodSession session;
   cholmod_common& common = session.common;
   common.supernodal = CHOLMOD_SUPERNODAL;
@@ -123,8 +134,8 @@ void SupernodalFactor::compute(const BlockMatrix& matrix) {
   if (session.factor && common.status == CHOLMOD_OK) cholmod_l_factorize(session.sparse, session.factor, &common);
   if (common.status == CHOLMOD_NOT_POSDEF)
     throw OperationError(fmt::format(
-        "the stiffness matrix is not positive definite to working precision: elimination fails at row {} of {}",
-        elimination_->order[session.factor->minor / 3], matrix.rows));
+        "the stiffness matrix is not positive definite to working precision: the Cholesky factorisation fails at {}",
+        name_of(elimination_->order[session.factor->minor / 3], names)));
   if (common.status != CHOLMOD_OK || !session.factor || !session.factor->x)
     throw OperationError(fmt::format(
         "the Cholesky factor of {} degrees of freedom ({:.3g} GB) cannot be computed: {} (CHOLMOD's status {}); try "
@@ -182,7 +193,7 @@ void SupernodalFactor::apply(const double* r, double* z) {
   to_caller(y, z);
 }
 
-bool SupernodalFactor::solve(std::span<const Load> loads, double* x) {
+bool SupernodalFactor::apply_to_loads(std::span<const Load> loads, double* x) {
   const auto& e = *elimination_;
   const auto run = 3 * static_cast<std::int64_t>(width_);
   double* y = in_order_ ? x : work_.get();

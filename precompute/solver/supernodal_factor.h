@@ -1,37 +1,47 @@
-// The Cholesky factor of K as the preconditioner of a block of columns.
+// The Cholesky factor of K as the preconditioner of a batch of columns.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "precompute/elements/block.h"
+#include "precompute/elements/column_buffer.h"
 #include "precompute/elements/stiffness.h"
-#include "precompute/solver/block_preconditioner.h"
+#include "precompute/solver/batch_preconditioner.h"
 #include "precompute/solver/elimination.h"
 
 namespace palpate {
 
-// CHOLMOD computes the factor; the triangular solves are ours: on [dofs][width], each supernode's dense blocks times
-// rows of the block that are contiguous, read where they stand. The forward solve skips the supernodes whose rows are
-// zero: for unit forces all but those on the way from their rows to the root.
-class SupernodalFactor final : public BlockPreconditioner {
+// Where a block row comes from, so that an error can name it; both may be empty.
+struct RowNames {
+  std::span<const std::int32_t> node;               // of each block row, in the mesh
+  std::span<const std::array<double, 3>> position;  // m
+};
+
+// CHOLMOD computes the factor L; the triangular solves are ours. They read and write rows of the batch, [dofs][width], where
+// they stand, as products with the dense blocks of a supernode (a run of columns of L that share their pattern). The
+// forward substitution visits only the supernodes between the loaded rows and the root of the elimination tree; the rows
+// of all others are zero.
+class SupernodalFactor final : public BatchPreconditioner {
  public:
-  // Errors: OperationError (memory, not positive definite: the block row is named).
-  SupernodalFactor(const BlockMatrix& matrix, std::shared_ptr<const Elimination> elimination, int width);
+  // names is read in the constructor only. Errors: OperationError (memory; not positive definite, with the node's name).
+  SupernodalFactor(const BlockMatrix& matrix, std::shared_ptr<const Elimination> elimination, int width,
+                   const RowNames& names = {});
 
   void apply(const double* r, double* z) override;
-  bool solve(std::span<const Load> loads, double* x) override;
-  std::string description() const override { return "cholesky (cholmod, supernodal blocks)"; }
+  bool apply_to_loads(std::span<const Load> loads, double* x) override;
+  std::string description() const override { return "supernodal (Cholesky factor by CHOLMOD)"; }
+  bool is_exact() const override { return true; }
   std::span<const std::int32_t> row_order() const override { return elimination_->place; }
 
   // (least / largest diagonal of the factor)^2.
   double reciprocal_condition() const override { return reciprocal_condition_; }
 
  private:
-  void compute(const BlockMatrix& matrix);
+  void compute(const BlockMatrix& matrix, const RowNames& names);
   void pack(double* values);
   void touch_ancestors();
   void solve_triangles(double* y) const;
@@ -43,9 +53,9 @@ class SupernodalFactor final : public BlockPreconditioner {
   std::vector<std::int32_t> parent_;        // supernode of the first row below, -1 for a root
   std::vector<std::int32_t> supernode_of_;  // [block rows], by place
   std::vector<std::int64_t> begin_;         // [supernodes + 1] into values_
-  Block values_;
+  ColumnBuffer values_;
   std::vector<char> touched_;  // [supernodes]
-  Block work_;                 // [dofs][width] in elimination order, where the matrix is not
+  ColumnBuffer work_;                 // [dofs][width] in elimination order, where the matrix is not
   double reciprocal_condition_ = 1;
 };
 

@@ -204,35 +204,14 @@ PALPATE_INLINE void backward(const Supernode& s, bool from_zero, double* y, int 
   }
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx512f"))) void forward_512(const Supernode& s, double* y, int width) {
-  forward<8, 4>(s, y, width);
-}
-__attribute__((target("avx512f"))) void backward_512(const Supernode& s, bool from_zero, double* y, int width) {
-  backward<8, 4>(s, from_zero, y, width);
-}
-__attribute__((target("avx2,fma"))) void forward_256(const Supernode& s, double* y, int width) {
-  forward<4, 2>(s, y, width);
-}
-__attribute__((target("avx2,fma"))) void backward_256(const Supernode& s, bool from_zero, double* y, int width) {
-  backward<4, 2>(s, from_zero, y, width);
-}
-#endif
-void forward_128(const Supernode& s, double* y, int width) {
-  forward<2, 2>(s, y, width);
-}
-void backward_128(const Supernode& s, bool from_zero, double* y, int width) {
-  backward<2, 2>(s, from_zero, y, width);
-}
+PALPATE_FOR_EACH_REGISTER(forward_with, (const Supernode& s, double* y, int width), (s, y, width), forward, 4, 2, 2)
+PALPATE_FOR_EACH_REGISTER(backward_with, (const Supernode& s, bool from_zero, double* y, int width),
+                          (s, from_zero, y, width), backward, 4, 2, 2)
 
 }  // namespace
 
-SupernodalKernels supernodal_kernels([[maybe_unused]] int lanes) {
-#if defined(__x86_64__)
-  if (lanes == 8) return {forward_512, backward_512};
-  if (lanes == 4) return {forward_256, backward_256};
-#endif
-  return {forward_128, backward_128};
+SupernodalKernels supernodal_kernels(int lanes) {
+  return {forward_with(lanes), backward_with(lanes)};
 }
 
 }  // namespace palpate

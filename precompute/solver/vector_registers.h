@@ -1,7 +1,34 @@
-// Registers of a few doubles that side by side columns fill, and loops over a block's columns in strips of them.
+// Vector registers of a few doubles, filled by columns that stand side by side, and loops over the columns of a batch.
 #pragma once
 
 #define PALPATE_INLINE inline __attribute__((always_inline))
+
+// PALPATE_FOR_EACH_REGISTER(name, parameters, arguments, body, most8, most4, most2) compiles the template body<lanes, most>
+// for registers of 8, 4 and 2 doubles and defines name(lanes), which returns a pointer to the version for that register.
+// body must be inlined (PALPATE_INLINE): a function that it calls would not be compiled for the wider registers.
+#if defined(__x86_64__)
+#define PALPATE_FOR_EACH_REGISTER(name, parameters, arguments, body, most8, most4, most2) \
+  __attribute__((target("avx512f"))) void name##_512 parameters {                         \
+    body<8, most8> arguments;                                                             \
+  }                                                                                       \
+  __attribute__((target("avx2,fma"))) void name##_256 parameters {                        \
+    body<4, most4> arguments;                                                             \
+  }                                                                                       \
+  void name##_128 parameters {                                                            \
+    body<2, most2> arguments;                                                             \
+  }                                                                                       \
+  auto* name(int lanes) {                                                                 \
+    return lanes == 8 ? name##_512 : lanes == 4 ? name##_256 : name##_128;                \
+  }
+#else
+#define PALPATE_FOR_EACH_REGISTER(name, parameters, arguments, body, most8, most4, most2) \
+  void name##_128 parameters {                                                            \
+    body<2, most2> arguments;                                                             \
+  }                                                                                       \
+  auto* name(int) {                                                                       \
+    return name##_128;                                                                    \
+  }
+#endif
 
 namespace palpate {
 
@@ -20,8 +47,8 @@ struct VectorOf<2> {
   typedef double Type __attribute__((vector_size(16), aligned(8), may_alias));
 };
 
-// Calls work.template operator()<registers>(column) for strips of kMost registers and for what remains of the width,
-// which is a multiple of kLanes. kMost: at most 8.
+// Calls work.template operator()<registers>(column) for strips of kMost registers and then for the rest of the width.
+// width: a multiple of kLanes; kMost: at most 8.
 template <int kLanes, int kMost, class Work>
 PALPATE_INLINE void over_strips(int width, const Work& work) {
   int at = 0;
@@ -35,7 +62,7 @@ PALPATE_INLINE void over_strips(int width, const Work& work) {
     if (left & 1) work.template operator()<1>(at);
 }
 
-// Which registers this processor has; found once.
+// Doubles in the widest vector register that this processor has; determined once.
 inline int lanes_here() {
 #if defined(__x86_64__)
   static const int lanes = __builtin_cpu_supports("avx512f")                                 ? 8

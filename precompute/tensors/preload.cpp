@@ -7,7 +7,7 @@
 namespace palpate {
 
 Preload solve_preload(const Discretisation& discretisation, const HeldStiffness& held,
-                      const std::array<double, 3>& gravity, BlockSolver& solver) {
+                      const std::array<double, 3>& gravity, ColumnSolver& solver) {
   const int width = solver.width();
   std::vector<Load> loads;
   for (std::size_t row = 0; row < held.node_of_row.size(); ++row)

@@ -16,6 +16,6 @@ struct Preload {
 
 // Solves K u = f with f = mass * gravity; gravity in m/s^2. Errors: OperationError where the solve does not converge.
 Preload solve_preload(const Discretisation& discretisation, const HeldStiffness& held,
-                      const std::array<double, 3>& gravity, BlockSolver& solver);
+                      const std::array<double, 3>& gravity, ColumnSolver& solver);
 
 }  // namespace palpate

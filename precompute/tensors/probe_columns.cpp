@@ -28,6 +28,7 @@ std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, Element elem
   options.width = plan.width();
   options.cholesky = plan.cholesky;
   options.elimination = plan.elimination;
+  options.node_of_row = held.node_of_row;
   ColumnSolver solver(held.matrix, row_coordinates(discretisation, held), options);
   BatchTensors batch(solver, discretisation, held);
   const auto per_batch = static_cast<std::size_t>(BatchTensors::nodes_per_solve(solver));

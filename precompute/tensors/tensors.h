@@ -23,11 +23,11 @@ namespace palpate {
 class BatchTensors {
  public:
   // All three must outlive this object; discretisation.stiffness is not used.
-  BatchTensors(BlockSolver& solver, const Discretisation& discretisation, const HeldStiffness& held)
+  BatchTensors(ColumnSolver& solver, const Discretisation& discretisation, const HeldStiffness& held)
       : solver_(solver), discretisation_(discretisation), held_(held) {}
 
   // How many nodes one solve serves.
-  static int nodes_per_solve(const BlockSolver& solver) { return solver.width() / 3; }
+  static int nodes_per_solve(const ColumnSolver& solver) { return solver.width() / 3; }
 
   // Solves the columns of these vertices: at most nodes_per_solve, each with a free dof. The functions below give the
   // results, on the ranks where solver.has_result(). Errors: OperationError that names the worst column where one does
@@ -53,7 +53,7 @@ class BatchTensors {
   std::vector<Load> loads() const;
   void read_vertices();
 
-  BlockSolver& solver_;
+  ColumnSolver& solver_;
   const Discretisation& discretisation_;
   const HeldStiffness& held_;
   std::vector<std::int32_t> nodes_;

@@ -59,6 +59,58 @@ TEST_F(Program, GivesTheSameBytesFromOneToFourRanksAndAgain) {
   }
 }
 
+std::size_t count_of(const std::string& text, const std::string& what) {
+  std::size_t count = 0;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+  return count;
+}
+
+// PETSc itself says what it did with each batch: 160 touchable nodes, 8 in a batch of 24 columns.
+TEST_F(Program, EveryBatchOfColumnsGoesThroughPetscsConjugateGradients) {
+  const std::string views = "--block 24 -- -ksp_converged_reason -ksp_view";
+  ASSERT_EQ(run("factor.h5", views), 0) << said_;
+  const auto nodes = index_of(file_bytes(folder_ / "factor.h5")).counts.touchable;
+  const std::size_t batches = (nodes + 7) / 8;
+  EXPECT_TRUE(said_.find("PETSc CG on 1 rank, preconditioner: ") != std::string::npos) << said_;
+  EXPECT_EQ(count_of(said_, "Linear solve converged due to CONVERGED_RTOL iterations 0\n"), batches) << said_;
+  EXPECT_EQ(count_of(said_, "PC Object: (column_) 1 MPI process\n  type: supernodal\n"), batches) << said_;
+  EXPECT_EQ(count_of(said_, "KSP Object: 1 MPI process\n  type: cg\n"), batches) << said_;
+  for (const auto n : section<std::int32_t>(file_bytes(folder_ / "factor.h5"), SectionId::iterations)) ASSERT_EQ(n, 0);
+
+  // From zero, with the same preconditioner: one iteration, then the true residuals.
+  ASSERT_EQ(run("zero.h5", "--block 24 -- -ksp_converged_reason -ksp_knoll 0"), 0) << said_;
+  EXPECT_EQ(count_of(said_, "CONVERGED_RTOL iterations 1\n"), batches) << said_;
+  EXPECT_EQ(count_of(said_, "CONVERGED_RTOL iterations 0\n"), batches) << said_;
+  for (const auto n : section<std::int32_t>(file_bytes(folder_ / "zero.h5"), SectionId::iterations)) ASSERT_LE(n, 1);
+
+  ASSERT_EQ(run("multigrid.h5", "--block 24 -- -column_pc_type multigrid -ksp_view -ksp_monitor"), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("PC Object: (column_) 1 MPI process\n  type: multigrid\n"));
+  EXPECT_THAT(said_, HasSubstr(" 10 KSP Residual norm"));
+  std::int32_t most = 0;
+  for (const auto n : section<std::int32_t>(file_bytes(folder_ / "multigrid.h5"), SectionId::iterations))
+    most = std::max(most, n);
+  EXPECT_GT(most, 5);
+}
+
+TEST_F(Program, DirectSkipsTheConjugateGradientsAndIsNamedSo) {
+  ASSERT_EQ(run("direct.h5", "--direct"), 0) << said_;
+  const std::string bytes = file_bytes(folder_ / "direct.h5");
+  const auto provenance = section<char>(bytes, SectionId::provenance);
+  EXPECT_THAT(std::string(provenance.begin(), provenance.end()),
+              HasSubstr("\"solver\":\"direct, no conjugate gradients: supernodal"));
+  EXPECT_THAT(said_, HasSubstr("direct, no conjugate gradients"));
+  for (const double r : section<double>(bytes, SectionId::residual)) EXPECT_LE(r, 1e-9);
+  ASSERT_EQ(run("cg.h5"), 0) << said_;
+  const std::string by_cg = file_bytes(folder_ / "cg.h5");
+  EXPECT_EQ(section<float>(bytes, SectionId::displacement_surface),
+            section<float>(by_cg, SectionId::displacement_surface));
+
+  EXPECT_EQ(run("x.h5", "--direct -- -column_pc_type multigrid"), 2);
+  EXPECT_THAT(said_, HasSubstr("--direct: expected a factor"));
+  EXPECT_EQ(run("x.h5", "--direct -- -ksp_monitor"), 2);
+  EXPECT_THAT(said_, HasSubstr("PETSc did not use the options after"));
+}
+
 TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
   const std::string options = "--block 24 -- -column_pc_type gamg";
   ASSERT_EQ(run("one.h5", options), 0) << said_;
@@ -69,7 +121,7 @@ TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
 TEST_F(Program, GivesTheSameTensorsWithMultigridAsWithAFactor) {
   ASSERT_EQ(run("factor.h5"), 0) << said_;
   ASSERT_EQ(run("multigrid.h5", "--memory 0.0001 --tolerance 1e-11"), 0) << said_;
-  EXPECT_THAT(said_, HasSubstr("conjugate gradients with algebraic multigrid"));
+  EXPECT_THAT(said_, HasSubstr("PETSc CG with algebraic multigrid"));
   const auto a = section<float>(file_bytes(folder_ / "factor.h5"), SectionId::displacement_surface);
   const auto b = section<float>(file_bytes(folder_ / "multigrid.h5"), SectionId::displacement_surface);
   ASSERT_EQ(a.size(), b.size());

@@ -2,7 +2,7 @@
 #include <random>
 
 #include "formats/errors.h"
-#include "precompute/solver/block_residual.h"
+#include "precompute/solver/batch_product.h"
 #include "precompute/solver/elimination.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "precompute/solver/supernodal_kernels.h"
@@ -87,7 +87,7 @@ void expect_solves(const BlockMatrix& matrix, int width) {
   factor.apply(unit.data(), x.data());
   EXPECT_LE(backward_error(k, x, unit), kRounding);
   again.setConstant(std::numeric_limits<double>::quiet_NaN());  // what it held before must not matter
-  ASSERT_TRUE(factor.solve(loads, again.data()));
+  ASSERT_TRUE(factor.apply_to_loads(loads, again.data()));
   EXPECT_EQ(x, again);
 
   const auto norms = residual_norms(matrix, loads, x.data(), width);
@@ -176,10 +176,10 @@ TEST(Supernodal, AColumnHasTheSameBitsInAnyBlock) {
   SupernodalFactor narrow(k, eliminated(k), 8), wide(k, eliminated(k), 96);
   const std::int64_t dofs = 3 * static_cast<std::int64_t>(k.rows);
   RowMajor alone(dofs, 8), among(dofs, 96);
-  narrow.solve(std::vector<Load>{{100, 0, 1.0}}, alone.data());
+  narrow.apply_to_loads(std::vector<Load>{{100, 0, 1.0}}, alone.data());
   std::vector<Load> loads;
   for (std::int32_t c = 0; c < 96; ++c) loads.push_back({c == 61 ? 100 : (37 * c) % dofs, c, 1.0});
-  wide.solve(loads, among.data());
+  wide.apply_to_loads(loads, among.data());
   EXPECT_EQ(alone.col(0), among.col(61));
 }
 

@@ -1,14 +1,15 @@
-#include "precompute/solver/block_residual.h"
+#include "precompute/solver/batch_product.h"
 
 #include <cmath>
+#include <utility>
 
 #include "precompute/solver/vector_registers.h"
 
 namespace palpate {
 namespace {
 
-// The three rows of one block row of K x; kVectors registers of columns. The rows of x that come two blocks later are
-// fetched meanwhile.
+// The three rows that one block row of K gives, for kVectors registers of columns. Meanwhile the processor fetches the
+// rows of x that are needed two blocks later.
 template <int kLanes, int kVectors>
 PALPATE_INLINE void product_row(const std::int32_t* column, const std::array<double, 9>* block, std::int64_t count,
                                 const double* x, std::int64_t width, double* out) {
@@ -61,35 +62,54 @@ PALPATE_INLINE void add_squares(const BlockMatrix& matrix, std::span<const Load>
   }
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx512f"))) void add_squares_512(const BlockMatrix& matrix, std::span<const Load> loads,
-                                                        const double* x, int width, double* rows, double* squares) {
-  add_squares<8, 6>(matrix, loads, x, width, rows, squares);
+template <int kLanes, int kMost>
+PALPATE_INLINE void multiply_rows(const BlockMatrix& matrix, const double* x, double* y, int width) {
+  for (std::int32_t row = 0; row < matrix.rows; ++row) {
+    const auto begin = matrix.first[row], count = matrix.first[row + 1] - begin;
+    double* out = y + 3 * static_cast<std::int64_t>(row) * width;
+    over_strips<kLanes, kMost>(
+        width, [&]<int kVectors>(int c) __attribute__((always_inline)) {
+          product_row<kLanes, kVectors>(&matrix.column[begin], &matrix.block[begin], count, x + c, width, out + c);
+        });
+  }
 }
-__attribute__((target("avx2,fma"))) void add_squares_256(const BlockMatrix& matrix, std::span<const Load> loads,
-                                                         const double* x, int width, double* rows, double* squares) {
-  add_squares<4, 4>(matrix, loads, x, width, rows, squares);
+
+template <int kLanes, int>
+PALPATE_INLINE void add_squares_of(const double* x, std::int64_t dofs, int width, double* squares) {
+  for (std::int64_t i = 0; i < dofs; ++i)
+    for (int c = 0; c < width; ++c) squares[c] += x[i * width + c] * x[i * width + c];
 }
-#endif
-void add_squares_128(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width, double* rows,
-                     double* squares) {
-  add_squares<2, 4>(matrix, loads, x, width, rows, squares);
+
+PALPATE_FOR_EACH_REGISTER(add_residual_squares,
+                          (const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width,
+                           double* rows, double* squares),
+                          (matrix, loads, x, width, rows, squares), add_squares, 6, 4, 4)
+PALPATE_FOR_EACH_REGISTER(multiply_with, (const BlockMatrix& matrix, const double* x, double* y, int width),
+                          (matrix, x, y, width), multiply_rows, 6, 4, 4)
+PALPATE_FOR_EACH_REGISTER(add_column_squares, (const double* x, std::int64_t dofs, int width, double* squares),
+                          (x, dofs, width, squares), add_squares_of, 1, 1, 1)
+
+std::vector<double> square_roots(std::vector<double> squares) {
+  for (double& square : squares) square = std::sqrt(square);
+  return squares;
 }
 
 }  // namespace
 
+void multiply_batch(const BlockMatrix& matrix, const double* x, double* y, int width) {
+  multiply_with(lanes_here())(matrix, x, y, width);
+}
+
 std::vector<double> residual_norms(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width) {
   std::vector<double> rows(3 * static_cast<std::size_t>(width)), squares(static_cast<std::size_t>(width), 0.0);
-#if defined(__x86_64__)
-  if (lanes_here() == 8)
-    add_squares_512(matrix, loads, x, width, rows.data(), squares.data());
-  else if (lanes_here() == 4)
-    add_squares_256(matrix, loads, x, width, rows.data(), squares.data());
-  else
-#endif
-    add_squares_128(matrix, loads, x, width, rows.data(), squares.data());
-  for (double& square : squares) square = std::sqrt(square);
-  return squares;
+  add_residual_squares(lanes_here())(matrix, loads, x, width, rows.data(), squares.data());
+  return square_roots(std::move(squares));
+}
+
+std::vector<double> column_norms(const double* x, std::int64_t dofs, int width) {
+  std::vector<double> squares(static_cast<std::size_t>(width), 0.0);
+  add_column_squares(lanes_here())(x, dofs, width, squares.data());
+  return square_roots(std::move(squares));
 }
 
 }  // namespace palpate

@@ -1,0 +1,155 @@
+#include "precompute/bundle_tool/independent_solve.h"
+
+#include <fmt/format.h>
+#include <petscksp.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "formats/errors.h"
+#include "precompute/solver/petsc_matrix.h"
+#include "precompute/solver/petsc_session.h"
+
+namespace palpate {
+namespace {
+
+using Matrix3 = Eigen::Matrix3d;
+
+// PETSc's CG with GAMG for one right-hand side at a time.
+class PetscSolver {
+ public:
+  PetscSolver(const HeldStiffness& held, std::span<const std::array<double, 3>> coordinates, double tolerance)
+      : tolerance_(tolerance), matrix_(create_petsc_matrix(held.matrix, true)) {
+    set_rigid_near_nullspace(matrix_, coordinates);
+    check(MatCreateVecs(matrix_, &x_, &b_));
+    check(VecDuplicate(b_, &r_));
+    check(KSPCreate(PETSC_COMM_SELF, &ksp_));
+    check(KSPSetOptionsPrefix(ksp_, "verify_"));
+    check(KSPSetOperators(ksp_, matrix_, matrix_));
+    check(KSPSetType(ksp_, KSPCG));
+    check(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
+    check(KSPSetTolerances(ksp_, 0.5 * tolerance, 1e-300, PETSC_DEFAULT, 20000));
+    PC pc = nullptr;
+    check(KSPGetPC(ksp_, &pc));
+    check(PCSetType(pc, PCGAMG));
+    // With GAMG's default smoother (sor) the iteration has diverged.
+    set_default_petsc_option("-verify_mg_levels_pc_type", PCJACOBI);
+    check(KSPSetFromOptions(ksp_));
+    check(KSPSetUp(ksp_));
+  }
+  ~PetscSolver() {
+    KSPDestroy(&ksp_);
+    MatDestroy(&matrix_);
+    for (Vec* v : {&b_, &x_, &r_}) VecDestroy(v);
+  }
+  PetscSolver(const PetscSolver&) = delete;
+  PetscSolver& operator=(const PetscSolver&) = delete;
+
+  // Solves K x = b. Returns the true relative residual.
+  double solve(const std::vector<double>& b, std::vector<double>& x) {
+    copy(b, b_);
+    PetscReal size = 0, left = 0;
+    check(VecNorm(b_, NORM_2, &size));
+    check(VecSet(x_, 0));
+    for (int run = 0;; ++run) {  // again from where it ended, until the true residual holds as well
+      check(KSPSetInitialGuessNonzero(ksp_, run > 0 ? PETSC_TRUE : PETSC_FALSE));
+      check(KSPSolve(ksp_, b_, x_));
+      check(MatMult(matrix_, x_, r_));
+      check(VecAYPX(r_, -1, b_));
+      check(VecNorm(r_, NORM_2, &left));
+      if (left <= tolerance_ * size) break;
+      if (run == kRuns || !std::isfinite(left))
+        throw OperationError(fmt::format(
+            "verify's own solver (PETSc's CG with GAMG) left a relative residual of {:.2g} where {:.2g} is asked for; the "
+            "columns cannot be checked in this way",
+            left / size, tolerance_));
+    }
+    const PetscScalar* values = nullptr;
+    check(VecGetArrayRead(x_, &values));
+    std::copy_n(values, x.size(), x.begin());
+    check(VecRestoreArrayRead(x_, &values));
+    return left / size;
+  }
+
+ private:
+  static constexpr int kRuns = 6;
+
+  static void copy(const std::vector<double>& from, Vec to) {
+    PetscScalar* values = nullptr;
+    check(VecGetArrayWrite(to, &values));
+    std::copy(from.begin(), from.end(), values);
+    check(VecRestoreArrayWrite(to, &values));
+  }
+
+  double tolerance_;
+  Mat matrix_ = nullptr;
+  KSP ksp_ = nullptr;
+  Vec b_ = nullptr, x_ = nullptr, r_ = nullptr;
+};
+
+// What a vertex is touched through: its node itself, or with quadratic elements a weighted sum of nodes.
+std::vector<std::pair<std::int32_t, double>> functional_of(const Discretisation& d, std::int32_t vertex) {
+  if (d.touch.weight.empty()) return {{vertex, 1.0}};
+  std::vector<std::pair<std::int32_t, double>> sum;
+  for (auto at = d.touch.nodes.first[vertex]; at < d.touch.nodes.first[vertex + 1]; ++at)
+    sum.emplace_back(d.touch.nodes.item[at], d.touch.weight[at]);
+  return sum;
+}
+
+// The compliance column of a unit force on dof j of the vertex: the displacement of every vertex.
+std::vector<double> column(const Discretisation& d, const HeldStiffness& held, PetscSolver& solver, std::int32_t vertex,
+                           int j, double* residual) {
+  std::vector<double> b(3 * static_cast<std::size_t>(held.matrix.rows), 0.0), x(b.size());
+  for (const auto& [node, weight] : functional_of(d, vertex))
+    if (!d.fixed[node][j]) b[3 * static_cast<std::size_t>(held.row_of_node[node]) + static_cast<std::size_t>(j)] += weight;
+  *residual = std::max(*residual, solver.solve(b, x));
+  std::vector<double> result(3 * static_cast<std::size_t>(d.vertices), 0.0);
+  for (std::int32_t v = 0; v < d.vertices; ++v)
+    for (const auto& [node, weight] : functional_of(d, v))
+      for (std::size_t i = 0; i < 3; ++i)
+        if (held.row_of_node[node] >= 0 && !d.fixed[v][i])
+          result[3 * static_cast<std::size_t>(v) + i] +=
+              weight * x[3 * static_cast<std::size_t>(held.row_of_node[node]) + i];
+  return result;
+}
+
+NodeTensor tensor_of(const Discretisation& d, const HeldStiffness& held, PetscSolver& solver, std::int32_t vertex) {
+  NodeTensor tensor{vertex, {}, {}, 0};
+  std::vector<int> free;
+  std::vector<std::vector<double>> columns;
+  for (int j = 0; j < 3; ++j)
+    if (!d.fixed[vertex][j]) {
+      free.push_back(j);
+      columns.push_back(column(d, held, solver, vertex, j, &tensor.residual));
+    }
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::MatrixXd own(n, n);  // C_kk on the free dofs
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) own(i, j) = columns[j][3 * static_cast<std::size_t>(vertex) + free[i]];
+  const Eigen::MatrixXd force = own.fullPivLu().inverse();
+  const std::size_t run = 3 * static_cast<std::size_t>(d.vertices);
+  tensor.displacement.assign(3 * run, 0.0);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      tensor.force[static_cast<std::size_t>(3 * free[i] + free[j])] = force(i, j);
+      for (std::size_t at = 0; at < run; ++at)
+        tensor.displacement[static_cast<std::size_t>(free[j]) * run + at] += columns[i][at] * force(i, j);
+    }
+  return tensor;
+}
+
+}  // namespace
+
+std::vector<NodeTensor> solve_independently(const ElasticBody& body, Element element,
+                                            std::span<const std::int32_t> nodes, double tolerance) {
+  const Discretisation discretisation = discretise(body, element);
+  const HeldStiffness held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+  PetscSolver solver(held, row_coordinates(discretisation, held), tolerance);
+  std::vector<NodeTensor> result;
+  for (const auto node : nodes) result.push_back(tensor_of(discretisation, held, solver, node));
+  return result;
+}
+
+}  // namespace palpate

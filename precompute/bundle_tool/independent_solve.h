@@ -1,0 +1,20 @@
+// Columns solved in another way than palpate-precompute solves them, so that `verify` finds a fault of the solver too.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "precompute/tensors/probe_columns.h"
+
+namespace palpate {
+
+// The tensors of a few nodes. Of the project's code only the assembly of K is shared with palpate-precompute. K is one PETSc
+// AIJ matrix; PETSc's CG with PETSc's algebraic multigrid (GAMG) solves one column after another from zero, on the true
+// residual; neither our Cholesky factor, our multigrid, our products of batches nor our rows of T^u are called. Needs a
+// PetscSession. tolerance: on the true relative residual of each column. Errors: OperationError, where PETSc does not
+// reach it.
+std::vector<NodeTensor> solve_independently(const ElasticBody& body, Element element,
+                                            std::span<const std::int32_t> nodes, double tolerance);
+
+}  // namespace palpate
