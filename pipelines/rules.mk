@@ -84,7 +84,7 @@ $1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $(wildcard $(
 	mkdir -p $$(@D)
 	set -- $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
 	    $(if $(IMAGE),--image $(IMAGE)) $(if $(MEMORY),--memory $(MEMORY)); \
-	ranks=$(or $(RANKS),$(if $(LAUNCH),1,`"$$$$@" --plan --json - $(PRECOMPUTE_OPTIONS) 2> /dev/null | $(USEFUL_RANKS)`)); \
+	ranks=$(or $(RANKS),$(if $(LAUNCH),1,`("$$$$@" --plan --json - $(PRECOMPUTE_OPTIONS) 2> /dev/null || true) | $(USEFUL_RANKS)`)); \
 	if [ "$$$${ranks:-1}" -gt 1 ]; then set -- $(MPIEXEC) "$$$$ranks" "$$$$@"; fi; \
 	$(LAUNCH) "$$$$@" -o $$@ $(PRECOMPUTE_OPTIONS)
 

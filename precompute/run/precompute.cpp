@@ -154,7 +154,7 @@ void tell_plan(const SolverPlan& plan, const ElasticBody& body, const Precompute
 // Sets up the preconditioner of every column. Takes assembled.own_rows. Null where another rank of the group has
 // failed.
 std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs& inputs, const SolverPlan& plan,
-                                         const RankGroup& group, const PrecomputeOptions& options) {
+                                          const RankGroup& group, const PrecomputeOptions& options) {
   ColumnSolverOptions solver;
   solver.tolerance = options.tolerance;
   solver.cholesky = plan.cholesky;

@@ -244,9 +244,10 @@ TEST(PalpateBundle, SurvivesDamageOfEveryKind) {
 
 // ---- with the inputs ------------------------------------------------------------------------------------------------
 
-std::string with_inputs(const std::string& bundle) {
+std::string with_inputs(const std::string& bundle, int columns = 5) {
   return "verify --json " + bundle + " --mesh " + scratch("msh").string() + " --organ " +
-         scratch("organ.toml").string() + " --boundary " + scratch("boundary.toml").string() + " --columns 5 --seed 3";
+         scratch("organ.toml").string() + " --boundary " + scratch("boundary.toml").string() + " --columns " +
+         std::to_string(columns) + " --seed 3";
 }
 
 TEST(PalpateBundleVerify, SolvesColumnsAgainFromTheInputs) {
@@ -279,6 +280,30 @@ TEST(PalpateBundleVerify, FindsAColumnThatTheInputsDoNotGive) {
   const ProgramRun ended = palpate_bundle(with_inputs(bundle));
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.errors, HasSubstr("T^f solved again does not hold"));
+}
+
+// What a fault of the solver leaves: whole, sealed, and one node's columns off by a little.
+TEST(PalpateBundleVerify, FindsTheWrongColumnsOfOneNode) {
+  write_inputs();
+  const std::string bundle = precompute();
+  std::string bytes = file_bytes(bundle);
+  const auto info = nlohmann::json::parse(palpate_bundle("info --json " + bundle).out);
+  std::vector<SectionEntry> entries(info["sections"].size());
+  std::memcpy(entries.data(), bytes.data() + sizeof(BundleHeader), entries.size() * sizeof(SectionEntry));
+  for (const auto& entry : entries)
+    if (entry.id == static_cast<std::uint32_t>(SectionId::displacement_surface))
+      for (std::uint64_t at = 0; at < entry.bytes / entry.shape[0]; at += 4) {  // node 0's rows
+        float u;
+        std::memcpy(&u, bytes.data() + entry.offset + at, 4);
+        if (u != 1) u *= 1.0001f;  // its own displacement stays the identity
+        std::memcpy(bytes.data() + entry.offset + at, &u, 4);
+      }
+  write_bytes(bundle, bytes);
+  seal_bundle(bundle, entries);
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle, 1000));
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.out, HasSubstr("\"name\": \"solved again\""));
+  EXPECT_THAT(ended.errors, HasSubstr("solved again does not hold"));
 }
 
 TEST(PalpateBundleVerify, FindsThatTheInputsAreOthers) {

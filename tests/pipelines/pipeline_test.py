@@ -113,6 +113,24 @@ class Pipeline(unittest.TestCase):
         self.assertEqual(int(last["contacts"]), 1)
         self.assertGreater(float(last["force_z_N"]), 0.05)  # the plate pushes back up
 
+    def test_ranks_are_those_that_the_plan_finds_useful_unless_they_are_given(self):
+        target = os.path.join(self.data, "plate", "5mm", "corners", "bundle.h5")
+        self.assertIn("PETSc CG on 1 rank, preconditioner", make(self.data, "ORGAN=plate", target))  # less than a second
+        # The same programs, but for a plan that finds two ranks useful.
+        programs = os.path.join(self.folder.name, "bin")
+        os.mkdir(programs)
+        for name in os.listdir(BIN):
+            os.symlink(os.path.join(BIN, name), os.path.join(programs, name))
+        program = os.path.join(programs, "palpate-precompute")
+        os.remove(program)
+        with open(program, "w") as script:
+            script.write('#!/bin/sh\ncase "$*" in *--plan*) echo \'{ "useful_ranks": 2 }\';; *) exec "%s" "$@";; esac\n'
+                         % os.path.join(BIN, "palpate-precompute"))
+        os.chmod(program, 0o755)
+        for ranks, said in (([], "PETSc CG on 2 ranks,"), (["RANKS=1"], "PETSc CG on 1 rank,")):
+            os.remove(target)
+            self.assertIn(said, make(self.data, "BIN=" + programs, "ORGAN=plate", *ranks, target))
+
     def test_any_launcher_gives_the_same_bytes_or_its_own_error(self):
         target = os.path.join(self.data, "plate", "5mm", "corners", "bundle.h5")
         bundles = []

@@ -79,6 +79,25 @@ TEST(SolverPlan, DividesTheColumnsAmongTheRanksAndNotTheFactor) {
   EXPECT_NEAR(columns_of_one(four), std::ceil(static_cast<double>(four.columns) / 4), 1e-3);
 }
 
+// Ranks that share one machine: each factors anew and needs its own memory.
+TEST(SolverPlan, UsesMoreRanksOnlyWhereTheColumnsTakeLongerThanWhatEachRankRepeats) {
+  const Case small(5), large(18);
+  const auto useful = [](const Case& box, int cores, double all_bytes) {
+    return make_plan({box.matrix, box.rows, box.matrix.rows, 0, 1e10, 1e6, 1, cores, all_bytes}).useful_ranks;
+  };
+  EXPECT_EQ(useful(small, 16, 1e11), 1);  // some hundredths of a second: starting ranks takes longer
+  EXPECT_EQ(useful(large, 1, 1e11), 1);
+  const int roomy = useful(large, 16, 1e11);
+  EXPECT_GE(roomy, 2);
+  EXPECT_LE(roomy, 16);
+  EXPECT_EQ(useful(large, 2, 1e11), 2);
+  // Physical memory for one of them alone, and for two.
+  const SolverPlan one = make_plan({large.matrix, large.rows, large.matrix.rows, 0, 1e10, 1e6, 1, 16, 1e11});
+  const double each = one.chosen().bytes + resident_bytes();
+  EXPECT_EQ(useful(large, 16, 1.5 * one.chosen().bytes), 1);
+  EXPECT_LE(useful(large, 16, 2.5 * each), 2);
+}
+
 TEST(SolverPlan, SaysTheSameInTextAndJson) {
   const SolverPlan plan = Case(5).plan(1e10, 24);
   const nlohmann::json json = plan_json(plan);

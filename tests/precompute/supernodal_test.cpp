@@ -241,5 +241,39 @@ TEST(Supernodal, RefusesAMatrixThatIsNotPositiveDefinite) {
   }
 }
 
+TEST(Supernodal, NamesTheNodeAtWhichTheFactorisationFails) {
+  const BlockMatrix k = from_dense(-MatrixXd::Identity(3, 3));
+  const std::vector<std::int32_t> node = {41};
+  const std::vector<std::array<double, 3>> position = {{0.5, -0.25, 2}};
+  try {
+    SupernodalFactor(k, eliminated(k), 8, {node, position});
+    FAIL() << "a negative matrix was factored";
+  } catch (const OperationError& error) {
+    EXPECT_NE(std::string(error.what()).find("fails at node 41 at (0.5, -0.25, 2) m"), std::string::npos)
+        << error.what();
+  }
+}
+
+// The rows are renumbered before they are factored; the name must be the mesh's.
+TEST(Supernodal, NamesTheMeshsNodeAndNotItsPlaceInTheElimination) {
+  MatrixXd d = dense(box_stiffness({4, 4, 4}));
+  constexpr int kBad = 17;
+  d.row(3 * kBad).setZero(), d.col(3 * kBad).setZero(), d(3 * kBad, 3 * kBad) = -1;
+  HeldStiffness held;
+  held.matrix = from_dense(d);
+  for (std::int32_t row = 0; row < held.matrix.rows; ++row) {
+    held.node_of_row.push_back(1000 + row);
+    held.row_of_node.resize(1001 + static_cast<std::size_t>(row), -1);
+    held.row_of_node.back() = row;
+  }
+  const auto elimination = put_in_order(held, analyse_elimination(held.matrix));
+  try {
+    SupernodalFactor(held.matrix, elimination, 8, {held.node_of_row, {}});
+    FAIL() << "an indefinite matrix was factored";
+  } catch (const OperationError& error) {
+    EXPECT_NE(std::string(error.what()).find("fails at node 1017"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tests
