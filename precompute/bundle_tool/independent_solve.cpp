@@ -61,10 +61,11 @@ class PetscSolver {
       check(VecNorm(r_, NORM_2, &left));
       if (left <= tolerance_ * size) break;
       if (run == kRuns || !std::isfinite(left))
-        throw OperationError(fmt::format(
-            "verify's own solver (PETSc's CG with GAMG) left a relative residual of {:.2g} where {:.2g} is asked for; the "
-            "columns cannot be checked in this way",
-            left / size, tolerance_));
+        throw OperationError(
+            fmt::format("verify's own solver (PETSc's CG with GAMG) left a relative residual of {:.2g} where {:.2g} is "
+                        "asked for; the "
+                        "columns cannot be checked in this way",
+                        left / size, tolerance_));
     }
     const PetscScalar* values = nullptr;
     check(VecGetArrayRead(x_, &values));
@@ -103,7 +104,8 @@ std::vector<double> column(const Discretisation& d, const HeldStiffness& held, P
                            int j, double* residual) {
   std::vector<double> b(3 * static_cast<std::size_t>(held.matrix.rows), 0.0), x(b.size());
   for (const auto& [node, weight] : functional_of(d, vertex))
-    if (!d.fixed[node][j]) b[3 * static_cast<std::size_t>(held.row_of_node[node]) + static_cast<std::size_t>(j)] += weight;
+    if (!d.fixed[node][j])
+      b[3 * static_cast<std::size_t>(held.row_of_node[node]) + static_cast<std::size_t>(j)] += weight;
   *residual = std::max(*residual, solver.solve(b, x));
   std::vector<double> result(3 * static_cast<std::size_t>(d.vertices), 0.0);
   for (std::int32_t v = 0; v < d.vertices; ++v)

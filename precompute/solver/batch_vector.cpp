@@ -153,10 +153,8 @@ PetscErrorCode aypx(Vec y, PetscScalar alpha, Vec x) {
 }
 
 std::vector<double> norms_of(Vec vector, Record& r) {
-  if (r.content == Content::residual)
-    return residual_norms(r.space.matrix, r.loads, array_of(r.source), r.space.width);
-  if (r.content == Content::product)
-    return residual_norms(r.space.matrix, {}, array_of(r.source), r.space.width);
+  if (r.content == Content::residual) return residual_norms(r.space.matrix, r.loads, array_of(r.source), r.space.width);
+  if (r.content == Content::product) return residual_norms(r.space.matrix, {}, array_of(r.source), r.space.width);
   if (r.content == Content::numbers) return column_norms(array_of(vector), r.space.dofs(), r.space.width);
   std::vector<double> sum(static_cast<std::size_t>(r.space.width), 0.0);
   if (r.content == Content::loads)
@@ -171,7 +169,8 @@ PetscErrorCode norm(Vec vector, NormType type, PetscReal* result) {
   return guarded([&] {
     if (r.source) compute(r.source, *record_of(r.source));
     r.space.norms = norms_of(vector, r);
-    r.space.norm = std::sqrt(std::inner_product(r.space.norms.begin(), r.space.norms.end(), r.space.norms.begin(), 0.0));
+    r.space.norm =
+        std::sqrt(std::inner_product(r.space.norms.begin(), r.space.norms.end(), r.space.norms.begin(), 0.0));
     *result = r.space.norm;
   });
 }
@@ -225,8 +224,8 @@ Vec create_batch_vector(BatchSpace& space) {
   check(PetscContainerCreate(PETSC_COMM_SELF, &container));
   check(PetscContainerSetPointer(container, new Record(space, *vector->ops)));
   check(PetscContainerSetUserDestroy(container, delete_record));
-  check(PetscObjectCompose(reinterpret_cast<PetscObject>(vector), kRecordName,
-                           reinterpret_cast<PetscObject>(container)));
+  check(
+      PetscObjectCompose(reinterpret_cast<PetscObject>(vector), kRecordName, reinterpret_cast<PetscObject>(container)));
   check(PetscContainerDestroy(&container));
   replace_operations(*vector->ops);
   vector->petscnative = PETSC_FALSE;  // else PETSc takes the array without asking

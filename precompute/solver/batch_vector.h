@@ -21,7 +21,7 @@ namespace palpate {
 struct BatchSpace {
   const BlockMatrix& matrix;
   int width;
-  std::vector<double> norms = {};  // of each column, at the last VecNorm ...
+  std::vector<double> norms = {};                          // of each column, at the last VecNorm ...
   double norm = std::numeric_limits<double>::quiet_NaN();  // ... that gave this norm of the whole batch
 
   std::int64_t dofs() const { return 3 * static_cast<std::int64_t>(matrix.rows); }

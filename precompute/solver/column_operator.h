@@ -42,7 +42,7 @@ class ColumnOperator {
   // K, entry by entry, for PETSc's own preconditioners; the caller destroys it. for_factor: as PETSc's direct solvers take
   // it; else with block size 3 and the rigid motions as near-nullspace, as multigrid needs it.
   virtual Mat create_matrix(bool for_factor) const = 0;
-  virtual MatSolverType factor_package() const = 0;         // PETSc's package that factors this matrix
+  virtual MatSolverType factor_package() const = 0;             // PETSc's package that factors this matrix
   virtual const WholeMatrix* whole() const { return nullptr; }  // null: divided
 
   virtual Vec create_vector() const = 0;  // a batch of columns, rows as in batch_matrix()

@@ -14,7 +14,9 @@ namespace {
 class PerColumnPc final : public BatchPreconditioner {
  public:
   explicit PerColumnPc(const ColumnOperator& op)
-      : dofs_(op.own_dofs()), width_(op.width()), direct_(op.per_column_type == PCCHOLESKY || op.per_column_type == PCLU) {
+      : dofs_(op.own_dofs()),
+        width_(op.width()),
+        direct_(op.per_column_type == PCCHOLESKY || op.per_column_type == PCLU) {
     matrix_ = op.create_matrix(direct_);
     create(op);
     set_up(op);
