@@ -18,7 +18,7 @@ struct RunOutcome {
   const RunInputs& inputs;
   const Certificate& certificate;
   const LockingEstimate& locking;
-  std::string solver;  // BlockSolver::description()
+  std::string solver;  // ColumnSolver::description()
   const SolverPlan& plan;
   PlanOutcome took;
   SolveSeconds columns;     // of the slowest rank

@@ -55,7 +55,7 @@ class SupernodalFactor final : public BatchPreconditioner {
   std::vector<std::int64_t> begin_;         // [supernodes + 1] into values_
   ColumnBuffer values_;
   std::vector<char> touched_;  // [supernodes]
-  ColumnBuffer work_;                 // [dofs][width] in elimination order, where the matrix is not
+  ColumnBuffer work_;          // [dofs][width] in elimination order, where the matrix is not
   double reciprocal_condition_ = 1;
 };
 
