@@ -135,7 +135,7 @@ NodeTensor tensor_of(const Discretisation& d, const HeldStiffness& held, PetscSo
   tensor.displacement.assign(3 * run, 0.0);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) {
-      tensor.force[static_cast<std::size_t>(3 * free[i] + free[j])] = force(i, j);
+      tensor.stiffness[static_cast<std::size_t>(3 * free[i] + free[j])] = force(i, j);
       for (std::size_t at = 0; at < run; ++at)
         tensor.displacement[static_cast<std::size_t>(free[j]) * run + at] += columns[i][at] * force(i, j);
     }
