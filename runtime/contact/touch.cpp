@@ -1,5 +1,6 @@
 // The touch half, in order: input, collision, contact constraints, solve, force corrections, limits, output.
 #include "runtime/contact/touch.h"
+#include "runtime/base/contact_nodes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -228,7 +229,7 @@ class Touch {
   }
 
   void write_nodes() {
-    palpate_contact_node* node = reinterpret_cast<palpate_contact_node*>(&out_ + 1);
+    palpate_contact_node* node = nodes_behind(out_);
     const ContactConstraints& set = touch_state_.rows.set();
     for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
       const ContactNode& held = set.nodes[e];

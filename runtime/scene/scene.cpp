@@ -6,6 +6,7 @@
 #include <new>
 
 #include "runtime/base/alignment.h"
+#include "runtime/base/contact_nodes.h"
 #include "runtime/base/error_text.h"
 #include "runtime/scene/build_scene.h"
 
@@ -78,7 +79,7 @@ size_t palpate_contacts_bytes(const palpate_scene* scene) {
 }
 
 const palpate_contact_node* palpate_contacts_nodes(const palpate_contacts* contacts) {
-  return reinterpret_cast<const palpate_contact_node*>(contacts + 1);
+  return palpate::nodes_behind(*contacts);
 }
 
 palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "runtime/base/alignment.h"
+#include "runtime/base/contact_nodes.h"
 #include "runtime/dense/superposition.h"
 
 namespace palpate {
@@ -153,7 +154,7 @@ class Shape {
   template <class Belongs>
   void add_group(const palpate_contacts& contacts, Belongs belongs, Vec3 d, bool corrected) {
     Group group{column_count_, 0, d, corrected};
-    const palpate_contact_node* nodes = palpate_contacts_nodes(&contacts);
+    const palpate_contact_node* nodes = nodes_behind(contacts);
     for (std::int32_t e = 0; e < contacts.node_count; ++e) {
       const palpate_contact_node& node = nodes[e];
       if (!is_sound(node, contacts.tool_count)) {
