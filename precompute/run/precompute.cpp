@@ -269,12 +269,12 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   // Collective: what each rank may still take, of the one with the least, so that all ranks decide alike.
   const auto memory = [&] { return ranks.least(memory_left_bytes(options.memory_gigabytes, ranks.here())); };
 
-  tell_solver(options, ranks);
   const RunInputs inputs = report.stage("read", [&] {
     if (is_first && !options.plan_only) {  // first: an output that cannot be written must not fail after hours
       if (!options.json.empty() && options.json != "-") check_target(options.json);
       output.claim(options.bundle);
     }
+    tell_solver(options, ranks);
     return read_run_inputs(options);
   });
   const GroupChoice choice =
