@@ -32,7 +32,8 @@ std::filesystem::path study_folder(const std::filesystem::path& given, const std
         for (const auto& study : std::filesystem::directory_iterator(organ.path() / "accuracy"))
           if (std::filesystem::exists(study.path() / "accuracy.json")) {
             found.push_back(study.path());
-            list += " " + study.path().string();
+            list += ' ';
+            list += study.path().string();
           }
   if (found.size() == 1) return found[0];
   throw InputError(found.empty()
