@@ -21,11 +21,11 @@
 #include "meshing/surface/surface_checks.h"
 #include "meshing/surface/surface_file.h"
 #include "meshing/tetrahedra/fill_with_tetrahedra.h"
-#include "meshing/tetrahedra/mesh_geometry.h"
-#include "meshing/tetrahedra/mesh_label_image.h"
 #include "meshing/tetrahedra/mesh_quality.h"
 #include "meshing/tetrahedra/mesh_report.h"
 #include "meshing/tetrahedra/shells.h"
+#include "meshing/tetrahedra/tetrahedra_from_geometry.h"
+#include "meshing/tetrahedra/tetrahedra_from_image.h"
 
 namespace palpate {
 namespace {
@@ -175,13 +175,13 @@ MeshReport mesh_image(Options& o) {
   o.image.keep_cavities = o.cavities == "keep";
   o.image.components = o.components.value_or(o.image.components);
   if (!o.spacing.empty()) o.image.spacing = {o.spacing[0], o.spacing[1], o.spacing[2]};
-  return mesh_label_image(o.inputs, o.image, o.fill);
+  return tetrahedra_from_image(o.inputs, o.image, o.fill);
 }
 
 MeshReport mesh_one_geometry(const Options& o) {
   if (o.inputs.size() != 1) throw InputError("a geometry (.geo) is meshed alone; give one input");
   MeshReport report;
-  report.mesh = mesh_geometry(o.inputs.front(), o.assignments, o.fill);
+  report.mesh = tetrahedra_from_geometry(o.inputs.front(), o.assignments, o.fill);
   report.improvement = improve_worst_elements(report.mesh, o.fill.goal);
   return report;
 }

@@ -99,12 +99,12 @@ class Relocation {
       if (best == center) step /= 2;
     }
     const std::size_t below = count_below(v);
-    place(v, best);
+    move_to(v, best);
     if (best_dihedral > start.dihedral + kLeastGain && count_below(v) <= below) {
       unsettle_around(v);
       return true;
     }
-    place(v, before);
+    move_to(v, before);
     return false;
   }
 
@@ -160,13 +160,13 @@ class Relocation {
   }
 
   Vector3d position(Index v) const { return Vector3d::Map(mesh_.nodes[v].data()); }
-  void place(Index v, const Vector3d& p) { mesh_.nodes[v] = {p.x(), p.y(), p.z()}; }
+  void move_to(Index v, const Vector3d& p) { mesh_.nodes[v] = {p.x(), p.y(), p.z()}; }
 
   // Gives up at the first element that is no better than floor; that one then stands first, as it often is the next to
   // fail too.
   Star star_at(Index v, const Vector3d& p, double floor) {
     const Vector3d before = position(v);
-    place(v, p);
+    move_to(v, p);
     Star star = {180, 1};
     for (auto e = stars_.begin(v); e != stars_.end(v) && star.dihedral > floor; ++e) {
       const ElementShape shape = shape_of(mesh_, *e);
@@ -177,7 +177,7 @@ class Relocation {
         break;
       }
     }
-    place(v, before);
+    move_to(v, before);
     return star;
   }
 

@@ -10,8 +10,8 @@
 #include "meshing/tetrahedra/fill_with_tetrahedra.h"
 #include "meshing/tetrahedra/gmsh_session.h"
 #include "meshing/tetrahedra/in_child_process.h"
-#include "meshing/tetrahedra/mesh_geometry.h"
 #include "meshing/tetrahedra/mesh_quality.h"
+#include "meshing/tetrahedra/tetrahedra_from_geometry.h"
 #include "studies/bodies/box_mesh.h"
 #include "tests/meshing/run_tetrahedra.h"
 
@@ -46,7 +46,7 @@ std::string refusal(const std::string& geometry, const std::vector<std::string>&
   FillOptions options;
   options.time_limit = limit;
   try {
-    mesh_geometry(file, assignments, options);
+    tetrahedra_from_geometry(file, assignments, options);
   } catch (const InputError& error) {
     return std::string("input: ") + error.what();
   } catch (const OperationError& error) {
@@ -57,7 +57,7 @@ std::string refusal(const std::string& geometry, const std::vector<std::string>&
 
 TEST(MeshGeometry, PhysicalGroupsBecomeRegionsAndPatches) {
   const auto file = write(fresh_folder() / "layers.geo", kTwoLayers);
-  const TetrahedralMesh mesh = mesh_geometry(file, {}, {});
+  const TetrahedralMesh mesh = tetrahedra_from_geometry(file, {}, {});
   EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"lower", "upper"}));
   const MeshQuality quality = measure_quality(mesh);
   EXPECT_NEAR(quality.region_volume[0], 0.5, 1e-12);  // planar faces: rounding alone
@@ -76,7 +76,8 @@ TEST(MeshGeometry, PhysicalGroupsBecomeRegionsAndPatches) {
 
 TEST(MeshGeometry, AParameterCanBeSet) {
   const auto file = write(fresh_folder() / "layers.geo", kTwoLayers);
-  EXPECT_GT(mesh_geometry(file, {"h=0.2"}, {}).nodes.size(), 2 * mesh_geometry(file, {}, {}).nodes.size());
+  EXPECT_GT(tetrahedra_from_geometry(file, {"h=0.2"}, {}).nodes.size(),
+            2 * tetrahedra_from_geometry(file, {}, {}).nodes.size());
   EXPECT_THAT(refusal(kTwoLayers, {"thickness=2"}), HasSubstr("no DefineConstant"));
   EXPECT_THAT(refusal(kTwoLayers, {"h=thin"}), HasSubstr("NAME=NUMBER"));
 }

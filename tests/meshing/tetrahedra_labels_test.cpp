@@ -9,8 +9,8 @@
 
 #include "formats/errors.h"
 #include "formats/tetrahedral_mesh.h"
-#include "meshing/tetrahedra/mesh_label_image.h"
-#include "meshing/tetrahedra/tetrahedra_from_labels.h"
+#include "meshing/tetrahedra/boundary_of_mesh.h"
+#include "meshing/tetrahedra/tetrahedra_from_image.h"
 #include "tests/meshing/run_tetrahedra.h"
 
 namespace palpate {
@@ -71,7 +71,7 @@ TEST(TetrahedraFromLabels, TwoTouchingLabelsShareTheirInterfaceExactly) {
   for (const auto fill : {LabelImageOptions::Fill::hxt, LabelImageOptions::Fill::mesh_3}) {
     LabelImageOptions options = options_for({"1=left", "2=right"});
     options.fill = fill;
-    const MeshReport report = mesh_label_image({image}, options, {});
+    const MeshReport report = tetrahedra_from_image({image}, options, {});
     const TetrahedralMesh& mesh = report.mesh;
     EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"left", "right"}));
     EXPECT_EQ(report.kept_triangles, report.surface_triangles);
@@ -97,7 +97,7 @@ TEST(TetrahedraFromLabels, TwoTouchingLabelsShareTheirInterfaceExactly) {
 TEST(TetrahedraFromLabels, ThreeTissuesMayMeetInALine) {
   const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double y, double) { return x < 0 ? 1 : y < 0 ? 2 : 3; });
-  const MeshReport report = mesh_label_image({image}, options_for({"1=a", "2=b", "3=c"}), {});
+  const MeshReport report = tetrahedra_from_image({image}, options_for({"1=a", "2=b", "3=c"}), {});
   const double ball = 4 * std::numbers::pi / 3 * std::pow(kRadius, 3), area = 4 * std::numbers::pi * kRadius * kRadius;
   const auto volume = measure_quality(report.mesh).region_volume;
   expect_volume(volume[0], ball / 2, area);
@@ -111,7 +111,7 @@ TEST(TetrahedraFromLabels, ATissueInsideAnotherHasNoOutside) {
   const auto folder = fresh_folder();
   const std::string image =
       write_ball(folder, [](double x, double y, double z) { return x * x + y * y + z * z < 49 ? 2 : 1; });
-  const MeshReport report = mesh_label_image({image}, options_for({"1=liver", "2=tumour"}), {});
+  const MeshReport report = tetrahedra_from_image({image}, options_for({"1=liver", "2=tumour"}), {});
   EXPECT_THROW(patch(report.mesh, "tumour-outside"), std::out_of_range);
   EXPECT_FALSE(patch(report.mesh, "liver-tumour").triangles.empty());
   const double tumour = 4 * std::numbers::pi / 3 * 343;
@@ -124,9 +124,9 @@ TEST(TetrahedraFromLabels, AHoleInATissueIsACavityWhenItIsKept) {
       write_ball(folder, [](double x, double y, double z) { return x * x + y * y + z * z < 49 ? 0 : 1; });
   LabelImageOptions options = options_for({"1=liver"});
   options.keep_cavities = true;
-  EXPECT_FALSE(patch(mesh_label_image({image}, options, {}).mesh, "liver-cavity").triangles.empty());
+  EXPECT_FALSE(patch(tetrahedra_from_image({image}, options, {}).mesh, "liver-cavity").triangles.empty());
   options.keep_cavities = false;
-  EXPECT_EQ(mesh_label_image({image}, options, {}).mesh.patches.size(), 1u);
+  EXPECT_EQ(tetrahedra_from_image({image}, options, {}).mesh.patches.size(), 1u);
 }
 
 TEST(TetrahedraFromLabels, ALabelThatVanishesOrIsAbsentIsNamed) {
@@ -135,7 +135,7 @@ TEST(TetrahedraFromLabels, ALabelThatVanishesOrIsAbsentIsNamed) {
       folder, [](double x, double y, double z) { return std::abs(x) + std::abs(y) + std::abs(z) < 2 ? 7 : 1; });
   const auto sentence = [&](const std::vector<std::string>& tissues) -> std::string {
     try {
-      mesh_label_image({image}, options_for(tissues), {});
+      tetrahedra_from_image({image}, options_for(tissues), {});
     } catch (const InputError& error) {
       return error.what();
     }
@@ -149,9 +149,9 @@ TEST(TetrahedraFromLabels, GivesTheSameMeshTwice) {
   const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double, double) { return x < 0 ? 1 : 2; });
   const auto options = options_for({"1=left", "2=right"});
-  const TetrahedralMesh one = mesh_label_image({image}, options, {}).mesh;
+  const TetrahedralMesh one = tetrahedra_from_image({image}, options, {}).mesh;
   std::vector<std::string> blocks(5000, std::string(100, 'x'));  // another heap
-  const TetrahedralMesh two = mesh_label_image({image}, options, {}).mesh;
+  const TetrahedralMesh two = tetrahedra_from_image({image}, options, {}).mesh;
   EXPECT_TRUE(one.nodes == two.nodes && one.tetrahedra == two.tetrahedra);
 }
 
@@ -163,7 +163,7 @@ TEST(TetrahedraFromLabels, NoiseIsRefusedInBoundedTime) {
   LabelImageOptions options = options_for({"1=noise"});
   options.smooth_mm = 0;
   options.components = "all";
-  EXPECT_THROW(mesh_label_image({image}, options, {}), InputError);
+  EXPECT_THROW(tetrahedra_from_image({image}, options, {}), InputError);
 }
 
 TEST(ParseTissues, WantsValuesAndNamesOnce) {

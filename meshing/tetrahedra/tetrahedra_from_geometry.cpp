@@ -1,4 +1,4 @@
-#include "meshing/tetrahedra/mesh_geometry.h"
+#include "meshing/tetrahedra/tetrahedra_from_geometry.h"
 
 #include <fmt/format.h>
 #include <gmsh.h>
@@ -198,8 +198,8 @@ void turn_patches_outward(TetrahedralMesh& mesh) {
 
 }  // namespace
 
-TetrahedralMesh mesh_geometry(const std::filesystem::path& file, const std::vector<std::string>& assignments,
-                              const FillOptions& options) {
+TetrahedralMesh tetrahedra_from_geometry(const std::filesystem::path& file, const std::vector<std::string>& assignments,
+                                         const FillOptions& options) {
   const std::string text = text_of(file);
   refuse_side_effects(file, text);
   check_assignments(file, text, assignments);

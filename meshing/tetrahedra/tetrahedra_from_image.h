@@ -27,9 +27,9 @@ struct LabelImageOptions {
 std::vector<Tissue> parse_tissues(const std::vector<std::string>& texts);
 
 // Reads, smooths, meshes, fills, verifies. The outer surface is a manifold, neighbours share their triangles.
-// Errors: as read_label_image, mesh_tissues and fill_with_tetrahedra; InputError for a tissue that vanished or lost
+// Errors: as read_label_image, tetrahedra_from_tissues and fill_with_tetrahedra; InputError for a tissue that vanished or lost
 // more than half its volume; VerificationError when no attempt gives a manifold outer surface.
-MeshReport mesh_label_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,
-                            const FillOptions& fill);
+MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,
+                                 const FillOptions& fill);
 
 }  // namespace palpate

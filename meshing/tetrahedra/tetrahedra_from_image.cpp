@@ -1,4 +1,4 @@
-#include "meshing/tetrahedra/mesh_label_image.h"
+#include "meshing/tetrahedra/tetrahedra_from_image.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,8 @@
 #include "formats/program.h"
 #include "meshing/image/label_image.h"
 #include "meshing/image/voxel_mask.h"
-#include "meshing/tetrahedra/tetrahedra_from_labels.h"
+#include "meshing/tetrahedra/boundary_of_mesh.h"
+#include "meshing/tetrahedra/tetrahedra_from_tissues.h"
 
 namespace palpate {
 namespace {
@@ -77,7 +78,7 @@ Attempt manifold_mesh(const TissueMap& map, const std::vector<Tissue>& tissues, 
   NonManifoldEdges bad;
   for (int attempt = 0; attempt < kAttempts; ++attempt, options.edge *= 0.96) {
     Attempt result;
-    result.mesh = mesh_tissues(map, tissues, pieces, options);
+    result.mesh = tetrahedra_from_tissues(map, tissues, pieces, options);
     result.boundary = boundary_of(result.mesh);
     bad = non_manifold_edges(result.boundary);
     if (bad.count == 0) return result;
@@ -126,8 +127,8 @@ std::vector<Tissue> parse_tissues(const std::vector<std::string>& texts) {
   return tissues;
 }
 
-MeshReport mesh_label_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,
-                            const FillOptions& fill) {
+MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,
+                                 const FillOptions& fill) {
   const std::string& name = inputs.front();
   const LabelImage image = read_label_image(inputs, options.spacing);
   const double smooth = options.smooth_mm.value_or(1.5 * std::cbrt(image.grid.voxel_volume()));

@@ -16,7 +16,7 @@ namespace palpate {
 // sizes. Errors: InputError when gmsh refuses the file (with its line), for a file that runs programs (SystemCall and
 // its kin), for no volume, for a tetrahedron in two physical volumes, for elements that are no linear tetrahedra, for a
 // name of assignments that the file does not define; OperationError when gmsh crashes or runs out of time.
-TetrahedralMesh mesh_geometry(const std::filesystem::path& file, const std::vector<std::string>& assignments,
-                              const FillOptions& options);
+TetrahedralMesh tetrahedra_from_geometry(const std::filesystem::path& file, const std::vector<std::string>& assignments,
+                                         const FillOptions& options);
 
 }  // namespace palpate

@@ -7,7 +7,6 @@
 
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/tetrahedra/tissue_map.h"
-#include "meshing/tetrahedra/volume_boundary.h"
 
 namespace palpate {
 
@@ -21,19 +20,7 @@ struct LabelMeshOptions {
 // CGAL's Mesh_3 on the map. Regions in the order of the tissues; no patches. A tissue that the elements are too large
 // to hold is an InputError that says so. The same input gives the same mesh. Runs in a child process. Errors:
 // OperationError when CGAL crashes or runs out of time.
-TetrahedralMesh mesh_tissues(const TissueMap& map, const std::vector<Tissue>& tissues,
-                             const std::vector<TissuePiece>& pieces, const LabelMeshOptions& options);
-
-// The faces of a mesh between regions and around them, as patches; enclosed empty space is kCavity. Points are the
-// mesh's nodes, all of them; without_unused_points drops those that no triangle has.
-VolumeBoundary boundary_of(const TetrahedralMesh& mesh);
-VolumeBoundary without_unused_points(const VolumeBoundary& boundary);
-
-// Edges of the outer surface (outside and cavities) that do not have exactly two triangles; the first one's middle.
-struct NonManifoldEdges {
-  std::size_t count = 0;
-  Point place{};
-};
-NonManifoldEdges non_manifold_edges(const VolumeBoundary& boundary);
+TetrahedralMesh tetrahedra_from_tissues(const TissueMap& map, const std::vector<Tissue>& tissues,
+                                        const std::vector<TissuePiece>& pieces, const LabelMeshOptions& options);
 
 }  // namespace palpate
