@@ -55,7 +55,8 @@ std::uint64_t inflated_bytes(const std::filesystem::path& file, std::uint64_t of
   std::ifstream in = open_at(file, offset);
   std::vector<unsigned char> packed(1 << 16), plain(1 << 18);
   z_stream stream{};
-  if (inflateInit2(&stream, 32 + 15) != Z_OK) throw OperationError("zlib cannot start");  // 32: gzip or zlib
+  if (inflateInit2(&stream, 32 + 15) != Z_OK)
+    throw OperationError("zlib cannot start");  // 32: zlib detects gzip or zlib itself
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
   std::uint64_t total = 0;
   int state = Z_OK;
@@ -66,7 +67,7 @@ std::uint64_t inflated_bytes(const std::filesystem::path& file, std::uint64_t of
       stream.avail_in = static_cast<unsigned>(in.gcount());
       if (stream.avail_in == 0) break;
     }
-    if (state == Z_STREAM_END) {  // gzip allows several members in a row; anything else behind the end is ignored
+    if (state == Z_STREAM_END) {  // a gzip file may hold several members; other bytes behind the end are ignored
       if (*stream.next_in != 0x1f || inflateReset(&stream) != Z_OK) break;
     }
     stream.next_out = plain.data();

@@ -1,4 +1,4 @@
-// Bytes of a file, plain or compressed, in bounded memory.
+// Measures and reads the bytes of a file, plain or compressed, without keeping the whole file in memory.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,15 @@
 
 namespace palpate {
 
-// The size of a regular file. Errors: InputError when there is none or it cannot be read.
+// Returns the size of a regular file. Errors: InputError when the file does not exist, is empty or cannot be read.
 std::uint64_t file_bytes(const std::filesystem::path& file);
 
-// The first bytes of a file (decompressed when it is gzip), at most limit. Errors: InputError.
+// Returns the first bytes of a file, at most limit. The bytes of a gzip file are decompressed first. Errors:
+// InputError.
 std::string read_head(const std::filesystem::path& file, std::size_t limit);
 
-// How many bytes the gzip or zlib stream at offset decompresses to, counted by decompressing it to its end.
-// Errors: InputError when it is cut off or corrupt.
+// Decompresses the gzip or zlib stream that starts at offset and returns its decompressed size. Keeps none of the
+// decompressed bytes. Errors: InputError when the stream is cut off or corrupt.
 std::uint64_t inflated_bytes(const std::filesystem::path& file, std::uint64_t offset);
 
 // True when the file begins with gzip's two magic bytes.

@@ -48,10 +48,10 @@ double number(const path& file, const std::string& field, const std::string& tex
   return value;
 }
 
-// Fields of a text header and the byte after it.
+// The fields of a text header.
 struct TextHeader {
-  std::map<std::string, std::string> fields;  // lower-case names
-  std::size_t bytes = 0;
+  std::map<std::string, std::string> fields;  // keys in lower case
+  std::size_t bytes = 0;                      // length of the header
   bool complete = false;
 
   const std::string& at(const path& file, const std::string& name) const {
@@ -68,8 +68,8 @@ struct TextHeader {
   }
 };
 
-// "name SEPARATOR value" lines up to the line for which is_last holds.
-// A field given twice is refused: readers differ in which one they believe.
+// Reads lines of the form "name SEPARATOR value" up to the line for which is_last returns true. Refuses a field that
+// is given twice, because some libraries use the first value and others the last.
 template <class IsLast>
 TextHeader read_text_header(const path& file, const std::string& head, char separator, const IsLast& is_last) {
   TextHeader header;
@@ -111,7 +111,7 @@ void expect_bytes(const path& file, std::uint64_t needed, std::uint64_t found) {
                   file.string(), needed, found));
 }
 
-// The sizes of a header's size field: three, or more with the rest 1.
+// Reads the numbers of a size field. Accepts three, or more than three when each further number is 1.
 std::array<double, 3> three_sizes(const path& file, const std::string& field, const std::vector<std::string>& texts) {
   std::array<double, 3> size{1, 1, 1};
   for (std::size_t axis = 0; axis < texts.size(); ++axis) {
@@ -141,7 +141,8 @@ T read_at(const std::string& bytes, std::size_t offset, bool swap) {
   return value;
 }
 
-// A name inside a header is looked up beside the header and nowhere else than it says.
+// Returns the path of the data file that a header names: relative to the folder of the header unless the name is
+// absolute.
 path beside(const path& header, const std::string& name) {
   const path data(name);
   return data.is_absolute() ? data : header.parent_path() / data;
@@ -231,7 +232,7 @@ void check_nifti_header(const path& file) {
     throw InputError(fmt::format("{}: vox_offset: expected a byte offset, found {}", file.string(), offset));
   }
   path data = file;
-  if (magic == "ni1") {  // header and voxels apart
+  if (magic == "ni1") {  // the voxels lie in a second file
     data.replace_extension(".img");
     if (!std::filesystem::exists(data)) data += ".gz";
   }
@@ -310,7 +311,7 @@ void check_nrrd_header(const path& file) {
     }
     check_spacing(file, spacing);
   }
-  // ITK takes a direction whose length overflows for one of 1 mm.
+  // When the length of a direction overflows, ITK replaces it by 1 mm without an error. So the size is checked here.
   std::string directions = header.get("space directions", "");
   std::replace_if(
       directions.begin(), directions.end(), [](char c) { return c == '(' || c == ')' || c == ','; }, ' ');
@@ -336,7 +337,7 @@ void check_nrrd_header(const path& file) {
     expect_bytes(file, voxels, inflated_bytes(data, first));
   } else if (encoding == "ascii" || encoding == "text" || encoding == "txt") {
     expect_bytes(file, voxels / static_cast<std::uint64_t>(bytes_of.at(type)),
-                 file_bytes(data));  // a digit each at least
+                 file_bytes(data));  // each voxel takes at least one digit
   } else {
     throw InputError(fmt::format("{}: encoding: expected raw, gzip or ascii, found '{}'", file.string(), encoding));
   }
@@ -404,7 +405,7 @@ void check_png_header(const path& file) {
   const double width = read_at<std::uint32_t>(head, 16, true), height = read_at<std::uint32_t>(head, 20, true);
   const int depth = static_cast<unsigned char>(head[24]);
   const std::uint64_t pixels = checked_image_bytes(file, {width, height, 1}, 1);
-  // deflate shrinks at most 1032 times
+  // PNG compresses with deflate, which shrinks data at most 1032 times.
   expect_bytes(file, pixels / 8 * static_cast<std::uint64_t>(std::min(depth, 8)) / 1032, bytes);
   in.seekg(static_cast<std::streamoff>(bytes) - 8);
   std::string end(8, '\0');

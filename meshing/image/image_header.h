@@ -1,4 +1,5 @@
-// Image headers read by us before any library trusts them: what the header claims must fit the file.
+// Checks the header of an image before a library reads the image: the size that the header states must fit the file.
+// The libraries take memory for the stated size, or return part of an image without an error.
 #pragma once
 
 #include <array>
@@ -7,22 +8,23 @@
 
 namespace palpate {
 
-constexpr double kLargestVoxel = 1e6;  // mm, of a side
+constexpr double kLargestVoxel = 1e6;  // mm, length of one side
 
-// Each checks the header's dimensions, voxel size and type, and that the file (decompressed where it is compressed)
-// holds as many bytes as they ask for. Nothing of the claimed size is allocated. Errors: InputError with the field,
-// what was expected and what was found.
+// Each function checks the dimensions, the voxel size and the number type in the header. It also checks that the
+// file, after decompression, holds as many bytes as the header states. It never allocates memory of the stated size.
+// Errors: InputError with the field, the expected value and the found value.
 void check_inr_header(const std::filesystem::path& file);
 void check_nifti_header(const std::filesystem::path& file);
 void check_nrrd_header(const std::filesystem::path& file);
 void check_meta_header(const std::filesystem::path& file);
 void check_png_header(const std::filesystem::path& file);
 
-// At least a voxel a side, at most 2^31 - 1, and a product that fits; returns size[0] size[1] size[2] bytes_per_voxel.
+// Returns size[0] size[1] size[2] bytes_per_voxel. Errors: InputError unless each size is a whole number from 1 to
+// 2^31 - 1 and the product fits 64 bits.
 std::uint64_t checked_image_bytes(const std::filesystem::path& file, const std::array<double, 3>& size,
                                   std::uint64_t bytes_per_voxel);
 
-// Three finite positive numbers.
+// Errors: InputError unless all three voxel sizes are finite and above 0.
 void check_spacing(const std::filesystem::path& file, const std::array<double, 3>& spacing);
 
 }  // namespace palpate

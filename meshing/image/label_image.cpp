@@ -34,7 +34,7 @@ bool VoxelGrid::left_handed() const {
 }
 
 std::string describe_values(const LabelImage& image, std::size_t limit) {
-  // an image of real numbers has as many values as voxels: stop counting new ones early
+  // An image of real numbers can have as many values as voxels, so the map takes at most limit values.
   std::map<float, std::uint64_t> counts;
   bool more = false;
   for (const float value : image.values) {

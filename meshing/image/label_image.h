@@ -1,4 +1,5 @@
-// A segmented image of any supported format -> its voxels and where they lie in LPS millimetres.
+// Reads a segmented image of any supported format: the label of each voxel and where the voxel lies, in LPS
+// millimetres.
 #pragma once
 
 #include <array>
@@ -10,7 +11,7 @@
 
 namespace palpate {
 
-// Where voxels lie: the centre of voxel (i, j, k) is origin + i axis[0] + j axis[1] + k axis[2], in mm, LPS.
+// The centre of voxel (i, j, k) is origin + i axis[0] + j axis[1] + k axis[2], in mm, in LPS coordinates.
 struct VoxelGrid {
   std::array<int, 3> size{};
   std::array<std::array<double, 3>, 3> axis{};
@@ -31,18 +32,19 @@ struct LabelImage {
   std::vector<float> values;  // [voxels], x fastest
 };
 
-// Reads INR(.gz), NRRD/NHDR, NIfTI(.gz), MetaImage (mha/mhd), one PNG per slice: a folder, a glob ("slices/*.png"), or
-// the list itself. Slices are ordered by the numbers in their names. spacing (mm) is needed for PNG and refused
-// elsewhere. INR stores no orientation: its axes are taken as LPS. Errors: InputError for anything that is not a whole,
-// sane image; sizes are checked against the file before memory is taken.
+// Reads INR (.inr, .inr.gz), NRRD (.nrrd, .nhdr), NIfTI (.nii, .nii.gz, .hdr), MetaImage (.mha, .mhd) or PNG slices.
+// PNG slices are given as a folder, a pattern ("slices/*.png") or a list of files; the function sorts them by the
+// numbers in their names. spacing (mm) is required for PNG and refused for every other format. INR stores no
+// directions: its axes are taken as LPS. Errors: InputError when the input is not a complete, valid image. The
+// function compares the stated size with the file before it takes memory.
 LabelImage read_label_image(const std::vector<std::string>& inputs,
                             const std::optional<std::array<double, 3>>& spacing);
 
-// True when the name of a file, folder or glob is one that read_label_image knows.
+// Returns whether the name of a file, folder or pattern is one that read_label_image accepts.
 bool is_image_name(const std::string& input);
 
-// The distinct values of the image with their number of voxels, for messages: "0 (25413011 voxels), 255 (3133434)".
-// More than limit values are cut off with "...".
+// Lists the values of the image with their numbers of voxels, for messages: "0 (25413011 voxels), 255 (3133434
+// voxels)". Lists at most limit values, then "...".
 std::string describe_values(const LabelImage& image, std::size_t limit = 12);
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
-// Which reader an image name asks for, INR through CGAL's ImageIO, and slices put into a volume.
-#define CGAL_USE_ZLIB 1  // or .gz would be an unknown format
+// Chooses the reader for the name of an image. Also reads INR, through CGAL's ImageIO, and joins PNG slices to a
+// volume.
+#define CGAL_USE_ZLIB 1  // without it ImageIO cannot read .inr.gz
 #include <CGAL/ImageIO.h>
 #include <fmt/format.h>
 #include <glob.h>
@@ -64,7 +65,7 @@ LabelImage read_inr(const path& file) {
   return image;
 }
 
-// "slice2" before "slice10": digits compare as numbers.
+// Compares runs of digits as numbers, so that "slice2" comes before "slice10".
 bool natural_less(const std::string& a, const std::string& b) {
   std::size_t i = 0, j = 0;
   const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
@@ -87,7 +88,7 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a.size() - i < b.size() - j;
 }
 
-// The slices that the inputs stand for, in order.
+// Returns the files of the slices in order.
 std::vector<path> png_slices(const std::vector<std::string>& inputs) {
   std::vector<path> slices;
   for (const std::string& input : inputs) {
@@ -156,7 +157,7 @@ LabelImage read_any(const std::vector<std::string>& inputs, const std::optional<
       fmt::format("{}: expected an image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd, PNG slices)", name));
 }
 
-// Where and how large no scan is; far outside, the digits of a voxel are lost in those of its place.
+// No scan lies outside these limits. Far from the origin, double precision cannot tell neighbouring voxels apart.
 constexpr double kFarthest = 1e9, kSmallestVoxel = 1e-9;  // mm
 
 void check_grid(const std::string& name, const VoxelGrid& grid) {

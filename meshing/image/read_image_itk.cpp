@@ -18,7 +18,7 @@ namespace {
 
 using FloatVolume = itk::Image<float, 3>;
 
-// ITK's exceptions are paragraphs; the cause is in the description's last line.
+// The description of an ITK exception has several lines. The last line states the cause.
 std::string one_line(const itk::ExceptionObject& error) {
   std::string text = error.GetDescription();
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
@@ -26,7 +26,7 @@ std::string one_line(const itk::ExceptionObject& error) {
   return last == std::string::npos ? text : text.substr(last + 1);
 }
 
-// Voxels as float (exact for labels below 2^24), positions in mm as ITK has them: LPS.
+// Returns the voxels as float, which is exact for labels below 2^24. ITK gives positions in LPS mm.
 LabelImage read_with(itk::ImageIOBase* io, const std::filesystem::path& file) {
   try {
     io->SetFileName(file.string());

@@ -1,15 +1,15 @@
-// Label images that ITK reads, behind label_image.h, which is what callers use.
+// Reads the formats for which we use ITK. Callers use read_label_image (label_image.h), which chooses the reader.
 #pragma once
 
 #include "meshing/image/label_image.h"
 
 namespace palpate {
 
-// Each checks the header (image_header.h), then ITK reads the file. Errors: InputError.
+// Each function checks the header (image_header.h) before ITK reads the file. Errors: InputError.
 LabelImage read_nrrd(const std::filesystem::path& file);
 LabelImage read_meta(const std::filesystem::path& file);
 
-// One slice, depth 1, grid in pixels. The header is checked by the caller.
+// Reads one slice as an image of depth 1 whose voxel size is 1. The caller checks the header and sets the voxel size.
 LabelImage read_png_slice(const std::filesystem::path& file);
 
 }  // namespace palpate

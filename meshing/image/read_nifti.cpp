@@ -49,11 +49,12 @@ double millimetres_of(int xyzt_units) {
     case 3:
       return 1e-3;
     default:
-      return 1;  // 2 is mm; 0 says nothing
+      return 1;  // code 2 is mm; code 0 states no unit
   }
 }
 
-// Rotation of the quaternion (b, c, d) with a >= 0, columns times pixdim; qfac turns the third.
+// The axes are the columns of the rotation of the unit quaternion (a, b, c, d), a >= 0, each times its voxel size.
+// qfac = -1 reverses the third axis. Source: nifti1.h, method 2.
 void apply_qform(const Fields& fields, VoxelGrid& grid) {
   const double b = fields.at<float>(256), c = fields.at<float>(260), d = fields.at<float>(264);
   const double a = std::sqrt(std::max(0.0, 1 - b * b - c * c - d * d));
@@ -120,8 +121,8 @@ LabelImage read_nifti(const std::filesystem::path& file) {
   image.grid = grid_of(file, fields);
   image.values.resize(image.grid.voxels());
 
-  // the voxels: check_nifti_header has made sure that they are all there
-  const bool together = fields.at<char>(345) == '+';  // "n+1"; "ni1" has them in a file of their own
+  // check_nifti_header has made sure that the file holds all voxels
+  const bool together = fields.at<char>(345) == '+';  // magic "n+1"; with "ni1" the voxels lie in a second file
   std::filesystem::path data = file;
   if (!together) {
     data.replace_extension(".img");

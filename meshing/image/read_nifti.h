@@ -1,13 +1,15 @@
-// NIfTI-1, decoded here: ITK 5.2 scales voxel sizes by the file's unit but not the position and directions (sform), so that it
-// refuses or misplaces images in metres or micrometres.
+// Reads NIfTI-1 without ITK. ITK 5.2 applies the unit of the file to the voxel size but not to the position and the
+// directions (sform). So it refuses an image in metres, and puts an image in micrometres 1,000 times too far from the
+// origin.
 #pragma once
 
 #include "meshing/image/label_image.h"
 
 namespace palpate {
 
-// Checks the header (image_header.h), then reads .nii, .nii.gz or .hdr with .img. Positions are the sform's where there is one,
-// else the qform's (nifti1.h, methods 3, 2, 1), turned from RAS to LPS. Errors: InputError.
+// Checks the header (image_header.h), then reads .nii, .nii.gz, or .hdr with .img. Takes the positions from the sform
+// if the header has one, else from the qform (methods 3 and 2 of nifti1.h), else from the voxel sizes alone, with a
+// warning. Turns RAS to LPS. Errors: InputError.
 LabelImage read_nifti(const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -31,7 +31,7 @@ std::string absent_label_message(const LabelImage& image, const LabelSelection& 
                      describe_values(image), hint);
 }
 
-// The one value beside 0, or an error that lists what there is.
+// Returns the one value besides 0. Errors: InputError that lists the values when there are several or none.
 double only_label(const LabelImage& image, const std::string& name) {
   std::optional<float> label;
   for (const float value : image.values) {
@@ -74,7 +74,7 @@ VoxelMask select_voxels(const LabelImage& image, const LabelSelection& selection
   const std::vector<std::uint8_t> inside = select(image, selection, image_name);
   const VoxelGrid& whole = image.grid;
 
-  // the box of the selected voxels
+  // find the box of the selected voxels
   std::array<int, 3> low = whole.size, high = {-1, -1, -1};
   for (int k = 0; k < whole.size[2]; ++k) {
     for (int j = 0; j < whole.size[1]; ++j) {
@@ -86,7 +86,7 @@ VoxelMask select_voxels(const LabelImage& image, const LabelSelection& selection
     }
   }
 
-  // padded on every side, beyond the image where need be
+  // pad the box on every side, also beyond the image
   VoxelMask mask;
   const std::array<double, 3> spacing = whole.spacing();
   std::array<int, 3> first{};
@@ -158,7 +158,7 @@ Pieces connected_pieces(const VoxelMask& mask) {
   Pieces pieces;
   pieces.of_voxel.assign(mask.grid.voxels(), kUnseen);
 
-  // steps to face neighbours, then to edge neighbours
+  // list the steps to the 6 face neighbours, then those to the 12 edge neighbours
   std::vector<std::array<int, 3>> steps;
   for (const int most : {1, 2}) {
     for (int k = -1; k <= 1; ++k) {
@@ -195,7 +195,7 @@ Pieces connected_pieces(const VoxelMask& mask) {
       }
     }
   };
-  // the padding makes voxel (0, 0, 0) part of the outside
+  // voxel (0, 0, 0) is padding, so the outside becomes background piece 0
   for (int k = 0; k < nz; ++k) {
     for (int j = 0; j < ny; ++j) {
       for (int i = 0; i < nx; ++i) {
@@ -211,7 +211,7 @@ PieceChanges filter_pieces(VoxelMask& mask, const PieceFilter& filter, bool fill
   const double voxel = mask.grid.voxel_volume();
   PieceChanges changes;
 
-  // pieces: a cavity's island counts as a piece of its own
+  // an island inside a cavity counts as a piece of its own
   Pieces pieces = connected_pieces(mask);
   std::vector<double> volumes;
   for (const std::uint64_t count : pieces.inside) volumes.push_back(voxel * static_cast<double>(count));

@@ -1,4 +1,4 @@
-// Label image -> the voxels of the organ: selected, cropped, padded, small pieces and cavities dealt with.
+// Selects the voxels of the organ in a label image, crops the image to them, drops small pieces and fills cavities.
 #pragma once
 
 #include <cstdint>
@@ -10,50 +10,52 @@
 
 namespace palpate {
 
-// One bit of truth per voxel of a box that has at least one empty voxel on every side.
+// States for each voxel of a box whether it belongs to the organ. No voxel on a side of the box belongs to it.
 struct VoxelMask {
   VoxelGrid grid;
   std::vector<std::uint8_t> inside;  // [voxels] 0 or 1
-  bool touched_border = false;       // of the image: the organ may be cut off there
+  bool touched_border = false;       // the organ reaches the border of the image and may be cut off there
 };
 
 struct LabelSelection {
-  std::vector<double> labels;       // any of these values
-  std::optional<double> threshold;  // or everything at or above it
+  std::vector<double> labels;       // selects voxels with any of these values
+  std::optional<double> threshold;  // selects voxels with at least this value
 };
 
-// The selected voxels, cropped to their box and padded by padding_mm, rounded up, and a voxel on every side. For a
-// surface 0 is enough: a Gaussian leaves less than a half outside the box. Without labels and threshold the image must
-// hold a single value beside 0. Errors: InputError when nothing is selected (lists the values present).
+// Crops the selection to its box, then pads the box on every side by padding_mm (rounded up to voxels) and one voxel
+// more. For a surface padding_mm = 0 is enough, because the smoothed mask is below one half outside the box. Without
+// labels and threshold the image must hold one single value besides 0. Errors: InputError when no voxel is selected,
+// with the list of the values in the image.
 VoxelMask select_voxels(const LabelImage& image, const LabelSelection& selection, double padding_mm,
                         const std::string& image_name);
 
-// Which pieces to keep: all; the largest n; those of at least a volume (mm^3); those of at least a share of the
-// largest.
+// Which pieces to keep: all; the n largest; those of at least a volume (mm^3); those of at least a share of the
+// largest piece.
 struct PieceFilter {
   enum class Kind { all, largest, volume, share } kind = Kind::share;
   double number = 0.01;
 };
-// "all", "largest", "3", "2.5mm3", "1.2cm3", "1%". Errors: InputError for anything else.
+// Reads "all", "largest", "3", "2.5mm3", "1.2cm3" or "1%". Errors: InputError for any other text.
 PieceFilter parse_piece_filter(const std::string& text);
-// Which of the volumes pass, by position.
+// Returns for each volume whether the filter keeps it, in the order of the volumes.
 std::vector<bool> kept_pieces(const PieceFilter& filter, const std::vector<double>& volumes);
 
-// Pieces of the mask, connected through faces; background pieces through faces and edges: as the isosurface separates
-// them. Piece 0 of the background is the outside.
+// The connected pieces of the organ and of the background. Voxels of the organ are neighbours when they share a face;
+// voxels of the background also when they share an edge. isosurface separates pieces by the same rule. Background
+// piece 0 is the outside of the organ.
 struct Pieces {
-  std::vector<std::int32_t> of_voxel;             // [voxels] inside: 0 .. ; outside: -1 - background piece
-  std::vector<std::uint64_t> inside, background;  // voxels of each
+  std::vector<std::int32_t> of_voxel;             // [voxels] organ: its piece; background: -1 - its piece
+  std::vector<std::uint64_t> inside, background;  // [pieces] number of voxels
 };
 Pieces connected_pieces(const VoxelMask& mask);
 
-// What was dropped or filled, for the report.
+// What filter_pieces dropped and filled, for the report.
 struct PieceChanges {
   std::uint64_t pieces = 0, dropped = 0, cavities = 0, filled = 0;
   double dropped_mm3 = 0, largest_dropped_mm3 = 0, filled_mm3 = 0, largest_filled_mm3 = 0;
 };
-// Drops the pieces the filter refuses and, where asked, fills cavities. Errors: InputError when more than 1,000 pieces
-// would be kept (noise).
+// Drops the pieces that the filter refuses. Fills the cavities if fill_cavities is true. Errors: InputError when no
+// piece or more than 1,000 pieces (noise) are left.
 PieceChanges filter_pieces(VoxelMask& mask, const PieceFilter& filter, bool fill_cavities,
                            const std::string& image_name);
 

@@ -17,11 +17,11 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kFewestTriangles = 40;  // of a shell, whatever its share: fewer lose its shape
+constexpr std::size_t kFewestTriangles = 40;  // of any shell; with fewer a shell loses its shape
 constexpr std::int64_t kMostHandles = 1000;
 
-// Voxels of the mask that smoothing put outside, with no voxel that stayed inside within two widths: parts thinner than
-// the smoothing. Their volume, and where the first lies.
+// Finds the parts of the organ that are thinner than the smoothing: voxels that smoothing put outside and that have
+// no voxel left inside within two Gaussian widths. Stores their volume and the first such voxel.
 void find_thin_parts(const VoxelMask& mask, const std::vector<float>& field, double smooth_mm,
                      ExtractedSurface& result) {
   const std::array<double, 3> spacing = mask.grid.spacing();
@@ -61,13 +61,14 @@ void refuse_noise(const TriangleSurface& surface, const std::string& image_name)
   }
 }
 
-// Volume inside the outer face of every piece, pieces and cavities within it included, mm^3.
+// The volume inside the outer face of each piece, in mm^3. It includes the pieces and the cavities that the piece
+// encloses.
 struct EnclosedVolumes {
-  std::vector<double> inside, background;  // by piece
+  std::vector<double> inside, background;  // [pieces]
 };
 
 EnclosedVolumes enclosed_volumes(const VoxelMask& mask, const Pieces& pieces) {
-  // pieces that share a face, as a graph whose root is the outside: nodes 0 .. are background, then inside
+  // Pieces that share a face are neighbours in a graph. The nodes are the background pieces, then the organ's pieces.
   const std::size_t backgrounds = pieces.background.size();
   const auto node = [&](std::int32_t piece) {
     return piece >= 0 ? backgrounds + static_cast<std::size_t>(piece) : static_cast<std::size_t>(-1 - piece);
@@ -89,7 +90,7 @@ EnclosedVolumes enclosed_volumes(const VoxelMask& mask, const Pieces& pieces) {
       }
     }
   }
-  // breadth first from the outside, then sums from the leaves back
+  // walk breadth first from the outside, then sum the volumes from the leaves back
   std::vector<std::size_t> order = {0}, parent(neighbours.size(), neighbours.size());
   parent[0] = 0;
   for (std::size_t n = 0; n < order.size(); ++n) {
@@ -109,9 +110,9 @@ EnclosedVolumes enclosed_volumes(const VoxelMask& mask, const Pieces& pieces) {
           {volume.begin(), volume.begin() + static_cast<std::ptrdiff_t>(backgrounds)}};
 }
 
-// Shells of the smoothed isosurface matched with pieces of the mask: an outer shell with the pieces its inner voxels
-// belong to, a cavity's shell with the cavities its outer voxels belong to. What is matched with one another shares a
-// volume.
+// Matches the shells of the smoothed isosurface with the pieces of the mask. An outer shell matches the pieces that
+// its inner voxels belong to. The shell of a cavity matches the cavities that its outer voxels belong to. Shells that
+// match a common piece form a group, which keeps the volume of its pieces.
 struct ShellGroups {
   std::vector<std::size_t> of_shell;
   std::vector<double> volumes;
@@ -122,7 +123,7 @@ ShellGroups match_shells(const VoxelMask& mask, const Isosurface& iso, const std
   const Pieces pieces = connected_pieces(mask);
   const EnclosedVolumes enclosed = enclosed_volumes(mask, pieces);
 
-  // union of shells, pieces and cavities: nodes in this order
+  // union-find over the shells, the pieces and the cavities, in this order
   const std::size_t first_piece = shells.size(), first_cavity = first_piece + pieces.inside.size();
   std::vector<std::size_t> parent(first_cavity + pieces.background.size());
   std::iota(parent.begin(), parent.end(), 0);
@@ -172,7 +173,7 @@ ShellGroups match_shells(const VoxelMask& mask, const Isosurface& iso, const std
     else
       ++result.closed_cavities;
   }
-  // a shell that no voxel of the mask answers for (a bubble of the smoothing) keeps its volume
+  // smoothing can make a bubble, which matches no piece; a bubble keeps its volume
   for (std::size_t s = 0; s < shells.size(); ++s) {
     double& volume = groups.volumes[groups.of_shell[s]];
     if (volume == 0) volume = enclosed_volume(shells[s]);
@@ -180,7 +181,7 @@ ShellGroups match_shells(const VoxelMask& mask, const Isosurface& iso, const std
   return groups;
 }
 
-// Each shell's share of the triangles, by area.
+// Divides the wanted number of triangles among the shells by area.
 std::vector<std::size_t> shares(const std::vector<TriangleSurface>& shells, const SurfaceTarget& target) {
   std::vector<double> areas;
   for (const TriangleSurface& shell : shells) areas.push_back(area(shell));
@@ -237,7 +238,7 @@ TriangleSurface remesh_shells(const std::vector<TriangleSurface>& shells, const 
   for (*attempts = 1; *attempts <= kAttempts; ++*attempts) {
     std::vector<TriangleSurface> remeshed;
     for (std::size_t s = 0; s < shells.size(); ++s) {
-      // each further attempt is a little denser and more regular
+      // each further attempt uses more triangles and makes them more regular
       const std::size_t count = counts[s] + 2 * (counts[s] * static_cast<std::size_t>(*attempts - 1) / 40);
       if (target.spread == SurfaceTarget::Spread::even) {
         remeshed.push_back(remesh_evenly(shells[s], count, static_cast<unsigned>(1 + 2 * *attempts)));
@@ -264,7 +265,7 @@ TriangleSurface remesh_shells(const std::vector<TriangleSurface>& shells, const 
       const TriangleSurface whole = join_shells(remeshed);
       defect = first_defect(whole);
       if (defect.empty()) return whole;
-      // local repair of each shell, then the volume again
+      // repair each shell locally, then restore the volume again
       if (repair == 1) break;
       bool repaired = true;
       for (TriangleSurface& shell : remeshed) {

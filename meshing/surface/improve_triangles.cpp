@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kLeastCosine = 0.77;  // of the angle a triangle may turn by in one step
+constexpr double kLeastCosine = 0.77;  // cosine of the largest angle by which a triangle may turn in one step
 
 using Halfedge = CgalMesh::Halfedge_index;
 using Vertex = CgalMesh::Vertex_index;
@@ -61,7 +61,7 @@ class Improvement {
     if (c == d || mesh_.degree(a) <= 3 || mesh_.degree(b) <= 3 || mesh_.halfedge(c, d).is_valid()) return false;
     const Point p = at(a), q = at(b), r = at(c), s = at(d);
     if (std::min(radius_ratio(p, q, r), radius_ratio(q, p, s)) > good_ratio_) return false;
-    // a b c and b a d become d c a and c d b
+    // replace triangles a b c and b a d by d c a and c d b
     if (badness(s, r, p) + badness(r, s, q) > 0.999 * (badness(p, q, r) + badness(q, p, s))) return false;
     const Point before = normal(p, q, r), beyond = normal(q, p, s);
     for (const Point& after : {normal(s, r, p), normal(r, s, q)}) {
@@ -72,7 +72,7 @@ class Improvement {
 
   void move(Vertex vertex, const NearestPoint& onto) {
     const Point here = at(vertex);
-    // the far edges of its triangles, counter-clockwise seen from outside
+    // for each triangle at the vertex, the edge opposite the vertex, counter-clockwise from outside
     std::vector<std::array<Point, 2>> far_edges;
     for (const Halfedge h : mesh_.halfedges_around_target(mesh_.halfedge(vertex)))
       far_edges.push_back({at(mesh_.source(h)), at(mesh_.target(mesh_.next(h)))});
@@ -80,10 +80,10 @@ class Improvement {
     Point target{}, outward{};
     double weights = 0, badness_here = 0, worst_ratio = 1;
     for (const auto& [p, q] : far_edges) {
-      // triangle p, here, q
+      // triangle of p, here and q
       const Point side = q - p;
       const Point n = normal(p, here, q);
-      const Point inward = cross(side, n);  // in the triangle's plane, from the far edge towards here
+      const Point inward = cross(side, n);  // in the triangle's plane, from the opposite edge towards here
       const Point equilateral = 0.5 * (p + q) + 0.5 * std::sqrt(3.0) * inward;
       const double bad = badness(p, here, q);
       target = target + bad * bad * equilateral;
@@ -100,7 +100,7 @@ class Improvement {
     const Point foot = onto(here);
     for (const double share : {1.0, 0.5, 0.2}) {
       const Point along = onto(here + share * step) - foot;
-      // a step much longer than wanted has landed on another sheet
+      // a step much longer than wanted means that the nearest point lies on another part of the surface
       if (length(along) > 1.5 * share * length(step)) continue;
       if (!move_helps(far_edges, here, here + along, badness_here)) continue;
       mesh_.point(vertex) = {here[0] + along[0], here[1] + along[1], here[2] + along[2]};

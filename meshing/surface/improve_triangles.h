@@ -1,17 +1,18 @@
-// Better triangles of the same number: edges flipped, vertices moved along the surface.
+// Improves the shape of triangles without changing their number: flips edges and moves vertices along the surface.
 #pragma once
 
 #include "meshing/surface/triangle_surface.h"
 
 namespace palpate {
 
-// Where a triangle's radius ratio is below good_ratio, flips its edges and moves its vertices if that lowers the sum of
-// 1 / radius_ratio over the triangles touched, so the worst count most. What is good already stays as it is, and with
-// it the stretch that a bend in one direction gives triangles; the measure has no size in it, so small triangles stay
-// small. A vertex moves towards the mean of the places that would make its triangles equilateral (as in GETMe,
-// Vartziotis et al. 2008), weighted by how bad each is, and keeps its offset from onto, the dense surface this one
-// stands for. No triangle turns by more than 40 degrees in a step. surface, onto: closed oriented manifolds, mm. Cost:
-// a few nearest-point queries per vertex and pass.
+// Flips the edges and moves the vertices of triangles whose radius ratio is below good_ratio. Keeps a change only if
+// the sum of 1 / radius_ratio over the changed triangles becomes smaller, so the worst triangle counts most. Better
+// triangles stay as they are: triangles along a bend may stay stretched, because stretched triangles follow a bend
+// well. The radius ratio does not depend on size, so small triangles stay small. A vertex moves towards the mean of
+// the positions that would make its triangles equilateral, weighted by how bad each triangle is (as in GETMe,
+// Vartziotis et al. 2008). The vertex keeps its distance from onto, the dense surface that the triangles approximate.
+// No triangle turns by more than 40 degrees in a step. surface, onto: closed oriented manifolds, mm. Cost: a few
+// nearest-point queries per vertex and pass.
 void improve_triangles(TriangleSurface& surface, const TriangleSurface& onto, double good_ratio, int passes);
 
 }  // namespace palpate

@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 40'000'000;
 
-// Weights of a Gaussian of width sigma averaged over voxels of width spacing; [0] is the centre, symmetric, sum 1.
+// Averages of a Gaussian of width sigma over voxels of width spacing. [0] is the weight of the centre, [n] the weight
+// of each of the two voxels at distance n. The weights of all voxels sum to 1.
 std::vector<float> gaussian_weights(double sigma, double spacing) {
   if (sigma <= 0) return {1};
   const int radius = static_cast<int>(std::ceil(3 * sigma / spacing));
@@ -29,7 +30,8 @@ std::vector<float> gaussian_weights(double sigma, double spacing) {
   return normalised;
 }
 
-// Convolves every line of the field along one axis. Lines along y and z are done a row at a time, for the cache's sake.
+// Convolves every line of the field along one axis. Along y and z it handles a row of lines together, so that memory
+// is read in order.
 void convolve(const VoxelGrid& grid, int axis, const std::vector<float>& weights, std::vector<float>& field) {
   const int radius = static_cast<int>(weights.size()) - 1;
   if (radius == 0) return;
@@ -56,8 +58,8 @@ void convolve(const VoxelGrid& grid, int axis, const std::vector<float>& weights
   }
 }
 
-// The cube: corner c at (c & 1, c >> 1 & 1, c >> 2). Edges by their two corners; edge e of axis a starts at its lower
-// corner. Faces list their corners counter-clockwise seen from outside.
+// Corner c of the cube lies at (c & 1, c >> 1 & 1, c >> 2). Each edge lists its two corners, the lower one first.
+// Each face lists its corners counter-clockwise seen from outside.
 constexpr int kEdges[12][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3},
                                {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
 constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
@@ -82,22 +84,22 @@ bool share_a_face(int e, int f) {
   return false;
 }
 
-// How the surface crosses one cube, for one of its 256 sign patterns.
+// The triangles of one cube for one of the 256 sign patterns of its corners.
 struct CubeCase {
-  std::vector<std::array<int, 3>> triangles;  // 0 .. 11 an edge's crossing, 12 + l the centre of loop l
+  std::vector<std::array<int, 3>> triangles;  // 0 .. 11: the crossing on this edge; 12 + l: the centre of loop l
   std::vector<std::vector<int>> centred_loops;
 };
 
-// Follows the crossings around the cube. On each face, walking its corners counter-clockwise from outside, every step
-// from inside to outside is joined to the next step back inside, so that diagonal inside corners stay apart and the
-// loop keeps the inside on its left as seen from outside.
+// Joins the crossings of a cube to loops. On each face it walks along the corners counter-clockwise from outside. It
+// joins each step from inside to outside to the next step back to inside. So inside corners that are diagonal stay
+// apart, and the inside lies to the left of the loop as seen from outside the cube.
 std::vector<std::vector<int>> crossing_loops(int pattern) {
   const auto in = [&](int corner) { return (pattern >> corner & 1) != 0; };
   std::array<int, 12> next;
   next.fill(-1);
   for (const auto& face : kFaces) {
     for (int c = 0; c < 4; ++c) {
-      if (in(face[c]) || !in(face[(c + 1) % 4])) continue;  // entering the inside at this step
+      if (in(face[c]) || !in(face[(c + 1) % 4])) continue;  // the step goes from inside to outside
       int leave = c + 1;
       while (in(face[(leave + 1) % 4])) ++leave;
       next[edge_between(face[c], face[(c + 1) % 4])] = edge_between(face[leave % 4], face[(leave + 1) % 4]);
@@ -120,7 +122,7 @@ CubeCase cube_case(int pattern) {
   CubeCase result;
   for (const std::vector<int>& loop : crossing_loops(pattern)) {
     const int n = static_cast<int>(loop.size());
-    // a fan from a vertex whose diagonals all run through the cube's interior
+    // cut the loop into a fan, from a vertex whose diagonals all run through the interior of the cube
     int apex = -1;
     for (int a = 0; a < n && apex < 0; ++a) {
       bool interior = true;
@@ -160,7 +162,7 @@ Isosurface isosurface(const VoxelGrid& grid, const std::vector<float>& field) {
 
   Isosurface result;
   TriangleSurface& surface = result.surface;
-  // the crossing of each voxel edge of two neighbouring slices: [slice parity][axis][voxel of the slice]
+  // index of the point on each voxel edge of two neighbouring slices: [slice parity][axis][voxel of the slice]
   const std::size_t slice = static_cast<std::size_t>(nx) * ny;
   std::array<std::array<std::vector<std::int32_t>, 3>, 2> crossing;
   for (auto& parity : crossing) parity.fill(std::vector<std::int32_t>(slice, -1));
@@ -225,7 +227,7 @@ Isosurface isosurface(const VoxelGrid& grid, const std::vector<float>& field) {
 std::vector<std::int64_t> handles_of_shells(const TriangleSurface& surface) {
   std::int32_t count = 0;
   const std::vector<std::int32_t> shell = shell_of_triangle(surface, &count);
-  // closed: three half-edges a triangle, so V - E + F = V - F / 2
+  // on a closed surface E = 3 F / 2, so V - E + F = V - F / 2
   std::vector<std::int64_t> points(count), triangles(count);
   std::vector<bool> seen(surface.points.size());
   for (std::size_t t = 0; t < shell.size(); ++t) {

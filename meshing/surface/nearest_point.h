@@ -1,4 +1,4 @@
-// The point of a triangle surface that is nearest to a given point.
+// Finds the point of a triangle surface that is nearest to a given point.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@ namespace palpate {
 
 class NearestPoint {
  public:
-  // Builds a tree of the triangles. The surface must be an oriented manifold (throws std::logic_error).
+  // Builds a tree of the triangles. The surface must be an oriented manifold (else std::logic_error).
   explicit NearestPoint(const TriangleSurface& surface);
   ~NearestPoint();
   NearestPoint(const NearestPoint&) = delete;

@@ -41,7 +41,7 @@ double offset_to_volume(std::vector<TriangleSurface*> shells, double volume_mm3)
     for (std::size_t s = 0; s < shells.size(); ++s) sum += enclosed_volume(moved(*shells[s], normals[s], distance));
     return sum;
   };
-  // the volume is a cubic of d whose slope at 0 is about the area
+  // the volume is a cubic polynomial of d; its slope at d = 0 is about the area
   double distance = 0;
   for (int iteration = 0; iteration < 20; ++iteration) {
     const double miss = volume_at(distance) - volume_mm3;

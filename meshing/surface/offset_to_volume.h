@@ -5,10 +5,10 @@
 
 namespace palpate {
 
-// Every point of every given shell moves by the same distance d (mm) along its normal (mean of its triangles' normals
-// by area), so that their signed volumes sum to volume_mm3. Newton's method; d is returned. Gives up, leaving the
-// surface as it was and returning NaN, when d would exceed the mean edge length: the shape is then not the one that was
-// asked for.
+// Moves every point of the given shells by the same distance d (mm) along its normal, the mean of its triangles'
+// normals by area. Finds d by Newton's method so that the signed volumes of the shells sum to volume_mm3, and returns
+// d. When d would exceed the mean edge length, the function leaves the shells unchanged and returns NaN, because so
+// large a d would change the shape.
 double offset_to_volume(std::vector<TriangleSurface*> shells, double volume_mm3);
 
 }  // namespace palpate

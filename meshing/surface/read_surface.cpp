@@ -1,4 +1,4 @@
-// Text and STL surfaces, line by line; formats/ply_reader.h and read_vtp.cpp have the others.
+// Reads OFF, OBJ and STL. formats/ply_reader.h reads PLY, read_vtp.cpp reads VTP.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -96,7 +96,7 @@ TriangleSurface read_off(const std::filesystem::path& file, const std::string& t
   if (word != "OFF" && word != "COFF" && word != "NOFF") lines.fail("OFF", word);
   if (lines.at_end()) lines.expect("the numbers of points and faces");
   const std::int64_t points = lines.integer("the number of points"), faces = lines.integer("the number of faces");
-  // "0 0 0\n" and "3 0 0 0\n" at the least
+  // a point takes at least 6 bytes ("0 0 0\n"), a face at least 8 ("3 0 0 0\n")
   if (points < 0 || faces < 0 || points > static_cast<std::int64_t>(text.size() / 5) ||
       faces > static_cast<std::int64_t>(text.size() / 5)) {
     throw InputError(fmt::format("{}: {} points and {} faces do not fit a file of {} bytes; it is cut off or damaged",
@@ -132,7 +132,8 @@ TriangleSurface read_obj(const std::filesystem::path& file, const std::string& t
     } else if (word == "f") {
       corners.clear();
       for (std::string_view corner = lines.word(); !corner.empty(); corner = lines.word()) {
-        std::int64_t index = 0;  // "7", "7/1", "7//3", "7/1/3"; from 1, or from the last point backwards
+        std::int64_t index =
+            0;  // "7", "7/1", "7//3" or "7/1/3"; counts from 1; negative: backwards from the last point
         const auto [end, error] = std::from_chars(corner.data(), corner.data() + corner.size(), index);
         if (error != std::errc() || (end != corner.data() + corner.size() && *end != '/') || index == 0) {
           lines.fail("a point index of at least 1", corner);
@@ -198,7 +199,8 @@ TriangleSurface read_text_stl(const std::filesystem::path& file, const std::stri
   return surface;
 }
 
-// Binary when its size is what its count says, whatever the header begins with.
+// An STL file is binary if its size fits the count in byte 80. Its first bytes do not decide, because binary files
+// may also begin with "solid".
 TriangleSurface read_stl(const std::filesystem::path& file, const std::string& bytes) {
   std::uint32_t count = 0;
   if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, 4);
@@ -212,7 +214,7 @@ TriangleSurface read_stl(const std::filesystem::path& file, const std::string& b
                   file.string(), count, needed, bytes.size()));
 }
 
-// 3D Slicer and others say in a comment which way the axes point.
+// Some programs, 3D Slicer among them, state the directions of the axes in a comment.
 bool says_ras(const std::string& bytes) {
   return bytes.substr(0, 1024).find("SPACE=RAS") != std::string::npos;
 }

@@ -1,4 +1,4 @@
-// What the readers of surface files share; surface_file.h is what callers use.
+// Functions that the readers of surface files share. Callers use read_surface (surface_file.h).
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,18 @@
 
 namespace palpate {
 
-// Errors: InputError.
+// Returns all bytes of the file. Errors: InputError.
 std::string read_whole(const std::filesystem::path& file);
 
-// Lines of a text with their numbers; blank lines and what follows a '#' are skipped. Errors: InputError with the line.
+// Goes through the lines of a text and counts them. Skips blank lines and everything behind a '#'. Errors: InputError
+// that names the line.
 class TextLines {
  public:
   TextLines(const std::filesystem::path& file, const std::string& text, std::size_t start = 0);
-  bool advance();                        // to the next line; false at the end
-  void expect(const std::string& what);  // advance, or fail because the file ends
-  std::string_view word();               // the next of this line; empty at its end
-  double coordinate();                   // finite
+  bool advance();                        // goes to the next line; false at the end
+  void expect(const std::string& what);  // goes to the next line, or fails because the file ends
+  std::string_view word();               // next word of the line; empty at the end of the line
+  double coordinate();                   // next word as a finite number
   std::int64_t integer(const std::string& what);
   bool at_end() const { return line_.find_first_not_of(" \t\r") == std::string_view::npos; }
   std::size_t number() const { return number_; }

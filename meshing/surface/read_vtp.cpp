@@ -1,4 +1,5 @@
-// VTP: VTK's XML polygons, read by VTK after the counts in the XML were checked against the file.
+// Reads VTP, VTK's XML format of polygons. VTK reads the file after we have checked the counts in the XML against its
+// size.
 #include <fmt/format.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
@@ -17,7 +18,7 @@
 namespace palpate {
 namespace {
 
-// Every NumberOf...="n" of the XML: a compressed array shrinks at most 1032 times.
+// Checks every NumberOf...="n" in the XML: compression shrinks an array at most 1032 times.
 void check_counts(const std::filesystem::path& file, const std::string& bytes) {
   for (std::size_t at = bytes.find("NumberOf"); at != std::string::npos; at = bytes.find("NumberOf", at + 1)) {
     const std::size_t quote = bytes.find('"', at);
@@ -63,7 +64,7 @@ TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& b
     throw InputError(fmt::format("{}: cannot be read: {}", file.string(), cause));
   }
   vtkPolyData* input = reader->GetOutput();
-  // the triangle filter believes the indices
+  // check the indices first, because VTK's triangle filter does not
   const auto check = [&](vtkCellArray* cells) {
     vtkNew<vtkIdList> ids;
     for (vtkIdType c = 0; c < cells->GetNumberOfCells(); ++c) {

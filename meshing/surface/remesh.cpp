@@ -18,9 +18,10 @@ namespace palpate {
 
 namespace {
 
-// Radius ratios when triangles follow curvature: what no collapse may fall below (at 0.5 no angle is below 16.8
-// degrees) and what needs no improving. Higher ones cost distance, as stretched triangles follow a bend better; at 0.6
-// the liver's tetrahedra had angles below 10 degrees.
+// Bounds of simplify_by_curvature. No collapse may leave a triangle below kLeastRatio: at 0.5 no angle is below 16.8
+// degrees. Triangles above kGoodRatio are not improved. A higher bound increases the distance to the organ, because
+// stretched triangles follow a bend better. With a kGoodRatio of 0.6 the liver's tetrahedra had dihedral angles below
+// 10 degrees.
 constexpr double kLeastRatio = 0.5, kGoodRatio = 0.7;
 constexpr int kImprovingPasses = 5;
 
@@ -34,19 +35,20 @@ TriangleSurface isotropic(const TriangleSurface& surface, double edge_mm, unsign
   return from_cgal(mesh);
 }
 
-// Long edges halved: the same shape in more triangles.
+// Splits long edges: the same shape with more triangles.
 TriangleSurface split(const TriangleSurface& surface, double edge_mm) {
   CgalMesh mesh = to_cgal(surface);
   CGAL::Polygon_mesh_processing::split_long_edges(mesh.edges(), edge_mm, mesh);
   return from_cgal(mesh);
 }
 
-// Refuses a collapse that leaves a triangle below the radius ratio, unless the worst triangle around gets no worse.
+// Refuses a collapse that leaves a triangle below the least radius ratio, unless the smallest ratio around it does
+// not fall.
 class ShapeFilter {
  public:
   explicit ShapeFilter(double least_ratio) : least_ratio_(least_ratio) {}
 
-  // profile.triangles() has the two that vanish first; in the others v1 is the vertex that is placed.
+  // profile.triangles() lists the two triangles that vanish first. In all others the collapse moves v1.
   template <typename Profile>
   boost::optional<typename Profile::Point> operator()(const Profile& profile,
                                                       boost::optional<typename Profile::Point> placed) const {
@@ -74,13 +76,14 @@ class ShapeFilter {
 TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triangles, unsigned iterations) {
   const double goal = static_cast<double>(triangles);
   double edge = edge_for_count(area(surface), goal);
-  // the search works on about sixteen times as many triangles: fewer would decide the count, more would cost time
+  // The search starts from about sixteen times as many triangles as wanted. With fewer, the input limits the result;
+  // with more, the search takes longer.
   const TriangleSurface dense = goal * 16 < static_cast<double>(surface.triangles.size())
                                     ? isotropic(surface, edge / 4, 1, 0)
                                     : split(surface, edge / 3);
   TriangleSurface best;
   double best_miss = std::numeric_limits<double>::infinity();
-  edge *= 1.06;  // remeshing leaves about 12 % more triangles than equilateral ones would be
+  edge *= 1.06;  // remeshing makes about 12 % more triangles than equilateral ones of this edge
   for (int trial = 0; trial < 8 && best_miss > 0.005; ++trial) {
     TriangleSurface found = isotropic(dense, edge, iterations, 2);
     const double count = static_cast<double>(found.triangles.size());
@@ -96,8 +99,8 @@ TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triang
 TriangleSurface simplify_by_curvature(const TriangleSurface& surface, std::size_t triangles) {
   namespace simplification = CGAL::Surface_mesh_simplification;
   CgalMesh mesh = to_cgal(surface);
-  const std::size_t edges = triangles / 2 * 3 + 1;  // closed: E = 3 F / 2
-  // a bound that leaves nothing to collapse before the count is reached is lowered
+  const std::size_t edges = triangles / 2 * 3 + 1;  // a closed surface has E = 3 F / 2
+  // lower the bound when it refuses every collapse before the wanted number is reached
   for (double least_ratio = kLeastRatio; mesh.number_of_edges() >= edges; least_ratio /= 2) {
     if (least_ratio < 0.01) least_ratio = 0;
     const simplification::Bounded_normal_change_filter<ShapeFilter> filter{ShapeFilter(least_ratio)};

@@ -1,4 +1,5 @@
-// A dense closed surface -> one with as many triangles as wanted, evenly spread or denser where it bends.
+// A dense closed surface -> a surface with the wanted number of triangles, of even size or smaller where the surface
+// bends.
 #pragma once
 
 #include <cstddef>
@@ -7,17 +8,19 @@
 
 namespace palpate {
 
-// Isotropic remeshing (Botsch and Kobbelt 2004, as in CGAL), vertices projected onto the input; the edge length is
-// searched until the count is within 0.5 % or eight trials are over, and the nearest is returned. iterations: 3 is
-// usual, more regularises further.
+// Makes triangles of even size by isotropic remeshing (Botsch and Kobbelt 2004, CGAL's implementation) and projects
+// the vertices onto the input. Searches the edge length until the number of triangles is within 0.5 % of the wanted
+// one, in at most eight trials, and returns the nearest result. iterations: usually 3; more iterations make more
+// regular triangles.
 TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triangles, unsigned iterations);
 
-// Edge collapse (Lindstrom and Turk 1998, as in CGAL) down to the count, refusing collapses that turn a triangle over
-// or leave one with a radius ratio below 0.5, or lower where nothing else is left; then improve_triangles. A surface
-// that has no more than the count keeps its triangles' number.
+// Collapses edges (Lindstrom and Turk 1998, CGAL's implementation) down to the wanted number of triangles, then calls
+// improve_triangles. Refuses a collapse that turns a triangle over or leaves a triangle with a radius ratio below
+// 0.5. If no other collapse is left, it lowers this bound. A surface that has at most the wanted number keeps its
+// number.
 TriangleSurface simplify_by_curvature(const TriangleSurface& surface, std::size_t triangles);
 
-// The edge of equilateral triangles when count of them cover the area, mm.
+// Returns the edge (mm) of equilateral triangles of which count cover the area.
 double edge_for_count(double area_mm2, double count);
 
 }  // namespace palpate

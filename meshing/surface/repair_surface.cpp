@@ -20,13 +20,13 @@ namespace {
 
 namespace pmp = CGAL::Polygon_mesh_processing;
 
-constexpr double kLargest = 1e9;  // mm. Far beyond it squares of lengths overflow.
+constexpr double kLargest = 1e9;  // mm; the squares of much larger lengths overflow
 
 std::string at(const Point& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", p[0], p[1], p[2]);
 }
 
-// Notes a repair when there was one.
+// Adds a sentence if the count is above 0.
 class Repairs {
  public:
   explicit Repairs(std::vector<std::string>& sentences) : sentences_(sentences) {}
@@ -48,7 +48,8 @@ void refuse_open(const TriangleSurface& soup, const std::string& name) {
   }
 }
 
-// Points where the surface touches itself are split, so that a mesh can hold it; flat triangles are then collapsed.
+// Splits points where the surface touches itself, because CGAL's mesh cannot hold them. Then collapses flat
+// triangles.
 TriangleSurface to_manifold(const TriangleSurface& soup, const std::string& name, Repairs& repairs) {
   std::vector<CgalKernel::Point_3> points;
   for (const auto& [x, y, z] : soup.points) points.emplace_back(x, y, z);
@@ -71,7 +72,7 @@ TriangleSurface to_manifold(const TriangleSurface& soup, const std::string& name
   return from_cgal(mesh);
 }
 
-// How many other shells each shell lies in.
+// Returns for each shell how many other shells enclose it.
 std::vector<int> nesting_depths(const std::vector<TriangleSurface>& shells) {
   std::vector<int> depth(shells.size());
   for (std::size_t outer = 0; outer < shells.size(); ++outer) {
@@ -98,7 +99,8 @@ void turn_inside_out(TriangleSurface& shell) {
   for (Triangle& t : shell.triangles) std::swap(t[1], t[2]);
 }
 
-// Outer shells outward; shells inside others as cavities, where that is what they are.
+// Turns outer shells outward and inner shells inward, as cavities, where the input makes clear that they are
+// cavities.
 std::vector<TriangleSurface> orient_shells(std::vector<TriangleSurface> shells, bool turned_triangles,
                                            const std::string& cavities, const std::string& name, Repairs& repairs,
                                            std::vector<std::string>& sentences) {
@@ -112,7 +114,8 @@ std::vector<TriangleSurface> orient_shells(std::vector<TriangleSurface> shells, 
     agreeing += outward == (depth[s] % 2 == 0);
     reversed += outward != (depth[s] % 2 == 0);
   }
-  // all as they should be, or all the other way round, says what the inner shells are; anything else does not
+  // The orientation is clear if all shells point as solids and cavities alternate, or if all shells point the
+  // opposite way.
   const bool clear = !turned_triangles && (reversed == 0 || agreeing == 0);
   if (nested && !clear && cavities.empty()) {
     throw InputError(fmt::format(
@@ -180,7 +183,7 @@ RepairedSurface repair_surface(TriangleSurface soup, const PieceFilter& filter, 
     }
   }();
 
-  // stray shells
+  // drop the shells that the filter refuses
   std::vector<TriangleSurface> shells = split_shells(manifold);
   std::vector<double> volumes;
   for (const TriangleSurface& shell : shells) volumes.push_back(std::abs(enclosed_volume(shell)));

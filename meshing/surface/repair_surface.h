@@ -1,4 +1,4 @@
-// A segmented surface as users have it -> closed, oriented shells, with every repair told; or one clear error.
+// A surface file as users have it -> closed, oriented shells and a list of all repairs, or one error.
 #pragma once
 
 #include <optional>
@@ -12,15 +12,16 @@ namespace palpate {
 
 struct RepairedSurface {
   TriangleSurface surface;
-  std::vector<std::string> repairs;  // a sentence each, in order
+  std::vector<std::string> repairs;  // one sentence for each repair, in order
 };
 
-// Merges points nearer than 1e-6 of the box's diagonal; drops isolated points, flat and repeated triangles, and fins
-// (patches with a free edge that hang on an edge of three or more triangles); turns triangles and shells outward; drops
-// shells that the filter refuses. A shell inside another is a cavity when it is oriented so, and is kept or filled as
-// cavities says ("keep", "fill" or nothing).
-// Errors: InputError for a box of 1e9 mm and more, an open surface (loops and place), walls inside, self-intersections (pairs and place), shells
-// that cannot be oriented, and nested shells that all point outward while cavities is empty.
+// Merges points nearer than 1e-6 of the diagonal of the surface's box. Drops isolated points, flat and repeated
+// triangles, and fins: patches that have a free edge and hang on an edge of three or more triangles. Turns triangles
+// and shells outward. Drops the shells that the filter refuses. A shell inside another is a cavity if its orientation
+// says so. cavities decides what happens to it: "keep", "fill", or "" (keeps it). Errors: InputError for a surface
+// larger than 1e9 mm, an open surface, an edge of more than two triangles, a self-intersection, a one-sided surface,
+// and, with cavities = "", an inner shell whose orientation does not show whether it is a cavity. The message names
+// the first place where the surface fails.
 RepairedSurface repair_surface(TriangleSurface surface, const PieceFilter& filter, const std::string& cavities,
                                const std::string& name);
 

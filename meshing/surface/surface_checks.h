@@ -1,4 +1,4 @@
-// What a tetrahedral mesher needs of a surface, and where it fails: closed, free of self-intersections, outward.
+// Checks what a tetrahedral mesher needs: a closed surface without self-intersections that points outward.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,8 @@
 
 namespace palpate {
 
-// Pairs of triangles that cross or touch where they are not neighbours, and the centre of the first such triangle.
+// Number of pairs of triangles that cross, or touch without being neighbours. place: the centre of the first such
+// triangle.
 struct SelfIntersections {
   std::size_t pairs = 0;
   Point place{};
@@ -16,13 +17,13 @@ struct SelfIntersections {
 // The surface must be an oriented manifold.
 SelfIntersections find_self_intersections(const TriangleSurface& surface);
 
-// Tries to re-triangulate around self-intersections without changing the number of handles. Returns whether none are
-// left; the surface is untouched otherwise.
+// Re-triangulates around self-intersections without changing the number of handles. Returns whether no
+// self-intersection is left; if one is left, the surface stays unchanged.
 bool remove_self_intersections(TriangleSurface& surface);
 
-// Empty when each shell is closed and a manifold, nothing intersects and the whole encloses a positive volume with
-// shells alternating outward and inward from outside in; otherwise what is wrong, with its place. Order: cheapest
-// first.
+// Returns an empty text when each shell is a closed manifold, no triangles intersect, the surface encloses a positive
+// volume, and nested shells alternate outward and inward. Otherwise returns a description of the first defect and its
+// place. The cheapest checks come first.
 std::string first_defect(const TriangleSurface& surface);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Triangle surfaces on disk.
+// Reads and writes files of triangle surfaces.
 #pragma once
 
 #include <filesystem>
@@ -8,17 +8,18 @@
 
 namespace palpate {
 
-// By extension, atomically: .off and .obj (text, 17 digits), .ply (binary, double), .stl (binary, single precision: the
-// format has no other). Coordinates are written as they are; a comment, where the format has one, says "LPS mm".
-// Errors: InputError for another extension, OperationError for the disk.
+// Chooses the format by the extension: .off and .obj (text, 17 digits), .ply (binary, double precision) or .stl
+// (binary, single precision, because the format has no other). Writes the file under another name first, so that a
+// failure leaves no partial file. Does not change coordinates. Formats with comments get the comment "LPS mm".
+// Errors: InputError for another extension, OperationError when writing fails.
 void write_surface(const std::filesystem::path& file, const TriangleSurface& surface);
 void check_output_name(const std::filesystem::path& file);
 
-// Triangles as a file has them: points may repeat, triangles may be open, flat or turned. Polygons are cut into fans.
-// .off .obj .ply (text, binary) .stl (text, binary, whatever its header begins with) .vtp. Coordinates times
-// millimetres_per_unit.
-// Errors: InputError with the line or byte: not a number or not finite, an index out of range, counts that do not fit
-// the file's size, a file that ends early, no triangles.
+// Reads .off, .obj, .ply (text, binary), .stl (text, binary) or .vtp and multiplies the coordinates by
+// millimetres_per_unit. Does not repair: points may be repeated; triangles may be flat, turned or leave holes. Cuts
+// polygons into fans of triangles. Errors: InputError that names the line or byte, for a coordinate that is not a
+// finite number, an index out of range, counts that do not fit the size of the file, a file that ends early, or no
+// triangles.
 TriangleSurface read_surface(const std::filesystem::path& file, double millimetres_per_unit);
 
 }  // namespace palpate

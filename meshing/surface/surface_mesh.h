@@ -1,4 +1,4 @@
-// CGAL's mesh for the files of this folder that call CGAL; not for other headers.
+// Converts between TriangleSurface and CGAL's mesh. Include this header in sources only: CGAL takes long to compile.
 #pragma once
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -13,8 +13,8 @@ namespace palpate {
 using CgalKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using CgalMesh = CGAL::Surface_mesh<CgalKernel::Point_3>;
 
-// The surface must be an oriented manifold (throws std::logic_error). Both functions keep the order. They are inline because a
-// source of their own would take longer to compile than all their copies.
+// The surface must be an oriented manifold (else std::logic_error). Both functions keep the order of points and
+// triangles. They are inline because a source of their own would take longer to compile than all their copies.
 inline CgalMesh to_cgal(const TriangleSurface& surface) {
   CgalMesh mesh;
   mesh.reserve(static_cast<unsigned>(surface.points.size()), static_cast<unsigned>(surface.triangles.size() * 3 / 2),

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// Running least, mean and most.
+// Collects the least, mean and largest of the values added.
 class Collect {
  public:
   void add(double value) {
@@ -48,7 +48,7 @@ SurfaceQuality measure_quality(const TriangleSurface& closed) {
     const std::array<double, 3> side = {length(r - q), length(p - r), length(q - p)};
     const double twice_area = length(cross(q - p, r - p));
     for (int s = 0; s < 3; ++s) {
-      edges.add(side[s]);  // every edge of a closed surface twice: the mean is right
+      edges.add(side[s]);  // a closed surface counts each edge twice, which leaves the mean unchanged
       const double x = side[(s + 1) % 3], y = side[(s + 2) % 3];
       least_angle = std::min(least_angle, std::asin(std::clamp(twice_area / (x * y), 0.0, 1.0)));
     }

@@ -1,4 +1,4 @@
-// How good a surface is, in figures, for a reader and for a program.
+// Measures the quality of a surface and reports it as text and as JSON.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,21 @@ struct SurfaceQuality {
   std::size_t triangles = 0, points = 0, shells = 0;
   std::int64_t handles = 0;
   Spread edge_mm;
-  Spread radius_ratio;  // of each triangle, as in triangle_surface.h
+  Spread radius_ratio;  // of the triangles; see radius_ratio in triangle_surface.h
   double least_angle_deg = 0;
   double area_mm2 = 0, volume_mm3 = 0;
-  Point centroid{};  // of the volume
+  Point centroid{};  // of the enclosed volume
 };
 SurfaceQuality measure_quality(const TriangleSurface& closed);
 
-// Distance from points of the reference (at most 100,000, evenly picked) to the nearest point of the surface.
+// Distance from points of the reference to the nearest point of the surface. Uses at most 100,000 points, picked
+// evenly.
 struct SurfaceDistance {
   double mean_mm = 0, p95_mm = 0, most_mm = 0;
 };
 SurfaceDistance measure_distance(const TriangleSurface& reference, const TriangleSurface& surface);
 
-// reference_name: what the volume and the distance are compared with ("voxels", "input").
+// reference_name names what the volume and the distance are compared with: "voxels" or "input".
 nlohmann::ordered_json report_json(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
                                    const std::string& reference_name);
 std::string report_text(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,

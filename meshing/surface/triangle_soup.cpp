@@ -19,11 +19,11 @@ std::size_t keep_triangles(TriangleSurface& soup, const std::vector<bool>& keep)
   return dropped;
 }
 
-// One use of an edge by a triangle, sorted by edge.
+// One triangle at one edge. The list of these is sorted by edge.
 struct EdgeUse {
   std::int32_t low, high;
   std::int32_t triangle;
-  bool forward;  // the triangle runs from low to high
+  bool forward;  // the triangle runs along the edge from its low to its high point
 };
 
 std::vector<EdgeUse> edge_uses(const TriangleSurface& soup) {
@@ -41,7 +41,7 @@ std::vector<EdgeUse> edge_uses(const TriangleSurface& soup) {
   return uses;
 }
 
-// Calls each(first, count) for the uses of every edge.
+// Calls each(first, count) for each edge, with the range of the edge's triangles.
 template <class Each>
 void for_each_edge(const std::vector<EdgeUse>& uses, const Each& each) {
   for (std::size_t first = 0; first < uses.size();) {
@@ -73,7 +73,7 @@ class UnionFind {
 }  // namespace
 
 std::size_t merge_near_points(TriangleSurface& soup, double tolerance) {
-  // cells much larger than the tolerance, so that a point rarely has to look beyond its own
+  // the cells are much larger than the tolerance, so that a search rarely needs a second cell
   const Point origin = bounding_box(soup).low;
   const double cell = std::max(64 * tolerance, 1e-300);
   const auto key = [](std::int64_t i, std::int64_t j, std::int64_t k) {
@@ -178,7 +178,7 @@ std::size_t orient_patches(TriangleSurface& soup, bool* orientable) {
   const std::vector<EdgeUse> uses = edge_uses(soup);
   struct Neighbour {
     std::int32_t triangle;
-    bool same_way;  // both run along the edge in the same direction: one of them is turned
+    bool same_way;  // both triangles run along the edge in the same direction, so one of them is turned
   };
   std::vector<std::vector<Neighbour>> neighbours(soup.triangles.size());
   for_each_edge(uses, [&](std::size_t first, std::size_t count) {

@@ -1,4 +1,4 @@
-// Repairs of triangles that are not yet a mesh: points and index triples.
+// Repairs triangles that do not yet form a mesh: a list of points and triangles that refer to them.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,24 @@
 
 namespace palpate {
 
-// Each returns how many points or triangles it dropped or turned.
-std::size_t merge_near_points(TriangleSurface& soup, double tolerance);  // onto the first of them in the file
+// Each function returns how many points or triangles it dropped.
+std::size_t merge_near_points(TriangleSurface& soup, double tolerance);  // keeps the first of the near points
 std::size_t drop_isolated_points(TriangleSurface& soup);
-std::size_t drop_collapsed_triangles(TriangleSurface& soup);  // two corners are one point
-std::size_t drop_repeated_triangles(TriangleSurface& soup);   // the same three points, whatever their order
+std::size_t drop_collapsed_triangles(TriangleSurface& soup);  // those with the same point at two corners
+std::size_t drop_repeated_triangles(TriangleSurface& soup);   // those with the same three points in any order
 
-// Drops patches (triangles joined through edges of two) that have a free edge and hang on an edge of three or more;
-// never the patch of largest area.
+// Drops fins: patches that have a free edge and hang on an edge of three or more triangles. A patch is a set of
+// triangles connected through edges of two triangles. Never drops the patch of largest area. Returns the number of
+// triangles dropped.
 std::size_t drop_fins(TriangleSurface& soup);
 
-// Turns triangles so that both at an edge of two run along it in opposite directions; of each patch the lesser part is
-// turned. *orientable is false where a patch has one side only.
+// Turns triangles until the two triangles at each edge run along it in opposite directions. In each patch it turns
+// the smaller part. *orientable becomes false when a patch has only one side (a Moebius strip). Returns the number of
+// triangles turned.
 std::size_t orient_patches(TriangleSurface& soup, bool* orientable);
 
-// Edges by number of triangles: free (1) and crowded (3 or more), with the middle of the first of each.
+// Counts the edges of one triangle (free), the loops of free edges, and the edges of three or more triangles
+// (crowded). The places are the middles of the first free and of the first crowded edge.
 struct EdgeCensus {
   std::size_t free = 0, loops = 0, crowded = 0;
   Point free_place{}, crowded_place{};

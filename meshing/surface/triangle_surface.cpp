@@ -31,7 +31,7 @@ double radius_ratio(const Point& p, const Point& q, const Point& r) {
   const Point n = cross(q - p, r - p);
   const auto length = [](const Point& side) { return std::sqrt(dot(side, side)); };
   const double a = length(r - q), b = length(p - r), c = length(q - p);
-  // 16 A^2 / (a b c (a + b + c)); 0 of a point
+  // 16 A^2 / (a b c (a + b + c)); 0 when all corners coincide
   const double below = a * b * c * (a + b + c);
   return below > 0 ? 4 * dot(n, n) / below : 0;
 }
@@ -68,7 +68,7 @@ Point centroid_of_volume(const TriangleSurface& surface) {
 }
 
 std::vector<std::int32_t> shell_of_triangle(const TriangleSurface& surface, std::int32_t* count) {
-  // union of the points of every triangle
+  // union-find over the points of every triangle
   std::vector<std::int32_t> parent(surface.points.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](std::int32_t i) {
@@ -79,7 +79,7 @@ std::vector<std::int32_t> shell_of_triangle(const TriangleSurface& surface, std:
     parent[root(b)] = root(a);
     parent[root(c)] = root(a);
   }
-  // number the roots in order of first appearance
+  // number the shells in the order in which they first appear
   std::vector<std::int32_t> number(surface.points.size(), -1), shell;
   shell.reserve(surface.triangles.size());
   *count = 0;

@@ -1,4 +1,4 @@
-// A triangle surface in memory: what every step of image -> surface passes on.
+// A triangle surface in memory. All steps from the image to the surface pass it on.
 #pragma once
 
 #include <array>
@@ -39,19 +39,20 @@ struct Box {
 Box bounding_box(const TriangleSurface& surface);
 void translate(TriangleSurface& surface, const Point& by);
 
-// 2 r / R of a triangle's inscribed and circumscribed circles: 1 is equilateral, 0 is flat. Where it is q, no angle is
-// below the a with 8 sin(a / 2) sin(45 - a / 4 degrees)^2 = q: 10 degrees at 0.32, 16.8 at 0.5.
+// 2 r / R, where r is the radius of the inscribed circle and R that of the circumscribed circle: 1 for an equilateral
+// triangle, 0 for a flat one. At a ratio q no angle is below the angle a (degrees) that solves 8 sin(a / 2) sin(45 -
+// a / 4)^2 = q: 10 degrees at 0.32, 16.8 degrees at 0.5.
 double radius_ratio(const Point& p, const Point& q, const Point& r);
 
 double area(const TriangleSurface& surface);
-// Signed volume, positive when triangles point outward; sums of several shells. Taken about the box's centre, so that a
-// surface far from the origin loses no digits.
+// Signed volume, positive when the triangles point outward; the sum over all shells. Computed relative to the centre
+// of the box, so that a surface far from the origin loses no digits.
 double enclosed_volume(const TriangleSurface& surface);
 Point centroid_of_volume(const TriangleSurface& surface);
 
-// Which connected shell each triangle belongs to (connected through shared vertices): 0 .. *count - 1.
+// Returns the shell of each triangle, 0 .. *count - 1. Triangles that share a point belong to the same shell.
 std::vector<std::int32_t> shell_of_triangle(const TriangleSurface& surface, std::int32_t* count);
-// The triangles for which keep[triangle] is true, unused points dropped.
+// Returns the triangles for which keep[triangle] is true and the points that they use.
 TriangleSurface subset(const TriangleSurface& surface, const std::vector<bool>& keep);
 
 }  // namespace palpate

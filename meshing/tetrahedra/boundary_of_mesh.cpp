@@ -1,4 +1,4 @@
-// Finds the faces of the mesh that bound the regions, and checks that they form closed surfaces.
+// Finds the faces that bound the regions by sorting all faces of all elements.
 #include "meshing/tetrahedra/boundary_of_mesh.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 struct Face {
-  Triangle key;  // sorted
+  Triangle key;  // corners in ascending order
   Triangle outward;
   std::int32_t region;
 };
@@ -31,7 +31,7 @@ std::vector<Face> faces_of(const TetrahedralMesh& mesh) {
   return faces;
 }
 
-// Of the triangles around empty space, connected shells that enclose a negative volume are cavities.
+// Splits the triangles next to empty space: connected shells that enclose a negative volume become cavities.
 void find_cavities(VolumeBoundary& boundary) {
   TriangleSurface skin{boundary.points, {}};
   for (const auto& patch : boundary.patches)
@@ -63,7 +63,7 @@ void find_cavities(VolumeBoundary& boundary) {
 VolumeBoundary boundary_of(const TetrahedralMesh& mesh) {
   VolumeBoundary boundary;
   boundary.region_names = mesh.region_names;
-  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Triangle>> triangles;  // by behind, ahead
+  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Triangle>> triangles;  // by the regions behind and ahead
   const std::vector<Face> faces = faces_of(mesh);
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const bool paired = f + 1 < faces.size() && faces[f + 1].key == faces[f].key;

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// A surface and the regions on its two sides.
+// A connected surface and the regions on its two sides.
 struct Side {
   std::int32_t behind, ahead;
 };
@@ -29,7 +29,7 @@ std::vector<Side> split_patches(const VolumeBoundary& boundary, ConnectedVolumes
   return sides;
 }
 
-// One loop per connected, closed set of surfaces: surfaces that share a point belong together.
+// Makes one loop for each connected, closed set of surfaces. Surfaces that share a point belong to the same loop.
 std::vector<std::vector<int>> loops_around(const VolumeBoundary& boundary, const ConnectedVolumes& parts,
                                            const std::vector<Side>& sides, std::int32_t region) {
   std::vector<std::vector<int>> loops;
@@ -41,7 +41,7 @@ std::vector<std::vector<int>> loops_around(const VolumeBoundary& boundary, const
     for (const Triangle& t : parts.surfaces[s])
       for (const std::int32_t v : t) {
         const std::int32_t other = loop_of_point[v];
-        if (other >= 0 && other != mine) {  // the older loop joins this one
+        if (other >= 0 && other != mine) {  // the surface joins two loops: merge them
           loops[mine].insert(loops[mine].end(), loops[other].begin(), loops[other].end());
           loops[other].clear();
           std::replace(loop_of_point.begin(), loop_of_point.end(), other, mine);
@@ -54,7 +54,7 @@ std::vector<std::vector<int>> loops_around(const VolumeBoundary& boundary, const
   return loops;
 }
 
-// The loop's triangles, turned so that they point out of the region.
+// Returns the triangles of the loop, turned so that they point out of the region.
 TriangleSurface surface_of(const VolumeBoundary& boundary, const ConnectedVolumes& parts,
                            const std::vector<Side>& sides, std::int32_t region, const std::vector<int>& loop) {
   TriangleSurface whole{boundary.points, {}};
@@ -69,10 +69,10 @@ TriangleSurface surface_of(const VolumeBoundary& boundary, const ConnectedVolume
 struct Loop {
   std::vector<int> surfaces;
   TriangleSurface outward;
-  double volume;  // negative around what is cut out of the region
+  double volume;  // negative for a loop around a hole of the region
 };
 
-// A hole belongs to the smallest loop around it.
+// Gives each hole to the smallest volume that encloses it.
 std::vector<ConnectedVolumes::Volume> volumes_of(const std::vector<Loop>& loops, std::int32_t region,
                                                  const std::string& name) {
   std::vector<ConnectedVolumes::Volume> volumes;

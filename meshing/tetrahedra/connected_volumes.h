@@ -1,4 +1,5 @@
-// Regions and patches taken apart: gmsh's HXT fails on a volume or a surface that is in several pieces.
+// Splits regions and patches into connected volumes and surfaces, because gmsh's HXT fails on a volume or a surface
+// of several pieces.
 #pragma once
 
 #include <array>
@@ -12,16 +13,17 @@ namespace palpate {
 struct ConnectedVolumes {
   struct Volume {
     std::int32_t region = 0;
-    // Closed sets of surfaces, by their index: the one around the volume, then those around what is cut out of it.
+    // Closed sets of surfaces, by index. The first encloses the volume; each further one bounds a hole in it.
     std::vector<std::vector<int>> loops;
   };
-  std::vector<std::vector<std::array<std::int32_t, 3>>> surfaces;  // the patches' connected pieces
-  std::vector<Volume> volumes;                                     // of the regions in their order
+  std::vector<std::vector<std::array<std::int32_t, 3>>> surfaces;  // the connected pieces of the patches
+  std::vector<Volume> volumes;                                     // region by region
 };
 
-// Two tumours of one region are two volumes; two cavities of one patch are two surfaces. Surfaces that share a point belong
-// together. Cost: linear in the triangles, and where a region is in several pieces, its pieces times its triangles. Errors:
-// VerificationError where a region is cut out that nothing is around.
+// For example, two tumours of one region become two volumes; two cavities of one patch become two surfaces. Surfaces
+// that share a point belong to the same closed set. Cost: linear in the triangles; for a region of several pieces,
+// the number of pieces times its triangles. Errors: VerificationError for a hole that no volume of its region
+// encloses.
 ConnectedVolumes connected_volumes(const VolumeBoundary& boundary);
 
 }  // namespace palpate

@@ -20,8 +20,8 @@ namespace {
 using Point = std::array<double, 3>;
 using Triangle = std::array<std::int32_t, 3>;
 
-// gmsh has absolute tolerances: it is given coordinates of about one around zero. A power of two, so that scaling back
-// rounds nothing.
+// gmsh has absolute tolerances, so it gets coordinates of about one around zero. The scale is a power of two, so that
+// scaling back is exact.
 struct Frame {
   Point center{};
   double unit = 1;
@@ -51,7 +51,7 @@ Frame unit_frame(const std::vector<Point>& points) {
 }
 
 void describe_to_gmsh(const VolumeBoundary& boundary, const ConnectedVolumes& parts, const Frame& frame) {
-  // Each point belongs to one entity: that of the first surface using it.
+  // In gmsh each point belongs to one entity: here the first surface that uses it.
   std::vector<bool> given(boundary.points.size(), false);
   for (int s = 0; s < static_cast<int>(parts.surfaces.size()); ++s) {
     std::vector<std::size_t> tags, corners;
@@ -81,7 +81,7 @@ void describe_to_gmsh(const VolumeBoundary& boundary, const ConnectedVolumes& pa
   gmsh::model::geo::synchronize();
 }
 
-// The child's work: everything that touches gmsh. Nodes of the boundary keep the index they had.
+// The work of the child process: all calls of gmsh. Nodes of the boundary keep their index.
 std::string fill_in_gmsh(const VolumeBoundary& boundary, const FillOptions& options) {
   const Frame frame = unit_frame(boundary.points);
   const ConnectedVolumes parts = connected_volumes(boundary);
@@ -104,7 +104,7 @@ std::string fill_in_gmsh(const VolumeBoundary& boundary, const FillOptions& opti
     }
   }
   for (int v = 0; v < static_cast<int>(parts.volumes.size()); ++v) {
-    tags.clear();  // what is not empty counts as preallocated
+    tags.clear();  // gmsh takes a vector that is not empty as preallocated
     corners.clear();
     gmsh::model::mesh::getElementsByType(4, tags, corners, v + 1);
     for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
@@ -116,8 +116,9 @@ std::string fill_in_gmsh(const VolumeBoundary& boundary, const FillOptions& opti
   return to_bytes(mesh);
 }
 
-// A face as seen from a tetrahedron (or, of a boundary triangle, what lies behind it). odd: the corners' cyclic order
-// is that of the sorted key reversed; the two elements at a face see it with opposite parity.
+// One side of a face, as its tetrahedron sees it. For a boundary triangle it is the side behind the triangle. odd:
+// the cyclic order of the corners is the reverse of the sorted key. The two elements at a face have opposite values
+// of odd.
 struct FaceUse {
   Triangle key;
   bool odd;
@@ -197,7 +198,7 @@ TetrahedralMesh best_of_tries(const std::vector<FillOptions>& tries, const FillO
         if (improvement) *improvement = tried_improvement;
       }
     } catch (const std::exception&) {
-      if (t == 0) throw;  // the later tries only look for a better mesh than the first one
+      if (t == 0) throw;  // a later try only looks for a better mesh, so its failure is ignored
     }
     if (best_dihedral >= tries[t].goal) break;
   }
@@ -219,7 +220,7 @@ TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillO
 
 std::size_t verify_boundary_kept(const VolumeBoundary& boundary, const TetrahedralMesh& mesh) {
   struct Expected {
-    FaceUse use;  // from behind
+    FaceUse use;  // the side behind the triangle
     std::int32_t ahead;
     Triangle triangle;
   };
@@ -240,7 +241,7 @@ std::size_t verify_boundary_kept(const VolumeBoundary& boundary, const Tetrahedr
   for (std::size_t first = 0, end = 0; first < faces.size(); first = end) {
     while (end < faces.size() && faces[end].key == faces[first].key) ++end;
     if (next != expected.end() && next->use.key < faces[first].key) lost(*next, "no element has it");
-    // The regions that this face's elements say are behind and ahead of it.
+    // the regions behind and ahead of the face, according to its elements
     std::int32_t even = VolumeBoundary::kOutside, odd = VolumeBoundary::kOutside;
     for (std::size_t f = first; f < end; ++f) (faces[f].odd ? odd : even) = faces[f].region;
     const bool overlap = end - first > 2 || (end - first == 2 && faces[first].odd == faces[first + 1].odd);

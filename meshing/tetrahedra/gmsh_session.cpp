@@ -18,14 +18,14 @@ GmshSession::GmshSession(const std::vector<std::string>& assignments) {
   gmsh::option::setNumber("General.Terminal", 0);
   gmsh::option::setNumber("General.NumThreads", 1);
   gmsh::option::setNumber("Mesh.RandomSeed", 1);
-  gmsh::option::setNumber("Mesh.Renumber", 0);  // nodes keep the tags they are given
+  gmsh::option::setNumber("Mesh.Renumber", 0);  // nodes keep their tags
   gmsh::logger::start();
 }
 
 GmshSession::~GmshSession() {
   try {
     gmsh::finalize();
-  } catch (...) {  // gmsh throws std::string; nothing is left to do here
+  } catch (...) {  // gmsh throws std::string; a destructor must not throw
   }
 }
 
@@ -33,7 +33,8 @@ void GmshSession::use_hxt(double size, double optimize_below) {
   gmsh::option::setNumber("Mesh.Algorithm3D", 10);
   gmsh::option::setNumber("Mesh.Optimize", optimize_below > 0 ? 1 : 0);
   gmsh::option::setNumber("Mesh.OptimizeThreshold", optimize_below);
-  gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 1);  // without it: slower, and slivers where sizes differ
+  gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary",
+                          1);  // without it HXT is slower and makes slivers where edge lengths differ
   if (size > 0) gmsh::option::setNumber("Mesh.MeshSizeMax", size);
 }
 

@@ -1,4 +1,4 @@
-// gmsh from initialize to finalize, with its global state set the same way every time. Use it in a child process.
+// Runs gmsh from initialize to finalize. Sets its global state the same way every time. Use it in a child process.
 #pragma once
 
 #include <string>
@@ -8,16 +8,17 @@ namespace palpate {
 
 class GmshSession {
  public:
-  // assignments: "name=value" for the DefineConstant parameters of a .geo file.
+  // assignments: "name=value", which set the DefineConstant parameters of a .geo file.
   explicit GmshSession(const std::vector<std::string>& assignments = {});
   ~GmshSession();
   GmshSession(const GmshSession&) = delete;
   GmshSession& operator=(const GmshSession&) = delete;
 
-  // HXT on one thread; size: largest edge inside (0: as the surface or the geometry says); optimize_below: FillOptions.
+  // Selects HXT on one thread. size: largest edge inside; 0: as the surface or the geometry says. optimize_below: see
+  // FillOptions.
   void use_hxt(double size, double optimize_below);
 
-  // Errors: OperationError with gmsh's own first error.
+  // Errors: OperationError with the first error that gmsh reports.
   void generate(int dimension);
 };
 

@@ -31,7 +31,7 @@ void write_all(int descriptor, const std::string& bytes) {
 }
 
 [[noreturn]] void be_the_child(int descriptor, const std::function<std::string()>& work) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // do not outlive the program
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // the kernel kills the child when the program ends
   const rlimit no_core = {0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) std::signal(signal, SIG_DFL);
@@ -48,7 +48,7 @@ void write_all(int descriptor, const std::string& bytes) {
     answer = static_cast<char>(operation_error) + std::string("out of memory");
   } catch (const std::exception& error) {
     answer = static_cast<char>(operation_error) + std::string(error.what());
-  } catch (const std::string& error) {  // gmsh
+  } catch (const std::string& error) {  // gmsh throws these
     answer = static_cast<char>(operation_error) + error;
   } catch (...) {
     answer = static_cast<char>(operation_error) + std::string("unknown exception");
@@ -57,7 +57,7 @@ void write_all(int descriptor, const std::string& bytes) {
   _exit(0);
 }
 
-// Everything the child writes until it closes; false when time runs out first.
+// Reads all that the child writes until it closes the pipe. Returns false when the time runs out first.
 bool read_until_closed(int descriptor, double time_limit, std::string& bytes) {
   using Clock = std::chrono::steady_clock;
   const auto deadline =
@@ -82,7 +82,7 @@ bool read_until_closed(int descriptor, double time_limit, std::string& bytes) {
 std::string run_in_child(const std::string& what, double time_limit, const std::function<std::string()>& work) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw OperationError(fmt::format("pipe failed: {}", std::strerror(errno)));
-  std::fflush(nullptr);  // or the child would print our buffered output a second time
+  std::fflush(nullptr);  // otherwise the child would print our buffered output a second time
   const pid_t child = fork();
   if (child < 0) throw OperationError(fmt::format("fork failed: {}", std::strerror(errno)));
   if (child == 0) {

@@ -1,4 +1,5 @@
-// Third-party meshers crash, hang and keep global state: they run in a child process that hands back bytes.
+// Runs a mesher in a child process, because the meshers can crash, hang and keep global state. The child returns
+// bytes.
 #pragma once
 
 #include <functional>
@@ -6,9 +7,9 @@
 
 namespace palpate {
 
-// Forks, runs work in the child and returns the bytes it returned. The child prints nothing. what: "gmsh", for the
-// sentence. Errors: InputError and OperationError as thrown by work; OperationError when the child crashes, runs out of
-// memory or is still running after time_limit seconds (it is then killed).
+// Forks, runs work in the child and returns the bytes that work returned. The child prints nothing. what names the
+// mesher in messages ("gmsh"). Errors: InputError and OperationError as thrown by work; OperationError when the child
+// crashes or runs out of memory, or when it still runs after time_limit seconds and is killed.
 std::string run_in_child(const std::string& what, double time_limit, const std::function<std::string()>& work);
 
 }  // namespace palpate

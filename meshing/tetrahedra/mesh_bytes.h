@@ -1,4 +1,4 @@
-// A mesh as bytes between a child process and its parent on one machine; not a file format.
+// Converts a mesh to bytes and back, to pass it from a child process to its parent. This is not a file format.
 #pragma once
 
 #include <string>
@@ -8,6 +8,6 @@
 namespace palpate {
 
 std::string to_bytes(const TetrahedralMesh& mesh);
-TetrahedralMesh from_bytes(const std::string& bytes);  // of to_bytes, trusted
+TetrahedralMesh from_bytes(const std::string& bytes);  // bytes made by to_bytes; they are not checked
 
 }  // namespace palpate

@@ -18,8 +18,8 @@ Vector3d node(const TetrahedralMesh& mesh, std::size_t e, int corner) {
   return Vector3d::Map(mesh.nodes[mesh.tetrahedra[e][corner]].data());
 }
 
-// 3 r_in / r_circ of edge vectors a, b, c from one corner: r_in = 3V / sum of face areas,
-// r_circ = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)| / (12 V).
+// Radius ratio 3 r_in / r_circ of the element with the edge vectors a, b, c from one corner: r_in = 3 V / (sum of the
+// face areas), r_circ = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)| / (12 V).
 double radius_ratio(const Vector3d& a, const Vector3d& b, const Vector3d& c, double volume) {
   const double areas = (a.cross(b).norm() + b.cross(c).norm() + c.cross(a).norm() + (b - a).cross(c - a).norm()) / 2;
   const double circumsphere =
@@ -42,7 +42,8 @@ ElementShape shape_of(const TetrahedralMesh& mesh, std::size_t e) {
   const double volume = a.dot(b.cross(c)) / 6;
   ElementShape shape = {volume, 0, 180, radius_ratio(a, b, c, volume)};
   if (!(volume > 0)) return shape;
-  // Outward normal of the face opposite each corner; the dihedral at an edge is pi minus the angle between two of them.
+  // Outward normals of the faces opposite each corner. The dihedral angle at an edge is pi minus the angle between
+  // the normals of its two faces.
   Vector3d normal[4];
   for (int i = 0; i < 4; ++i) {
     const Vector3d &q = p[(i + 1) % 4], &r = p[(i + 2) % 4], &s = p[(i + 3) % 4];
@@ -53,7 +54,7 @@ ElementShape shape_of(const TetrahedralMesh& mesh, std::size_t e) {
   shape.largest_dihedral = 0;
   for (int i = 0; i < 4; ++i)
     for (int j = i + 1; j < 4; ++j) {
-      // atan2 keeps digits near 0 and 180 degrees, where acos loses them.
+      // atan2 stays accurate near 0 and 180 degrees; acos does not.
       const double angle = std::atan2(normal[i].cross(normal[j]).norm(), -normal[i].dot(normal[j]));
       shape.smallest_dihedral = std::min(shape.smallest_dihedral, angle * 180 / std::numbers::pi);
       shape.largest_dihedral = std::max(shape.largest_dihedral, angle * 180 / std::numbers::pi);

@@ -1,4 +1,4 @@
-// How good the tetrahedra are, and the gate that a mesh passes before it is written.
+// Measures the quality of a tetrahedral mesh. A mesh is only written when it passes the limits in QualityGate.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace palpate {
 
 struct ElementShape {
   double volume;                               // signed
-  double smallest_dihedral, largest_dihedral;  // degrees; 0 and 180 unless the volume is positive
+  double smallest_dihedral, largest_dihedral;  // degrees; 0 and 180 if the volume is not positive
   double radius_ratio;                         // 3 r_in / r_circ: 1 for the regular tetrahedron, 0 for a flat one
 };
 
@@ -22,16 +22,17 @@ struct MeshQuality {
     double value = 0;
     std::size_t tetrahedron = 0;
   };
-  Worst volume;    // smallest signed volume, mesh unit cubed
+  Worst volume;    // smallest signed volume, in the cube of the mesh's unit
   Worst dihedral;  // smallest dihedral angle, degrees
   Worst largest_dihedral;
   Worst radius_ratio;                 // smallest 3 r_in / r_circ: 1 for the regular tetrahedron, 0 for a flat one
-  double mean_smallest_dihedral = 0;  // of each element's smallest
+  double mean_smallest_dihedral = 0;  // mean over the elements of their smallest dihedral angle, degrees
   double mean_radius_ratio = 0;
   std::vector<double> region_volume;
 };
 
-// One pass over the elements. An inverted or flat element has radius ratio <= 0 and dihedral 0. Errors: none.
+// Measures all elements in one pass. An inverted or flat element has a radius ratio of at most 0 and a dihedral angle
+// of 0.
 MeshQuality measure_quality(const TetrahedralMesh& mesh);
 
 struct QualityGate {
@@ -39,7 +40,8 @@ struct QualityGate {
   double min_radius_ratio = 0;
 };
 
-// Errors: VerificationError that names the worst element: its index, region, centroid, value, the limit and what to do.
+// Compares the worst elements with the limits. Errors: VerificationError that names the worst element, its index,
+// region, centroid and value, the limit and what to do.
 void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const QualityGate& gate);
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ std::size_t surface_vertices(const TetrahedralMesh& mesh) {
   return vertices.size();
 }
 
-// "x 15.2 .. 201, y ...": what boundary files and scenes are written against.
+// Returns the box of the mesh, "x 15.2 .. 201, y ...". Users need it to write boundary files and scenes.
 std::string extent_of(const TetrahedralMesh& mesh) {
   std::string text;
   for (int d = 0; d < 3; ++d) {

@@ -1,4 +1,4 @@
-// What palpate-tetrahedra says about the mesh it made, for people and for programs.
+// The report of palpate-tetrahedra on its mesh, as text and as JSON.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +16,14 @@ struct MeshReport {
   std::vector<std::string> inputs;
   TetrahedralMesh mesh;
   MeshQuality quality;
-  double goal = 0;  // degrees, of the improvement
+  double goal = 0;  // degrees; the goal of the improvement
   Improvement improvement;
-  std::size_t surface_triangles = 0, kept_triangles = 0;  // 0: the input was no surface
-  std::vector<double> region_volume_of_surface;           // per region, or empty
-  std::vector<double> region_volume_of_voxels;            // mm^3, likewise
+  std::size_t surface_triangles = 0, kept_triangles = 0;  // 0 if the input was not a surface
+  std::vector<double> region_volume_of_surface;           // [regions] or empty
+  std::vector<double> region_volume_of_voxels;            // [regions] or empty, mm^3
 };
 
-// What each region's triangles enclose, by the divergence theorem.
+// Returns the volume that the triangles of each region enclose, by the divergence theorem.
 std::vector<double> enclosed_volumes(const VolumeBoundary& boundary);
 
 std::string text_of(const MeshReport& report);

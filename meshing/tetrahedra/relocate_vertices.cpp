@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using Index = std::int32_t;
 
-// Elements around each vertex, as one array.
+// The elements around each vertex, all in one array.
 class Stars {
  public:
   explicit Stars(const TetrahedralMesh& mesh)
@@ -50,7 +50,8 @@ class Relocation {
     return std::any_of(mesh_.tetrahedra[e].begin(), mesh_.tetrahedra[e].end(), [&](Index v) { return is_movable(v); });
   }
 
-  // Corners of the elements and of all elements that share a vertex with them, rings times; in ascending order.
+  // Returns the corners of the elements and of all elements that share a vertex with them, repeated rings times, in
+  // ascending order.
   std::vector<Index> vertices_near(const std::vector<Index>& elements, int rings) {
     std::vector<Index> vertices;
     for (const Index e : elements)
@@ -75,13 +76,14 @@ class Relocation {
     return below;
   }
 
-  // Direct search: the best of 26 directions, the step halved where none is better. Returns whether the vertex moved.
+  // Direct search: goes to the best of 26 directions and halves the step where none is better. Returns whether the
+  // vertex moved.
   bool relocate(Index v) {
     if (settled_[v] || !is_movable(v)) return false;
-    settled_[v] = 1;  // until something around it moves
+    settled_[v] = 1;  // until a vertex around it moves
     const Vector3d before = position(v);
     const Star start = star_at(v, before, -1);
-    if (start.dihedral >= kRoom * goal_) return false;  // limits nobody
+    if (start.dihedral >= kRoom * goal_) return false;  // already good enough; does not hold back its neighbours
     const double ratio_floor = std::min(start.radius_ratio, kGoodRadiusRatio);
     const double edge = shortest_edge(v);
     Vector3d best = before;
@@ -109,13 +111,14 @@ class Relocation {
   }
 
  private:
-  static constexpr double kRoom = 1.5;             // stars better than this times the goal are left alone
-  static constexpr double kGoodRadiusRatio = 0.2;  // a move makes none smaller than this, or than the worst there was
-  static constexpr double kLeastGain = 0.01;       // degrees; so that rounds end
+  static constexpr double kRoom = 1.5;  // vertices whose elements all exceed this times the goal stay
+  static constexpr double kGoodRadiusRatio =
+      0.2;  // no move makes a radius ratio smaller than both this and the worst one before
+  static constexpr double kLeastGain = 0.01;  // degrees; a smaller gain does not count, so that the rounds end
   static constexpr int kTurns = 40;
   enum State : std::uint8_t { kUnknown, kFixed, kFree };
   struct Star {
-    double dihedral, radius_ratio;  // the smallest
+    double dihedral, radius_ratio;  // the smallest of the elements around the vertex
   };
 
   static void sort_unique(std::vector<Index>& list) {
@@ -135,10 +138,10 @@ class Relocation {
     return all;
   }
 
-  // Inside one region: each face at v is shared by two elements, and all are of the same region.
+  // Returns whether the vertex is interior to one region: each face at v belongs to two elements of the same region.
   bool is_movable(Index v) {
     if (movable_[v] != kUnknown) return movable_[v] == kFree;
-    std::vector<std::array<Index, 2>> links;  // the two other corners of each face at v
+    std::vector<std::array<Index, 2>> links;  // the other two corners of each face at v
     bool one_region = true;
     for (auto e = stars_.begin(v); e != stars_.end(v); ++e) {
       one_region = one_region && mesh_.region[*e] == mesh_.region[*stars_.begin(v)];
@@ -162,8 +165,8 @@ class Relocation {
   Vector3d position(Index v) const { return Vector3d::Map(mesh_.nodes[v].data()); }
   void move_to(Index v, const Vector3d& p) { mesh_.nodes[v] = {p.x(), p.y(), p.z()}; }
 
-  // Gives up at the first element that is no better than floor; that one then stands first, as it often is the next to
-  // fail too.
+  // Stops at the first element that is not better than floor. Moves this element to the front, because it often fails
+  // again.
   Star star_at(Index v, const Vector3d& p, double floor) {
     const Vector3d before = position(v);
     move_to(v, p);
@@ -198,7 +201,7 @@ class Relocation {
   double goal_;
   Stars stars_;
   std::vector<std::uint8_t> movable_;
-  std::vector<std::uint8_t> settled_;  // tried in vain since anything around it moved
+  std::vector<std::uint8_t> settled_;  // a try failed and no vertex around it has moved since
 };
 
 }  // namespace
@@ -231,7 +234,7 @@ Improvement improve_worst_elements(TetrahedralMesh& mesh, double goal) {
     below = relocation.elements_below_goal_at(vertices);
     std::erase_if(below, is_out_of_reach);
     if (!any && rings == kMostRings) break;
-    if (below.size() == count) rings = std::min(rings + 1, kMostRings);  // what is near leaves no room
+    if (below.size() == count) rings = std::min(rings + 1, kMostRings);  // no progress: move vertices farther away too
   }
   improvement.below_after = below.size() + improvement.out_of_reach;
   improvement.vertices_moved = static_cast<std::size_t>(std::count(moved.begin(), moved.end(), 1));

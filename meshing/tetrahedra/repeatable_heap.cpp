@@ -13,11 +13,12 @@
 
 namespace {
 
-// Address space; the kernel takes memory page by page as it is touched. Where a limit of the process (ulimit -v) does not leave
-// the most, half of it is tried, down to the least.
+// Size of the range. It takes address space only: the kernel provides memory page by page when it is used. Where a
+// limit of the process (ulimit -v) does not leave the largest size, half of it is tried, and so on down to the least.
 constexpr std::size_t kMostRange = std::size_t{64} << 30, kLeastRange = std::size_t{1} << 28;
-constexpr std::size_t kLargest = std::size_t{1} << 20;  // larger allocations hold arrays, whose addresses order nothing
-constexpr std::size_t kFineSteps = 64;                  // sizes up to 1024 in steps of 16, then powers of two
+constexpr std::size_t kLargest = std::size_t{1}
+                                 << 20;  // larger allocations hold arrays; gmsh orders nothing by their addresses
+constexpr std::size_t kFineSteps = 64;   // size classes: up to 1024 bytes in steps of 16, then powers of two
 
 struct FreeBlock {
   FreeBlock* next;
@@ -33,7 +34,7 @@ std::size_t size_of_class(std::size_t c) {
   return c < kFineSteps ? 16 * (c + 1) : std::size_t{2048} << (c - kFineSteps);
 }
 
-// A header of 16 bytes keeps the class: unsized delete must find it.
+// A header of 16 bytes stores the size class, because operator delete may not get the size.
 constexpr std::size_t kHeader = 16;
 
 void* allocate(std::size_t size) noexcept {
@@ -46,7 +47,7 @@ void* allocate(std::size_t size) noexcept {
   }
   const std::size_t bytes = size_of_class(c) + kHeader;
   if (static_cast<std::size_t>(last - next_free) < bytes)
-    return nullptr;  // malloc would give another order of addresses
+    return nullptr;  // no fallback to malloc: its addresses would change the order
   char* header = next_free;
   next_free += bytes;
   *reinterpret_cast<std::size_t*>(header) = c;
@@ -55,7 +56,7 @@ void* allocate(std::size_t size) noexcept {
 
 void release(void* block) noexcept {
   char* bytes = static_cast<char*>(block);
-  if (bytes < first || bytes >= last) return std::free(block);  // also nullptr
+  if (bytes < first || bytes >= last) return std::free(block);  // nullptr too
   auto*& list = free_blocks[*reinterpret_cast<std::size_t*>(bytes - kHeader)];
   list = new (block) FreeBlock{list};
 }

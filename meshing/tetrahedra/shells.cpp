@@ -15,12 +15,12 @@ namespace palpate {
 namespace {
 
 struct Shell {
-  TriangleSurface surface;  // outward
+  TriangleSurface surface;  // turned outward
   Box box;
   double volume = 0;
   bool was_inward = false;
   int input = 0;
-  int parent = -1;  // the smallest shell around it
+  int parent = -1;  // the smallest shell that encloses it
   bool cavity = false;
   std::int32_t region = 0;
 };
@@ -70,7 +70,7 @@ std::string describe(const Shell& shell, const std::vector<ShellInput>& inputs) 
                      shell.volume, c[0], c[1], c[2]);
 }
 
-// Within one input shells come by falling volume, so parents before what lies in them.
+// Within one input the largest shell comes first, so each shell comes after the shells that enclose it.
 void find_cavities(std::vector<Shell>& shells, const std::vector<ShellInput>& inputs) {
   for (Shell& shell : shells) {
     if (shell.parent < 0) continue;
@@ -89,7 +89,8 @@ std::string stem(const std::string& file) {
   return std::filesystem::path(file).stem().string();
 }
 
-// One region per named input, else per shell that is no cavity. Returns the regions' names.
+// Makes one region for each named input. For other inputs it makes one for each shell that is not a cavity. Returns
+// the names.
 std::vector<std::string> number_regions(std::vector<Shell>& shells, const std::vector<ShellInput>& inputs,
                                         const std::vector<std::string>& names) {
   std::vector<std::string> regions;
@@ -123,7 +124,7 @@ std::vector<std::string> number_regions(std::vector<Shell>& shells, const std::v
   return regions;
 }
 
-// A cavity belongs to the region around it.
+// A cavity bounds the region around it.
 std::int32_t region_around(const std::vector<Shell>& shells, const Shell& shell) {
   if (shell.parent < 0) return VolumeBoundary::kOutside;
   const Shell& parent = shells[shell.parent];

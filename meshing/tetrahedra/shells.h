@@ -1,4 +1,5 @@
-// Closed surfaces -> regions: which shell lies in which, what is tissue and what is an empty pocket.
+// Closed surfaces -> regions. Finds which shell encloses which, and which shells bound tissue and which bound a
+// cavity.
 #pragma once
 
 #include <string>
@@ -9,24 +10,25 @@
 
 namespace palpate {
 
-// One input: its closed, oriented, disjoint shells. name: of its one region; empty: each shell is a region of its own.
+// One input file: closed, oriented, disjoint shells. name: the name of its region; if empty, each shell is a region
+// of its own.
 struct ShellInput {
   TriangleSurface surface;
   std::string file;
   std::string name;
 };
 
-// Shells are turned outward or inward as their place asks. A shell directly inside one of another input is a region of
-// its own, cut out of the one around it. Inside one of its own input it is an empty cavity when its normals run against
-// its parent's (a shell in a cavity is solid again), or, with nested_are_regions, always a region. names: of the
-// regions in order (inputs in order, shells by falling volume), or empty for names made of the files'. Errors:
-// InputError for a nested shell that points like its parent, for a name too many or too few (lists the shells), for a
-// region twice.
+// Turns each shell outward or inward as its nesting requires. A shell directly inside a shell of another input
+// becomes a region of its own, and is cut out of the region around it. A shell inside a shell of the same input is a
+// cavity if its normals point opposite to those of the enclosing shell; a shell inside a cavity is solid again. With
+// nested_are_regions it always becomes a region. names: one for each region in order (inputs in order, within each
+// the largest shell first), or empty to make the names from those of the files. Errors: InputError for a nested shell
+// that points like the enclosing one, for too few or too many names (lists the shells), and for a name given twice.
 VolumeBoundary regions_of_shells(const std::vector<ShellInput>& inputs, bool nested_are_regions,
                                  const std::vector<std::string>& names);
 
-// The winding number of a closed surface around a point not on it, rounded: 1 inside, 0 outside, -1 inside one turned
-// inside out. Source: van Oosterom and Strackee 1983, the solid angle of a triangle.
+// Returns the winding number of a closed surface around a point that is not on it: 1 inside, 0 outside, -1 inside a
+// surface turned inside out. Source: van Oosterom and Strackee 1983, the solid angle of a triangle.
 int winding_number(const TriangleSurface& surface, const Point& point);
 
 }  // namespace palpate

@@ -28,7 +28,7 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-// A geometry is a script; those commands that reach outside the mesher are not part of describing a shape.
+// A .geo file is a script. Refuses the commands that reach other files or programs or end gmsh.
 void refuse_side_effects(const std::filesystem::path& file, const std::string& text) {
   static const std::regex forbidden(
       R"(\b(SystemCall|NonBlockingSystemCall|OnelabRun|Plugin|Include|Merge|MergeWithBoundingBox|ShapeFromFile|Save|Print|Printf|CreateDir|PurgeFile|Exit|Abort)\b)");
@@ -67,7 +67,7 @@ void open_geometry(const std::filesystem::path& file) {
   } catch (const std::string& error) {
     reason = error;
   }
-  // gmsh goes on after a syntax error with what it understood so far.
+  // After a syntax error gmsh continues with what it has read, so we stop at the first error in its log.
   std::vector<std::string> log;
   gmsh::logger::get(log);
   for (const std::string& line : log)
@@ -78,7 +78,8 @@ void open_geometry(const std::filesystem::path& file) {
   if (!reason.empty()) throw InputError(fmt::format("{}: gmsh refuses the geometry: {}", file.string(), reason));
 }
 
-// Physical groups of one dimension as name -> entities, in order of their tags; entities alone where there are none.
+// Returns the physical groups of one dimension as name -> entities, in order of their tags. Without physical groups
+// each entity forms a group of its own.
 std::vector<std::pair<std::string, std::vector<int>>> groups(int dimension, const std::string& unnamed) {
   std::vector<std::pair<std::string, std::vector<int>>> result;
   gmsh::vectorpair physical;
@@ -121,7 +122,7 @@ class Collector {
     }
   }
 
-  // Triangles of surfaces that bound no region are left out: they have no nodes in the mesh.
+  // leave out triangles of surfaces that bound no region: the mesh does not have their nodes
   void add_patch(const std::string& name, const std::vector<int>& surfaces) {
     TetrahedralMesh::Patch patch{name, {}};
     for (const int surface : surfaces) {
@@ -183,7 +184,7 @@ std::string mesh_in_gmsh(const std::filesystem::path& file, const std::vector<st
   return to_bytes(collector.take());
 }
 
-// Patches outward where they lie on the outer surface, so that their normals can be used.
+// Turns the triangles of patches on the outer surface outward, so that callers can use their normals.
 void turn_patches_outward(TetrahedralMesh& mesh) {
   const auto key = [](std::array<std::int32_t, 3> t) {
     std::sort(t.begin(), t.end());

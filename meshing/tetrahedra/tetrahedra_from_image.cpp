@@ -26,7 +26,8 @@ void drop_small_pieces(VoxelMask& mask, const Tissue& tissue, const LabelImageOp
                      changes.dropped, changes.pieces, changes.dropped_mm3, o.components));
 }
 
-// Holes inside all tissues together go to the tissue next to them, voxel layer by voxel layer.
+// Fills the holes that the tissues enclose. Each layer of voxels goes to the tissue next to it, until no hole is
+// left.
 void fill_cavities(std::vector<VoxelMask>& masks, const std::string& image_name) {
   VoxelMask all = masks.front();
   for (const VoxelMask& mask : masks)
@@ -46,7 +47,8 @@ void fill_cavities(std::vector<VoxelMask>& masks, const std::string& image_name)
       for (std::size_t t = 0; t < masks.size(); ++t) {
         bool beside = false;
         for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, row, slice})
-          beside |= masks[t].inside[v + step] || masks[t].inside[v - step];  // padded: never beyond the grid
+          beside |= masks[t].inside[v + step] ||
+                    masks[t].inside[v - step];  // the padding keeps v + step and v - step inside the grid
         if (!beside) continue;
         given.emplace_back(v, t);
         break;
@@ -70,8 +72,8 @@ struct Attempt {
   VolumeBoundary boundary;
 };
 
-// Mesh_3 gives each tissue a good surface but does not promise that the whole's is a manifold; a slightly smaller edge
-// moves every vertex, so it is tried a few times.
+// Mesh_3 gives each tissue a good surface, but the outer surface of all tissues may not be a manifold. A slightly
+// smaller edge moves every vertex, so the function tries a few edges.
 Attempt manifold_mesh(const TissueMap& map, const std::vector<Tissue>& tissues, const std::vector<TissuePiece>& pieces,
                       LabelMeshOptions options) {
   constexpr int kAttempts = 4;

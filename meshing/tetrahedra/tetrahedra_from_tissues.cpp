@@ -29,7 +29,7 @@ using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 
 namespace options = CGAL::parameters;
 
-// Mesh_3's own coordinates: around zero, so that points far from the origin lose no digits.
+// Mesh_3 works in coordinates around this centre, so that an image far from the origin loses no digits.
 Point centre_of(const VoxelGrid& grid) {
   return grid.point((grid.size[0] - 1) / 2.0, (grid.size[1] - 1) / 2.0, (grid.size[2] - 1) / 2.0);
 }
@@ -46,13 +46,14 @@ double radius_of(const VoxelGrid& grid) {
   return radius;
 }
 
-// Crossings about an edge apart all over the piece; a small one gets at least a few, so that it cannot be missed.
+// Chooses crossings about an edge apart all over the piece as first points of Mesh_3. A small piece gets a few in any
+// case, because Mesh_3 would miss a piece without a first point.
 std::vector<std::array<Point, 2>> spread_out(const TissuePiece& piece, double edge) {
   constexpr std::size_t kFewest = 6, kMost = 40;
   std::vector<std::array<Point, 2>> chosen;
   std::vector<double> nearest(piece.crossings.size(), std::numeric_limits<double>::max());
   std::size_t next = 0;
-  while (chosen.size() < std::min(kMost, piece.crossings.size())) {  // farthest point first
+  while (chosen.size() < std::min(kMost, piece.crossings.size())) {  // take the crossing farthest from those chosen
     chosen.push_back(piece.crossings[next]);
     for (std::size_t c = 0; c < nearest.size(); ++c) {
       const Point away = piece.crossings[c][0] - chosen.back()[0];
@@ -102,7 +103,7 @@ std::string mesh_in_cgal(const TissueMap& map, const std::vector<TissuePiece>& p
   const Point centre = centre_of(map.grid());
   const double radius = radius_of(map.grid());
   const auto tissue_at = [&](const Kernel::Point_3& p) { return map.at(centre + Point{p.x(), p.y(), p.z()}); };
-  // The border is found to a hundredth of the distance that triangles may keep from it.
+  // Mesh_3 finds the border to a hundredth of the distance that triangles may have from it.
   const Domain domain(options::function = tissue_at,
                       options::bounding_object = Kernel::Sphere_3(CGAL::ORIGIN, 1.01 * radius * radius),
                       options::relative_error_bound = std::min(1e-3, 0.01 * o.facet_distance / radius));

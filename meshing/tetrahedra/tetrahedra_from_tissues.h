@@ -1,4 +1,4 @@
-// Touching tissues of a label image -> tetrahedra, one region per tissue, neighbours sharing the triangles between
+// Touching tissues of a label image -> tetrahedra, one region for each tissue. Neighbours share the triangles between
 // them.
 #pragma once
 
@@ -11,14 +11,14 @@
 namespace palpate {
 
 struct LabelMeshOptions {
-  double edge = 0;            // mm, of surface triangles at most
-  double facet_distance = 0;  // mm, largest distance between triangle and tissue border
-  double interior = 0;        // mm, largest edge inside; 0: only surfaces are meshed well, to be filled anew
+  double edge = 0;            // mm, largest edge of surface triangles
+  double facet_distance = 0;  // mm, largest distance from a triangle to the border of the tissue
+  double interior = 0;        // mm, largest edge inside; 0: only the surfaces are good, and HXT then fills them
   double time_limit = 3600;   // s
 };
 
-// CGAL's Mesh_3 on the map. Regions in the order of the tissues; no patches. A tissue that the elements are too large
-// to hold is an InputError that says so. The same input gives the same mesh. Runs in a child process. Errors:
+// Meshes the map with CGAL's Mesh_3 in a child process. The regions come in the order of the tissues; there are no
+// patches. The same input gives the same mesh. Errors: InputError for a tissue that is too small for the edge;
 // OperationError when CGAL crashes or runs out of time.
 TetrahedralMesh tetrahedra_from_tissues(const TissueMap& map, const std::vector<Tissue>& tissues,
                                         const std::vector<TissuePiece>& pieces, const LabelMeshOptions& options);

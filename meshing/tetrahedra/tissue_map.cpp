@@ -29,11 +29,11 @@ std::vector<VoxelMask> tissue_masks(const LabelImage& image, const std::vector<T
         fmt::format("--labels: {} tissues, but at most {} are meshed together", tissues.size(), kMostTissues));
   LabelSelection all;
   for (const Tissue& tissue : tissues) {
-    select_voxels(image, {{tissue.label}, {}}, 0, image_name);  // names the label that is absent
+    select_voxels(image, {{tissue.label}, {}}, 0, image_name);  // throws an error that names the absent label
     all.labels.push_back(tissue.label);
   }
   const VoxelMask whole = select_voxels(image, all, padding_mm, image_name);
-  // The first voxel of the cropped grid, counted in the image's.
+  // the first voxel of the cropped grid, in voxels of the image
   const auto rows = inverse_rows(image.grid.axis);
   const Point offset = whole.grid.origin - image.grid.origin;
   const std::array<int, 3> first = {static_cast<int>(std::lround(dot(rows[0], offset))),
@@ -44,7 +44,7 @@ std::vector<VoxelMask> tissue_masks(const LabelImage& image, const std::vector<T
     for (int j = 0; j < whole.grid.size[1]; ++j)
       for (int i = 0; i < whole.grid.size[0]; ++i) {
         const std::size_t voxel = whole.grid.index(i, j, k);
-        if (!whole.inside[voxel]) continue;  // also everything beyond the image
+        if (!whole.inside[voxel]) continue;  // voxels beyond the image are not inside either
         const double value = image.values[image.grid.index(i + first[0], j + first[1], k + first[2])];
         for (std::size_t t = 0; t < tissues.size(); ++t) masks[t].inside[voxel] = value == tissues[t].label;
       }
@@ -59,7 +59,7 @@ TissueMap::TissueMap(const std::vector<VoxelMask>& masks, double smooth_mm)
 int TissueMap::largest(const Shares& share) const {
   int best = 0;
   float most = 1;
-  for (std::size_t t = 0; t < shares_.size(); ++t) most -= share[t];  // the background's share
+  for (std::size_t t = 0; t < shares_.size(); ++t) most -= share[t];  // what is left is the background's share
   for (std::size_t t = 0; t < shares_.size(); ++t)
     if (share[t] > most) {
       most = share[t];
@@ -128,7 +128,7 @@ std::vector<TissuePiece> pieces_of(const TissueMap& map, const std::string& imag
     }
     return piece;
   };
-  flood({0, 0, 0});  // the padding joins everything outside
+  flood({0, 0, 0});  // the padding connects all that lies outside
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
       for (int i = 0; i < nx; ++i) {

@@ -1,4 +1,4 @@
-// What is to be filled with tetrahedra: closed triangle surfaces between named regions.
+// The input of the fill: closed triangle surfaces between named regions.
 #pragma once
 
 #include <array>
@@ -8,14 +8,14 @@
 
 namespace palpate {
 
-// Every triangle separates two regions, or a region and nothing. All patches around a region close it.
+// Every triangle separates two regions, or a region from empty space. The patches of a region together close it.
 struct VolumeBoundary {
-  static constexpr std::int32_t kOutside = -1;  // around everything
-  static constexpr std::int32_t kCavity = -2;   // an empty pocket inside
+  static constexpr std::int32_t kOutside = -1;  // the space around all regions
+  static constexpr std::int32_t kCavity = -2;   // empty space that a region encloses
 
   struct Patch {
-    std::int32_t behind = 0;                             // region the normals point away from; never negative
-    std::int32_t ahead = kOutside;                       // region the normals point into, or kOutside, kCavity
+    std::int32_t behind = 0;        // the region that the normals point away from; never negative
+    std::int32_t ahead = kOutside;  // the region that the normals point into, or kOutside or kCavity
     std::vector<std::array<std::int32_t, 3>> triangles;  // counter-clockwise seen from ahead
   };
 
@@ -24,7 +24,7 @@ struct VolumeBoundary {
   std::vector<std::string> region_names;
 };
 
-// "liver-outside", "liver-cavity", "liver-tumour": what a patch is called in the mesh file.
+// Returns the name of a patch in the mesh file, for example "liver-outside", "liver-cavity" or "liver-tumour".
 inline std::string patch_name(const VolumeBoundary& boundary, const VolumeBoundary::Patch& patch) {
   const std::string ahead = patch.ahead == VolumeBoundary::kOutside  ? "outside"
                             : patch.ahead == VolumeBoundary::kCavity ? "cavity"
