@@ -1,4 +1,4 @@
-// palpate-surface as its users run it. PALPATE_SURFACE_PROGRAM is set by CMake.
+// Runs palpate-surface as users do. CMake sets PALPATE_SURFACE_PROGRAM.
 #pragma once
 
 #include "tests/support/program_run.h"

@@ -1,4 +1,4 @@
-// palpate-tetrahedra as its users run it. PALPATE_TETRAHEDRA_PROGRAM is set by CMake.
+// Runs palpate-tetrahedra as users do. CMake sets PALPATE_TETRAHEDRA_PROGRAM.
 #pragma once
 
 #include "tests/support/program_run.h"

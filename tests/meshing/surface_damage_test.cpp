@@ -1,4 +1,5 @@
-// Damaged input through the real program: exit code 2, one sentence that says where and what, nothing left behind.
+// Runs palpate-surface on damaged input: it must exit with code 2, print one sentence that states the place and the
+// fault, and leave no file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +44,7 @@ class SurfaceDamage : public testing::Test {
     const ProgramRun run =
         run_surface(folder_, (folder_ / name).string() + " --triangles 200 -o " + out.string() + " " + more);
     EXPECT_EQ(run.code, 2) << name << ": " << run.errors;
-    std::string sentences;  // without notes and warnings about what went well before
+    std::string sentences;  // without the notes and warnings that came before the error
     std::istringstream lines(run.errors);
     int errors = 0;
     for (std::string line; std::getline(lines, line);) {
@@ -166,7 +167,7 @@ TEST_F(SurfaceDamage, CheckerboardAndNoiseAreRefusedSoon) {
   const ShapeImage noise =
       shape_image({60, 60, 60}, axes, {0, 0, 0}, [&](const Point&) { return static_cast<int>(random() % 2); });
   expect_refused("noise.nrrd", as_nrrd(noise, false, false), HasSubstr("handles"), "--smooth 0.5");
-  // a bound on hanging, not on speed: refused before remeshing, which would take minutes
+  // the bound detects a program that hangs; remeshing such an image would take minutes
   EXPECT_LT(std::chrono::steady_clock::now() - started, std::chrono::seconds(100));
 }
 

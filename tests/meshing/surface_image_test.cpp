@@ -1,4 +1,5 @@
-// Images of known shapes through the real program's library: the surface lies where the image says, in LPS mm.
+// Images of known shapes, read by the library of palpate-surface: the surface must lie where the image states, in LPS
+// mm.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ ExtractedSurface surface_of(const LabelImage& image, double smooth_mm, std::size
   return extract_surface(mask, smooth_mm, {spread, triangles, {}}, "image");
 }
 
-// The three formats with directions, an ellipsoid turned by 25 degrees in space, voxels of 1 x 1 x 10 mm.
+// An ellipsoid turned by 25 degrees, with voxels of 1 x 1 x 10 mm, in the three formats that store directions.
 class ObliqueThickSlices : public testing::Test {
  protected:
   const Point middle_{-80, 35, 1200};
@@ -38,7 +39,7 @@ class ObliqueThickSlices : public testing::Test {
     const LabelImage read = read_label_image({file.string()}, {});
     ASSERT_EQ(read.grid.size, image_.grid.size);
     for (int c = 0; c < 3; ++c) {
-      // NIfTI stores single precision: 1200 has 1e-4 mm
+      // NIfTI stores single precision: at 1200 mm its error is 1e-4 mm
       EXPECT_NEAR(read.grid.origin[c], image_.grid.origin[c], 2e-4);
       for (int a = 0; a < 3; ++a) EXPECT_NEAR(read.grid.axis[a][c], image_.grid.axis[a][c], 1e-5);
     }
@@ -47,7 +48,7 @@ class ObliqueThickSlices : public testing::Test {
     const ExtractedSurface extracted = surface_of(read, 3, 1000);
     const SurfaceQuality quality = measure_quality(extracted.surface);
     EXPECT_EQ(first_defect(extracted.surface), "");
-    // slices 10 mm apart sample an ellipsoid of 45 mm half height: the voxels' own volume is within 2 %
+    // slices 10 mm apart sample an ellipsoid of half height 45 mm: the volume of the voxels is within 2 %
     EXPECT_NEAR(quality.volume_mm3 / (4.0 / 3 * kPi * 40 * 25 * 45), 1, 0.02);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(quality.centroid[c], middle_[c], 0.5);
   }
@@ -97,7 +98,7 @@ TEST(SurfaceImage, InrAndGzippedInrAreReadAlike) {
     EXPECT_EQ(read.grid.size, shape.grid.size);
     EXPECT_TRUE(std::equal(read.values.begin(), read.values.end(), shape.values.begin()));
     for (int c = 0; c < 3; ++c) {
-      EXPECT_NEAR(read.grid.origin[c], shape.grid.origin[c], 1e-5);  // ImageIO keeps TX in single precision
+      EXPECT_NEAR(read.grid.origin[c], shape.grid.origin[c], 1e-5);  // ImageIO stores TX in single precision
       EXPECT_EQ(read.grid.axis[c][c], shape.grid.axis[c][c]);
     }
   }
@@ -105,7 +106,7 @@ TEST(SurfaceImage, InrAndGzippedInrAreReadAlike) {
 
 TEST(SurfaceImage, PngSlicesAreStackedByTheNumbersInTheirNames) {
   const std::filesystem::path folder = fresh_folder();
-  // a cone: slice 2 must not come after slice 10
+  // the image is a cone, so its volume profile shows whether slice 2 comes before slice 10
   const ShapeImage shape = shape_image(
       {50, 50, 24}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}}, {0, 0, 0},
       [](const Point& p) { return std::abs(p[2]) < 20 && std::hypot(p[0], p[1]) < 10 + p[2] / 2 ? 255 : 0; });
@@ -131,17 +132,18 @@ TEST(SurfaceImage, TorusKeepsItsHandleAndItsVolume) {
     EXPECT_EQ(quality.shells, 1u);
     EXPECT_NEAR(static_cast<double>(quality.triangles), 1500, 40);
     EXPECT_EQ(first_defect(extracted.surface), "");
-    // voxels against 2 pi^2 R r^2: the mean error of counting voxel centres, far below 1 % at 9 voxels
+    // compares the voxels with 2 pi^2 R r^2: at 9 voxels the error of counting voxel centres is far below 1 %
     EXPECT_NEAR(quality.volume_mm3 / (2 * kPi * kPi * 25 * 81), 1, 0.01);
-    // the volume is restored to the voxels', to the round-off of summing 1,500 terms
+    // the program restores the volume of the voxels, up to the rounding of a sum of 1,500 terms
     const double voxels = static_cast<double>(std::count(shape.values.begin(), shape.values.end(), 1));
     EXPECT_NEAR(quality.volume_mm3 / voxels, 1, 1e-9);
-    // edges of 3.6 mm over tubes of 9 mm radius: sagitta e^2 / (8 r) = .2 mm; half a voxel of staircase on top
+    // edges e = 3.6 mm on tubes of radius r = 9 mm have a sagitta e^2 / (8 r) = 0.2 mm; the voxel steps add half a
+    // voxel
     EXPECT_LT(measure_distance(extracted.voxel_surface, extracted.surface).mean_mm, 0.7);
   }
 }
 
-// A box of 60 mm whose edges and corners are rounded with 12 mm: flat faces, and what bends between them.
+// A box of 60 mm whose edges and corners are rounded with a radius of 12 mm, so that it has flat and bent parts.
 struct RoundedBox {
   static constexpr double kHalf = 30, kRadius = 12;
   static int label(const Point& p) {
@@ -149,7 +151,8 @@ struct RoundedBox {
     for (int c = 0; c < 3; ++c) beyond[c] = std::max(0.0, std::abs(p[c]) - (kHalf - kRadius));
     return dot(beyond, beyond) < kRadius * kRadius ? 1 : 0;
   }
-  // Mean length of the edges in flat parts over that of the edges in bent parts, each edge where its middle lies.
+  // Mean length of the edges in flat parts over the mean length in bent parts. The middle of an edge decides its
+  // part.
   static double flat_over_bent(const TriangleSurface& surface) {
     double flat = 0, bent = 0, flats = 0, bents = 0;
     for (const Triangle& t : surface.triangles) {
@@ -172,14 +175,14 @@ TEST(SurfaceImage, CurvatureSpreadMakesEdgesLongerWhereASurfaceIsFlatAndEvenDoes
   const LabelImage image{shape.grid, {shape.values.begin(), shape.values.end()}};
   const ExtractedSurface curved = surface_of(image, 2, 1200, SurfaceTarget::Spread::curvature);
   const ExtractedSurface even = surface_of(image, 2, 1200, SurfaceTarget::Spread::even);
-  // measured 1.83 and 0.92 with kGoodRatio 0.6: even remeshing cuts the bends' corners, so fewer and longer edges lie
-  // there
+  // measured: 1.83 and 0.92 with kGoodRatio 0.6. Even remeshing cuts the corners of bends, so the bends get fewer and
+  // longer edges.
   EXPECT_GT(RoundedBox::flat_over_bent(curved.surface), 1.5);
   EXPECT_LT(RoundedBox::flat_over_bent(even.surface), 1.1);
 
   const SurfaceQuality quality = measure_quality(curved.surface);
-  // measured 21.5 degrees and 0.83 with kGoodRatio 0.6 (1.6 and 0.60 without the bound); collapses keep 16, less what
-  // the offset to the volume turns
+  // measured: 21.5 degrees and 0.83 with kGoodRatio 0.6; 1.6 degrees and 0.60 without the bound. Collapses keep 16.8
+  // degrees; the offset to the volume then turns triangles a little.
   EXPECT_GT(quality.least_angle_deg, 15);
   EXPECT_GT(quality.radius_ratio.mean, 0.75);
   EXPECT_EQ(first_defect(curved.surface), "");
@@ -203,7 +206,7 @@ TEST(SurfaceImage, TheSameImageGivesTheSameBytesWhateverLiesInMemory) {
   for (const std::string spread : {"even", "curvature"}) {
     const std::string once = surface_bytes(spread);
     EXPECT_GT(once.size(), 1000u);
-    // a stack and a heap that start elsewhere; memory that is not zero when it is fresh
+    // start the stack and the heap elsewhere, and fill fresh memory with bytes other than zero
     setenv("PALPATE_TEST_FILLING", std::string(100'000, 'x').c_str(), 1);
     setenv("MALLOC_PERTURB_", "165", 1);
     setenv("MALLOC_TOP_PAD_", "1234567", 1);
@@ -241,7 +244,7 @@ TEST(SurfaceImage, TwoPiecesAndACavityEachGetTheirVoxelsVolumeBack) {
 }
 
 TEST(SurfaceImage, IsosurfaceOfAnyFieldIsAClosedManifold) {
-  // random signs meet every one of the 256 patterns and every ambiguous face
+  // random signs produce all 256 patterns and every ambiguous face
   std::mt19937 random(7);
   VoxelGrid grid;
   grid.size = {24, 24, 24};
@@ -253,7 +256,7 @@ TEST(SurfaceImage, IsosurfaceOfAnyFieldIsAClosedManifold) {
     }
   }
   const Isosurface iso = isosurface(grid, field);
-  // every directed edge once, and its reverse once
+  // each directed edge occurs once, and so does its reverse
   std::map<std::pair<int, int>, int> edges;
   for (const Triangle& t : iso.surface.triangles) {
     for (int c = 0; c < 3; ++c) ++edges[{t[c], t[(c + 1) % 3]}];
@@ -262,7 +265,7 @@ TEST(SurfaceImage, IsosurfaceOfAnyFieldIsAClosedManifold) {
     ASSERT_EQ(count, 1);
     ASSERT_TRUE(edges.contains({edge.second, edge.first}));
   }
-  // one fan of triangles around every point: as many triangles as the fan from one of them reaches
+  // the triangles around each point form one fan: a walk from one of them reaches all of them
   std::vector<int> triangles_at(iso.surface.points.size());
   std::map<int, std::map<int, int>> next_around;
   for (const Triangle& t : iso.surface.triangles) {
@@ -280,7 +283,7 @@ TEST(SurfaceImage, IsosurfaceOfAnyFieldIsAClosedManifold) {
 }
 
 TEST(SurfaceImage, GaussianSpreadsByMillimetresOnEveryAxis) {
-  // one voxel in the middle: the second moment of the result is sigma^2 + h^2 / 12 (the average over a voxel)
+  // the mask is one voxel: the second moment of the result is sigma^2 + h^2 / 12 (the average over a voxel)
   VoxelMask mask;
   mask.grid.size = {41, 41, 41};
   mask.grid.axis = {{{1, 0, 0}, {0, 0.5, 0}, {0, 0, 2}}};
@@ -301,7 +304,7 @@ TEST(SurfaceImage, GaussianSpreadsByMillimetresOnEveryAxis) {
     }
   }
   EXPECT_NEAR(sum, 1, 1e-5);  // single precision
-  // cut off at 3 sigma: 2.7 % of the second moment is beyond
+  // the Gaussian is cut off at 3 sigma; 2.7 % of its second moment lies beyond
   const Point spacing = {1, 0.5, 2};
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(moment[axis], 4 + spacing[axis] * spacing[axis] / 12, 0.03 * 4.4);
 }
@@ -324,7 +327,7 @@ TEST(SurfaceImage, SheetThinnerThanTheSmoothingIsReported) {
       });
   const LabelImage image{shape.grid, {shape.values.begin(), shape.values.end()}};
   const ExtractedSurface thin = surface_of(image, 3, 600);
-  // two sheets of 13 x 20 x 1 mm stick out of the ball, 6 mm of which smoothing keeps near it
+  // two sheets of 13 x 20 x 1 mm stick out of the ball; smoothing keeps the 6 mm of them next to the ball
   EXPECT_GT(thin.thin_mm3, 100);
   EXPECT_GT(std::abs(thin.thin_place[0]), 15);
 }

@@ -1,4 +1,4 @@
-// Label images of known shapes, written in each format the program reads.
+// Makes label images of known shapes and writes them in each format that the program reads.
 #pragma once
 
 #include <zlib.h>
@@ -17,7 +17,7 @@
 
 namespace palpate::tests {
 
-// An image whose voxels take shape(centre in mm relative to the image's middle) as value.
+// Makes an image whose voxels have the value shape(centre), the centre in mm relative to the middle of the image.
 struct ShapeImage {
   VoxelGrid grid;
   std::vector<std::uint8_t> values;
@@ -44,7 +44,7 @@ inline ShapeImage shape_image(std::array<int, 3> size, std::array<Point, 3> axis
   return image;
 }
 
-// Axes of the given spacings turned by an angle about z, then about x.
+// Returns axes of the given spacings, turned by an angle about z, then about x.
 inline std::array<Point, 3> turned_axes(Point spacing, double degrees) {
   const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
   std::array<Point, 3> axes = {{{c, s * c, s * s}, {-s, c * c, c * s}, {0, -s, c}}};
@@ -93,7 +93,7 @@ inline std::string sizes_of(const ShapeImage& image) {
          std::to_string(image.grid.size[2]);
 }
 
-// NRRD; ras writes the same positions with the space's x and y turned.
+// Writes NRRD. ras writes the same positions in RAS, with x and y reversed.
 inline std::string as_nrrd(const ShapeImage& image, bool ras, bool gzip) {
   const auto vector = [&](Point p) {
     if (ras) p = {-p[0], -p[1], p[2]};
@@ -128,7 +128,7 @@ inline std::string as_meta(const ShapeImage& image) {
          voxel_bytes(image);
 }
 
-// NIfTI-1 with an sform, which is RAS; unit: 1 m, 2 mm, 3 um, the numbers in the file being in that unit.
+// Writes NIfTI-1 with an sform, which is RAS. unit: 1 = m, 2 = mm, 3 = um; the numbers in the file have this unit.
 inline std::string as_nifti(const ShapeImage& image, int unit) {
   const double per_mm = unit == 1 ? 1e-3 : unit == 3 ? 1e3 : 1;
   std::string head(352, '\0');
@@ -153,7 +153,7 @@ inline std::string as_nifti(const ShapeImage& image, int unit) {
   return head + voxel_bytes(image);
 }
 
-// INR has no directions; axes must be along x, y and z.
+// Writes INR, which has no directions: the axes must lie along x, y and z.
 inline std::string as_inr(const ShapeImage& image) {
   const Point s = image.grid.spacing(), o = image.grid.origin;
   const auto text = [](double x) { return triple({x, 0, 0}).substr(0, triple({x, 0, 0}).find(' ')); };
@@ -166,7 +166,7 @@ inline std::string as_inr(const ShapeImage& image) {
   return head + "##}\n" + voxel_bytes(image);
 }
 
-// One 8-bit grey PNG.
+// Writes one 8-bit grey PNG.
 inline std::string as_png(int width, int height, const std::uint8_t* values) {
   const auto big = [](std::uint32_t v) {
     return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),

@@ -1,4 +1,4 @@
-// The real liver, from CGAL's data archive as Debian ships it, through the real program.
+// Runs palpate-surface on the liver from CGAL's data archive, as the Debian package libcgal-demo has it.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -31,7 +31,7 @@ TEST(SurfaceLiver, CoarseLiverIsCleanAndAsLargeAsItsVoxels) {
 
   const TriangleSurface surface = read_surface(folder / "liver.off", 1);
   EXPECT_EQ(first_defect(surface), "");
-  // 3,160,496 voxels of .6171875 x .6171875 x 1.33333 mm; restored exactly, written to 17 digits
+  // 3,160,496 voxels of .6171875 x .6171875 x 1.33333 mm; the volume is restored exactly and written with 17 digits
   EXPECT_NEAR(enclosed_volume(surface) / 1605195.164650859, 1, 1e-9);
 
   const auto report = nlohmann::json::parse(std::ifstream(folder / "liver.json"));
@@ -39,10 +39,10 @@ TEST(SurfaceLiver, CoarseLiverIsCleanAndAsLargeAsItsVoxels) {
   EXPECT_EQ(report["handles"], 0);  // Euler number 2
   EXPECT_NEAR(report["triangles"].get<double>(), 1160, 0.02 * 1160);
   EXPECT_GT(report["radius_ratio"]["mean"].get<double>(), 0.94);
-  // mean and 95 %: measured .73 and 2.2 mm, with a sixth more for another order of the same triangles
+  // measured: mean 0.73 mm and 95 % at 2.2 mm; the bounds leave a sixth for another order of the triangles
   EXPECT_LT(report["distance_to_reference_mm"]["mean"].get<double>(), 0.85);
   EXPECT_LT(report["distance_to_reference_mm"]["p95"].get<double>(), 2.6);
-  // a tip narrower than an edge may be cut back by about an edge
+  // smoothing may cut back a tip that is narrower than an edge by about one edge
   EXPECT_LT(report["distance_to_reference_mm"]["most"].get<double>(), report["edge_mm"]["mean"].get<double>());
 }
 

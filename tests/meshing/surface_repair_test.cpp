@@ -1,4 +1,4 @@
-// Every repair of a segmented surface, and every format it comes in.
+// Tests each repair of a segmented surface and each file format of surfaces.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ class SurfaceRepair : public testing::Test {
   TriangleSurface sphere_ = sphere_surface(3, 10, {4, 5, 6});
   const double volume_ = enclosed_volume(sphere_);
 
-  // the sphere again, after the one repair that the sentence names
+  // the result must be the sphere, after the one repair that the sentence names
   void expect_repaired(const TriangleSurface& damaged, const std::string& sentence) {
     const RepairedSurface repaired = repair_surface(damaged, kOnePercent, "", "sphere");
     EXPECT_THAT(repaired.repairs, Contains(HasSubstr(sentence)));
@@ -57,7 +57,7 @@ TEST_F(SurfaceRepair, PointsRepeatedByEveryTriangleAreMerged) {
   for (const Triangle& t : sphere_.triangles) {
     const auto first = static_cast<std::int32_t>(soup.points.size());
     for (const std::int32_t p : t) {
-      // within the tolerance of 1e-6 of the box's diagonal of 35 mm
+      // less than the tolerance, which is 1e-6 of the diagonal of 35 mm
       const double noise = 1e-6 * static_cast<double>(random() % 10);
       soup.points.push_back(sphere_.points[p] + Point{noise, 0, -noise});
     }
@@ -66,7 +66,7 @@ TEST_F(SurfaceRepair, PointsRepeatedByEveryTriangleAreMerged) {
   const RepairedSurface repaired = repair_surface(soup, kOnePercent, "", "sphere");
   EXPECT_THAT(repaired.repairs, ElementsAre(HasSubstr("repeated points merged")));
   EXPECT_EQ(repaired.surface.points.size(), sphere_.points.size());
-  // points moved by up to 1e-5 mm on a radius of 10 mm
+  // the points move by up to 1e-5 mm on a radius of 10 mm
   EXPECT_NEAR(enclosed_volume(repaired.surface) / volume_, 1, 1e-5);
 }
 
@@ -94,7 +94,7 @@ TEST_F(SurfaceRepair, DegenerateTrianglesAndIsolatedPointsAreDropped) {
 }
 
 TEST_F(SurfaceRepair, FlatTrianglesOfThreePointsAreCollapsed) {
-  // a point in the middle of an edge, on one side only: its two triangles and a flat one that closes the gap
+  // a point lies in the middle of an edge, on one side only: two triangles there and a flat one that closes the gap
   TriangleSurface damaged = sphere_;
   const auto [a, b, c] = damaged.triangles[0];
   const auto middle = static_cast<std::int32_t>(damaged.points.size());
@@ -104,7 +104,7 @@ TEST_F(SurfaceRepair, FlatTrianglesOfThreePointsAreCollapsed) {
   damaged.triangles.push_back({a, b, middle});
   const RepairedSurface repaired = repair_surface(damaged, kOnePercent, "", "sphere");
   EXPECT_EQ(first_defect(repaired.surface), "");
-  // whichever way the middle's coordinates round, the volume is the sphere's
+  // the volume is that of the sphere, whichever way the coordinates of the middle round
   EXPECT_NEAR(enclosed_volume(repaired.surface), volume_, 1e-9 * volume_);
 }
 
@@ -159,7 +159,7 @@ TEST_F(SurfaceRepair, EveryFormatComesBackAsItWasWritten) {
   write_surface(folder / "a.stl", sphere_);
   const TriangleSurface read = repair_surface(read_surface(folder / "a.stl", 1), kOnePercent, "", "stl").surface;
   EXPECT_EQ(read.points.size(), sphere_.points.size());
-  EXPECT_NEAR(enclosed_volume(read) / volume_, 1, 1e-6);  // single precision
+  EXPECT_NEAR(enclosed_volume(read) / volume_, 1, 1e-6);  // binary STL has single precision
 }
 
 TEST_F(SurfaceRepair, BinaryStlMayBeginWithSolid) {
@@ -184,7 +184,7 @@ TEST_F(SurfaceRepair, TextStlTextPlyAndQuadsAreRead) {
   }
   stl << "endsolid ball\n";
   write_bytes(folder / "a.stl", stl.str());
-  EXPECT_NEAR(enclosed_volume(read_surface(folder / "a.stl", 1)) / volume_, 1, 1e-7);  // nine digits
+  EXPECT_NEAR(enclosed_volume(read_surface(folder / "a.stl", 1)) / volume_, 1, 1e-7);  // text STL has nine digits
 
   // a unit cube of quads, in metres
   write_bytes(folder / "cube.ply",
@@ -231,7 +231,7 @@ TEST_F(SurfaceRepair, OffsetRestoresTheVolumeOfAGroup) {
   const double distance = offset_to_volume({&big, &small}, wanted);
   EXPECT_GT(distance, 0);
   EXPECT_NEAR(enclosed_volume(small) + enclosed_volume(big), wanted, 1e-9 * wanted);
-  // more than the mean edge would be needed
+  // the offset would have to exceed the mean edge
   EXPECT_TRUE(std::isnan(offset_to_volume({&big}, 8 * volume_)));
 }
 

@@ -33,11 +33,12 @@ TEST(FillWithTetrahedra, KeepsEveryTriangleOfASphere) {
   const TetrahedralMesh mesh = fill_with_tetrahedra(boundary, {});
   EXPECT_EQ(verify_boundary_kept(boundary, mesh), sphere.triangles.size());
   EXPECT_EQ(boundary_triangles(mesh).size(), sphere.triangles.size());
-  for (std::size_t v = 0; v < sphere.points.size(); ++v) ASSERT_EQ(mesh.nodes[v], boundary.points[v]);  // every bit
+  for (std::size_t v = 0; v < sphere.points.size(); ++v)
+    ASSERT_EQ(mesh.nodes[v], boundary.points[v]);  // exact: all bits
   const MeshQuality quality = measure_quality(mesh);
   EXPECT_GT(quality.volume.value, 0);
-  EXPECT_GE(quality.dihedral.value, 20);  // what EVIDENCE reached on the liver; a sphere is easier
-  // Sums of some 5,000 terms of one sign: eps times their number, and ten times that.
+  EXPECT_GE(quality.dihedral.value, 20);  // the goal, which the liver meets; a sphere is easier
+  // The sums have about 5,000 terms of one sign: the tolerance is ten times eps times their number.
   EXPECT_NEAR(quality.region_volume[0] / enclosed_volume(sphere), 1, 1e-11);
   EXPECT_EQ(mesh.region_names, std::vector<std::string>{"body"});
   ASSERT_EQ(mesh.patches.size(), 1u);
@@ -85,7 +86,7 @@ TEST(FillWithTetrahedra, MakesTwoTumoursOfOneFileOneRegion) {
   EXPECT_NEAR(volume[1] / enclosed_volume(tumours), 1, 1e-11);
 }
 
-// A large piece with two cavities, one holding a solid again, beside a small piece with one of its own.
+// A large piece with two cavities, one of which holds a solid again, and a small piece with one cavity.
 TEST(FillWithTetrahedra, FillsARegionInSeveralPiecesWithSeveralCavities) {
   TriangleSurface body = sphere_surface(3, 50);
   for (const auto& [radius, centre] : {std::pair<double, Point>{15, {25, 0, 0}}, {9, {-25, 0, 0}}, {12, {90, 0, 0}}}) {
@@ -115,7 +116,7 @@ TEST(FillWithTetrahedra, LeavesACavityEmpty) {
 TEST(FillWithTetrahedra, GivesTheSameMeshTwiceWhateverTheHeapLooksLike) {
   const VolumeBoundary boundary = one_region(sphere_surface(3, 50));
   const TetrahedralMesh one = fill_with_tetrahedra(boundary, {});
-  // Holes of many sizes, so that malloc hands out other addresses than before.
+  // Makes holes of many sizes in the heap, so that malloc returns other addresses than before.
   std::vector<std::string> blocks;
   for (int i = 0; i < 20000; ++i) blocks.emplace_back(20 + (i * 37) % 200, 'x');
   for (std::size_t i = 0; i < blocks.size(); i += 2) blocks[i] = std::string();
@@ -125,7 +126,7 @@ TEST(FillWithTetrahedra, GivesTheSameMeshTwiceWhateverTheHeapLooksLike) {
 }
 
 TEST(FillWithTetrahedra, KeepsTheFirstMeshWhenALaterTryFails) {
-  // One flat tetrahedron, far from the goal of 20 degrees, on which nothing can be moved.
+  // One flat tetrahedron, far below the goal of 20 degrees, whose corners cannot move.
   TetrahedralMesh flat;
   flat.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, 0.05}};
   flat.tetrahedra = {{0, 1, 2, 3}};
@@ -144,8 +145,8 @@ TEST(FillWithTetrahedra, KeepsTheFirstMeshWhenALaterTryFails) {
 }
 
 TEST(RepeatableHeap, IsUsedUnderALimitOfAddressSpaceTooOrSaysThatItCannotBe) {
-  // The limit is the child's own; its answer comes back through the exit status. 4 GB leaves room for a part of the 64 GB that
-  // the heap asks for first, 1 MB more than what is mapped leaves none.
+  // Only the child process has the limit; its exit status carries the answer. A limit of 4 GB leaves room for a part
+  // of the 64 GB that the heap tries first. A limit 1 MB above the mapped memory leaves no room.
   const auto answer_under = [](const std::function<std::size_t(std::size_t)>& limit_of) {
     const pid_t child = fork();
     if (child == 0) {

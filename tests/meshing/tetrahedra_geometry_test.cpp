@@ -60,7 +60,7 @@ TEST(MeshGeometry, PhysicalGroupsBecomeRegionsAndPatches) {
   const TetrahedralMesh mesh = tetrahedra_from_geometry(file, {}, {});
   EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"lower", "upper"}));
   const MeshQuality quality = measure_quality(mesh);
-  EXPECT_NEAR(quality.region_volume[0], 0.5, 1e-12);  // planar faces: rounding alone
+  EXPECT_NEAR(quality.region_volume[0], 0.5, 1e-12);  // the faces are planar, so only rounding differs
   EXPECT_NEAR(quality.region_volume[1], 0.5, 1e-12);
   EXPECT_GT(quality.volume.value, 0);
   std::vector<std::string> names;
@@ -107,7 +107,7 @@ TEST(RunInChild, TurnsACrashIntoOneSentence) {
   EXPECT_EQ(run_in_child("mesher", 10, [] { return std::string(1 << 20, 'x'); }).size(), std::size_t{1} << 20);
 }
 
-// A mesh through gmsh's own writer, in the given version and encoding.
+// Writes a mesh with gmsh in the given version and encoding.
 void write_by_gmsh(const std::filesystem::path& ours, const std::filesystem::path& theirs, double version,
                    bool binary) {
   run_in_child("gmsh", 60, [&] {
@@ -135,7 +135,7 @@ TEST(MeshFiles, OursIsReadByGmshAndGmshsBackToTheSameMesh) {
       EXPECT_EQ(theirs.region_names, reread.region_names);
       ASSERT_EQ(theirs.nodes.size(), reread.nodes.size());
       ASSERT_EQ(theirs.tetrahedra.size(), reread.tetrahedra.size());
-      // gmsh's text has 16 digits; its binary every bit.
+      // gmsh's text format has 16 digits; its binary format keeps all bits
       for (std::size_t v = 0; v < theirs.nodes.size(); ++v)
         for (int d = 0; d < 3; ++d) EXPECT_NEAR(theirs.nodes[v][d], reread.nodes[v][d], binary ? 0 : 1e-15 * 3);
       EXPECT_TRUE(theirs.tetrahedra == reread.tetrahedra);

@@ -20,7 +20,7 @@ using tests::fresh_folder;
 
 constexpr double kRadius = 15, kVoxel = 1;
 
-// A ball of 31 voxels across in an image of 40^3, its voxels labelled by place.
+// A ball of 31 voxels across in an image of 40 x 40 x 40. The position of a voxel decides its label.
 std::string write_ball(const std::filesystem::path& folder, const std::function<int(double, double, double)>& label) {
   const int n = 40;
   std::string voxels;
@@ -47,7 +47,8 @@ LabelImageOptions options_for(const std::vector<std::string>& tissues) {
   return options;
 }
 
-// The border may move by the facet distance and, smoothed, by a quarter of a voxel, all over the tissue's area.
+// The border may move by the facet distance and, because of the smoothing, by a quarter of a voxel, over all the area
+// of the tissue.
 void expect_volume(double volume, double expected, double area) {
   EXPECT_NEAR(volume, expected, area * (0.4 + 0.25 * kVoxel));
 }
@@ -150,7 +151,7 @@ TEST(TetrahedraFromLabels, GivesTheSameMeshTwice) {
   const std::string image = write_ball(folder, [](double x, double, double) { return x < 0 ? 1 : 2; });
   const auto options = options_for({"1=left", "2=right"});
   const TetrahedralMesh one = tetrahedra_from_image({image}, options, {}).mesh;
-  std::vector<std::string> blocks(5000, std::string(100, 'x'));  // another heap
+  std::vector<std::string> blocks(5000, std::string(100, 'x'));  // changes the addresses in the heap
   const TetrahedralMesh two = tetrahedra_from_image({image}, options, {}).mesh;
   EXPECT_TRUE(one.nodes == two.nodes && one.tetrahedra == two.tetrahedra);
 }

@@ -31,7 +31,7 @@ TEST(MeasureQuality, KnowsTheRegularTetrahedron) {
   mesh.region_names = {"one"};
   if (measure_quality(mesh).volume.value < 0) std::swap(mesh.tetrahedra[0][0], mesh.tetrahedra[0][1]);
   const MeshQuality quality = measure_quality(mesh);
-  // A dozen operations on numbers of order one.
+  // the rounding of a dozen operations on numbers of order one
   EXPECT_NEAR(quality.volume.value, 8.0 / 3, 1e-14);
   EXPECT_NEAR(quality.radius_ratio.value, 1, 1e-14);
   EXPECT_NEAR(quality.dihedral.value, std::acos(1.0 / 3) * 180 / std::numbers::pi, 1e-12);
@@ -62,13 +62,13 @@ TEST(PassGate, NamesTheWorstElement) {
     return "";
   };
   EXPECT_EQ(sentence({30, 0.1}), "");
-  // The middle node moved almost into a face of its neighbours' cells.
+  // Moves the middle node almost into a face of its neighbours' cells.
   mesh.nodes[13] = {1.98, 1, 1};
   const std::size_t worst = measure_quality(mesh).dihedral.tetrahedron;
   EXPECT_THAT(sentence({30, 0}), AllOf(HasSubstr("tetrahedron " + std::to_string(worst) + " "), HasSubstr("\"box\""),
                                        HasSubstr("--min-dihedral")));
   EXPECT_THAT(sentence({0, 0.6}), HasSubstr("--min-radius-ratio"));
-  mesh.nodes[13] = {3, 1, 1};  // outside: inverted
+  mesh.nodes[13] = {3, 1, 1};  // outside the box, so elements are inverted
   EXPECT_THAT(sentence({0, 0}), HasSubstr("positive"));
 }
 
@@ -87,7 +87,7 @@ TEST(PalpateTetrahedra, MeshesASurfaceAndReports) {
   const TetrahedralMesh mesh = read_mesh(folder / "body.msh");
   EXPECT_EQ(mesh.nodes.size(), report["vertices"]);
   EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"liver", "lesion"}));
-  // Again, from another folder and environment: the same bytes.
+  // A second run from another folder and with another environment gives the same bytes.
   fs::create_directories(folder / "elsewhere/with a longer name");
   for (const char* file : {"liver.off", "tumour.off"}) fs::copy(folder / file, folder / "elsewhere/with a longer name");
   const auto again =
@@ -117,7 +117,7 @@ TEST(PalpateTetrahedra, ImprovesTheWorstElementsAndSaysSo) {
   EXPECT_EQ(improved["tetrahedra"], as_filled["tetrahedra"]);
 }
 
-// One sentence, the exit code, and nothing left behind.
+// Expects one sentence, the exit code and no output file.
 void expect_refusal(const fs::path& folder, const std::string& arguments, int exit_code, const std::string& says) {
   SCOPED_TRACE(arguments);
   const auto run = run_tetrahedra(folder, arguments + " -o refused.msh");
@@ -172,7 +172,7 @@ TEST(PalpateTetrahedra, DamagedSurfacesAreRefusedWithOneSentence) {
 
 TEST(PalpateTetrahedra, DamageThatHasOneCureIsRepairedAndReported) {
   const auto folder = fresh_folder();
-  // Binary STL is a soup of repeated points; this one's header begins as text files do.
+  // Binary STL repeats its points in each triangle. The header of this file begins as a text file does.
   const TriangleSurface sphere = sphere_surface(2, 50);
   std::string stl(80, ' ');
   stl.replace(0, 5, "solid");

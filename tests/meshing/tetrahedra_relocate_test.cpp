@@ -10,9 +10,9 @@ namespace palpate {
 namespace {
 
 constexpr double kGoal = 20;
-constexpr int kMiddle = 62;  // of a 4 x 4 x 4 box: node (2, 2, 2)
+constexpr int kMiddle = 62;  // node (2, 2, 2) of a box of 4 x 4 x 4 cells
 
-// Cells of side 1 with one interior vertex pushed almost into its neighbour.
+// Cells of side 1; one interior vertex lies almost in its neighbour.
 TetrahedralMesh box_with_slivers() {
   TetrahedralMesh mesh = box_mesh({4, 4, 4}, {4, 4, 4});
   mesh.nodes[kMiddle] = {2.95, 2.02, 1.98};
@@ -44,9 +44,9 @@ TEST(ImproveWorstElements, ASliverBesideAMovableVertexIsImprovedBeyondTheGoal) {
 
 TEST(ImproveWorstElements, VerticesOfTheOuterSurfaceStayToTheBit) {
   TetrahedralMesh mesh = box_mesh({4, 4, 4}, {4, 4, 4});
-  mesh.patches.clear();                           // known from the elements alone
+  mesh.patches.clear();                           // the elements alone show which nodes are on the surface
   mesh.nodes[kMiddle - 25] = {2.02, 1.98, 0.05};  // node (2, 2, 1), almost in the lower face
-  mesh.nodes[2 + 5 * (2 + 5 * 0)] = {2.4, 2, 0};  // a surface vertex that would like to move back
+  mesh.nodes[2 + 5 * (2 + 5 * 0)] = {2.4, 2, 0};  // a surface vertex whose move would improve elements
   const TetrahedralMesh before = mesh;
   const Improvement improvement = improve_worst_elements(mesh, kGoal);
   EXPECT_GT(improvement.vertices_moved, 0u);
@@ -68,7 +68,7 @@ TEST(ImproveWorstElements, VerticesBetweenRegionsAndOfInnerPatchesStayToTheBit) 
     if (right.contains(v)) {
       ASSERT_EQ(split.nodes[v], before.nodes[v]);
     }
-  EXPECT_NE(split.nodes, before.nodes);  // others made room
+  EXPECT_NE(split.nodes, before.nodes);  // other vertices moved
   EXPECT_GT(measure_quality(split).dihedral.value, worst);
 
   TetrahedralMesh patched = box_with_slivers();
