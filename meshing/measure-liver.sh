@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The table of meshing/TETRAHEDRA.md: the liver at five sizes, surface and tetrahedra, measured.
+# Prints the table of meshing/TETRAHEDRA.md: surface and tetrahedra of the liver at five mesh sizes.
 #   meshing/measure-liver.sh BUILD_FOLDER LIVER.inr.gz [OUTPUT_FOLDER]
 set -euo pipefail
 bin=$1/bin
@@ -9,7 +9,7 @@ out=${3:-$(mktemp -d)}
 # vertices wanted, triangles of the surface, Gaussian width in mm, largest edge inside in mm
 sizes="200:270:3:100 1700:1350:1.5:9 5000:2950:1.5:6.4 20000:7900:1:3.8 100000:24000:1:2.17"
 
-echo "| target | triangles | kept | vertices | tetrahedra | min dihedral | radius ratio mean / min | distance to voxels mean / p95 / max, mm | surface, CPU s | tetrahedra, CPU s | MB |"
+echo "| vertices wanted | triangles | kept | vertices | tetrahedra | least dihedral angle, degrees | radius ratio mean / least | distance to voxels mean / 95 % / largest, mm | surface, CPU s | tetrahedra, CPU s | memory, MB |"
 echo "|---|---|---|---|---|---|---|---|---|---|---|"
 for size in $sizes; do
   IFS=: read -r target triangles smooth edge <<<"$size"

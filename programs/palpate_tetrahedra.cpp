@@ -38,8 +38,8 @@ struct Options {
   LabelImageOptions image;
   std::vector<double> spacing;
   std::string filler = "hxt";
-  std::string cavities;                   // empty: as the input says
-  std::optional<std::string> components;  // all of a surface, 1% of an image
+  std::string cavities;                   // empty: decided by the orientation of the shells
+  std::optional<std::string> components;  // default: all pieces of a surface, 1% for an image
   QualityGate gate{10, 0.05};
 };
 
@@ -133,7 +133,7 @@ TriangleSurface read_repaired(const std::string& file, const Options& o) {
   return std::move(repaired.surface);
 }
 
-// Each surface is correct by itself; two of them must not touch either.
+// Refuses inputs that touch each other; each surface alone has been checked before.
 void refuse_contact(const std::vector<ShellInput>& inputs) {
   std::vector<TriangleSurface> surfaces;
   for (const ShellInput& input : inputs) surfaces.push_back(input.surface);

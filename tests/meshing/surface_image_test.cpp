@@ -106,7 +106,7 @@ TEST(SurfaceImage, InrAndGzippedInrAreReadAlike) {
 
 TEST(SurfaceImage, PngSlicesAreStackedByTheNumbersInTheirNames) {
   const std::filesystem::path folder = fresh_folder();
-  // the image is a cone, so its volume profile shows whether slice 2 comes before slice 10
+  // the image is a cone, so its slices differ: a test with slice 10 before slice 2 would fail
   const ShapeImage shape = shape_image(
       {50, 50, 24}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}}, {0, 0, 0},
       [](const Point& p) { return std::abs(p[2]) < 20 && std::hypot(p[0], p[1]) < 10 + p[2] / 2 ? 255 : 0; });
