@@ -147,7 +147,7 @@ NodeTensor tensor_of(const Discretisation& d, const HeldStiffness& held, PetscSo
 std::vector<NodeTensor> solve_independently(const ElasticBody& body, Element element,
                                             std::span<const std::int32_t> nodes, double tolerance) {
   const Discretisation discretisation = discretise(body, element);
-  const HeldStiffness held = eliminate_held(discretisation.stiffness, discretisation.fixed);
+  const HeldStiffness held = remove_held_dofs(discretisation.stiffness, discretisation.fixed);
   PetscSolver solver(held, row_coordinates(discretisation, held), tolerance);
   std::vector<NodeTensor> result;
   for (const auto node : nodes) result.push_back(tensor_of(discretisation, held, solver, node));

@@ -48,9 +48,6 @@ struct HeldStiffness {
   std::vector<std::int32_t> node_of_row;
 };
 HeldStiffness remove_held_dofs(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed);
-inline HeldStiffness eliminate_held(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed) {
-  return remove_held_dofs(all, fixed);  // the former name
-}
 
 // K x for one vector of 3 * rows numbers. (Batches of columns: precompute/solver/batch_product.h.)
 std::vector<double> multiply(const BlockMatrix& matrix, std::span<const double> x);

@@ -18,7 +18,7 @@ struct Box {
   explicit Box(int cells, double poisson = 0.45) {
     ElasticBody body = body_of(box_mesh({cells, cells, cells}, {1, 1, 1}, 0.2), {{5400, poisson, 0}});
     hold(body, [](const auto& p) { return p[0] == 0 ? 7 : 0; });
-    HeldStiffness held = eliminate_held(assemble_stiffness(body), body.fixed);
+    HeldStiffness held = remove_held_dofs(assemble_stiffness(body), body.fixed);
     for (const auto n : held.node_of_row) coordinates.push_back(body.nodes[n]);
     matrix = std::move(held.matrix);
   }
