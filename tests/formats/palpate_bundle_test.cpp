@@ -282,7 +282,8 @@ TEST(PalpateBundleVerify, FindsAColumnThatTheInputsDoNotGive) {
   EXPECT_THAT(ended.errors, HasSubstr("T^f solved again does not hold"));
 }
 
-// What a fault of the solver leaves: whole, sealed, and one node's columns off by a little.
+// What a fault of the solver leaves: whole, sealed, and C off by 1e-4 between one node and all others, symmetric as C must be.
+// No law of the stored numbers is broken, so that only solving again finds it.
 TEST(PalpateBundleVerify, FindsTheWrongColumnsOfOneNode) {
   write_inputs();
   const std::string bundle = precompute();
@@ -290,19 +291,29 @@ TEST(PalpateBundleVerify, FindsTheWrongColumnsOfOneNode) {
   const auto info = nlohmann::json::parse(palpate_bundle("info --json " + bundle).out);
   std::vector<SectionEntry> entries(info["sections"].size());
   std::memcpy(entries.data(), bytes.data() + sizeof(BundleHeader), entries.size() * sizeof(SectionEntry));
-  for (const auto& entry : entries)
-    if (entry.id == static_cast<std::uint32_t>(SectionId::displacement_surface))
-      for (std::uint64_t at = 0; at < entry.bytes / entry.shape[0]; at += 4) {  // node 0's rows
-        float u;
-        std::memcpy(&u, bytes.data() + entry.offset + at, 4);
-        if (u != 1) u *= 1.0001f;  // its own displacement stays the identity
-        std::memcpy(bytes.data() + entry.offset + at, &u, 4);
-      }
+  const auto entry_of_section = [&](SectionId id) -> const SectionEntry& {
+    return *std::find_if(entries.begin(), entries.end(),
+                         [&](const SectionEntry& entry) { return entry.id == static_cast<std::uint32_t>(id); });
+  };
+  std::int32_t wrong_node = 0;  // of the first columns
+  std::memcpy(&wrong_node, bytes.data() + entry_of_section(SectionId::touchable).offset, sizeof wrong_node);
+  const SectionEntry& surface = entry_of_section(SectionId::displacement_surface);  // [S,3,Ns,3]
+  for (std::uint64_t column_node = 0; column_node < surface.shape[0]; ++column_node)
+    for (std::uint64_t j = 0; j < 3; ++j)
+      for (std::uint64_t node = 0; node < surface.shape[2]; ++node)
+        for (std::uint64_t i = 0; i < 3; ++i) {
+          const bool of_wrong_node = node == static_cast<std::uint64_t>(wrong_node);
+          if ((column_node == 0) == of_wrong_node) continue;  // neither, or the node's own identity
+          char* at = bytes.data() + surface.offset + 4 * (((column_node * 3 + j) * surface.shape[2] + node) * 3 + i);
+          float u;
+          std::memcpy(&u, at, 4);
+          u *= 1.0001f;
+          std::memcpy(at, &u, 4);
+        }
   write_bytes(bundle, bytes);
   seal_bundle(bundle, entries);
   const ProgramRun ended = palpate_bundle(with_inputs(bundle, 1000));
   EXPECT_EQ(ended.code, 3);
-  EXPECT_THAT(ended.out, HasSubstr("\"name\": \"solved again\""));
   EXPECT_THAT(ended.errors, HasSubstr("solved again does not hold"));
 }
 
