@@ -129,6 +129,9 @@ def help_of(words):
     return helps[words]
 
 
+SUBCOMMANDS = {"palpate-bundle": "info|verify|diff|pack", "palpate-accuracy": "choose|check"}
+
+
 def check_options(page, command):
     found = re.match(r"(?:.*[\s/(])?(palpate-[a-z]+)\b(.*)", command)
     if not found or not programs or not any(n == "programs/%s.cpp" % found[1].replace("-", "_") for n in tracked):
@@ -136,9 +139,8 @@ def check_options(page, command):
     if not (programs / found[1]).exists():
         sys.exit("%s is not built in %s; expected all programs" % (found[1], programs))
     words = (found[1],)
-    if found[1] == "palpate-bundle":
-        sub = re.match(r"\s+(info|verify|diff|pack)\b", found[2])
-        words += (sub[1],) if sub else ()
+    sub = re.match(r"\s+(%s)\b" % SUBCOMMANDS[found[1]], found[2]) if found[1] in SUBCOMMANDS else None
+    words += (sub[1],) if sub else ()
     ours = re.split(r"\s-- ", found[2])[0]  # behind "--" come PETSc's options
     for option in re.findall(r"(?<=\s)(--?[A-Za-z][\w-]*)", re.sub(r"""'[^']*'|"[^"]*\"""", "", ours)):
         if option not in help_of(words):
