@@ -14,7 +14,7 @@ const std::vector<ConfigKey>& config_keys() {
        "converted."},
       {O, "", "element", "choice", "-", "required", "p1, p1-anp, p2-p0",
        "The finite element (`precompute/ELEMENTS.md`). `p1-anp` is the one for soft tissue; `p1` is the paper's, for "
-       "Poisson ratios up to 0.3; `p2-p0` is the most accurate and the slowest."},
+       "Poisson ratios up to 0.3; `p2-p0` has the least error of force on a mesh and the longest precompute."},
       {O, "", "region", "tables", "-", "required", "one for each region of the mesh, names all different",
        "`[[region]]`: the material of one region."},
       {O, "", "response", "table", "-", "-", "",
@@ -111,9 +111,8 @@ const std::vector<ConfigKey>& config_keys() {
        "deformed surface."},
       {S, "effects", "contact", "choice", "-", "\"point\"", "node, triangle, point, patch",
        "Where a touch acts: on the nearest node, on the three nodes of the touched triangle, on the touched point, or "
-       "on a disc. `patch` is the default where a tool has a `disc_radius`, and the only one whose force does not "
-       "depend on "
-       "the mesh."},
+       "on a disc. `patch` is the default where a tool has a `disc_radius`, and the only one whose force hardly "
+       "depends on the mesh."},
       {S, "effects", "law", "choice", "-", "\"sticking\"", "sticking, sliding, unilateral, coulomb",
        "How a tool's point holds the surface: it sticks in all directions; it slides freely and may pull; it slides "
        "freely and only pushes; it pushes, and sticks until friction gives way. A grip always sticks."},
