@@ -19,7 +19,7 @@ namespace {
 using Matrix3 = Eigen::Matrix3d;
 
 // PETSc's CG for one right-hand side at a time: with GAMG and, from the first column on that GAMG does not solve (Poisson's ratio
-// near 0.5, slivers), with a Cholesky factor by MUMPS. Neither is code that the precompute runs on one rank.
+// near 0.5, slivers), with a Cholesky factor by MUMPS. The precompute's own factor and multigrid have no part in it.
 class PetscSolver {
  public:
   PetscSolver(const HeldStiffness& held, std::span<const std::array<double, 3>> coordinates, double tolerance)
@@ -87,7 +87,7 @@ class PetscSolver {
 
  private:
   static constexpr int kRuns = 6;
-  static constexpr PetscInt kMostIterations = 1000;  // with GAMG the default organ takes 100 to 200
+  static constexpr PetscInt kMostIterations = 1000;  // of a column with GAMG, before MUMPS takes over
 
   void factor() {
     PC pc = nullptr;
