@@ -27,11 +27,14 @@ struct Runtime {
     }
 #define PALPATE_LOAD(name) name = reinterpret_cast<decltype(name)>(dlsym(library, "palpate_" #name))
     PALPATE_LOAD(bundle_open_file);
-    PALPATE_LOAD(bundle_describe);
+    PALPATE_LOAD(bundle_fill_info);
     PALPATE_LOAD(bundle_touchable);
     PALPATE_LOAD(bundle_nodes);
     PALPATE_LOAD(bundle_triangles);
-    PALPATE_LOAD(default_scene_def);
+    PALPATE_LOAD(init_scene_def);
+    PALPATE_LOAD(init_grip);
+    PALPATE_LOAD(init_tool);
+    PALPATE_LOAD(init_shape_out);
     PALPATE_LOAD(scene_create);
     PALPATE_LOAD(contacts_bytes);
     PALPATE_LOAD(scene_touch);
@@ -40,11 +43,14 @@ struct Runtime {
   }
   void* library;
   decltype(&palpate_bundle_open_file) bundle_open_file;
-  decltype(&palpate_bundle_describe) bundle_describe;
+  decltype(&palpate_bundle_fill_info) bundle_fill_info;
   decltype(&palpate_bundle_touchable) bundle_touchable;
   decltype(&palpate_bundle_nodes) bundle_nodes;
   decltype(&palpate_bundle_triangles) bundle_triangles;
-  decltype(&palpate_default_scene_def) default_scene_def;
+  decltype(&palpate_init_scene_def) init_scene_def;
+  decltype(&palpate_init_grip) init_grip;
+  decltype(&palpate_init_tool) init_tool;
+  decltype(&palpate_init_shape_out) init_shape_out;
   decltype(&palpate_scene_create) scene_create;
   decltype(&palpate_contacts_bytes) contacts_bytes;
   decltype(&palpate_scene_touch) scene_touch;
@@ -57,18 +63,22 @@ class Played {
   Played(const Runtime& runtime, const char* file, int grips) : runtime_(runtime) {
     palpate_error error = {};
     palpate_bundle* bundle = nullptr;
-    if (runtime.bundle_open_file(file, &bundle, &error) != PALPATE_OK) fail(error);
-    palpate_scene_def def = runtime.default_scene_def();
+    if (runtime.bundle_open_file(file, nullptr, &bundle, &error) != PALPATE_OK) fail(error);
+    palpate_scene_def def;
+    runtime.init_scene_def(&def, sizeof def);
     def.contact = PALPATE_CONTACT_POINT;
     def.force_limit = def.force_slew = 1e300, def.max_points = 256, def.max_contact_nodes = 600;
     if (runtime.scene_create(bundle, &def, &scene_, &error) != PALPATE_OK) fail(error);
     memory_.resize(runtime.contacts_bytes(scene_) / 8 + 1);
-    const palpate_bundle_info info = runtime.bundle_describe(bundle);
+    palpate_bundle_info info;
+    runtime.bundle_fill_info(bundle, &info, sizeof info);
     u_.resize(3 * static_cast<std::size_t>(info.surface_node_count));
     const std::int32_t* touchable = runtime.bundle_touchable(bundle);
     for (int g = 0; g < grips; ++g) {
-      palpate_grip grip = {};
-      grip.node = touchable[static_cast<std::int64_t>(g) * info.touchable_count / grips], grip.axes = 7;
+      palpate_grip grip;
+      runtime.init_grip(&grip, sizeof grip);
+      grip.kind = PALPATE_GRIP_NODE;
+      grip.node = touchable[static_cast<std::int64_t>(g) * info.touchable_count / grips];
       grip.displacement[2] = 1e-3;
       grips_.push_back(grip);
     }
@@ -91,11 +101,16 @@ class Played {
     double point[3];
     for (int d = 0; d < 3; ++d) point[d] = place_[d] + height * out_[d];
     grips_[0].displacement[0] += 1e-9;
-    const palpate_tool tool = {point, 1, grips_.data(), static_cast<std::int32_t>(grips_.size()), 0, 0, 0};
-    runtime_.scene_touch(scene_, &tool, 1, 1e-3, contacts());
+    palpate_tool tool;
+    runtime_.init_tool(&tool, sizeof tool);
+    tool.points = point, tool.point_count = 1;
+    tool.grips = grips_.data(), tool.grip_count = static_cast<std::int32_t>(grips_.size());
+    runtime_.scene_touch(scene_, &tool, 1, 1e-3, contacts(), memory_.size() * sizeof memory_[0]);
   }
   void shape() {
-    palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
+    palpate_shape_out out;
+    runtime_.init_shape_out(&out, sizeof out);
+    out.displacements = u_.data(), out.node_capacity = static_cast<std::int32_t>(u_.size() / 3);
     runtime_.scene_shape(scene_, contacts(), &out);
   }
   palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }

@@ -37,7 +37,7 @@ class Bench {
     palpate_scene_def def = palpate_default_scene_def();
     def.collision = PALPATE_COLLISION_OFF;
     def.force_limit = def.force_slew = 1e300;
-    if (palpate_bundle_open_file(file, &bundle_, &error) != PALPATE_OK ||
+    if (palpate_bundle_open_file(file, nullptr, &bundle_, &error) != PALPATE_OK ||
         palpate_scene_create(bundle_, &def, &scene_, &error) != PALPATE_OK) {
       std::fprintf(stderr, "packed_bench: %s: %s\n", file, error.text);
       std::exit(2);
@@ -56,17 +56,20 @@ class Bench {
     std::vector<palpate_grip> grips(static_cast<std::size_t>(contacts));
     const palpate_bundle_info info = palpate_bundle_describe(bundle_);
     for (int g = 0; g < contacts; ++g) {
-      grips[g] = palpate_grip{};
+      grips[g] = palpate_default_grip();
       const std::int64_t at = static_cast<std::int64_t>(g) * info.touchable_count / contacts + 7 * turn;
-      grips[g].node = palpate_bundle_touchable(bundle_)[at % info.touchable_count], grips[g].axes = 7;
+      grips[g].kind = PALPATE_GRIP_NODE;
+      grips[g].node = palpate_bundle_touchable(bundle_)[at % info.touchable_count];
       grips[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
-    const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0, 0, 0};
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
     auto* made = reinterpret_cast<palpate_contacts*>(contacts_.data());
     auto start = std::chrono::steady_clock::now();
-    palpate_scene_touch(scene_, &tool, 1, 1e-3, made);
+    palpate_scene_touch(scene_, &tool, 1, 1e-3, made, contacts_.size() * sizeof contacts_[0]);
     *touch = seconds_since(start);
-    palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
+    palpate_shape_out out = palpate_default_shape_out();
+    out.displacements = u_.data(), out.node_capacity = static_cast<std::int32_t>(u_.size() / 3);
     start = std::chrono::steady_clock::now();
     palpate_scene_shape(scene_, made, &out);
     *shape = seconds_since(start);

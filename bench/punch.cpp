@@ -98,7 +98,7 @@ std::vector<Vec3> spread_places(const Organ& organ, int count) {
 }
 
 struct Place {
-  palpate_grip grip = {};
+  palpate_grip grip = palpate_default_grip();
   Vec3 normal;
 };
 
@@ -111,7 +111,7 @@ Place nearest_place(const Organ& organ, Vec3 p) {
     const double distance = palpate::closest_on_triangle(p, a, b, c, k);
     if (distance >= least) continue;
     least = distance;
-    best.grip.node = -1, best.grip.triangle = t;
+    best.grip.kind = PALPATE_GRIP_SURFACE_POINT, best.grip.triangle = t;
     std::copy(k, k + 3, best.grip.barycentric);
   }
   // Normal weighted by the areas of the triangles around, so that it is nearly the same on every mesh.
@@ -128,12 +128,12 @@ Place nearest_place(const Organ& organ, Vec3 p) {
 double force_along(Organ& organ, Place place, Vec3 direction, double radius) {
   store3(1e-3 * direction, place.grip.displacement);
   place.grip.axes = 7;
-  palpate_tool tool = {};
+  palpate_tool tool = palpate_default_tool();
   tool.grips = &place.grip, tool.grip_count = 1, tool.disc_radius = radius;
   palpate::Contacts contacts = organ.scene->make_contacts();
   const palpate_step_flags flags = organ.scene->touch(&tool, 1, 1e-3, contacts);
   if (flags) std::fprintf(stderr, "flags %u\n", flags);
-  return -dot(palpate::load3(contacts->tools[0].force_raw), direction);
+  return -dot(palpate::load3(contacts.tool(0).force_raw), direction);
 }
 
 // Curvature, 1/m, positive if the surface bulges: from a paraboloid fitted to the nodes within 14 mm on this side.

@@ -47,10 +47,10 @@ std::vector<palpate_grip> grips(int count, int turn) {
   const std::int32_t* touchable = palpate_bundle_touchable(bundle);
   std::vector<palpate_grip> list(static_cast<std::size_t>(count));
   for (int g = 0; g < count; ++g) {
-    list[g] = palpate_grip{};
+    list[g] = palpate_default_grip();
     const std::int64_t at =
         (static_cast<std::int64_t>(g) * info.touchable_count / count + 37 * turn) % info.touchable_count;
-    list[g].node = touchable[at], list[g].axes = 7;
+    list[g].kind = PALPATE_GRIP_NODE, list[g].node = touchable[at];
     list[g].displacement[2] = 1e-3 + 1e-5 * g;
   }
   return list;
@@ -77,11 +77,13 @@ void touch_held(benchmark::State& state) {
   const ScenePointer scene = make_scene(def);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
   auto list = grips(static_cast<int>(state.range(0)), 0);
-  const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
   for (auto _ : state) {
     list[0].displacement[0] += 1e-9;
-    benchmark::DoNotOptimize(
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3,
+                                                 reinterpret_cast<palpate_contacts*>(memory.data()),
+                                                 memory.size() * sizeof memory[0]));
   }
 }
 BENCHMARK(touch_held)->Apply(spread)->Unit(benchmark::kMicrosecond);
@@ -97,9 +99,11 @@ void touch_changing(benchmark::State& state) {
   std::size_t turn = 0;
   for (auto _ : state) {
     const auto& list = lists[turn++ % lists.size()];
-    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
-    benchmark::DoNotOptimize(
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
+    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3,
+                                                 reinterpret_cast<palpate_contacts*>(memory.data()),
+                                                 memory.size() * sizeof memory[0]));
   }
 }
 BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
@@ -116,17 +120,20 @@ void touch_moving(benchmark::State& state) {
   int first = 0;
   for (auto _ : state) {
     for (int g = 0; g < count; ++g) {
-      window[g] = palpate_grip{};
+      window[g] = palpate_default_grip();
       // Grip g keeps its node for count / 3 steps.
       const int turns = (first - g + 3 * touchable) / count;
+      window[g].kind = PALPATE_GRIP_NODE;
       window[g].node = palpate_bundle_touchable(bundle)[(g + turns * count) % touchable];
       window[g].axes = 7, window[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
     first += 3;
-    const palpate_tool tool = {nullptr, 0, window.data(), count, 0, 0, 0};
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = window.data(), tool.grip_count = count;
     const auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3,
+                                                 reinterpret_cast<palpate_contacts*>(memory.data()),
+                                                 memory.size() * sizeof memory[0]));
     state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
 }
@@ -141,20 +148,22 @@ void touch_dependent(benchmark::State& state) {
   const std::int32_t* t = palpate_bundle_triangles(bundle);
   while (t[0] != k && t[1] != k && t[2] != k) t += 3;
   for (int g = 0; g < 350; ++g) {
-    palpate_grip& grip = list[g] = palpate_grip{};
-    grip.node = -1, grip.triangle = static_cast<std::int32_t>((t - palpate_bundle_triangles(bundle)) / 3),
-    grip.axes = 7;
+    palpate_grip& grip = list[g] = palpate_default_grip();
+    grip.kind = PALPATE_GRIP_SURFACE_POINT,
+    grip.triangle = static_cast<std::int32_t>((t - palpate_bundle_triangles(bundle)) / 3), grip.axes = 7;
     grip.barycentric[0] = 0.3 + 1e-3 * g, grip.barycentric[1] = 0.2, grip.barycentric[2] = 0.5 - 1e-3 * g;
     grip.displacement[2] = 1e-3;
   }
   const ScenePointer scene = make_scene(def);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
-  const palpate_tool tool = {nullptr, 0, list.data(), 350, 0, 0, 0};
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = list.data(), tool.grip_count = 350;
   for (auto _ : state) {
     if (state.range(0) == 1) palpate_scene_reset(scene.get());
     list[0].displacement[0] += 1e-9;
-    benchmark::DoNotOptimize(
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data())));
+    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3,
+                                                 reinterpret_cast<palpate_contacts*>(memory.data()),
+                                                 memory.size() * sizeof memory[0]));
   }
 }
 BENCHMARK(touch_dependent)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
@@ -199,11 +208,13 @@ void touch_colliding(benchmark::State& state) {
     const double height = 0.001 - 1e-5 * std::abs(step++ % 800 - 400);  // 1 mm above to 3 mm below, 10 mm/s
     for (std::size_t p = 0; p < places.size(); ++p)
       for (int d = 0; d < 3; ++d) points[3 * p + d] = places[p].at[d] + height * places[p].outward[d];
-    const palpate_tool tool = {points.data(), static_cast<std::int32_t>(places.size()), nullptr, 0, 0, 0, 0};
+    palpate_tool tool = palpate_default_tool();
+    tool.points = points.data(), tool.point_count = static_cast<std::int32_t>(places.size());
     auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
     state.ResumeTiming();
     const auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts));
+    benchmark::DoNotOptimize(
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts, memory.size() * sizeof memory[0]));
     const double spent = seconds_since(start);
     if (2 * contacts->node_count > state.range(1)) seconds.push_back(spent);
     in_contact += contacts->node_count;
@@ -249,15 +260,18 @@ void against_read(benchmark::State& state, palpate_shape_model shape_model, cons
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   const std::int32_t nodes = shape_model == PALPATE_SHAPE_VOLUME ? info.node_count : info.surface_node_count;
   std::vector<float> u(3 * static_cast<std::size_t>(nodes));
-  palpate_shape_out out = {u.data(), nullptr, nodes, 0};
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = u.data(), out.node_capacity = nodes;
   // Enough turns that half of them read more than the caches hold, if the store is that large.
   const int turns = std::max(40, static_cast<int>(1000 / state.range(0)));
   std::vector<std::vector<std::uint64_t>> contacts(static_cast<std::size_t>(turns));
   for (int turn = 0; turn < turns; ++turn) {
     contacts[turn].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
     const auto list = grips(static_cast<int>(state.range(0)), turn);
-    const palpate_tool tool = {nullptr, 0, list.data(), static_cast<std::int32_t>(list.size()), 0, 0, 0};
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()));
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
+    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()),
+                        contacts[turn].size() * sizeof(std::uint64_t));
   }
   std::vector<double> shape_seconds, read_seconds;
   int turn = 0;
@@ -273,7 +287,7 @@ void against_read(benchmark::State& state, palpate_shape_model shape_model, cons
     start = std::chrono::steady_clock::now();
     for (int e = 0; e < other->node_count; ++e)
       for (const auto& [words, per_node] : sections)
-        sum += read_run(words + static_cast<std::size_t>(palpate_contacts_nodes(other)[e].column) * per_node, per_node);
+        sum += read_run(words + static_cast<std::size_t>(palpate_contacts_node(other, e)->column) * per_node, per_node);
     read_seconds.push_back(seconds_since(start));
     turn = (turn + 1) % turns;
   }
@@ -361,7 +375,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: runtime_bench BUNDLE.h5 [Google Benchmark options]\n");
     return 2;
   }
-  if (palpate_bundle_open_file(argv[1], &bundle, &error) != PALPATE_OK) {
+  if (palpate_bundle_open_file(argv[1], nullptr, &bundle, &error) != PALPATE_OK) {
     std::fprintf(stderr, "runtime_bench: %s: %s\n", argv[1], error.text);
     return 2;
   }

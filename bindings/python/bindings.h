@@ -4,6 +4,7 @@
 #include <palpate/palpate_mailbox.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <atomic>
 #include <cstddef>

@@ -10,10 +10,13 @@ bool HeldContacts::assign(const void* data, std::size_t size) {
   palpate_contacts head;
   if (size < sizeof head || size > bytes) return false;
   std::memcpy(&head, data, sizeof head);
-  const std::size_t nodes = (size - sizeof head) / sizeof(palpate_contact_node);
-  if (head.used_bytes != size || head.node_count < 0 || static_cast<std::size_t>(head.node_count) != nodes ||
-      (size - sizeof head) % sizeof(palpate_contact_node) != 0 || head.tool_count < 0 ||
-      head.tool_count > PALPATE_MAX_TOOLS)
+  if (head.struct_bytes != sizeof head || head.tool_state_bytes != sizeof(palpate_tool_state) ||
+      head.node_bytes != sizeof(palpate_contact_node) || head.tool_count < 0 || head.tool_count > PALPATE_MAX_TOOLS ||
+      head.node_count < 0)
+    return false;
+  const std::size_t nodes_offset = sizeof head + static_cast<std::size_t>(head.tool_count) * sizeof(palpate_tool_state);
+  if (head.nodes_offset != nodes_offset || head.used_bytes != size ||
+      size != nodes_offset + static_cast<std::size_t>(head.node_count) * sizeof(palpate_contact_node))
     return false;
   std::memcpy(contacts.get(), data, size);
   return true;
@@ -64,15 +67,16 @@ class HeldMailbox {
 
 py::array tool_states(const py::object& self) {
   const palpate_contacts& contacts = *self.cast<HeldContacts&>().contacts.get();
-  return view_of(self, contacts.tools, {contacts.tool_count});
+  return view_of(self, palpate_contacts_tool(&contacts, 0), {contacts.tool_count}, {sizeof(palpate_tool_state)});
 }
 py::array contact_nodes(const py::object& self) {
   const Contacts& contacts = self.cast<HeldContacts&>().contacts;
-  return view_of(self, contacts.nodes(), {contacts->node_count});
+  return view_of(self, &contacts.node(0), {contacts->node_count}, {sizeof(palpate_contact_node)});
 }
 py::array tool_forces(const py::object& self) {
   const palpate_contacts& contacts = *self.cast<HeldContacts&>().contacts.get();
-  return view_of(self, contacts.tools[0].force, {contacts.tool_count, 3}, {sizeof(palpate_tool_state), sizeof(double)});
+  return view_of(self, palpate_contacts_tool(&contacts, 0)->force, {contacts.tool_count, 3},
+                 {sizeof(palpate_tool_state), sizeof(double)});
 }
 py::array used_bytes(const py::object& self) {
   const Contacts& contacts = self.cast<HeldContacts&>().contacts;
@@ -95,8 +99,8 @@ void add_mailbox(py::module_& module) {
 }  // namespace
 
 void add_contacts(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(palpate_tool_state, force, force_raw, direction, contact_count, slip_count, release_count,
-                       flags);
+  PYBIND11_NUMPY_DTYPE(palpate_tool_state, force, force_raw, direction, contact_count, slip_count, release_count, flags,
+                       id);
   PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, tool, point, modified_displacement, force);
   py::class_<HeldContacts, std::shared_ptr<HeldContacts>> type(
       module, "Contacts",
@@ -107,7 +111,7 @@ void add_contacts(py::module_& module) {
                              "float64 [tools, 3], N, on each tool, within the scene's limits: send it to a device");
   type.def_property_readonly("tools", &tool_states,
                              "structured [tools]: force, force_raw, direction ([3] each), contact_count, slip_count,\n"
-                             "release_count, flags");
+                             "release_count, flags, id");
   type.def_property_readonly("nodes", &contact_nodes,
                              "structured [nodes under contact]: node, column, tool, point, modified_displacement ([3], "
                              "m), force ([3], N, on the organ)");

@@ -71,7 +71,8 @@ void add_step_flags(py::module_& module) {
                 {"FORCE_LIMITED", PALPATE_STEP_FORCE_LIMITED},
                 {"BUNDLE_LOST", PALPATE_STEP_BUNDLE_LOST},
                 {"NOT_TOUCHABLE", PALPATE_STEP_NOT_TOUCHABLE},
-                {"UNSOLVED", PALPATE_STEP_UNSOLVED}});
+                {"UNSOLVED", PALPATE_STEP_UNSOLVED},
+                {"OTHER_BUNDLE", PALPATE_STEP_OTHER_BUNDLE}});
 }
 
 }  // namespace

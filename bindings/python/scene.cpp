@@ -39,7 +39,7 @@ palpate_relaxation relaxation_of(const py::object& terms) {
 struct RenderMesh {
   using Array = py::array_t<float, py::array::c_style | py::array::forcecast>;
   Array positions, normals;
-  palpate_render_mesh mesh = {};
+  palpate_render_mesh mesh = palpate_default_render_mesh();
 
   explicit RenderMesh(const py::object& from) {
     const bool both = py::isinstance<py::tuple>(from);
@@ -47,7 +47,8 @@ struct RenderMesh {
     if (both) normals = rows(from.cast<py::tuple>()[1]);
     if (both && normals.shape(0) != positions.shape(0))
       throw py::value_error("render_mesh: expected a normal for every position");
-    mesh = {positions.data(), both ? normals.data() : nullptr, static_cast<std::int32_t>(positions.shape(0))};
+    mesh.positions = positions.data(), mesh.normals = both ? normals.data() : nullptr;
+    mesh.vertex_count = static_cast<std::int32_t>(positions.shape(0));
   }
   static Array rows(const py::handle& from) {
     Array array = Array::ensure(from);
@@ -97,17 +98,19 @@ class HeldScene {
 
   py::object skin(const py::object& displacements, const py::object& positions, const py::object& normals) {
     const InUse use(shaping_, "shape already runs on another thread");
-    palpate_shape_out shape = {};
+    palpate_shape_out shape = palpate_default_shape_out();
     shape.node_count = bundle_->bundle.describe().surface_node_count;
     shape.displacements = writable(displacements, "displacements", shape.node_count);
-    palpate_skin_out out = {writable(positions, "positions", vertex_count_),
-                            writable(normals, "normals", vertex_count_), vertex_count_, 0};
+    palpate_skin_out out = palpate_default_skin_out();
+    out.positions = writable(positions, "positions", vertex_count_);
+    out.normals = writable(normals, "normals", vertex_count_);
+    out.vertex_capacity = vertex_count_;
     return step_flags(without_lock([&] { return scene_.skin(shape, out); }));
   }
 
   py::object shape(HeldContacts& contacts, const py::object& positions, const py::object& displacements) {
     const InUse use(shaping_, "shape already runs on another thread"), contacts_use(contacts.in_use, kContactsInUse);
-    palpate_shape_out out = {};
+    palpate_shape_out out = palpate_default_shape_out();
     out.node_capacity = shape_node_count();
     out.positions = writable(positions, "positions", out.node_capacity);
     out.displacements = writable(displacements, "displacements", out.node_capacity);
@@ -118,12 +121,14 @@ class HeldScene {
     const InUse use(touching_, kTouching);
     scene_.reset();
   }
+  void reset_tool(std::int32_t id) {
+    const InUse use(touching_, kTouching);
+    scene_.reset_tool(id);
+  }
 
   std::vector<PlanPass> plan() const {
-    std::int32_t count = 0;
-    const palpate_plan_pass* passes = palpate_scene_plan(scene_.get(), &count);
     std::vector<PlanPass> plan;
-    for (const palpate_plan_pass* pass = passes; pass != passes + count; ++pass)
+    while (const palpate_plan_pass* pass = palpate_scene_plan(scene_.get(), static_cast<std::int32_t>(plan.size())))
       plan.push_back({pass->name, pass->half, pass->sections, pass->mapped_bytes});
     return plan;
   }
@@ -243,9 +248,8 @@ void add_scene(py::module_& module) {
           "list of PlanPass, in the order that they run")
       .def("make_contacts", &HeldScene::make_contacts, "Contacts of this scene's size.")
       .def("touch", &HeldScene::touch, py::arg("tools"), py::arg("dt"), py::arg("contacts"),
-           "The haptic half: collision, contacts, forces. tools: of Tool, in the same order every step; dt: s since "
-           "the\n"
-           "last touch. Fills contacts and returns StepFlags; 0 is full trust. Microseconds.")
+           "The haptic half: collision, contacts, forces. tools: of Tool, known by their id; dt: s since the last\n"
+           "touch. Fills contacts and returns StepFlags; 0 is full trust. Microseconds.")
       .def(
           "shape", &HeldScene::shape, py::arg("contacts"), py::arg("positions") = py::none(),
           py::arg("displacements") = py::none(),
@@ -256,7 +260,9 @@ void add_scene(py::module_& module) {
            py::arg("normals") = py::none(),
            "The render mesh under a shape: displacements as shape wrote them. Fills the caller's arrays, float32\n"
            "[vertex_count, 3] or more rows, contiguous; m. Returns StepFlags; 0 is full trust.")
-      .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces.");
+      .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces.")
+      .def("reset_tool", &HeldScene::reset_tool, py::arg("id"),
+           "The same for the tool of that id alone; an id that is not in use changes nothing.");
 }
 
 }  // namespace palpate::python

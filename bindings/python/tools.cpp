@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 
 namespace palpate::python {
@@ -19,9 +20,13 @@ void set_three(double (&to)[3], const Numbers& from, const char* name) {
   std::copy_n(from.data(), 3, to);
 }
 
-palpate_grip make_grip(std::int32_t node, const Numbers& displacement, std::int32_t triangle,
-                       const Numbers& barycentric, std::uint32_t axes) {
-  palpate_grip grip = {node, triangle, {}, {}, axes};
+palpate_grip make_grip(std::optional<std::int32_t> node, const Numbers& displacement,
+                       std::optional<std::int32_t> triangle, const Numbers& barycentric, std::uint32_t axes) {
+  if (node.has_value() == triangle.has_value())
+    throw py::value_error("Grip: expected either node, for a node, or triangle, for a point of a triangle");
+  palpate_grip grip = palpate_default_grip();
+  grip.kind = node ? PALPATE_GRIP_NODE : PALPATE_GRIP_SURFACE_POINT;
+  grip.node = node.value_or(-1), grip.triangle = triangle.value_or(-1), grip.axes = axes;
   set_three(grip.displacement, displacement, "displacement");
   set_three(grip.barycentric, barycentric, "barycentric");
   return grip;
@@ -37,8 +42,9 @@ py::array own_points(const Numbers& from) {
   return own;
 }
 
-HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double disc_radius, double friction) {
-  return {own_points(points), py::list(grips), hold, disc_radius, friction};
+HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double disc_radius, double friction,
+                   std::int32_t id) {
+  return {own_points(points), py::list(grips), hold, disc_radius, friction, id};
 }
 
 // The caller holds the same array and may have changed its shape.
@@ -66,8 +72,11 @@ void ToolCopies::take(const py::iterable& tools) {
     const auto* numbers = static_cast<const double*>(tool.points.data());
     points_.insert(points_.end(), numbers, numbers + tool.points.size());
     for (const py::handle grip : tool.grips) grips_.push_back(grip.cast<const palpate_grip&>());
-    tools_.push_back({nullptr, static_cast<std::int32_t>(tool.points.shape(0)), nullptr,
-                      static_cast<std::int32_t>(tool.grips.size()), tool.hold, tool.disc_radius, tool.friction});
+    palpate_tool& copy = tools_.emplace_back(palpate_default_tool());
+    copy.id = tool.id;
+    copy.point_count = static_cast<std::int32_t>(tool.points.shape(0));
+    copy.grip_count = static_cast<std::int32_t>(tool.grips.size());
+    copy.hold = tool.hold, copy.disc_radius = tool.disc_radius, copy.friction = tool.friction;
   }
   // The vectors no longer grow, so pointers into them stay valid.
   const double* point = points_.data();
@@ -82,16 +91,19 @@ void ToolCopies::take(const py::iterable& tools) {
 
 void add_tools(py::module_& module) {
   const auto zero = [] { return py::make_tuple(0.0, 0.0, 0.0); };
-  py::class_<palpate_grip>(
-      module, "Grip",
-      "Holds the organ at a displacement: at a touchable node or, with node = -1, at a point of a triangle.")
-      .def(py::init(&make_grip), py::kw_only(), py::arg("node") = -1, py::arg("displacement") = zero(),
-           py::arg("triangle") = -1, py::arg("barycentric") = py::make_tuple(1.0 / 3, 1.0 / 3, 1.0 / 3),
+  py::class_<palpate_grip>(module, "Grip",
+                           "Holds the organ at a displacement: at a touchable node or at a point of a triangle.")
+      .def(py::init(&make_grip), py::kw_only(), py::arg("node") = py::none(), py::arg("displacement") = zero(),
+           py::arg("triangle") = py::none(), py::arg("barycentric") = py::make_tuple(1.0 / 3, 1.0 / 3, 1.0 / 3),
            py::arg("axes") = 7,
+           "node or triangle: what the grip holds; give one of them.\n"
            "displacement: 3 numbers, m, from rest; barycentric: 3 weights that sum to 1; axes: bits 1, 2, 4 impose\n"
            "x, y, z; along the others the grip is force-free.")
-      .def_readwrite("node", &palpate_grip::node, "a touchable node, or -1")
-      .def_readwrite("triangle", &palpate_grip::triangle, "0 .. F-1, where node is -1")
+      .def_property_readonly(
+          "kind", [](const palpate_grip& self) { return self.kind == PALPATE_GRIP_NODE ? "node" : "surface_point"; },
+          "\"node\" or \"surface_point\"")
+      .def_readwrite("node", &palpate_grip::node, "a touchable node, of the kind \"node\"")
+      .def_readwrite("triangle", &palpate_grip::triangle, "0 .. F-1, of the kind \"surface_point\"")
       .def_readwrite("axes", &palpate_grip::axes, "bits 1, 2, 4 impose x, y, z")
       .def_property(
           "displacement", [](const py::object& self) { return three_of(self, &palpate_grip::displacement); },
@@ -103,11 +115,11 @@ void add_tools(py::module_& module) {
           "float64 [3], a view that you may write to");
   py::class_<HeldTool>(module, "Tool", "An instrument: points that are tested against the surface, and grips.")
       .def(py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
-           py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0,
+           py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0, py::arg("id") = -1,
            "points: [P, 3] or [3], m, copied; grips: Grip objects; hold: contacts stay when the point has come out, "
            "and pull;\n"
            "disc_radius: m, of the flat disc that each point presses (contact=\"patch\"); friction: for "
-           "law=\"coulomb\".")
+           "law=\"coulomb\"; id: 0 or more, by which the scene knows the tool from step to step; -1: its index.")
       .def_property(
           "points", [](const HeldTool& self) { return self.points; },
           [](HeldTool& self, const Numbers& to) { self.points = own_points(to); },
@@ -116,6 +128,7 @@ void add_tools(py::module_& module) {
       .def_readwrite("hold", &HeldTool::hold, "True: contacts stay when the point has come out, and pull")
       .def_readwrite("disc_radius", &HeldTool::disc_radius,
                      "m, 0 .. 1: radius of the flat disc that each point presses on the organ (contact=\"patch\")")
+      .def_readwrite("id", &HeldTool::id, "0 or more, another one for each tool of a touch; -1: its index")
       .def_readwrite("friction", &HeldTool::friction, "0 .. 100: Coulomb's coefficient (law=\"coulomb\")");
 }
 

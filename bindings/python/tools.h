@@ -11,6 +11,7 @@ struct HeldTool {
   py::list grips;
   bool hold = false;
   double disc_radius = 0, friction = 0;
+  std::int32_t id = -1;
 };
 
 // A copy of the tools of one touch, made while the interpreter's lock is held, so that nothing changes during the step. The next

@@ -62,8 +62,22 @@ std::uint64_t checksum_of(const unsigned char* bytes, std::size_t count) {
   return sum.digest();
 }
 
-palpate_contact_node* nodes_of(palpate_contacts* contacts) {
-  return const_cast<palpate_contact_node*>(palpate_contacts_nodes(contacts));
+// The counts and where the parts lie, as palpate_scene_touch writes them.
+void lay_out(palpate_contacts* contacts, std::uint32_t tools, std::uint32_t nodes) {
+  contacts->struct_bytes = sizeof(palpate_contacts);
+  contacts->tool_state_bytes = sizeof(palpate_tool_state);
+  contacts->node_bytes = sizeof(palpate_contact_node);
+  contacts->tool_count = static_cast<std::int32_t>(tools);
+  contacts->node_count = static_cast<std::int32_t>(nodes);
+  contacts->nodes_offset = contacts->struct_bytes + tools * contacts->tool_state_bytes;
+  contacts->used_bytes = contacts->nodes_offset + nodes * contacts->node_bytes;
+}
+
+palpate_tool_state& tool_of(palpate_contacts* contacts, std::uint32_t tool) {
+  return const_cast<palpate_tool_state&>(*palpate_contacts_tool(contacts, static_cast<std::int32_t>(tool)));
+}
+palpate_contact_node& node_of(palpate_contacts* contacts, std::uint32_t node) {
+  return const_cast<palpate_contact_node&>(*palpate_contacts_node(contacts, static_cast<std::int32_t>(node)));
 }
 
 // The largest force, displacement or position that is accepted: far above what a scene can have, far below overflow.
@@ -138,7 +152,7 @@ std::size_t encode_contacts(const palpate_contacts& contacts, const DatagramNote
   out.f64(contacts.residual_displacement);
   out.f64(contacts.residual_force);
   for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
-    const palpate_tool_state& tool = contacts.tools[t];
+    const palpate_tool_state& tool = *palpate_contacts_tool(&contacts, t);
     out.vector(note.positions[static_cast<std::size_t>(t)].data());
     out.vector(tool.force);
     out.vector(tool.force_raw);
@@ -148,14 +162,14 @@ std::size_t encode_contacts(const palpate_contacts& contacts, const DatagramNote
     out.i32(tool.release_count);
     out.u32(tool.flags);
   }
-  const palpate_contact_node* nodes = palpate_contacts_nodes(&contacts);
   for (std::int32_t n = 0; n < contacts.node_count; ++n) {
-    out.i32(nodes[n].node);
-    out.i32(nodes[n].column);
-    out.i32(nodes[n].tool);
-    out.i32(nodes[n].point);
-    out.vector(nodes[n].modified_displacement);
-    out.vector(nodes[n].force);
+    const palpate_contact_node& node = *palpate_contacts_node(&contacts, n);
+    out.i32(node.node);
+    out.i32(node.column);
+    out.i32(node.tool);
+    out.i32(node.point);
+    out.vector(node.modified_displacement);
+    out.vector(node.force);
   }
   Writer(to + kChecksumAt).u64(checksum_of(to, bytes));
   return bytes;
@@ -191,15 +205,17 @@ DatagramFault decode_contacts(std::span<const unsigned char> bytes, const Datagr
   if (!is_sane(&note->time, 1) || !is_sane(&contacts->residual_displacement, 1) ||
       !is_sane(&contacts->residual_force, 1))
     return DatagramFault::number;
-  contacts->tool_count = static_cast<std::int32_t>(tools);
-  contacts->node_count = static_cast<std::int32_t>(nodes);
+  contacts->bundle = note->bundle;
   contacts->node_capacity = limits.nodes;
-  contacts->used_bytes = static_cast<std::uint32_t>(sizeof(palpate_contacts) + nodes * sizeof(palpate_contact_node));
+  lay_out(contacts, tools, nodes);
   DatagramFault fault = DatagramFault::none;
-  for (std::uint32_t t = 0; t < tools && fault == DatagramFault::none; ++t)
-    fault = read_tool(in, contacts->tools[t], note->positions[t]);
+  for (std::uint32_t t = 0; t < tools && fault == DatagramFault::none; ++t) {
+    tool_of(contacts, t) = palpate_tool_state{};
+    tool_of(contacts, t).id = static_cast<std::int32_t>(t);  // a player's tools have no other id
+    fault = read_tool(in, tool_of(contacts, t), note->positions[t]);
+  }
   for (std::uint32_t n = 0; n < nodes && fault == DatagramFault::none; ++n)
-    fault = read_node(in, nodes_of(contacts)[n], contacts->tool_count, limits);
+    fault = read_node(in, node_of(contacts, n), contacts->tool_count, limits);
   return fault;
 }
 

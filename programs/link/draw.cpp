@@ -101,7 +101,9 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
   const auto steps = static_cast<std::uint64_t>(rate * (options.seconds > 0 ? options.seconds : kForever));
   std::vector<float> displacements(3 * static_cast<std::size_t>(player.shape_node_count()));
   std::vector<float> positions(displacements.size());
-  palpate_shape_out out = {displacements.data(), positions.data(), player.shape_node_count(), 0};
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = displacements.data(), out.positions = positions.data(),
+  out.node_capacity = player.shape_node_count();
 
   Receiving receiving(player, datagram_limits(player, bundle), listening);
   std::atomic<bool> stop_receiving{false}, drawn_last{false};

@@ -53,7 +53,7 @@ FeelRun feel(Player& player, std::uint64_t bundle, DatagramSender& sender, const
     if (index / once != before / once) palpate_scene_reset(player.runtime_scene());  // the path begins again
     player.move_tools(static_cast<double>(index % once) / rate);
     const Nanoseconds begin = now();
-    player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts);
+    player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts, memory.size() * sizeof memory[0]);
     const Nanoseconds touched = now();
     before = index;
     ++note.sequence;

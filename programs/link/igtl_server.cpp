@@ -114,7 +114,8 @@ class Server {
     run_loop(run_.touch, now(), rate, ~std::uint64_t{0} >> 8, LateSteps::left_out, &stop, [&](std::uint64_t index) {
       const std::uint32_t present = tools_.move(player_);
       const Nanoseconds begin = now();
-      player_.touch(static_cast<double>(index - before + (index == 0)) / rate, mailbox_.slot());
+      player_.touch(static_cast<double>(index - before + (index == 0)) / rate, mailbox_.slot(),
+                    mailbox_.contacts_bytes());
       const Nanoseconds end = now();
       before = index;
       mailbox_.publish(present);
@@ -224,7 +225,9 @@ class Server {
   IgtlBytes make_surface() {
     std::uint32_t present = 0;
     if (const palpate_contacts* contacts = mailbox_.newest(&present)) {
-      palpate_shape_out out = {displacements_.data(), positions_.data(), player_.shape_node_count(), 0};
+      palpate_shape_out out = palpate_default_shape_out();
+      out.displacements = displacements_.data(), out.positions = positions_.data(),
+      out.node_capacity = player_.shape_node_count();
       palpate_scene_shape(player_.runtime_scene(), contacts, &out);
     }
     return surface_.pack(positions_.data(), displacements_.data());
@@ -256,8 +259,8 @@ class Server {
   void send_forces(const palpate_contacts& contacts, std::uint32_t present, const Message& message) {
     for (std::int32_t t = 0; t < contacts.tool_count; ++t)
       if (present >> t & 1) {
-        const IgtlBytes bytes =
-            message(player_.scene().tools[static_cast<std::size_t>(t)].name, contacts.tools[t].force);
+        const IgtlBytes bytes = message(player_.scene().tools[static_cast<std::size_t>(t)].name,
+                                        palpate_contacts_tool(&contacts, t)->force);
         for (Client& client : clients_) send(client, bytes), ++run_.forces;
       }
   }

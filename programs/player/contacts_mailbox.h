@@ -24,6 +24,8 @@ class ContactsMailbox {
     mailbox_ = palpate_mailbox_create(std::align(64, palpate_mailbox_bytes(bytes), at, room), bytes);
   }
 
+  std::size_t contacts_bytes() const { return note_at_; }
+
   // For the writing thread.
   palpate_contacts* slot() { return palpate_mailbox_slot(mailbox_); }
   void publish(const Note& note) {

@@ -33,14 +33,14 @@ CsvFiles::CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene
 void CsvFiles::write(const TouchRecord& touch) {
   fmt::memory_buffer rows;
   for (int t = 0; t < touch.contacts.tool_count; ++t) {
-    const palpate_tool_state& tool = touch.contacts.tools[t];
+    const palpate_tool_state& tool = *palpate_contacts_tool(&touch.contacts, t);
     fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{}\n", touch.time, quoted(scene_.tools[t].name),
                    fmt::join(touch.positions[t], ","), fmt::join(tool.force, ","), fmt::join(tool.force_raw, ","),
                    tool.contact_count, tool.flags);
   }
   append(forces_, rows);
   rows.clear();
-  const palpate_contact_node* nodes = palpate_contacts_nodes(&touch.contacts);
+  const palpate_contact_node* nodes = palpate_contacts_node(&touch.contacts, 0);
   for (int n = 0; n < touch.contacts.node_count; ++n)
     fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{}\n", touch.time,
                    quoted(scene_.tools[nodes[n].tool].name), nodes[n].point, nodes[n].node,

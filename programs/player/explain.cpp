@@ -159,7 +159,7 @@ struct Steps {
 };
 
 palpate_step_load load_of(const Player& player, const palpate_contacts& contacts) {
-  palpate_step_load load = {};
+  palpate_step_load load = palpate_default_step_load();
   load.tools = contacts.tool_count;
   for (std::size_t t = 0; t < player.points().size(); ++t) {
     load.points += static_cast<std::int32_t>(player.points()[t].size());
@@ -170,10 +170,13 @@ palpate_step_load load_of(const Player& player, const palpate_contacts& contacts
   for (std::size_t t = 0; t < player.grips().size(); ++t) {
     const int grips = static_cast<int>(player.grips()[t].size());
     for (const palpate_grip& grip : player.grips()[t]) load.rows += std::popcount(grip.axes);
-    load.rows += rows_of_place * std::max(0, contacts.tools[t].contact_count - grips);
+    load.rows += rows_of_place *
+                 std::max(0, palpate_contacts_tool(&contacts, static_cast<std::int32_t>(t))->contact_count - grips);
   }
-  for (const palpate_tool_state& tool : contacts.tools)
+  for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
+    const palpate_tool_state& tool = *palpate_contacts_tool(&contacts, t);
     load.contacts += tool.contact_count, load.slips += tool.slip_count;
+  }
   load.nodes = contacts.node_count, load.sweeps = contacts.sweeps;
   return load;
 }
@@ -211,7 +214,7 @@ int usual_nodes(const std::vector<Step>& steps) {
 
 // Medians over the steps with that many nodes.
 struct Usual {
-  palpate_step_load load = {};
+  palpate_step_load load = palpate_default_step_load();
   double us = 0;
   std::vector<double> pass_us;
 };
@@ -237,8 +240,11 @@ Usual usual(const std::vector<Step>& steps, int nodes, std::size_t passes) {
 }  // namespace
 
 std::string explain(Player& player) {
-  int count = 0;
-  const palpate_plan_pass* plan = palpate_scene_plan(player.runtime_scene(), &count);
+  std::vector<palpate_plan_pass> plan;
+  while (const palpate_plan_pass* pass =
+             palpate_scene_plan(player.runtime_scene(), static_cast<std::int32_t>(plan.size())))
+    plan.push_back(*pass);
+  const int count = static_cast<int>(plan.size());
   const Steps steps = play_steps(player, count);
   const int nodes = usual_nodes(steps.shape.empty() ? steps.touch : steps.shape);
   const Usual touch = usual(steps.touch, nodes, static_cast<std::size_t>(count)),
@@ -246,8 +252,8 @@ std::string explain(Player& player) {
   std::vector<PassCost> passes;
   double predicted_touch = 0, predicted_shape = 0;
   for (int p = 0; p < count; ++p) {
-    PassCost cost = {plan[p]};
-    const bool in_shape = std::strcmp(plan[p].half, "shape") == 0;
+    PassCost cost = {plan[static_cast<std::size_t>(p)]};
+    const bool in_shape = std::strcmp(plan[static_cast<std::size_t>(p)].half, "shape") == 0;
     cost.work = palpate_predict_pass(player.runtime_scene(), p, &touch.load);
     const MachineRates rates = measure_machine(static_cast<std::uint64_t>(cost.work.bytes));
     cost.predicted_us = 1e6 * predicted_seconds(cost.work, rates);

@@ -77,13 +77,25 @@ std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const pal
   std::vector<palpate_grip> grips;
   for (const auto& grip : tool.grips)
     for (const std::int32_t node : gripped_nodes(grip, bundle, file)) {
-      palpate_grip resolved{};
+      palpate_grip resolved = palpate_default_grip();
+      resolved.kind = PALPATE_GRIP_NODE;
       resolved.node = node;
-      resolved.triangle = -1;
       resolved.axes = grip.axes;
       grips.push_back(resolved);
     }
   return grips;
+}
+
+// points and grips are borrowed.
+palpate_tool tool_of(const SceneConfig::Tool& from, const std::vector<SceneConfig::Vector>& points,
+                     const std::vector<palpate_grip>& grips) {
+  palpate_tool tool = palpate_default_tool();
+  tool.points = points.empty() ? nullptr : points[0].data();
+  tool.point_count = static_cast<std::int32_t>(points.size());
+  tool.grips = grips.data();
+  tool.grip_count = static_cast<std::int32_t>(grips.size());
+  tool.disc_radius = from.disc_radius, tool.friction = from.friction, tool.hold = from.hold ? 1 : 0;
+  return tool;
 }
 
 palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
@@ -146,7 +158,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
                                  kMostSteps, duration(), scene_.touch_hz));
   palpate_error error{};
   palpate_bundle* opened = nullptr;
-  if (palpate_bundle_open_file(bundle.c_str(), &opened, &error) != PALPATE_OK) refuse(scene_, bundle, error);
+  if (palpate_bundle_open_file(bundle.c_str(), nullptr, &opened, &error) != PALPATE_OK) refuse(scene_, bundle, error);
   bundle_.reset(opened);
 
   std::size_t total = 0;
@@ -158,10 +170,10 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
   palpate_scene_def def = half_of(scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20))), half);
   scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
   contact_node_limit_ = def.max_contact_nodes;
-  palpate_render_mesh skin = {};
+  palpate_render_mesh skin = palpate_default_render_mesh();
   if (render_mesh_) {
-    skin = {render_mesh_->positions.data(), render_mesh_->normals.data(),
-            static_cast<std::int32_t>(render_mesh_->positions.size() / 3)};
+    skin.positions = render_mesh_->positions.data(), skin.normals = render_mesh_->normals.data();
+    skin.vertex_count = static_cast<std::int32_t>(render_mesh_->positions.size() / 3);
     def.render_mesh = &skin;
   }
   palpate_scene* created = nullptr;
@@ -171,9 +183,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
   points_ = local_points_;
   positions_.resize(scene_.tools.size());
   for (std::size_t t = 0; t < scene_.tools.size(); ++t)
-    tools_.push_back({points_[t].empty() ? nullptr : points_[t][0].data(), static_cast<std::int32_t>(points_[t].size()),
-                      grips_[t].data(), static_cast<std::int32_t>(grips_[t].size()), scene_.tools[t].hold ? 1 : 0,
-                      scene_.tools[t].disc_radius, scene_.tools[t].friction});
+    tools_.push_back(tool_of(scene_.tools[t], points_[t], grips_[t]));
 }
 
 double Player::duration() const {
@@ -241,17 +251,20 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
     const double time = static_cast<double>(step) / scene_.touch_hz;
     move_tools(time);
     if (before) before();
-    const auto touch_flags = timed(timing.touch_us, [&] { return touch(1 / scene_.touch_hz, contacts); });
+    const auto touch_flags =
+        timed(timing.touch_us, [&] { return touch(1 / scene_.touch_hz, contacts, memory.size() * sizeof memory[0]); });
     if (on_touch) on_touch({time, touch_flags, positions_, *contacts});
     if (!shaped || step < step_of_frame(frame, scene_)) continue;
     ++frame;
-    palpate_shape_out out{displacements.data(), positions.data(), node_count, 0};
+    palpate_shape_out out = palpate_default_shape_out();
+    out.displacements = displacements.data(), out.positions = positions.data(), out.node_capacity = node_count;
     if (before) before();
     auto shape_flags =
         timed(timing.shape_us, [&] { return palpate_scene_shape(runtime_scene_.get(), contacts, &out); });
     if (render_mesh_) {
-      palpate_skin_out skin{skin_positions.data(), skin_normals.data(),
-                            static_cast<std::int32_t>(skin_positions.size() / 3), 0};
+      palpate_skin_out skin = palpate_default_skin_out();
+      skin.positions = skin_positions.data(), skin.normals = skin_normals.data(),
+      skin.vertex_capacity = static_cast<std::int32_t>(skin_positions.size() / 3);
       shape_flags |= timed(timing.skin_us, [&] { return palpate_scene_skin(runtime_scene_.get(), &out, &skin); });
     }
     if (on_shape)

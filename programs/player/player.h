@@ -70,9 +70,9 @@ class Player {
   void withdraw_tool(std::size_t tool);  // it touches nothing until it is placed again
   const std::vector<SceneConfig::Vector>& positions() const { return positions_; }         // [tool] origin, m
   const std::vector<std::vector<SceneConfig::Vector>>& points() const { return points_; }  // [tool][point], m
-  palpate_step_flags touch(double dt, palpate_contacts* contacts) {
+  palpate_step_flags touch(double dt, palpate_contacts* contacts, std::size_t contacts_bytes) {
     return palpate_scene_touch(runtime_scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), dt,
-                               contacts);
+                               contacts, contacts_bytes);
   }
 
   // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_scene_touch, palpate_scene_shape

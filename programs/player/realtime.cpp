@@ -68,7 +68,8 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
   std::thread shape_thread([&] {
     if (!shaped) return;
     run.shape.scheduling = ask_for_fifo(10);
-    palpate_shape_out out = {nullptr, positions.data(), nodes, 0};
+    palpate_shape_out out = palpate_default_shape_out();
+    out.positions = positions.data(), out.node_capacity = nodes;
     const auto steps = static_cast<std::uint64_t>(scene.shape_hz * seconds);
     run_loop(run.shape, start, scene.shape_hz, steps, LateSteps::left_out, nullptr, [&](std::uint64_t) -> Nanoseconds {
       Nanoseconds published = 0;
@@ -94,7 +95,7 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
       player.move_tools(time);
       palpate_contacts* contacts = mailbox.slot();
       const Nanoseconds begin = now();
-      player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts);
+      player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts, mailbox.contacts_bytes());
       const Nanoseconds end = now();
       before = index;
       mailbox.publish(end);

@@ -68,7 +68,7 @@ void write_tools(const ShapeRecord& shape, const std::filesystem::path& file) {
   add_point_data(grid, force, "force", 3, rows);
   for (vtkIdType i = 0; i < rows; ++i) {
     tool->SetValue(i, owner[i]);
-    force->SetTuple(i, shape.contacts.tools[owner[i]].force);
+    force->SetTuple(i, palpate_contacts_tool(&shape.contacts, owner[i])->force);
   }
   write_grid(grid, file);
 }
@@ -117,7 +117,7 @@ struct ShapeFiles::Organ {
     std::copy_n(shape.positions, values, positions->GetPointer(0));
     std::copy_n(shape.displacements, values, displacement->GetPointer(0));
     contact_force->Fill(0);
-    const palpate_contact_node* nodes = palpate_contacts_nodes(&shape.contacts);
+    const palpate_contact_node* nodes = palpate_contacts_node(&shape.contacts, 0);
     for (int n = 0; n < shape.contacts.node_count; ++n)
       for (int d = 0; d < 3; ++d)
         *contact_force->GetPointer(3 * static_cast<vtkIdType>(nodes[n].node) + d) += nodes[n].force[d];

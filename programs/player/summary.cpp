@@ -14,9 +14,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED", "REGULARISED",   "RESPONSE_RANGE",
-                                      "FORCE_LIMITED", "BUNDLE_LOST",      "NOT_TOUCHABLE", "UNSOLVED"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_UNSOLVED);
+constexpr const char* kFlagNames[] = {"BAD_INPUT",      "CONTACTS_DROPPED", "REGULARISED",
+                                      "RESPONSE_RANGE", "FORCE_LIMITED",    "BUNDLE_LOST",
+                                      "NOT_TOUCHABLE",  "UNSOLVED",         "OTHER_BUNDLE"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_OTHER_BUNDLE);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;
@@ -87,7 +88,7 @@ void Summary::add(const TouchRecord& touch) {
   most_contact_nodes_ = std::max(most_contact_nodes_, touch.contacts.node_count);
   for (std::size_t bit = 0; bit < touches_with_flag_.size(); ++bit) touches_with_flag_[bit] += touch.flags >> bit & 1;
   for (std::size_t t = 0; t < tools_.size(); ++t) {
-    const palpate_tool_state& state = touch.contacts.tools[t];
+    const palpate_tool_state& state = *palpate_contacts_tool(&touch.contacts, t);
     Tool& tool = tools_[t];
     tool.flags |= state.flags;
     tool.most_contacts = std::max(tool.most_contacts, state.contact_count);

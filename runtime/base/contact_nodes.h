@@ -1,16 +1,52 @@
-// Where the nodes of a touch step's result lie: behind palpate_contacts, in the same bytes, so that a host copies both as one.
+// Where the parts of a touch step's result lie: tool states behind the head and contact nodes behind these, in the same bytes,
+// so that a host copies all of it as one.
 #pragma once
 
 #include "runtime/include/palpate/palpate.h"
 
 namespace palpate {
 
-// [contacts.node_count]. The host's buffer has room for them (palpate_contacts_bytes).
+// Bytes of contacts of this library. No sum overflows: the counts are below 2^13.
+inline std::size_t bytes_of_contacts(std::int32_t tools, std::int32_t nodes) {
+  return sizeof(palpate_contacts) + static_cast<std::size_t>(tools) * sizeof(palpate_tool_state) +
+         static_cast<std::size_t>(nodes) * sizeof(palpate_contact_node);
+}
+
+// Writes the layout of contacts with that many tools and nodes.
+inline void lay_out_contacts(palpate_contacts& contacts, std::int32_t tools, std::int32_t nodes) {
+  contacts.struct_bytes = sizeof(palpate_contacts);
+  contacts.used_bytes = static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes));
+  contacts.tool_state_bytes = sizeof(palpate_tool_state);
+  contacts.nodes_offset = static_cast<std::uint32_t>(bytes_of_contacts(tools, 0));
+  contacts.node_bytes = sizeof(palpate_contact_node);
+  contacts.tool_count = tools, contacts.node_count = nodes;
+}
+
+// Whether contacts, which may have come through a socket, have the layout that lay_out_contacts writes, with at most that many
+// nodes. Then no access through the functions below leaves the bytes of a scene with that many nodes.
+inline bool has_layout(const palpate_contacts& contacts, std::int32_t most_nodes) {
+  if (contacts.tool_count < 0 || contacts.tool_count > PALPATE_MAX_TOOLS || contacts.node_count < 0 ||
+      contacts.node_count > most_nodes)
+    return false;
+  palpate_contacts expected;
+  lay_out_contacts(expected, contacts.tool_count, contacts.node_count);
+  return contacts.struct_bytes == expected.struct_bytes && contacts.used_bytes == expected.used_bytes &&
+         contacts.tool_state_bytes == expected.tool_state_bytes && contacts.nodes_offset == expected.nodes_offset &&
+         contacts.node_bytes == expected.node_bytes;
+}
+
+// The contacts must be laid out. [tool_count] and [node_count].
+inline palpate_tool_state* tools_behind(palpate_contacts& contacts) {
+  return const_cast<palpate_tool_state*>(palpate_contacts_tool(&contacts, 0));
+}
+inline const palpate_tool_state* tools_behind(const palpate_contacts& contacts) {
+  return palpate_contacts_tool(&contacts, 0);
+}
 inline palpate_contact_node* nodes_behind(palpate_contacts& contacts) {
-  return reinterpret_cast<palpate_contact_node*>(&contacts + 1);
+  return const_cast<palpate_contact_node*>(palpate_contacts_node(&contacts, 0));
 }
 inline const palpate_contact_node* nodes_behind(const palpate_contacts& contacts) {
-  return reinterpret_cast<const palpate_contact_node*>(&contacts + 1);
+  return palpate_contacts_node(&contacts, 0);
 }
 
 }  // namespace palpate

@@ -1,5 +1,7 @@
 #include "runtime/bundle/bundle.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <new>
@@ -7,6 +9,7 @@
 
 #include "formats/checksum.h"
 #include "runtime/base/error_text.h"
+#include "runtime/base/host_struct.h"
 
 namespace palpate {
 namespace {
@@ -14,14 +17,30 @@ namespace {
 using formats::SectionEntry;
 using formats::SectionId;
 
-// malloc instead of new, so that a C host needs no C++ runtime library.
-palpate_bundle* make_bundle() {
-  void* memory = std::malloc(sizeof(palpate_bundle));
-  return memory ? new (memory) palpate_bundle : nullptr;
+// The host's functions or malloc instead of new, so that a C host needs no C++ runtime library.
+palpate_bundle* make_bundle(const palpate_allocator& host) {
+  constexpr std::size_t bytes = sizeof(palpate_bundle), alignment = alignof(palpate_bundle);
+  static_assert(alignment <= alignof(std::max_align_t));
+  void* memory = host.allocate ? host.allocate(host.user, bytes, alignment) : std::malloc(bytes);
+  return memory ? new (memory) palpate_bundle(host) : nullptr;
 }
 void free_bundle(palpate_bundle* bundle) {
+  const palpate_allocator host = bundle->allocator;
   bundle->~palpate_bundle();
-  std::free(bundle);
+  if (host.allocate)
+    host.release(host.user, bundle);
+  else
+    std::free(bundle);
+}
+
+// options: NULL for the defaults.
+palpate_status read_options(const palpate_bundle_options* options, palpate_bundle_options* out, palpate_error* error) {
+  *out = palpate_default_bundle_options();
+  if (!options) return PALPATE_OK;
+  if (const palpate_status status = read_host_struct("bundle_options", options, out, error)) return status;
+  if ((out->allocator.allocate == nullptr) == (out->allocator.release == nullptr)) return PALPATE_OK;
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+              "palpate_bundle_options: the allocator needs both allocate and release, or neither");
 }
 
 // Maps one section for the duration of a check.
@@ -152,14 +171,16 @@ const void* section_bytes(palpate_bundle* bundle, SectionId id, palpate_error* e
 using palpate::fail;
 namespace formats = palpate::formats;
 
-palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, palpate_bundle** bundle,
-                                   palpate_error* error) {
+palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, const palpate_bundle_options* options,
+                                   palpate_bundle** bundle, palpate_error* error) {
   if (bundle) *bundle = nullptr;
   if (!bundle || !bytes) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "bytes and bundle must not be NULL");
   if (reinterpret_cast<std::uintptr_t>(bytes) % 64 != 0)
     return fail(error, PALPATE_ERROR_ARGUMENT, 0,
                 "the bundle's bytes must start at a multiple of 64; copy them to such an address");
-  palpate_bundle* opened = palpate::make_bundle();
+  palpate_bundle_options wanted;
+  if (const palpate_status status = palpate::read_options(options, &wanted, error)) return status;
+  palpate_bundle* opened = palpate::make_bundle(wanted.allocator);
   if (!opened) return fail(error, PALPATE_ERROR_MEMORY, 0, "no memory for the bundle's index");
   formats::BundleError from;
   if (formats::read_bundle_index(bytes, byte_count, &opened->index, &from) != formats::BundleStatus::ok) {
@@ -170,14 +191,17 @@ palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, palpate
   return palpate::finish_open(opened, bundle, error);
 }
 
-palpate_status palpate_bundle_open_file(const char* path, palpate_bundle** bundle, palpate_error* error) {
+palpate_status palpate_bundle_open_file(const char* path, const palpate_bundle_options* options,
+                                        palpate_bundle** bundle, palpate_error* error) {
   if (bundle) *bundle = nullptr;
   if (!bundle || !path) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "path and bundle must not be NULL");
+  palpate_bundle_options wanted;
+  if (const palpate_status status = palpate::read_options(options, &wanted, error)) return status;
   std::uint64_t file_bytes = 0;
   const char* reason = "";
   const int descriptor = palpate::open_for_map(path, &file_bytes, &reason);
   if (descriptor < 0) return fail(error, PALPATE_ERROR_FILE, 0, "\"%.150s\" cannot be opened: %s", path, reason);
-  palpate_bundle* opened = palpate::make_bundle();
+  palpate_bundle* opened = palpate::make_bundle(wanted.allocator);
   if (!opened) {
     palpate::close_file(descriptor);
     return fail(error, PALPATE_ERROR_MEMORY, 0, "no memory for the bundle's index");
@@ -260,11 +284,12 @@ void palpate_bundle_close(palpate_bundle* bundle) {
   palpate::free_bundle(bundle);
 }
 
-palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {
+static palpate_bundle_info describe(const palpate_bundle* bundle) {
   palpate_bundle_info info = {};
   if (!bundle) return info;
   using formats::SectionId;
   const formats::BundleCounts& counts = bundle->index.counts;
+  info.identity = bundle->index.header.index_checksum;
   info.node_count = static_cast<int32_t>(counts.nodes);
   info.surface_node_count = static_cast<int32_t>(counts.surface_nodes);
   info.triangle_count = static_cast<int32_t>(counts.triangles);
@@ -282,6 +307,13 @@ palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {
   info.has_radial = has(SectionId::response_radial) && range[0] > 0;
   info.has_force = has(SectionId::response_force) && range[1] > 0;
   return info;
+}
+
+void palpate_bundle_fill_info(const palpate_bundle* bundle, palpate_bundle_info* info, size_t struct_bytes) {
+  if (!info) return;
+  const palpate_bundle_info found = describe(bundle);
+  std::memset(static_cast<void*>(info), 0, struct_bytes);
+  std::memcpy(static_cast<void*>(info), &found, std::min(struct_bytes, sizeof found));
 }
 
 static const void* view(const palpate_bundle* bundle, formats::SectionId id) {

@@ -9,6 +9,8 @@
 #include "runtime/include/palpate/palpate.h"
 
 struct palpate_bundle {
+  explicit palpate_bundle(const palpate_allocator& host) : allocator(host) {}
+  const palpate_allocator allocator;
   palpate::formats::BundleIndex index;
   const unsigned char* bytes = nullptr;  // [whole bundle] of the host; nullptr for a file
   int descriptor = -1;

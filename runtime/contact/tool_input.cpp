@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "runtime/base/alignment.h"
+#include "runtime/base/host_struct.h"
 
 namespace palpate {
 namespace {
@@ -15,7 +16,9 @@ bool is_sound_point(const double* p) {
 
 bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
   if (grip.axes == 0 || grip.axes > 7 || !is_sound_point(grip.displacement)) return false;
-  if (grip.node >= 0) return grip.node < limits.surface_nodes;
+  const int kind = enum_number(grip.kind);
+  if (kind == PALPATE_GRIP_NODE) return grip.node >= 0 && grip.node < limits.surface_nodes;
+  if (kind != PALPATE_GRIP_SURFACE_POINT) return false;
   if (!limits.has_triangles || grip.triangle < 0 || grip.triangle >= limits.triangles) return false;
   double sum = 0;
   for (const double k : grip.barycentric) {
@@ -23,6 +26,39 @@ bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
     sum += k;
   }
   return std::fabs(sum - 1) <= 1e-6;
+}
+
+// Element i of a host's array, whose elements may be smaller or larger than this library's.
+template <class T>
+const T* element(const T* first, std::uint32_t stride, std::int32_t i) {
+  return reinterpret_cast<const T*>(reinterpret_cast<const unsigned char*>(first) +
+                                    stride * static_cast<std::size_t>(i));
+}
+
+// Whether all elements have the first one's size, and that size is one that some header may declare.
+template <class T>
+bool have_one_size(const T* first, std::int32_t count) {
+  const std::uint32_t stride = struct_bytes_of(first);
+  if (!is_struct_size<T>(stride)) return false;
+  for (std::int32_t i = 1; i < count; ++i)
+    if (struct_bytes_of(element(first, stride, i)) != stride) return false;
+  return true;
+}
+
+// The id by which tool i of the list is known.
+std::int32_t id_of(const palpate_tool& tool, std::int32_t i) {
+  return tool.id == -1 ? i : tool.id;
+}
+
+// Whether every tool has an id and no two tools have the same one. stride: bytes from one tool to the next.
+bool have_ids_of_their_own(const palpate_tool* tools, std::uint32_t stride, std::int32_t count) {
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::int32_t id = id_of(*element(tools, stride, i), i);
+    if (id < 0) return false;
+    for (std::int32_t other = 0; other < i; ++other)
+      if (id_of(*element(tools, stride, other), other) == id) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -36,10 +72,27 @@ bool ToolInput::create(SceneMemory& memory, const InputLimits& limits) {
   return !memory.failed();
 }
 
+void ToolInput::forget_input(std::int32_t t) {
+  Tool& tool = tools_[t];
+  tool.point_count = tool.grip_count = 0;
+  tool.hold = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
+}
+
+void ToolInput::free_place(std::int32_t t) {
+  forget_input(t);
+  tools_[t].id = tools_[t].index = -1;
+}
+
 void ToolInput::forget() {
-  for (Tool& tool : tools_) tool.point_count = tool.grip_count = 0, tool.hold = false, tool.flags = 0;
-  count_ = 0;
+  for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) free_place(t);
+  sent_ = count_ = 0;
   dt_ = 1e-3;
+}
+
+std::int32_t ToolInput::place_of(std::int32_t id) const {
+  for (std::int32_t t = 0; t < limits_.max_tools; ++t)
+    if (id >= 0 && tools_[t].id == id) return t;
+  return -1;
 }
 
 bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const {
@@ -49,9 +102,58 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
     if (!is_sound_point(tool.points + 3 * static_cast<std::size_t>(i))) return false;
-  for (std::int32_t i = 0; i < grips; ++i)
-    if (!is_sound_grip(tool.grips[i], limits_)) return false;
+  if (grips > 0 && !have_one_size(tool.grips, grips)) return false;
+  for (std::int32_t i = 0; i < grips; ++i) {
+    palpate_grip grip = palpate_default_grip();
+    if (!read_host_struct(element(tool.grips, struct_bytes_of(tool.grips), i), &grip) || !is_sound_grip(grip, limits_))
+      return false;
+  }
   return true;
+}
+
+// Each tool keeps the place that its id had in the last step; the places of tools that are no longer sent become free; a new
+// tool takes the first free place. So the places, and with them all results, do not depend on the order of the list.
+void ToolInput::assign_places(const palpate_tool* tools, std::uint32_t stride, std::int32_t tool_count) {
+  for (std::int32_t t = 0; t < limits_.max_tools; ++t) tools_[t].index = -1, tools_[t].is_new = false;
+  for (std::int32_t i = 0; i < tool_count; ++i) {
+    place_[i] = place_of(id_of(*element(tools, stride, i), i));
+    if (place_[i] >= 0) tools_[place_[i]].index = i;
+  }
+  for (std::int32_t t = 0; t < limits_.max_tools; ++t)
+    if (tools_[t].index < 0) free_place(t);
+  for (std::int32_t i = 0; i < tool_count; ++i) {
+    if (place_[i] >= 0) continue;
+    std::int32_t t = 0;
+    while (tools_[t].index >= 0) ++t;
+    tools_[t].id = id_of(*element(tools, stride, i), i);
+    tools_[t].index = i, tools_[t].is_new = true;
+    place_[i] = t;
+  }
+  sent_ = tool_count, count_ = 0;
+  for (std::int32_t t = 0; t < limits_.max_tools; ++t)
+    if (tools_[t].index >= 0) count_ = t + 1;
+}
+
+// known: this library knows all fields that the host has set. room: points and grips that may still come.
+void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std::int32_t* room) {
+  const std::int32_t points = std::clamp(from.point_count, 0, *room),
+                     grips = std::clamp(from.grip_count, 0, *room - points);
+  if (known && is_sound(from, points, grips)) {
+    for (std::int32_t i = 0; i < points; ++i) tool.points[i] = load3(from.points + 3 * static_cast<std::size_t>(i));
+    for (std::int32_t i = 0; i < grips; ++i) {
+      tool.grips[i] = palpate_default_grip();
+      copy_host_struct(element(from.grips, struct_bytes_of(from.grips), i), &tool.grips[i]);
+    }
+    if (points < from.point_count || grips < from.grip_count) tool.flags |= PALPATE_STEP_CONTACTS_DROPPED;
+    tool.point_count = points, tool.grip_count = grips;
+    tool.hold = from.hold != 0;
+    tool.disc_radius = from.disc_radius, tool.friction = from.friction;
+  } else {
+    tool.flags |= PALPATE_STEP_BAD_INPUT;
+    tool.point_count = std::min(tool.point_count, *room);
+    tool.grip_count = std::min(tool.grip_count, *room - tool.point_count);
+  }
+  *room -= tool.point_count + tool.grip_count;
 }
 
 std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count, double dt) {
@@ -60,35 +162,24 @@ std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count
     dt_ = dt;
   else
     flags |= PALPATE_STEP_BAD_INPUT;
-  for (Tool& tool : tools_) tool.flags = 0;
-  if (tool_count < 0 || (tool_count > 0 && !tools) || !is_aligned(tools)) {
-    for (std::int32_t t = 0; t < count_; ++t) tools_[t].flags |= PALPATE_STEP_BAD_INPUT;
+  for (Tool& tool : tools_) tool.flags = 0, tool.is_new = false;
+  const std::int32_t taken = std::min(tool_count, limits_.max_tools);
+  const bool is_list = tool_count == 0 || (tool_count > 0 && tools && is_aligned(tools) && have_one_size(tools, taken));
+  const std::uint32_t stride = is_list && tool_count > 0 ? struct_bytes_of(tools) : 0;
+  if (!is_list || !have_ids_of_their_own(tools, stride, taken)) {
+    for (Tool& tool : tools_)
+      if (tool.index >= 0) tool.flags |= PALPATE_STEP_BAD_INPUT;
     return flags | PALPATE_STEP_BAD_INPUT;
   }
   if (tool_count > limits_.max_tools) flags |= PALPATE_STEP_CONTACTS_DROPPED;
-  tool_count = std::min(tool_count, limits_.max_tools);
-  for (std::int32_t t = tool_count; t < count_; ++t) tools_[t].point_count = tools_[t].grip_count = 0;
-  count_ = tool_count;
-
+  assign_places(tools, stride, taken);
   std::int32_t room = limits_.max_points;
-  for (std::int32_t t = 0; t < count_; ++t) {
-    const palpate_tool& from = tools[t];
-    Tool& tool = tools_[t];
-    const std::int32_t points = std::clamp(from.point_count, 0, room),
-                       grips = std::clamp(from.grip_count, 0, room - points);
-    if (is_sound(from, points, grips)) {
-      for (std::int32_t i = 0; i < points; ++i) tool.points[i] = load3(from.points + 3 * static_cast<std::size_t>(i));
-      std::copy(from.grips, from.grips + grips, tool.grips);
-      if (points < from.point_count || grips < from.grip_count) tool.flags |= PALPATE_STEP_CONTACTS_DROPPED;
-      tool.point_count = points, tool.grip_count = grips;
-      tool.hold = from.hold != 0;
-      tool.disc_radius = from.disc_radius, tool.friction = from.friction;
-    } else {
-      tool.flags |= PALPATE_STEP_BAD_INPUT;
-      tool.point_count = std::min(tool.point_count, room);
-      tool.grip_count = std::min(tool.grip_count, room - tool.point_count);
-    }
-    room -= tool.point_count + tool.grip_count;
+  for (std::int32_t i = 0; i < taken; ++i) {
+    const palpate_tool* sent = element(tools, stride, i);
+    palpate_tool from = palpate_default_tool();
+    copy_host_struct(sent, &from);
+    Tool& tool = tools_[place_[i]];
+    take_tool(from, tool, has_known_fields_only(sent), &room);
     flags |= tool.flags;
   }
   return flags;

@@ -15,7 +15,11 @@ struct InputLimits {
   bool has_triangles = false;  // the scene has triangles, so grips may name surface points
 };
 
+// A tool keeps its place among the tools of the scene from step to step for as long as the host sends its id.
 struct Tool {
+  std::int32_t id = -1;           // -1: no tool has this place
+  std::int32_t index = -1;        // of the tool in this step; -1: not sent
+  bool is_new = false;            // this place had no tool in the last step, or another one
   Vec3* points = nullptr;         // [point_count]
   palpate_grip* grips = nullptr;  // [grip_count]
   std::int32_t point_count = 0, grip_count = 0;
@@ -28,22 +32,35 @@ class ToolInput {
  public:
   bool create(SceneMemory& memory, const InputLimits& limits);
 
-  // Copies the step's tools. A tool with any bad number keeps all of its last good input (nothing at first); so does dt.
-  // Points and grips beyond max_points are dropped, the first ones kept. Returns the step flags.
+  // Copies the step's tools. A tool with any bad number keeps all of its last good input (nothing at first); so does dt, and so
+  // do all tools where the list itself is bad. Points and grips beyond max_points are dropped, the first ones kept. Returns the
+  // step flags.
   std::uint32_t take(const palpate_tool* tools, std::int32_t tool_count, double dt);
 
   void forget();
+  // Forgets the last good input of the tool in place t.
+  void forget_input(std::int32_t t);
+  // The place of the tool with that id; -1: none.
+  std::int32_t place_of(std::int32_t id) const;
 
+  // Tools of the step.
+  std::int32_t sent() const { return sent_; }
+  // Places in use: those of the step's tools and, between them, places without points and grips.
   std::int32_t count() const { return count_; }
   Tool& tool(std::int32_t t) { return tools_[t]; }
+  const Tool& tool(std::int32_t t) const { return tools_[t]; }
   double dt() const { return dt_; }
 
  private:
   bool is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const;
+  void free_place(std::int32_t t);
+  void assign_places(const palpate_tool* tools, std::uint32_t stride, std::int32_t tool_count);
+  void take_tool(const palpate_tool& from, Tool& tool, bool known, std::int32_t* room);
 
   InputLimits limits_;
   Tool tools_[PALPATE_MAX_TOOLS];
-  std::int32_t count_ = 0;
+  std::int32_t place_[PALPATE_MAX_TOOLS] = {};  // [sent] of each tool of the step
+  std::int32_t sent_ = 0, count_ = 0;
   double dt_ = 1e-3;
 };
 

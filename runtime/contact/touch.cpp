@@ -12,6 +12,19 @@ namespace {
 // like contact, so a longer time is a loop that stood still.
 constexpr double kLongestSlew = 0.02;
 
+// Forgets the points of the tool in place t from number `first` on. Those that are known come first.
+void forget_points(const palpate_scene_def& def, TouchState& state, std::int32_t t, std::int32_t first) {
+  if (!state.points[t]) return;
+  for (std::int32_t i = first; i < def.max_points && state.points[t][i].known; ++i) state.points[t][i] = PointState{};
+}
+
+// Forgets what the steps so far have left about the tool in place t: the state before its first step.
+void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t) {
+  forget_points(def, state, t, 0);
+  state.last_force[t] = Vec3{};
+  if (state.memory) state.memory[t] = PronySeries::Memory{};
+}
+
 // Sums over one tool's contacts in this step.
 struct ToolSum {
   Vec3 imposed;               // m, of their imposed displacements
@@ -27,6 +40,9 @@ class Touch {
 
   std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
     flags_ = touch_state_.input.take(tools, tool_count, dt);
+    for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
+      if (touch_state_.input.tool(t).is_new || touch_state_.input.tool(t).index < 0)
+        forget_tool(context_.def, touch_state_, t);
     context_.watch.ended(Pass::input);
     if (context_.def.collision != PALPATE_COLLISION_OFF) {
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) collide(t);
@@ -51,7 +67,7 @@ class Touch {
       context_.watch.ended(Pass::relaxation);
     }
     write_nodes();
-    for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) write_tool(t);
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) write_tool(t);
     context_.watch.ended(Pass::output);
     if (context_.bundle.is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
     out_.flags = flags_;
@@ -113,7 +129,7 @@ class Touch {
       wish.tool = t, wish.point = tool.point_count + g;
       wish.axes = grip.axes;
       for (int i = 0; i < 3; ++i) wish.displacement[i] = grip.axes >> i & 1u ? grip.displacement[i] : 0.0;
-      if (grip.node >= 0) {
+      if (grip.kind == PALPATE_GRIP_NODE) {
         bool made = false;
         const std::uint32_t flags = touch_state_.rows.add_node(wish, grip.node, &made);
         record_contact(wish, flags, made);
@@ -147,11 +163,8 @@ class Touch {
 
   // A point that was not sent this step starts afresh when it comes back.
   void forget_absent_points() {
-    for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
-      const std::int32_t present = t < touch_state_.input.count() ? touch_state_.input.tool(t).point_count : 0;
-      for (std::int32_t i = present; i < context_.def.max_points && touch_state_.points[t][i].known; ++i)
-        touch_state_.points[t][i] = PointState{};
-    }
+    for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
+      forget_points(context_.def, touch_state_, t, touch_state_.input.tool(t).point_count);
   }
 
   void solve() {
@@ -229,42 +242,39 @@ class Touch {
   }
 
   void write_nodes() {
-    palpate_contact_node* node = nodes_behind(out_);
     const ContactConstraints& set = touch_state_.rows.set();
+    lay_out_contacts(out_, touch_state_.input.sent(), set.node_count);
+    palpate_contact_node* node = nodes_behind(out_);
     for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
       const ContactNode& held = set.nodes[e];
-      node->node = held.node, node->column = held.column, node->tool = held.tool, node->point = held.point;
+      node->node = held.node, node->column = held.column, node->point = held.point;
+      node->tool = touch_state_.input.tool(held.tool).index;
       store3(touch_state_.modified[e], node->modified_displacement);
       // A steep response may turn a finite force into an infinite one.
       const Vec3 force = factor_[held.tool] * touch_state_.force[e];
       if (!is_finite(force)) raise(held.tool, PALPATE_STEP_UNSOLVED);
       store3(is_finite(force) ? force : Vec3{}, node->force);
     }
-    out_.node_count = set.node_count;
+    out_.bundle = context_.bundle.index.header.index_checksum;
     out_.node_capacity = context_.def.max_contact_nodes;
-    out_.tool_count = touch_state_.input.count();
     out_.sweeps = touch_state_.solver.residual().sweeps;
     out_.residual_displacement = touch_state_.solver.residual().displacement;
     out_.residual_force = touch_state_.solver.residual().force;
-    out_.used_bytes = static_cast<std::uint32_t>(sizeof(palpate_contacts) + static_cast<std::size_t>(out_.node_count) *
-                                                                                sizeof(palpate_contact_node));
   }
 
   void write_tool(std::int32_t t) {
-    palpate_tool_state& state = out_.tools[t];
+    const Tool& tool = touch_state_.input.tool(t);
+    if (tool.index < 0) return;
+    palpate_tool_state& state = tools_behind(out_)[tool.index];
     state = palpate_tool_state{};
-    if (t >= touch_state_.input.count()) {
-      touch_state_.last_force[t] = Vec3{};
-      if (touch_state_.memory && t < context_.def.max_tools) touch_state_.memory[t] = PronySeries::Memory{};
-      return;
-    }
+    state.id = tool.id;
     store3(raw_[t], state.force_raw);
     store3(safe_force(t, raw_[t]), state.force);
     store3(direction(t), state.direction);
     state.contact_count = tools_[t].contacts;
     state.slip_count = tools_[t].slips;
     state.release_count = tools_[t].releases;
-    state.flags = touch_state_.input.tool(t).flags;
+    state.flags = tool.flags;
   }
 
   // The relaxed force. After a fast retreat the relaxed part may exceed the elastic force and so pull the tool in: such a
@@ -320,14 +330,15 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.field.clear();
   state.solver.forget();
   state.rows.forget();
-  if (state.memory)
-    for (std::int32_t t = 0; t < def.max_tools; ++t) state.memory[t] = PronySeries::Memory{};
   state.step = 0;
-  for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) {
-    state.last_force[t] = Vec3{};
-    if (!state.points[t]) continue;
-    for (std::int32_t i = 0; i < def.max_points; ++i) state.points[t][i] = PointState{};
-  }
+  for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);
+}
+
+void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id) {
+  const std::int32_t t = state.input.place_of(id);
+  if (t < 0) return;
+  state.input.forget_input(t);
+  forget_tool(def, state, t);
 }
 
 }  // namespace palpate

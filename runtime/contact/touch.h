@@ -46,4 +46,7 @@ std::uint32_t touch_step(const StepContext& context, TouchState& state, const pa
 // Forgets contacts, last positions and last forces: the state after creation.
 void reset_touch(const palpate_scene_def& def, TouchState& state);
 
+// The same for the tool with that id alone; nothing where no tool has it.
+void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id);
+
 }  // namespace palpate

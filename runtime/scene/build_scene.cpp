@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "runtime/base/host_struct.h"
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
 #include "runtime/surface/surface_tissue.h"
@@ -13,13 +14,9 @@ namespace {
 
 using formats::SectionId;
 
-// Compares an enum's bits: a caller in C may have stored any number in it.
 template <class Enum>
 bool is_one_of(const Enum& value, int last) {
-  int number = 0;
-  static_assert(sizeof value == sizeof number);
-  std::memcpy(&number, &value, sizeof number);
-  return number >= 0 && number <= last;
+  return enum_number(value) >= 0 && enum_number(value) <= last;
 }
 
 // ---- tensors ---------------------------------------------------------------------------------------------------------
@@ -216,8 +213,11 @@ palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene
     if (const palpate_status status =
             reader.sum_positions(preload, nullptr, nodes, reader.memory(), &preload_of_surface))
       return status;
-  return skin.bind(reader.memory(), scratch, *def.render_mesh, meshed, reader.surface_nodes(), preload_of_surface,
-                   triangles, reader.triangles(), reader.error());
+  palpate_render_mesh mesh = {};
+  if (const palpate_status status = read_host_struct("render_mesh", def.render_mesh, &mesh, reader.error()))
+    return status;
+  return skin.bind(reader.memory(), scratch, mesh, meshed, reader.surface_nodes(), preload_of_surface, triangles,
+                   reader.triangles(), reader.error());
 }
 
 palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,

@@ -2,6 +2,7 @@
 // once; bench/README.md compares predicted and measured costs.
 #include <algorithm>
 
+#include "runtime/base/host_struct.h"
 #include "runtime/scene/scene.h"
 
 namespace palpate {
@@ -92,9 +93,10 @@ class PassWork {
 }  // namespace palpate
 
 palpate_pass_work palpate_predict_pass(const palpate_scene* scene, int32_t pass, const palpate_step_load* load) {
-  if (!scene || !load) return palpate_pass_work{};
+  palpate_step_load sent = {};
+  if (!scene || !palpate::read_host_struct(load, &sent)) return palpate_pass_work{};
   for (std::int32_t id = 0; id < palpate::kPasses; ++id)
     if (scene->watch.index_in_plan[id] == pass)
-      return palpate::PassWork(*scene, *load).of(static_cast<palpate::Pass>(id));
+      return palpate::PassWork(*scene, sent).of(static_cast<palpate::Pass>(id));
   return palpate_pass_work{};
 }

@@ -8,25 +8,8 @@
 #include "runtime/base/alignment.h"
 #include "runtime/base/contact_nodes.h"
 #include "runtime/base/error_text.h"
+#include "runtime/base/host_struct.h"
 #include "runtime/scene/build_scene.h"
-
-palpate_scene_def palpate_default_scene_def(void) {
-  palpate_scene_def def = {};
-  def.collision = PALPATE_COLLISION_REST;
-  def.contact = PALPATE_CONTACT_PATCH;
-  def.law = PALPATE_LAW_STICKING;
-  def.force = PALPATE_FORCE_LINEAR;
-  def.shape = PALPATE_SHAPE_SURFACE;
-  def.radial = PALPATE_RADIAL_OFF;
-  def.preload = PALPATE_PRELOAD_OFF;
-  def.relaxation.model = PALPATE_RELAXATION_OFF;
-  def.max_tools = 4;
-  def.max_points = 64;
-  def.max_contact_nodes = 192;
-  def.force_limit = 50;
-  def.force_slew = 1e4;
-  return def;
-}
 
 palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
                                     palpate_error* error) {
@@ -36,12 +19,14 @@ palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_
   palpate_error local = {};
   if (!error) error = &local;
   *error = palpate_error{};
-  if (const palpate_status status = palpate::check_scene_def(*def, error)) return status;
-  palpate::SceneMemory own(def->allocator);
+  palpate_scene_def wanted = palpate_default_scene_def();
+  if (const palpate_status status = palpate::read_host_struct("scene_def", def, &wanted, error)) return status;
+  if (const palpate_status status = palpate::check_scene_def(wanted, error)) return status;
+  palpate::SceneMemory own(wanted.allocator);
   void* memory =
       own.array<std::max_align_t>((sizeof(palpate_scene) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the scene");
-  palpate_scene* created = new (memory) palpate_scene(*def, *bundle);
+  palpate_scene* created = new (memory) palpate_scene(wanted, *bundle);
   const palpate_status status = palpate::build_scene(*created, error);
   if (status != PALPATE_OK) {
     palpate_scene_destroy(created);
@@ -63,9 +48,8 @@ void palpate_scene_destroy(palpate_scene* scene) {
     std::free(scene);
 }
 
-const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t* count) {
-  if (count) *count = scene ? scene->plan.count : 0;
-  return scene ? scene->plan.pass : nullptr;
+const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t pass) {
+  return scene && pass >= 0 && pass < scene->plan.count ? scene->plan.pass + pass : nullptr;
 }
 
 void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, void* user) {
@@ -74,17 +58,13 @@ void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, vo
 }
 
 size_t palpate_contacts_bytes(const palpate_scene* scene) {
-  if (!scene) return sizeof(palpate_contacts);
-  return sizeof(palpate_contacts) + static_cast<size_t>(scene->def.max_contact_nodes) * sizeof(palpate_contact_node);
-}
-
-const palpate_contact_node* palpate_contacts_nodes(const palpate_contacts* contacts) {
-  return palpate::nodes_behind(*contacts);
+  return palpate::bytes_of_contacts(PALPATE_MAX_TOOLS, scene ? scene->def.max_contact_nodes : 0);
 }
 
 palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
-                                       palpate_contacts* contacts) {
-  if (!scene || !contacts || !palpate::is_aligned(contacts)) return PALPATE_STEP_BAD_INPUT;
+                                       palpate_contacts* contacts, size_t contacts_bytes) {
+  if (!scene || !contacts || !palpate::is_aligned(contacts) || contacts_bytes < palpate_contacts_bytes(scene))
+    return PALPATE_STEP_BAD_INPUT;
   return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, *contacts);
 }
 
@@ -92,26 +72,37 @@ void palpate_scene_reset(palpate_scene* scene) {
   if (scene) palpate::reset_touch(scene->def, scene->touch);
 }
 
+void palpate_scene_reset_tool(palpate_scene* scene, int32_t id) {
+  if (scene) palpate::reset_tool(scene->def, scene->touch, id);
+}
+
 palpate_step_flags palpate_scene_shape(palpate_scene* scene, const palpate_contacts* contacts, palpate_shape_out* out) {
-  if (!scene || !out) return PALPATE_STEP_BAD_INPUT;
-  out->node_count = 0;
-  if (scene->def.shape == PALPATE_SHAPE_OFF || out->node_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  if (!palpate::is_aligned(out->displacements) || !palpate::is_aligned(out->positions)) return PALPATE_STEP_BAD_INPUT;
-  if (!out->displacements && !out->positions) return 0;
+  palpate_shape_out wanted = {};
+  if (!scene || !palpate::read_host_struct(out, &wanted)) return PALPATE_STEP_BAD_INPUT;
+  out->node_count = wanted.node_count = 0;
+  if (scene->def.shape == PALPATE_SHAPE_OFF || wanted.node_capacity < 0) return PALPATE_STEP_BAD_INPUT;
+  if (!palpate::is_aligned(wanted.displacements) || !palpate::is_aligned(wanted.positions))
+    return PALPATE_STEP_BAD_INPUT;
+  if (!wanted.displacements && !wanted.positions) return 0;
   palpate::Compliance* compliance = scene->tensors.compliance ? &scene->compliance : nullptr;
-  return palpate::shape_step(scene->context, scene->shape, compliance, contacts, *out);
+  const palpate_step_flags flags = palpate::shape_step(scene->context, scene->shape, compliance, contacts, wanted);
+  out->node_count = wanted.node_count;
+  return flags;
 }
 
 palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape, palpate_skin_out* out) {
-  if (!out) return PALPATE_STEP_BAD_INPUT;
-  out->vertex_count = 0;
-  if (!scene || !shape || !scene->skin.bound() || out->vertex_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  if (!shape->displacements || shape->node_count < scene->skin.node_count()) return PALPATE_STEP_BAD_INPUT;
-  for (const float* array : {static_cast<const float*>(shape->displacements), static_cast<const float*>(out->positions),
-                             static_cast<const float*>(out->normals)})
+  palpate_skin_out wanted = {};
+  palpate_shape_out shaped = {};
+  if (!palpate::read_host_struct(out, &wanted)) return PALPATE_STEP_BAD_INPUT;
+  out->vertex_count = wanted.vertex_count = 0;
+  if (!scene || !scene->skin.bound() || wanted.vertex_capacity < 0) return PALPATE_STEP_BAD_INPUT;
+  if (!palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
+  if (!shaped.displacements || shaped.node_count < scene->skin.node_count()) return PALPATE_STEP_BAD_INPUT;
+  for (const float* array : {shaped.displacements, wanted.positions, wanted.normals})
     if (!palpate::is_aligned(array)) return PALPATE_STEP_BAD_INPUT;
-  if (out->normals && !scene->skin.has_normals()) return PALPATE_STEP_BAD_INPUT;
-  const palpate_step_flags flags = scene->skin.move(shape->displacements, out);
+  if (wanted.normals && !scene->skin.has_normals()) return PALPATE_STEP_BAD_INPUT;
+  const palpate_step_flags flags = scene->skin.move(shaped.displacements, &wanted);
+  out->vertex_count = wanted.vertex_count;
   scene->watch.ended(palpate::Pass::skin);
   return flags;
 }

@@ -75,8 +75,11 @@ class Shape {
       : context_(context), shape_state_(state), compliance_(compliance), out_(out) {}
 
   std::uint32_t step(const palpate_contacts* contacts) {
-    if (!is_sound(contacts)) {
+    if (!contacts || !is_aligned(contacts) || !has_layout(*contacts, context_.def.max_contact_nodes)) {
       flags_ |= PALPATE_STEP_BAD_INPUT;
+      contacts = nullptr;
+    } else if (contacts->bundle != context_.bundle.index.header.index_checksum) {
+      flags_ |= PALPATE_STEP_OTHER_BUNDLE;
       contacts = nullptr;
     }
     gather(contacts);
@@ -105,14 +108,6 @@ class Shape {
 
  private:
   // Contacts may have come through a socket, so the step trusts no number in them.
-  bool is_sound(const palpate_contacts* contacts) const {
-    if (!contacts || !is_aligned(contacts) || contacts->node_count < 0 ||
-        contacts->node_count > context_.def.max_contact_nodes)
-      return false;
-    const std::size_t bytes =
-        sizeof(palpate_contacts) + static_cast<std::size_t>(contacts->node_count) * sizeof(palpate_contact_node);
-    return contacts->used_bytes == bytes && contacts->tool_count >= 0 && contacts->tool_count <= PALPATE_MAX_TOOLS;
-  }
   bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
     if (node.column < 0 || node.column >= context_.tensors.columns || node.tool < 0 || node.tool >= tool_count)
       return false;
@@ -124,7 +119,7 @@ class Shape {
   // d_t of a tool; zero where it has none: its contribution then stays linear.
   Vec3 direction(const palpate_contacts& contacts, std::int32_t tool) {
     if (!corrects_shape(context_.def)) return Vec3{};
-    const Vec3 d = load3(contacts.tools[tool].direction);
+    const Vec3 d = load3(tools_behind(contacts)[tool].direction);
     const double size = length(d);
     if (size == 0) return Vec3{};
     if (std::fabs(size - 1) <= 1e-6) return d;

@@ -138,8 +138,9 @@ class Player {
     std::vector<std::array<double, 3>> points(all.size());
     for (std::size_t t = 0; t < tools.size(); ++t) {
       const std::size_t first = t * all.size() / tools.size(), end = (t + 1) * all.size() / tools.size();
-      tools[t] =
-          palpate_tool{points[first].data(), static_cast<std::int32_t>(end - first), nullptr, 0, 0, sites_.radius, 0.3};
+      tools[t] = palpate_default_tool();
+      tools[t].points = points[first].data(), tools[t].point_count = static_cast<std::int32_t>(end - first);
+      tools[t].disc_radius = sites_.radius, tools[t].friction = 0.3;
     }
     const std::size_t ticks = all[0].size();
     for (std::size_t tick = 0; tick < ticks; ++tick) {
@@ -157,7 +158,8 @@ class Player {
   }
 
   void shape() {
-    palpate_shape_out out = {u_.data(), nullptr, static_cast<std::int32_t>(u_.size() / 3), 0};
+    palpate_shape_out out = palpate_default_shape_out();
+    out.displacements = u_.data(), out.node_capacity = static_cast<std::int32_t>(u_.size() / 3);
     const auto begun = studies::Clock::now();
     seen_.flags |= scene_.shape(contacts_, out);
     shape_us_.push_back(1e6 * studies::seconds_since(begun));
@@ -166,7 +168,7 @@ class Player {
   Press end() const {
     Press press;
     for (std::int32_t t = 0; t < contacts_->tool_count; ++t) {
-      const double* f = contacts_->tools[t].force_raw;
+      const double* f = contacts_.tool(t).force_raw;
       press.forces.push_back({f[0], f[1], f[2]});
     }
     for (const SurfacePoint& point : samples_) {

@@ -21,20 +21,22 @@ HeldAnswer hold_nodes(const std::filesystem::path& bundle_file, std::span<const 
   Contacts contacts = scene.make_contacts();
   std::vector<palpate_grip> grips(nodes.size());
   for (std::size_t g = 0; g < grips.size(); ++g) {
-    grips[g] = palpate_grip{};
-    grips[g].node = nodes[g], grips[g].axes = 7;
+    grips[g] = palpate_default_grip();
+    grips[g].kind = PALPATE_GRIP_NODE, grips[g].node = nodes[g];
     store3(displacement[g], grips[g].displacement);
   }
-  const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0, 0, 0};
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
   std::vector<float> u(3 * static_cast<std::size_t>(bundle.describe().surface_node_count));
-  palpate_shape_out out = {u.data(), nullptr, bundle.describe().surface_node_count, 0};
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = u.data(), out.node_capacity = bundle.describe().surface_node_count;
   const auto flags = scene.touch(&tool, 1, 1e-3, contacts) | scene.shape(contacts, out);
   if (flags != 0)
     throw OperationError(
         fmt::format("{}: holding {} nodes raised flags {}", bundle_file.string(), grips.size(), flags));
   HeldAnswer answer;
   for (std::size_t n = 0; 3 * n < u.size(); ++n) answer.u.push_back({u[3 * n], u[3 * n + 1], u[3 * n + 2]});
-  answer.force = -1 * load3(contacts->tools[0].force_raw);
+  answer.force = -1 * load3(contacts.tool(0).force_raw);
   return answer;
 }
 

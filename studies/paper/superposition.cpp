@@ -17,9 +17,11 @@ std::int32_t nearest_touchable(const Bundle& bundle, const Eigen::Vector3d& poin
 // The surface's displacement with these grips held, [3 Ns] m.
 Eigen::VectorXd held(Scene& scene, Contacts& contacts, const std::vector<palpate_grip>& grips, std::int32_t nodes) {
   scene.reset();
-  const palpate_tool tool = {nullptr, 0, grips.data(), static_cast<std::int32_t>(grips.size()), 0, 0, 0};
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
   Eigen::VectorXf u(3 * nodes);
-  palpate_shape_out out = {u.data(), nullptr, nodes, 0};
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = u.data(), out.node_capacity = nodes;
   scene.touch(&tool, 1, 1e-3, contacts);
   scene.shape(contacts, out);
   return u.cast<double>();
@@ -38,8 +40,8 @@ Json measure_superposition(const std::string& file, const std::vector<Eigen::Vec
   std::vector<palpate_grip> grips(points.size());
   Eigen::VectorXd naive = Eigen::VectorXd::Zero(3 * nodes);
   for (std::size_t p = 0; p < points.size(); ++p) {
-    grips[p] = palpate_grip{};
-    grips[p].node = nearest_touchable(bundle, points[p]), grips[p].axes = 7;
+    grips[p] = palpate_default_grip();
+    grips[p].kind = PALPATE_GRIP_NODE, grips[p].node = nearest_touchable(bundle, points[p]);
     Eigen::Map<Eigen::Vector3d>(grips[p].displacement) = displacement;
     naive += held(scene, contacts, {grips[p]}, nodes);
   }

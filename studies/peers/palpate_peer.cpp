@@ -15,7 +15,7 @@ PalpatePeer::PalpatePeer(const std::filesystem::path& bundle, const Push& push, 
     : push_(push) {
   palpate_error error = {};
   palpate_bundle* opened = nullptr;
-  if (palpate_bundle_open_file(bundle.c_str(), &opened, &error) != PALPATE_OK)
+  if (palpate_bundle_open_file(bundle.c_str(), nullptr, &opened, &error) != PALPATE_OK)
     throw InputError(fmt::format("{}: {}", bundle.string(), error.text));
   bundle_.reset(opened);
   const palpate_bundle_info info = palpate_bundle_describe(opened);
@@ -33,12 +33,13 @@ PalpatePeer::PalpatePeer(const std::filesystem::path& bundle, const Push& push, 
 }
 
 std::pair<double, double> PalpatePeer::grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out) {
-  palpate_grip grip = {};
-  grip.node = node, grip.triangle = -1, grip.axes = 7;
+  palpate_grip grip = palpate_default_grip();
+  grip.kind = PALPATE_GRIP_NODE, grip.node = node;
   Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
-  const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = &grip, tool.grip_count = 1;
   const auto start = Clock::now();
-  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts());
+  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts(), memory_.size() * sizeof memory_[0]);
   const double touched = seconds_since(start);
   shape();
   const double shaped = seconds_since(start);
@@ -53,17 +54,19 @@ std::string PalpatePeer::description() const {
 }
 
 void PalpatePeer::touch_point(const Eigen::Vector3d& point) {
-  const palpate_tool tool = {point.data(), 1, nullptr, 0, 0, 0, 0};
-  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts());
+  palpate_tool tool = palpate_default_tool();
+  tool.points = point.data(), tool.point_count = 1;
+  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts(), memory_.size() * sizeof memory_[0]);
 }
 
 void PalpatePeer::shape() {
-  palpate_shape_out out = {surface_.data(), nullptr, push_.body.surface_count, 0};
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = surface_.data(), out.node_capacity = push_.body.surface_count;
   palpate_scene_shape(scene_.get(), contacts(), &out);
 }
 
 void PalpatePeer::check_held(const Eigen::Vector3d& displacement) {
-  const palpate_contact_node* node = palpate_contacts_nodes(contacts());
+  const palpate_contact_node* node = palpate_contacts_node(contacts(), 0);
   const Eigen::Map<const Eigen::Vector3d> held(node->modified_displacement);
   if (contacts()->node_count != 1 || node->node != push_.node ||
       !((held - displacement).norm() < 1e-6 * displacement.norm()))
@@ -72,7 +75,7 @@ void PalpatePeer::check_held(const Eigen::Vector3d& displacement) {
 
 Answer PalpatePeer::answer() {
   return {Eigen::Map<const Eigen::VectorXf>(surface_.data(), static_cast<Eigen::Index>(surface_.size())).cast<double>(),
-          -Eigen::Vector3d(contacts()->tools[0].force_raw)};
+          -Eigen::Vector3d(palpate_contacts_tool(contacts(), 0)->force_raw)};
 }
 
 }  // namespace palpate::studies

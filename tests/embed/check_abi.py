@@ -49,6 +49,9 @@ def program_that_prints(text):
             lines.append(f'printf("size {name} %zu\\n", sizeof({name}));')
     for name, body in structs:
         lines.append(f'printf("struct {name} %zu bytes\\n", sizeof({name}));')
+        last = list(fields_of(body))[-1][0]
+        lines.append(f"_Static_assert(sizeof({name}) == offsetof({name}, {last}) + sizeof((({name}*)0)->{last}), "
+                     f'"{name} ends in padding, in which a later field would not change its size; add a field reserved");')
         for field, declaration in fields_of(body):
             size = f"sizeof((({name}*)0)->{field})"
             lines.append(f'printf("  %3zu +%-3zu {declaration}\\n", offsetof({name}, {field}), {size});')
@@ -61,7 +64,7 @@ def printed_list(include, compiler):
     with tempfile.TemporaryDirectory() as folder:
         source, program = pathlib.Path(folder, "list.c"), pathlib.Path(folder, "list")
         source.write_text(f"#include <stddef.h>\n#include <stdio.h>\n{includes}int main(void) {{\n{body}\nreturn 0;\n}}\n")
-        subprocess.run([compiler, "-std=c99", "-pedantic-errors", "-w", f"-I{include}", source, "-o", program], check=True)
+        subprocess.run([compiler, "-std=c11", "-pedantic-errors", "-w", f"-I{include}", source, "-o", program], check=True)
         return subprocess.run([program], check=True, capture_output=True, text=True).stdout
 
 

@@ -17,14 +17,16 @@ int main(int argc, char** argv) try {
   for (int ms = 0; ms <= 1000; ++ms) {
     double point[3], force = 0;
     for (int d = 0; d < 3; ++d) point[d] = (a[d] + b[d] + c[d]) / 3 + n[d] / std::sqrt(length) * (0.005 - 1e-5 * ms);
-    const palpate_tool probe = {point, 1, nullptr, 0, 0, 0.002, 0};
+    palpate_tool probe = palpate_default_tool();
+    probe.points = point, probe.point_count = 1, probe.disc_radius = 0.002;
     scene.touch(&probe, 1, 0.001, contacts);
-    for (int d = 0; d < 3; ++d) force += contacts->tools[0].force[d] * n[d] / std::sqrt(length);
+    for (int d = 0; d < 3; ++d) force += contacts.tool(0).force[d] * n[d] / std::sqrt(length);
     if (ms % 100 == 0) std::printf("%4d ms  %7.4f N\n", ms, force);
   }
 
   std::vector<float> positions(3 * bundle.describe().surface_node_count);
-  palpate_shape_out shape = {nullptr, positions.data(), bundle.describe().surface_node_count, 0};
+  palpate_shape_out shape = palpate_default_shape_out();
+  shape.positions = positions.data(), shape.node_capacity = bundle.describe().surface_node_count;
   scene.shape(contacts, shape);
 } catch (const palpate::Error& error) {
   return std::fprintf(stderr, "%s\n", error.what()), 2;

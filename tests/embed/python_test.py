@@ -240,6 +240,30 @@ class Step(unittest.TestCase):
         self.scene.touch([tool], 0.001, contacts)
         self.assertLess(np.linalg.norm(contacts.tools["force_raw"]), 1e-12)
 
+    def test_a_grip_says_what_it_holds(self):
+        self.assertEqual(palpate.Grip(node=0).kind, "node")
+        self.assertEqual(palpate.Grip(triangle=0).kind, "surface_point")
+        for wrong in ({}, {"node": 0, "triangle": 0}):
+            with self.assertRaisesRegex(ValueError, "either node"):
+                palpate.Grip(**wrong)
+
+    def test_a_tool_is_known_by_its_id(self):
+        nodes = self.bundle.touchable[[0, 3]]
+        tools = [
+            palpate.Tool(grips=[palpate.Grip(node=int(node), displacement=(0, 0, -0.001 * (i + 1)))], id=20 + i)
+            for i, node in enumerate(nodes)
+        ]
+        contacts = self.scene.make_contacts()
+        self.scene.touch(tools, 0.001, contacts)
+        force = dict(zip(contacts.tools["id"].tolist(), contacts.tools["force_raw"].tolist()))
+        self.assertEqual(sorted(force), [20, 21])
+        self.scene.touch(tools[::-1], 0.001, contacts)
+        self.assertEqual(contacts.tools["id"].tolist(), [21, 20])
+        self.assertEqual(dict(zip([21, 20], contacts.tools["force_raw"].tolist())), force)
+        self.scene.reset_tool(21)
+        tools[0].id = 21
+        self.assertEqual(self.scene.touch(tools, 0.001, contacts), palpate.StepFlags.BAD_INPUT)
+
     def test_input_that_is_no_tool_is_refused(self):
         contacts = self.scene.make_contacts()
         tool = palpate.Tool(np.zeros((2, 3)))
@@ -267,7 +291,7 @@ class Step(unittest.TestCase):
         self.scene.shape(other, shapes[1])
         np.testing.assert_array_equal(*shapes)
         data = bytearray(contacts.data.tobytes())
-        for cut in (b"", data[:-1], data[:100], data + bytes(64), data[:16] + b"\xff\xff\xff\x7f" + data[20:]):
+        for cut in (b"", data[:-1], data[:100], data + bytes(64), data[:32] + b"\xff\xff\xff\x7f" + data[36:]):  # 32: node_count
             with self.assertRaises(ValueError):
                 other.assign(cut)
         np.testing.assert_array_equal(other.data, contacts.data)

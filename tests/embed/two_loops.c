@@ -12,6 +12,7 @@
 typedef struct host {
   palpate_scene* scene;
   palpate_mailbox* mailbox;
+  size_t contacts_bytes;
   double start[3], inward[3]; /* the stand-in for a device moves from start along inward, 10 mm in half a second */
   atomic_bool stop;
   double largest_force; /* N, written by the haptic thread, read after it has ended */
@@ -31,14 +32,15 @@ static void* haptic_loop(void* argument) {
     double position[3]; /* read the device here: metres, in the bundle's frame */
     for (int d = 0; d < 3; ++d) position[d] = h->start[d] + h->inward[d] * 0.01 * (ms < 500 ? ms / 500.0 : 1.0);
 
-    const palpate_tool probe = {.points = position, .point_count = 1, .disc_radius = 0.003};
+    palpate_tool probe = palpate_default_tool();
+    probe.points = position, probe.point_count = 1, probe.disc_radius = 0.003;
     palpate_contacts* contacts = palpate_mailbox_slot(h->mailbox);
-    palpate_step_flags flags = palpate_scene_touch(h->scene, &probe, 1, 0.001, contacts);
+    palpate_step_flags flags = palpate_scene_touch(h->scene, &probe, 1, 0.001, contacts, h->contacts_bytes);
     palpate_mailbox_publish(h->mailbox);
 
     double force[3] = {0, 0, 0}; /* send `force` to the device here, newtons; never force_raw */
     if (!(flags & (PALPATE_STEP_BUNDLE_LOST | PALPATE_STEP_UNSOLVED)))
-      for (int d = 0; d < 3; ++d) force[d] = contacts->tools[0].force[d];
+      for (int d = 0; d < 3; ++d) force[d] = palpate_contacts_tool(contacts, 0)->force[d];
     h->largest_force = fmax(h->largest_force, sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]));
     wait_until(&next, 1000000L);
   }
@@ -69,19 +71,21 @@ int main(int argc, char** argv) {
   def.collision = PALPATE_COLLISION_DEFORMED;
   def.force_limit = 3;  /* N: what the device and its user may get at most */
   def.force_slew = 300; /* N/s */
-  if (argc != 2 || palpate_bundle_open_file(argv[1], &bundle, &error) != PALPATE_OK ||
+  if (argc != 2 || palpate_bundle_open_file(argv[1], NULL, &bundle, &error) != PALPATE_OK ||
       palpate_scene_create(bundle, &def, &h.scene, &error) != PALPATE_OK)
     return fprintf(stderr, "%s\n", error.text), 2;
   palpate_bundle_prefault(bundle, 1, NULL); /* no step waits for the disk; works also where memory may not be locked */
 
-  const size_t bytes = palpate_mailbox_bytes(palpate_contacts_bytes(h.scene));
+  h.contacts_bytes = palpate_contacts_bytes(h.scene);
+  const size_t bytes = palpate_mailbox_bytes(h.contacts_bytes);
   void* memory = aligned_alloc(64, (bytes + 63) / 64 * 64);
-  h.mailbox = palpate_mailbox_create(memory, palpate_contacts_bytes(h.scene));
+  h.mailbox = palpate_mailbox_create(memory, h.contacts_bytes);
   aim(bundle, &h);
   pthread_t haptic;
   if (pthread_create(&haptic, NULL, haptic_loop, &h) != 0) return 1;
 
-  palpate_shape_out shape = {.node_capacity = palpate_bundle_describe(bundle).surface_node_count};
+  palpate_shape_out shape = palpate_default_shape_out();
+  shape.node_capacity = palpate_bundle_describe(bundle).surface_node_count;
   shape.positions = malloc(sizeof(float) * 3 * (size_t)shape.node_capacity);
   struct timespec next;
   clock_gettime(CLOCK_MONOTONIC, &next);

@@ -101,7 +101,7 @@ void play(FuzzInput& input) {
 
   palpate_bundle* opened = nullptr;
   palpate_error error = {};
-  const palpate_status status = palpate_bundle_open(bytes.data(), bytes.size(), &opened, &error);
+  const palpate_status status = palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, &error);
   const BundlePointer bundle(opened);
   keep(broken_by_error(status, error, bytes.size()));
   if (!bundle) return;

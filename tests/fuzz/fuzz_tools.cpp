@@ -1,5 +1,6 @@
 // libFuzzer driver: an undamaged bundle and a host that passes any bits as scene definition, tools, contacts from a socket and
 // shape buffers, with an allocator that fails at some point.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -21,7 +22,8 @@ const std::vector<OpenBundle>& good_bundles() {
     for (const BundleForm& form : bundle_forms(std::filesystem::temp_directory_path())) {
       made.push_back({std::make_unique<AlignedBytes>(form.bytes), nullptr});
       palpate_bundle* opened = nullptr;
-      if (palpate_bundle_open(made.back().bytes->data(), made.back().bytes->size(), &opened, nullptr) != PALPATE_OK)
+      if (palpate_bundle_open(made.back().bytes->data(), made.back().bytes->size(), nullptr, &opened, nullptr) !=
+          PALPATE_OK)
         std::abort();
       made.back().bundle.reset(opened);
     }
@@ -54,6 +56,12 @@ void scramble(FuzzInput& input, Plain* object, std::size_t bytes, std::uint32_t 
   }
 }
 
+// A struct that is smaller than it says would be the host's fault, like a wrong pointer.
+template <class Struct>
+void state_at_most_its_size(Struct& object) {
+  object.struct_bytes = std::min<std::uint32_t>(object.struct_bytes, sizeof object);
+}
+
 void keep(const std::string& broken) {
   if (broken.empty()) return;
   std::fprintf(stderr, "broken promise: %s\n", broken.c_str());
@@ -81,6 +89,13 @@ class Host : public FuzzedTools {
           break;
         case 4:
           scramble(input, grips[t].data(), sizeof grips[t], 3);
+          for (palpate_grip& grip : grips[t]) state_at_most_its_size(grip);
+          break;
+        case 6:
+          tool.struct_bytes = input.below(sizeof tool + 1);
+          break;
+        case 7:
+          tool.id = input.integer(kTools);
           break;
         case 5:
           tool.disc_radius = input.raw<double>(), tool.friction = input.raw<double>();
@@ -102,10 +117,11 @@ void play(FuzzInput& input) {
   Budget budget = {std::size_t{1} << (4 + input.below(22))};  // 16 bytes to 32 MiB
   def.max_points = Host::kPoints - 1;
   scramble(input, &def, offsetof(palpate_scene_def, allocator), 2);
+  state_at_most_its_size(def);
   def.allocator = {take, give_back, &budget};
   // A render mesh of any floats, with or without normals. Its pointer stays valid: the API makes that the host's duty.
   float positions[kVertices][3], normals[kVertices][3];
-  palpate_render_mesh mesh = {positions[0], input.flag() ? normals[0] : nullptr, kVertices};
+  palpate_render_mesh mesh = render_mesh(positions[0], input.flag() ? normals[0] : nullptr, kVertices);
   def.render_mesh = input.flag() ? &mesh : nullptr;
   for (int v = 0; def.render_mesh && v < kVertices; ++v)
     for (int i = 0; i < 3; ++i) {
@@ -120,7 +136,9 @@ void play(FuzzInput& input) {
   if (!scene || def.max_points > Host::kPoints) return;
 
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
-  HeldPlay held(scene.get(), def, info.node_count);
+  palpate_scene_def read = palpate_default_scene_def();  // the part that the library has read
+  std::memcpy(&read, &def, def.struct_bytes);
+  HeldPlay held(scene.get(), read, info.node_count);
   const double middle[3] = {0.03, 0.02, 0.02};
   Host host;
   for (int s = 0; s < 24 && !input.empty(); ++s) {

@@ -37,7 +37,8 @@ class FuzzedTools {
     dt = input.below(8) == 0 ? input.number(1) : 1e-3;
     for (std::int32_t t = 0; t < count; ++t) {
       palpate_tool& tool = tools[t];
-      tool = {points[t].data(), 0, grips[t].data(), 0, 0, 0, 0};
+      tool = palpate_default_tool();
+      tool.points = points[t].data(), tool.grips = grips[t].data();
       tool.point_count = static_cast<std::int32_t>(input.below(kPoints + 1));
       tool.grip_count = static_cast<std::int32_t>(input.below(3));
       tool.hold = input.flag();
@@ -46,7 +47,9 @@ class FuzzedTools {
       for (std::int32_t i = 0; i < 3 * tool.point_count; ++i) points[t][i] = middle[i % 3] + input.number(1.3 * half);
       for (std::int32_t g = 0; g < tool.grip_count; ++g) {
         palpate_grip& grip = grips[t][g];
-        grip.node = input.flag() ? input.integer(surface_nodes) : -1;
+        grip = palpate_default_grip();
+        grip.kind = input.flag() ? PALPATE_GRIP_NODE : PALPATE_GRIP_SURFACE_POINT;
+        if (grip.kind == PALPATE_GRIP_NODE) grip.node = input.integer(surface_nodes);
         grip.triangle = input.integer(triangles);
         const double k = input.below(256) / 255.0, l = (1 - k) * (input.below(256) / 255.0);
         grip.barycentric[0] = k, grip.barycentric[1] = l, grip.barycentric[2] = 1 - k - l;
@@ -58,7 +61,7 @@ class FuzzedTools {
 
   std::int32_t count = 0;
   double dt = 1e-3;
-  std::array<palpate_tool, kTools> tools = {};
+  std::array<palpate_tool, kTools> tools = {};  // the first `count` are set
 
  protected:
   std::array<std::array<double, 3 * kPoints>, kTools> points = {};

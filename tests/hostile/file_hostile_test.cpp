@@ -42,7 +42,8 @@ class PlayedFile {
     write_file(path, form(which).bytes);
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    if (palpate_bundle_open_file(path.c_str(), &opened, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    if (palpate_bundle_open_file(path.c_str(), nullptr, &opened, &error) != PALPATE_OK)
+      throw std::runtime_error(error.text);
     bundle.reset(opened);
     const palpate_scene_def def = small_def();
     palpate_scene* created = nullptr;
@@ -55,9 +56,9 @@ class PlayedFile {
 
   // Steps touch and shape, returns their flags; a broken promise fails the test.
   palpate_step_flags step() {
-    palpate_grip grip = {};
-    grip.node = node, grip.triangle = -1, grip.axes = 7, grip.displacement[2] = 1e-3;
-    const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+    palpate_grip grip = palpate_default_grip();
+    grip.kind = PALPATE_GRIP_NODE, grip.node = node, grip.displacement[2] = 1e-3;
+    const palpate_tool tool = grip_tool(&grip);
     EXPECT_EQ(play->touch(&tool, 1, 1e-3), "");
     EXPECT_EQ(play->shape(play->contacts()), "");
     return play->flags();
@@ -160,9 +161,9 @@ TEST(HostileFile, CutWhileScenesOnSeveralThreadsStepIsFlaggedInAll) {
       threads.emplace_back([&, t] {
         const std::int32_t* touchable = palpate_bundle_touchable(t == 2 ? other.bundle.get() : file.bundle.get());
         for (int s = 0; !stop.load() && broken[t].empty(); ++s) {
-          palpate_grip grip = {};
-          grip.node = touchable[(s + t) % 12], grip.triangle = -1, grip.axes = 7, grip.displacement[1] = 1e-3;
-          const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+          palpate_grip grip = palpate_default_grip();
+          grip.kind = PALPATE_GRIP_NODE, grip.node = touchable[(s + t) % 12], grip.displacement[1] = 1e-3;
+          const palpate_tool tool = grip_tool(&grip);
           broken[t] = plays[t]->touch(&tool, 1, 1e-3);
           if (broken[t].empty()) broken[t] = plays[t]->shape(plays[t]->contacts());
           raised[t].store(plays[t]->flags());

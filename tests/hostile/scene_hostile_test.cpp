@@ -74,7 +74,7 @@ TEST(HostileScene, OfAnyFormCutAtAnyByteIsRefused) {
     for (std::size_t n = 0; n < form.bytes.size(); ++n) {
       palpate_bundle* bundle = nullptr;
       palpate_error error = {};
-      const palpate_status status = palpate_bundle_open(bytes.data(), n, &bundle, &error);
+      const palpate_status status = palpate_bundle_open(bytes.data(), n, nullptr, &bundle, &error);
       ASSERT_NE(status, PALPATE_OK) << form.name << " " << n;
       ASSERT_EQ(bundle, nullptr);
       ASSERT_EQ(broken_by_error(status, error, form.bytes.size()), "") << form.name << " " << n;
@@ -265,17 +265,17 @@ TEST(HostileScene, ShowsNoDisplacementWhereTheBundleHasNoNumberAndSaysSo) {
   const auto file = std::filesystem::path(testing::TempDir()) / "no_number.h5";
   write_bundle(file, parts);
   palpate_bundle* opened = nullptr;
-  ASSERT_EQ(palpate_bundle_open_file(file.c_str(), &opened, nullptr), PALPATE_OK);
+  ASSERT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, nullptr), PALPATE_OK);
   const BundlePointer bundle(opened);
   palpate_scene_def def = small_def();
   palpate_scene* created = nullptr;
   ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &created, nullptr), PALPATE_OK);
   const ScenePointer scene(created);
   HeldPlay held(scene.get(), def, static_cast<std::int32_t>(nodes));
-  palpate_grip grip = {};
-  grip.node = palpate_bundle_touchable(bundle.get())[0], grip.triangle = -1, grip.axes = 7;
+  palpate_grip grip = palpate_default_grip();
+  grip.kind = PALPATE_GRIP_NODE, grip.node = palpate_bundle_touchable(bundle.get())[0];
   grip.displacement[0] = 1e-3;
-  const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+  const palpate_tool tool = grip_tool(&grip);
   EXPECT_EQ(held.touch(&tool, 1, 1e-3), "");
   EXPECT_EQ(held.flags() & PALPATE_STEP_UNSOLVED, 0u);
   EXPECT_EQ(held.shape(held.contacts()), "");

@@ -51,12 +51,12 @@ class Punched {
     palpate_scene_reset(scene_.get());
     Contacts contacts(scene_.get());
     double p[3] = {x, y, 1e-3};
-    palpate_tool tool = {};
+    palpate_tool tool = palpate_default_tool();
     tool.points = p, tool.point_count = 1, tool.disc_radius = radius;
-    palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get());
+    palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     p[2] = -1e-3;
-    EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
-    return contacts->tools[0].force_raw[2];
+    EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+    return palpate_contacts_tool(contacts, 0)->force_raw[2];
   }
 
   // N, along x, on a disc that grips the middle and is dragged by 1 mm along x.
@@ -67,8 +67,8 @@ class Punched {
         grip_at_place(middle_triangle_, Eigen::Vector3d::Unit(middle_corner_), {1e-3, 0, 0})};
     palpate_tool tool = tool_of(grips);
     tool.disc_radius = radius;
-    EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get()), 0u);
-    return -contacts->tools[0].force_raw[0];
+    EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+    return -palpate_contacts_tool(contacts, 0)->force_raw[0];
   }
 
  private:
@@ -76,7 +76,7 @@ class Punched {
     bytes_ = std::make_unique<AlignedBytes>(bundle_bytes(tensor_parts(body, element, tensors)));
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    if (palpate_bundle_open(bytes_->data(), bytes_->size(), &opened, &error) != PALPATE_OK)
+    if (palpate_bundle_open(bytes_->data(), bytes_->size(), nullptr, &opened, &error) != PALPATE_OK)
       throw std::runtime_error(error.text);
     bundle_.reset(opened);
     palpate_scene_def def = unlimited_def();

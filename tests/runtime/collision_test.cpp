@@ -195,12 +195,13 @@ struct Hand {
     std::vector<palpate_tool> list(tools.size());
     for (std::size_t t = 0; t < tools.size(); ++t) {
       points[t] = {tools[t][0], tools[t][1], tools[t][2]};
-      list[t] = palpate_tool{points[t].data(), 1, nullptr, 0, hold, 0, 0};
+      list[t] = point_tool(points[t].data(), 1, 0, 0, hold);
     }
-    return palpate_scene_touch(scene.get(), list.data(), static_cast<std::int32_t>(list.size()), 1e-3, contacts.get());
+    return palpate_scene_touch(scene.get(), list.data(), static_cast<std::int32_t>(list.size()), 1e-3, contacts.get(),
+                               contacts.bytes());
   }
-  bool touches(int tool = 0) { return contacts->tools[tool].contact_count > 0; }
-  Eigen::Vector3d force(int tool = 0) { return Eigen::Vector3d(contacts->tools[tool].force_raw); }
+  bool touches(int tool = 0) { return palpate_contacts_tool(contacts, tool)->contact_count > 0; }
+  Eigen::Vector3d force(int tool = 0) { return Eigen::Vector3d(palpate_contacts_tool(contacts, tool)->force_raw); }
 
   ScenePointer scene;
   Contacts contacts;
@@ -390,18 +391,18 @@ TEST(Collision, DoesNotLetAMovingSurfacePassARestingPoint) {
   bool touched = false;
   for (int ms = 0; ms <= 60; ++ms) {
     const std::vector<palpate_grip> grips = {grip_at_node(node, {1e-4 * ms, 0, 0})};
-    const palpate_tool tools[2] = {tool_of(grips), {point, 1, nullptr, 0, 0, 0, 0}};
-    EXPECT_EQ(palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get()) &
+    const palpate_tool tools[2] = {tool_of(grips), point_tool(point)};
+    EXPECT_EQ(palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes()) &
                   ~static_cast<unsigned>(PALPATE_STEP_REGULARISED),
               0u);
-    if (contacts->tools[1].contact_count > 0 && !touched) {
+    if (palpate_contacts_tool(contacts, 1)->contact_count > 0 && !touched) {
       touched = true;
       EXPECT_GT(ms, 10);  // the grip itself passes 1 mm at the tenth step
     }
-    EXPECT_EQ(contacts->tools[1].contact_count > 0, touched) << ms;  // and is held down from then on
+    EXPECT_EQ(palpate_contacts_tool(contacts, 1)->contact_count > 0, touched) << ms;  // and is held down from then on
   }
   EXPECT_TRUE(touched);
-  EXPECT_GT(contacts->tools[1].force_raw[0], 0);  // the face presses against the point
+  EXPECT_GT(palpate_contacts_tool(contacts, 1)->force_raw[0], 0);  // the face presses against the point
 }
 
 Unrest unrest_on_a_bar(palpate_contact_law law, bool pinched) {
@@ -470,14 +471,14 @@ TEST(Collision, MeetsAPointThatTheSurfaceSpringsBackOver) {
       if (grips && (plate.node(n) - Eigen::Vector3d(0.04, 0.03, 0.006)).norm() < 0.015)
         pressed.push_back(grip_at_node(n, {0, 0, -down}));
     const double point[3] = {0.04, 0.03, 0.007 - down};
-    const palpate_tool tools[2] = {tool_of(pressed), {point, 1, nullptr, 0, 0, 0, 0}};
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
-    return contacts->tools[1].contact_count > 0;
+    const palpate_tool tools[2] = {tool_of(pressed), point_tool(point)};
+    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+    return palpate_contacts_tool(contacts, 1)->contact_count > 0;
   };
   for (int ms = 0; ms <= 120; ++ms) ASSERT_FALSE(step(true, 1e-4 * ms)) << ms;
   step(false, 0.012);
   EXPECT_TRUE(step(false, 0.012));  // the grip was gone in the last step: the plate does not pass through the point
-  EXPECT_GT(contacts->tools[1].force_raw[2], 0);
+  EXPECT_GT(palpate_contacts_tool(contacts, 1)->force_raw[2], 0);
 }
 
 }  // namespace

@@ -18,11 +18,11 @@ struct Pressed {
     move(place - 0.001 * out);
   }
   palpate_step_flags move(const Eigen::Vector3d& p, double dt = 1e-3) {
-    const palpate_tool tool = {p.data(), 1, nullptr, 0, 0, 0, 0};
-    return palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
+    const palpate_tool tool = point_tool(p.data());
+    return palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
   }
-  Eigen::Vector3d force() { return Eigen::Vector3d(contacts->tools[0].force); }
-  Eigen::Vector3d raw() { return Eigen::Vector3d(contacts->tools[0].force_raw); }
+  Eigen::Vector3d force() { return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force); }
+  Eigen::Vector3d raw() { return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
   ScenePointer scene;
   Contacts contacts;
   Eigen::Vector3d place, out;
@@ -35,7 +35,7 @@ TEST(Device, KeepsTheLastGoodInputWhenItSendsNonsense) {
   for (const double bad : {double(NAN), double(INFINITY), -double(INFINITY), 1e300, -1e7}) {
     EXPECT_EQ(tool.move({bad, 0, 0}), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(tool.raw(), before);
-    EXPECT_EQ(tool.contacts->tools[0].flags, PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(palpate_contacts_tool(tool.contacts, 0)->flags, PALPATE_STEP_BAD_INPUT);
   }
   EXPECT_EQ(tool.move(tool.place - 0.001 * tool.out), 0u);
   EXPECT_EQ(tool.raw(), before);
@@ -49,16 +49,20 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
   const Eigen::Vector3d before = tool.raw();
   double p[3] = {};
   palpate_grip grip = grip_at_node(3, {0, 0, 0.001});
+  const auto with_grips = [&](const palpate_grip* grips, std::int32_t count) {
+    palpate_tool both = point_tool(p);
+    both.grips = grips, both.grip_count = count;
+    return both;
+  };
   const auto expect_kept = [&](const palpate_tool* tools, std::int32_t count) {
-    EXPECT_EQ(palpate_scene_touch(tool.scene.get(), tools, count, 1e-3, tool.contacts.get()), PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(palpate_scene_touch(tool.scene.get(), tools, count, 1e-3, tool.contacts.get(), tool.contacts.bytes()),
+              PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(tool.raw(), before);
   };
   expect_kept(nullptr, 1);
   expect_kept(nullptr, -3);
-  for (const palpate_tool& bad :
-       {palpate_tool{nullptr, 1, nullptr, 0, 0, 0, 0}, palpate_tool{p, -1, nullptr, 0, 0, 0, 0},
-        palpate_tool{p, 1, nullptr, 1, 0, 0, 0}, palpate_tool{p, 1, &grip, -1, 0, 0, 0},
-        palpate_tool{p, 1, nullptr, INT32_MIN, 0, 0, 0}, palpate_tool{nullptr, INT32_MAX, nullptr, 0, 0, 0, 0}})
+  for (const palpate_tool& bad : {point_tool(nullptr), point_tool(p, -1), with_grips(nullptr, 1), with_grips(&grip, -1),
+                                  with_grips(nullptr, INT32_MIN), point_tool(nullptr, INT32_MAX)})
     expect_kept(&bad, 1);
   std::vector<palpate_grip> bad_grips;
   for (const std::int32_t node : {1 << 30, box().body.surface_nodes})
@@ -72,11 +76,12 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
   bad_grips.push_back(grip_at_node(3, {0, 0, 0}, 0));
   bad_grips.push_back(grip_at_node(3, {0, 0, 0}, 8));
   for (const palpate_grip& bad : bad_grips) {
-    const palpate_tool with = {nullptr, 0, &bad, 1, 0, 0, 0};
+    const palpate_tool with = grip_tool(&bad);
     expect_kept(&with, 1);
   }
-  EXPECT_EQ(palpate_scene_touch(nullptr, nullptr, 0, 1e-3, tool.contacts.get()), PALPATE_STEP_BAD_INPUT);
-  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, nullptr), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_touch(nullptr, nullptr, 0, 1e-3, tool.contacts.get(), tool.contacts.bytes()),
+            PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, nullptr, SIZE_MAX), PALPATE_STEP_BAD_INPUT);
 }
 
 TEST(Device, IsNotSentAForceAboveTheLimitNorAJump) {
@@ -117,7 +122,7 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
   const double denormal = 5e-324, metre = 1;
   const auto at = [](Pressed& tool, double depth) { return Eigen::Vector3d(tool.place - depth * tool.out); };
   const auto step = [&](Pressed& tool, const palpate_tool* tools, std::int32_t count, double dt = 1e-3) {
-    return palpate_scene_touch(tool.scene.get(), tools, count, dt, tool.contacts.get());
+    return palpate_scene_touch(tool.scene.get(), tools, count, dt, tool.contacts.get(), tool.contacts.bytes());
   };
   static double unaligned[4] = {};  // a device's packed record
   const auto* odd = reinterpret_cast<const double*>(reinterpret_cast<const char*>(unaligned) + 4);
@@ -141,26 +146,26 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
   kinds.push_back({"no tools where some are announced", bad, [=](Pressed& tool) { return step(tool, nullptr, 1); }});
   for (const std::int32_t count : {-1, INT32_MIN}) {
     kinds.push_back({"tool count", bad, [=](Pressed& tool) {
-                       const palpate_tool one = {tool.place.data(), 1, nullptr, 0, 0, 0, 0};
+                       const palpate_tool one = point_tool(tool.place.data());
                        return step(tool, &one, count);
                      }});
     kinds.push_back({"point count", bad, [=](Pressed& tool) {
-                       const palpate_tool one = {tool.place.data(), count, nullptr, 0, 0, 0, 0};
+                       const palpate_tool one = point_tool(tool.place.data(), count);
                        return step(tool, &one, 1);
                      }});
   }
   kinds.push_back({"more tools than the scene has", PALPATE_STEP_CONTACTS_DROPPED, [=](Pressed& tool) {
                      const Eigen::Vector3d p = at(tool, 0.001);
-                     const std::vector<palpate_tool> many(20, palpate_tool{p.data(), 1, nullptr, 0, 0, 0, 0});
+                     const std::vector<palpate_tool> many(20, point_tool(p.data()));
                      return step(tool, many.data(), 20);
                    }});
   kinds.push_back({"more points than the scene has", PALPATE_STEP_CONTACTS_DROPPED, [=](Pressed& tool) {
                      const std::vector<Eigen::Vector3d> p(50, at(tool, 0.001));
-                     const palpate_tool one = {p[0].data(), 50, nullptr, 0, 0, 0, 0};
+                     const palpate_tool one = point_tool(p[0].data(), 50);
                      return step(tool, &one, 1);
                    }});
   kinds.push_back({"points at an odd address", bad, [=](Pressed& tool) {
-                     const palpate_tool one = {odd, 1, nullptr, 0, 0, 0, 0};
+                     const palpate_tool one = point_tool(odd);
                      return step(tool, &one, 1);
                    }});
   kinds.push_back({"tools at an odd address", bad,
@@ -169,7 +174,7 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
   const auto sized = [=](double radius, double friction) {
     return [=](Pressed& tool) {
       const Eigen::Vector3d p = at(tool, 0.001);
-      const palpate_tool one = {p.data(), 1, nullptr, 0, 0, radius, friction};
+      const palpate_tool one = point_tool(p.data(), 1, radius, friction);
       return step(tool, &one, 1);
     };
   };
@@ -201,7 +206,7 @@ TEST(Device, IsBoundedSlewedAndFlaggedUnderEveryKindOfBadInput) {
       tool.move(at(tool, -0.001));
       for (int s = 0; s < 100; ++s) tool.move(at(tool, 0.001));
       EXPECT_EQ(tool.move(at(tool, 0.001)), 0u);
-      EXPECT_EQ(tool.contacts->tools[0].contact_count, 1);
+      EXPECT_EQ(palpate_contacts_tool(tool.contacts, 0)->contact_count, 1);
       EXPECT_LT((tool.force() - tool.raw()).norm(), 1e-12);
     }
 }
@@ -212,27 +217,27 @@ TEST(Device, LeavesTheOtherToolsAsTheyAreWhenOneHasNoSoundRadius) {
   const std::int32_t far[2] = {box().far_triangle(5), box().far_triangle(11)};
   const auto touch = [&](double depth, double radius) {
     Eigen::Vector3d p[2];
-    palpate_tool tools[2] = {};
+    palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
     for (int t = 0; t < 2; ++t) {
       p[t] = box().place(far[t], {.3, .3, .4}) - depth * box().outward(far[t]);
       tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = t == 0 ? 0.003 : radius;
     }
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
-    return Eigen::Vector3d(contacts->tools[0].force_raw);
+    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+    return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
   };
   touch(-1e-4, 0.003);
   const Eigen::Vector3d good = touch(1e-3, 0.003);
   ASSERT_GT(good.norm(), 0);
   for (const double radius : {double(NAN), -1.0, double(INFINITY), 1e300}) {
     EXPECT_EQ(touch(1e-3, radius), good) << radius;  // the other one keeps its last good input, radius included
-    EXPECT_EQ(contacts->tools[0].flags, 0u);
-    EXPECT_EQ(contacts->tools[1].flags, PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->flags, 0u);
+    EXPECT_EQ(palpate_contacts_tool(contacts, 1)->flags, PALPATE_STEP_BAD_INPUT);
   }
   // A disc with a tiny radius has no noticeable stiffness. The contacts beside it must stay solvable.
   for (const double radius : {5e-324, 1e-300, 1e-12}) {
     EXPECT_GT(touch(1e-3, radius).norm(), 0.5 * good.norm()) << radius;
     EXPECT_EQ(contacts->flags, 0u);
-    EXPECT_LT(Eigen::Vector3d(contacts->tools[1].force_raw).norm(), 1e-3 * good.norm());
+    EXPECT_LT(Eigen::Vector3d(palpate_contacts_tool(contacts, 1)->force_raw).norm(), 1e-3 * good.norm());
   }
 }
 
@@ -265,10 +270,11 @@ TEST(Device, IsNotSentASpikeWhenTheContactBudgetIsExhausted) {
     for (std::size_t t = 0; t < triangles.size(); ++t)
       points.push_back(box().place(triangles[t], {.3, .3, .4}) +
                        0.002 * std::cos(0.1 * s + static_cast<double>(t)) * box().outward(triangles[t]));
-    const palpate_tool tool = {points[0].data(), static_cast<std::int32_t>(points.size()), nullptr, 0, 0, 0, 0};
-    dropped =
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get()) & PALPATE_STEP_CONTACTS_DROPPED || dropped;
-    const Eigen::Vector3d force(contacts->tools[0].force);
+    const palpate_tool tool = point_tool(points[0].data(), static_cast<std::int32_t>(points.size()));
+    dropped = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()) &
+                  PALPATE_STEP_CONTACTS_DROPPED ||
+              dropped;
+    const Eigen::Vector3d force(palpate_contacts_tool(contacts, 0)->force);
     ASSERT_LE(contacts->node_count, 3);
     ASSERT_LE(force.norm(), 0.5 * (1 + 1e-12));
     ASSERT_LE((force - last).norm(), 20 * 1e-3 * (1 + 1e-12));
@@ -281,10 +287,11 @@ TEST(Device, DoesNothingWithOutputsThatAreNotAligned) {
   Pressed tool(unlimited_def());
   const auto before = tool.contacts.memory;
   auto* odd = reinterpret_cast<palpate_contacts*>(reinterpret_cast<char*>(tool.contacts.get()) + 4);
-  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, odd), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, odd, tool.contacts.bytes()),
+            PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(tool.contacts.memory, before);
   float u[64] = {};
-  palpate_shape_out out = {reinterpret_cast<float*>(reinterpret_cast<char*>(u) + 2), nullptr, 4, 0};
+  palpate_shape_out out = shape_out(reinterpret_cast<float*>(reinterpret_cast<char*>(u) + 2), nullptr, 4);
   EXPECT_EQ(palpate_scene_shape(tool.scene.get(), tool.contacts.get(), &out), PALPATE_STEP_BAD_INPUT);
   out.displacements = u;
   EXPECT_EQ(palpate_scene_shape(tool.scene.get(), odd, &out), PALPATE_STEP_BAD_INPUT);
@@ -293,11 +300,11 @@ TEST(Device, DoesNothingWithOutputsThatAreNotAligned) {
 
 TEST(Device, FeelsNothingWhenTheToolIsGone) {
   Pressed tool(unlimited_def());
-  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, tool.contacts.get()), 0u);
+  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, tool.contacts.get(), tool.contacts.bytes()), 0u);
   EXPECT_EQ(tool.contacts->node_count, 0);
-  EXPECT_EQ(tool.force().norm(), 0);
+  EXPECT_EQ(tool.contacts->tool_count, 0);
   tool.move(tool.place - 0.001 * tool.out);  // back, inside: nothing until it has been outside
-  EXPECT_EQ(tool.contacts->tools[0].contact_count, 0);
+  EXPECT_EQ(palpate_contacts_tool(tool.contacts, 0)->contact_count, 0);
 }
 
 TEST(Shape, TrustsNothingInTheContactsItIsGiven) {
@@ -331,7 +338,7 @@ TEST(Shape, TrustsNothingInTheContactsItIsGiven) {
   EXPECT_EQ(flags, PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_shape(nullptr, tool.contacts.get(), nullptr), PALPATE_STEP_BAD_INPUT);
   float u[6] = {9, 9, 9, 9, 9, 9};
-  palpate_shape_out out = {u, nullptr, -5, 77};
+  palpate_shape_out out = shape_out(u, nullptr, -5);
   EXPECT_EQ(palpate_scene_shape(tool.scene.get(), tool.contacts.get(), &out), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(out.node_count, 0);
   out.node_capacity = 1;  // a short array is filled as far as it goes
@@ -352,8 +359,8 @@ TEST(Device, GetsNoForceFromABundleWhoseTensorsAreNotFinite) {
   const std::vector<palpate_grip> grips = {grip_at_node(bad.touchable[3], {0, 0, .001}),
                                            grip_at_node(bad.touchable[9], {0, 0, .001})};
   const palpate_tool tool = tool_of(grips);
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get()), PALPATE_STEP_UNSOLVED);
-  EXPECT_EQ(Eigen::Vector3d(contacts->tools[0].force).norm(), 0);
+  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), PALPATE_STEP_UNSOLVED);
+  EXPECT_EQ(Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force).norm(), 0);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ const TouchedBox& box() {
 // Two vertices beside the box.
 const palpate_render_mesh& vertices() {
   static const float positions[6] = {0.02f, 0.02f, 0.041f, 0.061f, 0.03f, 0.02f}, normals[6] = {0, 0, 1, 1, 0, 0};
-  static const palpate_render_mesh mesh = {positions, normals, 2};
+  static const palpate_render_mesh mesh = render_mesh(positions, normals, 2);
   return mesh;
 }
 
@@ -94,7 +94,7 @@ std::string played(const palpate_scene_def& def, const std::function<void(palpat
   Contacts contacts(scene.get());
   if (before) before(scene.get());
   std::vector<float> u(3 * static_cast<std::size_t>(on.body.surface_nodes)), x(u.size());
-  palpate_shape_out out = {u.data(), x.data(), on.body.surface_nodes, 0};
+  palpate_shape_out out = shape_out(u.data(), x.data(), on.body.surface_nodes);
   std::string bytes;
   const auto add = [&](const auto* numbers, std::size_t count) {
     bytes.append(reinterpret_cast<const char*>(numbers), count * sizeof *numbers);
@@ -103,6 +103,7 @@ std::string played(const palpate_scene_def& def, const std::function<void(palpat
       on, scene.get(), contacts, 150,
       [&](palpate_step_flags) {
         palpate_scene_shape(scene.get(), contacts.get(), &out);
+        contacts->bundle = 0;  // which is another one
         if (forces) add(reinterpret_cast<const char*>(contacts.get()), contacts->used_bytes);
         for (int n = 0; n < contacts->node_count; ++n) {
           add(&contacts.nodes()[n].node, 4);
@@ -185,18 +186,16 @@ TEST(Scene, FeelsAndDrawsOnTwoThreadsAsItDoesOnOne) {
 // ---- plan and maps
 // ------------------------------------------------------------------------------------------------------
 
-std::string plan_of(const palpate_scene* scene) {
-  int32_t count = 0;
-  const palpate_plan_pass* pass = palpate_scene_plan(scene, &count);
+std::string plan_text(const palpate_scene* scene) {
   std::string text;
-  for (int32_t i = 0; i < count; ++i)
-    text += std::string(pass[i].half) + " " + pass[i].name + " [" + pass[i].sections + "]\n";
+  for (const palpate_plan_pass& pass : plan_of(scene))
+    text += std::string(pass.half) + " " + pass.name + " [" + pass.sections + "]\n";
   return text;
 }
 
 TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
   palpate_scene_def def = palpate_default_scene_def();
-  EXPECT_EQ(plan_of(box().scene(def).get()),
+  EXPECT_EQ(plan_text(box().scene(def).get()),
             "create rest surface in buckets [mesh/nodes mesh/triangles]\n"
             "create tissue under a patch [material/young material/poisson provenance]\n"
             "touch input []\n"
@@ -209,7 +208,7 @@ TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
             "shape positions [mesh/nodes]\n");
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.shape = PALPATE_SHAPE_OFF;
   def.force = PALPATE_FORCE_OFF;
-  EXPECT_EQ(plan_of(box().scene(def).get()),
+  EXPECT_EQ(plan_text(box().scene(def).get()),
             "touch input []\n"
             "touch contact: node []\n"
             "touch solve: sticking [tensors/nodes tensors/force tensors/displacement_surface]\n"
@@ -267,11 +266,9 @@ TEST(Plan, HasAPassForEveryEffectThatIsOnAndNoneForOneThatIsOff) {
   int scenes = 0;
   for_every_scene([&](const palpate_scene_def& def) {
     const ScenePointer scene = box().scene(def);
-    int32_t count = 0;
-    const palpate_plan_pass* pass = palpate_scene_plan(scene.get(), &count);
     std::string found;
-    for (int32_t i = 0; i < count; ++i)
-      if (std::string(pass[i].half) != "create") found += (found.empty() ? "" : ", ") + std::string(pass[i].name);
+    for (const palpate_plan_pass& pass : plan_of(scene.get()))
+      if (std::string(pass.half) != "create") found += (found.empty() ? "" : ", ") + std::string(pass.name);
     EXPECT_EQ(found, wanted(def));
     ++scenes;
   });
@@ -288,15 +285,14 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
       def.render_mesh = &vertices();
     }
     const ScenePointer scene = box().scene(def), plain = box().scene(def);
-    int32_t count = 0;
-    const palpate_plan_pass* pass = palpate_scene_plan(scene.get(), &count);
+    const std::vector<palpate_plan_pass> plan = plan_of(scene.get());
     std::vector<std::string> planned, passed;
-    for (int32_t i = 0; i < count; ++i)
-      if (std::string(pass[i].half) != "create") planned.push_back(pass[i].name);
+    for (const palpate_plan_pass& pass : plan)
+      if (std::string(pass.half) != "create") planned.push_back(pass.name);
     struct Watch {
       const palpate_plan_pass* pass;
       std::vector<std::string>* passed;
-    } watch = {pass, &passed};
+    } watch = {plan.data(), &passed};
     palpate_watch_passes(
         scene.get(),
         [](void* user, int32_t p) {
@@ -306,8 +302,8 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
         &watch);
     Contacts contacts(scene.get()), unwatched(plain.get());
     std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes)), y(x.size()), u(x.size());
-    palpate_shape_out out = {u.data(), x.data(), box().body.surface_nodes, 0},
-                      other = {nullptr, y.data(), out.node_capacity, 0};
+    palpate_shape_out out = shape_out(u.data(), x.data(), box().body.surface_nodes),
+                      other = shape_out(nullptr, y.data(), out.node_capacity);
     std::vector<std::string> of_plain;
     play(plain.get(), unwatched, 40, [](palpate_step_flags) {});
     palpate_scene_shape(plain.get(), unwatched.get(), &other);
@@ -315,7 +311,7 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
     passed = of_plain;  // of one touch, the last but one
     palpate_scene_shape(scene.get(), contacts.get(), &out);
     float moved[6];
-    palpate_skin_out skin = {moved, nullptr, 2, 0};
+    palpate_skin_out skin = skin_out(moved, nullptr, 2);
     EXPECT_EQ(palpate_scene_skin(scene.get(), &out, &skin) == 0, all == 1);
     // The two tools are corrected one after the other, so the pass `radial` comes twice.
     passed.erase(std::unique(passed.begin(), passed.end()), passed.end());
@@ -385,7 +381,7 @@ TEST(Plan, MapsTheSectionsThatTheEffectsNeedAndNoOthers) {
   const auto mapped = [&](auto change) {
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    EXPECT_EQ(palpate_bundle_open_file(file.c_str(), &opened, &error), PALPATE_OK) << error.text;
+    EXPECT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, &error), PALPATE_OK) << error.text;
     const BundlePointer bundle(opened);
     palpate_bundle_describe(bundle.get());
     EXPECT_EQ(mapped_sections(file, index), std::vector<std::string>{});
@@ -440,7 +436,7 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
       if (name != forms[0].first && (def.law != PALPATE_LAW_STICKING || def.relaxation.model)) return;
       palpate_bundle* opened = nullptr;
       palpate_error error = {};
-      ASSERT_EQ(palpate_bundle_open_file(file.c_str(), &opened, &error), PALPATE_OK) << error.text;
+      ASSERT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, &error), PALPATE_OK) << error.text;
       const BundlePointer bundle(opened);
       palpate_scene* made = nullptr;
       ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &made, &error), PALPATE_OK) << error.text;
@@ -450,12 +446,10 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
         if (def.shape != PALPATE_SHAPE_OFF) displacements(made, contacts.get(), box().body.surface_nodes);
       });
       std::set<std::string> planned;
-      int32_t count = 0;
-      const palpate_plan_pass* pass = palpate_scene_plan(made, &count);
       std::uint64_t bytes_of_plan = 0, bytes_of_sections = 0;
-      for (int32_t i = 0; i < count; ++i) {
-        bytes_of_plan += pass[i].mapped_bytes;
-        std::istringstream words(pass[i].sections);
+      for (const palpate_plan_pass& pass : plan_of(made)) {
+        bytes_of_plan += pass.mapped_bytes;
+        std::istringstream words(pass.sections);
         for (std::string section; words >> section;) {
           planned.insert(section);
           for (std::uint32_t e = 0; e < index.header.section_count; ++e)
@@ -533,15 +527,15 @@ TEST(Preload, MovesTheRestShapeThatToolsMeetAndPositionsStartFrom) {
   Contacts contacts(scene.get());
   // At x = 40 mm the top has gone down by 0.04 mm.
   double above[3] = {0.04, 0.024, 0.03998}, below[3] = {0.04, 0.024, 0.03994};
-  const palpate_tool tool_above = {above, 1, nullptr, 0, 0, 0, 0}, tool_below = {below, 1, nullptr, 0, 0, 0, 0};
-  palpate_scene_touch(scene.get(), &tool_above, 1, 1e-3, contacts.get());
-  EXPECT_EQ(contacts->tools[0].contact_count, 0);
-  palpate_scene_touch(scene.get(), &tool_below, 1, 1e-3, contacts.get());
-  EXPECT_EQ(contacts->tools[0].contact_count, 1);
+  const palpate_tool tool_above = point_tool(above), tool_below = point_tool(below);
+  palpate_scene_touch(scene.get(), &tool_above, 1, 1e-3, contacts.get(), contacts.bytes());
+  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 0);
+  palpate_scene_touch(scene.get(), &tool_below, 1, 1e-3, contacts.get(), contacts.bytes());
+  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 1);
   palpate_scene_reset(scene.get());
-  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get());
+  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
   std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes));
-  palpate_shape_out out = {nullptr, x.data(), box().body.surface_nodes, 0};
+  palpate_shape_out out = shape_out(nullptr, x.data(), box().body.surface_nodes);
   EXPECT_EQ(palpate_scene_shape(scene.get(), contacts.get(), &out), 0u);
   for (int n = 0; n < box().body.surface_nodes; ++n)
     EXPECT_NEAR(x[3 * n + 2], box().node(n)[2] - 0.001 * box().node(n)[0], 1e-8);  // f32 at 4 cm

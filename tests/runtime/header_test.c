@@ -17,7 +17,7 @@ int main(void) {
   palpate_error error;
   palpate_bundle* bundle = 0;
   const palpate_scene_def def = palpate_default_scene_def();
-  if (palpate_bundle_open("", 0, &bundle, &error) == PALPATE_OK || bundle != 0 || error.text[0] == 0) return 1;
+  if (palpate_bundle_open("", 0, 0, &bundle, &error) == PALPATE_OK || bundle != 0 || error.text[0] == 0) return 1;
   if (!mailbox_works()) return 1;
-  return def.max_tools == 4 && palpate_scene_touch(0, 0, 0, 0.001, 0) == PALPATE_STEP_BAD_INPUT ? 0 : 1;
+  return def.max_tools == 4 && palpate_scene_touch(0, 0, 0, 0.001, 0, 0) == PALPATE_STEP_BAD_INPUT ? 0 : 1;
 }

@@ -21,7 +21,7 @@ const TouchedBox& box() {
 struct Probe {
   explicit Probe(palpate_contact_law law, double friction = 0, double radius = 0.004,
                  palpate_contact_model contact = PALPATE_CONTACT_PATCH)
-      : tool() {
+      : tool(palpate_default_tool()) {
     palpate_scene_def def = unlimited_def();
     def.law = law, def.contact = contact;
     scene = box().scene(def);
@@ -32,10 +32,10 @@ struct Probe {
   // N, force on the tool.
   Vector3d move(const Vector3d& to) {
     p = to;
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get());
+    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
     return Vector3d(state().force_raw);
   }
-  const palpate_tool_state& state() { return (*contacts)->tools[0]; }
+  const palpate_tool_state& state() { return *palpate_contacts_tool(contacts->get(), 0); }
 
   ScenePointer scene;
   std::unique_ptr<Contacts> contacts;
@@ -211,16 +211,16 @@ TEST(Unilateral, ToolNeverPullsWhereAnotherDrawsTheSurfaceAway) {
     Vector3d light = kPlace, deep = kPlace + Vector3d(0, 0.007, 0);
     const auto touch = [&](double light_depth, double deep_depth) {
       Vector3d a = light - light_depth * kOut, b = deep - deep_depth * kOut;
-      palpate_tool tools[2] = {};
+      palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
       tools[0].points = a.data(), tools[1].points = b.data();
       for (auto& tool : tools) tool.point_count = 1, tool.disc_radius = 0.003, tool.friction = 0.4;
-      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
     };
     touch(-1e-4, -1e-4);
     touch(2e-4, -1e-4);
     touch(2e-4, 5e-3);
-    EXPECT_EQ(contacts->tools[0].contact_count, 1);
-    return std::pair{contacts->tools[0], contacts->tools[1]};
+    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 1);
+    return std::pair{*palpate_contacts_tool(contacts, 0), *palpate_contacts_tool(contacts, 1)};
   };
   // Force on the tool: outward where the tool pushes. Under STICKING the lightly pressed tool is drawn in.
   const auto [stuck, stuck_deep] = forces(PALPATE_LAW_STICKING);
@@ -262,7 +262,7 @@ struct Neighbours {
     scene = box().scene(def);
     contacts = std::make_unique<Contacts>(scene.get());
     for (int t = 0; t < kCount; ++t) {
-      tools[t] = {};
+      tools[t] = palpate_default_tool();
       tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.004,
       tools[t].friction = friction;
     }
@@ -278,12 +278,12 @@ struct Neighbours {
   // N, force on each tool.
   Eigen::VectorXd move(const Eigen::VectorXd& to, double dt = 1e-3) {
     for (int t = 0; t < kCount; ++t) p[t] = to.segment<3>(3 * t);
-    flags = palpate_scene_touch(scene.get(), tools, kCount, dt, contacts->get());
+    flags = palpate_scene_touch(scene.get(), tools, kCount, dt, contacts->get(), contacts->bytes());
     Eigen::VectorXd forces(3 * kCount);
     for (int t = 0; t < kCount; ++t) forces.segment<3>(3 * t) = Vector3d(state(t).force_raw);
     return forces;
   }
-  const palpate_tool_state& state(int t) { return (*contacts)->tools[t]; }
+  const palpate_tool_state& state(int t) { return *palpate_contacts_tool(contacts->get(), t); }
 
   ScenePointer scene;
   std::unique_ptr<Contacts> contacts;
@@ -397,18 +397,20 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
         def.law = law;
         const ScenePointer scene = box().scene(def);
         Contacts contacts(scene.get());
-        palpate_tool tools[2] = {};
+        palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
         const auto touch = [&](double first, double second) {
           const Vector3d p[2] = {kPlace - first * kOut, kPlace - second * kOut + Vector3d(0, 0, gap * edge)};
           for (int t = 0; t < 2; ++t)
             tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = radius,
             tools[t].friction = 0.4;
-          palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
+          palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
         };
         touch(-1e-4, -1e-4);
         touch(1e-3, 2e-3);
-        ASSERT_EQ(contacts->tools[0].contact_count + contacts->tools[1].contact_count, 2);
-        const Vector3d shallow(contacts->tools[0].force_raw), deep(contacts->tools[1].force_raw);
+        ASSERT_EQ(palpate_contacts_tool(contacts, 0)->contact_count + palpate_contacts_tool(contacts, 1)->contact_count,
+                  2);
+        const Vector3d shallow(palpate_contacts_tool(contacts, 0)->force_raw),
+            deep(palpate_contacts_tool(contacts, 1)->force_raw);
         ASSERT_TRUE(shallow.allFinite() && deep.allFinite());
         // The difference of the two pushes; under a law without pulling, the whole push of the deeper tool.
         const double conflict = deep[0] - shallow[0];
@@ -434,19 +436,19 @@ TEST(Laws, HoldForManyContactsAtOnce) {
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
   std::vector<Vector3d> points(12);
-  palpate_tool tool = {};
+  palpate_tool tool = palpate_default_tool();
   tool.points = points[0].data(), tool.point_count = 12, tool.friction = 0.3;
   for (int s = 0; s < 100; ++s) {
     for (int i = 0; i < 12; ++i)
       points[i] = Vector3d(0.0605 - 4e-5 * s - 1e-4 * (i % 3), 0.012 + 0.0025 * i + 2e-5 * s, 0.02 + 0.0004 * i);
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     for (int e = 0; e < contacts->node_count; ++e)
       for (const double f : contacts.nodes()[e].force) ASSERT_TRUE(std::isfinite(f));
     // Within a thousandth of the depth at the worst contact; the residual states what the sweeps leave.
     EXPECT_LT(contacts->residual_displacement, 1e-3 * 0.004) << s;
-    EXPECT_GE(contacts->tools[0].force_raw[0], 0);
+    EXPECT_GE(palpate_contacts_tool(contacts, 0)->force_raw[0], 0);
   }
-  EXPECT_GT(contacts->tools[0].contact_count, 8);
+  EXPECT_GT(palpate_contacts_tool(contacts, 0)->contact_count, 8);
   EXPECT_GT(contacts->sweeps, 0);
 }
 

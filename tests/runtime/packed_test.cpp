@@ -73,8 +73,8 @@ Felt felt(const TouchedBox& box, const palpate_scene_def& def, const std::vector
   Contacts contacts(scene.get());
   const palpate_tool tool = tool_of(grips);
   Felt found;
-  found.flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
-  found.force = Eigen::Vector3d(contacts->tools[0].force);
+  found.flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+  found.force = Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force);
   const auto nodes =
       static_cast<std::int32_t>(def.shape == PALPATE_SHAPE_VOLUME ? box.dofs() / 3 : box.body.surface_nodes);
   palpate_step_flags raised = 0;
@@ -152,11 +152,15 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
   for (int s = 0; s < 60; ++s) {
     const Eigen::Vector3d p = place + 0.002 * std::cos(0.1 * s) * out;
     const palpate_grip grip = grip_at_node(plain.touchable[40], {0, 0, 0.001});
-    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, 0, 0}, {nullptr, 0, &grip, 1, 0, 0, 0}};
-    palpate_scene_touch(a.get(), tools, 2, 1e-3, in_a.get());
-    palpate_scene_touch(b.get(), tools, 2, 1e-3, in_b.get());
-    ASSERT_EQ(in_a->tools[0].contact_count, in_b->tools[0].contact_count) << s;
-    EXPECT_LE((Eigen::Vector3d(in_a->tools[0].force) - Eigen::Vector3d(in_b->tools[0].force)).norm(), 1e-5) << s;
+    const palpate_tool tools[2] = {point_tool(p.data()), grip_tool(&grip)};
+    palpate_scene_touch(a.get(), tools, 2, 1e-3, in_a.get(), in_a.bytes());
+    palpate_scene_touch(b.get(), tools, 2, 1e-3, in_b.get(), in_b.bytes());
+    ASSERT_EQ(palpate_contacts_tool(in_a, 0)->contact_count, palpate_contacts_tool(in_b, 0)->contact_count) << s;
+    EXPECT_LE((Eigen::Vector3d(palpate_contacts_tool(in_a, 0)->force) -
+               Eigen::Vector3d(palpate_contacts_tool(in_b, 0)->force))
+                  .norm(),
+              1e-5)
+        << s;
     const auto nodes = plain.body.surface_nodes;
     // 1e-7 for rounding, times a condition of some hundreds for three neighbouring nodes.
     EXPECT_LE(relative(displacements(b.get(), in_b.get(), nodes), displacements(a.get(), in_a.get(), nodes)), 1e-4)
@@ -179,16 +183,18 @@ TEST(PackedBundle, FeelsDiscsThatStickAndSlipInEveryForm) {
       Eigen::Vector3d p[2] = {place + 1e-4 * out, place + 1e-4 * out + Eigen::Vector3d(0, 0.013, 0)};
       p[0] += -5e-5 * std::min(s, 40) * out + 5e-5 * std::max(0, s - 40) * Eigen::Vector3d(0, 0, -1);
       p[1] += -2e-5 * s * out;
-      palpate_tool tools[2] = {};
+      palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
       for (int t = 0; t < 2; ++t)
         tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.004 + 0.003 * t,
         tools[t].friction = 0.3;
-      palpate_scene_touch(plain.get(), tools, 2, 1e-3, in_rows.get());
-      palpate_scene_touch(packed.get(), tools, 2, 1e-3, in_other.get());
-      slips += in_rows->tools[0].slip_count;
+      palpate_scene_touch(plain.get(), tools, 2, 1e-3, in_rows.get(), in_rows.bytes());
+      palpate_scene_touch(packed.get(), tools, 2, 1e-3, in_other.get(), in_other.bytes());
+      slips += palpate_contacts_tool(in_rows, 0)->slip_count;
       for (int t = 0; t < 2; ++t) {
-        ASSERT_EQ(in_other->tools[t].contact_count, in_rows->tools[t].contact_count) << kForms[f].name << " " << s;
-        const Eigen::Vector3d expected(in_rows->tools[t].force_raw), found(in_other->tools[t].force_raw);
+        ASSERT_EQ(palpate_contacts_tool(in_other, t)->contact_count, palpate_contacts_tool(in_rows, t)->contact_count)
+            << kForms[f].name << " " << s;
+        const Eigen::Vector3d expected(palpate_contacts_tool(in_rows, t)->force_raw),
+            found(palpate_contacts_tool(in_other, t)->force_raw);
         largest = std::max(largest, expected.norm()), off = std::max(off, (found - expected).norm());
       }
     }
@@ -202,12 +208,10 @@ TEST(PackedBundle, PlansWhatItMaps) {
   for (std::size_t f = 0; f < std::size(kForms); ++f) {
     const auto def = gripped(PALPATE_SHAPE_VOLUME);
     const ScenePointer scene = in_form(f).scene(def);
-    std::int32_t count = 0;
-    const palpate_plan_pass* plan = palpate_scene_plan(scene.get(), &count);
     BundleParts parts = tiny_bundle(kLong);
     kForms[f].store(parts);
-    for (std::int32_t p = 0; p < count; ++p) {
-      std::istringstream names(plan[p].sections);
+    for (const palpate_plan_pass& pass : plan_of(scene.get())) {
+      std::istringstream names(pass.sections);
       std::uint64_t bytes = 0;
       for (std::string name; names >> name;) {
         bool found = false;
@@ -215,7 +219,7 @@ TEST(PackedBundle, PlansWhatItMaps) {
           if (formats::describe_section(id)->path == name) found = true, bytes += part.bytes.size();
         EXPECT_TRUE(found) << kForms[f].name << ": " << name;
       }
-      EXPECT_EQ(plan[p].mapped_bytes, bytes) << kForms[f].name << ": " << plan[p].name;
+      EXPECT_EQ(pass.mapped_bytes, bytes) << kForms[f].name << ": " << pass.name;
     }
   }
 }
@@ -236,7 +240,7 @@ palpate_status status_of(const BundleParts& parts) {
   AlignedBytes bytes(bundle_bytes(parts));
   palpate_bundle* opened = nullptr;
   palpate_error error = {};
-  palpate_status status = palpate_bundle_open(bytes.data(), bytes.size(), &opened, &error);
+  palpate_status status = palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, &error);
   const BundlePointer bundle(opened);
   palpate_scene* created = nullptr;
   const palpate_scene_def def = gripped(PALPATE_SHAPE_SURFACE);
@@ -250,7 +254,7 @@ palpate_status status_of(const BundleParts& parts) {
   for (int g = 0; g < 8; ++g)
     grips.push_back(grip_at_node(palpate_bundle_touchable(opened)[g * info.touchable_count / 8], {1e-3, 0, 0}));
   const palpate_tool tool = tool_of(grips);
-  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
   displacements(scene.get(), contacts.get(), info.surface_node_count);
   return status;
 }

@@ -153,8 +153,8 @@ double force_at(const TouchedBox& box, palpate_scene* scene, double y, double ra
       grip_at_place(place.triangle, Eigen::Vector3d(place.barycentric), 0.001 * direction)};
   palpate_tool tool = tool_of(grips);
   tool.disc_radius = radius;
-  EXPECT_EQ(palpate_scene_touch(scene, &tool, 1, 1e-3, contacts.get()), 0u);
-  return -Eigen::Vector3d(contacts->tools[0].force_raw).dot(direction);
+  EXPECT_EQ(palpate_scene_touch(scene, &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+  return -Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).dot(direction);
 }
 
 TEST(PatchContact, ChangesSmoothlyAsItIsDraggedOverElements) {

@@ -16,8 +16,8 @@ void play(const TouchedBox& box, palpate_scene* scene, Contacts& contacts, int s
     const Eigen::Vector3d p =
         place + (0.002 * std::cos(0.05 * s)) * out + Eigen::Vector3d(0, 0.0005 * std::sin(0.03 * s), 0);
     const palpate_grip grip = grip_at_node(box.touchable[4], {0, 0, 0.001 * std::sin(0.02 * s)});
-    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, radius, 0.2}, {nullptr, 0, &grip, 1, 0, 0, 0}};
-    each(palpate_scene_touch(scene, tools, 2, 1e-3, contacts.get()));
+    const palpate_tool tools[2] = {point_tool(p.data(), 1, radius, 0.2), grip_tool(&grip)};
+    each(palpate_scene_touch(scene, tools, 2, 1e-3, contacts.get(), contacts.bytes()));
   }
 }
 

@@ -81,7 +81,8 @@ class FileBox {
   void open() {
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    if (palpate_bundle_open_file(file_.c_str(), &opened, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    if (palpate_bundle_open_file(file_.c_str(), nullptr, &opened, &error) != PALPATE_OK)
+      throw std::runtime_error(error.text);
     bundle.reset(opened);
   }
   ScenePointer scene(const palpate_scene_def& def) const {
@@ -103,7 +104,7 @@ constexpr int kVertices = 3;
 const palpate_render_mesh& vertices() {
   static const float positions[3 * kVertices] = {0.02f, 0.02f, 0.041f, 0.061f, 0.03f, 0.02f, 0.03f, 0.02f, 0.039f};
   static const float normals[3 * kVertices] = {0, 0, 1, 1, 0, 0, 0, 0, 1};
-  static const palpate_render_mesh mesh = {positions, normals, kVertices};
+  static const palpate_render_mesh mesh = render_mesh(positions, normals, kVertices);
   return mesh;
 }
 
@@ -136,7 +137,7 @@ struct Running {
       : scene(from.scene(def)),
         contacts(scene.get()),
         u(static_cast<std::size_t>(from.box.dofs())),
-        out{u.data(), nullptr, static_cast<std::int32_t>(from.box.dofs() / 3), 0},
+        out(shape_out(u.data(), nullptr, static_cast<std::int32_t>(from.box.dofs() / 3))),
         skinned(def.render_mesh),
         box(from.box) {}
 
@@ -144,14 +145,14 @@ struct Running {
   void run(int steps) {
     contact_steps = 0;
     play(box, scene.get(), contacts, steps, [&](palpate_step_flags) {
-      contact_steps += contacts->tools[0].contact_count > 0;
+      contact_steps += palpate_contacts_tool(contacts, 0)->contact_count > 0;
       palpate_scene_shape(scene.get(), contacts.get(), &out);
       if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
     });
     for (const std::int32_t node : box.touchable) {
       const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
-      const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      const palpate_tool tool = grip_tool(&grip);
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
       palpate_scene_shape(scene.get(), contacts.get(), &out);
     }
   }
@@ -162,7 +163,7 @@ struct Running {
   palpate_shape_out out;
   bool skinned;
   float moved[2][3 * kVertices];
-  palpate_skin_out skin = {moved[0], moved[1], kVertices, 0};
+  palpate_skin_out skin = skin_out(moved[0], moved[1], kVertices);
   const TouchedBox& box;
   int contact_steps = 0;
 };

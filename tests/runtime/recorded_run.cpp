@@ -12,11 +12,15 @@
 
 #include "formats/checksum.h"
 #include "runtime/include/palpate/palpate.h"
+#include "tests/support/tools.h"
 
 namespace {
 
 using palpate::formats::Xxh64;
+using palpate::tests::grip_tool;
+using palpate::tests::point_tool;
 using palpate::tests::RecordedStep;
+using palpate::tests::shape_out;
 
 struct Played {
   Xxh64 contacts, forces, shape;
@@ -38,7 +42,7 @@ constexpr int kMostGrips = 24;
 
 // Both structs have no padding, so every byte is a result.
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
-static_assert(sizeof(palpate_tool_state) == 4 * sizeof(std::int32_t) + 9 * sizeof(double));
+static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 9 * sizeof(double));
 
 Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, const std::vector<RecordedStep>& path) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
@@ -53,22 +57,23 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
       // The grips move on one after the other, so that rows of the contact matrix come and go.
       const auto at = static_cast<std::int32_t>(
           4 + g + (s / 4 + kMostGrips - 1 - static_cast<std::size_t>(g)) / kMostGrips * kMostGrips);
-      grips[g] = {palpate_bundle_touchable(bundle)[at % info.touchable_count], -1, {0, 0, 0}, {0, 0, 0}, 5};  // x and z
+      grips[g] = palpate_default_grip();
+      grips[g].kind = PALPATE_GRIP_NODE, grips[g].node = palpate_bundle_touchable(bundle)[at % info.touchable_count];
+      grips[g].axes = 5;  // x and z
       for (int d = 0; d < 3; ++d) grips[g].displacement[d] = step.pull[d];
     }
-    const palpate_tool tools[3] = {{step.press[0], 3, nullptr, 0, 0, 0.004, 0.3},
-                                   {step.pinch[0], 2, nullptr, 0, 1, 0, 0.5},
-                                   {nullptr, 0, grips, grip_count, 0, 0, 0}};
-    played.flags |= palpate_scene_touch(scene, tools, 3, 1e-3, contacts);
-    played.contacts.update(palpate_contacts_nodes(contacts), contacts->node_count * sizeof(palpate_contact_node));
-    played.forces.update(contacts->tools, 3 * sizeof(palpate_tool_state));
-    palpate_shape_out out = {displacements.data(), positions.data(), info.node_count, 0};
+    const palpate_tool tools[3] = {point_tool(step.press[0], 3, 0.004, 0.3), point_tool(step.pinch[0], 2, 0, 0.5, 1),
+                                   grip_tool(grips, grip_count)};
+    played.flags |= palpate_scene_touch(scene, tools, 3, 1e-3, contacts, memory.size() * sizeof memory[0]);
+    played.contacts.update(palpate_contacts_node(contacts, 0), contacts->node_count * sizeof(palpate_contact_node));
+    played.forces.update(palpate_contacts_tool(contacts, 0), 3 * sizeof(palpate_tool_state));
+    palpate_shape_out out = shape_out(displacements.data(), positions.data(), info.node_count);
     played.flags |= palpate_scene_shape(scene, contacts, &out);
     const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(out.node_count);
     played.shape.update(displacements.data(), bytes);
     played.shape.update(positions.data(), bytes);
     played.contact_nodes += contacts->node_count;
-    for (int t = 0; t < 3; ++t) played.slips += contacts->tools[t].slip_count;
+    for (int t = 0; t < 3; ++t) played.slips += palpate_contacts_tool(contacts, t)->slip_count;
   }
   return played;
 }
@@ -128,7 +133,7 @@ int main(int argc, char** argv) {
   const auto thread_count = static_cast<std::size_t>(std::atoi(argv[3]));
   palpate_bundle* bundle = nullptr;
   palpate_error error = {};
-  if (path.empty() || thread_count < 1 || palpate_bundle_open_file(argv[1], &bundle, &error) != PALPATE_OK) {
+  if (path.empty() || thread_count < 1 || palpate_bundle_open_file(argv[1], nullptr, &bundle, &error) != PALPATE_OK) {
     std::fprintf(stderr, "recorded_run: %s\n", path.empty() ? "no path" : error.text);
     return 3;
   }

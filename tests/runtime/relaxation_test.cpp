@@ -123,11 +123,11 @@ TEST(Relaxation, ActsOnAToolsForceAndOnNothingElse) {
   const std::vector<palpate_grip> grips = {grip_at_node(box.touchable[5], {-0.001, 0.0005, 0.0002})};
   palpate_tool tool = tool_of(grips);
   tool.hold = 1;
-  palpate_scene_touch(elastic.get(), &tool, 1, 0.01, a.get());
-  const Eigen::Vector3d whole(a->tools[0].force_raw);
+  palpate_scene_touch(elastic.get(), &tool, 1, 0.01, a.get(), a.bytes());
+  const Eigen::Vector3d whole(palpate_contacts_tool(a, 0)->force_raw);
   for (int s = 1; s <= 400; ++s) {
-    palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get());
-    const Eigen::Vector3d force(b->tools[0].force_raw);
+    palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get(), b.bytes());
+    const Eigen::Vector3d force(palpate_contacts_tool(b, 0)->force_raw);
     EXPECT_LT((force - ramp_and_hold(0.01 * s, 0.01) * whole).norm(), 1e-11 * whole.norm()) << s;
     EXPECT_EQ(Eigen::Vector3d(b.nodes()[0].force), Eigen::Vector3d(a.nodes()[0].force));
   }
@@ -135,8 +135,9 @@ TEST(Relaxation, ActsOnAToolsForceAndOnNothingElse) {
             displacements(elastic.get(), a.get(), box.body.surface_nodes));
   // Reset clears the memory.
   palpate_scene_reset(relaxing.get());
-  palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get());
-  EXPECT_LT((Eigen::Vector3d(b->tools[0].force_raw) - ramp_and_hold(0.01, 0.01) * whole).norm(), 1e-12 * whole.norm());
+  palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get(), b.bytes());
+  EXPECT_LT((Eigen::Vector3d(palpate_contacts_tool(b, 0)->force_raw) - ramp_and_hold(0.01, 0.01) * whole).norm(),
+            1e-12 * whole.norm());
 }
 
 TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
@@ -149,10 +150,10 @@ TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
   const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
   const auto press = [&](double depth, double dt) {
     const Eigen::Vector3d p = place - depth * out;
-    palpate_tool tool = {};
+    palpate_tool tool = palpate_default_tool();
     tool.points = p.data(), tool.point_count = 1;
-    palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
-    return Eigen::Vector3d(contacts->tools[0].force_raw).dot(out);
+    palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
+    return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).dot(out);
   };
   press(-1e-4, 0.001);
   EXPECT_GT(press(0.003, 0.01), 0);

@@ -72,10 +72,10 @@ Step step(const palpate_scene_def& def, const std::vector<std::vector<palpate_gr
   for (const auto& one : grips) tools.push_back(tool_of(one));
   Contacts contacts(scene.get());
   Step result;
-  result.touch_flags =
-      palpate_scene_touch(scene.get(), tools.data(), static_cast<int>(tools.size()), 1e-3, contacts.get());
+  result.touch_flags = palpate_scene_touch(scene.get(), tools.data(), static_cast<int>(tools.size()), 1e-3,
+                                           contacts.get(), contacts.bytes());
   result.u = displacements(scene.get(), contacts.get(), box().body.surface_nodes, &result.shape_flags);
-  result.force = Eigen::Vector3d(contacts->tools[0].force_raw);
+  result.force = Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
   for (int e = 0; e < contacts->node_count; ++e) result.node_force.emplace_back(contacts.nodes()[e].force);
   return result;
 }
@@ -101,7 +101,7 @@ TEST(Radial, AddsTheCorrectedContributionsOfTwoTools) {
   const ScenePointer linear = box().scene(unlimited_def());
   const palpate_tool tools[2] = {tool_of(grips[0]), tool_of(grips[1])};
   Contacts contacts(linear.get());
-  palpate_scene_touch(linear.get(), tools, 2, 1e-3, contacts.get());
+  palpate_scene_touch(linear.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
   const auto nodes = const_cast<palpate_contact_node*>(contacts.nodes());
   const auto alone = [&](int t) {
     Contacts one(linear.get());

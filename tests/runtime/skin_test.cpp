@@ -28,7 +28,7 @@ struct Mesh {
     places.push_back(Eigen::Map<Eigen::Vector3f>(positions.data() + positions.size() - 3).cast<double>());
   }
   palpate_render_mesh view() const {
-    return {positions.data(), normals.data(), static_cast<std::int32_t>(places.size())};
+    return render_mesh(positions.data(), normals.data(), static_cast<std::int32_t>(places.size()));
   }
 };
 
@@ -62,10 +62,10 @@ ScenePointer scene_of(const TouchedBox& of, const Mesh& mesh, palpate_scene_def 
 Skinned skinned(palpate_scene* scene, const Mesh& mesh, std::vector<float> displacements) {
   Skinned found;
   found.positions.assign(mesh.positions.size(), NAN), found.normals.assign(mesh.positions.size(), NAN);
-  const palpate_shape_out shape = {displacements.data(), nullptr, 0,
-                                   static_cast<std::int32_t>(displacements.size() / 3)};
-  palpate_skin_out out = {found.positions.data(), found.normals.data(), static_cast<std::int32_t>(mesh.places.size()),
-                          0};
+  palpate_shape_out shape = shape_out(displacements.data(), nullptr, 0);
+  shape.node_count = static_cast<std::int32_t>(displacements.size() / 3);
+  palpate_skin_out out =
+      skin_out(found.positions.data(), found.normals.data(), static_cast<std::int32_t>(mesh.places.size()));
   found.flags = palpate_scene_skin(scene, &shape, &out);
   EXPECT_EQ(out.vertex_count, out.vertex_capacity);
   return found;
@@ -244,17 +244,17 @@ TEST(Skin, RefusesAMeshThatIsNoneWithASentence) {
     EXPECT_EQ(scene, nullptr);
     EXPECT_NE(std::string(error.text).find(word), std::string::npos) << error.text;
   };
-  refused({nullptr, nullptr, 1}, "NULL");
-  refused({misaligned, nullptr, 1}, "aligned");
-  refused({good, misaligned, 1}, "aligned");
-  refused({good, nullptr, 0}, "vertex_count");
-  refused({good, nullptr, -5}, "vertex_count");
-  refused({nan, nullptr, 1}, "vertex 0");
-  refused({infinite, nullptr, 1}, "vertex 0");
-  refused({millimetres, nullptr, 1}, "metres");
-  refused({just_beyond, nullptr, 1}, "metres");
-  refused({good, nan, 1}, "normal 0");
-  refused({good, nullptr, 1}, "shape is OFF", PALPATE_SHAPE_OFF);
+  refused(render_mesh(nullptr, nullptr, 1), "NULL");
+  refused(render_mesh(misaligned, nullptr, 1), "aligned");
+  refused(render_mesh(good, misaligned, 1), "aligned");
+  refused(render_mesh(good, nullptr, 0), "vertex_count");
+  refused(render_mesh(good, nullptr, -5), "vertex_count");
+  refused(render_mesh(nan, nullptr, 1), "vertex 0");
+  refused(render_mesh(infinite, nullptr, 1), "vertex 0");
+  refused(render_mesh(millimetres, nullptr, 1), "metres");
+  refused(render_mesh(just_beyond, nullptr, 1), "metres");
+  refused(render_mesh(good, nan, 1), "normal 0");
+  refused(render_mesh(good, nullptr, 1), "shape is OFF", PALPATE_SHAPE_OFF);
 }
 
 TEST(Skin, SaysWhenAStepHasWhatItCannotUseAndFillsNothing) {
@@ -269,24 +269,27 @@ TEST(Skin, SaysWhenAStepHasWhatItCannotUseAndFillsNothing) {
 
   const std::int32_t nodes = box().body.surface_nodes;
   std::vector<float> u(3 * static_cast<std::size_t>(nodes)), x(mesh.positions.size() + 3, 7), n(x);
-  const palpate_shape_out shape = {u.data(), nullptr, nodes, nodes};
+  palpate_shape_out shape = shape_out(u.data(), nullptr, nodes);
+  shape.node_count = nodes;
   const auto bad = [&](palpate_scene* s, const palpate_shape_out* from, palpate_skin_out out) {
+    out.vertex_count = 9;
     EXPECT_EQ(palpate_scene_skin(s, from, &out), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(out.vertex_count, 0);
     EXPECT_EQ(x, std::vector<float>(x.size(), 7));
   };
-  bad(nullptr, &shape, {x.data(), nullptr, 5, 9});
-  bad(scene.get(), nullptr, {x.data(), nullptr, 5, 9});
-  bad(without.get(), &shape, {x.data(), nullptr, 5, 9});
-  bad(scene.get(), &shape, {x.data(), nullptr, -1, 9});
-  bad(plain.get(), &shape, {x.data(), n.data(), 5, 9});
-  const palpate_shape_out none = {nullptr, nullptr, nodes, nodes}, few = {u.data(), nullptr, nodes, nodes - 1};
-  bad(scene.get(), &none, {x.data(), nullptr, 5, 9});
-  bad(scene.get(), &few, {x.data(), nullptr, 5, 9});
+  bad(nullptr, &shape, skin_out(x.data(), nullptr, 5));
+  bad(scene.get(), nullptr, skin_out(x.data(), nullptr, 5));
+  bad(without.get(), &shape, skin_out(x.data(), nullptr, 5));
+  bad(scene.get(), &shape, skin_out(x.data(), nullptr, -1));
+  bad(plain.get(), &shape, skin_out(x.data(), n.data(), 5));
+  palpate_shape_out none = shape, few = shape;
+  none.displacements = nullptr, few.node_count = nodes - 1;
+  bad(scene.get(), &none, skin_out(x.data(), nullptr, 5));
+  bad(scene.get(), &few, skin_out(x.data(), nullptr, 5));
   EXPECT_EQ(palpate_scene_skin(scene.get(), &shape, nullptr), PALPATE_STEP_BAD_INPUT);
 
   // Room for fewer or more vertices than there are: nothing is written beyond the array.
-  palpate_skin_out out = {x.data(), nullptr, 2, 0};
+  palpate_skin_out out = skin_out(x.data(), nullptr, 2);
   EXPECT_EQ(palpate_scene_skin(plain.get(), &shape, &out), 0u);
   EXPECT_EQ(out.vertex_count, 2);
   EXPECT_EQ(x[6], 7);
@@ -322,10 +325,11 @@ TEST(Skin, LeavesAVertexWhereItWasBoundWhereItsMotionIsNoNumber) {
   const float place[3] = {4e5f, 2e5f, 0}, apart[9] = {0, 0, 0, 1e6f, 0, 0, 0, 0, 0};
   Skin skin;
   palpate_error error = {};
-  ASSERT_EQ(skin.bind(memory, scratch, {place, nullptr, 1}, nodes, 3, nullptr, triangles, 2, &error), PALPATE_OK)
+  ASSERT_EQ(skin.bind(memory, scratch, render_mesh(place, nullptr, 1), nodes, 3, nullptr, triangles, 2, &error),
+            PALPATE_OK)
       << error.text;
   float moved[3];
-  palpate_skin_out out = {moved, nullptr, 1, 0};
+  palpate_skin_out out = skin_out(moved, nullptr, 1);
   EXPECT_EQ(skin.move(apart, &out), palpate_step_flags{PALPATE_STEP_UNSOLVED});
   EXPECT_EQ(std::memcmp(moved, place, sizeof place), 0);
   scratch.release_all(), memory.release_all();

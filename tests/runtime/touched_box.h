@@ -11,6 +11,7 @@
 #include "tests/support/file_bytes.h"
 #include "tests/support/open_bundle.h"
 #include "tests/support/tiny_bundle.h"
+#include "tests/support/tools.h"
 
 namespace palpate::tests {
 
@@ -41,7 +42,7 @@ class TouchedBox {
     bytes_ = std::make_unique<AlignedBytes>(bundle_bytes(parts));
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    const palpate_status status = palpate_bundle_open(bytes_->data(), bytes_->size(), &opened, &error);
+    const palpate_status status = palpate_bundle_open(bytes_->data(), bytes_->size(), nullptr, &opened, &error);
     if (status != PALPATE_OK) throw std::runtime_error(error.text);
     bundle_.reset(opened);
   }
@@ -88,26 +89,35 @@ struct Contacts {
   explicit Contacts(const palpate_scene* scene) : memory(palpate_contacts_bytes(scene) / 8 + 1) {}
   palpate_contacts* get() { return reinterpret_cast<palpate_contacts*>(memory.data()); }
   palpate_contacts* operator->() { return get(); }
-  const palpate_contact_node* nodes() { return palpate_contacts_nodes(get()); }
+  operator const palpate_contacts*() { return get(); }
+  std::size_t bytes() const { return memory.size() * sizeof memory[0]; }
+  const palpate_contact_node* nodes() { return palpate_contacts_node(get(), 0); }
   std::vector<std::uint64_t> memory;
 };
 
+inline std::vector<palpate_plan_pass> plan_of(const palpate_scene* scene) {
+  std::vector<palpate_plan_pass> plan;
+  while (const palpate_plan_pass* pass = palpate_scene_plan(scene, static_cast<std::int32_t>(plan.size())))
+    plan.push_back(*pass);
+  return plan;
+}
+
 inline palpate_grip grip_at_node(std::int32_t node, Eigen::Vector3d displacement, std::uint32_t axes = 7) {
-  palpate_grip grip = {};
-  grip.node = node, grip.triangle = -1, grip.axes = axes;
+  palpate_grip grip = palpate_default_grip();
+  grip.kind = PALPATE_GRIP_NODE, grip.node = node, grip.axes = axes;
   Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
   return grip;
 }
 inline palpate_grip grip_at_place(std::int32_t triangle, Eigen::Vector3d k, Eigen::Vector3d displacement,
                                   std::uint32_t axes = 7) {
-  palpate_grip grip = {};
-  grip.node = -1, grip.triangle = triangle, grip.axes = axes;
+  palpate_grip grip = palpate_default_grip();
+  grip.kind = PALPATE_GRIP_SURFACE_POINT, grip.triangle = triangle, grip.axes = axes;
   Eigen::Map<Eigen::Vector3d>(grip.barycentric) = k;
   Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
   return grip;
 }
 inline palpate_tool tool_of(const std::vector<palpate_grip>& grips) {
-  palpate_tool tool = {};
+  palpate_tool tool = palpate_default_tool();
   tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
   return tool;
 }
@@ -121,7 +131,7 @@ inline palpate_scene_def unlimited_def() {
 inline std::vector<float> displacements(palpate_scene* scene, const palpate_contacts* contacts, std::int32_t nodes,
                                         palpate_step_flags* flags = nullptr) {
   std::vector<float> u(3 * static_cast<std::size_t>(nodes), NAN);
-  palpate_shape_out out = {};
+  palpate_shape_out out = palpate_default_shape_out();
   out.displacements = u.data(), out.node_capacity = nodes;
   const palpate_step_flags raised = palpate_scene_shape(scene, contacts, &out);
   if (flags) *flags = raised;

@@ -49,16 +49,16 @@ inline void press_pair(const PressedBar& bar, palpate_scene* scene, std::mt19937
   int changes = 0, both_ended = -kSteps, ended[2] = {-kSteps, -kSteps};
   for (int step = 0; step <= kSteps; ++step) {
     Eigen::Vector3d point[2];
-    palpate_tool tools[2] = {};
+    palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
     for (int t = 0; t < 2; ++t) {
       point[t] = start[t] + way[t] * (std::min({step, kIn, kSteps - step}) / double{kIn});
       tools[t].points = point[t].data(), tools[t].point_count = 1, tools[t].disc_radius = bar.radius,
       tools[t].friction = 0.6;
     }
-    palpate_scene_touch(scene, tools, 2, 1e-3, contacts.get());
+    palpate_scene_touch(scene, tools, 2, 1e-3, contacts.get(), contacts.bytes());
     for (int t = 0; t < 2; ++t) {
-      force[t].push_back(Eigen::Vector3d(contacts->tools[t].force_raw).norm());
-      const bool holds = contacts->tools[t].contact_count > 0;
+      force[t].push_back(Eigen::Vector3d(palpate_contacts_tool(contacts, t)->force_raw).norm());
+      const bool holds = palpate_contacts_tool(contacts, t)->contact_count > 0;
       touched[t] = touched[t] || holds;
       if (std::exchange(held[t], holds) == holds) continue;
       ++changes;

@@ -169,11 +169,11 @@ TEST(StabilityCollision, SurfaceFarFromTheOrigin) {
 struct Hand {
   explicit Hand(const TouchedBox& box) : scene(box.scene(unlimited_def())), contacts(scene.get()) {}
   bool move(const Vector3d& to) {
-    const palpate_tool tool = {to.data(), 1, nullptr, 0, 0, 0, 0};
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
-    return contacts->tools[0].contact_count > 0;
+    const palpate_tool tool = point_tool(to.data());
+    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    return palpate_contacts_tool(contacts, 0)->contact_count > 0;
   }
-  Vector3d force() { return Vector3d(contacts->tools[0].force_raw); }
+  Vector3d force() { return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
   ScenePointer scene;
   Contacts contacts;
   palpate_step_flags flags = 0;
@@ -458,9 +458,9 @@ TEST(StabilityCollision, PressedBeyondTheMiddleOfAThinPart) {
     double before = 0;
     for (int s = 0; s <= 60; ++s) {  // from above down to 1 mm from the bottom, a little aside
       const double point[3] = {0.041 + 1e-5 * s, 0.032, 0.007 - 1e-4 * s};
-      const palpate_tool tool = {point, 1, nullptr, 0, 0, 0, 0.3};
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
-      const double up = contacts->tools[0].force_raw[2];
+      const palpate_tool tool = point_tool(point, 1, 0, 0.3);
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+      const double up = palpate_contacts_tool(contacts, 0)->force_raw[2];
       drawn = std::max(drawn, -up), fall = std::max(fall, before - up), before = up;
     }
     EXPECT_GT(before, 0);

@@ -26,12 +26,12 @@ struct Held {
   }
   void touch(const KnownBox& known, const std::vector<palpate_grip>& grips) {
     const palpate_tool tool = tool_of(grips);
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     by_column = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(known.box.touchable.size()));
     for (int e = 0; e < contacts->node_count; ++e)
       by_column.segment<3>(3 * contacts.nodes()[e].column) += Vector3d(contacts.nodes()[e].force);
   }
-  Vector3d force() { return -Vector3d(contacts->tools[0].force_raw); }
+  Vector3d force() { return -Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
 
   ScenePointer scene;
   Contacts contacts;
@@ -311,10 +311,10 @@ TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {
       const ScenePointer scene = block().box.scene(held_def(2));
       Contacts contacts(scene.get()), alone(scene.get());
       const palpate_tool tools[2] = {tool_of(first), tool_of(opposite)};
-      palpate_scene_touch(scene.get(), tools, 1, 1e-3, alone.get());
-      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
-      const double force = Vector3d(contacts->tools[0].force_raw).norm(),
-                   single = Vector3d(alone->tools[0].force_raw).norm();
+      palpate_scene_touch(scene.get(), tools, 1, 1e-3, alone.get(), alone.bytes());
+      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+      const double force = Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).norm(),
+                   single = Vector3d(palpate_contacts_tool(alone, 0)->force_raw).norm();
       // For two nearly equal points |D^-1 r| <= 4e6 |D d| with nearly equal D, so |r| <= 4e6 sqrt(2) times the force of one point alone.
       over = std::max(over, std::isfinite(force) ? force / (4e6 * std::sqrt(2.0) * 2 * single) : INFINITY);
       if (before > 0) fall = std::max(fall, (before / force - 1) / (10 * gap + 1e-8));
@@ -354,9 +354,10 @@ TEST(StabilityContacts, OnBesideAndBetweenFixedNodes) {
         def.collision = PALPATE_COLLISION_REST;
         const ScenePointer scene = known.box.scene(def);
         Contacts contacts(scene.get());
-        palpate_tool tool = {nullptr, 0, &grip, 1, 0, model == PALPATE_CONTACT_PATCH ? 0.004 : 0.0, 0};
-        const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
-        const Vector3d force(contacts->tools[0].force_raw);
+        palpate_tool tool = grip_tool(&grip, 1, model == PALPATE_CONTACT_PATCH ? 0.004 : 0.0);
+        const palpate_step_flags flags =
+            palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+        const Vector3d force(palpate_contacts_tool(contacts, 0)->force_raw);
         const bool said = (flags & PALPATE_STEP_NOT_TOUCHABLE) != 0 || contacts->node_count > 0;
         if (!force.allFinite() || !said || (flags & PALPATE_STEP_UNSOLVED)) ++broken;
         if (contacts->node_count == 0) continue;

@@ -39,13 +39,14 @@ class Corrected {
     std::vector<palpate_tool> tools;
     for (const auto& of_one : grips) tools.push_back(tool_of(of_one));
     flags = palpate_scene_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
-                                contacts_->get());
+                                contacts_->get(), contacts_->bytes());
     std::vector<Vector3d> forces;
-    for (std::size_t t = 0; t < tools.size(); ++t) forces.emplace_back((*contacts_)->tools[t].force_raw);
+    for (std::size_t t = 0; t < tools.size(); ++t)
+      forces.emplace_back(palpate_contacts_tool(contacts_->get(), t)->force_raw);
     return forces;
   }
   std::vector<float> shape() { return displacements(scene_.get(), contacts_->get(), box().body.surface_nodes); }
-  double direction_length() { return Vector3d((*contacts_)->tools[0].direction).norm(); }
+  double direction_length() { return Vector3d(palpate_contacts_tool(contacts_->get(), 0)->direction).norm(); }
   palpate_step_flags flags = 0;
 
  private:

@@ -26,7 +26,8 @@ int main(int argc, char** argv) {
   palpate_bundle* bundle = NULL;
   palpate_scene* scene = NULL;
   palpate_error error;
-  if (palpate_bundle_open_file(argv[1], &bundle, &error) != PALPATE_OK) return fprintf(stderr, "%s\n", error.text), 1;
+  if (palpate_bundle_open_file(argv[1], NULL, &bundle, &error) != PALPATE_OK)
+    return fprintf(stderr, "%s\n", error.text), 1;
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = PALPATE_COLLISION_DEFORMED;
   def.law = PALPATE_LAW_COULOMB;
@@ -44,17 +45,19 @@ int main(int argc, char** argv) {
     const int down = step < 200 ? step : 400 - step;
     /* The far face of the box is at x = 0.06 m. */
     double point[3] = {3960 * metre - down * metre, 1500 * metre + step * metre, 1300 * metre};
-    palpate_tool tool = {point, 1, NULL, 0, 0, 256 * metre, 0.25};
+    palpate_tool tool = palpate_default_tool();
+    tool.points = point, tool.point_count = 1, tool.disc_radius = 256 * metre, tool.friction = 0.25;
     double dt = 1.0 / 1024;
     const double bad = from_bits(odd[step / 5 % 7]);
     if (step % 5 == 1) point[step % 3] = bad;
     if (step % 35 == 2) tool.disc_radius = bad;
     if (step % 35 == 3) dt = bad;
-    const palpate_step_flags flags = palpate_scene_touch(scene, &tool, 1, dt, contacts);
+    const palpate_step_flags flags = palpate_scene_touch(scene, &tool, 1, dt, contacts, palpate_contacts_bytes(scene));
     printf("%d %u", step, flags);
-    print_bits(contacts->tools[0].force, 3);
-    print_bits(contacts->tools[0].force_raw, 3);
-    palpate_shape_out out = {displacement, NULL, nodes, 0};
+    print_bits(palpate_contacts_tool(contacts, 0)->force, 3);
+    print_bits(palpate_contacts_tool(contacts, 0)->force_raw, 3);
+    palpate_shape_out out = palpate_default_shape_out();
+    out.displacements = displacement, out.node_capacity = nodes;
     palpate_scene_shape(scene, contacts, &out);
     uint64_t hash = 1469598103934665603u;
     for (int32_t i = 0; i < 3 * out.node_count; ++i) {

@@ -21,12 +21,12 @@ class Played {
   palpate_step_flags touch(const Vector3d& first, const Vector3d& second, const Vector3d& pull, double dt) {
     const Vector3d points[2] = {first, second};
     const palpate_grip grip = grip_at_node(box().touchable[3], pull);
-    palpate_tool tools[3] = {};
+    palpate_tool tools[3] = {palpate_default_tool(), palpate_default_tool(), palpate_default_tool()};
     for (int t = 0; t < 2; ++t)
       tools[t].points = points[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.003,
       tools[t].friction = 0.3;
     tools[2].grips = &grip, tools[2].grip_count = 1;
-    return palpate_scene_touch(scene_.get(), tools, 3, dt, contacts_.get());
+    return palpate_scene_touch(scene_.get(), tools, 3, dt, contacts_.get(), contacts_.bytes());
   }
   // Both tools leave the organ and go round it, because a contact ends above the face where it began. Then each comes down at its
   // site, presses and is dragged a little.
@@ -40,7 +40,8 @@ class Played {
       touch({0.061 - 0.0005 * s, 0.02 + 1e-4 * s, 0.018}, {0.03, 0.021 + 1e-4 * s, 0.041 - 0.0004 * s},
             {0, 1e-4 * s, 0}, 0.01);
       for (int t = 0; t < 3; ++t)
-        answer.insert(answer.end(), contacts_->tools[t].force_raw, contacts_->tools[t].force_raw + 3);
+        answer.insert(answer.end(), palpate_contacts_tool(contacts_, t)->force_raw,
+                      palpate_contacts_tool(contacts_, t)->force_raw + 3);
     }
     return answer;
   }
@@ -93,14 +94,14 @@ TEST(StabilityLongRuns, RandomToolComesBackToTheSameForce) {
         pull = 0.99 * pull + 1e-4 * Vector3d(normal(random), normal(random), normal(random));
         played.touch(p[0], p[1], pull, 1e-3 * unit(random) + 1e-6);
         for (int t = 0; t < 3; ++t) {
-          const Vector3d force(played.contacts().tools[t].force);
+          const Vector3d force(palpate_contacts_tool(&played.contacts(), t)->force);
           largest = force.allFinite() ? std::max(largest, force.norm()) : INFINITY;
           fastest = std::max(fastest, (force - last[t]).norm());
           last[t] = force;
         }
         if (s % (touches / 4) == 0) {
           change = std::max(change, off(played.probe(), expected));
-          for (int t = 0; t < 3; ++t) last[t] = Vector3d(played.contacts().tools[t].force);
+          for (int t = 0; t < 3; ++t) last[t] = Vector3d(palpate_contacts_tool(&played.contacts(), t)->force);
         }
       }
       const char* const laws[] = {"sticking", "sliding", "unilateral", "coulomb"};
@@ -127,12 +128,12 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
     const ScenePointer scene = box().scene(with);
     Contacts contacts(scene.get());
     const palpate_grip grip = grip_at_node(box().touchable[5], d);
-    const palpate_tool tool = {nullptr, 0, &grip, 1, 1, 0, 0};
+    const palpate_tool tool = grip_tool(&grip, 1, 0, 1);
     double before = INFINITY;
     Vector3d force = Vector3d::Zero();
     for (long s = 0; s < steps; ++s) {
-      palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
-      force = Vector3d(contacts->tools[0].force_raw);
+      palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
+      force = Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
       if (s > 0 && rise) *rise = std::max(*rise, force.norm() - before);
       before = force.norm();
     }
@@ -164,12 +165,12 @@ TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
       "A step so short, or a time so long, that their ratio underflows: the relaxation's increment is 0 / 0.");
   palpate_scene_def def = unlimited_def();
   const palpate_grip grip = grip_at_node(box().touchable[5], {-0.001, 0.0005, 0.0002});
-  const palpate_tool tool = {nullptr, 0, &grip, 1, 1, 0, 0};
+  const palpate_tool tool = grip_tool(&grip, 1, 0, 1);
   const auto held = [&](double dt) {
     const ScenePointer scene = box().scene(def);
     Contacts contacts(scene.get());
-    for (int s = 0; s < 3; ++s) palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get());
-    return Vector3d(contacts->tools[0].force_raw);
+    for (int s = 0; s < 3; ++s) palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
+    return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
   };
   const Vector3d whole = held(1e-3);
   def.relaxation = brain();
@@ -197,7 +198,7 @@ TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
     const double dt = std::pow(10.0, exponent(random));
     const Vector3d p(0.058 + 0.004 * unit(random), 0.025, 0.02);
     played.touch(p, {0.03, 0.025, 0.1}, Vector3d::Zero(), dt);
-    const Vector3d force(played.contacts().tools[0].force);
+    const Vector3d force(palpate_contacts_tool(&played.contacts(), 0)->force);
     over = force.allFinite() ? std::max(over, (force - last).norm() / (0.2 * std::min(dt, 0.02))) : INFINITY;
     over = std::max(over, force.norm() / 0.1), last = force;
   }

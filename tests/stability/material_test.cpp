@@ -52,7 +52,7 @@ class PushedCube {
     AlignedBytes bytes(bundle_bytes(tensor_parts(body_, element_, tensors_)));
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    if (palpate_bundle_open(bytes.data(), bytes.size(), &opened, &error) != PALPATE_OK)
+    if (palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, &error) != PALPATE_OK)
       throw std::runtime_error(error.text);
     const BundlePointer bundle(opened);
     palpate_scene_def def = unlimited_def();
@@ -61,12 +61,12 @@ class PushedCube {
     const ScenePointer scene(created);
     Contacts contacts(created);
     double point[3] = {kSide + 1e-3, kSide / 2, kSide / 2};
-    palpate_tool tool = {};
+    palpate_tool tool = palpate_default_tool();
     tool.points = point, tool.point_count = 1, tool.disc_radius = kSide / 4;
-    palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get());
+    palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     point[0] = kSide - 1e-3;
-    EXPECT_EQ(palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get()), 0u);
-    return contacts->tools[0].force_raw[0];
+    EXPECT_EQ(palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+    return palpate_contacts_tool(contacts, 0)->force_raw[0];
   }
 
  private:

@@ -52,7 +52,8 @@ struct Sent {
     for (int p = 0; p < 2; ++p) point[p] = everything().place(far, {.3, .2 + .2 * p, .5 - .2 * p}) - 0.001 * out;
     grip[0] = grip_at_node(everything().touchable[3], {0.001, 0, 0.0005});
     grip[1] = grip_at_place(everything().far_triangle(1), {.2, .3, .5}, {-0.001, 0.0005, 0});
-    tool = {point[0].data(), 2, grip, 2, 0, 0.004, 0.3};
+    tool = point_tool(point[0].data(), 2, 0.004, 0.3);
+    tool.grips = grip, tool.grip_count = 2;
   }
   std::vector<double*> numbers() {
     std::vector<double*> all = {&dt, &tool.disc_radius, &tool.friction};
@@ -64,8 +65,8 @@ struct Sent {
   }
   double dt = 1e-3;
   Vector3d point[2];
-  palpate_grip grip[2];
-  palpate_tool tool = {};
+  palpate_grip grip[2] = {palpate_default_grip(), palpate_default_grip()};
+  palpate_tool tool = palpate_default_tool();
 };
 
 std::vector<palpate_scene_def> every_model() {
@@ -119,7 +120,7 @@ TEST(StabilityNumbers, InEveryFieldOfATool) {
           play.touch(&outside, 1, 1e3);
           play.touch(&good.tool, 1, 1e3);
           play.touch(&good.tool, 1, 1e3);
-          return Vector3d(play.contacts()->tools[0].force_raw);
+          return Vector3d(palpate_contacts_tool(play.contacts(), 0)->force_raw);
         };
         const bool refused = (play.flags() & PALPATE_STEP_BAD_INPUT) != 0;
         if (!refused) play.reset();
@@ -196,9 +197,9 @@ TEST(StabilityNumbers, ForcesThatOverflow) {
   long silent = 0, beyond = 0;
   for (const double size : {1e-9, 1.0, 1e-9, 1e5, 1e-9}) {
     const palpate_grip grip = grip_at_place(far, {.3, .3, .4}, {size, 0, 0});
-    const palpate_tool tool = {nullptr, 0, &grip, 1, 0, 0, 0};
+    const palpate_tool tool = grip_tool(&grip);
     for (int s = 0; s < 3 && broken.empty(); ++s) broken = play.touch(&tool, 1, 1e-3);
-    const bool finite = all_finite(play.contacts()->tools[0].force_raw, 3),
+    const bool finite = all_finite(palpate_contacts_tool(play.contacts(), 0)->force_raw, 3),
                unsolved = play.flags() & PALPATE_STEP_UNSOLVED;
     silent += finite == unsolved || finite != (size < 1), beyond += !finite;
   }
@@ -216,7 +217,7 @@ class HandedOn {
     const std::int32_t nodes = palpate_bundle_describe(everything().bundle()).surface_node_count;
     const double* rest = palpate_bundle_nodes(everything().bundle());
     vertices_.assign(rest, rest + 3 * nodes), normals_.assign(vertices_.size(), 1.0f);
-    mesh_ = {vertices_.data(), normals_.data(), nodes};
+    mesh_ = render_mesh(vertices_.data(), normals_.data(), nodes);
     def_ = palpate_default_scene_def();
     def_.radial = corrected ? PALPATE_RADIAL_RESPONSE : PALPATE_RADIAL_OFF;
     def_.render_mesh = &mesh_;
@@ -227,17 +228,17 @@ class HandedOn {
     Vector3d above[2] = {good.point[0] + Vector3d(0.002, 0, 0), good.point[1] + Vector3d(0.002, 0, 0)};
     palpate_tool outside = good.tool;
     outside.points = above[0].data();
-    palpate_scene_touch(scene_.get(), &outside, 1, 1e-3, contacts_->get());
-    palpate_scene_touch(scene_.get(), &good.tool, 1, 1e-3, contacts_->get());
+    palpate_scene_touch(scene_.get(), &outside, 1, 1e-3, contacts_->get(), contacts_->bytes());
+    palpate_scene_touch(scene_.get(), &good.tool, 1, 1e-3, contacts_->get(), contacts_->bytes());
     shape();
   }
 
   palpate_step_flags shape() {
-    shape_ = {field_.data(), nullptr, static_cast<std::int32_t>(field_.size() / 3), 0};
+    shape_ = shape_out(field_.data(), nullptr, static_cast<std::int32_t>(field_.size() / 3));
     return palpate_scene_shape(scene_.get(), contacts_->get(), &shape_);
   }
   palpate_step_flags skin() {
-    palpate_skin_out out = {drawn_.data(), drawn_normals_.data(), mesh_.vertex_count, 0};
+    palpate_skin_out out = skin_out(drawn_.data(), drawn_normals_.data(), mesh_.vertex_count);
     return palpate_scene_skin(scene_.get(), &shape_, &out);
   }
   bool is_finite() const {
@@ -249,11 +250,12 @@ class HandedOn {
   // What is read of the contacts, and what is not.
   std::vector<double*> contact_numbers() {
     std::vector<double*> all = {&(*contacts_)->residual_displacement, &(*contacts_)->residual_force};
+    auto& tool = const_cast<palpate_tool_state&>(*palpate_contacts_tool(contacts_->get(), 0));
     for (int i = 0; i < 3; ++i)
-      for (double* x : {(*contacts_)->tools[0].force, (*contacts_)->tools[0].force_raw}) all.push_back(x + i);
+      for (double* x : {tool.force, tool.force_raw}) all.push_back(x + i);
     read_from_ = all.size();
     if (def_.radial != PALPATE_RADIAL_OFF)
-      for (int i = 0; i < 3; ++i) all.push_back(&(*contacts_)->tools[0].direction[i]);
+      for (int i = 0; i < 3; ++i) all.push_back(&tool.direction[i]);
     for (std::int32_t e = 0; e < (*contacts_)->node_count; ++e)
       for (int i = 0; i < 3; ++i) all.push_back(const_cast<double*>(&contacts_->nodes()[e].modified_displacement[i]));
     return all;
@@ -267,11 +269,11 @@ class HandedOn {
 
  private:
   std::vector<float> vertices_, normals_, field_, drawn_, drawn_normals_;
-  palpate_render_mesh mesh_ = {};
-  palpate_scene_def def_ = {};
+  palpate_render_mesh mesh_ = palpate_default_render_mesh();
+  palpate_scene_def def_ = palpate_default_scene_def();
   ScenePointer scene_;
   std::optional<Contacts> contacts_;
-  palpate_shape_out shape_ = {};
+  palpate_shape_out shape_ = palpate_default_shape_out();
   std::size_t read_from_ = 0;
 };
 
@@ -334,9 +336,10 @@ TEST(StabilityNumbers, MinusZeroIsZero) {
         Contacts contacts(scene.get());
         Sent sent;
         *sent.numbers()[f] = minus ? -0.0 : 0.0;
-        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
-        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get());
-        answer[minus].assign(contacts->tools[0].force_raw, contacts->tools[0].force_raw + 3);
+        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get(), contacts.bytes());
+        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get(), contacts.bytes());
+        answer[minus].assign(palpate_contacts_tool(contacts, 0)->force_raw,
+                             palpate_contacts_tool(contacts, 0)->force_raw + 3);
         for (int e = 0; e < contacts->node_count; ++e)
           answer[minus].insert(answer[minus].end(), contacts.nodes()[e].force, contacts.nodes()[e].force + 3);
       }
@@ -361,9 +364,11 @@ std::vector<double> walk(const TouchedBox& box, double smallest) {
     const Vector3d p = place + Vector3d(0.001 - 4e-5 * (s < 100 ? s : 200 - s), 1e-5 * s, 0);
     const std::vector<palpate_grip> grips = {
         grip_at_node(box.touchable[3], {0, 0, 0.001 * std::pow(smallest, s / 200.0)})};
-    const palpate_tool tools[2] = {{p.data(), 1, nullptr, 0, 0, 0.004, 0.3}, tool_of(grips)};
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get());
-    for (int t = 0; t < 2; ++t) all.insert(all.end(), contacts->tools[t].force_raw, contacts->tools[t].force_raw + 3);
+    const palpate_tool tools[2] = {point_tool(p.data(), 1, 0.004, 0.3), tool_of(grips)};
+    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+    for (int t = 0; t < 2; ++t)
+      all.insert(all.end(), palpate_contacts_tool(contacts, t)->force_raw,
+                 palpate_contacts_tool(contacts, t)->force_raw + 3);
     for (const float x : displacements(scene.get(), contacts.get(), box.body.surface_nodes)) all.push_back(x);
   }
   return all;
@@ -437,7 +442,7 @@ TEST(StabilityNumbers, HalfPrecisionUnderManyContacts) {
       const ScenePointer scene = known.box.scene(def);
       Contacts contacts(scene.get());
       const palpate_tool tool = tool_of(grips);
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get());
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
       Eigen::VectorXd f(3 * contacts->node_count);
       for (int e = 0; e < contacts->node_count; ++e) f.segment<3>(3 * e) = Vector3d(contacts.nodes()[e].force);
       return f;

@@ -2,13 +2,16 @@
 // use it. A broken promise is returned as a sentence; an empty string means that all were kept.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "tests/support/open_bundle.h"
+#include "tests/support/tools.h"
 
 namespace palpate::tests {
 
@@ -42,48 +45,50 @@ class HeldPlay {
   palpate_step_flags flags() const { return flags_; }  // of the last touch and shape
 
   std::string touch(const palpate_tool* tools, std::int32_t tool_count, double dt) {
-    flags_ = palpate_scene_touch(scene_, tools, tool_count, dt, contacts());
+    flags_ = palpate_scene_touch(scene_, tools, tool_count, dt, contacts(), memory_.size() * sizeof memory_[0]);
     const palpate_contacts& c = *contacts();
     if (c.flags != flags_) return "touch returned other flags than it wrote";
     if (c.node_count < 0 || c.node_count > def_.max_contact_nodes) return "more contact nodes than the scene has";
-    if (c.used_bytes != sizeof c + static_cast<std::size_t>(c.node_count) * sizeof(palpate_contact_node))
+    if (c.used_bytes != c.nodes_offset + static_cast<std::size_t>(c.node_count) * sizeof(palpate_contact_node))
       return "used_bytes is not what the contacts take";
-    const palpate_contact_node* node = palpate_contacts_nodes(&c);
+    const palpate_contact_node* node = palpate_contacts_node(&c, 0);
     for (std::int32_t n = 0; n < c.node_count; ++n)
       if (!all_finite(node[n].force, 3) || !all_finite(node[n].modified_displacement, 3))
         return "a contact node that is not finite";
     if (!std::isfinite(c.residual_displacement) || !std::isfinite(c.residual_force))
       return "a residual that is not finite";
-    // The force may change by the slew limit times dt, where dt counts as at most 20 ms.
-    for (int t = 0; t < PALPATE_MAX_TOOLS; ++t) {
-      const palpate_tool_state& tool = c.tools[t];
-      const bool sent = t < c.tool_count;
+    // The force may change by the slew limit times dt, where dt counts as at most 20 ms. A tool that was not sent had none.
+    std::map<std::int32_t, std::array<double, 3>> forces;
+    for (int t = 0; t < c.tool_count; ++t) {
+      const palpate_tool_state& tool = *palpate_contacts_tool(&c, t);
       if (!all_finite(tool.force, 3) || !all_finite(tool.direction, 3)) return "a force that is not finite";
       if (!all_finite(tool.force_raw, 3) && !(flags_ & PALPATE_STEP_UNSOLVED))
         return "a raw force that is not finite, and no flag";
+      const std::array<double, 3> last = last_[tool.id];
       double size = 0, change = 0;
-      for (int i = 0; i < 3; ++i)
-        size = std::hypot(size, tool.force[i]), change = std::hypot(change, tool.force[i] - last_[t][i]);
+      for (std::size_t i = 0; i < 3; ++i)
+        size = std::hypot(size, tool.force[i]), change = std::hypot(change, tool.force[i] - last[i]);
       if (size > def_.force_limit * (1 + 1e-9)) return "a force above its limit";
       // Below 1e-150 N the squares underflow, and the length is zero.
-      if (sent && change > def_.force_slew * 0.02 * (1 + 1e-9) + 1e-9 * size + 1e-150)
-        return "a force faster than its slew";
-      std::memcpy(last_[t], tool.force, sizeof last_[t]);
+      if (change > def_.force_slew * 0.02 * (1 + 1e-9) + 1e-9 * size + 1e-150) return "a force faster than its slew";
+      if (!forces.insert({tool.id, {tool.force[0], tool.force[1], tool.force[2]}}).second)
+        return "two tools with one id";
     }
+    last_ = forces;
     return "";
   }
 
   std::string shape(const palpate_contacts* of) {
     if (def_.shape == PALPATE_SHAPE_OFF) return "";
-    palpate_shape_out out = {displacements_.data(), positions_.data(),
-                             static_cast<std::int32_t>(displacements_.size() / 3), 0};
+    palpate_shape_out out =
+        shape_out(displacements_.data(), positions_.data(), static_cast<std::int32_t>(displacements_.size() / 3));
     const palpate_step_flags flags = palpate_scene_shape(scene_, of, &out);
     flags_ |= flags;
     if (out.node_count < 0 || out.node_count > out.node_capacity) return "more nodes than there is room for";
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(out.node_count); ++i)
       if (!std::isfinite(displacements_[i]) || !std::isfinite(positions_[i])) return "a node that is not finite";
     if (skin_.empty()) return "";
-    palpate_skin_out skin = {skin_.data(), nullptr, static_cast<std::int32_t>(skin_.size() / 3), 0};
+    palpate_skin_out skin = skin_out(skin_.data(), nullptr, static_cast<std::int32_t>(skin_.size() / 3));
     flags_ |= palpate_scene_skin(scene_, &out, &skin);
     if (skin.vertex_count < 0 || skin.vertex_count > skin.vertex_capacity)
       return "more vertices than there is room for";
@@ -94,7 +99,7 @@ class HeldPlay {
 
   void reset() {
     palpate_scene_reset(scene_);
-    std::memset(last_, 0, sizeof last_);
+    last_.clear();
   }
 
  private:
@@ -102,7 +107,7 @@ class HeldPlay {
   palpate_scene_def def_;
   std::vector<std::uint64_t> memory_;
   std::vector<float> displacements_, positions_, skin_;
-  double last_[PALPATE_MAX_TOOLS][3] = {};
+  std::map<std::int32_t, std::array<double, 3>> last_;  // N, of each tool by its id
   palpate_step_flags flags_ = 0;
 };
 
@@ -120,7 +125,7 @@ inline Played play_bytes(AlignedBytes& bytes, const palpate_scene_def& def, int 
   Played played;
   palpate_error error = {};
   palpate_bundle* opened = nullptr;
-  played.opened = palpate_bundle_open(bytes.data(), bytes.size(), &opened, &error);
+  played.opened = palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, &error);
   const BundlePointer bundle(opened);
   played.broken = broken_by_error(played.opened, error, bytes.size());
   played.byte_offset = error.byte_offset;
@@ -147,10 +152,10 @@ inline Played play_bytes(AlignedBytes& bytes, const palpate_scene_def& def, int 
     double point[3];
     for (int i = 0; i < 3; ++i)
       point[i] = (s % 3 == 0 ? 1.3 : s % 3 == 1 ? 0.99 : 0.9) * (node[3 * n + i] - 0.025) + 0.025;
-    palpate_grip grip = {};
-    grip.node = touchable[s % info.touchable_count], grip.triangle = -1, grip.axes = 7;
+    palpate_grip grip = palpate_default_grip();
+    grip.kind = PALPATE_GRIP_NODE, grip.node = touchable[s % info.touchable_count];
     grip.displacement[s % 3] = 1e-3;
-    const palpate_tool tools[2] = {{point, 1, nullptr, 0, 0, 0.004, 0.3}, {nullptr, 0, &grip, 1, 0, 0, 0}};
+    const palpate_tool tools[2] = {point_tool(point, 1, 0.004, 0.3), grip_tool(&grip)};
     played.broken = play.touch(tools, s % 5 == 4 ? 1 : 2, 1e-3);
     if (played.broken.empty()) played.broken = play.shape(play.contacts());
     played.flags |= play.flags();

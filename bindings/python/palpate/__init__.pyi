@@ -37,6 +37,7 @@ class StepFlags(enum.IntFlag):
     BUNDLE_LOST = 32
     NOT_TOUCHABLE = 64
     UNSOLVED = 128
+    OTHER_BUNDLE = 256
 
 class Bundle:
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]]) -> None: ...
@@ -105,12 +106,14 @@ class Grip:
     def __init__(
         self,
         *,
-        node: int = ...,
+        node: Optional[int] = ...,
         displacement: npt.ArrayLike = ...,
-        triangle: int = ...,
+        triangle: Optional[int] = ...,
         barycentric: npt.ArrayLike = ...,
         axes: int = ...,
     ) -> None: ...
+    @property
+    def kind(self) -> Literal["node", "surface_point"]: ...
     node: int
     triangle: int
     axes: int
@@ -132,6 +135,7 @@ class Tool:
         hold: bool = ...,
         disc_radius: float = ...,
         friction: float = ...,
+        id: int = ...,
     ) -> None: ...
     @property
     def points(self) -> npt.NDArray[np.float64]: ...
@@ -141,6 +145,7 @@ class Tool:
     hold: bool
     disc_radius: float
     friction: float
+    id: int
 
 class PlanPass:
     @property
@@ -195,3 +200,4 @@ class Scene:
         normals: Optional[npt.NDArray[np.float32]] = ...,
     ) -> StepFlags: ...
     def reset(self) -> None: ...
+    def reset_tool(self, id: int) -> None: ...

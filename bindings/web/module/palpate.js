@@ -2,10 +2,11 @@
 // Units, costs and the meaning of every field are those of palpate.h. Arrays named "view" lie in the module's own memory and
 // are not copied. Opening a bundle or creating a scene may move them, so ask for them again afterwards; a step never moves them.
 
-/** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number}} Tool
+/** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number, id?: number}} Tool
+ *  id: 0 or more, by which the scene knows the tool from touch to touch; left out: its index.
  *  points: x y z after one another, m; discRadius: m, of the flat disc that each point presses on the organ (contact "patch"). */
 /** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
- *  Holds a touchable node, or a point of a triangle (barycentric weights), at a displacement from rest, m. axes: bits 1, 2, 4
+ *  Holds a touchable node, or a point of a triangle (barycentric weights); give node or triangle. At a displacement from rest, m. axes: bits 1, 2, 4
  *  impose x, y, z. */
 /** @typedef {{
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
@@ -31,6 +32,7 @@ const WORDS = /** @type {const} */ ({
 });
 const STATUS = ["ok", "truncated", "magic", "version", "section", "checksum", "content", "argument", "memory", "file", "effect"];
 const ARGUMENT = 7, MEMORY = 8;
+const GRIP_NODE = 1, GRIP_SURFACE_POINT = 2;
 const MAX_RELAXATION_TERMS = 8;
 
 /** The reason why a bundle or a scene was refused. */
@@ -137,7 +139,7 @@ export class Bundle {
     this.store = store;
     this.byteCount = store.count;
     const { api, heap } = runtime;
-    this.pointer = runtime.open((out, error) => api.palpate_bundle_open(store.start, store.count, out, error));
+    this.pointer = runtime.open((out, error) => api.palpate_bundle_open(store.start, store.count, 0, out, error));
     /** @type {BundleInfo} */
     this.info = this.#describe();
     const size = heap.take(4), text = api.palpate_bundle_provenance(this.pointer, size) >>> 0;
@@ -149,7 +151,7 @@ export class Bundle {
   #describe() {
     const { api, heap } = this.runtime;
     const at = heap.take(this.runtime.field("palpate_bundle_info"));
-    api.palpate_bundle_describe(at, this.pointer);
+    api.palpate_bundle_fill_info(this.pointer, at, this.runtime.field("palpate_bundle_info"));
     const number = (/** @type {string} */ name) => heap.i32(at + this.runtime.field(`palpate_bundle_info.${name}`));
     const info = {
       nodeCount: number("node_count"), surfaceNodeCount: number("surface_node_count"),
@@ -207,6 +209,7 @@ export class Scene {
   #pointsAt = 0;
   #gripsAt = 0;
   #contactsAt = 0;
+  #contactsBytes = 0;
   #shapeAt = 0;
   #displacementsAt = 0;
   #positionsAt = 0;
@@ -225,7 +228,7 @@ export class Scene {
     this.hasNormals = !!effects.renderMesh?.normals;
     let mesh = 0;
     try {
-      api.palpate_default_scene_def(def);
+      api.palpate_init_scene_def(def, runtime.field("palpate_scene_def"));
       fillSceneDef(runtime, def, effects);
       if (effects.renderMesh) mesh = lendRenderMesh(runtime, def, effects.renderMesh);
       this.pointer = runtime.open((out, error) => api.palpate_scene_create(bundle.pointer, def, out, error));
@@ -245,9 +248,10 @@ export class Scene {
   // Allocates all memory of the steps at once: tools, their points and grips, contacts, the shape's arrays.
   #takeMemory() {
     const { runtime } = this, { api, heap } = runtime;
+    this.#contactsBytes = api.palpate_contacts_bytes(this.pointer);
     const sizes = [
       this.maxTools * runtime.field("palpate_tool"), this.maxTools * this.maxPoints * 24,
-      this.maxTools * this.maxPoints * runtime.field("palpate_grip"), api.palpate_contacts_bytes(this.pointer),
+      this.maxTools * this.maxPoints * runtime.field("palpate_grip"), this.#contactsBytes,
       runtime.field("palpate_shape_out"), 12 * this.nodeCount, 12 * this.nodeCount,
       runtime.field("palpate_skin_out"), 12 * this.vertexCount, this.hasNormals ? 12 * this.vertexCount : 0,
     ].map((bytes) => (bytes + 15) & ~15);
@@ -259,6 +263,8 @@ export class Scene {
       this.#skinAt, this.#skinPositionsAt, this.#skinNormalsAt] = sizes.map((bytes) => (at += bytes) - bytes);
     const put = (/** @type {number} */ at, /** @type {string} */ name, /** @type {number} */ value) =>
       heap.data.setUint32(at + runtime.field(name), value, true);
+    api.palpate_init_shape_out(this.#shapeAt, runtime.field("palpate_shape_out"));
+    api.palpate_init_skin_out(this.#skinAt, runtime.field("palpate_skin_out"));
     put(this.#shapeAt, "palpate_shape_out.displacements", this.nodeCount ? this.#displacementsAt : 0);
     put(this.#shapeAt, "palpate_shape_out.positions", this.nodeCount ? this.#positionsAt : 0);
     put(this.#shapeAt, "palpate_shape_out.node_capacity", this.nodeCount);
@@ -270,17 +276,17 @@ export class Scene {
   /** The passes of a step, in order. @returns {PlanPass[]} */
   get plan() {
     const { runtime } = this, { api, heap } = runtime;
-    const count = heap.take(4), first = api.palpate_scene_plan(this.pointer, count) >>> 0, size = runtime.field("palpate_plan_pass");
-    const passes = Array.from({ length: heap.i32(count) }, (_, i) => {
-      const text = (/** @type {string} */ name) => heap.text(heap.u32(first + i * size + runtime.field(`palpate_plan_pass.${name}`)));
-      const mapped = heap.data.getBigUint64(first + i * size + runtime.field("palpate_plan_pass.mapped_bytes"), true);
-      return { name: text("name"), half: text("half"), sections: text("sections"), mappedBytes: Number(mapped) };
-    });
-    heap.release(count);
+    /** @type {PlanPass[]} */
+    const passes = [];
+    for (let at = 0; (at = api.palpate_scene_plan(this.pointer, passes.length) >>> 0) !== 0;) {
+      const text = (/** @type {string} */ name) => heap.text(heap.u32(at + runtime.field(`palpate_plan_pass.${name}`)));
+      const mapped = heap.data.getBigUint64(at + runtime.field("palpate_plan_pass.mapped_bytes"), true);
+      passes.push({ name: text("name"), half: text("half"), sections: text("sections"), mappedBytes: Number(mapped) });
+    }
     return passes;
   }
 
-  /** Sets the tools for the next touch. @param {Tool[]} tools in the same order in every step */
+  /** Sets the tools for the next touch. @param {Tool[]} tools known by their id, or by their order */
   setTools(tools) {
     if (tools.length > this.maxTools) throw new RangeError(`${tools.length} tools; the scene was made for ${this.maxTools}`);
     tools.forEach((tool, index) => this.#setTool(index, tool));
@@ -295,11 +301,13 @@ export class Scene {
       throw new RangeError(`a tool of ${points.length / 3} points and ${grips.length} grips; the scene was made for ${this.maxPoints}`);
     const at = this.#toolsAt + index * runtime.field("palpate_tool");
     const field = (/** @type {string} */ name) => at + runtime.field(`palpate_tool.${name}`);
+    runtime.api.palpate_init_tool(at, runtime.field("palpate_tool"));
     const pointsAt = this.#pointsAt + index * this.maxPoints * 24;
     new Float64Array(runtime.heap.buffer, pointsAt, points.length).set(points);
     const gripSize = runtime.field("palpate_grip"), gripsAt = this.#gripsAt + index * this.maxPoints * gripSize;
     grips.forEach((grip, g) => this.#setGrip(gripsAt + g * gripSize, grip));
     const { data } = runtime.heap;
+    data.setInt32(field("id"), tool.id ?? -1, true);
     data.setUint32(field("points"), pointsAt, true);
     data.setInt32(field("point_count"), points.length / 3, true);
     data.setUint32(field("grips"), gripsAt, true);
@@ -313,6 +321,10 @@ export class Scene {
   #setGrip(at, grip) {
     const { runtime } = this, { data } = runtime.heap;
     const field = (/** @type {string} */ name) => at + runtime.field(`palpate_grip.${name}`);
+    if ((grip.node === undefined) === (grip.triangle === undefined))
+      throw new RangeError("a grip needs either node, for a node, or triangle, for a point of a triangle");
+    runtime.api.palpate_init_grip(at, runtime.field("palpate_grip"));
+    data.setInt32(field("kind"), grip.node === undefined ? GRIP_SURFACE_POINT : GRIP_NODE, true);
     data.setInt32(field("node"), grip.node ?? -1, true);
     data.setInt32(field("triangle"), grip.triangle ?? -1, true);
     for (let d = 0; d < 3; ++d) {
@@ -325,7 +337,8 @@ export class Scene {
   /** The touch half of a step: collision, contacts, forces. @param {number} dt s since the last touch
    *  @returns {number} flag bits of palpate.h, 0: full trust */
   touch(dt) {
-    return this.runtime.api.palpate_scene_touch(this.pointer, this.#toolsAt, this.#toolCount, dt, this.#contactsAt) >>> 0;
+    const { api } = this.runtime;
+    return api.palpate_scene_touch(this.pointer, this.#toolsAt, this.#toolCount, dt, this.#contactsAt, this.#contactsBytes) >>> 0;
   }
 
   /** The shape half of a step: fills positions and displacements from the last touch's contacts. @returns {number} flag bits */
@@ -346,18 +359,20 @@ export class Scene {
   forceRaw(tool) {
     return this.#toolVector(tool, "force_raw");
   }
+  /** The address of a tool's state in the last touch's contacts. @param {number} tool */
+  #toolStateAt(tool) {
+    return this.#contactsAt + this.runtime.field("palpate_contacts") + tool * this.runtime.field("palpate_tool_state");
+  }
   /** @param {number} tool @param {"force" | "force_raw"} name */
   #toolVector(tool, name) {
     const { runtime } = this;
-    const at = this.#contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state");
-    return new Float64Array(runtime.heap.buffer, at + runtime.field(`palpate_tool_state.${name}`), 3);
+    return new Float64Array(runtime.heap.buffer, this.#toolStateAt(tool) + runtime.field(`palpate_tool_state.${name}`), 3);
   }
 
   /** The number of a tool's contacts. @param {number} tool @returns {number} */
   contactCount(tool) {
     const { runtime } = this;
-    return runtime.heap.i32(this.#contactsAt + runtime.field("palpate_contacts.tools") + tool * runtime.field("palpate_tool_state") +
-      runtime.field("palpate_tool_state.contact_count"));
+    return runtime.heap.i32(this.#toolStateAt(tool) + runtime.field("palpate_tool_state.contact_count"));
   }
 
   /** view [nodeCount][3] m, of the last shape() */
@@ -387,6 +402,11 @@ export class Scene {
   /** Forgets contacts, last positions and forces. */
   reset() {
     this.runtime.api.palpate_scene_reset(this.pointer);
+  }
+
+  /** The same for one tool alone. @param {number} id */
+  resetTool(id) {
+    this.runtime.api.palpate_scene_reset_tool(this.pointer, id);
   }
 
   destroy() {
@@ -434,6 +454,7 @@ function lendRenderMesh(runtime, def, { positions, normals }) {
   if (normals) new Float32Array(heap.buffer, second, normals.length).set(normals);
   const put = (/** @type {string} */ name, /** @type {number} */ value) =>
     heap.data.setUint32(at + runtime.field(`palpate_render_mesh.${name}`), value, true);
+  runtime.api.palpate_init_render_mesh(at, size);
   put("positions", first);
   put("normals", normals ? second : 0);
   put("vertex_count", positions.length / 3);

@@ -33,6 +33,12 @@
  *          alone pass between them.
  * Errors   Opening and creating return a status and fill the caller's palpate_error. A step always fills its output and
  *          returns flag bits that say how far to trust that output; 0 is full trust.
+ * Structs  A struct that the host fills begins with struct_bytes, its size in the header that the host was compiled with.
+ *          palpate_default_*() and palpate_init_*() set struct_bytes and every default. So structs can grow at their end:
+ *          a library with a later header takes its defaults for the fields that the host's struct does not have; a library
+ *          with an earlier header refuses a struct with fields that it does not know, unless these fields are zero. A
+ *          struct_bytes that is too small for the fields without a default (0, say) is refused. All elements of an array
+ *          have the same struct_bytes. ABI.md states more.
  */
 #ifndef PALPATE_H
 #define PALPATE_H
@@ -52,7 +58,7 @@
 extern "C" {
 #endif
 
-#define PALPATE_API_VERSION 1
+#define PALPATE_API_VERSION 2
 
 typedef struct palpate_bundle palpate_bundle; /* constant: the precomputed tensors of one organ */
 typedef struct palpate_scene palpate_scene;   /* mutable: one organ under one set of effects    */
@@ -80,18 +86,40 @@ typedef struct palpate_error {
   char text[240];       /* what was expected, what was found, what to do; ends with a zero */
 } palpate_error;
 
+/* The host's memory functions. Both NULL: the library uses aligned_alloc and free. allocate returns memory aligned to
+ * `alignment` bytes, or NULL. */
+typedef struct palpate_allocator {
+  void* (*allocate)(void* user, size_t bytes, size_t alignment);
+  void (*release)(void* user, void* memory);
+  void* user;
+} palpate_allocator;
+
 /* ---- bundle ------------------------------------------------------------------------------------------------------ */
 
+/* How to open a bundle. */
+typedef struct palpate_bundle_options {
+  uint32_t struct_bytes;       /* sizeof(palpate_bundle_options)                                         */
+  palpate_allocator allocator; /* default NULL, NULL, NULL: of the bundle; a scene has one of its own    */
+} palpate_bundle_options;
+PALPATE_API void palpate_init_bundle_options(palpate_bundle_options* options, size_t struct_bytes);
+static inline palpate_bundle_options palpate_default_bundle_options(void) {
+  palpate_bundle_options options;
+  palpate_init_bundle_options(&options, sizeof options);
+  return options;
+}
+
 /* Checks and wraps the bytes of a bundle: a mapped file, an asset, a WebAssembly heap. The library never writes to the bytes,
- * which must be 64-byte aligned and outlive *bundle. Safe on untrusted input. error may be NULL.
- * Returns PALPATE_OK, or the reason, in which case *bundle is NULL. */
-PALPATE_API palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, palpate_bundle** bundle,
+ * which must be 64-byte aligned and outlive *bundle. Safe on untrusted input. options may be NULL: the defaults. error may be
+ * NULL. Returns PALPATE_OK, or the reason, in which case *bundle is NULL. */
+PALPATE_API palpate_status palpate_bundle_open(const void* bytes, size_t byte_count,
+                                               const palpate_bundle_options* options, palpate_bundle** bundle,
                                                palpate_error* error);
 
 /* The same for a file. Creating a scene maps the sections that the scene needs, read-only, and no others. A file that shrinks
  * while it is mapped does not end the host: the lost pages read as zero. Every step after the file was cut or written over
  * raises PALPATE_STEP_BUNDLE_LOST. A new file that replaces the old one by renaming changes nothing. */
-PALPATE_API palpate_status palpate_bundle_open_file(const char* path, palpate_bundle** bundle, palpate_error* error);
+PALPATE_API palpate_status palpate_bundle_open_file(const char* path, const palpate_bundle_options* options,
+                                                    palpate_bundle** bundle, palpate_error* error);
 
 /* Compares every section with its checksum. Cost: reads the whole bundle. */
 PALPATE_API palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error* error);
@@ -108,6 +136,8 @@ PALPATE_API palpate_status palpate_bundle_prefault(palpate_bundle* bundle, int32
 PALPATE_API void palpate_bundle_close(palpate_bundle* bundle);
 
 typedef struct palpate_bundle_info {
+  uint64_t identity;          /* checksum of the bundle's index, which holds the checksums of all sections: bundles
+                                 with the same bytes have the same one                    */
   int32_t node_count;         /* N                                                        */
   int32_t surface_node_count; /* Ns                                                       */
   int32_t triangle_count;     /* F                                                        */
@@ -117,8 +147,14 @@ typedef struct palpate_bundle_info {
   int32_t has_radial;         /* 1: the bundle has P (PALPATE_RADIAL_RESPONSE)            */
   int32_t has_force;          /* 1: the bundle has Q (PALPATE_FORCE_RESPONSE)             */
   int32_t has_preload;        /* 1: the bundle has the displacement under a body force    */
+  int32_t reserved;           /* 0                                                        */
 } palpate_bundle_info;
-PALPATE_API palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle);
+PALPATE_API void palpate_bundle_fill_info(const palpate_bundle* bundle, palpate_bundle_info* info, size_t struct_bytes);
+static inline palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {
+  palpate_bundle_info info;
+  palpate_bundle_fill_info(bundle, &info, sizeof info);
+  return info;
+}
 
 /* Views of the bundle's own bytes, valid until the bundle is closed; NULL where the section cannot be mapped. The first call
  * maps the section of a file: do not call these in a step.
@@ -212,23 +248,22 @@ typedef struct palpate_relaxation {
  * point, and its offset from the surface turns and stretches with the surface. Vertices may repeat, as at the seam of a
  * texture, and need no triangles. A vertex that is not finite, or farther from the organ than the organ is large, is refused. */
 typedef struct palpate_render_mesh {
+  uint32_t struct_bytes; /* sizeof(palpate_render_mesh)                                                         */
+  int32_t vertex_count;  /* 1 or more                                                                           */
   const float*
       positions; /* [vertex_count][3] m, in the bundle's frame, on the shape as it was meshed (without preload) */
-  const float*
-      normals; /* [vertex_count][3] outward, of any length; NULL: palpate_scene_skin gives no normals         */
-  int32_t
-      vertex_count; /* 1 or more                                                                                   */
+  const float* normals; /* default NULL: palpate_scene_skin gives no normals; else [vertex_count][3] outward, of any
+                           length                                                                               */
 } palpate_render_mesh;
-
-/* The host's memory functions. Both NULL: the library uses aligned_alloc and free. allocate returns memory aligned to
- * `alignment` bytes, or NULL. */
-typedef struct palpate_allocator {
-  void* (*allocate)(void* user, size_t bytes, size_t alignment);
-  void (*release)(void* user, void* memory);
-  void* user;
-} palpate_allocator;
+PALPATE_API void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes);
+static inline palpate_render_mesh palpate_default_render_mesh(void) {
+  palpate_render_mesh mesh;
+  palpate_init_render_mesh(&mesh, sizeof mesh);
+  return mesh;
+}
 
 typedef struct palpate_scene_def {
+  uint32_t struct_bytes;         /* sizeof(palpate_scene_def)                                                     */
   palpate_collision collision;   /* default REST                                                                  */
   palpate_contact_model contact; /* default PATCH                                                                 */
   palpate_contact_law law;       /* default STICKING                                                              */
@@ -248,7 +283,13 @@ typedef struct palpate_scene_def {
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
-PALPATE_API palpate_scene_def palpate_default_scene_def(void); /* the defaults above; change what you need */
+/* The defaults above; change what you need. */
+PALPATE_API void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes);
+static inline palpate_scene_def palpate_default_scene_def(void) {
+  palpate_scene_def def;
+  palpate_init_scene_def(&def, sizeof def);
+  return def;
+}
 
 /* Makes a scene: maps the sections that its effects need and no others, and takes all its memory. The bundle must outlive the
  * scene. error may be NULL. Returns PALPATE_OK, or the reason, in which case *scene is NULL. */
@@ -263,18 +304,26 @@ typedef struct palpate_plan_pass {
   const char* sections;  /* the bundle sections it reads: "tensors/force mesh/nodes"      */
   uint64_t mapped_bytes; /* of those sections                                             */
 } palpate_plan_pass;
-/* The passes in order, [*count]. Valid until the scene is destroyed. */
-PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t* count);
+/* The passes in order, pass 0 first; NULL behind the last one. Valid until the scene is destroyed. */
+PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t pass);
 
 /* The quantities of a step that its cost depends on. */
 typedef struct palpate_step_load {
+  uint32_t struct_bytes;        /* sizeof(palpate_step_load)                                                */
   int32_t tools, points, grips; /* sent to the step; points and grips of all tools together                 */
   int32_t contacts;             /* made by the step                                                         */
   int32_t rows;                 /* imposed directions: 3 of each contact, 1 where it slides, a grip's axes   */
   int32_t nodes;                /* under contact: node_count of palpate_contacts                            */
   int32_t slips;                /* contacts that slip                                                       */
   int32_t sweeps;               /* of palpate_contacts                                                      */
+  int32_t reserved;             /* 0                                                                        */
 } palpate_step_load;
+PALPATE_API void palpate_init_step_load(palpate_step_load* load, size_t struct_bytes);
+static inline palpate_step_load palpate_default_step_load(void) {
+  palpate_step_load load;
+  palpate_init_step_load(&load, sizeof load);
+  return load;
+}
 
 /* The work of one pass in such a step. A machine that reads b bytes, does f flops and runs s steps of scalar code in a second
  * takes about max(bytes / b, flops / f) + steps / s seconds. */
@@ -283,7 +332,7 @@ typedef struct palpate_pass_work {
   double flops; /* in loops over long runs: a multiply-add counts 2                                           */
   double steps; /* of scalar code; the unit is one multiply-add that waits for the one before; measured       */
 } palpate_pass_work;
-/* pass: its index in the plan. All zero for a pass of creation. */
+/* pass: its index in the plan. All zero for a pass of creation, and for a load that is NULL or refused. */
 PALPATE_API palpate_pass_work palpate_predict_pass(const palpate_scene* scene, int32_t pass,
                                                    const palpate_step_load* load);
 
@@ -295,15 +344,32 @@ PALPATE_API void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher
 
 /* ---- touch: the haptic half -------------------------------------------------------------------------------------- */
 
-/* A node or surface point that the tool holds at a displacement, whatever the collision finds. A surface point is held by the
- * scene's contact model; this needs a scene with collision, or with contact TRIANGLE, POINT or PATCH (else: bad input). */
+/* What a grip holds. */
+typedef enum palpate_grip_kind {
+  PALPATE_GRIP_UNSAID = 0, /* bad input: a grip must say what it holds                                            */
+  PALPATE_GRIP_NODE = 1,   /* a node                                                                              */
+  PALPATE_GRIP_SURFACE_POINT = 2 /* a point of a triangle, held by the scene's contact model. This needs a scene with
+                                    collision, or with contact TRIANGLE, POINT or PATCH (else: bad input)               */
+} palpate_grip_kind;
+
+/* A node or surface point that the tool holds at a displacement, whatever the collision finds. */
 typedef struct palpate_grip {
-  int32_t node;           /* a touchable node; -1: triangle and barycentric name a surface point             */
-  int32_t triangle;       /* 0 .. F-1                                                                        */
-  double barycentric[3];  /* weights of the triangle's three vertices, 0 .. 1, that sum to 1                 */
+  uint32_t struct_bytes;  /* sizeof(palpate_grip)                                                            */
+  palpate_grip_kind kind; /* default UNSAID                                                                  */
+  uint32_t axes;          /* default 7: x, y and z are imposed; bits 1, 2, 4: x, y, z. Along the others the grip is
+                             force-free                                                                      */
+  int32_t node;           /* under NODE: a touchable node                                                    */
+  int32_t triangle;       /* under SURFACE_POINT: 0 .. F-1                                                   */
+  int32_t reserved;       /* 0                                                                               */
+  double barycentric[3];  /* under SURFACE_POINT: weights of the triangle's three vertices, 0 .. 1, that sum to 1 */
   double displacement[3]; /* m, from rest                                                                    */
-  uint32_t axes;          /* bits 1, 2, 4: x, y, z are imposed; 7: all. Along the others the grip is force-free */
 } palpate_grip;
+PALPATE_API void palpate_init_grip(palpate_grip* grip, size_t struct_bytes);
+static inline palpate_grip palpate_default_grip(void) {
+  palpate_grip grip;
+  palpate_init_grip(&grip, sizeof grip);
+  return grip;
+}
 
 /* One instrument. How a contact of a tool point begins and ends:
  * - It begins where the point crosses into the organ. That surface point becomes the anchor, and the contact imposes on it
@@ -311,28 +377,40 @@ typedef struct palpate_grip {
  * - It ends when the tool point has come out again, unless hold is set. A point that leaves through an opposite face has gone
  *   through a thin part: the contact stays until the point is above the plane of its anchor's triangle.
  * - A point that is inside when it is first seen touches nothing until it has been outside once.
+ * From step to step a tool is known by its id. Its contacts, its points (by their order within the tool), its last force and
+ * its relaxation follow the id when the tools' order changes. A tool that is not sent in a step is forgotten.
  * Coordinates farther than 1e6 m from the origin are bad input. */
 typedef struct palpate_tool {
-  const double* points; /* [point_count][3] m, tested against the surface where the scene has collision         */
-  int32_t point_count;
-  const palpate_grip* grips; /* [grip_count] */
-  int32_t grip_count;
-  int32_t hold;       /* 0: a contact ends when its tool point has come out again; 1: it stays, and pulls       */
-  double disc_radius; /* m, 0 .. 1: radius of the flat disc that each point presses on the organ, under PATCH.
-                         It is not a collision radius: the points themselves are tested. 0: a point             */
-  double friction;    /* 0 .. 100: Coulomb's coefficient, under COULOMB                                         */
+  uint32_t struct_bytes;     /* sizeof(palpate_tool)                                                            */
+  int32_t id;                /* 0 or more, another one for each tool of a step; default -1: its index in the step */
+  const double* points;      /* [point_count][3] m, tested against the surface where the scene has collision    */
+  const palpate_grip* grips; /* [grip_count]                                                                    */
+  int32_t point_count;       /* default 0                                                                       */
+  int32_t grip_count;        /* default 0                                                                       */
+  double disc_radius;        /* default 0 m, 0 .. 1: radius of the flat disc that each point presses on the organ, under
+                                PATCH. It is not a collision radius: the points themselves are tested. 0: a point */
+  double friction;           /* default 0, 0 .. 100: Coulomb's coefficient, under COULOMB                       */
+  int32_t hold;     /* default 0: a contact ends when its tool point has come out again; 1: it stays, and pulls */
+  int32_t reserved; /* 0                                                                               */
 } palpate_tool;
+PALPATE_API void palpate_init_tool(palpate_tool* tool, size_t struct_bytes);
+static inline palpate_tool palpate_default_tool(void) {
+  palpate_tool tool;
+  palpate_init_tool(&tool, sizeof tool);
+  return tool;
+}
 
 /* One node under contact. */
 typedef struct palpate_contact_node {
   int32_t node;                    /* mesh node index                                                                 */
   int32_t column;                  /* index of the node in tensors/nodes: its tensor column                           */
-  int32_t tool;                    /* index of the tool                                                               */
+  int32_t tool;                    /* index of the tool in this step                                                  */
   int32_t point;                   /* index of the tool point, or point_count + index of the grip                     */
   double modified_displacement[3]; /* u~ of eq. 8, m                                                                  */
   double force[3];                 /* N, on the organ at this node, after the correction by Q                         */
 } palpate_contact_node;
 
+/* What a step found out about one tool. */
 typedef struct palpate_tool_state {
   double force[3];     /* N, on the tool, within force_limit and force_slew: send this one to a device              */
   double force_raw[3]; /* N, on the tool, before those limits                                                       */
@@ -342,26 +420,42 @@ typedef struct palpate_tool_state {
   int32_t slip_count;    /* of these, contacts that slipped in this step (COULOMB)                                    */
   int32_t release_count; /* of these, contacts without force although the point is inside (UNILATERAL, COULOMB)       */
   uint32_t flags;        /* the step flags that concern this tool                                                     */
+  int32_t id;            /* of the tool; its index where the host gave none                                           */
+  int32_t reserved;      /* 0                                                                                         */
 } palpate_tool_state;
 
-/* The result of touch and the input of shape: plain data without pointers, followed in memory by node_count
- * palpate_contact_node. Copy used_bytes of it through a mailbox or a socket. */
+/* The result of touch and the input of shape: plain data without pointers. In memory the head is followed by tool_count
+ * palpate_tool_state and node_count palpate_contact_node; find them with palpate_contacts_tool and palpate_contacts_node,
+ * because a later library may write a longer head or longer elements. Copy used_bytes of it through a mailbox or a socket. */
 typedef struct palpate_contacts {
-  uint32_t used_bytes;               /* of this struct and the nodes that follow it                              */
-  uint32_t flags;                    /* as palpate_scene_touch returned them                                     */
-  uint64_t step;                     /* touch steps since creation or reset: 1, 2, ...                           */
-  int32_t node_count, node_capacity; /* contact nodes of this step; room for them                                */
-  int32_t tool_count;                /* tools of this step                                                       */
-  int32_t sweeps;                    /* of projected Gauss-Seidel, which UNILATERAL and COULOMB may need; else 0 */
-  double residual_displacement;      /* m: by how much the worst contact misses its u*                           */
-  double residual_force;             /* N: the same, divided by that contact's own compliance                    */
-  palpate_tool_state tools[PALPATE_MAX_TOOLS];
+  uint32_t struct_bytes;        /* of this head; the tool states begin behind it                                  */
+  uint32_t used_bytes;          /* of the head and all that follows it                                            */
+  uint64_t bundle;              /* identity of the scene's bundle (palpate_bundle_info)                           */
+  uint64_t step;                /* touch steps since creation or reset: 1, 2, ...                                 */
+  uint32_t flags;               /* as palpate_scene_touch returned them                                           */
+  int32_t tool_count;           /* tools of this step                                                             */
+  int32_t node_count;           /* contact nodes of this step                                                     */
+  int32_t node_capacity;        /* the scene's max_contact_nodes                                                  */
+  uint32_t tool_state_bytes;    /* from one tool state to the next                                                */
+  uint32_t nodes_offset;        /* of the first contact node, from the begin of the head                          */
+  uint32_t node_bytes;          /* from one contact node to the next                                              */
+  int32_t sweeps;               /* of projected Gauss-Seidel, which UNILATERAL and COULOMB may need; else 0       */
+  double residual_displacement; /* m: by how much the worst contact misses its u*                                 */
+  double residual_force;        /* N: the same, divided by that contact's own compliance                          */
 } palpate_contacts;
 
-/* Bytes of a palpate_contacts with room for the scene's max_contact_nodes. The caller provides them, 8-byte aligned. */
+/* Bytes of a palpate_contacts with room for PALPATE_MAX_TOOLS tools and the scene's max_contact_nodes; sizeof is not enough. */
 PALPATE_API size_t palpate_contacts_bytes(const palpate_scene* scene);
-/* [node_count], inside *contacts. */
-PALPATE_API const palpate_contact_node* palpate_contacts_nodes(const palpate_contacts* contacts);
+/* The state of tool 0 .. tool_count - 1, inside *contacts. */
+static inline const palpate_tool_state* palpate_contacts_tool(const palpate_contacts* contacts, int32_t tool) {
+  return (const palpate_tool_state*)(const void*)((const char*)contacts + contacts->struct_bytes +
+                                                  (size_t)tool * contacts->tool_state_bytes);
+}
+/* Contact node 0 .. node_count - 1, inside *contacts. */
+static inline const palpate_contact_node* palpate_contacts_node(const palpate_contacts* contacts, int32_t node) {
+  return (const palpate_contact_node*)(const void*)((const char*)contacts + contacts->nodes_offset +
+                                                    (size_t)node * contacts->node_bytes);
+}
 
 /* Bits of a step's return value; 0 is a fully trusted step. */
 /* clang-format off */
@@ -374,46 +468,68 @@ enum {
   PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the bundle's file was cut or written over: do not trust this step                   */
   PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met nodes without a tensor column (fixed ones, say): the contact acts on the
                                              other nodes there, or is not made where there are none                             */
-  PALPATE_STEP_UNSOLVED         = 1 << 7  /* a number is not finite, or the stored precision is too coarse for so many contacts:
+  PALPATE_STEP_UNSOLVED         = 1 << 7, /* a number is not finite, or the stored precision is too coarse for so many contacts:
                                              the step has no contact forces, or no displacement of those nodes                  */
+  PALPATE_STEP_OTHER_BUNDLE     = 1 << 8  /* the contacts given to palpate_scene_shape are of another bundle: the shape is at rest */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
 
 /* The touch step: finds the contacts of the tools, solves for u~ (eqs 7 and 8 of the paper) and for the forces.
- * tools: [tool_count], in the same order in every step. A tool that is not sent has no force from that step on.
+ * tools: [tool_count], in any order (palpate_tool.id). A tool that is not sent has no force from that step on. Two tools with
+ * one id, an id below -1, or tools with different struct_bytes: bad input, and all tools keep their last good input.
  * dt: s since the last touch step, above 0; for force_slew more than 0.02 s counts as 0.02 s.
- * Always fills *contacts (palpate_contacts_bytes, 8-byte aligned). If contacts is NULL or not aligned, the step does nothing
- * and returns BAD_INPUT. */
+ * Always fills *contacts, which has contacts_bytes bytes and is 8-byte aligned. If contacts is NULL, not aligned or smaller
+ * than palpate_contacts_bytes(scene), the step does nothing, writes nothing and returns BAD_INPUT. */
 PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
-                                                   double dt, palpate_contacts* contacts);
+                                                   double dt, palpate_contacts* contacts, size_t contacts_bytes);
 
 /* Forgets contacts, last positions and forces: the state after creation. Call it in the thread of palpate_scene_touch. */
 PALPATE_API void palpate_scene_reset(palpate_scene* scene);
+/* The same for the tool of that id alone: its next step is like its first. The surface stays as the last step deformed it
+ * until the next step. An id that is not in use changes nothing. Call it in the thread of palpate_scene_touch. */
+PALPATE_API void palpate_scene_reset_tool(palpate_scene* scene, int32_t id);
 
 /* ---- shape: the render half -------------------------------------------------------------------------------------- */
 
 /* The caller's arrays; either may be NULL. SHAPE_SURFACE fills the first Ns nodes, SHAPE_VOLUME all N. */
 typedef struct palpate_shape_out {
-  float* displacements;  /* [node_capacity][3] m, from rest                             */
-  float* positions;      /* [node_capacity][3] m, rest plus displacement                */
+  uint32_t struct_bytes; /* sizeof(palpate_shape_out)                                   */
   int32_t node_capacity; /* in: room in each array                                      */
   int32_t node_count;    /* out: nodes filled                                           */
+  int32_t reserved;      /* 0                                                           */
+  float* displacements;  /* default NULL; [node_capacity][3] m, from rest               */
+  float* positions;      /* default NULL; [node_capacity][3] m, rest plus displacement  */
 } palpate_shape_out;
+PALPATE_API void palpate_init_shape_out(palpate_shape_out* out, size_t struct_bytes);
+static inline palpate_shape_out palpate_default_shape_out(void) {
+  palpate_shape_out out;
+  palpate_init_shape_out(&out, sizeof out);
+  return out;
+}
 
 /* The shape step: superposes the tensor columns of the contact nodes with the coefficients u~ (eq. 9 of the paper) and, with
  * PALPATE_RADIAL_RESPONSE, corrects the sum of each tool by P. contacts: of this scene's touch step, or of another scene's on
- * the same bundle; NULL or damaged contacts give the shape at rest and BAD_INPUT. */
+ * the same bundle; those of another bundle give the shape at rest and OTHER_BUNDLE, and NULL or damaged contacts the shape at
+ * rest and BAD_INPUT. Contacts from a library whose head or elements have other sizes count as damaged. */
 PALPATE_API palpate_step_flags palpate_scene_shape(palpate_scene* scene, const palpate_contacts* contacts,
                                                    palpate_shape_out* out);
 
 /* The caller's arrays; either may be NULL. */
 typedef struct palpate_skin_out {
-  float* positions;        /* [vertex_capacity][3] m                                                              */
-  float* normals;          /* [vertex_capacity][3] unit length; NULL for a render mesh without normals            */
+  uint32_t struct_bytes;   /* sizeof(palpate_skin_out)                                                            */
   int32_t vertex_capacity; /* in: room in each array                                                              */
   int32_t vertex_count;    /* out: vertices filled                                                                */
+  int32_t reserved;        /* 0                                                                                   */
+  float* positions;        /* default NULL; [vertex_capacity][3] m                                                */
+  float* normals;          /* default NULL; [vertex_capacity][3] unit length; NULL for a render mesh without normals */
 } palpate_skin_out;
+PALPATE_API void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes);
+static inline palpate_skin_out palpate_default_skin_out(void) {
+  palpate_skin_out out;
+  palpate_init_skin_out(&out, sizeof out);
+  return out;
+}
 
 /* Moves the scene's render mesh with a shape. shape: as palpate_scene_shape filled it; this call reads its displacements and
  * node_count, at least Ns. Call it in the thread of palpate_scene_shape. A node whose displacement is not finite counts as
@@ -421,25 +537,6 @@ typedef struct palpate_skin_out {
  * triangles and one over the vertices. */
 PALPATE_API palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape,
                                                   palpate_skin_out* out);
-
-/* ---- earlier names ------------------------------------------------------------------------------------------------ */
-
-/* The same functions under the names that they had first. */
-static inline palpate_step_flags palpate_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
-                                               double dt, palpate_contacts* contacts) {
-  return palpate_scene_touch(scene, tools, tool_count, dt, contacts);
-}
-static inline void palpate_reset(palpate_scene* scene) {
-  palpate_scene_reset(scene);
-}
-static inline palpate_step_flags palpate_shape(palpate_scene* scene, const palpate_contacts* contacts,
-                                               palpate_shape_out* out) {
-  return palpate_scene_shape(scene, contacts, out);
-}
-static inline palpate_step_flags palpate_skin(palpate_scene* scene, const palpate_shape_out* shape,
-                                              palpate_skin_out* out) {
-  return palpate_scene_skin(scene, shape, out);
-}
 
 #ifdef __cplusplus
 } /* extern "C" */

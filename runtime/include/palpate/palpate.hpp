@@ -26,15 +26,16 @@ class Bundle {
  public:
   Bundle() = default;
   // Throws Error.
-  explicit Bundle(const char* path)
-      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open_file(path, b, e); })) {}
+  explicit Bundle(const char* path, const palpate_bundle_options* options = nullptr)
+      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open_file(path, options, b, e); })) {}
   // bytes: 64-byte aligned, borrowed, must outlive the bundle. Throws Error.
-  Bundle(const void* bytes, std::size_t count)
-      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open(bytes, count, b, e); })) {}
+  Bundle(const void* bytes, std::size_t count, const palpate_bundle_options* options = nullptr)
+      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open(bytes, count, options, b, e); })) {}
   // The same without exceptions: an empty Bundle and *error.
-  static Bundle open_file(const char* path, palpate_error* error) noexcept {
+  static Bundle open_file(const char* path, palpate_error* error,
+                          const palpate_bundle_options* options = nullptr) noexcept {
     palpate_bundle* opened = nullptr;
-    palpate_bundle_open_file(path, &opened, error);
+    palpate_bundle_open_file(path, options, &opened, error);
     return Bundle(opened);
   }
 
@@ -74,7 +75,11 @@ class Contacts {
   palpate_contacts* get() noexcept { return reinterpret_cast<palpate_contacts*>(words_.data()); }
   const palpate_contacts* get() const noexcept { return reinterpret_cast<const palpate_contacts*>(words_.data()); }
   const palpate_contacts* operator->() const noexcept { return get(); }
-  const palpate_contact_node* nodes() const noexcept { return palpate_contacts_nodes(get()); }  // [node_count]
+  std::size_t bytes() const noexcept { return words_.size() * sizeof(std::uint64_t); }
+  // t: 0 .. tool_count - 1
+  const palpate_tool_state& tool(std::int32_t t) const noexcept { return *palpate_contacts_tool(get(), t); }
+  // n: 0 .. node_count - 1
+  const palpate_contact_node& node(std::int32_t n) const noexcept { return *palpate_contacts_node(get(), n); }
 
  private:
   std::vector<std::uint64_t> words_;
@@ -101,7 +106,7 @@ class Scene {
   Contacts make_contacts() const { return Contacts(palpate_contacts_bytes(get())); }
 
   palpate_step_flags touch(const palpate_tool* tools, std::int32_t count, double dt, Contacts& contacts) noexcept {
-    return palpate_scene_touch(get(), tools, count, dt, contacts.get());
+    return palpate_scene_touch(get(), tools, count, dt, contacts.get(), contacts.bytes());
   }
   palpate_step_flags shape(const Contacts& contacts, palpate_shape_out& out) noexcept {
     return palpate_scene_shape(get(), contacts.get(), &out);
@@ -110,6 +115,7 @@ class Scene {
     return palpate_scene_skin(get(), &shape, &out);
   }
   void reset() noexcept { palpate_scene_reset(get()); }
+  void reset_tool(std::int32_t id) noexcept { palpate_scene_reset_tool(get(), id); }
 
  private:
   struct Destroy {

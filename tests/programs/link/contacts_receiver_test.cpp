@@ -50,7 +50,7 @@ TEST_F(ContactsReceiving, DrawsTheBitsThatOneProcessDraws) {
     float most = 0;
     for (std::size_t step = 0; step < sent.size(); ++step) {
       one.move_tools(static_cast<double>(step) / 1000);
-      one.touch(1e-3, own.get());
+      one.touch(1e-3, own.get(), own.bytes());
       ASSERT_EQ(receiver.take(sent[step], 0, came.get(), &note_), Verdict::fresh);
       const auto expected = tests::shape_of(one, own.get());
       ASSERT_EQ(tests::shape_of(drawing, came.get()), expected) << effects << step;

@@ -12,6 +12,7 @@
 #include "programs/link/contacts_datagram.h"
 #include "programs/player/bundle_fields.h"
 #include "tests/support/tiny_bundle.h"
+#include "tests/support/tools.h"
 
 namespace palpate::tests {
 
@@ -54,6 +55,7 @@ class LinkedScene : public testing::Test {
 struct OwnContacts {
   explicit OwnContacts(const Player& player) : words(palpate_contacts_bytes(player.runtime_scene()) / 8 + 1) {}
   palpate_contacts* get() { return reinterpret_cast<palpate_contacts*>(words.data()); }
+  std::size_t bytes() const { return words.size() * sizeof words[0]; }
   std::vector<std::uint64_t> words;
 };
 
@@ -79,7 +81,7 @@ inline std::vector<Bytes> datagrams_of(Player& player, std::uint64_t bundle, std
     ++note.sequence;
     player.move_tools(note.time);
     std::copy(player.positions().begin(), player.positions().end(), note.positions.begin());
-    player.touch(1 / rate, contacts.get());
+    player.touch(1 / rate, contacts.get(), contacts.bytes());
     out.push_back(encoded(*contacts.get(), note));
   }
   return out;
@@ -88,7 +90,7 @@ inline std::vector<Bytes> datagrams_of(Player& player, std::uint64_t bundle, std
 // The positions of the shape that a player draws of contacts.
 inline std::vector<float> shape_of(Player& player, const palpate_contacts* contacts) {
   std::vector<float> positions(3 * static_cast<std::size_t>(player.shape_node_count()));
-  palpate_shape_out out = {nullptr, positions.data(), player.shape_node_count(), 0};
+  palpate_shape_out out = shape_out(nullptr, positions.data(), player.shape_node_count());
   EXPECT_EQ(palpate_scene_shape(player.runtime_scene(), contacts, &out), 0u);
   EXPECT_EQ(out.node_count, player.shape_node_count());
   return positions;

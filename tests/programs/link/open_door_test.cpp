@@ -156,10 +156,10 @@ class OpenDoor : public tests::LinkedScene {
     for (const double z : {0.044, depth})
       for (int step = 0; step < 50; ++step) {  // long enough for the force's slew
         player.place_tool(0, {0.041, 0.026, z});
-        player.touch(1e-3, contacts.get());
+        player.touch(1e-3, contacts.get(), contacts.bytes());
       }
     Expected out = {{}, tests::shape_of(player, contacts.get())};
-    std::copy_n(contacts.get()->tools[0].force, 3, out.force);
+    std::copy_n(palpate_contacts_tool(contacts.get(), 0)->force, 3, out.force);
     return out;
   }
 

@@ -18,6 +18,7 @@
 #include "programs/player/explain.h"
 #include "programs/player/summary.h"
 #include "tests/programs/player/played_scene.h"
+#include "tests/support/tools.h"
 
 namespace palpate {
 namespace {
@@ -55,7 +56,7 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   ASSERT_EQ(rows.size(), 101u);
 
   palpate_bundle* bundle = nullptr;
-  ASSERT_EQ(palpate_bundle_open_file((folder_ / "box.h5").c_str(), &bundle, nullptr), PALPATE_OK);
+  ASSERT_EQ(palpate_bundle_open_file((folder_ / "box.h5").c_str(), nullptr, &bundle, nullptr), PALPATE_OK);
   palpate_scene_def def = palpate_default_scene_def();
   def.max_tools = 1;
   palpate_scene* scene = nullptr;
@@ -66,17 +67,18 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   for (int step = 0; step <= 100; ++step) {
     const double share = step / 1000.0 / 0.1;  // the same straight line, in metres
     const double point[3] = {0.041, 0.026, 0.044 + share * (0.035 - 0.044)};
-    const palpate_tool tool = {point, 1, nullptr, 0, 0, 0, 0};
-    const auto flags = palpate_scene_touch(scene, &tool, 1, 1e-3, contacts);
+    const palpate_tool tool = point_tool(point);
+    const auto flags = palpate_scene_touch(scene, &tool, 1, 1e-3, contacts, memory.size() * sizeof memory[0]);
     const Row& row = rows[step];
     EXPECT_EQ(std::stoul(row.at("flags")), flags);
-    EXPECT_EQ(std::stoi(row.at("contacts")), contacts->tools[0].contact_count);
+    EXPECT_EQ(std::stoi(row.at("contacts")), palpate_contacts_tool(contacts, 0)->contact_count);
     const char* axes[3] = {"x", "y", "z"};
     for (int d = 0; d < 3; ++d) {
       // The path is evaluated in another order of roundings: 1e-15 of 0.04 m, over a displacement of 1e-5 m.
-      const double force = contacts->tools[0].force[d];
+      const double force = palpate_contacts_tool(contacts, 0)->force[d];
       EXPECT_NEAR(std::stod(row.at(std::string("force_") + axes[d] + "_N")), force, 1e-9);
-      EXPECT_NEAR(std::stod(row.at(std::string("raw_") + axes[d] + "_N")), contacts->tools[0].force_raw[d], 1e-9);
+      EXPECT_NEAR(std::stod(row.at(std::string("raw_") + axes[d] + "_N")),
+                  palpate_contacts_tool(contacts, 0)->force_raw[d], 1e-9);
       EXPECT_NEAR(std::stod(row.at(std::string(axes[d]) + "_m")), point[d], 1e-15);
       largest = std::max(largest, std::abs(force));
     }

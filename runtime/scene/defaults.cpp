@@ -1,0 +1,56 @@
+// The defaults that palpate.h states, written as structs of the host's size.
+#include "runtime/base/host_struct.h"
+
+using palpate::write_host_struct;
+
+void palpate_init_bundle_options(palpate_bundle_options* options, size_t struct_bytes) {
+  write_host_struct(palpate_bundle_options{}, options, struct_bytes);
+}
+
+void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
+  palpate_scene_def defaults = {};
+  defaults.collision = PALPATE_COLLISION_REST;
+  defaults.contact = PALPATE_CONTACT_PATCH;
+  defaults.law = PALPATE_LAW_STICKING;
+  defaults.force = PALPATE_FORCE_LINEAR;
+  defaults.shape = PALPATE_SHAPE_SURFACE;
+  defaults.radial = PALPATE_RADIAL_OFF;
+  defaults.preload = PALPATE_PRELOAD_OFF;
+  defaults.relaxation.model = PALPATE_RELAXATION_OFF;
+  defaults.max_tools = 4;
+  defaults.max_points = 64;
+  defaults.max_contact_nodes = 192;
+  defaults.force_limit = 50;
+  defaults.force_slew = 1e4;
+  write_host_struct(defaults, def, struct_bytes);
+}
+
+void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes) {
+  write_host_struct(palpate_render_mesh{}, mesh, struct_bytes);
+}
+
+void palpate_init_step_load(palpate_step_load* load, size_t struct_bytes) {
+  write_host_struct(palpate_step_load{}, load, struct_bytes);
+}
+
+void palpate_init_grip(palpate_grip* grip, size_t struct_bytes) {
+  palpate_grip defaults = {};
+  defaults.kind = PALPATE_GRIP_UNSAID;
+  defaults.axes = 7;
+  defaults.node = defaults.triangle = -1;
+  write_host_struct(defaults, grip, struct_bytes);
+}
+
+void palpate_init_tool(palpate_tool* tool, size_t struct_bytes) {
+  palpate_tool defaults = {};
+  defaults.id = -1;
+  write_host_struct(defaults, tool, struct_bytes);
+}
+
+void palpate_init_shape_out(palpate_shape_out* out, size_t struct_bytes) {
+  write_host_struct(palpate_shape_out{}, out, struct_bytes);
+}
+
+void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes) {
+  write_host_struct(palpate_skin_out{}, out, struct_bytes);
+}
