@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 
-HEADERS = ("palpate.h", "palpate_mailbox.h")
+HEADERS = ("palpate.h", "palpate_mailbox.h", "palpate_device.h")
 
 
 def without_comments(text):

@@ -103,6 +103,7 @@ const std::vector<Rule>& rules() {
       {"runtime/tissue/", runtime_room({"tissue/", "base/"}), {}},
       {"runtime/contact/", runtime_room({"contact/", "surface/", "tissue/", "bundle/", "dense/", "base/"}), {}},
       {"runtime/shape/", runtime_room({"shape/", "surface/", "tissue/", "bundle/", "dense/", "base/"}), {}},
+      {"runtime/device/", runtime_room({"device/", "base/"}), {}},
       {"runtime/scene/",
        runtime_room({"scene/", "shape/", "contact/", "surface/", "tissue/", "bundle/", "dense/", "base/"}),
        {}},
