@@ -94,9 +94,13 @@ py::array view_of(const py::object& owner, const T* data, std::vector<py::ssize_
 // Flag bits as palpate.StepFlags.
 py::object step_flags(std::uint32_t flags);
 
+// The same as palpate.DeviceFlags.
+py::object device_flags(std::uint32_t flags);
+
 void add_bundle(py::module_& module);
 void add_contacts(py::module_& module);
 void add_tools(py::module_& module);
 void add_scene(py::module_& module);
+void add_device(py::module_& module);
 
 }  // namespace palpate::python

@@ -1,4 +1,6 @@
 // palpate._palpate: the C API as Python objects and numpy arrays.
+#include <palpate/palpate_device.h>
+
 #include <new>
 #include <utility>
 
@@ -8,7 +10,7 @@ namespace palpate::python {
 namespace {
 
 // References that the module keeps until the process ends. Nothing releases them, so the interpreter's end needs no care.
-py::handle error_type, status_type, step_flags_type;
+py::handle error_type, status_type, step_flags_type, device_flags_type;
 
 using Names = std::initializer_list<std::pair<const char*, unsigned>>;
 
@@ -75,6 +77,15 @@ void add_step_flags(py::module_& module) {
                 {"OTHER_BUNDLE", PALPATE_STEP_OTHER_BUNDLE}});
 }
 
+void add_device_flags(py::module_& module) {
+  device_flags_type = add_enum(module, "IntFlag", "DeviceFlags", "What Coupling, Passivity and Watchdog report.",
+                               {{"BAD_INPUT", PALPATE_DEVICE_BAD_INPUT},
+                                {"FORCE_LIMITED", PALPATE_DEVICE_FORCE_LIMITED},
+                                {"VELOCITY_LIMITED", PALPATE_DEVICE_VELOCITY_LIMITED},
+                                {"ACTIVE", PALPATE_DEVICE_ACTIVE},
+                                {"SILENT", PALPATE_DEVICE_SILENT}});
+}
+
 }  // namespace
 
 AlignedMemory aligned_memory(std::size_t bytes) {
@@ -85,6 +96,10 @@ AlignedMemory aligned_memory(std::size_t bytes) {
 
 py::object step_flags(std::uint32_t flags) {
   return step_flags_type(flags);
+}
+
+py::object device_flags(std::uint32_t flags) {
+  return device_flags_type(flags);
 }
 
 }  // namespace palpate::python
@@ -100,4 +115,6 @@ PYBIND11_MODULE(_palpate, module) {
   add_contacts(module);
   add_tools(module);
   add_scene(module);
+  add_device_flags(module);
+  add_device(module);
 }

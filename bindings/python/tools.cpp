@@ -8,16 +8,8 @@
 namespace palpate::python {
 namespace {
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
 std::string shape_of(const py::array& array) {
   return py::str(array.attr("shape"));
-}
-
-void set_three(double (&to)[3], const Numbers& from, const char* name) {
-  if (from.ndim() != 1 || from.shape(0) != 3)
-    throw py::value_error(std::string(name) + ": expected 3 numbers, found shape " + shape_of(from));
-  std::copy_n(from.data(), 3, to);
 }
 
 palpate_grip make_grip(std::optional<std::int32_t> node, const Numbers& displacement,
@@ -59,6 +51,12 @@ py::array three_of(const py::object& self, double (palpate_grip::*member)[3]) {
 }
 
 }  // namespace
+
+void set_three(double (&to)[3], const Numbers& from, const char* name) {
+  if (from.ndim() != 1 || from.shape(0) != 3)
+    throw py::value_error(std::string(name) + ": expected 3 numbers, found shape " + shape_of(from));
+  std::copy_n(from.data(), 3, to);
+}
 
 void ToolCopies::take(const py::iterable& tools) {
   tools_.clear();

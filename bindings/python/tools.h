@@ -5,6 +5,11 @@
 
 namespace palpate::python {
 
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// Throws a Python error that begins with `name` where these are not 3 numbers.
+void set_three(double (&to)[3], const Numbers& from, const char* name);
+
 // The points are a numpy array that the caller may write to between touches.
 struct HeldTool {
   py::array points;  // float64 [P, 3]

@@ -28,7 +28,7 @@ constexpr double kMostOrganDamping = 50;  // tool masses per tick
 // Twice the energy that the organ gave too much in the last tick, over the square of the last move: the organ's stiffness.
 double measured_stiffness(Vec3 force_change, Vec3 move) {
   const double squared = dot(move, move);
-  return squared > 0 ? std::fmax(0, -dot(force_change, move) / squared) : 0;
+  return squared > 0 ? std::max(0.0, -dot(force_change, move) / squared) : 0;
 }
 
 // Of a spring whose force ends at `limit`.
@@ -92,7 +92,7 @@ double palpate_required_damping(double stiffness, double damping, double tick, i
   constexpr int kSteps = 1000;  // a polynomial of degree 4 in c: its maximum is missed by less than 1e-5 of it
   for (int i = 0; i <= kSteps; ++i) {
     const double c = (2.0 * i - kSteps) / kSteps;
-    most = std::fmax(most, delay_factor(delay_ticks + 1, c) * (y * y * (1 - c) + s * s * (1 + c)) / (2 * y));
+    most = std::max(most, delay_factor(delay_ticks + 1, c) * (y * y * (1 - c) + s * s * (1 + c)) / (2 * y));
   }
   return most;
 }
@@ -151,7 +151,7 @@ palpate_device_flags palpate_coupling_step(palpate_coupling* coupling, const dou
   const double tick = c.tick, inertia = c.tool_mass / tick;
   const Vec3 device_velocity = (1 / tick) * take_device_position(c, position, &flags);
   const double stiffness = measured_stiffness(load3(c.organ_force) - load3(c.organ_force_before), load3(c.last_move));
-  c.organ_damping = std::fmin(0.5 * tick * stiffness, kMostOrganDamping * inertia);
+  c.organ_damping = std::min(0.5 * tick * stiffness, kMostOrganDamping * inertia);
 
   // The tool's velocity v after this tick: inertia (v - last v) = organ force + pull - organ_damping v, where the pull of spring
   // and damper is that after the tick, stretch - tick v and device_velocity - v. (Implicit Euler; the organ alone is explicit.)

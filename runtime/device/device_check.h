@@ -33,6 +33,7 @@ inline palpate_status take_device(const palpate_device* from, palpate_device* to
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "expected a palpate_device, found NULL; pass what you know of it");
   *to = palpate_default_device();
   if (const palpate_status status = read_host_struct("device", from, to, error); status != PALPATE_OK) return status;
+  to->struct_bytes = sizeof *to;  // not the host's: *to may be read again
   if (!(is_positive(to->tick) && to->tick <= 0.1)) return refuse(error, "tick", "above 0, at most 0.1 s", to->tick);
   if (to->delay_ticks < 0 || to->delay_ticks > kMostDelayTicks)
     return refuse(error, "delay_ticks", "from 0 to 3", to->delay_ticks);

@@ -17,7 +17,7 @@ void book(palpate_passivity& p, Vec3 move, double stored_energy) {
   const double got = dot(load3(p.held_force[p.delay_ticks]), move);
   const double taken = p.device_damping * dot(move, move) / p.tick;
   const double change = got - taken + stored_energy - p.stored_energy;
-  p.generated += std::fmax(0, p.energy + change) - std::fmax(0, p.energy);
+  p.generated += std::max(0.0, p.energy + change) - std::max(0.0, p.energy);
   p.energy += change;
   p.stored_energy = stored_energy;
 }
@@ -80,7 +80,7 @@ palpate_device_flags palpate_passivity_step(palpate_passivity* passivity, const 
   // The damping whose work over a move like the last one is what the device got too much.
   const double squared = dot(move, move);
   p.injected = 0;
-  if (p.energy > 0 && squared > 0) p.injected = std::fmin(p.controller, p.energy * p.tick / squared);
+  if (p.energy > 0 && squared > 0) p.injected = std::min(p.controller, p.energy * p.tick / squared);
   send = send - (p.injected / p.tick) * move;
   bool was_longer = false;
   send = within(send, p.force_limit, &was_longer);

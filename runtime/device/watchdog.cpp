@@ -43,7 +43,7 @@ palpate_device_flags palpate_watchdog_step(palpate_watchdog* watchdog, uint64_t 
   Vec3 send = load3(w.newest_force);
   if (w.sequence == 0 || w.age > w.timeout) {
     // The force that was sent when silence began shrinks to zero; it never grows, even where the host changes `force`.
-    const double left = std::fmax(0, 1 - (w.age - w.timeout) / w.fade);
+    const double left = std::max(0.0, 1 - (w.age - w.timeout) / w.fade);
     const double longest = w.sequence == 0 ? 0 : left * w.silent_force;
     bool was_longer = false;
     send = within(load3(w.device_force), longest, &was_longer);

@@ -400,6 +400,57 @@ class Threads(unittest.TestCase):
         self.assertIn("touch already runs on another thread", refused)
 
 
+class DeviceHelp(unittest.TestCase):
+    def test_coupling_keeps_a_loop_still_that_buzzes_without_it(self):
+        varies = {}
+        for coupled in (False, True):
+            device = palpate.Device(mass=0.1, damping=0.5)
+            coupling, passivity = palpate.Coupling(device), palpate.Passivity(device)
+            position, velocity, late, organ_force = 0.0, 0.0, 0.0, np.zeros(3)
+            forces, flags = [], palpate.DeviceFlags(0)
+            for k in range(1500):
+                at = np.array([position, 0, 0])
+                if coupled:
+                    flags |= coupling.step(at, organ_force)
+                    at = coupling.tool_position
+                organ_force = np.array([-9000 * max(0, at[0]), 0, 0])
+                sent = coupling.device_force if coupled else organ_force
+                flags |= passivity.step([position, 0, 0], sent, coupling.energy if coupled else 0)
+                forces.append(passivity.device_force[0])
+                for _ in range(20):  # 0.1 kg, 200 N/m and 2 N s/m of hand, a tick of delay
+                    velocity += 5e-5 / 0.1 * (late + 200 * (0.005 * min(1, k / 100) - position) - 2.5 * velocity)
+                    position += 5e-5 * velocity
+                late = forces[-1]
+            varies[coupled] = np.ptp(forces[-300:])
+            self.assertEqual(bool(flags & palpate.DeviceFlags.ACTIVE), not coupled)
+            self.assertEqual(passivity.generated > 1e-3, not coupled)
+        self.assertGreater(varies[False], 1)
+        self.assertLess(varies[True], 1e-3)
+
+    def test_coupling_that_needs_more_damping_is_refused(self):
+        device = palpate.Device(mass=0.1, damping=0.5, delay_ticks=0)
+        self.assertAlmostEqual(palpate.Coupling.required_damping(1000, 0, 1e-3, 0), 0.5)
+        self.assertEqual(palpate.Coupling(device, stiffness=999, damping=0).stiffness, 999)
+        with self.assertRaisesRegex(palpate.Error, "needs 0.5005; lower its stiffness"):
+            palpate.Coupling(device, stiffness=1001, damping=0)
+        with self.assertRaisesRegex(palpate.Error, "mass above 0 kg, found 0"):
+            palpate.Passivity(palpate.Device(mass=0, damping=1))
+        with self.assertRaisesRegex(ValueError, "device_position: expected 3 numbers"):
+            palpate.Coupling(device).step([1, 2], [0, 0, 0])
+
+    def test_watchdog_lets_the_force_go(self):
+        watchdog = palpate.Watchdog(timeout=0.01, fade=0.02)
+        self.assertEqual(watchdog.step(0, [1, 0, 0], 1e-3), palpate.DeviceFlags.SILENT)
+        for k in range(1, 200):
+            watchdog.step(k, [1, 0, 0], 1e-3)
+        np.testing.assert_array_equal(watchdog.device_force, [1, 0, 0])
+        for k in range(40):
+            flags = watchdog.step(199, [1, 0, 0], 1e-3)
+        self.assertEqual(flags, palpate.DeviceFlags.SILENT)
+        np.testing.assert_array_equal(watchdog.device_force, 0)
+        self.assertAlmostEqual(watchdog.age, 0.04)
+
+
 class Stub(unittest.TestCase):
     """palpate/__init__.pyi says what the module has."""
 

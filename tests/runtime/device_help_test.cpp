@@ -26,7 +26,7 @@ palpate_coupling coupling_of(const palpate_device& device) {
 }
 
 // The damping that a sampled impedance Z (force over velocity, both at the ticks) asks of a device at the frequency t / tick:
-// Colgate and Schenkel 1997, eq. 4, with the factor of the delay.
+// Colgate and Schenkel 1997, with the factor of the delay.
 double asked(Complex impedance, double t, int delay) {
   return -(std::exp(Complex(0, -(delay + 1) * t)) * impedance).real();
 }
@@ -154,6 +154,59 @@ TEST(DeviceHelp, RefusesWhatItCannotUseWithASentence) {
   EXPECT_EQ(palpate_coupling_init(nullptr, &device, nullptr, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_EQ(palpate_passivity_init(nullptr, &device, nullptr, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_EQ(palpate_watchdog_init(nullptr, nullptr, &error), PALPATE_ERROR_ARGUMENT);
+}
+
+// A struct as a later header declares it.
+template <class Struct>
+struct Later {
+  Struct known;
+  double added = 0;
+
+  explicit Later(Struct from) : known(from) { known.struct_bytes = sizeof *this; }
+};
+
+// Takes `good` from any header, and refuses it without its size or with a field that is not known.
+template <class Struct, class Init>
+void expect_grows(const Struct& good, const char* name, Init init) {
+  palpate_error error = {};
+  Later<Struct> later(good);
+  EXPECT_EQ(init(&later.known, &error), PALPATE_OK) << error.text;
+  later.added = 1;
+  EXPECT_EQ(init(&later.known, &error), PALPATE_ERROR_ARGUMENT);
+  for (const std::uint32_t bytes : {0u, 4u, 12u, 0xccccccccu}) {
+    Struct bad = good;
+    bad.struct_bytes = bytes;
+    EXPECT_EQ(init(&bad, &error), PALPATE_ERROR_ARGUMENT) << bytes;
+    EXPECT_NE(std::string(error.text).find(name), std::string::npos) << error.text;
+  }
+}
+
+TEST(DeviceHelp, StructsOfTheHostMayGrow) {
+  const palpate_device device = known_device();
+  palpate_coupling coupling;
+  palpate_passivity passivity;
+  palpate_watchdog watchdog;
+  expect_grows(device, "palpate_default_device()", [&](const palpate_device* d, palpate_error* error) {
+    return palpate_coupling_init(&coupling, d, nullptr, error);
+  });
+  expect_grows(palpate_default_coupling_def(&device), "palpate_default_coupling_def()",
+               [&](const palpate_coupling_def* def, palpate_error* error) {
+                 return palpate_coupling_init(&coupling, &device, def, error);
+               });
+  expect_grows(palpate_default_passivity_def(), "palpate_default_passivity_def()",
+               [&](const palpate_passivity_def* def, palpate_error* error) {
+                 return palpate_passivity_init(&passivity, &device, def, error);
+               });
+  expect_grows(palpate_default_watchdog_def(), "palpate_default_watchdog_def()",
+               [&](const palpate_watchdog_def* def, palpate_error* error) {
+                 return palpate_watchdog_init(&watchdog, def, error);
+               });
+  palpate_device earlier = device;
+  earlier.struct_bytes = offsetof(palpate_device, force_limit);
+  earlier.force_limit = -1, earlier.velocity_limit = NAN;  // what happens to lie there
+  ASSERT_EQ(palpate_coupling_init(&coupling, &earlier, nullptr, nullptr), PALPATE_OK);
+  EXPECT_EQ(coupling.force_limit, 3);
+  EXPECT_EQ(coupling.velocity_limit, 2);
 }
 
 TEST(DeviceHelp, CouplingFollowsTheFreeHandAndWeighsWhatItSays) {

@@ -1,5 +1,6 @@
 /* The headers are C99 and need nothing else; this file is compiled with -std=c99 -pedantic-errors -Werror and linked as C. */
 #include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_device.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 
 static int mailbox_works(void) {
@@ -13,11 +14,20 @@ static int mailbox_works(void) {
   return palpate_mailbox_newest(box, 0)->step == 42;
 }
 
+static int device_help_works(void) {
+  palpate_device device = palpate_default_device();
+  palpate_coupling coupling;
+  double at[3] = {1, 2, 3}, none[3] = {0, 0, 0}, tool[3], force[3];
+  device.mass = 0.1, device.damping = 0.5;
+  return palpate_coupling_init(&coupling, &device, 0, 0) == PALPATE_OK &&
+         palpate_coupling_step(&coupling, at, none, tool, force) == 0 && tool[2] == 3 && force[2] == 0;
+}
+
 int main(void) {
   palpate_error error;
   palpate_bundle* bundle = 0;
   const palpate_scene_def def = palpate_default_scene_def();
   if (palpate_bundle_open("", 0, 0, &bundle, &error) == PALPATE_OK || bundle != 0 || error.text[0] == 0) return 1;
-  if (!mailbox_works()) return 1;
+  if (!mailbox_works() || !device_help_works()) return 1;
   return def.max_tools == 4 && palpate_scene_touch(0, 0, 0, 0.001, 0, 0) == PALPATE_STEP_BAD_INPUT ? 0 : 1;
 }

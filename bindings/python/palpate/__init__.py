@@ -8,14 +8,19 @@ from palpate._palpate import (
     API_VERSION,
     Bundle,
     Contacts,
+    Coupling,
+    Device,
+    DeviceFlags,
     Error,
     Grip,
     Mailbox,
+    Passivity,
     PlanPass,
     Scene,
     Status,
     StepFlags,
     Tool,
+    Watchdog,
     __version__,
 )
 
@@ -23,15 +28,20 @@ __all__ = [
     "API_VERSION",
     "Bundle",
     "Contacts",
+    "Coupling",
+    "Device",
+    "DeviceFlags",
     "Error",
     "Grip",
     "Mailbox",
+    "Passivity",
     "PlanPass",
     "Scene",
     "Status",
     "StepFlags",
     "Tool",
+    "Watchdog",
     "__version__",
 ]
-for _each in (Bundle, Contacts, Grip, Mailbox, PlanPass, Scene, Tool):
+for _each in (Bundle, Contacts, Coupling, Device, Grip, Mailbox, Passivity, PlanPass, Scene, Tool, Watchdog):
     _each.__module__ = "palpate"

@@ -18,8 +18,8 @@
  *                palpate_coupling_step(&coupling, position, organ_force, tool_position, force);
  *                flags = palpate_scene_touch(scene, ...tool_position..., contacts);
  *                organ_force = flags are trusted ? palpate_contacts_tool(contacts, 0)->force_raw : zero
+ *                palpate_watchdog_step(&watchdog, contacts->step, force, dt, force);      where another thread touches
  *                palpate_passivity_step(&passivity, position, force, coupling.energy, force);
- *                palpate_watchdog_step(&watchdog, contacts->step, force, dt, force);
  *                ... = force                                                     send it
  *
  * Each of the three works without the others. They are plain structs in the host's memory, with nothing to release. A step
@@ -27,7 +27,7 @@
  * each struct. The coupling moves a place; a tool that also turns keeps the device's own orientation.
  *
  * Sources
- *   Colgate and Schenkel 1997, Passivity of a class of sampled-data systems, Journal of Robotic Systems 14(1), eq. 4.
+ *   Colgate and Schenkel 1997, Passivity of a class of sampled-data systems, Journal of Robotic Systems 14(1).
  *   Adams and Hannaford 1999, Stable haptic interaction with virtual environments, IEEE Trans. Robotics and Automation 15(3).
  *   Hannaford and Ryu 2002, Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18(1).
  *   Stramigioli et al. 2005, Sampled data systems passivity and discrete port-Hamiltonian systems, IEEE Trans. Robotics 21(4).
@@ -45,16 +45,14 @@ extern "C" {
 
 /* What the three know of the device. */
 typedef struct palpate_device {
-  uint32_t
-      struct_bytes;    /* sizeof(palpate_device)                                                                      */
-  int32_t delay_ticks; /* default 1: whole ticks from reading a position to the force that answers it  [0 .. 3]       */
-  double tick;         /* default 0.001 s: from one force to the next. A tick that comes late counts as delay         */
-  double mass;         /* kg, of the handle and what moves with it. The default 0 is refused: the host must know it   */
-  double damping;      /* N s/m, in every direction, with nobody holding the handle. The default 0 is refused. To
+  uint32_t struct_bytes; /* sizeof(palpate_device) */
+  int32_t delay_ticks;   /* default 1: whole ticks from reading a position to the force that answers it  [0 .. 3] */
+  double tick;           /* default 0.001 s: from one force to the next. A tick that comes late counts as delay */
+  double mass;           /* kg, of the handle and what moves with it. The default 0 is refused: the host must know it */
+  double damping;        /* N s/m, in every direction, with nobody holding the handle. The default 0 is refused. To
                             measure it, raise the stiffness of a virtual wall until the free handle buzzes at it; eq. (1) */
-  double force_limit;  /* default 3 N: largest length of the force that the device is sent                            */
-  double
-      velocity_limit; /* default 2 m/s: a position that moves faster counts as a fault of the device                 */
+  double force_limit;    /* default 3 N: largest length of the force that the device is sent */
+  double velocity_limit; /* default 2 m/s: a position that moves faster counts as a fault of the device */
 } palpate_device;
 PALPATE_API void palpate_init_device(palpate_device* device, size_t struct_bytes);
 static inline palpate_device palpate_default_device(void) {
@@ -67,10 +65,10 @@ static inline palpate_device palpate_default_device(void) {
 /* clang-format off */
 enum {
   PALPATE_DEVICE_BAD_INPUT        = 1 << 0, /* NaN or infinity, or a time step that is not above 0: the last good input was used */
-  PALPATE_DEVICE_FORCE_LIMITED    = 1 << 1, /* a force was cut to force_limit                                           */
+  PALPATE_DEVICE_FORCE_LIMITED    = 1 << 1, /* a force was cut to force_limit */
   PALPATE_DEVICE_VELOCITY_LIMITED = 1 << 2, /* the device moved faster than velocity_limit: the step follows at that speed */
-  PALPATE_DEVICE_ACTIVE           = 1 << 3, /* the device got back more energy than it gave: the loop is not stable     */
-  PALPATE_DEVICE_SILENT           = 1 << 4  /* the watchdog has had no new input for its timeout                        */
+  PALPATE_DEVICE_ACTIVE           = 1 << 3, /* the device got back more energy than it gave: the loop is not stable */
+  PALPATE_DEVICE_SILENT           = 1 << 4  /* the watchdog has had no new input for its timeout */
 };
 /* clang-format on */
 typedef uint32_t palpate_device_flags;
@@ -82,17 +80,16 @@ typedef uint32_t palpate_device_flags;
  *     max over -1 <= c <= 1 of  D(c) ((s + B)^2 (1 - c) + s^2 (1 + c)) / (2 (s + B)),   s = K tick / 2
  *
  * with K and B the coupling's stiffness and damping, D(c) = (1 - cos(n t)) / (1 - c), c = cos t, n = delay_ticks + 1. This is
- * Llewellyn's criterion for the sampled coupling and its zero-order hold (Adams and Hannaford 1999, eq. 14); with a rigid organ
- * and no delay it is that of Colgate and Schenkel, B + K tick / 2. NaN where an argument is out of its range. */
+ * Llewellyn's criterion, as Adams and Hannaford use it, for the sampled coupling, its held force and its delay. Without delay it
+ * is the bound of Colgate and Schenkel, B + K tick / 2. NaN where an argument is out of its range. */
 PALPATE_API double palpate_required_damping(double stiffness, double damping, double tick, int32_t delay_ticks);
 
 typedef struct palpate_coupling_def {
-  uint32_t
-      struct_bytes; /* sizeof(palpate_coupling_def)                                                                */
-  int32_t reserved; /* 0                                                                                           */
-  double stiffness; /* N/m, above 0: of the spring; default: 0.9 times the most that the device's damping allows   */
-  double damping;   /* N s/m, 0 or more: of the damper beside it; default: what allows the stiffest spring         */
-  double tool_mass; /* kg, above 0: of the virtual tool; the user feels it too; default: 0.1 times the device's    */
+  uint32_t struct_bytes; /* sizeof(palpate_coupling_def) */
+  int32_t reserved;      /* 0 */
+  double stiffness;      /* N/m, above 0: of the spring; default: 0.9 times the most that the device's damping allows */
+  double damping;        /* N s/m, 0 or more: of the damper beside it; default: what allows the stiffest spring */
+  double tool_mass;      /* kg, above 0: of the virtual tool; the user feels it too; default: 0.1 times the device's */
 } palpate_coupling_def;
 
 /* The defaults for a device of damping b: with a delay of 0, 1, 2 and 3 ticks, stiffness = 1.80, 0.69, 0.44 and 0.32 b / tick
@@ -107,13 +104,13 @@ static inline palpate_coupling_def palpate_default_coupling_def(const palpate_de
 
 /* A coupling. A host may read the fields; the functions alone write them. */
 typedef struct palpate_coupling {
-  double tool_position[3]; /* m: what the scene is sent                                                               */
-  double tool_velocity[3]; /* m/s                                                                                     */
-  double device_force[3];  /* N: what the device is sent                                                              */
-  double organ_damping;    /* N s/m: that the last step added, see below                                              */
-  double energy;           /* J, in the spring and the moving tool: an argument of palpate_passivity_step             */
-  double stiffness, damping, tool_mass, tick, force_limit, velocity_limit; /* as initialised                          */
-  double device_position[3], organ_force[3], organ_force_before[3], last_move[3]; /* the library's own                */
+  double tool_position[3]; /* m: what the scene is sent */
+  double tool_velocity[3]; /* m/s */
+  double device_force[3];  /* N: what the device is sent */
+  double organ_damping;    /* N s/m: that the last step added, see below */
+  double energy;           /* J, in the spring and the moving tool: an argument of palpate_passivity_step */
+  double stiffness, damping, tool_mass, tick, force_limit, velocity_limit;        /* as initialised */
+  double device_position[3], organ_force[3], organ_force_before[3], last_move[3]; /* the library's own */
   int32_t has_position, reserved_number;
   double reserved[8];
 } palpate_coupling;
@@ -144,12 +141,12 @@ PALPATE_API void palpate_coupling_reset(palpate_coupling* coupling);
  * for a force that is held over a tick (Stramigioli et al. 2005), less what the device's own damping takes. An organ that is at
  * rest has no energy to give, so the account begins anew after the force was at rest for 5 ticks. */
 typedef struct palpate_passivity_def {
-  uint32_t struct_bytes; /* sizeof(palpate_passivity_def)                                                             */
-  int32_t reserved;      /* 0                                                                                         */
-  double rest_force;     /* default 0.01 N: a force that is not longer is at rest                                     */
-  double tolerance;      /* default 1e-4 J: more than this on the account raises ACTIVE                               */
+  uint32_t struct_bytes; /* sizeof(palpate_passivity_def) */
+  int32_t reserved;      /* 0 */
+  double rest_force;     /* default 0.01 N: a force that is not longer is at rest */
+  double tolerance;      /* default 1e-4 J: more than this on the account raises ACTIVE */
   double controller;     /* default 0: observe alone. Above 0, N s/m: damp the device, by at most this much, until the
-                            account is balanced (Hannaford and Ryu 2002). At most mass / (2 tick (1 + delay_ticks))   */
+                            account is balanced (Hannaford and Ryu 2002). At most mass / (2 tick (1 + delay_ticks)) */
 } palpate_passivity_def;
 PALPATE_API void palpate_init_passivity_def(palpate_passivity_def* def, size_t struct_bytes);
 static inline palpate_passivity_def palpate_default_passivity_def(void) {
@@ -160,11 +157,11 @@ static inline palpate_passivity_def palpate_default_passivity_def(void) {
 
 /* An observer. A host may read the fields; the functions alone write them. */
 typedef struct palpate_passivity {
-  double energy;    /* J: the account since the force was last at rest; above 0: generated                            */
-  double generated; /* J: of all accounts together, above 0 alone                                                     */
-  double injected;  /* N s/m: the damping of the last step                                                            */
-  double rest_force, tolerance, controller, tick, device_damping, force_limit; /* as initialised                      */
-  double device_position[3], held_force[4][3], stored_energy;                  /* the library's own                   */
+  double energy;    /* J: the account since the force was last at rest; above 0: generated */
+  double generated; /* J: of all accounts together, above 0 alone */
+  double injected;  /* N s/m: the damping of the last step */
+  double rest_force, tolerance, controller, tick, device_damping, force_limit; /* as initialised */
+  double device_position[3], held_force[4][3], stored_energy;                  /* the library's own */
   int32_t delay_ticks, has_position, ticks_at_rest, reserved_number;
   double reserved[8];
 } palpate_passivity;
@@ -183,11 +180,11 @@ PALPATE_API palpate_device_flags palpate_passivity_step(palpate_passivity* passi
 /* Lets the force go where the contacts come no more: a touch thread that hangs, a link that is lost. It belongs into the thread
  * that sends forces to the device, which must not be the one that it watches. */
 typedef struct palpate_watchdog_def {
-  uint32_t struct_bytes; /* sizeof(palpate_watchdog_def)                                                              */
-  int32_t reserved;      /* 0                                                                                         */
-  double timeout;        /* default 0.02 s: input that is older is silent                                             */
-  double fade;           /* default 0.1 s: from then on the force goes to zero in a straight line                     */
-  double slew;           /* default 20 N/s: how fast the force comes back once input comes again                      */
+  uint32_t struct_bytes; /* sizeof(palpate_watchdog_def) */
+  int32_t reserved;      /* 0 */
+  double timeout;        /* default 0.02 s: input that is older is silent */
+  double fade;           /* default 0.1 s: from then on the force goes to zero in a straight line */
+  double slew;           /* default 20 N/s: how fast the force comes back once input comes again */
 } palpate_watchdog_def;
 PALPATE_API void palpate_init_watchdog_def(palpate_watchdog_def* def, size_t struct_bytes);
 static inline palpate_watchdog_def palpate_default_watchdog_def(void) {
@@ -198,10 +195,10 @@ static inline palpate_watchdog_def palpate_default_watchdog_def(void) {
 
 /* A watchdog. A host may read the fields; the functions alone write them. */
 typedef struct palpate_watchdog {
-  double age;                           /* s since the newest input                                   */
-  double device_force[3];               /* N, last sent                                               */
-  double timeout, fade, slew;           /* as initialised                                             */
-  double newest_force[3], silent_force; /* the library's own                                                          */
+  double age;                           /* s since the newest input */
+  double device_force[3];               /* N, last sent */
+  double timeout, fade, slew;           /* as initialised */
+  double newest_force[3], silent_force; /* the library's own */
   uint64_t sequence;
   int32_t is_resuming, reserved_number;
   double reserved[8];
