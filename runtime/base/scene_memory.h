@@ -16,6 +16,8 @@ class SceneMemory {
   T* array(std::size_t count) {
     return static_cast<T*>(take(count, sizeof(T)));
   }
+  // Takes from the same host; released on its own.
+  SceneMemory of_same_host() const { return SceneMemory(host_); }
   bool failed() const { return failed_; }
 
   void release_all();

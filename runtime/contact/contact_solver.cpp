@@ -52,6 +52,7 @@ bool ContactSolver::create(SceneMemory& memory, std::int32_t node_capacity, std:
   leaving_ = memory.array<std::int32_t>(rows);
   spread_ = memory.array<Mat3>(nodes);
   rows_ = memory.array<Rows>(constraints);
+  is_kept_ = memory.array<bool>(constraints);
   kept_rows_ = memory.array<Rows>(constraints);
   kept_node_ = memory.array<ContactNode>(nodes);
   kept_constraint_ = memory.array<ContactConstraint>(constraints);
@@ -96,7 +97,8 @@ void ContactSolver::match(const ContactConstraints& set) {
     const ContactConstraint& constraint = set.constraints[p];
     while (k < kept_constraints_ && comes_before(kept_constraint_[k], constraint)) leave(kept_rows_[k++]);
     const bool known = k < kept_constraints_ && !comes_before(constraint, kept_constraint_[k]);
-    if (known && same(set, constraint, kept_constraint_[k])) {
+    is_kept_[p] = known && same(set, constraint, kept_constraint_[k]);
+    if (is_kept_[p]) {
       rows_[p] = kept_rows_[k];
     } else {
       rows_[p] = {{-2, -1, -1}};
@@ -275,6 +277,43 @@ void ContactSolver::measure_residual() {
   }
 }
 
+// Rows that are not in use have a reaction of zero.
+double ContactSolver::norm_of(const double* reaction) const {
+  double energy = 0;
+  for (std::int32_t row = 0; row < rows_end_; ++row)
+    if (reaction[row] != 0)
+      energy += reaction[row] * dot_rows(rows_end_, matrix_ + static_cast<std::size_t>(row) * stride_, reaction);
+  return std::sqrt(std::max(0.0, energy));
+}
+
+ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, ConstraintNorms* each) {
+  ReactionNorms norms;
+  double energy = 0, *const change = work_;
+  std::fill(change, change + rows_end_, 0.0);
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    each[p] = {};
+    each[p].kept = is_kept_[p];
+    double own = 0, own_change = 0;
+    for (const std::int32_t i : rows_[p].at) {
+      if (i < 0) continue;
+      if (is_kept_[p]) change[i] = reaction_[i] - last_[i];
+      each[p].work += reaction_[i] * dot_rows(rows_end_, &entry(i, 0), reaction_);
+    }
+    for (const std::int32_t i : rows_[p].at)
+      for (const std::int32_t j : rows_[p].at) {
+        if (i < 0 || j < 0) continue;
+        own += reaction_[i] * entry(i, j) * reaction_[j];
+        own_change += change[i] * entry(i, j) * change[j];
+      }
+    each[p].own = std::sqrt(std::max(0.0, own)), each[p].own_change = std::sqrt(std::max(0.0, own_change));
+    energy += each[p].work;
+  }
+  norms.whole = std::sqrt(std::max(0.0, energy));
+  norms.change_of_kept = norm_of(change);
+  norms.operations = 2 * std::int64_t{rows_end_} * rows_end_;
+  return norms;
+}
+
 ContactSystem ContactSolver::system(const ContactConstraint* constraints, std::int32_t count) const {
   ContactSystem system;
   system.matrix = matrix_, system.stride = stride_, system.rows_end = rows_end_;
@@ -367,7 +406,7 @@ bool ContactSolver::take_out(const std::int32_t* gone, int count, double* left) 
   return true;
 }
 
-bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Vec3* modified) {
+bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm) {
   std::int32_t own[kMostRowsOfAContact];
   const int count = rows_of(tool, point, own);
   if (count == 0) return false;
@@ -376,6 +415,7 @@ bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Vec3*
   if (residual_.sweeps == 0 && !take_out(own, count, left)) return false;
   for (int k = 0; k < count; ++k) left[own[k]] = 0;
   hold_others_to_laws(tool, point, left);
+  *norm = norm_of(left);
   std::fill(modified, modified + kept_nodes_, Vec3{});
   spread_reactions(kept_constraint_, kept_rows_, kept_constraints_, kept_node_, left, modified);
   for (std::int32_t e = 0; e < kept_nodes_; ++e)

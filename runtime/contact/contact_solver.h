@@ -15,6 +15,19 @@
 
 namespace palpate {
 
+// Norms of reactions in the energy of the field that they make, sqrt(r^T (H W H^T) r), in sqrt(J).
+struct ReactionNorms {
+  double whole = 0;           // of all reactions
+  double change_of_kept = 0;  // of the change since the last solve, of the constraints that kept their rows
+  std::int64_t operations = 0;
+};
+// The same of one constraint.
+struct ConstraintNorms {
+  double own = 0, own_change = 0;  // of its reactions alone; of their change, 0 where its rows are new
+  double work = 0;                 // J: its reactions times the displacement by all reactions
+  bool kept = false;               // its rows were there in the last solve
+};
+
 class ContactSolver {
  public:
   enum class Outcome { solved, regularised, unsolved };
@@ -53,8 +66,12 @@ class ContactSolver {
 
   // modified[e] as it would be if the contact (tool, point) were gone and the others kept their targets and laws. False, with
   // nothing written, where the last solve had no such contact.
+  // *norm: of the reactions that are left, sqrt(J).
   // Cost in multiply-adds: rows^2 per row of the contact, and ten sweeps where a law decides.
-  bool predict_without(std::int32_t tool, std::int32_t point, Vec3* modified);
+  bool predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm);
+
+  // Of the last solve, with its constraints; each: [constraint_count]. Cost: 2 rows^2 multiply-adds.
+  ReactionNorms measure_norms(const ContactConstraints& set, ConstraintNorms* each);
 
   void forget();
 
@@ -81,6 +98,7 @@ class ContactSolver {
   bool take_out(const std::int32_t* gone, int count, double* left);
   void hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
   void measure_residual();
+  double norm_of(const double* reaction) const;
 
   NodeCompliance compliance_;
   UpdatedCholesky factor_;
@@ -104,6 +122,7 @@ class ContactSolver {
   Mat3* spread_ = nullptr;  // [node_capacity] H C of the constraint whose rows are being filled
 
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step
+  bool* is_kept_ = nullptr;    // [constraint_capacity] its rows were there in the last step
   Rows* kept_rows_ = nullptr;  // [constraint_capacity] of the last step, like all kept_
   ContactNode* kept_node_ = nullptr;
   ContactConstraint* kept_constraint_ = nullptr;

@@ -84,9 +84,12 @@ class Touch {
   void collide(std::int32_t t) {
     Tool& tool = touch_state_.input.tool(t);
     const bool follows = anchors_follow_tools(context_.def);
+    const TrackingLimits limits = {context_.def.max_tool_speed * touch_state_.input.dt(),
+                                   touch_state_.release_distance};
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
       PointState& state = touch_state_.points[t][i];
-      touch_state_.collision.move(state, tool.points[i], t, i, tool.hold);
+      if (!touch_state_.collision.move(state, tool.points[i], t, i, tool.hold, limits))
+        raise(t, PALPATE_STEP_TRACKING_LOST);
       if (!state.contact || !follows) continue;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
       // tool has slid past it, so the tool's own position decides.
@@ -179,8 +182,14 @@ class Touch {
       if (flag) raise(t, flag);
       tools_[t].resultant += touch_state_.force[e];
     }
-    if (follows_deformed_surface(context_.def))
-      touch_state_.field.set(context_.tensors, set, touch_state_.modified, &touch_state_.solver);
+    if (follows_deformed_surface(context_.def)) {
+      Operations work = 0;
+      if (outcome == ContactSolver::Outcome::unsolved)
+        touch_state_.field.set_rest();
+      else
+        touch_state_.field.set(context_.tensors, set, touch_state_.force, touch_state_.modified, &touch_state_.solver,
+                               &work);
+    }
     if (contacts_may_give_way(context_.def) && outcome != ContactSolver::Outcome::unsolved) move_slipped_anchors();
   }
 
@@ -327,7 +336,8 @@ std::uint32_t touch_step(const StepContext& context, TouchState& state, const pa
 
 void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.input.forget();
-  state.field.clear();
+  if (follows_deformed_surface(def)) state.field.forget();
+  state.tree.forget();
   state.solver.forget();
   state.rows.forget();
   state.step = 0;

@@ -8,6 +8,7 @@
 #include "runtime/contact/contact_patch.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/deformed_surface.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_measure.h"
@@ -24,8 +25,11 @@ struct TouchState {
   ToolInput input;
   SurfaceIndex surface;
   SurfaceMeasure measure;  // where contacts have frames (needs_contact_frames)
+  SurfaceTree tree;        // the same surface, where there is collision
   ContactField field;      // where collision follows the deformed surface
+  DeformedSurface deformed;
   Collision collision;
+  double release_distance = 0;                 // m
   PointState* points[PALPATE_MAX_TOOLS] = {};  // [max_points] for each tool
   ContactPatch patch;
   ContactRows rows;

@@ -126,11 +126,64 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
-palpate_status build_collision(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+// Constraints that a step can have.
+std::int32_t most_constraints(const palpate_scene_def& def) {
+  const std::int32_t per_point = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
+  return std::min(def.max_contact_nodes, per_point * def.max_points);
+}
+
+// An upper bound of the largest eigenvalue of a symmetric positive semidefinite matrix, at most 7 % above it:
+// (trace C^16)^(1/16).
+double eigenvalue_bound(Mat3 c) {
+  double bound = 1;
+  const double size = c.m[0][0] + c.m[1][1] + c.m[2][2];
+  if (!(size > 0)) return 0;
+  for (auto& row : c.m)
+    for (double& x : row) x /= size;
+  for (int i = 0; i < 4; ++i) c = c * c;
+  bound = c.m[0][0] + c.m[1][1] + c.m[2][2];
+  for (int i = 0; i < 4; ++i) bound = std::sqrt(bound);
+  return size * bound;
+}
+
+// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach.
+bool set_reaches(const SectionReader& reader, const Tensors& tensors, const std::int32_t* touchable,
+                 SurfaceTree& tree) {
+  SceneMemory scratch = reader.memory().of_same_host();
+  const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
+  double* const reach = scratch.array<double>(count);
+  if (reach) {
+    double most = 0;
+    std::fill(reach, reach + count, -1.0);
+    for (std::int32_t k = 0; k < tensors.columns; ++k) {
+      Mat3 compliance;
+      self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(k), &compliance);
+      reach[touchable[k]] = std::sqrt(eigenvalue_bound(compliance));
+      most = std::max(most, reach[touchable[k]]);
+    }
+    std::replace(reach, reach + count, -1.0, most);
+    tree.set_reach(reach);
+  }
+  scratch.release_all();
+  return reach != nullptr;
+}
+
+// Where the definition states no release distance: this share of the diagonal of the organ's box.
+constexpr double kReleaseShare = 0.2;
+
+palpate_status build_collision(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
+                               const std::int32_t* touchable, TouchState& touch) {
   const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
-  if (deformed && !touch.field.create(reader.memory(), def.max_contact_nodes, reader.surface_nodes()))
+  if (!touch.tree.build(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles, reader.triangles()))
     return reader.no_memory("collision");
-  touch.collision.create(&touch.surface, touch.triangles, &touch.field, deformed);
+  if (deformed &&
+      (!touch.field.create(reader.memory(), def.max_contact_nodes, most_constraints(def), reader.surface_nodes()) ||
+       !set_reaches(reader, tensors, touchable, touch.tree)))
+    return reader.no_memory("collision");
+  touch.deformed.create(&touch.tree, deformed ? &touch.field : nullptr);
+  touch.collision.create(&touch.deformed, &touch.surface, deformed ? &touch.field : nullptr);
+  touch.release_distance =
+      def.release_distance > 0 ? def.release_distance : kReleaseShare * length(touch.tree.high() - touch.tree.low());
   for (std::int32_t t = 0; t < def.max_tools; ++t)
     touch.points[t] = reader.memory().array<PointState>(static_cast<std::size_t>(def.max_points));
   return PALPATE_OK;
@@ -144,8 +197,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   limits.max_tools = def.max_tools, limits.max_points = def.max_points;
   limits.has_triangles = touch.triangles != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
-  const std::int32_t per_point = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1,
-                     constraints = std::min(def.max_contact_nodes, per_point * def.max_points);
+  const std::int32_t constraints = most_constraints(def);
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   const ContactRows::Source source = {def.contact, touch.column_of_node, touch.triangles, touch.rest,
@@ -251,6 +303,8 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.max_contact_nodes < 1 || def.max_contact_nodes > 3000) return bad("max_contact_nodes must be 1 .. 3000");
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
   if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
+  if (!(def.max_tool_speed > 0)) return bad("max_tool_speed must be above 0 m/s");
+  if (!(def.release_distance >= 0)) return bad("release_distance must be 0 m or more");
   if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
@@ -279,7 +333,8 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(needs_surface(def), [&] { return build_surface(reader, def, touch); });
   step(def.contact == PALPATE_CONTACT_PATCH, [&] { return build_patches(reader, touch); });
   step(def.render_mesh != nullptr, [&] { return bind_render_mesh(reader, def, touch.triangles, scene.skin); });
-  step(def.collision != PALPATE_COLLISION_OFF, [&] { return build_collision(reader, def, touch); });
+  step(def.collision != PALPATE_COLLISION_OFF,
+       [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, [&] { return build_contacts(reader, def, touchable, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });

@@ -22,6 +22,7 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   defaults.max_contact_nodes = 192;
   defaults.force_limit = 50;
   defaults.force_slew = 1e4;
+  defaults.max_tool_speed = 10;
   write_host_struct(defaults, def, struct_bytes);
 }
 

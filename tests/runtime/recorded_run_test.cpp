@@ -150,7 +150,8 @@ TEST_F(RecordedRun, MeetsContactsCorrectionsConflictsSlipsAndLimits) {
                           &law, &contact_nodes, &slips, &scene_flags),
               4)
         << line;
-    EXPECT_GT(contact_nodes, 3 * 400) << line;  // more than the grip and the two pinching points alone
+    // More than the grip and the two pinching points alone, of which a sliding one on a node may lose its contact for a while.
+    EXPECT_GT(contact_nodes, 2.9 * 400) << line;
     EXPECT_EQ(slips > 0, law == PALPATE_LAW_COULOMB) << line;
     flags |= scene_flags;
   }

@@ -31,11 +31,13 @@ inline std::string bundle_bytes(const BundleParts& parts) {
   return bytes;
 }
 
-class TouchedBox {
+// A body that was solved densely, its bundle open.
+class TouchedBody {
  public:
-  explicit TouchedBox(const TinyBox& form = {}, const std::function<void(BundleParts&)>& change = {})
-      : body(surface_first(box_mesh(form.cells, form.size, 0.1))), form_(form) {
-    BundleParts parts = tiny_bundle(form);
+  explicit TouchedBody(DenseBody dense, const std::function<void(BundleParts&)>& change = {})
+      : body(std::move(dense.body)), young_(dense.young), poisson_(dense.poisson) {
+    dense.body = body;
+    BundleParts parts = dense_bundle(dense);
     if (change) change(parts);
     fixed = parts.get<std::uint8_t>(formats::SectionId::fixed);
     touchable = parts.get<std::int32_t>(formats::SectionId::touchable);
@@ -55,7 +57,7 @@ class TouchedBox {
     return ScenePointer(created);
   }
 
-  Eigen::MatrixXd stiffness() const { return dense_stiffness(body.mesh, form_.young, form_.poisson); }
+  Eigen::MatrixXd stiffness() const { return dense_stiffness(body.mesh, young_, poisson_); }
   Eigen::Index dofs() const { return 3 * static_cast<Eigen::Index>(body.mesh.nodes.size()); }
   Eigen::Vector3d node(std::int32_t n) const { return Eigen::Vector3d(body.mesh.nodes[n].data()); }
   Eigen::Vector3d place(std::int32_t triangle, Eigen::Vector3d k) const {
@@ -67,7 +69,7 @@ class TouchedBox {
     const auto& t = body.triangles[triangle];
     return (node(t[1]) - node(t[0])).cross(node(t[2]) - node(t[0])).normalized();
   }
-  // A triangle of the face x = size, none of whose nodes is fixed.
+  // A triangle that looks along +x, as those of the far face of a box, none of whose nodes is fixed.
   std::int32_t far_triangle(int which = 0) const {
     for (std::size_t t = 0; t < body.triangles.size(); ++t)
       if (outward(static_cast<std::int32_t>(t))[0] > 0.99 && which-- == 0) return static_cast<std::int32_t>(t);
@@ -79,9 +81,15 @@ class TouchedBox {
   std::vector<std::int32_t> touchable;
 
  private:
-  TinyBox form_;
+  double young_, poisson_;
   std::unique_ptr<AlignedBytes> bytes_;
   BundlePointer bundle_;
+};
+
+class TouchedBox : public TouchedBody {
+ public:
+  explicit TouchedBox(const TinyBox& form = {}, const std::function<void(BundleParts&)>& change = {})
+      : TouchedBody(dense_box(form), change) {}
 };
 
 // Contacts and shape of a scene in memory of their own.
@@ -124,7 +132,7 @@ inline palpate_tool tool_of(const std::vector<palpate_grip>& grips) {
 
 inline palpate_scene_def unlimited_def() {
   palpate_scene_def def = palpate_default_scene_def();
-  def.force_limit = def.force_slew = INFINITY;
+  def.force_limit = def.force_slew = def.max_tool_speed = def.release_distance = INFINITY;
   return def;
 }
 

@@ -71,18 +71,34 @@ inline Eigen::MatrixXd dense_stiffness(const TetrahedralMesh& mesh, double young
   return stiffness;
 }
 
+// A body whose bundle is solved densely.
+struct DenseBody {
+  SurfaceFirst body;
+  double young = 5400, poisson = 0.45;  // Pa
+  bool interior = true;                 // store displacement_interior
+  std::vector<std::uint8_t> fixed;      // [nodes][3]
+};
+
+// Fixed: the face x = 0.
+inline DenseBody dense_box(const TinyBox& box) {
+  DenseBody dense{surface_first(box_mesh(box.cells, box.size, 0.1)), box.young, box.poisson, box.interior, {}};
+  const auto& nodes = dense.body.mesh.nodes;
+  dense.fixed.assign(3 * nodes.size(), 0);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i][0] == 0.0) dense.fixed[3 * i] = dense.fixed[3 * i + 1] = dense.fixed[3 * i + 2] = 1;
+  if (box.single_dof) dense.fixed[3 * (dense.body.surface_nodes - 1)] = 1;
+  return dense;
+}
+
 // T^u_nk = C_nk C_kk^-1 and T^f_k = C_kk^-1, C_kk inverted on its free dofs.
-inline BundleParts tiny_bundle(const TinyBox& box = {}) {
+inline BundleParts dense_bundle(const DenseBody& dense) {
   using formats::SectionId;
-  const SurfaceFirst body = surface_first(box_mesh(box.cells, box.size, 0.1));
+  const SurfaceFirst& body = dense.body;
+  const std::vector<std::uint8_t>& fixed = dense.fixed;
   const auto& nodes = body.mesh.nodes;
   const std::size_t n = nodes.size(), ns = body.surface_nodes;
 
-  // Fixed: the face x = 0. Touchable: every surface node with a free dof.
-  std::vector<std::uint8_t> fixed(3 * n, 0);
-  for (std::size_t i = 0; i < n; ++i)
-    if (nodes[i][0] == 0.0) fixed[3 * i] = fixed[3 * i + 1] = fixed[3 * i + 2] = 1;
-  if (box.single_dof) fixed[3 * (ns - 1)] = 1;
+  // Touchable: every surface node with a free dof.
   std::vector<std::int32_t> touchable;
   for (std::size_t i = 0; i < ns; ++i)
     if (!fixed[3 * i] || !fixed[3 * i + 1] || !fixed[3 * i + 2]) touchable.push_back(static_cast<std::int32_t>(i));
@@ -91,7 +107,7 @@ inline BundleParts tiny_bundle(const TinyBox& box = {}) {
   std::vector<Eigen::Index> free;
   for (std::size_t i = 0; i < 3 * n; ++i)
     if (!fixed[i]) free.push_back(static_cast<Eigen::Index>(i));
-  const Eigen::MatrixXd stiffness = dense_stiffness(body.mesh, box.young, box.poisson);
+  const Eigen::MatrixXd stiffness = dense_stiffness(body.mesh, dense.young, dense.poisson);
   Eigen::MatrixXd compliance = Eigen::MatrixXd::Zero(stiffness.rows(), stiffness.cols());
   const Eigen::MatrixXd unit_loads = Eigen::MatrixXd::Identity(free.size(), free.size());
   const Eigen::MatrixXd on_free_dofs = Eigen::MatrixXd(stiffness(free, free)).llt().solve(unit_loads);
@@ -138,16 +154,20 @@ inline BundleParts tiny_bundle(const TinyBox& box = {}) {
   parts.set(SectionId::region, {e}, body.mesh.region);
   parts.set(SectionId::triangles, {f, 3}, flat(body.triangles));
   parts.set(SectionId::fixed, {n, 3}, fixed);
-  parts.set(SectionId::young, {1}, std::vector<double>{box.young});
-  parts.set(SectionId::poisson, {1}, std::vector<double>{box.poisson});
+  parts.set(SectionId::young, {1}, std::vector<double>{dense.young});
+  parts.set(SectionId::poisson, {1}, std::vector<double>{dense.poisson});
   parts.set_text(SectionId::region_names, "box\n");
   parts.set(SectionId::touchable, {s}, touchable);
   parts.set(SectionId::displacement_surface, {s, 3, ns, 3}, surface);
-  if (box.interior && ni > 0) parts.set(SectionId::displacement_interior, {s, 3, ni, 3}, interior);
+  if (dense.interior && ni > 0) parts.set(SectionId::displacement_interior, {s, 3, ni, 3}, interior);
   parts.set(SectionId::force, {s, 3, 3}, force);
   parts.set(SectionId::residual, {s, 3}, std::vector<double>(3 * s, 1e-15));
   parts.set(SectionId::iterations, {s, 3}, std::vector<std::int32_t>(3 * s, 1));
   return parts;
+}
+
+inline BundleParts tiny_bundle(const TinyBox& box = {}) {
+  return dense_bundle(dense_box(box));
 }
 
 }  // namespace palpate::tests

@@ -278,6 +278,11 @@ typedef struct palpate_scene_def {
                                     under a PATCH the nodes below the disc, about a dozen on a coarse mesh        */
   double force_limit;            /* default 50   N, above 0: largest length of each tool's force                  */
   double force_slew;             /* default 1e4  N/s, above 0: largest change of each tool's force; INFINITY: none */
+  double max_tool_speed;         /* default 10   m/s, above 0: a tool point that moves faster has lost its tracking;
+                                    INFINITY: none                                                              */
+  double release_distance;       /* default 0    m: a contact ends where the tool point is farther from its anchor,
+                                    both from where it rests and from where the other contacts take it; 0: a fifth
+                                    of the diagonal of the organ's box; INFINITY: never                         */
   const palpate_render_mesh* render_mesh; /* default NULL: none. palpate_scene_create reads it and does not keep it */
   palpate_allocator allocator;            /* default NULL, NULL, NULL                                              */
 } palpate_scene_def;
@@ -470,7 +475,10 @@ enum {
                                              other nodes there, or is not made where there are none                             */
   PALPATE_STEP_UNSOLVED         = 1 << 7, /* a number is not finite, or the stored precision is too coarse for so many contacts:
                                              the step has no contact forces, or no displacement of those nodes                  */
-  PALPATE_STEP_OTHER_BUNDLE     = 1 << 8  /* the contacts given to palpate_scene_shape are of another bundle: the shape is at rest */
+  PALPATE_STEP_OTHER_BUNDLE     = 1 << 8, /* the contacts given to palpate_scene_shape are of another bundle: the shape is at rest */
+  PALPATE_STEP_TRACKING_LOST    = 1 << 9  /* a tool point moved faster than max_tool_speed, jumped through the organ in one
+                                             step, or left its contact by more than release_distance: it has no contact until
+                                             it has been outside and comes in again                                         */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;

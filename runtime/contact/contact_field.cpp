@@ -1,0 +1,255 @@
+#include "runtime/contact/contact_field.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// Contacts with new rows whose change is measured; further ones count with the sum of what they were and are.
+constexpr int kMostMeasured = 8;
+// Rounding of stored tensors leaves about this share of a contact's own energy in the energy of its change.
+constexpr double kRounding = 1e-6;
+
+}  // namespace
+
+bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const {
+  const std::size_t count = static_cast<std::size_t>(nodes), surface = static_cast<std::size_t>(surface_nodes_);
+  layer.nodes = memory.array<ContactNode>(count);
+  layer.modified = memory.array<Vec3>(count);
+  layer.force = memory.array<Vec3>(count);
+  layer.row = memory.array<const void*>(3 * count);
+  layer.coefficient = memory.array<double>(3 * count);
+  layer.contacts = memory.array<Contact>(static_cast<std::size_t>(contacts));
+  layer.known = memory.array<Vec3>(surface);
+  layer.known_stamp = memory.array<std::uint32_t>(surface);
+  return !memory.failed();
+}
+
+bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
+                          std::int32_t surface_nodes) {
+  surface_nodes_ = surface_nodes;
+  predicted_ = memory.array<Vec3>(static_cast<std::size_t>(node_capacity));
+  norms_ = memory.array<ConstraintNorms>(static_cast<std::size_t>(contact_capacity));
+  if (!create_layer(memory, layer_[0], node_capacity, contact_capacity) ||
+      !create_layer(memory, layer_[1], node_capacity, contact_capacity))
+    return false;
+  forget();
+  return true;
+}
+
+void ContactField::forget() {
+  for (Layer& layer : layer_) {
+    layer.count = layer.contact_count = 0;
+    forget_nodes(layer);
+  }
+  solver_ = nullptr;
+  norm_ = norm_before_ = path_ = path_set_ = path_before_ = 0;
+}
+
+void ContactField::forget_nodes(Layer& layer) const {
+  if (++layer.stamp != 0) return;
+  std::fill(layer.known_stamp, layer.known_stamp + surface_nodes_, 0u);
+  layer.stamp = 1;
+}
+
+void ContactField::swap_layers() {
+  std::swap(now_, before_);
+  norm_before_ = norm_, path_before_ = path_set_;
+  now_->count = now_->contact_count = 0;
+  forget_nodes(*now_);
+}
+
+void ContactField::set_rest() {
+  swap_layers();
+  solver_ = nullptr;
+  norm_ = 0, path_ += norm_before_;
+  path_set_ = path_;
+}
+
+void ContactField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
+                       ContactSolver* solver, Operations* work) {
+  tensors_ = tensors;
+  swap_layers();
+  solver_ = solver;
+  Layer& now = *now_;
+  now.count = set.node_count;
+  std::copy(set.nodes, set.nodes + now.count, now.nodes);
+  std::copy(modified, modified + now.count, now.modified);
+  std::copy(force, force + now.count, now.force);
+  for (std::int32_t r = 0; r < 3 * now.count && !tensors.compliance; ++r) {
+    const std::int32_t e = r / 3, column = now.nodes[e].column, j = r % 3;
+    now.row[r] = tensors.surface.row(column, j);
+    now.coefficient[r] = modified[e][j] * static_cast<double>(tensors.surface.row_scale(column, j));
+  }
+  const ReactionNorms norms = solver->measure_norms(set, norms_);
+  *work += norms.operations;
+  norm_ = norms.whole;
+  gather_contacts(set, norms_);
+  // However much changed, the field went from one norm to the other.
+  path_ += std::min(measure_change(norms.change_of_kept, work), norm_before_ + norm_);
+  path_set_ = path_;
+}
+
+// Sums the norms of the constraints of each contact. The constraints of a contact are neighbours in the list.
+void ContactField::gather_contacts(const ContactConstraints& set, const ConstraintNorms* each) {
+  Layer& now = *now_;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    Contact* last = now.contact_count > 0 ? &now.contacts[now.contact_count - 1] : nullptr;
+    if (!last || last->tool != constraint.tool || last->point != constraint.point) {
+      last = &now.contacts[now.contact_count++];
+      *last = {constraint.tool, constraint.point, constraint.first_node, constraint.first_node, 0, 0, 0, true};
+    }
+    last->last = constraint.first_node + constraint.node_count;
+    last->own += each[p].own;
+    last->own_change += each[p].own_change;
+    last->without += each[p].work;  // for now: the work of its reactions
+    last->kept = last->kept && each[p].kept;
+  }
+  // |f - g|^2 = |f|^2 - 2 f C g + |g|^2 in the norm of energy.
+  for (std::int32_t c = 0; c < now.contact_count; ++c) {
+    Contact& contact = now.contacts[c];
+    const double squared = norm_ * norm_ - 2 * contact.without + contact.own * contact.own;
+    contact.without =
+        now.contact_count == 1 ? 0 : std::min(norm_ + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * norm_);
+  }
+}
+
+// The norm of the change from the layer before to this one: what the contacts with old rows changed together, and each contact
+// that came, went or changed its rows.
+double ContactField::measure_change(double kept, Operations* work) {
+  double change = kept;
+  int measured = 0;
+  std::int32_t b = 0;
+  for (std::int32_t c = 0; c < now_->contact_count; ++c) {
+    Contact& now = now_->contacts[c];
+    const auto earlier = [&](const Contact& other) {
+      return other.tool != now.tool ? other.tool < now.tool : other.point < now.point;
+    };
+    for (; b < before_->contact_count && earlier(before_->contacts[b]); ++b) change += before_->contacts[b].own;
+    const bool known =
+        b < before_->contact_count && before_->contacts[b].tool == now.tool && before_->contacts[b].point == now.point;
+    const Contact* before = known ? &before_->contacts[b++] : nullptr;
+    if (now.kept && known) continue;
+    now.own_change = !known                       ? now.own
+                     : measured++ < kMostMeasured ? change_of(before, &now, work)
+                                                  : now.own + before->own;
+    change += now.own_change;
+  }
+  for (; b < before_->contact_count; ++b) change += before_->contacts[b].own;
+  return change;
+}
+
+// The norm of the difference between a contact's forces in two steps, from the tensors between its nodes.
+double ContactField::change_of(const Contact* before, const Contact* now, Operations* work) const {
+  double energy = 0;
+  const auto between = [&](const Layer& a, std::int32_t i, const Layer& b, std::int32_t j, double sign) {
+    energy += sign * dot(a.force[i], tensors_.displacement(a.nodes[i].node, b.nodes[j].column) * b.modified[j]);
+    *work += 9;
+  };
+  for (std::int32_t i = now->first; i < now->last; ++i) {
+    for (std::int32_t j = now->first; j < now->last; ++j) between(*now_, i, *now_, j, 1);
+    for (std::int32_t j = before->first; j < before->last; ++j) between(*now_, i, *before_, j, -2);
+  }
+  for (std::int32_t i = before->first; i < before->last; ++i)
+    for (std::int32_t j = before->first; j < before->last; ++j) between(*before_, i, *before_, j, 1);
+  const double sum = now->own + before->own;
+  energy = std::max(0.0, energy) + kRounding * sum * sum;
+  return energy <= sum * sum ? std::sqrt(energy) : sum;  // also where it is not a number
+}
+
+const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t tool, std::int32_t point) {
+  const Contact *first = layer.contacts, *end = layer.contacts + layer.contact_count;
+  const Contact* at = std::partition_point(
+      first, end, [&](const Contact& c) { return c.tool != tool ? c.tool < tool : c.point < point; });
+  return at != end && at->tool == tool && at->point == point ? at : nullptr;
+}
+
+double ContactField::own_norm(std::int32_t tool, std::int32_t point) const {
+  const Contact* contact = find(*now_, tool, point);
+  return contact ? contact->own : 0;
+}
+
+double ContactField::norm_without(std::int32_t tool, std::int32_t point) const {
+  const Contact* contact = find(*now_, tool, point);
+  return contact ? contact->without : norm_;
+}
+
+double ContactField::last_change_without(std::int32_t tool, std::int32_t point) const {
+  const Contact *now = find(*now_, tool, point), *before = find(*before_, tool, point);
+  const double own = now ? now->own_change : before ? before->own : 0;
+  return std::min(last_change() + own, (now ? now->without : norm_) + (before ? before->without : norm_before_));
+}
+
+bool ContactField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const {
+  const Contact* own = find(*now_, tool, point);
+  if (!own || now_->contact_count == 1) return false;
+  Vec3 force;
+  for (std::int32_t e = own->first; e < own->last; ++e) force += now_->force[e];
+  return dot(force, outward) > 0;
+}
+
+void ContactField::drop(std::int32_t tool, std::int32_t point) {
+  Contact* own = const_cast<Contact*>(find(*now_, tool, point));
+  if (!own) return;
+  for (std::int32_t e = own->first; e < own->last; ++e) {
+    now_->modified[e] = now_->force[e] = Vec3{};
+    for (int j = 0; j < 3; ++j) now_->coefficient[3 * e + j] = 0;
+  }
+  path_ += own->own;
+  norm_ = own->without;
+  for (std::int32_t c = 0; c < now_->contact_count; ++c) now_->contacts[c].without += own->own;
+  own->own = own->own_change = 0;
+  solver_ = nullptr;
+  forget_nodes(*now_);
+}
+
+bool ContactField::predict_without(std::int32_t tool, std::int32_t point) {
+  return solver_ && solver_->predict_without(tool, point, predicted_, &predicted_norm_);
+}
+
+Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) const {
+  Vec3 sum;
+  for (std::int32_t e = 0; e < now_->count; ++e)
+    sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
+  *work += 9 * now_->count;
+  return is_finite(sum) ? sum : Vec3{};
+}
+
+// Displacement of a surface node by the contact nodes first .. last - 1.
+Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node,
+                       Operations* work) const {
+  *work += 9 * (last - first);
+  if (!tensors_.compliance)
+    return tensors_.surface.sum_at_node(layer.row + 3 * first, layer.coefficient + 3 * first, 3 * (last - first), node);
+  Vec3 sum;
+  for (std::int32_t e = first; e < last; ++e)
+    sum += tensors_.displacement(node, layer.nodes[e].column) * layer.modified[e];
+  return sum;
+}
+
+Vec3 ContactField::known_at(Layer& layer, std::int32_t node, Operations* work) const {
+  if (layer.count == 0) return {};
+  if (layer.known_stamp[node] == layer.stamp) return layer.known[node];
+  const Vec3 u = sum(layer, 0, layer.count, node, work);
+  layer.known_stamp[node] = layer.stamp;
+  return layer.known[node] = is_finite(u) ? u : Vec3{};
+}
+
+Vec3 ContactField::at_node(std::int32_t node, Operations* work) {
+  return known_at(*now_, node, work);
+}
+
+Vec3 ContactField::before_at_node(std::int32_t node, Operations* work) {
+  return known_at(*before_, node, work);
+}
+
+Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work) {
+  const Contact* own = find(*now_, tool, point);
+  if (!own) return at_node(node, work);
+  if (now_->contact_count == 1) return {};
+  const Vec3 u = at_node(node, work) - sum(*now_, own->first, own->last, node, work);
+  return is_finite(u) ? u : Vec3{};
+}
+
+}  // namespace palpate

@@ -1,0 +1,95 @@
+// The displacement field that the contacts of the last solve produce, evaluated at single nodes (eq. 9 of the paper), and bounds
+// on how far it moves any node.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/bundle/tensors.h"
+#include "runtime/contact/contact_solver.h"
+#include "runtime/surface/surface_tree.h"
+
+namespace palpate {
+
+class ContactField {
+ public:
+  bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
+              std::int32_t surface_nodes);
+  void forget();
+
+  // Takes over the solved contacts of a step. solver: has solved these constraints; predict_without() asks it later.
+  // Cost: two products with the contact matrix; for each contact whose rows changed, nodes^2 entries of the tensors.
+  void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
+           ContactSolver* solver, Operations* work);
+  // A step without a solution: the surface is at rest.
+  void set_rest();
+  bool empty() const { return now_->count == 0; }
+
+  // Removes the part of the contact (tool, point) from the field until the next set().
+  void drop(std::int32_t tool, std::int32_t point);
+
+  // Displacement of a surface node, m. The field remembers it until the next set().
+  Vec3 at_node(std::int32_t node, Operations* work);
+  // The same of the field before the last set().
+  Vec3 before_at_node(std::int32_t node, Operations* work);
+  // The same without the part of the contact (tool, point).
+  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work);
+
+  // Predicts the field as if the contact (tool, point) ended and all others kept their targets and laws; predicted_at_node()
+  // then reads it. False where the prediction is not possible, because drop() has changed the field.
+  bool predict_without(std::int32_t tool, std::int32_t point);
+  Vec3 predicted_at_node(std::int32_t node, Operations* work) const;
+  // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
+  bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
+  double predicted_norm() const { return predicted_norm_; }
+
+  // sqrt(J), as surface_tree.h explains: of the field; the sum of the norms of its changes; of the changes since the last set()
+  // but one.
+  double norm() const { return norm_; }
+  double path() const { return path_; }
+  double last_change() const { return path_ - path_before_; }
+  // Of the part of one contact; of all others together; of the change of all others by the last set(). Upper bounds.
+  double own_norm(std::int32_t tool, std::int32_t point) const;
+  double norm_without(std::int32_t tool, std::int32_t point) const;
+  double last_change_without(std::int32_t tool, std::int32_t point) const;
+
+ private:
+  struct Contact {
+    std::int32_t tool, point, first, last;  // its contact nodes
+    double own, without, own_change;        // sqrt(J)
+    bool kept;                              // its rows are those of the step before
+  };
+  // One field: its coefficients, and the displacements that were evaluated.
+  struct Layer {
+    ContactNode* nodes;
+    Vec3 *modified, *force;
+    const void** row;     // [nodes][3] stored displacement rows; unused with a stored compliance
+    double* coefficient;  // [nodes][3] m, of each row
+    Contact* contacts;    // ascending by tool and point
+    std::int32_t count, contact_count;
+    Vec3* known;  // [surface_nodes]
+    std::uint32_t* known_stamp;
+    std::uint32_t stamp;
+  };
+  bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const;
+  void swap_layers();
+  void forget_nodes(Layer& layer) const;
+  static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
+  void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);
+  double measure_change(double kept, Operations* work);
+  double change_of(const Contact* before, const Contact* now, Operations* work) const;
+  Vec3 sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node, Operations* work) const;
+  Vec3 known_at(Layer& layer, std::int32_t node, Operations* work) const;
+
+  Tensors tensors_;
+  Layer layer_[2] = {};
+  Layer *now_ = layer_, *before_ = layer_ + 1;
+  Vec3* predicted_ = nullptr;
+  ConstraintNorms* norms_ = nullptr;  // [contact_capacity]
+  ContactSolver* solver_ = nullptr;   // nullptr after drop()
+  std::int32_t surface_nodes_ = 0;
+  double norm_ = 0, norm_before_ = 0, predicted_norm_ = 0;
+  double path_ = 0, path_set_ = 0, path_before_ = 0;  // now; after the last set(); after the one before
+};
+
+}  // namespace palpate

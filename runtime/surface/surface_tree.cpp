@@ -1,0 +1,176 @@
+#include "runtime/surface/surface_tree.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// The bound is exact for exact numbers. Tensors are stored in single or half precision or compressed, so the bound gets a margin.
+constexpr double kMargin = 1.02;
+
+Vec3 lower(Vec3 a, Vec3 b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+Vec3 upper(Vec3 a, Vec3 b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+// atan(x) for 0 <= x <= 1, to 1e-4 (Abramowitz and Stegun 4.4.49 with its first five terms). The C library's own function differs
+// from version to version, and a step's bits must not.
+double arc_tangent(double x) {
+  const double s = x * x;
+  return x * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))));
+}
+
+}  // namespace
+
+double corner_angle(Vec3 a, Vec3 b, Vec3 c) {
+  constexpr double quarter = 1.5707963267948966;
+  const Vec3 u = b - a, v = c - a;
+  const double across = length(cross(u, v)), along = dot(u, v), size = std::fabs(along);
+  if (!(across > 0)) return along < 0 ? 2 * quarter : 0;
+  const double sharp = across <= size ? arc_tangent(across / size) : quarter - arc_tangent(size / across);
+  return along < 0 ? 2 * quarter - sharp : sharp;
+}
+
+Vec3 SurfaceTree::at_rest(const SurfacePoint& surface_point) const {
+  Vec3 sum;
+  const std::int32_t* node = corners(surface_point.triangle);
+  for (int v = 0; v < 3; ++v) sum += surface_point.barycentric[v] * at_rest(node[v]);
+  return sum;
+}
+
+Vec3 SurfaceTree::outward_at_rest(std::int32_t triangle) const {
+  const std::int32_t* node = corners(triangle);
+  const Vec3 a = at_rest(node[0]);
+  return unit_or_zero(cross(at_rest(node[1]) - a, at_rest(node[2]) - a));
+}
+
+SurfaceTree::Box SurfaceTree::rest_box(std::int32_t triangle) const {
+  const std::int32_t* node = corners(triangle);
+  const Vec3 a = at_rest(node[0]), b = at_rest(node[1]), c = at_rest(node[2]);
+  return {lower(a, lower(b, c)), upper(a, upper(b, c))};
+}
+
+bool SurfaceTree::build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
+                        std::int32_t triangle_count) {
+  position_ = position, triangles_ = triangles, triangle_count_ = triangle_count, surface_nodes_ = nodes;
+  const std::size_t count = static_cast<std::size_t>(triangle_count);
+  nodes_ = memory.array<Node>(count + 1);  // a leaf has two triangles or more
+  order_ = memory.array<std::int32_t>(count);
+  fan_ = memory.array<std::int32_t>(3 * count);
+  fan_start_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes) + 1);
+  if (memory.failed()) return false;
+  if (triangle_count == 0) return true;
+
+  double edges = 0;
+  for (std::int32_t t = 0; t < triangle_count; ++t) {
+    order_[t] = t;
+    for (int v = 0; v < 3; ++v) {
+      ++fan_start_[corners(t)[v] + 1];
+      edges += length(at_rest(corners(t)[v]) - at_rest(corners(t)[(v + 1) % 3]));
+    }
+  }
+  mean_edge_ = edges / (3.0 * triangle_count);
+  for (std::int32_t n = 0; n < nodes; ++n) fan_start_[n + 1] += fan_start_[n];
+  // Filled from the back, so that each start moves to its own place.
+  for (std::int32_t t = triangle_count - 1; t >= 0; --t)
+    for (int v = 2; v >= 0; --v) fan_[--fan_start_[corners(t)[v] + 1]] = t;
+  for (std::int32_t n = 0; n < nodes; ++n) fan_start_[n] = fan_start_[n + 1];
+  fan_start_[nodes] = 3 * triangle_count;
+
+  node_count_ = 1;
+  split(-1, 0, 0, triangle_count);
+  low_ = nodes_[0].rest.low, high_ = nodes_[0].rest.high;
+  return true;
+}
+
+// Makes node `at` of the triangles order_[first .. last - 1], halved along their centres' longest extent.
+std::int32_t SurfaceTree::split(std::int32_t parent, std::int32_t at, std::int32_t first, std::int32_t last) {
+  Node& node = nodes_[at];
+  node = Node{};
+  node.parent = parent;
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  node.rest = {low, high};
+  const auto twice_centre = [&](std::int32_t triangle) {
+    const Box box = rest_box(triangle);
+    return box.low + box.high;
+  };
+  for (std::int32_t i = first; i < last; ++i) {
+    const Box box = rest_box(order_[i]);
+    node.rest = {lower(node.rest.low, box.low), upper(node.rest.high, box.high)};
+    low = lower(low, box.low + box.high), high = upper(high, box.low + box.high);
+  }
+  node.seen = node.rest;
+  if (last - first <= kLeaf) {
+    std::sort(order_ + first, order_ + last);
+    node.first = first, node.count = last - first;
+    return at;
+  }
+  const Vec3 size = high - low;
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const std::int32_t middle = first + (last - first) / 2;
+  // Ties are decided by number, so that every C++ library makes the same tree.
+  std::nth_element(order_ + first, order_ + middle, order_ + last, [&](std::int32_t a, std::int32_t b) {
+    const double x = twice_centre(a)[axis], y = twice_centre(b)[axis];
+    return x != y ? x < y : a < b;
+  });
+  const std::int32_t children = node_count_;
+  node_count_ += 2;
+  node.first = children, node.count = 0;
+  split(at, children, first, middle);
+  split(at, children + 1, middle, last);
+  return at;
+}
+
+void SurfaceTree::set_reach(const double* reach) {
+  // Children stand after their parents.
+  for (std::int32_t at = node_count_ - 1; at >= 0; --at) {
+    Node& node = nodes_[at];
+    if (node.count == 0) {
+      node.reach = std::max(nodes_[node.first].reach, nodes_[node.first + 1].reach);
+      continue;
+    }
+    node.reach = 0;
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i)
+      for (int v = 0; v < 3; ++v) node.reach = std::max(node.reach, kMargin * reach[corners(order_[i])[v]]);
+  }
+}
+
+void SurfaceTree::forget() {
+  for (std::int32_t at = 0; at < node_count_; ++at) nodes_[at].seen = nodes_[at].rest, nodes_[at].path = 0;
+}
+
+double SurfaceTree::gap(const Box& box, Vec3 p) {
+  Vec3 gap;
+  for (int d = 0; d < 3; ++d) gap[d] = std::max(0.0, std::max(box.low[d] - p[d], p[d] - box.high[d]));
+  return length(gap);
+}
+
+double SurfaceTree::distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const {
+  const double from_rest = gap(node.rest, p) - node.reach * (bound.norm + bound.apart),
+               from_seen = gap(node.seen, p) - node.reach * (bound.path - node.path + bound.apart);
+  return std::max(0.0, std::max(from_rest, from_seen));
+}
+
+bool SurfaceTree::apart(const Box& box, double margin, Vec3 low, Vec3 high) {
+  return box.low.x - margin > high.x || box.high.x + margin < low.x || box.low.y - margin > high.y ||
+         box.high.y + margin < low.y || box.low.z - margin > high.z || box.high.z + margin < low.z;
+}
+
+bool SurfaceTree::may_meet(const Node& node, Vec3 low, Vec3 high, const FieldBound& bound) const {
+  return !apart(node.rest, node.reach * (bound.norm + bound.apart), low, high) &&
+         !apart(node.seen, node.reach * (bound.path - node.path + bound.apart), low, high);
+}
+
+void SurfaceTree::remember(std::int32_t leaf, const Box& box, double path) {
+  nodes_[leaf].seen = box, nodes_[leaf].path = path;
+  for (std::int32_t at = nodes_[leaf].parent; at >= 0; at = nodes_[at].parent) {
+    Node& node = nodes_[at];
+    const Node &a = nodes_[node.first], &b = nodes_[node.first + 1];
+    node.seen = {lower(a.seen.low, b.seen.low), upper(a.seen.high, b.seen.high)};
+    node.path = std::min(a.path, b.path);
+  }
+}
+
+}  // namespace palpate

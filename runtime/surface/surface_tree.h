@@ -1,0 +1,252 @@
+// A bounding-volume tree over the triangles of a surface whose nodes move, and what is asked of such a surface: the nearest
+// point, the side on which a point lies, the triangles near a motion.
+//
+// The tree holds a box around the rest places of its triangles and a second one around the places where they were last seen.
+// It is never refitted as a whole. Each box grows by a bound on how far its nodes may be now, and the boxes on the way to a
+// triangle that a query looks at are refitted to what the query saw. So a part of the surface that nobody asks about costs
+// nothing, and a part that does not move is looked at once.
+//
+// The bound is that of energy. With C the compliance and f the nodal forces of a field u = C f, Cauchy and Schwarz give
+//     |u_v| <= reach_v norm,   reach_v^2 = the largest eigenvalue of C_vv,   norm^2 = f^T C f,
+// for every node v, however long the lever from the forces to the node is. The bound holds for the change of a field, too.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/base/vec3.h"
+#include "runtime/surface/surface_index.h"
+
+namespace palpate {
+
+// How far the surface that is asked about may be from where the tree knows its nodes. All in sqrt(J).
+struct FieldBound {
+  double norm = 0;   // of the field that moves the surface from rest
+  double path = 0;   // sum of the norms of the field's changes since the tree was made
+  double apart = 0;  // norm of the difference between the surface that is asked about and the field's
+};
+
+// What the work of a step is counted in: about one multiply-add with one number that is read from a distant address.
+using Operations = std::int64_t;
+
+// The surface point nearest to a place, among those within the asked distance.
+struct NearestPoint {
+  SurfacePoint surface_point;  // triangle -1: nothing within the asked distance
+  double distance = 0;         // m; the asked distance where nothing is nearer
+  // m / sqrt(J). The nearest distance stays above `distance` - |motion of the place| - per_path * (growth of the path).
+  double per_path = 0;
+  bool outside = true;  // the side of the nearest point on which the place lies; true where nothing is near
+  Vec3 outward;         // unit normal of its triangle; zero where nothing is near
+};
+
+class SurfaceTree {
+ public:
+  // position [nodes][3] m and triangles [triangle_count][3] (checked, closed, counter-clockwise from outside) are borrowed.
+  // Reaches are zero: a surface at rest. False where there is no memory. Cost: F log F.
+  bool build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
+             std::int32_t triangle_count);
+  // reach: [nodes] m / sqrt(J), read during the call.
+  void set_reach(const double* reach);
+  // Forgets where the triangles were seen: the surface is at rest, and paths begin at zero again.
+  void forget();
+
+  std::int32_t triangle_count() const { return triangle_count_; }
+  double largest_reach() const { return triangle_count_ > 0 ? nodes_[0].reach : 0; }
+  double mean_edge() const { return mean_edge_; }
+  Vec3 low() const { return low_; }
+  Vec3 high() const { return high_; }
+  const std::int32_t* corners(std::int32_t triangle) const {
+    return triangles_ + 3 * static_cast<std::size_t>(triangle);
+  }
+  Vec3 at_rest(std::int32_t node) const { return load3(position_ + 3 * static_cast<std::size_t>(node)); }
+  Vec3 at_rest(const SurfacePoint& surface_point) const;
+  Vec3 outward_at_rest(std::int32_t triangle) const;
+
+  // Calls visit(triangle, corner) for every triangle whose box may meet the box [low, high]; corner: [3] its corners now.
+  // place(node) gives the place of a node now, m. sees: what place() tells is the field itself, so the tree remembers it.
+  template <class Place, class Visit>
+  void meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, Operations* work, Place place, Visit visit);
+
+  // The nearest surface point within `within` metres.
+  template <class Place>
+  NearestPoint nearest(Vec3 p, double within, const FieldBound& bound, bool sees, Operations* work, Place place);
+
+ private:
+  static constexpr int kLeaf = 4;
+  static constexpr int kDeepest = 64;
+  struct Box {
+    Vec3 low, high;
+  };
+  struct Node {
+    Box rest, seen;
+    double reach;         // largest of its nodes' reaches
+    double path;          // least path at which one of its triangles was seen
+    std::int32_t first;   // inner: its first child; the other one follows. leaf: its first triangle in order_
+    std::int32_t count;   // triangles of a leaf; 0: inner
+    std::int32_t parent;  // -1: the root
+  };
+  std::int32_t split(std::int32_t parent, std::int32_t at, std::int32_t first, std::int32_t last);
+  Box rest_box(std::int32_t triangle) const;
+  static double gap(const Box& box, Vec3 p);
+  static bool apart(const Box& box, double margin, Vec3 low, Vec3 high);
+  double distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const;
+  bool may_meet(const Node& node, Vec3 low, Vec3 high, const FieldBound& bound) const;
+  void remember(std::int32_t leaf, const Box& box, double path);
+  template <class Place>
+  void decide_side(NearestPoint& nearest, Vec3 p, Operations* work, Place place);
+
+  const double* position_ = nullptr;
+  const std::int32_t* triangles_ = nullptr;
+  std::int32_t triangle_count_ = 0, node_count_ = 0, surface_nodes_ = 0;
+  Node* nodes_ = nullptr;
+  std::int32_t* order_ = nullptr;      // [triangles] in the order of the leaves
+  std::int32_t* fan_start_ = nullptr;  // [surface_nodes + 1] into fan_
+  std::int32_t* fan_ = nullptr;        // [3 triangles] the triangles around each node
+  Vec3 low_, high_;
+  double mean_edge_ = 0;
+};
+
+// The angle of a triangle at the corner a, in radians, to 1e-4.
+double corner_angle(Vec3 a, Vec3 b, Vec3 c);
+
+template <class Place, class Visit>
+void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, Operations* work, Place place,
+                       Visit visit) {
+  if (triangle_count_ == 0) return;
+  std::int32_t stack[kDeepest];
+  int top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const std::int32_t at = stack[--top];
+    const Node& node = nodes_[at];
+    *work += 8;
+    if (!may_meet(node, low, high, bound)) continue;
+    if (node.count == 0) {
+      stack[top++] = node.first, stack[top++] = node.first + 1;
+      continue;
+    }
+    Box box;
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      const std::int32_t triangle = order_[i];
+      Vec3 corner[3];
+      for (int v = 0; v < 3; ++v) {
+        corner[v] = place(corners(triangle)[v]);
+        for (int d = 0; d < 3; ++d) {
+          const double x = corner[v][d];
+          box.low[d] = i == node.first && v == 0 ? x : (x < box.low[d] ? x : box.low[d]);
+          box.high[d] = i == node.first && v == 0 ? x : (x > box.high[d] ? x : box.high[d]);
+        }
+      }
+      *work += 12;
+      visit(triangle, corner);
+    }
+    if (sees) remember(at, box, bound.path);
+  }
+}
+
+template <class Place>
+NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound, bool sees, Operations* work,
+                                  Place place) {
+  NearestPoint best;
+  best.distance = within;
+  if (triangle_count_ == 0) return best;
+  double steepest = 0;  // largest reach / distance of what was looked at or passed over
+  const auto pass = [&](double reach, double distance) {
+    const double slope = distance > 0 ? reach / distance : (reach > 0 ? INFINITY : 0);
+    if (slope > steepest) steepest = slope;
+  };
+  struct Waiting {
+    std::int32_t node;
+    double distance;
+  };
+  Waiting stack[kDeepest];
+  int top = 0;
+  stack[top++] = {0, distance_bound(nodes_[0], p, bound)};
+  while (top > 0) {
+    const Waiting next = stack[--top];
+    const Node& node = nodes_[next.node];
+    if (next.distance >= best.distance) {
+      pass(node.reach, next.distance);
+      continue;
+    }
+    if (node.count == 0) {
+      Waiting near{node.first, distance_bound(nodes_[node.first], p, bound)},
+          far{node.first + 1, distance_bound(nodes_[node.first + 1], p, bound)};
+      *work += 16;
+      if (far.distance < near.distance) {
+        const Waiting swapped = near;
+        near = far, far = swapped;
+      }
+      stack[top++] = far, stack[top++] = near;
+      continue;
+    }
+    Box box;
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      const std::int32_t triangle = order_[i];
+      Vec3 corner[3];
+      for (int v = 0; v < 3; ++v) {
+        corner[v] = place(corners(triangle)[v]);
+        for (int d = 0; d < 3; ++d) {
+          const double x = corner[v][d];
+          box.low[d] = i == node.first && v == 0 ? x : (x < box.low[d] ? x : box.low[d]);
+          box.high[d] = i == node.first && v == 0 ? x : (x > box.high[d] ? x : box.high[d]);
+        }
+      }
+      *work += 30;
+      double k[3];
+      const double distance = std::sqrt(closest_on_triangle(p, corner[0], corner[1], corner[2], k));
+      pass(node.reach, distance);
+      // Of two triangles at one distance the first one counts, whatever the order of the visits.
+      if (distance > best.distance ||
+          (distance == best.distance && best.surface_point.triangle >= 0 && best.surface_point.triangle < triangle))
+        continue;
+      best.distance = distance;
+      best.surface_point.triangle = triangle;
+      for (int v = 0; v < 3; ++v) best.surface_point.barycentric[v] = k[v];
+    }
+    if (sees) remember(next.node, box, bound.path);
+  }
+  best.per_path = best.distance * steepest;
+  if (best.surface_point.triangle >= 0) decide_side(best, p, work, place);
+  return best;
+}
+
+// The side of the surface at its nearest point: the sign of the distance to the plane of the face, or, at an edge or a vertex, the
+// sign against the faces' normals weighted by their angles there. Source: Baerentzen and Aanaes 2005, Signed distance computation
+// using the angle weighted pseudonormal.
+template <class Place>
+void SurfaceTree::decide_side(NearestPoint& nearest, Vec3 p, Operations* work, Place place) {
+  const std::int32_t* own = corners(nearest.surface_point.triangle);
+  const double* k = nearest.surface_point.barycentric;
+  const auto normal_of = [&](const std::int32_t* node, Vec3 corner[3]) {
+    for (int v = 0; v < 3; ++v) corner[v] = place(node[v]);
+    return unit_or_zero(cross(corner[1] - corner[0], corner[2] - corner[0]));
+  };
+  Vec3 corner[3];
+  nearest.outward = normal_of(own, corner);
+  const Vec3 closest = k[0] * corner[0] + k[1] * corner[1] + k[2] * corner[2];
+  Vec3 sum = nearest.outward;
+  int on[3], count = 0;  // the corners whose weight is not zero
+  for (int v = 0; v < 3; ++v)
+    if (k[v] != 0) on[count++] = v;
+  if (count < 3) {
+    sum = {};
+    const std::int32_t node = own[on[0]], other = count == 2 ? own[on[1]] : -1;
+    for (std::int32_t f = fan_start_[node]; f < fan_start_[node + 1]; ++f) {
+      const std::int32_t* around = corners(fan_[f]);
+      if (count == 2 && around[0] != other && around[1] != other && around[2] != other) continue;
+      Vec3 there[3];
+      const Vec3 normal = normal_of(around, there);
+      *work += 60;
+      double weight = 1;
+      if (count == 1) {
+        const int v = around[0] == node ? 0 : around[1] == node ? 1 : 2;
+        weight = corner_angle(there[v], there[(v + 1) % 3], there[(v + 2) % 3]);
+      }
+      sum += weight * normal;
+    }
+  }
+  nearest.outside = dot(p - closest, sum) >= 0;
+}
+
+}  // namespace palpate

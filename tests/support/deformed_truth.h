@@ -1,0 +1,48 @@
+// The reference for collision with a deformed organ: every triangle of the surface is looked at, slowly.
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "runtime/surface/surface_index.h"
+#include "tests/support/tiny_bundle.h"
+
+namespace palpate::tests {
+
+class DeformedTruth {
+ public:
+  explicit DeformedTruth(const SurfaceFirst& body) : body_(&body), place_(body.surface_nodes) {
+    for (std::int32_t n = 0; n < body.surface_nodes; ++n) place_[n] = Eigen::Vector3d(body.mesh.nodes[n].data());
+  }
+  // displacement: [surface nodes][3] m
+  void move(const std::vector<float>& displacement) {
+    for (std::int32_t n = 0; n < body_->surface_nodes; ++n)
+      place_[n] = Eigen::Vector3d(body_->mesh.nodes[n].data()) +
+                  Eigen::Map<const Eigen::Vector3f>(&displacement[3 * n]).cast<double>();
+  }
+  // m: below zero inside. The side is that of the winding number, by the solid angles of all triangles.
+  double signed_distance(const Eigen::Vector3d& p) const {
+    double nearest = INFINITY, angle = 0;
+    for (const auto& t : body_->triangles) {
+      const Eigen::Vector3d a = place_[t[0]] - p, b = place_[t[1]] - p, c = place_[t[2]] - p;
+      double k[3];
+      nearest =
+          std::min(nearest, closest_on_triangle({}, {a[0], a[1], a[2]}, {b[0], b[1], b[2]}, {c[0], c[1], c[2]}, k));
+      const double la = a.norm(), lb = b.norm(), lc = c.norm();
+      angle += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    }
+    const double winding = angle / (4 * 3.14159265358979323846);
+    return (winding > 0.5 ? -1 : 1) * std::sqrt(nearest);
+  }
+  // m, the largest distance that any node moved to another truth's place.
+  double largest_move(const DeformedTruth& other) const {
+    double most = 0;
+    for (std::size_t n = 0; n < place_.size(); ++n) most = std::max(most, (place_[n] - other.place_[n]).norm());
+    return most;
+  }
+
+ private:
+  const SurfaceFirst* body_;
+  std::vector<Eigen::Vector3d> place_;
+};
+
+}  // namespace palpate::tests
