@@ -140,6 +140,12 @@ const std::vector<ConfigKey>& config_keys() {
        "The largest force on one tool; a larger one is cut to this length, and the step's flag says so."},
       {S, "limits", "force_slew", "number", "N/s", "10000.0", "above 0",
        "The fastest change of the force on one tool."},
+      {S, "limits", "tool_speed", "number", "m/s", "10.0", "above 0",
+       "A tool point that moves faster has lost its tracking: it has no contact, and the step's flag says so."},
+      {S, "limits", "release_distance", "number", "m", "-", "above 0",
+       "A contact ends where its tool point is farther than this from its anchor. By default: a fifth of the diagonal "
+       "of the "
+       "organ's box."},
       {S, "tool", "name", "text", "-", "required", "not empty", "The tool's name in the results."},
       {S, "tool", "points", "points", "`unit`", "-", "",
        "Points that touch, relative to the tool's position. The tool moves along its path and does not turn. A tool "

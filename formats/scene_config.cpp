@@ -249,6 +249,9 @@ void read_limits(TomlTable table, SceneConfig::Limits& limits) {
   if (table.has("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, 3 * kMaxPoints);
   if (table.has("force")) limits.force = positive(table, "force", "a force above 0 N");
   if (table.has("force_slew")) limits.force_slew = positive(table, "force_slew", "a rate above 0 N/s");
+  if (table.has("tool_speed")) limits.tool_speed = positive(table, "tool_speed", "a speed above 0 m/s");
+  if (table.has("release_distance"))
+    limits.release_distance = positive(table, "release_distance", "a length above 0 m");
   table.finish();
 }
 

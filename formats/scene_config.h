@@ -22,8 +22,10 @@ struct SceneConfig {
 
   struct Limits {
     std::optional<int> points, contact_nodes;
-    double force = 50;        // N
-    double force_slew = 1e4;  // N/s
+    double force = 50;                       // N
+    double force_slew = 1e4;                 // N/s
+    std::optional<double> tool_speed;        // m/s
+    std::optional<double> release_distance;  // m
     bool operator==(const Limits&) const = default;
   };
   struct Relaxation {

@@ -74,7 +74,8 @@ void add_step_flags(py::module_& module) {
                 {"BUNDLE_LOST", PALPATE_STEP_BUNDLE_LOST},
                 {"NOT_TOUCHABLE", PALPATE_STEP_NOT_TOUCHABLE},
                 {"UNSOLVED", PALPATE_STEP_UNSOLVED},
-                {"OTHER_BUNDLE", PALPATE_STEP_OTHER_BUNDLE}});
+                {"OTHER_BUNDLE", PALPATE_STEP_OTHER_BUNDLE},
+                {"TRACKING_LOST", PALPATE_STEP_TRACKING_LOST}});
 }
 
 void add_device_flags(py::module_& module) {

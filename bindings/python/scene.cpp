@@ -177,7 +177,8 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
                                       const std::string& shape, const std::string& radial, const std::string& preload,
                                       const py::object& relaxation, const py::object& render_mesh,
                                       std::int32_t max_tools, std::int32_t max_points, std::int32_t max_contact_nodes,
-                                      double force_limit, double force_slew) {
+                                      double force_limit, double force_slew, double max_tool_speed,
+                                      double release_distance) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
   def.contact = choose<palpate_contact_model>("contact", contact, {"node", "triangle", "point", "patch"});
@@ -194,6 +195,8 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.max_contact_nodes = max_contact_nodes;
   def.force_limit = force_limit;
   def.force_slew = force_slew;
+  def.max_tool_speed = max_tool_speed;
+  def.release_distance = release_distance;
   return std::make_unique<HeldScene>(std::move(bundle), def);
 }
 
@@ -223,7 +226,8 @@ void add_scene(py::module_& module) {
            py::arg("relaxation") = py::none(), py::arg("render_mesh") = py::none(),
            py::arg("max_tools") = start.max_tools, py::arg("max_points") = start.max_points,
            py::arg("max_contact_nodes") = start.max_contact_nodes, py::arg("force_limit") = start.force_limit,
-           py::arg("force_slew") = start.force_slew,
+           py::arg("force_slew") = start.force_slew, py::arg("max_tool_speed") = start.max_tool_speed,
+           py::arg("release_distance") = start.release_distance,
            "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n\n"
            "collision: off, rest, deformed        contact: node, triangle, point, patch (a disc of the tool's "
            "disc_radius)\n"
@@ -234,7 +238,8 @@ void add_scene(py::module_& module) {
            "tuple of\n"
            "positions and normals; read now and no longer\n"
            "max_tools, max_points, max_contact_nodes: limits that memory is taken for\n"
-           "force_limit, N; force_slew, N/s: on each tool's force, for a device")
+           "force_limit, N; force_slew, N/s: on each tool's force, for a device\n"
+           "max_tool_speed, m/s; release_distance, m (0: from the organ's size): beyond them a point is TRACKING_LOST")
       .def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
       .def_property_readonly("shape_node_count", &HeldScene::shape_node_count,
                              "nodes that shape fills: the surface's, all (shape=\"volume\"), or 0")

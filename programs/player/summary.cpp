@@ -14,10 +14,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFlagNames[] = {"BAD_INPUT",      "CONTACTS_DROPPED", "REGULARISED",
-                                      "RESPONSE_RANGE", "FORCE_LIMITED",    "BUNDLE_LOST",
-                                      "NOT_TOUCHABLE",  "UNSOLVED",         "OTHER_BUNDLE"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_OTHER_BUNDLE);
+constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED", "REGULARISED",   "RESPONSE_RANGE",
+                                      "FORCE_LIMITED", "BUNDLE_LOST",      "NOT_TOUCHABLE", "UNSOLVED",
+                                      "OTHER_BUNDLE",  "TRACKING_LOST"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_TRACKING_LOST);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;

@@ -17,6 +17,26 @@ int common_side(const Vec3 corner[3], Vec3 p, Vec3 q) {
              : 0;
 }
 
+bool rests(const Vec3 before[3], const Vec3 now[3]) {
+  for (int v = 0; v < 3; ++v)
+    if (before[v].x != now[v].x || before[v].y != now[v].y || before[v].z != now[v].z) return false;
+  return true;
+}
+
+// The crossing of a segment through a triangle that rests. Exact signs decide: a closed surface has no gap, and a crossing through
+// an edge counts for one triangle.
+int resting_crossing(Vec3 from, Vec3 to, const Vec3 corner[3], MovingCrossing* found) {
+  const int before = side_of_plane(corner[0], corner[1], corner[2], from),
+            after = side_of_plane(corner[0], corner[1], corner[2], to);
+  if (before == after || common_side(corner, from, to) == 0) return 0;
+  const Vec3 normal = cross(corner[1] - corner[0], corner[2] - corner[0]);
+  const double from_height = dot(normal, from - corner[0]), to_height = dot(normal, to - corner[0]);
+  found->time = from_height == to_height ? 0 : std::clamp(from_height / (from_height - to_height), 0.0, 1.0);
+  found->entering = after < 0;
+  closest_on_triangle(from + found->time * (to - from), corner[0], corner[1], corner[2], found->barycentric);
+  return 1;
+}
+
 bool meets(const Vec3 corner[3], double margin, Vec3 low, Vec3 high) {
   for (int d = 0; d < 3; ++d) {
     const double a = corner[0][d], b = corner[1][d], c = corner[2][d];
@@ -130,12 +150,13 @@ int DeformedSurface::crossings(Vec3 from, Vec3 to, SurfaceCrossing* found) {
       before[v] = field_ ? tree_->at_rest(node) + field_->before_at_node(node, &work_) : corner[v];
     }
     MovingCrossing passed[3];
-    const int times = moving_crossings(from, to, before, corner, passed);
+    const int times = rests(before, corner) ? resting_crossing(from, to, corner, passed)
+                                            : moving_crossings(from, to, before, corner, passed);
     work_ += 100;
     for (int c = 0; c < times; ++c) {
       int at = std::min(++count, kMaxCrossings + 1) - 1;
-      if (at == kMaxCrossings && found[--at].time <= passed[c].time)
-        continue;  // no room: the latest crossing is dropped
+      // Where there is no room, the latest crossing is dropped.
+      if (at == kMaxCrossings && found[--at].time <= passed[c].time) continue;
       for (; at > 0 && found[at - 1].time > passed[c].time; --at) found[at] = found[at - 1];
       found[at].time = passed[c].time, found[at].entering = passed[c].entering;
       found[at].surface_point.triangle = triangle;

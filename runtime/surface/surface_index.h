@@ -1,9 +1,7 @@
-// The closed rest surface in hashed buckets: where a segment crosses it, whether a point is inside, which triangles are near.
+// The rest surface in hashed buckets: which triangles are near a place.
 //
-// Source: Cotin, Delingette and Ayache 1999, section 5: buckets over the bounding box, in a hash table. The paper enters nodes
-// and tests the triangles around the nearest one, which misses large triangles and fast tools. Here every bucket lists all
-// triangles that touch it and a segment visits all buckets on its way, so no crossing is missed. Exact signs decide every test,
-// so that a crossing through an edge or a vertex counts once and a motion within a face's plane gives consistent answers.
+// Source: Cotin, Delingette and Ayache 1999, section 5: buckets over the bounding box, in a hash table. The paper enters nodes;
+// here every bucket lists all triangles that touch it.
 #pragma once
 
 #include <cstddef>
@@ -20,32 +18,14 @@ struct SurfacePoint {
   double barycentric[3] = {};
 };
 
-struct Crossing {
-  SurfacePoint surface_point;
-  double time = 0;  // 0 at the start of the segment, 1 at its end
-  bool entering = false;
-};
-
 // The point of the triangle a b c that is closest to p, as barycentric weights that sum to 1. Returns the squared distance.
 double closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c, double barycentric[3]);
 
 class SurfaceIndex {
  public:
-  static constexpr int kMaxCrossings = 32;
-
   // position: [nodes][3] m; triangles: [triangle_count][3] node indices, checked, outward. Both are borrowed. False where there
   // is no memory. Cost: proportional to the number of triangles, whatever their sizes.
   bool build(SceneMemory& memory, const double* position, const std::int32_t* triangles, std::int32_t triangle_count);
-
-  // Whether p is inside, by the parity of crossings along a ray. Exact signs decide, so the answers never contradict each other.
-  // A point exactly on the surface is judged as if it were moved infinitely little towards +x, then +y, then +z. Cost: the
-  // buckets above p.
-  bool inside(Vec3 p);
-
-  // Finds the crossings of the segment from a to b, each once, in order of time. Returns their number; the first kMaxCrossings are
-  // stored in `found`. The number is odd exactly when one of inside(a) and inside(b) is true, with both ends judged as inside()
-  // does. Cost: the buckets along the segment.
-  int crossings(Vec3 a, Vec3 b, Crossing* found);
 
   // Calls visit(triangle) once for every triangle that touches a bucket within `reach` buckets of p's bucket.
   template <class Visit>
@@ -66,7 +46,7 @@ class SurfaceIndex {
     std::uint64_t key;  // 0: empty
     std::uint32_t begin, count;
   };
-  static constexpr int kMaxCells = 256;  // per axis; bounds the buckets that a segment visits
+  static constexpr int kMaxCells = 256;  // per axis
 
   int cell_of(double x, int axis) const;
   static std::uint64_t key(int i, int j, int k);
@@ -75,8 +55,6 @@ class SurfaceIndex {
   void cells_of_triangle(std::int32_t triangle, Visit visit) const;
   template <class Visit>
   void visit_bucket(int i, int j, int k, Visit visit);
-  template <class Visit>
-  void walk(Vec3 a, Vec3 b, Visit visit);
   void next_stamp();
   void choose_cells();
   bool make_table(SceneMemory& memory, std::uint64_t entries);

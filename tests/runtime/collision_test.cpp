@@ -1,8 +1,8 @@
 // No crossing of the closed surface is missed, at rest or deformed, and none is counted twice.
 #include <random>
 
-#include "runtime/surface/surface_index.h"
 #include "tests/runtime/two_discs.h"
+#include "tests/support/rest_surface.h"
 
 namespace palpate::tests {
 namespace {
@@ -11,22 +11,17 @@ Vec3 vec(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
-// A surface index over a surface that the test makes.
+// A surface that the test makes.
 struct Surface {
   Surface(std::vector<std::array<double, 3>> nodes, std::vector<std::array<std::int32_t, 3>> faces)
-      : position(std::move(nodes)), triangles(std::move(faces)), memory(palpate_allocator{}) {
-    EXPECT_TRUE(
-        index.build(memory, position[0].data(), triangles[0].data(), static_cast<std::int32_t>(triangles.size())));
-  }
-  ~Surface() { memory.release_all(); }
-  int crossings(Vec3 a, Vec3 b) {
-    Crossing found[SurfaceIndex::kMaxCrossings];
-    return index.crossings(a, b, found);
-  }
+      : position(std::move(nodes)),
+        triangles(std::move(faces)),
+        rest(position[0].data(), static_cast<std::int32_t>(position.size()), triangles[0].data(),
+             static_cast<std::int32_t>(triangles.size())) {}
+  int crossings(Vec3 a, Vec3 b) { return rest.crossings(a, b); }
   std::vector<std::array<double, 3>> position;
   std::vector<std::array<std::int32_t, 3>> triangles;
-  SceneMemory memory;
-  SurfaceIndex index;
+  RestSurface rest;
 };
 
 // An icosphere of radius 1 with bumps, so that segments cross it up to many times.
@@ -90,17 +85,17 @@ TEST(Collision, FindsEveryCrossingOfAMillionRandomSegmentsOnce) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> at(-1.6, 1.6);
   std::uniform_int_distribution<int> short_step(0, 1);
-  Crossing found[SurfaceIndex::kMaxCrossings];
+  SurfaceCrossing found[DeformedSurface::kMaxCrossings];
   long total = 0, inside = 0;
   for (int i = 0; i < 1000000; ++i) {
     const Vec3 a{at(random), at(random), at(random)};
     Vec3 b{at(random), at(random), at(random)};
     if (short_step(random)) b = a + 0.02 * b;  // as a haptic step
-    const int count = surface->index.crossings(a, b, found);
-    const bool a_inside = surface->index.inside(a), b_inside = surface->index.inside(b);
+    const int count = surface->rest.crossings(a, b, found);
+    const bool a_inside = surface->rest.inside(a), b_inside = surface->rest.inside(b);
     ASSERT_EQ(a_inside != b_inside, count % 2 == 1) << "segment " << i;
     // Crossings alternate between in and out, beginning with the side on which the segment starts.
-    for (int c = 0; c < std::min(count, SurfaceIndex::kMaxCrossings); ++c)
+    for (int c = 0; c < std::min(count, DeformedSurface::kMaxCrossings); ++c)
       ASSERT_EQ(found[c].entering, (c % 2 == 0) != a_inside) << "segment " << i;
     total += count, inside += a_inside;
   }
@@ -159,18 +154,18 @@ TEST(Collision, HoldsParityInTheDegenerateCasesOfABox) {
         if (!on_surface({x, y, z})) lattice.push_back({x, y, z});
   for (const Vec3& a : lattice)
     for (const Vec3& b : lattice) {
-      const bool changes = box->index.inside(a) != box->index.inside(b);
+      const bool changes = box->rest.inside(a) != box->rest.inside(b);
       ASSERT_EQ(box->crossings(a, b) % 2 == 1, changes)
           << a.x << ' ' << a.y << ' ' << a.z << " to " << b.x << ' ' << b.y << ' ' << b.z;
     }
-  EXPECT_TRUE(box->index.inside({.5, .5, .5}));
+  EXPECT_TRUE(box->rest.inside({.5, .5, .5}));
   EXPECT_EQ(box->crossings({.5, .5, 2}, {.5, .5, .5}), 1);  // on the diagonal of the top
   EXPECT_EQ(box->crossings({.5, .5, 2}, {.5, .5, -1}), 2);
   EXPECT_EQ(box->crossings({-1, .5, 1.0001}, {2, .5, 1.0001}), 0);  // grazing
 }
 
-TEST(Collision, FindsTrianglesThatAreLargeAgainstTheBuckets) {
-  // The fine triangles of a sphere beside a face that is a thousand times larger: the bucket size follows the fine part.
+TEST(Collision, FindsTrianglesThatAreLargeAmongFineOnes) {
+  // The fine triangles of a sphere beside a face that is a thousand times larger.
   const auto sphere = bumpy_sphere(3, 0);
   auto nodes = sphere->position;
   auto faces = sphere->triangles;
@@ -180,7 +175,7 @@ TEST(Collision, FindsTrianglesThatAreLargeAgainstTheBuckets) {
     faces.push_back({first + a, first + b, first + c});
   Surface both(nodes, faces);
   EXPECT_EQ(both.crossings({0, 0, 10}, {0, 0, -100}), 4);
-  EXPECT_TRUE(both.index.inside({3, 2, -60}));
+  EXPECT_TRUE(both.rest.inside({3, 2, -60}));
   EXPECT_EQ(both.crossings({3, 2, -95}, {3, 2, -60}), 1);
 }
 
@@ -295,7 +290,7 @@ TEST(Collision, LosesAToolThatShootsThroughInOneStep) {
   EXPECT_EQ(hand.move({{0.031, 0.022, 0.07}}), 0u);
   EXPECT_EQ(hand.move({{0.031, 0.022, -0.03}}), unsigned{PALPATE_STEP_TRACKING_LOST});
   EXPECT_FALSE(hand.touches());
-  EXPECT_EQ(hand.contacts->tools[0].flags, unsigned{PALPATE_STEP_TRACKING_LOST});
+  EXPECT_EQ(palpate_contacts_tool(hand.contacts, 0)->flags, unsigned{PALPATE_STEP_TRACKING_LOST});
   EXPECT_EQ(hand.force().norm(), 0);
   EXPECT_EQ(hand.move({{0.031, 0.022, 0.02}}), 0u);  // back inside, by the other side: a contact with that side
   EXPECT_TRUE(hand.touches());

@@ -30,15 +30,14 @@ class Watched {
   void step(const Eigen::Vector3d& p, const std::vector<palpate_grip>& grips) {
     before_ = now_, now_ = next_;
     moved_ = (known_ ? (p - last_).norm() : 0) + now_.largest_move(before_);
-    palpate_tool tools[2] = {tool_of(grips), {}};
-    tools[1].points = p.data(), tools[1].point_count = 1;
-    flags_ = palpate_scene_touch(scene_.get(), tools, 2, 1e-3, contacts_.get());
+    const palpate_tool tools[2] = {tool_of(grips), point_tool(p.data())};
+    flags_ = palpate_scene_touch(scene_.get(), tools, 2, 1e-3, contacts_.get(), contacts_.bytes());
     height_ = now_.signed_distance(p);
     next_.move(displacements(scene_.get(), contacts_.get(), body_.body.surface_nodes));
     last_ = p, known_ = true;
   }
-  bool touches() { return contacts_->tools[1].contact_count > 0; }
-  Eigen::Vector3d force() { return Eigen::Vector3d(contacts_->tools[1].force_raw); }
+  bool touches() { return palpate_contacts_tool(contacts_, 1)->contact_count > 0; }
+  Eigen::Vector3d force() { return Eigen::Vector3d(palpate_contacts_tool(contacts_, 1)->force_raw); }
   double height() const { return height_; }
   double moved() const { return moved_; }
   palpate_step_flags flags() const { return flags_; }

@@ -38,6 +38,7 @@ class StepFlags(enum.IntFlag):
     NOT_TOUCHABLE = 64
     UNSOLVED = 128
     OTHER_BUNDLE = 256
+    TRACKING_LOST = 512
 
 class Bundle:
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]]) -> None: ...
@@ -176,6 +177,8 @@ class Scene:
         max_contact_nodes: int = ...,
         force_limit: float = ...,
         force_slew: float = ...,
+        max_tool_speed: float = ...,
+        release_distance: float = ...,
     ) -> None: ...
     @property
     def bundle(self) -> Bundle: ...

@@ -13,7 +13,8 @@
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
  *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh,
- *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number
+ *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
+ *   maxToolSpeed?: number, releaseDistance?: number
  * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
@@ -441,6 +442,8 @@ function fillSceneDef(runtime, def, effects) {
   if (effects.maxContactNodes !== undefined) data.setInt32(field("max_contact_nodes"), effects.maxContactNodes, true);
   if (effects.forceLimit !== undefined) data.setFloat64(field("force_limit"), effects.forceLimit, true);
   if (effects.forceSlew !== undefined) data.setFloat64(field("force_slew"), effects.forceSlew, true);
+  if (effects.maxToolSpeed !== undefined) data.setFloat64(field("max_tool_speed"), effects.maxToolSpeed, true);
+  if (effects.releaseDistance !== undefined) data.setFloat64(field("release_distance"), effects.releaseDistance, true);
 }
 
 // Copies the mesh into the module's memory for palpate_scene_create. Returns the memory, which the caller then releases.

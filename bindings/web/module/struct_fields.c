@@ -44,6 +44,8 @@ static const palpate_web_field fields[] = {
     FIELD(palpate_scene_def, max_contact_nodes),
     FIELD(palpate_scene_def, force_limit),
     FIELD(palpate_scene_def, force_slew),
+    FIELD(palpate_scene_def, max_tool_speed),
+    FIELD(palpate_scene_def, release_distance),
     FIELD(palpate_scene_def, render_mesh),
     SIZE(palpate_render_mesh),
     FIELD(palpate_render_mesh, positions),
