@@ -13,6 +13,7 @@
 #include <cstddef>
 
 #include "tests/runtime/played_box.h"
+#include "tests/support/guarded_device.h"
 #include "tests/support/packed_bundle.h"
 
 // Every allocation and every lock of this program is counted while a step runs. Sanitizers bring their own malloc and
@@ -148,6 +149,7 @@ struct Running {
       contact_steps += palpate_contacts_tool(contacts, 0)->contact_count > 0;
       palpate_scene_shape(scene.get(), contacts.get(), &out);
       if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
+      device.step(device.force, palpate_contacts_tool(contacts, 0)->force_raw, contacts->step);
     });
     for (const std::int32_t node : box.touchable) {
       const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
@@ -164,6 +166,7 @@ struct Running {
   bool skinned;
   float moved[2][3 * kVertices];
   palpate_skin_out skin = skin_out(moved[0], moved[1], kVertices);
+  GuardedDevice device;
   const TouchedBox& box;
   int contact_steps = 0;
 };

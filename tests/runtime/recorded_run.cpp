@@ -12,12 +12,14 @@
 
 #include "formats/checksum.h"
 #include "runtime/include/palpate/palpate.h"
+#include "tests/support/guarded_device.h"
 #include "tests/support/tools.h"
 
 namespace {
 
 using palpate::formats::Xxh64;
 using palpate::tests::grip_tool;
+using palpate::tests::GuardedDevice;
 using palpate::tests::point_tool;
 using palpate::tests::RecordedStep;
 using palpate::tests::shape_out;
@@ -40,7 +42,7 @@ std::vector<RecordedStep> read_path(const char* file) {
 // Enough rows, two for each grip, that the widest instructions are used.
 constexpr int kMostGrips = 24;
 
-// Both structs have no padding, so every byte is a result.
+// These structs have no padding, so every byte is a result.
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
 static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 9 * sizeof(double));
 
@@ -50,6 +52,7 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
   std::vector<float> displacements(3 * static_cast<std::size_t>(info.node_count)), positions(displacements.size());
   Played played;
+  GuardedDevice device;
   for (std::size_t s = 0; s < path.size(); ++s) {
     const RecordedStep& step = path[s];
     palpate_grip grips[kMostGrips];
@@ -67,6 +70,9 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
     played.flags |= palpate_scene_touch(scene, tools, 3, 1e-3, contacts, memory.size() * sizeof memory[0]);
     played.contacts.update(palpate_contacts_node(contacts, 0), contacts->node_count * sizeof(palpate_contact_node));
     played.forces.update(palpate_contacts_tool(contacts, 0), 3 * sizeof(palpate_tool_state));
+    // A device that stands where the first point is; its watchdog hears nothing for 40 of 100 steps.
+    device.step(step.press[0], palpate_contacts_tool(contacts, 0)->force_raw, s % 100 < 60 ? s + 1 : s - s % 100 + 60);
+    played.forces.update(&device, sizeof device);
     palpate_shape_out out = shape_out(displacements.data(), positions.data(), info.node_count);
     played.flags |= palpate_scene_shape(scene, contacts, &out);
     const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(out.node_count);
