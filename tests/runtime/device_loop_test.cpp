@@ -163,7 +163,9 @@ TEST(DeviceLoop, BuzzesAtAStiffOrganWithoutTheCouplingAndIsStillWithIt) {
     SCOPED_TRACE(stiffness);
     const Organ organ = box_organ(stiffness);
     const Outcome plain = push(device_of(0.5), kHand, organ, false), coupled = push(device_of(0.5), kHand, organ, true);
-    EXPECT_GT(plain.late, 2) << "N: the organ's force leaps between zero and this";
+    // 40,000 N/m throw the handle out of the box.
+    EXPECT_GT(stiffness < 40000 ? plain.late : plain.most_force, 2)
+        << "N: the organ's force leaps between zero and this";
     EXPECT_GT(plain.generated, 1e-3);
     EXPECT_LT(coupled.late, 1e-3);  // N: a tenth of what a fingertip feels
     EXPECT_LE(coupled.generated, 1e-12);
