@@ -13,15 +13,19 @@ constexpr double kRounding = 1e-6;
 }  // namespace
 
 bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const {
-  const std::size_t count = static_cast<std::size_t>(nodes), surface = static_cast<std::size_t>(surface_nodes_);
+  const std::size_t count = static_cast<std::size_t>(nodes);
   layer.nodes = memory.array<ContactNode>(count);
   layer.modified = memory.array<Vec3>(count);
   layer.force = memory.array<Vec3>(count);
   layer.row = memory.array<const void*>(3 * count);
   layer.coefficient = memory.array<double>(3 * count);
   layer.contacts = memory.array<Contact>(static_cast<std::size_t>(contacts));
-  layer.known = memory.array<Vec3>(surface);
-  layer.known_stamp = memory.array<std::uint32_t>(surface);
+  return create_known(memory, layer.known);
+}
+
+bool ContactField::create_known(SceneMemory& memory, Known& known) const {
+  known.at = memory.array<Vec3>(static_cast<std::size_t>(surface_nodes_));
+  known.stamp = memory.array<std::uint32_t>(static_cast<std::size_t>(surface_nodes_));
   return !memory.failed();
 }
 
@@ -30,7 +34,8 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
   surface_nodes_ = surface_nodes;
   predicted_ = memory.array<Vec3>(static_cast<std::size_t>(node_capacity));
   norms_ = memory.array<ConstraintNorms>(static_cast<std::size_t>(contact_capacity));
-  if (!create_layer(memory, layer_[0], node_capacity, contact_capacity) ||
+  if (!create_known(memory, known_without_) || !create_known(memory, known_predicted_) ||
+      !create_layer(memory, layer_[0], node_capacity, contact_capacity) ||
       !create_layer(memory, layer_[1], node_capacity, contact_capacity))
     return false;
   forget();
@@ -40,23 +45,33 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
 void ContactField::forget() {
   for (Layer& layer : layer_) {
     layer.count = layer.contact_count = 0;
-    forget_nodes(layer);
+    forget_nodes(layer.known);
   }
+  without_tool_ = without_point_ = -1;
   solver_ = nullptr;
   norm_ = norm_before_ = path_ = path_set_ = path_before_ = 0;
 }
 
-void ContactField::forget_nodes(Layer& layer) const {
-  if (++layer.stamp != 0) return;
-  std::fill(layer.known_stamp, layer.known_stamp + surface_nodes_, 0u);
-  layer.stamp = 1;
+void ContactField::forget_nodes(Known& known) const {
+  if (++known.now != 0) return;
+  std::fill(known.stamp, known.stamp + surface_nodes_, 0u);
+  known.now = 1;
+}
+
+template <class Evaluate>
+Vec3 ContactField::recall(Known& known, std::int32_t node, Evaluate evaluate) {
+  if (known.stamp[node] == known.now) return known.at[node];
+  const Vec3 u = evaluate();
+  known.stamp[node] = known.now;
+  return known.at[node] = is_finite(u) ? u : Vec3{};
 }
 
 void ContactField::swap_layers() {
   std::swap(now_, before_);
   norm_before_ = norm_, path_before_ = path_set_;
   now_->count = now_->contact_count = 0;
-  forget_nodes(*now_);
+  forget_nodes(now_->known);
+  without_tool_ = without_point_ = -1;
 }
 
 void ContactField::set_rest() {
@@ -201,19 +216,23 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
   for (std::int32_t c = 0; c < now_->contact_count; ++c) now_->contacts[c].without += own->own;
   own->own = own->own_change = 0;
   solver_ = nullptr;
-  forget_nodes(*now_);
+  forget_nodes(now_->known);
+  without_tool_ = without_point_ = -1;
 }
 
 bool ContactField::predict_without(std::int32_t tool, std::int32_t point) {
+  forget_nodes(known_predicted_);
   return solver_ && solver_->predict_without(tool, point, predicted_, &predicted_norm_);
 }
 
-Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) const {
-  Vec3 sum;
-  for (std::int32_t e = 0; e < now_->count; ++e)
-    sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
-  *work += 9 * now_->count;
-  return is_finite(sum) ? sum : Vec3{};
+Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) {
+  return recall(known_predicted_, node, [&] {
+    Vec3 sum;
+    for (std::int32_t e = 0; e < now_->count; ++e)
+      sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
+    *work += 9 * now_->count;
+    return sum;
+  });
 }
 
 // Displacement of a surface node by the contact nodes first .. last - 1.
@@ -230,10 +249,7 @@ Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, Operations* work) const {
   if (layer.count == 0) return {};
-  if (layer.known_stamp[node] == layer.stamp) return layer.known[node];
-  const Vec3 u = sum(layer, 0, layer.count, node, work);
-  layer.known_stamp[node] = layer.stamp;
-  return layer.known[node] = is_finite(u) ? u : Vec3{};
+  return recall(layer.known, node, [&] { return sum(layer, 0, layer.count, node, work); });
 }
 
 Vec3 ContactField::at_node(std::int32_t node, Operations* work) {
@@ -245,11 +261,15 @@ Vec3 ContactField::before_at_node(std::int32_t node, Operations* work) {
 }
 
 Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work) {
-  const Contact* own = find(*now_, tool, point);
-  if (!own) return at_node(node, work);
+  if (tool != without_tool_ || point != without_point_) {
+    without_tool_ = tool, without_point_ = point;
+    without_ = find(*now_, tool, point);
+    forget_nodes(known_without_);
+  }
+  if (!without_) return at_node(node, work);
   if (now_->contact_count == 1) return {};
-  const Vec3 u = at_node(node, work) - sum(*now_, own->first, own->last, node, work);
-  return is_finite(u) ? u : Vec3{};
+  return recall(known_without_, node,
+                [&] { return at_node(node, work) - sum(*now_, without_->first, without_->last, node, work); });
 }
 
 }  // namespace palpate

@@ -38,7 +38,7 @@ class ContactField {
   // Predicts the field as if the contact (tool, point) ended and all others kept their targets and laws; predicted_at_node()
   // then reads it. False where the prediction is not possible, because drop() has changed the field.
   bool predict_without(std::int32_t tool, std::int32_t point);
-  Vec3 predicted_at_node(std::int32_t node, Operations* work) const;
+  Vec3 predicted_at_node(std::int32_t node, Operations* work);
   // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
   bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
   double predicted_norm() const { return predicted_norm_; }
@@ -59,7 +59,13 @@ class ContactField {
     double own, without, own_change;        // sqrt(J)
     bool kept;                              // its rows are those of the step before
   };
-  // One field: its coefficients, and the displacements that were evaluated.
+  // Displacements that were evaluated since the last forget().
+  struct Known {
+    Vec3* at;              // [surface_nodes] m
+    std::uint32_t* stamp;  // [surface_nodes] of the evaluation
+    std::uint32_t now;
+  };
+  // One field: its coefficients, and what was evaluated.
   struct Layer {
     ContactNode* nodes;
     Vec3 *modified, *force;
@@ -67,13 +73,14 @@ class ContactField {
     double* coefficient;  // [nodes][3] m, of each row
     Contact* contacts;    // ascending by tool and point
     std::int32_t count, contact_count;
-    Vec3* known;  // [surface_nodes]
-    std::uint32_t* known_stamp;
-    std::uint32_t stamp;
+    Known known;
   };
+  bool create_known(SceneMemory& memory, Known& known) const;
   bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const;
   void swap_layers();
-  void forget_nodes(Layer& layer) const;
+  void forget_nodes(Known& known) const;
+  template <class Evaluate>
+  static Vec3 recall(Known& known, std::int32_t node, Evaluate evaluate);
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);
   double measure_change(double kept, Operations* work);
@@ -85,6 +92,10 @@ class ContactField {
   Layer layer_[2] = {};
   Layer *now_ = layer_, *before_ = layer_ + 1;
   Vec3* predicted_ = nullptr;
+  // Of the field without one contact, and of the predicted one.
+  Known known_without_ = {}, known_predicted_ = {};
+  std::int32_t without_tool_ = -1, without_point_ = -1;
+  const Contact* without_ = nullptr;
   ConstraintNorms* norms_ = nullptr;  // [contact_capacity]
   ContactSolver* solver_ = nullptr;   // nullptr after drop()
   std::int32_t surface_nodes_ = 0;

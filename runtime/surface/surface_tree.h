@@ -173,7 +173,9 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       Waiting near{node.first, distance_bound(nodes_[node.first], p, bound)},
           far{node.first + 1, distance_bound(nodes_[node.first + 1], p, bound)};
       *work += 16;
-      if (far.distance < near.distance) {
+      // Where the bounds do not tell them apart, first the one that was seen nearer.
+      if (far.distance < near.distance ||
+          (far.distance == near.distance && gap(nodes_[far.node].seen, p) < gap(nodes_[near.node].seen, p))) {
         const Waiting swapped = near;
         near = far, far = swapped;
       }
