@@ -2,6 +2,7 @@
 // also given relative to a plain read of the same bytes from memory in the same run.
 //
 //   runtime_bench BUNDLE.h5 [Google Benchmark options]
+//   runtime_bench BUNDLE.h5 --worst-steps[=1000000]      instead: the worst steps of hostile scenes (worst_step.h)
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "bench/worst_step.h"
 #include "runtime/bundle/bundle.h"
 #include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
@@ -372,7 +374,7 @@ BENCHMARK(mailbox_round_trip)->UseRealTime()->Unit(benchmark::kNanosecond);
 int main(int argc, char** argv) {
   palpate_error error = {};
   if (argc < 2 || std::strncmp(argv[1], "--", 2) == 0) {
-    std::fprintf(stderr, "usage: runtime_bench BUNDLE.h5 [Google Benchmark options]\n");
+    std::fprintf(stderr, "usage: runtime_bench BUNDLE.h5 [--worst-steps[=N] | Google Benchmark options]\n");
     return 2;
   }
   if (palpate_bundle_open_file(argv[1], nullptr, &bundle, &error) != PALPATE_OK) {
@@ -384,6 +386,14 @@ int main(int argc, char** argv) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   std::printf("%d nodes, %d on the surface, %d touchable\n", info.node_count, info.surface_node_count,
               info.touchable_count);
+  constexpr std::size_t kOption = sizeof "--worst-steps" - 1;
+  if (argc == 2 && std::strncmp(argv[1], "--worst-steps", kOption) == 0) {
+    const long steps = argv[1][kOption] == '=' ? std::atol(argv[1] + kOption + 1) : 1000000;
+    if (steps < 1) return std::fprintf(stderr, "runtime_bench: expected --worst-steps=N with N of 1 or more\n"), 2;
+    report_worst_steps(bundle, steps);
+    palpate_bundle_close(bundle);
+    return 0;
+  }
   benchmark::AddCustomContext("vertices", std::to_string(info.node_count));
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
