@@ -75,7 +75,8 @@ void add_step_flags(py::module_& module) {
                 {"NOT_TOUCHABLE", PALPATE_STEP_NOT_TOUCHABLE},
                 {"UNSOLVED", PALPATE_STEP_UNSOLVED},
                 {"OTHER_BUNDLE", PALPATE_STEP_OTHER_BUNDLE},
-                {"TRACKING_LOST", PALPATE_STEP_TRACKING_LOST}});
+                {"TRACKING_LOST", PALPATE_STEP_TRACKING_LOST},
+                {"WORK_DEFERRED", PALPATE_STEP_WORK_DEFERRED}});
 }
 
 void add_device_flags(py::module_& module) {

@@ -16,8 +16,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED", "REGULARISED",   "RESPONSE_RANGE",
                                       "FORCE_LIMITED", "BUNDLE_LOST",      "NOT_TOUCHABLE", "UNSOLVED",
-                                      "OTHER_BUNDLE",  "TRACKING_LOST"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_TRACKING_LOST);
+                                      "OTHER_BUNDLE",  "TRACKING_LOST",    "WORK_DEFERRED"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_WORK_DEFERRED);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;

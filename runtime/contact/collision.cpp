@@ -9,6 +9,8 @@ namespace {
 constexpr double kOppositeFaces = -0.5;
 // Mean edges within which the nearest point is looked for.
 constexpr double kReach = 4;
+// Operations after which a step tests no further contact: about 0.2 ms. A single test may go beyond it.
+constexpr Operations kMostWork = 150'000;
 // An anchor slides by at most this many buckets in one step.
 constexpr int kMostSlides = 8;
 
@@ -26,6 +28,25 @@ void Collision::create(DeformedSurface* surface, SurfaceIndex* rest, ContactFiel
 // m, within which the nearest surface point is looked for. Where none is found, nothing of the surface has passed the point.
 double Collision::reach(double moved) const {
   return std::max(kReach * surface_->tree().mean_edge(), 2 * moved);
+}
+
+void Collision::begin() {
+  surface_->take_work();
+  work_ = 0, asked_ = 0;
+  first_ = deferred_from_ >= 0 ? deferred_from_ : 0;
+  deferred_from_ = -1;
+  deferred_ = false;
+}
+
+// Whether the work of this step allows one more test of a contact. Tests that an earlier step did not reach come first; those
+// before them wait for a step that reaches all of them.
+bool Collision::may_test() {
+  const std::int32_t number = asked_++;
+  work_ += surface_->take_work();
+  if (number >= first_ && work_ <= kMostWork) return true;
+  if (number >= first_ && deferred_from_ < 0) deferred_from_ = number;
+  deferred_ = true;
+  return false;
 }
 
 bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
@@ -126,7 +147,8 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
   if (field_) state.drift += field_->last_change_without(tool, point);
   const double moved = length(p - state.last) + surface_->largest_move_without(tool, point);
   const bool pulls = field_ && !hold && field_->pulls_among_others(tool, point, state.outward);
-  if (pulls || may_have_reached(state.clear, p, state.drift)) test_contact(state, p, tool, point, hold, moved, pulls);
+  if ((pulls || may_have_reached(state.clear, p, state.drift)) && may_test())
+    test_contact(state, p, tool, point, hold, moved, pulls);
 
   const Vec3 from_place = state.pulled - state.anchor_at_rest;
   // From where the others take the place, or from rest: contacts that conflict take it anywhere.

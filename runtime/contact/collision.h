@@ -58,12 +58,11 @@ class Collision {
   // Moves the anchor towards the point of the deformed surface that is nearest to the tool point p.
   void follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
 
-  // What the collision of this step has cost so far. begin() sets it to zero.
-  void begin() { work_ = 0; }
-  Operations work() {
-    work_ += surface_->take_work();
-    return work_;
-  }
+  // A step begins: its work is counted from zero.
+  void begin();
+  // Whether the step had more contacts to test than its work allows. These contacts hold, and the next step begins with them.
+  bool has_deferred() const { return deferred_; }
+  void forget() { deferred_from_ = -1; }
 
  private:
   void see_first(PointState& state, Vec3 p);
@@ -76,11 +75,16 @@ class Collision {
   void begin_contact(PointState& state, Vec3 p, const SurfacePoint& surface_point, bool through);
   void end_contact(PointState& state, std::int32_t tool, std::int32_t point);
   double reach(double moved) const;
+  bool may_test();
 
   DeformedSurface* surface_ = nullptr;
   SurfaceIndex* rest_ = nullptr;
   ContactField* field_ = nullptr;
-  Operations work_ = 0;
+  Operations work_ = 0;              // of this step
+  std::int32_t asked_ = 0;           // tests of contacts that were asked for in this step
+  std::int32_t first_ = 0;           // the first of them that this step does
+  std::int32_t deferred_from_ = -1;  // the first one after it that did not fit; -1: all fitted
+  bool deferred_ = false;            // a test was not done
 };
 
 }  // namespace palpate

@@ -33,6 +33,7 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
                           std::int32_t surface_nodes) {
   surface_nodes_ = surface_nodes;
   predicted_ = memory.array<Vec3>(static_cast<std::size_t>(node_capacity));
+  predicted_coefficient_ = memory.array<double>(3 * static_cast<std::size_t>(node_capacity));
   norms_ = memory.array<ConstraintNorms>(static_cast<std::size_t>(contact_capacity));
   if (!create_known(memory, known_without_) || !create_known(memory, known_predicted_) ||
       !create_layer(memory, layer_[0], node_capacity, contact_capacity) ||
@@ -222,15 +223,21 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
 
 bool ContactField::predict_without(std::int32_t tool, std::int32_t point) {
   forget_nodes(known_predicted_);
-  return solver_ && solver_->predict_without(tool, point, predicted_, &predicted_norm_);
+  if (!solver_ || !solver_->predict_without(tool, point, predicted_, &predicted_norm_)) return false;
+  for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
+    predicted_coefficient_[r] =
+        predicted_[r / 3][r % 3] * static_cast<double>(tensors_.surface.row_scale(now_->nodes[r / 3].column, r % 3));
+  return true;
 }
 
 Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) {
   return recall(known_predicted_, node, [&] {
+    *work += 9 * now_->count;
+    if (!tensors_.compliance)
+      return tensors_.surface.sum_at_node(now_->row, predicted_coefficient_, 3 * now_->count, node);
     Vec3 sum;
     for (std::int32_t e = 0; e < now_->count; ++e)
       sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
-    *work += 9 * now_->count;
     return sum;
   });
 }

@@ -92,6 +92,7 @@ class ContactField {
   Layer layer_[2] = {};
   Layer *now_ = layer_, *before_ = layer_ + 1;
   Vec3* predicted_ = nullptr;
+  double* predicted_coefficient_ = nullptr;  // [nodes][3] m, of each stored row
   // Of the field without one contact, and of the predicted one.
   Known known_without_ = {}, known_predicted_ = {};
   std::int32_t without_tool_ = -1, without_point_ = -1;

@@ -45,7 +45,9 @@ class Touch {
         forget_tool(context_.def, touch_state_, t);
     context_.watch.ended(Pass::input);
     if (context_.def.collision != PALPATE_COLLISION_OFF) {
+      touch_state_.collision.begin();
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) collide(t);
+      if (touch_state_.collision.has_deferred()) flags_ |= PALPATE_STEP_WORK_DEFERRED;
       forget_absent_points();
       context_.watch.ended(Pass::collision);
     }
@@ -338,6 +340,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.input.forget();
   if (follows_deformed_surface(def)) state.field.forget();
   state.tree.forget();
+  state.collision.forget();
   state.solver.forget();
   state.rows.forget();
   state.step = 0;

@@ -39,6 +39,7 @@ class StepFlags(enum.IntFlag):
     UNSOLVED = 128
     OTHER_BUNDLE = 256
     TRACKING_LOST = 512
+    WORK_DEFERRED = 1024
 
 class Bundle:
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]]) -> None: ...

@@ -476,9 +476,11 @@ enum {
   PALPATE_STEP_UNSOLVED         = 1 << 7, /* a number is not finite, or the stored precision is too coarse for so many contacts:
                                              the step has no contact forces, or no displacement of those nodes                  */
   PALPATE_STEP_OTHER_BUNDLE     = 1 << 8, /* the contacts given to palpate_scene_shape are of another bundle: the shape is at rest */
-  PALPATE_STEP_TRACKING_LOST    = 1 << 9  /* a tool point moved faster than max_tool_speed, jumped through the organ in one
+  PALPATE_STEP_TRACKING_LOST    = 1 << 9, /* a tool point moved faster than max_tool_speed, jumped through the organ in one
                                              step, or left its contact by more than release_distance: it has no contact until
                                              it has been outside and comes in again                                         */
+  PALPATE_STEP_WORK_DEFERRED    = 1 << 10 /* more contacts had to be tested than a step's work allows: some of them hold, although
+                                             they may have come out, and are tested in the next steps                       */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
