@@ -1,7 +1,8 @@
 #include "runtime/base/scene_memory.h"
 
-#include <cstdlib>
 #include <cstring>
+
+#include "runtime/base/aligned_memory.h"
 
 namespace palpate {
 
@@ -10,7 +11,7 @@ void* SceneMemory::take(std::size_t count, std::size_t each) {
   void* memory = nullptr;
   if (count <= static_cast<std::size_t>(-1) / 2 / each && array_count_ < kMaxArrays) {
     const std::size_t bytes = (count * each + 63) / 64 * 64;
-    memory = host_.allocate ? host_.allocate(host_.user, bytes, 64) : std::aligned_alloc(64, bytes);
+    memory = host_.allocate ? host_.allocate(host_.user, bytes, 64) : take_aligned(bytes);
     if (memory) arrays_[array_count_++] = std::memset(memory, 0, bytes);
   }
   if (!memory) failed_ = true;
@@ -23,7 +24,7 @@ void SceneMemory::release_all() {
     if (host_.allocate)
       host_.release(host_.user, memory);
     else
-      std::free(memory);
+      release_aligned(memory);
   }
 }
 

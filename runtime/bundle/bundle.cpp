@@ -269,11 +269,11 @@ palpate_status palpate_bundle_prefault(palpate_bundle* bundle, int32_t lock, pal
   bring_in(bundle->witness.last_map());
   if (bundle->is_lost()) return palpate::file_was_cut(error);
   if (refused == 0) return palpate::succeed(error);
-  return fail(
-      error, PALPATE_ERROR_LOCK, 0,
-      "%llu bytes of the bundle were read but not locked: this process may lock %llu bytes; raise RLIMIT_MEMLOCK "
-      "(ulimit -l), or expect a page to be taken back when memory is short",
-      static_cast<unsigned long long>(refused), static_cast<unsigned long long>(limit));
+  return fail(error, PALPATE_ERROR_LOCK, 0,
+              "%llu bytes of the bundle were read but not locked: this process may lock %llu bytes; raise %s, or "
+              "expect a page to be "
+              "taken back when memory is short",
+              static_cast<unsigned long long>(refused), static_cast<unsigned long long>(limit), palpate::kLockLimit);
 }
 
 void palpate_bundle_close(palpate_bundle* bundle) {

@@ -2,7 +2,7 @@
 //
 // Reading a page beyond the end of a mapped file that was truncated raises SIGBUS. A handler then maps a page of zeros at that
 // address and notes the loss, as libwayland does for shared memory. Any other SIGBUS goes to the handler that was installed
-// before.
+// before. On Windows nobody can cut a file that is mapped (file_map_windows.cpp).
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@ struct FileMap {
   const unsigned char* data = nullptr;  // first byte of the range that was asked for
 };
 
-// True on platforms with POSIX file maps.
+// True on POSIX systems and on Windows.
 bool file_maps_are_supported();
 
 // Opens a regular file for reading. Returns a descriptor, or -1 with *reason: a part of a sentence, a string constant.
@@ -55,6 +55,12 @@ class FileWitness {
 
 // Reads one byte of every page of a map.
 void read_pages(const FileMap& map);
+// What an error tells the host to raise where lock_pages is refused.
+#ifdef _WIN32
+inline constexpr char kLockLimit[] = "the least working set (SetProcessWorkingSetSize)";
+#else
+inline constexpr char kLockLimit[] = "RLIMIT_MEMLOCK (ulimit -l)";
+#endif
 // Asks the system to keep a map in memory until it is unmapped. Where it refuses: false, and *limit is what it allows, in bytes.
 bool lock_pages(const FileMap& map, std::uint64_t* limit);
 

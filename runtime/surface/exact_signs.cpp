@@ -10,6 +10,21 @@ double two_sum(double x, double y, double* low) {
   return high;
 }
 
+// x = high + low exactly, each of half the digits, so that a product of two halves is exact; returns high.
+double split(double x, double* low) {
+  const double shifted = 134217729 * x, high = shifted - (shifted - x);  // 2^27 + 1
+  *low = x - high;
+  return high;
+}
+
+// x * y = high + low exactly; returns high. Not by fma, which some C libraries round wrongly (that of mingw-w64 one time in ten).
+double two_product(double x, double y, double* low) {
+  double x_low, y_low;
+  const double high = x * y, x_high = split(x, &x_low), y_high = split(y, &y_low);
+  *low = x_low * y_low - (((high - x_high * y_high) - x_low * y_high) - x_high * y_low);
+  return high;
+}
+
 // An exact sum: doubles whose digits do not overlap, in order of size. The last one has the sign of the sum.
 struct ExactSum {
   // A determinant has 6 products of three entries; each entry has two parts, so 8 products each; each of them is 4 doubles.
@@ -27,11 +42,11 @@ struct ExactSum {
     parts = kept;
   }
   void add_product(double x, double y, double z) {
-    const double xy = x * y, rest = std::fma(x, y, -xy);
-    const double factors[] = {rest, xy};
+    double factors[2], low;
+    factors[1] = two_product(x, y, &factors[0]);
     for (const double factor : factors) {
-      const double product = factor * z;
-      add(std::fma(factor, z, -product));
+      const double product = two_product(factor, z, &low);
+      add(low);
       add(product);
     }
   }

@@ -2,6 +2,8 @@
 # build_host.sh WAY PALPATE SOURCE FOLDER BUNDLE CMAKE: builds the README's examples as C99 and C++17 programs of a host and runs
 # them on BUNDLE. WAY: subdirectory-static, subdirectory-shared (PALPATE: the sources), package (CMake), or pkg-config with only a
 # compiler (PALPATE: the prefix of an installation).
+# For another platform the environment has CMAKE_TOOLCHAIN_FILE, CC, CXX and OBJDUMP; RUN, the program that runs its programs; and
+# EXE, what their names end with.
 set -eu
 way=$1 palpate=$2 source=$3 folder=$4 bundle=$5 cmake=$6
 rm -rf "$folder"
@@ -10,7 +12,7 @@ build_host() {
   for language in C CXX; do
     "$cmake" -S "$source/tests/embed/host" -B "$folder/$language" -G Ninja -DCMAKE_BUILD_TYPE=Release -DHOST_LANGUAGE=$language "$@"
     "$cmake" --build "$folder/$language" -j 2
-    cp "$folder/$language/example" "$folder/example_$language"
+    cp "$folder/$language/example${EXE:-}" "$folder/example_$language${EXE:-}"
   done
 }
 case $way in
@@ -22,20 +24,22 @@ case $way in
     LD_LIBRARY_PATH=$(dirname "$PKG_CONFIG_PATH")
     export PKG_CONFIG_PATH LD_LIBRARY_PATH
     static=--static
-    if test -e "$LD_LIBRARY_PATH/libpalpate.so"; then static=; fi
-    cc -std=c99 -pedantic-errors -Wall -Wextra -Werror "$source/tests/embed/example.c" -o "$folder/example_C" \
+    if test -e "$LD_LIBRARY_PATH/libpalpate.so" || test -e "$LD_LIBRARY_PATH/libpalpate.dll.a"; then static=; fi
+    ${CC:-cc} -std=c99 -pedantic-errors -Wall -Wextra -Werror "$source/tests/embed/example.c" -o "$folder/example_C${EXE:-}" \
       $(pkg-config --cflags --libs $static palpate)
-    c++ -std=c++17 -pedantic-errors -Wall -Wextra -Werror "$source/tests/embed/example.cpp" -o "$folder/example_CXX" \
+    ${CXX:-c++} -std=c++17 -pedantic-errors -Wall -Wextra -Werror "$source/tests/embed/example.cpp" -o "$folder/example_CXX${EXE:-}" \
       $(pkg-config --cflags --libs $static palpate)
     ;;
 esac
-"$folder/example_C" "$bundle" > "$folder/c.txt"
-"$folder/example_CXX" "$bundle" > "$folder/cpp.txt"
+run() { ${RUN:+"$RUN"} "$@"; }
+run "$folder/example_C${EXE:-}" "$bundle" > "$folder/c.txt"
+run "$folder/example_CXX${EXE:-}" "$bundle" > "$folder/cpp.txt"
 cat "$folder/c.txt" "$folder/cpp.txt"
 grep -q "nodes drawn, flags 0" "$folder/c.txt"
 # Expected: no force above the surface, and at the end a force that pushes the needle out.
 grep -q "   0 ms   0.0000 N" "$folder/cpp.txt"
 awk '/1000 ms/ { found = 1; if ($3 <= 0) exit 1 } END { exit !found }' "$folder/cpp.txt"
-if "$folder/example_C" "$folder/absent.h5"; then exit 1; else test $? -eq 2; fi
+if run "$folder/example_C${EXE:-}" "$folder/absent.h5"; then exit 1; else test $? -eq 2; fi
 # A host in C must not need a C++ library.
-if readelf -d "$folder/example_C" | grep -E 'NEEDED.*(stdc|gcc)'; then exit 1; fi
+if ${OBJDUMP:-objdump} -p "$folder/example_C${EXE:-}" | grep -E '(NEEDED|DLL Name).*(stdc|gcc)'; then exit 1; fi
+${OBJDUMP:-objdump} -p "$folder/example_C${EXE:-}" | grep -q -E '(NEEDED|DLL Name)'  # it does name what it needs

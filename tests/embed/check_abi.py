@@ -1,5 +1,6 @@
-"""check_abi.py INCLUDE_FOLDER LIST COMPILER [--write]: the public C headers say what LIST says, function by function, field by
-field, value by value. Sizes and offsets are the compiler's, on 64-bit systems. --write writes LIST anew; runtime/ABI.md says when."""
+"""check_abi.py INCLUDE_FOLDER LIST COMPILER [--write | --run LAUNCHER]: the public C headers say what LIST says, function by function, field by
+field, value by value. Sizes and offsets are the compiler's, on 64-bit systems. --write writes LIST anew; runtime/ABI.md says when.
+--run: what runs the compiler's programs, where the compiler is for another platform."""
 import pathlib
 import re
 import subprocess
@@ -58,19 +59,20 @@ def program_that_prints(text):
     return "\n".join(lines)
 
 
-def printed_list(include, compiler):
+def printed_list(include, compiler, launcher):
     includes = "".join(f"#include <palpate/{h}>\n" for h in HEADERS)
     body = "\n".join(program_that_prints(without_comments((include / "palpate" / h).read_text())) for h in HEADERS)
     with tempfile.TemporaryDirectory() as folder:
-        source, program = pathlib.Path(folder, "list.c"), pathlib.Path(folder, "list")
+        source, program = pathlib.Path(folder, "list.c"), pathlib.Path(folder, "list.exe")
         source.write_text(f"#include <stddef.h>\n#include <stdio.h>\n{includes}int main(void) {{\n{body}\nreturn 0;\n}}\n")
         subprocess.run([compiler, "-std=c11", "-pedantic-errors", "-w", f"-I{include}", source, "-o", program], check=True)
-        return subprocess.run([program], check=True, capture_output=True, text=True).stdout
+        return subprocess.run([*launcher, program], check=True, capture_output=True, text=True).stdout
 
 
 def main():
     include, committed, compiler = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3]
-    found = printed_list(include, compiler)
+    launcher = sys.argv[5:] if sys.argv[4:5] == ["--run"] else []
+    found = printed_list(include, compiler, launcher)
     if sys.argv[4:] == ["--write"]:
         committed.write_text(found)
         return 0

@@ -46,8 +46,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32) && defined(PALPATE_SHARED)
+/* Windows: PALPATE_EXPORTS is defined while the DLL is built, PALPATE_SHARED in hosts that link it (CMake and pkg-config do). */
+#if defined(_WIN32) && defined(PALPATE_EXPORTS)
 #define PALPATE_API __declspec(dllexport)
+#elif defined(_WIN32) && defined(PALPATE_SHARED)
+#define PALPATE_API __declspec(dllimport)
+#elif defined(_WIN32)
+#define PALPATE_API
 #elif defined(__GNUC__)
 #define PALPATE_API __attribute__((visibility("default")))
 #else
@@ -86,7 +91,7 @@ typedef struct palpate_error {
   char text[240];       /* what was expected, what was found, what to do; ends with a zero */
 } palpate_error;
 
-/* The host's memory functions. Both NULL: the library uses aligned_alloc and free. allocate returns memory aligned to
+/* The host's memory functions. Both NULL: the library uses those of the C library. allocate returns memory aligned to
  * `alignment` bytes, or NULL. */
 typedef struct palpate_allocator {
   void* (*allocate)(void* user, size_t bytes, size_t alignment);

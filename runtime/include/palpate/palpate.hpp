@@ -1,7 +1,8 @@
 // palpate.hpp - palpate.h for C++17: owners that release what they own, and errors that can be thrown.
 //
-// The constructors throw palpate::Error. open_file and create return an empty owner and fill *error instead. A step never
-// throws, allocates or locks. palpate.h documents everything else.
+// The constructors throw palpate::Error. open_file, open and create return an empty owner and fill *error instead. Where a host is
+// compiled without exceptions (-fno-exceptions), Error and the constructors that throw it do not exist, so that code which needs
+// them does not compile. A step never throws, allocates or locks. palpate.h documents everything else.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -9,33 +10,38 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
+#ifdef __cpp_exceptions
+#include <stdexcept>
+#endif
 
 namespace palpate {
 
+#ifdef __cpp_exceptions
 struct Error : std::runtime_error {
   explicit Error(const palpate_error& from) : std::runtime_error(from.text), detail(from) {}
   palpate_error detail;
 };
+#endif
 
 // A tensor bundle. It is constant, so threads may share it. It must outlive its scenes.
 class Bundle {
  public:
   Bundle() = default;
-  // Throws Error.
-  explicit Bundle(const char* path, const palpate_bundle_options* options = nullptr)
-      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open_file(path, options, b, e); })) {}
-  // bytes: 64-byte aligned, borrowed, must outlive the bundle. Throws Error.
-  Bundle(const void* bytes, std::size_t count, const palpate_bundle_options* options = nullptr)
-      : Bundle(check([&](auto* b, auto* e) { return palpate_bundle_open(bytes, count, options, b, e); })) {}
-  // The same without exceptions: an empty Bundle and *error.
+  // An empty Bundle and *error where it fails.
   static Bundle open_file(const char* path, palpate_error* error,
                           const palpate_bundle_options* options = nullptr) noexcept {
     palpate_bundle* opened = nullptr;
     palpate_bundle_open_file(path, options, &opened, error);
+    return Bundle(opened);
+  }
+  // bytes: 64-byte aligned, borrowed, must outlive the bundle.
+  static Bundle open(const void* bytes, std::size_t count, palpate_error* error,
+                     const palpate_bundle_options* options = nullptr) noexcept {
+    palpate_bundle* opened = nullptr;
+    palpate_bundle_open(bytes, count, options, &opened, error);
     return Bundle(opened);
   }
 
@@ -58,14 +64,14 @@ class Bundle {
     void operator()(palpate_bundle* bundle) const noexcept { palpate_bundle_close(bundle); }
   };
   explicit Bundle(palpate_bundle* opened) noexcept : handle_(opened) {}
-  template <class Open>
-  static palpate_bundle* check(Open open) {
-    palpate_bundle* opened = nullptr;
-    palpate_error error = {};
-    if (open(&opened, &error) != PALPATE_OK) throw Error(error);
-    return opened;
-  }
   std::unique_ptr<palpate_bundle, Close> handle_;
+
+#ifdef __cpp_exceptions
+ public:
+  // open_file and open; they throw Error where it fails.
+  explicit Bundle(const char* path, const palpate_bundle_options* options = nullptr);
+  Bundle(const void* bytes, std::size_t count, const palpate_bundle_options* options = nullptr);
+#endif
 };
 
 // Room for the palpate_contacts of one scene, which touch fills and shape reads: plain bytes, of which used_bytes are in use.
@@ -88,13 +94,8 @@ class Contacts {
 // One organ under one set of effects. touch and reset belong to one thread, shape and skin to one thread, which may be another.
 class Scene {
  public:
-  // Throws Error.
-  explicit Scene(const Bundle& bundle, const palpate_scene_def& def = palpate_default_scene_def()) {
-    palpate_error error = {};
-    *this = create(bundle, def, &error);
-    if (!handle_) throw Error(error);
-  }
-  // The same without exceptions: an empty Scene and *error.
+  Scene() = default;
+  // An empty Scene and *error where it fails.
   static Scene create(const Bundle& bundle, const palpate_scene_def& def, palpate_error* error) noexcept {
     palpate_scene* created = nullptr;
     palpate_scene_create(bundle.get(), &def, &created, error);
@@ -123,6 +124,30 @@ class Scene {
   };
   explicit Scene(palpate_scene* created) noexcept : handle_(created) {}
   std::unique_ptr<palpate_scene, Destroy> handle_;
+
+#ifdef __cpp_exceptions
+ public:
+  // create; it throws Error where it fails.
+  explicit Scene(const Bundle& bundle, const palpate_scene_def& def = palpate_default_scene_def());
+#endif
 };
+
+#ifdef __cpp_exceptions
+inline Bundle::Bundle(const char* path, const palpate_bundle_options* options) {
+  palpate_error error = {};
+  *this = open_file(path, &error, options);
+  if (!handle_) throw Error(error);
+}
+inline Bundle::Bundle(const void* bytes, std::size_t count, const palpate_bundle_options* options) {
+  palpate_error error = {};
+  *this = open(bytes, count, &error, options);
+  if (!handle_) throw Error(error);
+}
+inline Scene::Scene(const Bundle& bundle, const palpate_scene_def& def) {
+  palpate_error error = {};
+  *this = create(bundle, def, &error);
+  if (!handle_) throw Error(error);
+}
+#endif
 
 }  // namespace palpate
