@@ -180,7 +180,7 @@ def check_block(page, remark, language, content):
 def check_examples():
     """The programs of tests/embed that hosts start from stand on a page, whole."""
     blocks = [content for text in pages.values() for _, _, content in FENCE.findall(text)]
-    for name in ("example.c", "example.cpp", "example.py", "two_loops.c", "frames.h"):
+    for name in ("example.c", "example.cpp", "example.py", "two_loops.c", "game_loop.cpp", "frames.h"):
         file = root / "tests/embed" / name
         if file.exists() and file.read_text() not in blocks:
             fail("tests/embed/" + name, "no code block of a page equals it; copy its text into the page that explains it")

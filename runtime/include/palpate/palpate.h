@@ -122,7 +122,10 @@ PALPATE_API palpate_status palpate_bundle_open(const void* bytes, size_t byte_co
 
 /* The same for a file. Creating a scene maps the sections that the scene needs, read-only, and no others. A file that shrinks
  * while it is mapped does not end the host: the lost pages read as zero. Every step after the file was cut or written over
- * raises PALPATE_STEP_BUNDLE_LOST. A new file that replaces the old one by renaming changes nothing. */
+ * raises PALPATE_STEP_BUNDLE_LOST. A new file that replaces the old one by renaming changes nothing.
+ * Windows: path is UTF-8. While the bundle is open the system lets nobody write to its file, so it can neither shrink nor be
+ * replaced before palpate_bundle_close; a file that another program is writing does not open. A file on a network drive whose
+ * server goes away ends the host: read such a file and use palpate_bundle_open. */
 PALPATE_API palpate_status palpate_bundle_open_file(const char* path, const palpate_bundle_options* options,
                                                     palpate_bundle** bundle, palpate_error* error);
 
@@ -130,7 +133,7 @@ PALPATE_API palpate_status palpate_bundle_open_file(const char* path, const palp
 PALPATE_API palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error* error);
 
 /* For loops with deadlines: reads every page of the sections that the bundle's scenes have mapped, so that no step waits for
- * the disk or takes a page fault. lock: not 0 also asks the system to keep those pages in memory (mlock); without it the
+ * the disk or takes a page fault. lock: not 0 also asks the system to keep those pages in memory (mlock; Windows: VirtualLock); without it the
  * system may take pages back when memory is short. Call it after palpate_scene_create and outside a step. Cost: one read of
  * those sections, and their size in memory while the bundle is open. For a bundle opened from bytes it does nothing, because
  * those bytes are the host's memory. Returns PALPATE_ERROR_LOCK where the system refuses to lock (its limit is RLIMIT_MEMLOCK,
