@@ -39,7 +39,7 @@ BundleFile::BundleFile(std::filesystem::path file) : path_(std::move(file)) {
     if (descriptor_ >= 0) ::close(descriptor_);
     throw BundleRefused(fmt::format("{}: {}", path_.string(), what), status);
   };
-  descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe must not keep us waiting
+  descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // to open a pipe must not block
   struct stat status {};
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0)
     refuse(fmt::format("cannot be read: {}", std::strerror(errno)), BundleStatus::magic);

@@ -63,9 +63,9 @@ void BatchWriter::work() {
   }
 }
 
-// Writes the rows first and then the record that vouches for them. When a process is killed, the kernel still writes
-// what it was given. After a power cut the disk may hold any part of it; the checksums then show which batches are
-// whole. So it is enough to make the disk follow once a second.
+// Writes the rows first and then the record with their checksums. If the process is killed, the kernel still writes what it has
+// been given. After a power cut the disk may hold any part of that; the checksums then show which batches are whole. So it is
+// enough to flush to the disk once a second.
 void BatchWriter::make_safe(const SolvedBatch& batch) {
   write_rows(sections_, batches_[batch.index], batch.rows, part_);
   journal_.write(batch.index, batch.record);

@@ -79,7 +79,7 @@ std::vector<SectionEntry> ResumablePart::begin(const Fingerprint& fingerprint, c
     if (part_is_there)
       note(fmt::format("{} is begun anew: {}", part_.string(),
                        earlier_ ? different : "its journal is missing or damaged"));
-    // The journal goes first: without it nothing trusts the old rows. The old part must not take disk space from the
+    // The journal is removed first: without it no run uses the old rows. The old part must not take disk space from the
     // new.
     PlainFile(journal_path_, O_RDWR).resize(0);
     std::filesystem::remove(part_);

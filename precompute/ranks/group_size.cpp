@@ -10,10 +10,10 @@
 namespace palpate {
 namespace {
 
-// Estimates of memory: from livers of 20,000 and 100,000 vertices (bench/distributed.cpp, bench/multigrid.cpp) and, where
-// those did not tell, from the one-rank plan.
-constexpr double kColumnsPerDof = 32 * 10 * 8;  // bytes: ten blocks of 32 columns
-constexpr double kAveragingFill = 4.3;          // blocks of p1-anp over those of p1
+// Constants of the memory estimate, fitted to livers of 20,000 and 100,000 vertices (bench/distributed.cpp,
+// bench/multigrid.cpp); what those runs do not determine is taken from the plan for one rank.
+constexpr double kColumnsPerDof = 32 * 10 * 8;  // bytes: ten batches of 32 columns
+constexpr double kAveragingFill = 4.3;          // 3 x 3 blocks of K with p1-anp over those with p1
 constexpr double kFactorPerNumber = 26;         // bytes of MUMPS's factor, over all ranks of a group
 
 double blocks_of(const ElasticBody& body, Element element) {
@@ -33,7 +33,7 @@ GroupChoice choose_group(const ElasticBody& body, Element element, double availa
   const double nodes = static_cast<double>(body.nodes.size()), fill = element == Element::p1 ? 1 : 3.2;
   const double columns = kColumnsPerDof * 3 * nodes;
   const double levels = kMultigridBytesPerBlock * blocks_of(body, element) + columns;
-  // Nested dissection of a solid, as n^1.52 from 1,700 to 95,000 vertices.
+  // With nested dissection the factor of a solid grows as n^1.52, measured from 1,700 to 95,000 vertices.
   const double factor = kFactorPerNumber * 33.8e6 * std::pow(nodes / 20000, 1.52) * fill + columns;
   GroupChoice choice;
   choice.ranks_per_operator = asked > 0 ? asked : ranks;

@@ -14,12 +14,12 @@ struct GroupChoice {
   double gamg_bytes = 0;
 };
 
-// available_bytes: what each rank may take. asked: the user's number of ranks per operator; 0: the fewest that hold K and
-// its multigrid levels, of the numbers that divide ranks; all of them where none does. Errors: InputError
-// where the element adds nodes (p2-p0), whose rows are not divided.
+// available_bytes: what each rank may take. asked: the number of ranks per operator that the user wants; 0: the smallest
+// number that divides ranks and whose memory holds K and its multigrid levels, or all ranks where none is large enough.
+// Errors: InputError where the element adds nodes (p2-p0), whose rows cannot be divided.
 GroupChoice choose_group(const ElasticBody& body, Element element, double available_bytes, int ranks, int asked);
 
-// In the words of the plan: what a group of several will take. No time is predicted.
+// The plan of a group of several ranks: the memory that it will take. No time is predicted.
 SolverPlan plan_of_group(const GroupChoice& choice, std::int64_t columns, double available_bytes, double bundle_bytes);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ namespace {
 
 int kept_standard_error = STDERR_FILENO;
 
-// How long ranks that wait for this one, and not for something else, may take to come by.
+// How long a rank that has failed waits for the other ranks of its group to arrive in agree().
 constexpr std::chrono::seconds kGrace(30);
 
 [[noreturn]] void end_all(const std::string& failure) {
@@ -54,7 +54,7 @@ bool RankGroup::together(const std::function<void()>& work) const {
   return agree(!ranks_.someone_failed(), nullptr);
 }
 
-// failure: of a rank that threw; null where it did not.
+// failure: the error's sentence on a rank that threw, null on the others.
 bool RankGroup::agree(bool fine, const char* failure) const {
   const int mine = fine ? 1 : 0;
   int all = 0, done = 0;

@@ -1,4 +1,4 @@
-// The ranks that share one operator.
+// A group of ranks that share one operator K, because K does not fit into the memory of one rank.
 #pragma once
 
 #include <functional>
@@ -7,10 +7,10 @@
 
 namespace palpate {
 
-// Ranks 0 .. size - 1 are the first group, the next ones the second, and so on.
+// Ranks 0 .. size - 1 form the first group, the next size ranks the second group, and so on.
 class RankGroup {
  public:
-  // Collective over all ranks. Errors: InputError where size does not divide their number.
+  // Collective over all ranks. Errors: InputError where size does not divide the number of ranks.
   RankGroup(const Ranks& ranks, int size);
   ~RankGroup();
   RankGroup(const RankGroup&) = delete;
@@ -23,10 +23,11 @@ class RankGroup {
   bool is_root() const { return rank_ == 0; }
   MPI_Comm communicator() const { return communicator_; }
 
-  // Runs work, whose calls may be collective over the group, on each of its ranks. True where all of them are fine and no
-  // rank outside has failed either. Rethrows what work threw here; the others then get false, and the error from
-  // Ranks::together(), inside of which this belongs. If they do not come to hear of it, because they wait inside work for
-  // the rank that threw, all processes end with its sentence.
+  // Runs work on each rank of the group; calls in work may be collective over the group. Returns true where work has thrown
+  // on no rank of the group and no rank of another group has failed. Where work throws on this rank, rethrows; the other
+  // ranks of the group then return false, and Ranks::together(), which must enclose this call, gives them the error. The
+  // other ranks may be waiting inside work for the rank that threw; if they do not arrive within half a minute, all
+  // processes end, and the message is that of the error.
   bool together(const std::function<void()>& work) const;
 
  private:
@@ -37,7 +38,8 @@ class RankGroup {
   int size_, rank_ = 0, index_, count_;
 };
 
-// Before a rank's standard error is closed: what a rank says that ends all others must be heard.
+// Keeps a copy of this rank's standard error. To be called before that is closed, so that a rank which has to end all others
+// can still print its message.
 void keep_standard_error();
 
 }  // namespace palpate

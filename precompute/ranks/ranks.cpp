@@ -55,7 +55,7 @@ void Ranks::together(const std::function<void()>& work) {
 
   int mine = kind == kFine ? count_ : rank_, first = count_;
   MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, communicator_);
-  // Take what the failed ones sent.
+  // Receives the messages of the ranks that failed.
   for (int waiting = 0; MPI_Iprobe(MPI_ANY_SOURCE, kFailedTag, communicator_, &waiting, MPI_STATUS_IGNORE), waiting;)
     MPI_Recv(nullptr, 0, MPI_CHAR, MPI_ANY_SOURCE, kFailedTag, communicator_, MPI_STATUS_IGNORE);
   if (first == count_) return;

@@ -22,10 +22,11 @@ int longest_extent(std::span<const Point> nodes, std::span<const std::int32_t> s
   return axis;
 }
 
-// Puts some in order; ends: where each rank's share ends.
+// Sorts the node numbers in some by recursive bisection and appends to ends where the share of each rank ends. begin: rows before
+// these.
 void bisect(std::span<const Point> nodes, std::span<std::int32_t> some, int ranks, std::int32_t begin,
             std::vector<std::int32_t>* ends) {
-  constexpr std::size_t kFew = 8;  // too few for an order to matter
+  constexpr std::size_t kFew = 8;  // from here on the order does not matter for the cache
   if (ranks == 1 && some.size() <= kFew) {
     std::sort(some.begin(), some.end());
     if (ends) ends->push_back(begin + static_cast<std::int32_t>(some.size()));
@@ -50,7 +51,7 @@ void bisect(std::span<const Point> nodes, std::span<std::int32_t> some, int rank
   if (ends) ends->push_back(begin + static_cast<std::int32_t>(some.size()));
 }
 
-// The tetrahedra around the marked nodes; marks their nodes as well.
+// Returns the tetrahedra around the marked nodes, and marks the nodes of these tetrahedra as well.
 std::vector<std::size_t> one_ring(const ElasticBody& body, std::vector<char>& marked) {
   std::vector<std::size_t> result;
   for (std::size_t t = 0; t < body.tetrahedra.size(); ++t) {
@@ -62,11 +63,11 @@ std::vector<std::size_t> one_ring(const ElasticBody& body, std::vector<char>& ma
   return result;
 }
 
-// The marked nodes and the tetrahedra between them, in the order of the body.
+// The part of the body that consists of the given tetrahedra and marked nodes, in the order of the body.
 struct Part {
   ElasticBody body;
-  std::vector<std::int32_t> node;       // of the whole
-  std::vector<std::int32_t> part_node;  // of a node of the whole; -1: none
+  std::vector<std::int32_t> node;       // number of each node of the part in the whole body
+  std::vector<std::int32_t> part_node;  // number of each node of the whole body in the part; -1: not in it
 };
 Part part_of(const ElasticBody& body, const std::vector<std::size_t>& tetrahedra, const std::vector<char>& marked) {
   Part part;
@@ -109,15 +110,17 @@ BlockMatrix assemble_own_rows(const ElasticBody& body, const RowPartition& parti
   const auto first = partition.first_row[rank], last = partition.first_row[rank + 1];
   std::vector<char> marked(body.nodes.size(), 0);
   for (auto row = first; row < last; ++row) marked[partition.node_of_row[row]] = 1;
-  one_ring(body, marked);                          // averaged dilatation couples the neighbours of a node's neighbours,
-  const auto tetrahedra = one_ring(body, marked);  // whose volumes want every tetrahedron around them
+  // p1-anp couples a node with the neighbours of its neighbours, and needs every tetrahedron around each neighbour for the
+  // neighbour's volume: two rings.
+  one_ring(body, marked);
+  const auto tetrahedra = one_ring(body, marked);
   const Part part = part_of(body, tetrahedra, marked);
   const BlockMatrix all = assemble(part.body);
 
   BlockMatrix own;
   own.rows = last - first;
   own.first.assign(1, 0);
-  std::vector<std::pair<std::int32_t, std::int64_t>> entries;  // row of the whole, place in all
+  std::vector<std::pair<std::int32_t, std::int64_t>> entries;  // row of the whole K, index in all.block
   for (auto row = first; row < last; ++row) {
     const auto from = part.part_node[partition.node_of_row[row]];
     entries.clear();

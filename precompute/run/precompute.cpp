@@ -38,7 +38,7 @@ constexpr const char *kPreconditioner = "preconditioner", *kFactor = "factor", *
 class Output {
  public:
   explicit Output(StopSignals& signals) : signals_(signals) {}
-  ~Output() { signals_.on_stop({}); }  // before part_ goes: the thread of the signals uses it
+  ~Output() { signals_.on_stop({}); }  // before part_ is destroyed: the thread that waits for signals uses it
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
@@ -173,7 +173,8 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
   return fine ? std::move(divided) : nullptr;
 }
 
-// A small residual allows a large error where the condition is large: at 1e12 four digits are certain.
+// Where the condition number of K is large, a column with a small residual may have a large error: at 1e12 only four digits are
+// certain.
 void warn_of_condition(const ColumnSolver& solver) {
   const double bound = solver.reciprocal_condition();
   if (bound > 0 && bound < 1e-12)

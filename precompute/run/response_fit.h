@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// Of a cylinder that is compressed: displacement of its top x (m), force f (N) and radial displacement at half its
-// height d_r (m; empty where it was not measured). x grows. The origin belongs to every curve and is not listed here.
+// The compression test of a cylinder: displacement x of its top (m), force f (N) and radial displacement d_r at half its
+// height (m; empty where it was not measured). x ascends. Every curve begins at the origin, which is not listed here.
 struct MeasuredCurve {
   std::vector<double> displacement, force, radial;
 };
@@ -26,7 +26,7 @@ struct ResponsePolynomial {
   std::vector<double> coefficient;  // empty: not measured
   double range = 0;
   double rms = 0, largest = 0;  // distance from the data, relative to the largest value
-  std::string note;             // where the fit is not the one that was asked for: what was changed
+  std::string note;             // what was changed, if the fit is not the one that was asked for
   double operator()(double x) const;
 };
 
@@ -36,9 +36,9 @@ struct ResponsePolynomial {
 ResponsePolynomial fit_response(const std::vector<double>& x, const std::vector<double>& y, int degree,
                                 const std::string& place);
 
-// P corrects the displacement at right angles to the push, Q corrects the force. Their arguments are what linear
-// elasticity gives for a cylinder of height h, radius r and top area s = pi r^2 that is pressed by x: d_r^L = nu r x /
-// h (eq. 3) and f^L = s E x / h (eq. 5).
+// P corrects the displacement at right angles to the push, Q corrects the force. Their arguments are what linear elasticity
+// predicts for a cylinder of height h, radius R and top area A = pi R^2 that is pressed by x: d_r^lin = nu R x / h (eq. 3) for
+// P, f^lin = A E x / h (eq. 5) for Q.
 struct ResponseFit {
   ResponsePolynomial radial, force;
 };

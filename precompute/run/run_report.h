@@ -17,9 +17,8 @@ class RunReport {
  public:
   explicit RunReport(Ranks& ranks) : ranks_(ranks) {}
 
-  // Collective. Runs step on every rank by Ranks::together(), so that the error of one rank is thrown on all, and
-  // returns what step returns. Then says how long the stage took, and how much memory all ranks together have held at
-  // most so far.
+  // Runs step on every rank by Ranks::together(), so that the error of one rank is thrown on all. Prints how long the stage
+  // took and how much memory all ranks together have held at most so far. Returns what step returns. Collective.
   template <class Step>
   std::invoke_result_t<Step> stage(const std::string& name, const Step& step) {
     std::optional<std::invoke_result_t<Step>> result;
@@ -28,7 +27,7 @@ class RunReport {
   }
 
   double seconds() const;                            // of all stages
-  double seconds_of(const std::string& name) const;  // of one
+  double seconds_of(const std::string& name) const;  // of one stage
   double peak_bytes() const { return peak_bytes_; }
 
   // Stages, seconds and bytes as JSON, for the report to add to.

@@ -80,7 +80,8 @@ SafeBatches agree_on_safe_batches(SafeBatches found, const Ranks& ranks) {
 
 namespace {
 
-// Solves and hands to the writer every step-th of the batches left. Returns false where another rank has failed.
+// Solves this group's share of the batches that are left and hands them to the writer. Returns false where another rank has
+// failed.
 bool solve_share(const ColumnJob& job, const std::vector<std::size_t>& left, const RankGroup& group,
                  ColumnSolver& solver, std::optional<BatchWriter>& writer, SharedProgress& progress,
                  SolveSeconds& seconds) {

@@ -26,7 +26,7 @@ using SafeBatches = std::vector<std::uint8_t>;
 // cannot be read.
 SafeBatches find_safe_batches(const ColumnJob& job, const Ranks& ranks);
 
-// Collective: joins what the ranks have found.
+// The batches that are safe according to any rank, from what each rank has found. Collective.
 SafeBatches agree_on_safe_batches(SafeBatches found, const Ranks& ranks);
 
 struct SolveSeconds {

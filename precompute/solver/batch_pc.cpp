@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "formats/errors.h"
+#include "precompute/solver/batch_multigrid.h"
 #include "precompute/solver/batch_vector.h"
-#include "precompute/solver/block_multigrid.h"
 #include "precompute/solver/column_operator.h"
 #include "precompute/solver/elimination.h"
 #include "precompute/solver/per_column_pc.h"
@@ -21,7 +21,7 @@ namespace {
 using Made = std::unique_ptr<BatchPreconditioner>;
 using Maker = Made (*)(const ColumnOperator& op);
 
-// pc->data of our types.
+// What pc->data points to in a PC of our types.
 struct Data {
   Maker make;
   Made made = nullptr;
@@ -49,10 +49,10 @@ Made make_supernodal(const ColumnOperator& op) {
 
 Made make_multigrid(const ColumnOperator& op) {
   const WholeMatrix& k = whole_of(op, kPcMultigrid);
-  return std::make_unique<BlockMultigrid>(k.matrix, k.coordinates, op.width());
+  return std::make_unique<BatchMultigrid>(k.matrix, k.coordinates, op.width());
 }
 
-// No exception may pass through PETSc's C code: the operator carries it to whoever called PETSc.
+// No exception may pass through PETSc's C code. So the operator keeps it, and the function that called PETSc throws it again.
 template <class Work>
 PetscErrorCode carried(PC pc, const Work& work) {
   ColumnOperator* op = operator_of(pc->pmat);

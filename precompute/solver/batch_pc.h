@@ -10,7 +10,7 @@
 namespace palpate {
 
 inline constexpr const char* kPcSupernodal = "supernodal";  // our Cholesky factor (SupernodalFactor)
-inline constexpr const char* kPcMultigrid = "multigrid";    // our multigrid (BlockMultigrid)
+inline constexpr const char* kPcMultigrid = "multigrid";    // our multigrid (BatchMultigrid)
 inline constexpr const char* kPcPerColumn = "percolumn";    // a PETSc PC of K, for one column after another
 
 // Registers the three with PETSc; once, after PetscInitialize.

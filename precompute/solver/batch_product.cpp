@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-// The three rows that one block row of K gives, for kVectors registers of columns. Meanwhile the processor fetches the
-// rows of x that are needed two blocks later.
+// Computes the three rows of K x that one block row of K gives, for kVectors registers of columns. A prefetch asks for the
+// rows of x that the block after the next one needs.
 template <int kLanes, int kVectors>
 PALPATE_INLINE void product_row(const std::int32_t* column, const std::array<double, 9>* block, std::int64_t count,
                                 const double* x, std::int64_t width, double* out) {
@@ -44,7 +44,7 @@ PALPATE_INLINE void product_row(const std::int32_t* column, const std::array<dou
     for (int v = 0; v < kVectors; ++v) *reinterpret_cast<Vector*>(out + i * width + v * kLanes) = sum[i][v];
 }
 
-// squares[c] += sum of (K x - b)^2 down column c. rows: room for 3 * width numbers.
+// squares[c] += the sum of (K x - b)^2 over column c. rows: work memory for 3 * width numbers.
 template <int kLanes, int kMost>
 PALPATE_INLINE void add_squares(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width,
                                 double* rows, double* squares) {

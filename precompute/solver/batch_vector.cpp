@@ -17,7 +17,8 @@ constexpr const char* kRecordName = "palpate_batch_record";
 
 enum class Content { numbers, zero, loads, product, residual };
 
-// What a vector is. Vectors that depend on one another are at most a pair: source is x, dependent is K x or b - K x.
+// What a batch vector is recorded as. A vector that is recorded as K x or b - K x names x as its source, and x names it as its
+// dependent; a vector has at most one dependent.
 struct Record {
   BatchSpace& space;
   _VecOps sequential;  // VECSEQ's operations
@@ -57,7 +58,7 @@ double* memory_of(Vec vector, Record& r) {
   return values = r.memory.get();
 }
 
-// Computes the numbers of what is only recorded.
+// Writes the numbers of a vector that is only recorded as something.
 void compute(Vec vector, Record& r) {
   if (r.content == Content::numbers) return;
   const std::int64_t size = r.space.dofs() * r.space.width;
@@ -77,7 +78,7 @@ void compute(Vec vector, Record& r) {
   r.content = Content::numbers;
 }
 
-// Before the vector becomes something else.
+// To be called before the vector changes: a product that was recorded from it must be computed from its old numbers.
 void begin_change(Record& r) {
   if (r.dependent) compute(r.dependent, *record_of(r.dependent));
   separate_from_source(r);
@@ -142,7 +143,7 @@ PetscErrorCode copy(Vec from, Vec to) {
   });
 }
 
-// y = x + alpha y: of K x and loads, b - K x.
+// y = x + alpha y. For alpha = -1, y recorded as K x and x as loads, the result is recorded as b - K x.
 PetscErrorCode aypx(Vec y, PetscScalar alpha, Vec x) {
   Record &to = *record_of(y), &from = *record_of(x);
   if (alpha != -1 || to.content != Content::product || from.content != Content::loads)
@@ -158,7 +159,8 @@ std::vector<double> norms_of(Vec vector, Record& r) {
   if (r.content == Content::numbers) return column_norms(array_of(vector), r.space.dofs(), r.space.width);
   std::vector<double> sum(static_cast<std::size_t>(r.space.width), 0.0);
   if (r.content == Content::loads)
-    for (const Load& load : r.loads) sum[load.column] += load.value * load.value;  // one load a dof and column
+    for (const Load& load : r.loads)
+      sum[load.column] += load.value * load.value;  // at most one load for each dof and column
   for (double& s : sum) s = std::sqrt(s);
   return sum;
 }
@@ -184,7 +186,7 @@ PetscErrorCode destroy(Vec vector) {
   if (r.dependent) {
     Record& dependent = *record_of(r.dependent);
     dependent.source = nullptr;
-    dependent.content = Content::zero;  // x is gone, and nobody has asked
+    dependent.content = Content::zero;  // x ends before anybody has read K x
   }
   separate_from_source(r);
   return r.sequential.destroy(vector);
@@ -211,7 +213,7 @@ void replace_operations(_VecOps& ops) {
   ops.destroy = destroy;
 }
 
-void changed(Vec vector) {  // PETSc keeps the norms of a vector until it hears of a change
+void changed(Vec vector) {  // PETSc keeps the norms of a vector until it is told that the vector has changed
   check(PetscObjectStateIncrease(reinterpret_cast<PetscObject>(vector)));
 }
 
@@ -228,7 +230,7 @@ Vec create_batch_vector(BatchSpace& space) {
       PetscObjectCompose(reinterpret_cast<PetscObject>(vector), kRecordName, reinterpret_cast<PetscObject>(container)));
   check(PetscContainerDestroy(&container));
   replace_operations(*vector->ops);
-  vector->petscnative = PETSC_FALSE;  // else PETSc takes the array without asking
+  vector->petscnative = PETSC_FALSE;  // else PETSc reads the array without calling getarray
   return vector;
 }
 

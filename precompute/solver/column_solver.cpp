@@ -42,7 +42,7 @@ struct ColumnSolver::State {
   Vec b = nullptr, x = nullptr, r = nullptr;
   bool guess_by_preconditioner = false, rtol_given = false;
 
-  // The batch in work.
+  // Of the batch that is being solved.
   std::vector<double> load;  // ||b|| of each column
   std::span<ColumnReport> reports;
   std::vector<double> goal;  // the residual norm at which CG stops, of each column
@@ -74,7 +74,7 @@ struct ColumnSolver::State {
   static PetscErrorCode test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context);
 };
 
-// An exception that a callback has left with the operator goes before PETSc's account of it.
+// Where one of our callbacks has thrown, rethrows its exception, which says more than PETSc's error code.
 void ColumnSolver::State::call(PetscErrorCode code) const {
   if (op->thrown) std::rethrow_exception(std::exchange(op->thrown, nullptr));
   check(code);
@@ -121,7 +121,8 @@ void ColumnSolver::State::set_up_pc() {
                     preconditioner().description()));
 }
 
-// Whether all columns above the tolerance are at what double precision allows; their reports then say so.
+// Whether the residual of each column that misses the tolerance is as small as double precision allows. If so, the reports of
+// these columns get that floor.
 bool ColumnSolver::State::all_at_floor(std::vector<double>& floor) {
   floor = op->column_norms(x);
   for (std::size_t c = 0; c < floor.size(); ++c)
@@ -133,7 +134,8 @@ bool ColumnSolver::State::all_at_floor(std::vector<double>& floor) {
   return true;
 }
 
-// Before the first iteration, left = ||b - K x|| is the true residual of each column: it certifies, or sets the goals.
+// Before the first iteration of a run. left: ||b - K x|| of each column, the true residual. If all columns meet the tolerance,
+// they are certified; else left sets the goal of each column for this run.
 KSPConvergedReason ColumnSolver::State::begin_run(std::span<const double> left) {
   std::size_t worst = 0;
   for (std::size_t c = 0; c < reports.size(); ++c) {
@@ -143,7 +145,7 @@ KSPConvergedReason ColumnSolver::State::begin_run(std::span<const double> left) 
   const double residual = reports[worst].residual;
   certified = residual <= options.tolerance;
   if (certified) return KSP_CONVERGED_RTOL;
-  // A run of CG that no longer halves the residual has reached rounding, if the residual is as small as that.
+  // A run of CG that has not halved the residual has stalled. Whether rounding is the reason, all_at_floor() tells.
   const bool stalled = residual > 0.5 * worst_before;
   const bool given_up = restarts > options.most_restarts || !std::isfinite(residual) || options.direct;
   worst_before = residual;
@@ -156,7 +158,7 @@ KSPConvergedReason ColumnSolver::State::begin_run(std::span<const double> left) 
       return std::isfinite(residual) ? KSP_DIVERGED_ITS : KSP_DIVERGED_NANORINF;
     }
   }
-  // CG's own residual drifts from the true one by rounding, so a run goes below the tolerance.
+  // Rounding makes the residual that CG updates differ from the true one, so a run aims below the tolerance.
   const double share = restarts == 0 ? 0.5 : 0.1;
   PetscReal rtol = 0;
   check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
@@ -174,7 +176,7 @@ KSPConvergedReason ColumnSolver::State::during_run(std::span<const double> left)
   return KSP_CONVERGED_RTOL;
 }
 
-// The column norms of CG's residual, whose norm PETSc has just computed.
+// The column norms of the residual that CG updates. norm: the norm of the whole batch, which PETSc has just computed.
 std::vector<double> ColumnSolver::State::residuals_in_ksp(double norm) {
   if (const auto* known = op->norms_behind(norm)) return *known;
   Vec residual = nullptr;
@@ -220,7 +222,7 @@ void ColumnSolver::State::run_ksp() {
     check(KSPSetInitialGuessNonzero(ksp, restarts > 0 ? PETSC_TRUE : PETSC_FALSE));
     tested = false;
     call(KSPSolve(ksp, b, x));
-    if (!tested) begin_run(residuals_of(x));  // the user's -ksp_ options left our test out
+    if (!tested) begin_run(residuals_of(x));  // the user's -ksp_ options have replaced our convergence test
     PetscInt iterations = 0;
     check(KSPGetIterationNumber(ksp, &iterations));
     for (std::size_t c = 0; c < reports.size(); ++c)
@@ -242,8 +244,8 @@ void ColumnSolver::State::run_direct() {
 
 void ColumnSolver::State::solve_batch(std::span<const Load> loads, double* solution) {
   load = load_norms(loads, op->width());
-  // CG takes one step length for the whole batch, so its columns are brought to norms near 1; a power of two changes no
-  // digit. Unit forces have that norm already.
+  // CG uses one step length for the whole batch, so the columns are scaled to norms near 1; a power of two changes no digit.
+  // Unit forces have the norm 1 already.
   const std::vector<int> exponent = exponents_of(load);
   const bool scaled = std::any_of(exponent.begin(), exponent.end(), [](int e) { return e != 0; });
   std::vector<Load> unit;

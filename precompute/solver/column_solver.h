@@ -59,8 +59,9 @@ class ColumnSolver {
   std::int64_t dofs() const;  // 3 * block rows
 
   // loads: b, dofs ascending, each dof and column at most once, the same on every rank; x: [dofs][width], overwritten;
-  // reports: [width]. A column whose CG no longer halves the residual passes at what double precision allows: epsilon
-  // ||K|| ||x|| / ||b||. Errors: NotConverged when a column holds neither; OperationError for PETSc's own.
+  // reports: [width]. Where another run of CG no longer halves the residual of a column, the column is accepted if its residual
+  // is as small as double precision allows: epsilon ||K|| ||x|| / ||b||. Errors: NotConverged where a column meets neither the
+  // tolerance nor this floor; OperationError for errors of PETSc.
   void solve(std::span<const Load> loads, double* x, std::span<ColumnReport> reports);
   // The same with b: [dofs][width].
   void solve(const double* b, double* x, std::span<ColumnReport> reports);

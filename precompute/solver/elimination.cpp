@@ -87,7 +87,7 @@ std::shared_ptr<const Elimination> put_in_order(HeldStiffness& held, const Elimi
   matrix.first.assign(1, 0);
   matrix.column.reserve(old.column.size());
   matrix.block.reserve(old.block.size());
-  std::vector<std::pair<std::int32_t, std::int64_t>> blocks;  // place of the column, where the block is
+  std::vector<std::pair<std::int32_t, std::int64_t>> blocks;  // place of the column, index of the block
   std::vector<std::int32_t> node_of_row;
   for (const auto row : elimination.order) {
     blocks.clear();

@@ -1,5 +1,5 @@
-// The order in which block rows are eliminated, and what the factor will hold: from the pattern alone, before a number
-// is computed.
+// The order in which the Cholesky factorisation eliminates the block rows of K, and the pattern of the factor. Both follow
+// from the pattern of K alone, so that size and cost of the factor are known before it is computed.
 #pragma once
 
 #include <cstdint>
@@ -10,26 +10,30 @@
 
 namespace palpate {
 
-// Fill-reducing nested dissection (METIS through CHOLMOD) of the graph of block rows, and CHOLMOD's supernodes in that
-// order: runs of columns that share one pattern. All counts in block rows; a block row is three dofs. The 3 x 3 blocks
-// make the three dofs of a row inseparable, so that the supernodes of the graph are those of the matrix.
+// The order is METIS's nested dissection of the graph of block rows, which keeps the factor sparse. The supernodes are
+// CHOLMOD's: runs of columns of the factor that share one pattern. Rows and columns are counted in blocks, three dofs each.
+// The three dofs of a node always have the same pattern, so an analysis of the block rows gives the supernodes of K.
 struct Elimination {
-  std::vector<std::int32_t> order;      // order[place] = block row
-  std::vector<std::int32_t> place;      // place[block row]
-  std::vector<std::int32_t> first;      // [supernodes + 1]: its columns are places first[s] .. first[s + 1] - 1
+  // The place of a block row is its position in the order.
+  std::vector<std::int32_t> order;  // [block rows]: order[place] = block row
+  std::vector<std::int32_t> place;  // [block rows]: place[block row]
+  std::vector<std::int32_t>
+      first;  // [supernodes + 1]: supernode s has the columns at places first[s] .. first[s + 1] - 1
   std::vector<std::int64_t> row_begin;  // [supernodes + 1] into rows
-  std::vector<std::int32_t> rows;       // places below its own columns, ascending
+  std::vector<std::int32_t> rows;  // of each supernode: places of its nonzero rows below its own columns, ascending
 
-  std::int64_t numbers() const;  // in the factor, explicit zeros of the supernodes included
-  double factor_flops() const;
-  double solve_flops() const { return 4.0 * static_cast<double>(numbers()); }  // of one column, both triangles
+  std::int64_t numbers() const;  // that the factor stores, with the zeros inside its supernodes
+  double factor_flops() const;   // floating-point operations of the factorisation
+  double solve_flops() const {
+    return 4.0 * static_cast<double>(numbers());
+  }  // of both triangular solves of one column
 };
 
-// Same pattern, same order. Errors: OperationError (memory).
+// Matrices with the same pattern get the same elimination. Errors: OperationError (memory).
 Elimination analyse_elimination(const BlockMatrix& matrix);
 
-// Renumbers the rows of held in the order of elimination, so that its solves and products go through memory in order;
-// returns the elimination of the renumbered matrix.
+// Renumbers the rows of held in the order of elimination, so that triangular solves and products read memory in order.
+// Returns the elimination of the renumbered matrix, in which each place is the row itself.
 std::shared_ptr<const Elimination> put_in_order(HeldStiffness& held, const Elimination& elimination);
 
 }  // namespace palpate

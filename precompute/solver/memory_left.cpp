@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-// The number after key at the beginning of a line, as in "VmRSS:   123 kB"; otherwise where no line begins so.
+// The number that follows key in a line that begins with key, such as 123 in "VmRSS:   123 kB"; otherwise if there is none.
 double number_after(const fs::path& path, const std::string& key, double otherwise) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);)
@@ -28,7 +28,8 @@ struct GroupFiles {
 constexpr GroupFiles kVersion1 = {"memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file "};
 constexpr GroupFiles kVersion2 = {"memory.max", "memory.current", "inactive_file "};
 
-// Of one group. The kernel gives cached files back before it refuses memory, so they do not count as used.
+// What one control group leaves, in bytes. The kernel frees cached files before it refuses memory, so the memory that they
+// use counts as free.
 double left_in(const fs::path& group, const GroupFiles& files) {
   std::ifstream limit_file(group / files.limit), used_file(group / files.used);
   double limit = 0, used = 0;
@@ -37,7 +38,7 @@ double left_in(const fs::path& group, const GroupFiles& files) {
   return std::max(0.0, limit - used);
 }
 
-// Of the group and of all groups that hold it: each of them may have a limit.
+// The least that the group, and each group that contains it, leaves: each of them may have a limit.
 double left_in_all(const fs::path& mount, const std::string& group, const GroupFiles& files) {
   double least = left_in(mount, files);
   fs::path at = mount;

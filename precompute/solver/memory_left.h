@@ -5,12 +5,13 @@
 
 namespace palpate {
 
-// Bytes that this process may still take. limit_gigabytes > 0: its share of that limit less what it holds. 0: its share of
-// four fifths of what the machine has free and what each control group around the process leaves (control groups are how
-// Slurm, containers and systemd limit a job). root: where /proc and /sys stand; the tests put their own there.
+// Bytes that this process may still take. limit_gigabytes > 0: the process's share of that limit, less what it holds. 0: its
+// share of four fifths of what is free: on the machine or, if that is less, in one of the control groups around the process
+// (Slurm, containers and systemd limit a job by control groups). root: the folder that has /proc and /sys; tests pass their
+// own.
 double memory_left_bytes(double limit_gigabytes, int processes_here, const std::filesystem::path& root = "/");
 
 double resident_bytes();       // of this process now
-double peak_resident_bytes();  // at most so far
+double peak_resident_bytes();  // of this process, the most so far
 
 }  // namespace palpate

@@ -55,7 +55,7 @@ class PerColumnPc final : public BatchPreconditioner {
 };
 
 void PerColumnPc::create(const ColumnOperator& op) {
-  // The default smoother is Chebyshev over Jacobi: with sor or pbjacobi the iteration has diverged.
+  // The default smoother is Chebyshev with Jacobi: with sor or pbjacobi CG has diverged.
   if (op.per_column_type == PCGAMG) set_default_petsc_option("-column_mg_levels_pc_type", PCJACOBI);
   check(PCCreate(op.communicator(), &pc_));
   check(PCSetOptionsPrefix(pc_, "column_"));

@@ -18,7 +18,7 @@ void refuse_uncountable(std::int64_t count, const char* what);
 // dofs; PETSc's direct solvers take block size 1 only. The caller destroys the matrix. Errors: OperationError (see above).
 Mat create_petsc_matrix(const BlockMatrix& matrix, bool blocked);
 
-// Gives a matrix of block size 3 the six rigid motions as its near-nullspace: multigrid keeps them on every level.
+// Gives a matrix of block size 3 the six rigid motions as its near-nullspace: multigrid then represents them exactly on every level.
 // coordinates: of the nodes of this process's rows, m. Collective over the matrix's communicator.
 void set_rigid_near_nullspace(Mat matrix, std::span<const std::array<double, 3>> coordinates);
 

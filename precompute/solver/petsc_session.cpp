@@ -27,7 +27,7 @@ PetscErrorCode remember_error(MPI_Comm, int, const char*, const char*, PetscErro
   return code;
 }
 
-// One process, one thread: ranks share the cores, and sums are taken in the same order whatever BLAS is installed.
+// BLAS may use one thread only: the ranks share the cores, and more threads would change the order of sums.
 void use_one_blas_thread() {
   for (const char* name : {"openblas_set_num_threads", "bli_thread_set_num_threads"})
     if (void* found = dlsym(RTLD_DEFAULT, name)) reinterpret_cast<void (*)(int)>(found)(1);
@@ -66,7 +66,7 @@ PetscSession::PetscSession(const std::vector<std::string>& options) {
 }
 
 PetscSession::~PetscSession() {
-  PetscOptionsSetValue(nullptr, "-options_left", "no");  // we have refused them ourselves
+  PetscOptionsSetValue(nullptr, "-options_left", "no");  // the program itself refuses options that nothing used
   PetscFinalize();
   if (owns_mpi_) MPI_Finalize();
 }

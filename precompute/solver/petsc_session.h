@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Starts MPI (unless it runs already) and PETSc with these options and nobody's .petscrc; ends both.
+// Starts MPI (unless it runs already) and PETSc with these options, without reading a .petscrc file; ends both.
 // Errors: OperationError.
 class PetscSession {
  public:

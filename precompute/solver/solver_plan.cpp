@@ -16,19 +16,20 @@
 namespace palpate {
 namespace {
 
-// Fitted with bench/precompute and bench/multigrid, 200 to 100,000 vertices: as shares of the kernel's rate where they are
-// arithmetic, so that a slower machine predicts longer times.
-constexpr double kSolveShare = 0.62;         // of the kernel's rate, over the whole factor
-constexpr double kFactorShare = 0.33;        // CHOLMOD's factor, through BLAS
-constexpr double kFactorPerRow = 10e-6;      // s: its assembly
-constexpr double kFactorPerNumber = 5e-9;    // s: our packing
-constexpr double kProductShare = 0.45;       // K x, with the certificate
+// Constants of the prediction, fitted to runs of bench/precompute and bench/multigrid with 200 to 100,000 vertices. Where the
+// time is arithmetic, the constant is a share of the rate of the triangular solves' kernel, so that the prediction is right
+// for a slower machine too.
+constexpr double kSolveShare = 0.62;         // share of the kernel's rate that the triangular solves reach
+constexpr double kFactorShare = 0.33;        // the same of CHOLMOD's factorisation, through BLAS
+constexpr double kFactorPerRow = 10e-6;      // s: CHOLMOD's assembly of the factor
+constexpr double kFactorPerNumber = 5e-9;    // s: conversion of the factor into our panels
+constexpr double kProductShare = 0.45;       // share of the kernel's rate that K x and the residuals reach
 constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error, the write
-constexpr double kFactorBytes = 3e6;         // CHOLMOD's and BLAS's own
-constexpr double kMultigridProducts = 300;   // V-cycles times products with K, to 1e-9
+constexpr double kFactorBytes = 3e6;         // bytes that CHOLMOD and BLAS use for themselves
+constexpr double kMultigridProducts = 300;   // products with K for a column, in all V-cycles, until 1e-9
 constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
 constexpr double kStartSeconds = 0.4;        // mpiexec and MPI_Init of a few ranks on one machine
-constexpr double kShared = 0.06;             // of a column's time, lost to each further rank on the same memory
+constexpr double kShared = 0.06;  // share of a column's time that each further rank costs, which uses the same memory
 
 double processor_seconds() {
   timespec time{};
@@ -36,8 +37,9 @@ double processor_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// Operations per second of the backward kernel on one supernode of 72 columns with 216 rows below, 96 right-hand sides:
-// where a factor's time goes. The fastest of several runs: other work on the machine only slows it.
+// Measures the operations per second of the backward kernel on one supernode of 72 columns with 216 rows below and 96
+// right-hand sides, the size in which a factor spends most of its time. Takes the fastest of several runs, because other work
+// on the machine can only slow a run.
 double kernel_rate() {
   constexpr std::int32_t kColumns = 24, kBelow = 72;
   constexpr int kWidth = 96, kRuns = 8, kCalls = 40;
@@ -58,8 +60,8 @@ double kernel_rate() {
   return 2.0 * static_cast<double>(numbers) * kWidth * kCalls / best;
 }
 
-// Numbers of the factor that the forward solves of all blocks read, per column: the way from each block's rows to the
-// root.
+// How many numbers of the factor the forward substitution of a batch reads, mean over all batches: those of the supernodes
+// from the loaded rows to the root of the elimination tree.
 double forward_numbers(const Elimination& e, std::span<const std::int32_t> column_rows, int width) {
   const std::size_t supernodes = e.first.size() - 1;
   std::vector<std::int32_t> supernode_of(e.order.size()), places;
@@ -71,23 +73,24 @@ double forward_numbers(const Elimination& e, std::span<const std::int32_t> colum
   }
   for (const auto row : column_rows) places.push_back(e.place[row]);
   std::sort(places.begin(), places.end());
-  const std::size_t per_block = std::max(1, width / 3);
+  const std::size_t per_batch = std::max(1, width / 3);
   double sum = 0;
-  std::size_t blocks = 0;
+  std::size_t batches = 0;
   std::vector<char> touched(supernodes);
-  for (std::size_t at = 0; at < places.size(); at += per_block, ++blocks) {
+  for (std::size_t at = 0; at < places.size(); at += per_batch, ++batches) {
     std::fill(touched.begin(), touched.end(), 0);
-    for (std::size_t i = at; i < std::min(at + per_block, places.size()); ++i) touched[supernode_of[places[i]]] = 1;
+    for (std::size_t i = at; i < std::min(at + per_batch, places.size()); ++i) touched[supernode_of[places[i]]] = 1;
     for (std::size_t s = 0; s < supernodes; ++s) {
       if (!touched[s]) continue;
       sum += numbers[s];
       if (e.row_begin[s] < e.row_begin[s + 1]) touched[supernode_of[e.rows[e.row_begin[s]]]] = 1;
     }
   }
-  return blocks > 0 ? sum / static_cast<double>(blocks) : 0;
+  return batches > 0 ? sum / static_cast<double>(batches) : 0;
 }
 
-// CHOLMOD's rectangles and the largest of its updates: what factoring holds at its peak, beside the triangle of K.
+// How many numbers factoring holds at its peak beside the triangle of K: CHOLMOD's supernodes, stored as rectangles, and its
+// largest update matrix.
 double factoring_numbers(const Elimination& e) {
   double rectangles = 0, largest = 0;
   for (std::size_t s = 0; s + 1 < e.first.size(); ++s) {
@@ -105,7 +108,7 @@ SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& reques
   const double numbers = static_cast<double>(e.numbers()), stored = 3.0 * static_cast<double>(request.stored_rows);
   SolverEstimate result;
   result.width = width;
-  const double triangle = 16 * (9 * blocks + dofs) / 2;  // indices of 64 bits
+  const double triangle = 16 * (9 * blocks + dofs) / 2;  // a value and an index of 64 bits for each entry
   const double columns = width * (8 * dofs + 2 * 4 * stored);
   const double renumbered = 76 * blocks;  // a second K while its rows are put in order
   result.bytes = kFactorBytes + renumbered + std::max(8 * factoring_numbers(e) + triangle, 8 * numbers + columns);
@@ -137,8 +140,8 @@ double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan) {
   return seconds_of(estimate, plan, plan.ranks);
 }
 
-// Every rank reads the mesh, orders, and factors anew; only the columns are divided. So more ranks help until the columns
-// take less time than what each rank repeats, and as long as all of them fit into the memory.
+// Every rank reads the mesh, orders the rows and factors K for itself; only the columns are divided. So more ranks help as
+// long as the columns take more time than the work that every rank repeats, and as long as all ranks fit into the memory.
 int find_useful_ranks(const SolverPlan& plan, const PlanRequest& request) {
   const double bytes_of_one = plan.chosen().bytes + resident_bytes();
   const double memory = request.all_available_bytes + resident_bytes();

@@ -21,13 +21,13 @@ struct PlanRequest {
   double available_bytes = 0;                 // what this process may take beyond what it holds: memory_left_bytes()
   double bundle_bytes = 0;                    // of the file
   int ranks = 1;                              // they share the columns
-  int cores = 1;                              // of this machine, for useful_ranks
+  int cores = 1;                              // cores of this machine, for useful_ranks
   double all_available_bytes = 0;             // what all processes on this machine may take, for useful_ranks
 };
 
 // Bytes and seconds are of one rank, beyond what the process holds when the plan is made.
 struct SolverEstimate {
-  int width = 0;              // columns at a time
+  int width = 0;              // columns in a batch
   double bytes = 0;           // at the peak
   double setup_seconds = 0;   // factoring, or building the levels
   double column_seconds = 0;  // solving, certifying and converting one column
@@ -39,7 +39,8 @@ struct SolverPlan {
   SolverEstimate factor, multigrid;
   double available_bytes = 0;
   double bundle_bytes = 0;
-  std::int64_t rows = 0, blocks = 0, columns = 0;
+  std::int64_t rows = 0, blocks = 0;  // of K: nodes, and 3 x 3 blocks that are not zero
+  std::int64_t columns = 0;           // to solve
   int ranks = 1;
   int ranks_per_operator = 1;                      // more than one: no time is predicted, and there is no elimination
   int useful_ranks = 1;                            // on this machine: the fewest that are within a tenth of the fastest
@@ -60,23 +61,25 @@ SolverPlan make_plan(const PlanRequest& request);
 // Processor cores that this process may use.
 int usable_cores();
 
-// Bytes per 3 x 3 block of K that multigrid takes at its peak, beside its work on columns: PETSc's copy of K and the levels
-// that GAMG builds. Measured at 19,656 vertices: 100 (p1) and less (p1-anp) on one rank, 270 over two ranks that divide K.
+// Bytes that multigrid takes at its peak for each 3 x 3 block of K, without its batches of columns: PETSc's copy of K and the
+// levels that GAMG builds. Measured with 19,656 vertices: 100 (p1) and less (p1-anp) on one rank, 270 on two ranks that share K.
 inline constexpr double kMultigridBytesPerBlock = 300;
 
-// Floating-point operations of its factor and columns; 0 where there is no factor to count. From the pattern alone.
+// Floating-point operations of the factor and of all columns, counted from the pattern of the factor; 0 where there is no
+// factor.
 double operations_of(const SolverPlan& plan);
 
-// A screen of text, and the same as JSON.
+// The plan as a screen of text, and as JSON.
 std::string plan_text(const SolverPlan& plan);
 nlohmann::json plan_json(const SolverPlan& plan);
 
-// What was predicted beside what it took. bytes: the process's growth from the plan to its peak.
+// What the run took, to be compared with the plan. bytes: from the process's size at the time of the plan to its peak.
 struct PlanOutcome {
   double seconds = 0;  // setup and columns, the slowest rank
   double bytes = 0;
   double bundle_bytes = 0;
-  double locking_bytes = 0;  // predicted of the locking estimate, which may be the peak; 0: none
+  double locking_bytes =
+      0;  // predicted for the locking estimate, which may need more than the columns; 0: none was made
 };
 std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome);
 nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome);

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "precompute/solver/wide.h"
+#include "precompute/solver/vector_registers.h"
 
 namespace palpate {
 namespace {
 
-// What becomes of a block row's product, sum: [height][lanes in hand]. row: block row; lane: the first lane in hand. A branch a
-// row costs nothing measurable; four copies of every kernel took three times as long to compile.
+// What is done with the product of one block row. The kernel tests this for each row, which costs no measurable time; four
+// copies of every kernel, one for each case, took three times as long to compile.
 enum class Then { store, add, subtract_from, smooth };
 
 struct Pass {
@@ -22,40 +22,41 @@ struct Pass {
   float* d = nullptr;
   const float* inverse_diagonal = nullptr;
   SmootherStep step{};
-  int lanes = 0;
+  int batch_width = 0;
 };
 
-// The sums of one block row stay in registers: kHeight x kLanes numbers.
-template <int kHeight, int kWidth, int kLanes>
-PALPATE_INLINE void one_row(const Pass& p, std::int32_t row, int lane) {
-  float sum[kHeight][kLanes] = {};
+// One block row, for the columns first_column .. first_column + kColumns - 1 of the batch. Their sums, kHeight x kColumns
+// numbers, stay in registers.
+template <int kHeight, int kWidth, int kColumns>
+PALPATE_INLINE void one_row(const Pass& p, std::int32_t row, int first_column) {
+  float sum[kHeight][kColumns] = {};
   for (auto at = p.a.first[row]; at < p.a.first[row + 1]; ++at) {
-    const float* x = p.x + static_cast<std::int64_t>(p.a.column[at]) * kWidth * p.lanes + lane;
+    const float* x = p.x + static_cast<std::int64_t>(p.a.column[at]) * kWidth * p.batch_width + first_column;
     const float* value = &p.a.value[at * (kHeight * kWidth)];
 #pragma GCC unroll 6
     for (int j = 0; j < kWidth; ++j)
 #pragma GCC unroll 6
       for (int i = 0; i < kHeight; ++i)
-        for (int c = 0; c < kLanes; ++c) sum[i][c] += value[i * kWidth + j] * x[j * p.lanes + c];
+        for (int c = 0; c < kColumns; ++c) sum[i][c] += value[i * kWidth + j] * x[j * p.batch_width + c];
   }
-  const std::int64_t place = static_cast<std::int64_t>(row) * kHeight * p.lanes + lane;
+  const std::int64_t place = static_cast<std::int64_t>(row) * kHeight * p.batch_width + first_column;
   float* y = p.y + place;
   if (p.then == Then::store) {
     for (int i = 0; i < kHeight; ++i)
-      for (int c = 0; c < kLanes; ++c) y[i * p.lanes + c] = sum[i][c];
+      for (int c = 0; c < kColumns; ++c) y[i * p.batch_width + c] = sum[i][c];
     return;
   }
   if (p.then == Then::add) {
     for (int i = 0; i < kHeight; ++i)
-      for (int c = 0; c < kLanes; ++c) y[i * p.lanes + c] += sum[i][c];
+      for (int c = 0; c < kColumns; ++c) y[i * p.batch_width + c] += sum[i][c];
     return;
   }
   const float* b = p.b + place;
   for (int i = 0; i < kHeight; ++i)
-    for (int c = 0; c < kLanes; ++c) sum[i][c] = b[i * p.lanes + c] - sum[i][c];
+    for (int c = 0; c < kColumns; ++c) sum[i][c] = b[i * p.batch_width + c] - sum[i][c];
   if (p.then == Then::subtract_from) {
     for (int i = 0; i < kHeight; ++i)
-      for (int c = 0; c < kLanes; ++c) y[i * p.lanes + c] = sum[i][c];
+      for (int c = 0; c < kColumns; ++c) y[i * p.batch_width + c] = sum[i][c];
     return;
   }
   if constexpr (kHeight == kWidth) {
@@ -63,26 +64,26 @@ PALPATE_INLINE void one_row(const Pass& p, std::int32_t row, int lane) {
     const float* x = p.x + place;
     float* d = p.d + place;
     for (int i = 0; i < kHeight; ++i) {
-      float z[kLanes] = {};
+      float z[kColumns] = {};
       for (int j = 0; j < kHeight; ++j)
-        for (int c = 0; c < kLanes; ++c) z[c] += inverse[i * kHeight + j] * sum[j][c];
+        for (int c = 0; c < kColumns; ++c) z[c] += inverse[i * kHeight + j] * sum[j][c];
       if (p.step.keep != 0)
-        for (int c = 0; c < kLanes; ++c) z[c] = p.step.keep * d[i * p.lanes + c] + p.step.take * z[c];
+        for (int c = 0; c < kColumns; ++c) z[c] = p.step.keep * d[i * p.batch_width + c] + p.step.take * z[c];
       else
-        for (int c = 0; c < kLanes; ++c) z[c] *= p.step.take;
-      for (int c = 0; c < kLanes; ++c) d[i * p.lanes + c] = z[c];
-      for (int c = 0; c < kLanes; ++c) y[i * p.lanes + c] = x[i * p.lanes + c] + z[c];
+        for (int c = 0; c < kColumns; ++c) z[c] *= p.step.take;
+      for (int c = 0; c < kColumns; ++c) d[i * p.batch_width + c] = z[c];
+      for (int c = 0; c < kColumns; ++c) y[i * p.batch_width + c] = x[i * p.batch_width + c] + z[c];
     }
   }
 }
 
 template <int kHeight, int kWidth>
-PALPATE_WIDE void all_rows(const Pass& p) {
+PALPATE_VECTOR_VERSIONS void all_rows(const Pass& p) {
   for (std::int32_t row = 0; row < p.a.rows; ++row) {
-    int lane = 0;
-    for (; lane + 32 <= p.lanes; lane += 32) one_row<kHeight, kWidth, 32>(p, row, lane);
-    for (; lane + 16 <= p.lanes; lane += 16) one_row<kHeight, kWidth, 16>(p, row, lane);
-    for (; lane < p.lanes; lane += 8) one_row<kHeight, kWidth, 8>(p, row, lane);
+    int first_column = 0;
+    for (; first_column + 32 <= p.batch_width; first_column += 32) one_row<kHeight, kWidth, 32>(p, row, first_column);
+    for (; first_column + 16 <= p.batch_width; first_column += 16) one_row<kHeight, kWidth, 16>(p, row, first_column);
+    for (; first_column < p.batch_width; first_column += 8) one_row<kHeight, kWidth, 8>(p, row, first_column);
   }
 }
 
@@ -138,7 +139,7 @@ std::vector<float> inverse_diagonal_blocks(const SparseBlocks& matrix) {
           for (int j = 0; j < n; ++j) block(i, j) = matrix.value[(at * n + i) * n + j];
     block = (0.5 * (block + block.transpose())).eval();
     const Eigen::LDLT<Eigen::MatrixXd> factor(block);
-    // An f32 matrix knows its eigenvalues to 1e-7 of the largest.
+    // In f32 an eigenvalue is wrong by up to 1e-7 of the largest one; below 1e-6 of it the block counts as singular.
     const bool regular = factor.info() == Eigen::Success &&
                          factor.vectorD().minCoeff() > 1e-6 * std::max(factor.vectorD().maxCoeff(), 0.0);
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);
@@ -155,20 +156,20 @@ std::vector<float> inverse_diagonal_blocks(const SparseBlocks& matrix) {
   return result;
 }
 
-void multiply(const SparseBlocks& a, const float* x, float* y, int lanes) {
-  pass({.then = Then::store, .a = a, .x = x, .y = y, .lanes = lanes});
+void multiply(const SparseBlocks& a, const float* x, float* y, int batch_width) {
+  pass({.then = Then::store, .a = a, .x = x, .y = y, .batch_width = batch_width});
 }
 
-void multiply_add(const SparseBlocks& a, const float* x, float* y, int lanes) {
-  pass({.then = Then::add, .a = a, .x = x, .y = y, .lanes = lanes});
+void multiply_add(const SparseBlocks& a, const float* x, float* y, int batch_width) {
+  pass({.then = Then::add, .a = a, .x = x, .y = y, .batch_width = batch_width});
 }
 
-void residual(const SparseBlocks& a, const float* b, const float* x, float* r, int lanes) {
-  pass({.then = Then::subtract_from, .a = a, .x = x, .y = r, .b = b, .lanes = lanes});
+void residual(const SparseBlocks& a, const float* b, const float* x, float* r, int batch_width) {
+  pass({.then = Then::subtract_from, .a = a, .x = x, .y = r, .b = b, .batch_width = batch_width});
 }
 
 void smooth(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, SmootherStep step, const float* b,
-            const float* x, float* d, float* x_next, int lanes) {
+            const float* x, float* d, float* x_next, int batch_width) {
   pass({.then = Then::smooth,
         .a = a,
         .x = x,
@@ -177,21 +178,21 @@ void smooth(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, S
         .d = d,
         .inverse_diagonal = inverse_diagonal.data(),
         .step = step,
-        .lanes = lanes});
+        .batch_width = batch_width});
 }
 
-PALPATE_WIDE void smooth_zero(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, float take,
-                              const float* b, float* d, float* x_next, int lanes) {
+PALPATE_VECTOR_VERSIONS void smooth_zero(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, float take,
+                                         const float* b, float* d, float* x_next, int batch_width) {
   const int n = a.height;
   for (std::int32_t row = 0; row < a.rows; ++row) {
-    const std::int64_t place = static_cast<std::int64_t>(row) * n * lanes;
+    const std::int64_t place = static_cast<std::int64_t>(row) * n * batch_width;
     const float* inverse = &inverse_diagonal[static_cast<std::size_t>(row) * n * n];
     for (int i = 0; i < n; ++i) {
-      float* z = d + place + i * lanes;
-      std::fill_n(z, lanes, 0.0f);
+      float* z = d + place + i * batch_width;
+      std::fill_n(z, batch_width, 0.0f);
       for (int j = 0; j < n; ++j)
-        for (int c = 0; c < lanes; ++c) z[c] += take * inverse[i * n + j] * b[place + j * lanes + c];
-      std::copy_n(z, lanes, x_next + place + i * lanes);
+        for (int c = 0; c < batch_width; ++c) z[c] += take * inverse[i * n + j] * b[place + j * batch_width + c];
+      std::copy_n(z, batch_width, x_next + place + i * batch_width);
     }
   }
 }

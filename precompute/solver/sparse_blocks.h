@@ -1,4 +1,5 @@
-// Sparse matrices of small dense blocks in f32, times many columns at once: what a multigrid level is made of.
+// Sparse matrices in f32 whose entries are small dense blocks, and their products with a batch of columns. The levels of the
+// multigrid (batch_multigrid) consist of such matrices.
 #pragma once
 
 #include <cstdint>
@@ -19,25 +20,27 @@ struct SparseBlocks {
 
 SparseBlocks transposed(const SparseBlocks& matrix);
 
-// The inverse of each diagonal block of a square matrix, as one block per row: [rows][height][height]. A block that has
-// no inverse (a dof that no fine dof feeds) gets the inverse of its positive diagonal entries, and 1 for the others.
+// The inverse of each diagonal block of a square matrix, one block for each row: [rows][height][height]. A block may be
+// singular, if no fine dof contributes to one of its dofs; its result is then diagonal, with the inverse of each positive
+// diagonal entry and 1 for the others.
 std::vector<float> inverse_diagonal_blocks(const SparseBlocks& matrix);
 
-// Columns: [dofs][lanes], the columns of one dof side by side; lanes a multiple of 8. Arrays must not overlap.
-void multiply(const SparseBlocks& a, const float* x, float* y, int lanes);                  // y = A x
-void multiply_add(const SparseBlocks& a, const float* x, float* y, int lanes);              // y += A x
-void residual(const SparseBlocks& a, const float* b, const float* x, float* r, int lanes);  // r = b - A x
+// x, y, b, r and d are batches of columns: [dofs][batch_width], the numbers of one dof side by side, one for each column.
+// batch_width is a multiple of 8. The arrays must not overlap.
+void multiply(const SparseBlocks& a, const float* x, float* y, int batch_width);                  // y = A x
+void multiply_add(const SparseBlocks& a, const float* x, float* y, int batch_width);              // y += A x
+void residual(const SparseBlocks& a, const float* b, const float* x, float* r, int batch_width);  // r = b - A x
 
-// One step of a polynomial smoother, in one pass over A: d = keep d + take D^-1 (b - A x), x_next = x + d. keep 0: d is
-// not read. D^-1: inverse_diagonal_blocks.
+// One step of a polynomial smoother, in one pass over A: d = keep d + take D^-1 (b - A x), then x_next = x + d. Where keep is
+// 0, d is not read. D^-1 comes from inverse_diagonal_blocks().
 struct SmootherStep {
   float keep, take;
 };
 void smooth(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, SmootherStep step, const float* b,
-            const float* x, float* d, float* x_next, int lanes);
+            const float* x, float* d, float* x_next, int batch_width);
 
-// The same for x = 0, without A: d = x_next = take D^-1 b.
+// The first step, from x = 0, which needs no product with A: d = x_next = take D^-1 b.
 void smooth_zero(const SparseBlocks& a, const std::vector<float>& inverse_diagonal, float take, const float* b,
-                 float* d, float* x_next, int lanes);
+                 float* d, float* x_next, int batch_width);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ namespace {
 
 using Long = SuiteSparse_long;
 
-// The lower triangle of K in elimination order, entry by entry, columns ascending.
+// The lower triangle of K in elimination order, as single numbers for CHOLMOD, column by column.
 cholmod_sparse* lower_triangle(const BlockMatrix& matrix, const Elimination& elimination, cholmod_common* common) {
   const std::size_t n = 3 * static_cast<std::size_t>(matrix.rows);
   const std::size_t most = (9 * matrix.column.size() + n) / 2;
@@ -24,7 +24,7 @@ cholmod_sparse* lower_triangle(const BlockMatrix& matrix, const Elimination& eli
   auto* first = static_cast<Long*>(lower->p);
   auto* row = static_cast<Long*>(lower->i);
   auto* value = static_cast<double*>(lower->x);
-  std::vector<std::pair<std::int32_t, std::int64_t>> blocks;  // place of the row, where the block is
+  std::vector<std::pair<std::int32_t, std::int64_t>> blocks;  // place of the row, index of the block
   Long count = 0;
   for (std::int32_t j = 0; j < matrix.rows; ++j) {
     const auto node = elimination.order[j];
@@ -51,7 +51,7 @@ Long* copied(const std::vector<Long>& from, cholmod_common* common) {
   return to;
 }
 
-// CHOLMOD's symbolic factor, three dofs for each block row of the elimination.
+// The pattern of the elimination as CHOLMOD's symbolic factor, with three rows for each block row.
 cholmod_factor* symbolic(const Elimination& e, cholmod_common* common) {
   const std::size_t n = 3 * e.order.size(), supernodes = e.first.size() - 1;
   std::vector<Long> super(supernodes + 1), pi(supernodes + 1, 0), px(supernodes + 1, 0), rows;
@@ -68,7 +68,7 @@ cholmod_factor* symbolic(const Elimination& e, cholmod_common* common) {
     pi[s + 1] = static_cast<Long>(rows.size());
     px[s + 1] = px[s] + (3 * e.first[s + 1] - super[s]) * (pi[s + 1] - pi[s]);
     most_below = std::max(most_below, static_cast<std::size_t>(3 * (end - begin)));
-    for (auto at = begin; at < end;) {  // the rows that fall into one supernode, times all from there on
+    for (auto at = begin; at < end;) {  // rows of one supernode update all rows from there on
       auto next = at;
       while (next < end && supernode_of[e.rows[next]] == supernode_of[e.rows[at]]) ++next;
       largest_update = std::max(largest_update, static_cast<std::size_t>(9 * (end - at) * (next - at)));
@@ -143,12 +143,12 @@ void SupernodalFactor::compute(const BlockMatrix& matrix, const RowNames& names)
         3 * static_cast<std::int64_t>(matrix.rows), 8e-9 * static_cast<double>(begin_.back()),
         common.status == CHOLMOD_OUT_OF_MEMORY ? "memory ran out" : "too large", common.status));
   pack(static_cast<double*>(session.factor->x));
-  session.factor->x = nullptr;  // ours now
+  session.factor->x = nullptr;  // values_ owns it now
   session.factor->xsize = 0;
 }
 
-// CHOLMOD's supernodes, whole rectangles column after column, into panels: in place, for a panel is never longer than
-// what it was made from.
+// Converts CHOLMOD's supernodes, rectangles that are stored column after column, into the panels of the kernels. Works in
+// place, because the panels of a supernode take no more numbers than its rectangle.
 void SupernodalFactor::pack(double* values) {
   const auto& e = *elimination_;
   double least = INFINITY, largest = 0;
@@ -213,7 +213,8 @@ void SupernodalFactor::touch_ancestors() {
     if (touched_[s] && parent_[s] >= 0) touched_[parent_[s]] = 1;
 }
 
-// y: in elimination order; read in the touched supernodes alone.
+// y: in elimination order. Forward, then backward substitution; the rows of supernodes that are not touched count as zero and
+// are not read before they are written.
 void SupernodalFactor::solve_triangles(double* y) const {
   const auto& e = *elimination_;
   const SupernodalKernels kernels = supernodal_kernels();

@@ -21,10 +21,9 @@ struct RowNames {
   std::span<const std::array<double, 3>> position;  // m
 };
 
-// CHOLMOD computes the factor L; the triangular solves are ours. They read and write rows of the batch, [dofs][width], where
-// they stand, as products with the dense blocks of a supernode (a run of columns of L that share their pattern). The
-// forward substitution visits only the supernodes between the loaded rows and the root of the elimination tree; the rows
-// of all others are zero.
+// CHOLMOD computes the factor L; the triangular solves are ours. They work in place on the batch, [dofs][width], with one
+// dense product for each supernode (a run of columns of L that share their pattern). The forward substitution visits only the
+// supernodes between the loaded rows and the root of the elimination tree; the rows of all other supernodes stay zero.
 class SupernodalFactor final : public BatchPreconditioner {
  public:
   // names is read in the constructor only. Errors: OperationError (memory; not positive definite, with the node's name).
@@ -54,7 +53,7 @@ class SupernodalFactor final : public BatchPreconditioner {
   std::vector<std::int32_t> supernode_of_;  // [block rows], by place
   std::vector<std::int64_t> begin_;         // [supernodes + 1] into values_
   ColumnBuffer values_;
-  std::vector<char> touched_;  // [supernodes]
+  std::vector<char> touched_;  // [supernodes]: 1 where the forward substitution has to visit it
   ColumnBuffer work_;          // [dofs][width] in elimination order, where the matrix is not
   double reciprocal_condition_ = 1;
 };

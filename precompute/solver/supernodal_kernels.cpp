@@ -3,8 +3,8 @@
 namespace palpate {
 namespace {
 
-// kRows rows of a strip of kVectors registers. In all of the below x is the strip: the first number of row 0 of a block
-// of columns, rows `width` apart.
+// A tile of the batch in registers: kRows rows of a strip that is kVectors registers wide. In this file x points to the first
+// number of a row of the strip; the next row of the batch is `width` numbers further.
 template <int kLanes, int kRows, int kVectors>
 struct Tile {
   using Vector = typename VectorOf<kLanes>::Type;
@@ -22,7 +22,7 @@ struct Tile {
 #pragma GCC unroll 4
     for (int v = 0; v < kVectors; ++v) *reinterpret_cast<Vector*>(x + v * kLanes) = sum[row][v];
   }
-  // sum -= a x^T, a [kRows] at a distance of stride.
+  // sum -= a x^T, where x is one row of the strip and the kRows numbers of a are stride apart.
   PALPATE_INLINE void subtract(const double* a, std::int64_t stride, const double* x) {
     Vector b[kVectors];
 #pragma GCC unroll 4
@@ -32,7 +32,7 @@ struct Tile {
 #pragma GCC unroll 4
       for (int v = 0; v < kVectors; ++v) sum[r][v] -= a[r * stride] * b[v];
   }
-  // By the lower triangle a [kRows][kRows] whose diagonal holds reciprocals.
+  // sum = A^-1 sum, with the lower triangle A stored as a[kRows][kRows] whose diagonal holds reciprocals.
   PALPATE_INLINE void solve_lower(const double* a) {
 #pragma GCC unroll 6
     for (int r = 0; r < kRows; ++r) {
@@ -44,7 +44,7 @@ struct Tile {
         for (int v = 0; v < kVectors; ++v) sum[below][v] -= a[below * kRows + r] * sum[r][v];
     }
   }
-  // By its transpose.
+  // sum = A^-T sum.
   PALPATE_INLINE void solve_transposed(const double* a) {
 #pragma GCC unroll 6
     for (int r = kRows - 1; r >= 0; --r) {
@@ -58,14 +58,14 @@ struct Tile {
   }
 };
 
-// First number of the panel that starts at block column `column`.
+// Pointer to the first number of the panel that begins at block column `column`.
 PALPATE_INLINE const double* panel_of(const Supernode& s, std::int32_t column) {
   const std::int64_t height = static_cast<std::int64_t>(s.columns) + s.below, pairs = column / 2;
   return s.values + 18 * (pairs * height - pairs * (pairs - 1));
 }
 
-// sum -= L x for block columns from .. to - 1 of the supernode; the tile's rows are the block rows from `row` on,
-// counted from the supernode's first.
+// tile -= L x for the block columns from .. to - 1 of the supernode. The rows of the tile are the block rows from `row` on,
+// counted from the first row of the supernode.
 template <int kLanes, int kRows, int kVectors>
 PALPATE_INLINE void subtract_columns(Tile<kLanes, kRows, kVectors>& tile, const Supernode& s, std::int64_t row,
                                      std::int32_t from, std::int32_t to, const double* own, std::int64_t width) {
@@ -87,7 +87,8 @@ PALPATE_INLINE void subtract_columns(Tile<kLanes, kRows, kVectors>& tile, const 
   }
 }
 
-// A panel of the supernode's own rows: less the columns from `from` to the panel, then by its triangle.
+// Forward substitution of one panel of the supernode's own rows: subtracts the product with the columns between `from` and the
+// panel, then solves with the panel's triangle.
 template <int kLanes, int kRows, int kVectors>
 PALPATE_INLINE void forward_own(const Supernode& s, std::int32_t from, std::int32_t column, double* own,
                                 std::int64_t width) {
@@ -101,7 +102,8 @@ PALPATE_INLINE void forward_own(const Supernode& s, std::int32_t from, std::int3
   for (int r = 0; r < kRows; ++r) tile.store(r, x + r * width);
 }
 
-// Rows under the columns from .. to - 1: block rows `row` (and the one after it), which stand at x0 (and x1).
+// Forward substitution of rows below the columns from .. to - 1: block row `row`, which stands at x0 and, where kRows is 6,
+// the block row after it, which stands at x1.
 template <int kLanes, int kRows, int kVectors>
 PALPATE_INLINE void forward_under(const Supernode& s, std::int32_t from, std::int32_t to, std::int64_t row, double* x0,
                                   double* x1, const double* own, std::int64_t width) {
@@ -113,7 +115,8 @@ PALPATE_INLINE void forward_under(const Supernode& s, std::int32_t from, std::in
   for (int r = 0; r < kRows; ++r) tile.store(r, (r < 3 ? x0 : x1) + (r % 3) * width);
 }
 
-// One panel: less all rows under it, then by the transposed triangle.
+// Backward substitution of one panel: subtracts the product with all rows below the panel, then solves with the transposed
+// triangle.
 template <int kLanes, int kRows, int kVectors>
 PALPATE_INLINE void backward_panel(const Supernode& s, std::int32_t column, bool from_zero, double* y, double* own,
                                    std::int64_t width) {
@@ -142,7 +145,7 @@ PALPATE_INLINE void backward_panel(const Supernode& s, std::int32_t column, bool
   for (int r = 0; r < kRows; ++r) tile.store(r, x + r * width);
 }
 
-// kAtOnce block columns, then all that lies under them: few enough for their rows of y to stay in cache.
+// Block columns whose rows are solved before all rows below them are updated: so few that their rows of y stay in the cache.
 constexpr std::int32_t kAtOnce = 32;
 
 template <int kLanes, int kMost>

@@ -1,5 +1,5 @@
-// The inner loops of the triangular solves: tiles of a block of columns held in registers, for the widest vectors of the
-// processor that runs.
+// The inner loops of the triangular solves with a batch of columns. They keep a tile of a few rows and columns of the batch in
+// registers and are compiled for several widths of vector registers.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,19 @@
 
 namespace palpate {
 
-// A supernode's part of the factor. Its columns are cut into panels of six (the last may have three); a panel holds its
-// rows from its own first column downwards, one after the other, as many numbers in each as the panel has columns. The
-// first rows are the panel's lower triangle with the reciprocal of the diagonal.
+// The part of the factor L that belongs to a supernode. Its columns are stored in panels of six columns (the last panel may
+// have three). A panel stores its rows one after the other, from the row of its own first column down to the last row below,
+// with one number for each column of the panel. Its first rows are a lower triangle, whose diagonal holds the reciprocals of
+// L's diagonal.
 struct Supernode {
   std::int32_t first = 0;              // block row of its first column
-  std::int32_t columns = 0;            // block columns
-  std::int32_t below = 0;              // block rows below
-  const std::int32_t* rows = nullptr;  // [below]
-  const double* values = nullptr;
+  std::int32_t columns = 0;            // in blocks of three
+  std::int32_t below = 0;              // nonzero block rows below its columns
+  const std::int32_t* rows = nullptr;  // [below]: these block rows
+  const double* values = nullptr;      // the panels, one after the other
 };
 
-// Numbers of such a part.
+// How many numbers its panels hold; columns and below as in Supernode.
 inline std::int64_t supernode_numbers(std::int64_t columns, std::int64_t below) {
   std::int64_t sum = 0;
   for (std::int64_t panel = 0; panel < columns; panel += 2)
@@ -27,15 +28,15 @@ inline std::int64_t supernode_numbers(std::int64_t columns, std::int64_t below) 
   return sum;
 }
 
-// One supernode of a block of columns y: [dofs][width], width a multiple of 8; in place. own: the rows of the
-// supernode's columns.
+// One supernode's step of a triangular solve, in place on the batch y: [dofs][width], width a multiple of 8. "own" are the
+// rows of y that belong to the supernode's columns, "below" its rows below; L11 and L21 are the parts of the supernode there.
 struct SupernodalKernels {
   void (*forward)(const Supernode& supernode, double* y, int width);  // own = L11^-1 own, below -= L21 own
-  // own = L11^-T (own - L21^T below); from_zero takes own for zero without reading it.
+  // own = L11^-T (own - L21^T below). from_zero: own is zero before, and is not read.
   void (*backward)(const Supernode& supernode, bool from_zero, double* y, int width);
 };
-// lanes: doubles in a register; 8, 4 and 2 are there, and the processor must have them. Fused multiply-adds with 8 and 4:
-// the same bits.
+// lanes: doubles in a register, 8, 4 or 2; the processor must have such registers. 8 and 4 give the same bits; 2 gives others,
+// because these registers come without fused multiply-add.
 SupernodalKernels supernodal_kernels(int lanes = lanes_here());
 
 }  // namespace palpate

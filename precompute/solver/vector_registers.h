@@ -1,11 +1,20 @@
-// Vector registers of a few doubles, filled by columns that stand side by side, and loops over the columns of a batch.
+// Code for vector registers of several widths: the same function is compiled for each width, and the widest one that the
+// processor has runs. The columns of a batch stand side by side in memory, so that one register holds several columns.
 #pragma once
 
 #define PALPATE_INLINE inline __attribute__((always_inline))
 
-// PALPATE_FOR_EACH_REGISTER(name, parameters, arguments, body, most8, most4, most2) compiles the template body<lanes, most>
-// for registers of 8, 4 and 2 doubles and defines name(lanes), which returns a pointer to the version for that register.
-// body must be inlined (PALPATE_INLINE): a function that it calls would not be compiled for the wider registers.
+// For a function whose plain loops the compiler vectorises: compiles it for three widths and chooses when the program is
+// loaded. A function that it calls must be inlined (PALPATE_INLINE), or it would be compiled for the narrowest width only.
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__)
+#define PALPATE_VECTOR_VERSIONS __attribute__((target_clones("avx512f", "arch=haswell", "default")))
+#else
+#define PALPATE_VECTOR_VERSIONS
+#endif
+
+// For a function that is written in registers: PALPATE_FOR_EACH_REGISTER(name, parameters, arguments, body, most8, most4,
+// most2) compiles the template body<lanes, most> for registers of 8, 4 and 2 doubles and defines name(lanes), which returns a
+// pointer to the version for that register. body must be PALPATE_INLINE, for the same reason as above.
 #if defined(__x86_64__)
 #define PALPATE_FOR_EACH_REGISTER(name, parameters, arguments, body, most8, most4, most2) \
   __attribute__((target("avx512f"))) void name##_512 parameters {                         \

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "precompute/solver/wide.h"
+#include "precompute/solver/vector_registers.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +24,7 @@ std::vector<double> factors_of(std::span<const std::array<double, 9>> stiffness,
 }
 
 // One dof of one vertex, all columns. padded: memory of width + 4 numbers whose first and last two are zero.
-PALPATE_WIDE void times_stiffness(const double* from, const double* factor, int width, double* padded, double* to) {
+PALPATE_VECTOR_VERSIONS void times_stiffness(const double* from, const double* factor, int width, double* padded, double* to) {
   std::copy_n(from, width, padded + 2);
   for (int c = 0; c < width; ++c) {
     double sum = 0;
@@ -38,7 +38,7 @@ PALPATE_INLINE void cast_row(const double* from, int width, Value* to) {
   for (int c = 0; c < width; ++c) to[c] = static_cast<Value>(from[c]);
 }
 
-PALPATE_WIDE void add_loss(const double* row, int width, double* whole, double* lost) {
+PALPATE_VECTOR_VERSIONS void add_loss(const double* row, int width, double* whole, double* lost) {
   for (int c = 0; c < width; ++c) {
     const double error = row[c] - static_cast<double>(static_cast<float>(row[c]));
     whole[c] += row[c] * row[c];

@@ -1,5 +1,5 @@
 // Multigrid on blocks of columns: the kernels, the V-cycle as a linear operator, the columns it leads to.
-#include "precompute/solver/block_multigrid.h"
+#include "precompute/solver/batch_multigrid.h"
 
 #include <gtest/gtest.h>
 
@@ -147,7 +147,7 @@ TEST(Multigrid, IsLinearSymmetricAndPositive) {
   constexpr int kWidth = 8;
   for (const double contrast : {1.0, 1e6}) {
     const Held held = box(0.45, contrast);
-    BlockMultigrid multigrid(held.stiffness.matrix, held.coordinates, kWidth);
+    BatchMultigrid multigrid(held.stiffness.matrix, held.coordinates, kWidth);
     EXPECT_GE(multigrid.levels(), 2);
     const std::size_t size = held.coordinates.size() * 3 * kWidth;
     const auto x = random_numbers<double>(size, 1), y = random_numbers<double>(size, 2);
@@ -170,7 +170,7 @@ TEST(Multigrid, IsLinearSymmetricAndPositive) {
 TEST(Multigrid, SizeOfTheLoadAndUnitsDoNotMatter) {
   constexpr int kWidth = 8;
   const Held held = box(0.45, 1);
-  BlockMultigrid multigrid(held.stiffness.matrix, held.coordinates, kWidth);
+  BatchMultigrid multigrid(held.stiffness.matrix, held.coordinates, kWidth);
   const auto x = random_numbers<double>(held.coordinates.size() * 3 * kWidth, 1);
   std::vector<double> mx(x.size()), scaled(x.size()), m_scaled(x.size());
   multigrid.apply(x.data(), mx.data());
@@ -186,7 +186,7 @@ TEST(Multigrid, SizeOfTheLoadAndUnitsDoNotMatter) {
   }
   // A stiffness whose numbers f32 does not hold.
   const Held stiff = box(0.45, 1, {12, 8, 6}, 5400 * std::exp2(140));
-  BlockMultigrid other(stiff.stiffness.matrix, stiff.coordinates, kWidth);
+  BatchMultigrid other(stiff.stiffness.matrix, stiff.coordinates, kWidth);
   other.apply(x.data(), m_scaled.data());
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_DOUBLE_EQ(m_scaled[i] * std::exp2(140), mx[i]);
 }

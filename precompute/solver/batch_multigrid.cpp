@@ -1,4 +1,4 @@
-#include "precompute/solver/block_multigrid.h"
+#include "precompute/solver/batch_multigrid.h"
 
 #include <fmt/format.h>
 #include <petscksp.h>
@@ -13,7 +13,7 @@
 #include "precompute/solver/petsc_matrix.h"
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/sparse_blocks.h"
-#include "precompute/solver/wide.h"
+#include "precompute/solver/vector_registers.h"
 
 namespace palpate {
 namespace {
@@ -41,7 +41,7 @@ struct Level {
   std::int64_t dofs() const { return static_cast<std::int64_t>(a.rows) * a.height; }
 };
 
-// Entries of a PETSc matrix times scale, in blocks.
+// A copy of a PETSc matrix times scale, in blocks of height x width; of 1 x 1 where these do not divide its size.
 SparseBlocks blocks_of(Mat matrix, int height, int width, double scale) {
   PetscInt rows = 0, columns = 0;
   check(MatGetSize(matrix, &rows, &columns));
@@ -80,8 +80,8 @@ SparseBlocks blocks_of(Mat matrix, int height, int width, double scale) {
   return result;
 }
 
-// The largest eigenvalue of D^-1 A: the largest that a dozen conjugate-gradient (Lanczos) steps see from each of eight
-// fixed pseudo-random starts.
+// An estimate from below of the largest eigenvalue of D^-1 A: twelve steps of Lanczos, written as conjugate gradients, from
+// each of eight fixed pseudo-random starts.
 double largest_eigenvalue(const SparseBlocks& a, const std::vector<float>& inverse_diagonal) {
   constexpr int kStarts = 8, kSteps = 12;
   const std::size_t size = static_cast<std::size_t>(a.rows) * a.height * kStarts;
@@ -104,7 +104,8 @@ double largest_eigenvalue(const SparseBlocks& a, const std::vector<float>& inver
   for (; steps < kSteps; ++steps) {
     smooth_zero(a, inverse_diagonal, 1.0f, r.data(), unused.data(), z.data(), kStarts);
     const auto rz = dot(r, z);
-    if (*std::min_element(rz.begin(), rz.end()) <= 1e-10 * std::max(rz_before[0], 1e-30)) break;  // all there is
+    if (*std::min_element(rz.begin(), rz.end()) <= 1e-10 * std::max(rz_before[0], 1e-30))
+      break;  // the Krylov space is exhausted
     std::array<float, kStarts> beta{}, alpha{};
     for (int c = 0; c < kStarts; ++c) beta[c] = steps ? static_cast<float>(rz[c] / rz_before[c]) : 0.0f;
     for (std::size_t i = 0; i < size; ++i) p[i] = z[i] + beta[i % kStarts] * p[i];
@@ -133,7 +134,7 @@ double largest_eigenvalue(const SparseBlocks& a, const std::vector<float>& inver
   return largest > 0 ? largest : 1;
 }
 
-constexpr double kDampedRatio = 10;  // largest over smallest eigenvalue that the smoother damps; 4 to 20 serve as well
+constexpr double kDampedRatio = 10;  // largest over smallest eigenvalue that the smoother damps; 4 to 20 work as well
 
 int polynomial_degree() {
   PetscInt degree = 2;  // 1 to 4 take the same time within a fifth
@@ -144,7 +145,7 @@ int polynomial_degree() {
 }
 
 // to = scale from; returns the largest |from|.
-PALPATE_WIDE double narrow(const double* from, double scale, float* to, std::size_t size) {
+PALPATE_VECTOR_VERSIONS double to_f32(const double* from, double scale, float* to, std::size_t size) {
   double largest = 0;
   for (std::size_t i = 0; i < size; ++i) {
     to[i] = static_cast<float>(scale * from[i]);
@@ -153,7 +154,7 @@ PALPATE_WIDE double narrow(const double* from, double scale, float* to, std::siz
   return largest;
 }
 
-PALPATE_WIDE void widen(const float* from, double scale, double* to, std::size_t size) {
+PALPATE_VECTOR_VERSIONS void to_f64(const float* from, double scale, double* to, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) to[i] = scale * static_cast<double>(from[i]);
 }
 
@@ -168,9 +169,9 @@ double power_of_two_scale(const BlockMatrix& matrix) {
 
 }  // namespace
 
-struct BlockMultigrid::State {
+struct BatchMultigrid::State {
   int width = 0, degree = 0;
-  double scale = 1;           // of the matrices
+  double scale = 1;           // by which K was multiplied
   std::vector<Level> levels;  // the finest first
   Eigen::LLT<Eigen::MatrixXf> coarsest;
 
@@ -181,7 +182,7 @@ struct BlockMultigrid::State {
   void smooth_from(std::size_t step, Level& level);
 };
 
-void BlockMultigrid::State::build(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates) {
+void BatchMultigrid::State::build(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates) {
   Mat scalar = create_petsc_matrix(matrix, true);
   PC pc = nullptr;
   try {
@@ -202,7 +203,7 @@ void BlockMultigrid::State::build(const BlockMatrix& matrix, std::span<const std
   check(MatDestroy(&scalar));
 }
 
-void BlockMultigrid::State::take_levels(PC pc) {
+void BatchMultigrid::State::take_levels(PC pc) {
   PetscInt count = 0;
   check(PCMGGetLevels(pc, &count));
   levels.resize(static_cast<std::size_t>(count));
@@ -221,7 +222,7 @@ void BlockMultigrid::State::take_levels(PC pc) {
   }
 }
 
-void BlockMultigrid::State::prepare() {
+void BatchMultigrid::State::prepare() {
   for (Level& level : levels) {
     const std::size_t size = static_cast<std::size_t>(level.dofs()) * width;
     level.b.resize(size);
@@ -230,7 +231,7 @@ void BlockMultigrid::State::prepare() {
     level.x_next.resize(size);
     level.d.resize(size);
     level.inverse_diagonal = inverse_diagonal_blocks(level.a);
-    // What Lanczos has not seen yet is within a tenth.
+    // The estimate is a lower bound; the largest eigenvalue is at most a tenth above it.
     level.steps = chebyshev_steps(1.1 * largest_eigenvalue(level.a, level.inverse_diagonal), kDampedRatio, degree);
   }
   const SparseBlocks& a = levels.back().a;
@@ -242,7 +243,8 @@ void BlockMultigrid::State::prepare() {
         for (int j = 0; j < a.height; ++j)
           dense(row * a.height + i, a.column[at] * a.height + j) = a.value[(at * a.height + i) * a.height + j];
   dense = (0.5 * (dense + dense.transpose())).eval();
-  // Dofs that no node feeds have nothing on the diagonal; f32 knows the smallest eigenvalue to 1e-7 of the largest.
+  // A coarse dof to which no fine dof contributes has a zero diagonal. In f32 an eigenvalue is wrong by up to 1e-7 of the
+  // largest one, so the diagonal is raised by 1e-6 to keep the matrix positive definite.
   const double largest = dense.diagonal().maxCoeff();
   for (Eigen::Index i = 0; i < n; ++i) {
     if (dense(i, i) <= 0) dense(i, i) = largest;
@@ -253,8 +255,8 @@ void BlockMultigrid::State::prepare() {
     throw OperationError("the multigrid's coarsest matrix is not positive definite; is the body held?");
 }
 
-// Steps of the polynomial from the given one on.
-void BlockMultigrid::State::smooth_from(std::size_t step, Level& level) {
+// Performs the steps of the smoother's polynomial, from the given step to the last.
+void BatchMultigrid::State::smooth_from(std::size_t step, Level& level) {
   for (; step < level.steps.size(); ++step) {
     smooth(level.a, level.inverse_diagonal, level.steps[step], level.b.data(), level.x.data(), level.d.data(),
            level.x_next.data(), width);
@@ -262,8 +264,8 @@ void BlockMultigrid::State::smooth_from(std::size_t step, Level& level) {
   }
 }
 
-// x = M^-1 b of the level.
-void BlockMultigrid::State::cycle(std::size_t at) {
+// x = M^-1 b on this level, where M^-1 is the V-cycle over this level and the coarser ones.
+void BatchMultigrid::State::cycle(std::size_t at) {
   Level& level = levels[at];
   if (at + 1 == levels.size()) {
     using Block = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -283,7 +285,7 @@ void BlockMultigrid::State::cycle(std::size_t at) {
   smooth_from(0, level);
 }
 
-BlockMultigrid::BlockMultigrid(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates, int width)
+BatchMultigrid::BatchMultigrid(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates, int width)
     : state_(std::make_unique<State>()) {
   state_->width = width;
   state_->degree = polynomial_degree();
@@ -292,27 +294,27 @@ BlockMultigrid::BlockMultigrid(const BlockMatrix& matrix, std::span<const std::a
   state_->prepare();
 }
 
-BlockMultigrid::~BlockMultigrid() = default;
+BatchMultigrid::~BatchMultigrid() = default;
 
-void BlockMultigrid::apply(const double* r, double* z) {
+void BatchMultigrid::apply(const double* r, double* z) {
   State& state = *state_;
   Level& finest = state.levels.front();
   const std::size_t size = finest.b.size();
   double scale = 1;
-  const double largest = narrow(r, scale, finest.b.data(), size);
-  if (largest > 0 && (largest < 1e-20 || largest > 1e20)) {  // else f32 has room above and below
+  const double largest = to_f32(r, scale, finest.b.data(), size);
+  if (largest > 0 && (largest < 1e-20 || largest > 1e20)) {  // f32 would overflow, or lose small numbers
     scale = std::exp2(-std::clamp(std::ilogb(largest), -1000, 1000));
-    narrow(r, scale, finest.b.data(), size);
+    to_f32(r, scale, finest.b.data(), size);
   }
   state.cycle(0);
-  widen(finest.x.data(), state.scale / scale, z, size);
+  to_f64(finest.x.data(), state.scale / scale, z, size);
 }
 
-std::string BlockMultigrid::description() const {
+std::string BatchMultigrid::description() const {
   return fmt::format("multigrid ({} levels, Chebyshev {} in f32)", levels(), state_->degree);
 }
 
-std::int64_t BlockMultigrid::bytes() const {
+std::int64_t BatchMultigrid::bytes() const {
   std::int64_t sum = static_cast<std::int64_t>(sizeof(float)) * state_->coarsest.matrixLLT().size();
   for (const Level& level : state_->levels)
     sum += level.a.bytes() + level.prolong.bytes() + level.restrict_.bytes() +
@@ -321,7 +323,7 @@ std::int64_t BlockMultigrid::bytes() const {
   return sum;
 }
 
-int BlockMultigrid::levels() const {
+int BatchMultigrid::levels() const {
   return static_cast<int>(state_->levels.size());
 }
 
