@@ -189,7 +189,9 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
   TomlTable table(file, ConfigFile::organ);
   OrganConfig result;
   result.name = table.text("name", "\"liver\"");
-  result.metres_per_mesh_unit = table.choice("mesh_unit", kLengths);
+  std::vector<std::pair<std::string, LengthUnit>> units;
+  for (const auto& [unit, metres] : kLengths) units.emplace_back(unit, LengthUnit{unit, metres});
+  result.mesh_unit = table.choice("mesh_unit", units);
   result.frame = table.choice<std::string>("frame", {{"LPS", "LPS"}, {"RAS", "RAS"}, {"none", "none"}});
   result.element = table.choice("element", kElements);
   for (auto& item : table.tables("region")) {

@@ -24,6 +24,12 @@ struct SourcedValue {
 enum class Element { p1, p1_anp, p2_p0 };
 const char* name_of(Element element);  // "p1", "p1-anp", "p2-p0"
 
+struct LengthUnit {
+  std::string name = "m";
+  double metres = 1;
+  bool operator==(const LengthUnit&) const = default;
+};
+
 // organ.toml, in SI units. docs/files.md explains the keys; formats/config_keys.cpp lists them.
 struct OrganConfig {
   struct Region {
@@ -42,7 +48,7 @@ struct OrganConfig {
   };
   std::string name, frame;
   Element element = Element::p1;
-  double metres_per_mesh_unit = 1;
+  LengthUnit mesh_unit;
   std::vector<Region> regions;
   std::optional<Response> response;
   bool operator==(const OrganConfig&) const = default;

@@ -16,14 +16,14 @@
 #include "programs/player/output_folder.h"
 #include "programs/player/scene_bundle.h"
 #include "programs/player/shape_files.h"
+#include "programs/scene_options.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
-  fs::path scene, bundle, output;
+struct Options : SceneOptions {
   std::string from;
   DrawOptions draw;
   unsigned every = 1;
@@ -67,16 +67,13 @@ int main(int argc, char** argv) {
   return palpate::run_program(
       argc, argv, "palpate-draw", "Takes contacts from palpate-feel and makes deformed shapes of them.",
       [&](CLI::App& app) {
-        app.add_option("SCENE.toml", options.scene, "the scene that palpate-feel plays")->required();
+        palpate::add_scene_options(app, options, "the scene that palpate-feel plays",
+                                   "folder for shapes.pvd, shapes/ and summary.json");
         app.add_option("--from", options.from, "where to listen: PORT on this machine alone, or ADDRESS:PORT; 0: any")
             ->required();
-        app.add_option("--bundle", options.bundle, "bundle to draw instead of the one the scene names");
-        app.add_option("-o,--output", options.output, "folder for shapes.pvd, shapes/ and summary.json");
         app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));
-        app.add_option("--seconds", options.draw.seconds,
-                       "stop after that long; default: when palpate-feel has stopped")
-            ->check(CLI::Range(0.01, 1e6));
-        app.add_option("--silence", options.draw.silence, "s without contacts after which that is said")
+        palpate::add_seconds(app, options.draw.seconds, "stop after that long; default: when palpate-feel has stopped");
+        app.add_option("--silence", options.draw.silence, "seconds without contacts after which the program says so")
             ->check(CLI::Range(0.01, 1e6));
       },
       [&] { palpate::run(options); });

@@ -13,14 +13,14 @@
 #include "programs/player/csv_files.h"
 #include "programs/player/output_folder.h"
 #include "programs/player/scene_bundle.h"
+#include "programs/scene_options.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
-  fs::path scene, bundle, output;
+struct Options : SceneOptions {
   std::string to;
   FeelOptions feel;
   bool every_step = false, prefault = false;
@@ -72,15 +72,12 @@ int main(int argc, char** argv) {
   return palpate::run_program(
       argc, argv, "palpate-feel", "Plays a scene's touch against the clock and sends its contacts to palpate-draw.",
       [&](CLI::App& app) {
-        app.add_option("SCENE.toml", options.scene, "the scene")->required();
+        palpate::add_scene_options(app, options, "the scene", "folder for forces.csv, contacts.csv and summary.json");
         app.add_option("--to", options.to, "where palpate-draw listens: HOST:PORT, or PORT on this machine")
             ->required();
-        app.add_option("--bundle", options.bundle, "bundle to touch instead of the one the scene names");
-        app.add_option("-o,--output", options.output, "folder for forces.csv, contacts.csv and summary.json");
-        app.add_option("--seconds", options.feel.seconds, "play the scene over and over for that long; default: once")
-            ->check(CLI::Range(0.01, 1e6));
+        palpate::add_seconds(app, options.feel.seconds, "play the scene over and over for that long; default: once");
         app.add_flag("--every-step", options.every_step,
-                     "make every step of the path, late if need be, so that a run can be repeated");
+                     "make every step of the path, even when it is late, so that a run can be repeated");
         app.add_flag(
             "--prefault", options.prefault,
             "read the mapped sections whole and lock them in memory first, so that no touch waits for the disk");

@@ -12,6 +12,7 @@
 #include "programs/link/sockets.h"
 #include "programs/link/stop_signal.h"
 #include "programs/player/scene_bundle.h"
+#include "programs/scene_options.h"
 
 namespace palpate {
 namespace {
@@ -20,8 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostName = 20;  // characters of an OpenIGTLink device name
 
-struct Options {
-  fs::path scene, bundle;
+struct Options : SceneOptions {
   std::string listen = "18944";  // the port that OpenIGTLink programs agree on
   IgtlServerOptions server;
 };
@@ -66,17 +66,15 @@ int main(int argc, char** argv) {
       "surface "
       "and the tools' forces.",
       [&](CLI::App& app) {
-        app.add_option("SCENE.toml", options.scene, "the scene; a tool is moved by the device of its name")->required();
+        palpate::add_scene_options(app, options, "the scene; the device of a tool's name moves the tool");
         app.add_option("--listen", options.listen, "PORT on this machine alone, or ADDRESS:PORT; default: 18944");
-        app.add_option("--bundle", options.bundle, "bundle to touch instead of the one the scene names");
         app.add_option("--device", options.server.device, "device name of the surface; default: organ");
         app.add_option("--surface-rate", options.server.surface_rate, "surfaces (and forces as text) per second")
             ->check(CLI::Range(0.1, 1000.0));
         app.add_option("--force-rate", options.server.force_rate, "forces per second")->check(CLI::Range(0.1, 1000.0));
         app.add_flag("--on-request", options.server.on_request,
                      "send the surface only to a client that asks (GET_POLYDATA, STT_POLYDATA); default: to all");
-        app.add_option("--seconds", options.server.seconds, "stop after that long; default: never")
-            ->check(CLI::Range(0.01, 1e6));
+        palpate::add_seconds(app, options.server.seconds, "stop after that long; default: never");
       },
       [&] { palpate::run(options); });
 }

@@ -42,7 +42,7 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
                  "what all ranks on one machine may take, in GB (1e9 bytes); default: what is free")
       ->check(positive_number())
       ->option_text("GB");
-  app.add_option("--block", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 32")
+  app.add_option("--batch", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 32")
       ->check(CLI::Range(1, 4096))
       ->option_text("P");
   app.add_option("--store", options.store, "numbers of the stored displacements: f32 (default) or f64")
@@ -86,7 +86,7 @@ int run(int argc, char** argv) {
 
   StopSignals signals;
   Ranks ranks(MPI_COMM_WORLD);
-  // One voice: errors are shared by all ranks, and rank 0 tells them.
+  // An error is thrown on all ranks; only rank 0 prints it.
   keep_standard_error();
   if (ranks.rank() != 0 && (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)))
     return 1;

@@ -19,14 +19,15 @@
 #include "programs/player/scene_bundle.h"
 #include "programs/player/shape_files.h"
 #include "programs/player/summary.h"
+#include "programs/scene_options.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
-  fs::path scene, bundle, output, record, replay, gltf, render_mesh;
+struct Options : SceneOptions {
+  fs::path record, replay, gltf, render_mesh;
   bool explain = false, realtime = false;
   double seconds = 5;
   std::vector<double> rates = {1000, 4000, 10000};
@@ -113,10 +114,9 @@ int main(int argc, char** argv) {
   return palpate::run_program(
       argc, argv, "palpate-run", "Plays a scene headless: forces, contacts and deformed shapes out.",
       [&](CLI::App& app) {
-        auto* scene = app.add_option("SCENE.toml", options.scene, "the scene");
-        auto* output =
-            app.add_option("-o,--output", options.output, "folder to write; default: the scene file's name, here");
-        app.add_option("--bundle", options.bundle, "bundle to touch instead of the one the scene names");
+        palpate::add_scene_options(app, options, "the scene", "folder to write; default: the scene file's name, here");
+        auto* scene = app.get_option("SCENE.toml")->required(false);  // --replay does without
+        auto* output = app.get_option("--output");
         auto* every =
             app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));
         auto* explain = app.add_flag("--explain", options.explain,

@@ -34,17 +34,21 @@ bool VoxelGrid::left_handed() const {
 }
 
 std::string describe_values(const LabelImage& image, std::size_t limit) {
-  // An image of real numbers can have as many values as voxels, so the map takes at most limit values.
+  // An image of real numbers can have as many values as voxels, so the map keeps the smallest ones only.
   std::map<float, std::uint64_t> counts;
   bool more = false;
   for (const float value : image.values) {
     const auto found = counts.find(value);
     if (found != counts.end()) {
       ++found->second;
-    } else if (counts.size() < limit && !std::isnan(value)) {
-      counts.emplace(value, 1);
-    } else {
+    } else if (std::isnan(value) || (counts.size() == limit && value > counts.rbegin()->first)) {
       more = true;
+    } else {
+      if (counts.size() == limit) {
+        counts.erase(std::prev(counts.end()));
+        more = true;
+      }
+      counts.emplace(value, 1);
     }
   }
   std::string text;

@@ -44,7 +44,7 @@ LabelImage read_label_image(const std::vector<std::string>& inputs,
 bool is_image_name(const std::string& input);
 
 // Lists the values of the image with their numbers of voxels, for messages: "0 (25413011 voxels), 255 (3133434
-// voxels)". Lists at most limit values, then "...".
+// voxels)". Values ascend. Of more than limit values, lists the smallest ones, then "...".
 std::string describe_values(const LabelImage& image, std::size_t limit = 12);
 
 }  // namespace palpate

@@ -15,11 +15,7 @@ namespace {
 
 constexpr std::uint64_t kMostPieces = 1000;
 
-std::string absent_label_message(const LabelImage& image, const LabelSelection& selection, const std::string& name) {
-  std::string wanted = selection.threshold ? fmt::format("a value of at least {}", *selection.threshold) : "label ";
-  for (std::size_t i = 0; i < selection.labels.size(); ++i) {
-    wanted += fmt::format("{}{}", i ? " or " : "", selection.labels[i]);
-  }
+[[noreturn]] void refuse_absent(const std::string& wanted, const LabelImage& image, const std::string& name) {
   std::string hint;
   for (const float value : image.values) {
     if (std::abs(value) > 255 && std::fmod(std::abs(value), 256) == 0) {
@@ -27,8 +23,8 @@ std::string absent_label_message(const LabelImage& image, const LabelSelection& 
       break;
     }
   }
-  return fmt::format("{}: expected voxels with {}, found only {}; choose with --labels or --threshold{}", name, wanted,
-                     describe_values(image), hint);
+  throw InputError(fmt::format("{}: expected voxels with {}, found only {}; choose with --labels or --threshold{}",
+                               name, wanted, describe_values(image), hint));
 }
 
 // Returns the one value besides 0. Errors: InputError that lists the values when there are several or none.
@@ -47,20 +43,39 @@ double only_label(const LabelImage& image, const std::string& name) {
   return *label;
 }
 
-std::vector<std::uint8_t> select(const LabelImage& image, const LabelSelection& selection, const std::string& name) {
-  std::vector<double> labels = selection.labels;
-  if (labels.empty() && !selection.threshold) labels = {only_label(image, name)};
+std::vector<std::uint8_t> select_above(const LabelImage& image, double threshold, const std::string& name) {
   std::vector<std::uint8_t> inside(image.values.size());
   bool any = false;
   for (std::size_t v = 0; v < inside.size(); ++v) {
-    const double value = image.values[v];
-    const bool in = selection.threshold ? value >= *selection.threshold
-                                        : std::find(labels.begin(), labels.end(), value) != labels.end();
-    inside[v] = in;
-    any |= in;
+    inside[v] = image.values[v] >= threshold;
+    any |= inside[v] != 0;
   }
-  if (!any) throw InputError(absent_label_message(image, selection, name));
+  if (!any) refuse_absent(fmt::format("a value of at least {}", threshold), image, name);
   return inside;
+}
+
+std::vector<std::uint8_t> select_labels(const LabelImage& image, std::vector<double> labels, const std::string& name) {
+  std::sort(labels.begin(), labels.end());
+  std::vector<char> found(labels.size(), 0);
+  std::vector<std::uint8_t> inside(image.values.size());
+  for (std::size_t v = 0; v < inside.size(); ++v) {
+    const auto label = std::find(labels.begin(), labels.end(), image.values[v]);
+    if (label == labels.end()) continue;
+    inside[v] = 1;
+    found[static_cast<std::size_t>(label - labels.begin())] = 1;
+  }
+  std::string absent;
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (!found[i] && (i == 0 || labels[i] != labels[i - 1]))
+      absent += fmt::format("{}label {}", absent.empty() ? "" : " and ", labels[i]);
+  if (!absent.empty()) refuse_absent(absent, image, name);
+  return inside;
+}
+
+std::vector<std::uint8_t> select(const LabelImage& image, const LabelSelection& selection, const std::string& name) {
+  if (selection.threshold) return select_above(image, *selection.threshold, name);
+  if (selection.labels.empty()) return select_labels(image, {only_label(image, name)}, name);
+  return select_labels(image, selection.labels, name);
 }
 
 double millimetres_cubed(double number, const std::string& unit) {

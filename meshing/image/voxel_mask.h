@@ -24,8 +24,8 @@ struct LabelSelection {
 
 // Crops the selection to its box, then pads the box on every side by padding_mm (rounded up to voxels) and one voxel
 // more. For a surface padding_mm = 0 is enough, because the smoothed mask is below one half outside the box. Without
-// labels and threshold the image must hold one single value besides 0. Errors: InputError when no voxel is selected,
-// with the list of the values in the image.
+// labels and threshold the image must hold one single value besides 0. Errors: InputError with the list of the values in
+// the image when one of the labels is not in it, or no voxel reaches the threshold.
 VoxelMask select_voxels(const LabelImage& image, const LabelSelection& selection, double padding_mm,
                         const std::string& image_name);
 

@@ -89,11 +89,18 @@ std::int64_t TextLines::integer(const std::string& what) {
 
 namespace {
 
+// "OFF", after the letters for what else each point has: texture coordinates, a colour, a normal. All of it follows x y z.
+bool is_off_header(std::string_view word) {
+  for (const std::string_view letters : {"ST", "C", "N"})
+    if (word.starts_with(letters)) word.remove_prefix(letters.size());
+  return word == "OFF";
+}
+
 TriangleSurface read_off(const std::filesystem::path& file, const std::string& text) {
   TextLines lines(file, text);
   lines.expect("OFF");
-  std::string_view word = lines.word();
-  if (word != "OFF" && word != "COFF" && word != "NOFF") lines.fail("OFF", word);
+  const std::string_view word = lines.word();
+  if (!is_off_header(word)) lines.fail("OFF", word);
   if (lines.at_end()) lines.expect("the numbers of points and faces");
   const std::int64_t points = lines.integer("the number of points"), faces = lines.integer("the number of faces");
   // a point takes at least 6 bytes ("0 0 0\n"), a face at least 8 ("3 0 0 0\n")

@@ -263,6 +263,24 @@ def label_arrows(panel, pixel, labels, **style):
                    **style)
 
 
+def draw_scale(panel, image, pixel, centre, look_from, size):
+    """A bar of a round length in mm and the directions of the axes, in the lower left corner. Both are true at the depth of
+    centre, the middle of what is shown; size: its diagonal, mm."""
+    right = np.cross((0, 0, 1), look_from) / np.linalg.norm(np.cross((0, 0, 1), look_from))
+    length = max(n for n in (1, 2, 5, 10, 20, 50, 100, 200) if n <= max(0.25 * size, 1))
+    pixels = np.linalg.norm(np.subtract(pixel(centre + length * right), pixel(centre)))
+    rows = image.shape[0]
+    left, low = 20, rows - 20
+    panel.plot([left, left + pixels], [low, low], color="black", linewidth=3, solid_capstyle="butt", scalex=False, scaley=False)
+    panel.text(left + pixels / 2, low - 12, "%d mm" % length, ha="center", va="bottom", fontsize=14)
+    start = np.array([left + 70, low - 130])
+    for name, axis in zip("xyz", np.eye(3)):
+        along = np.subtract(pixel(centre + 0.1 * size * axis), pixel(centre))
+        along = 70 * along / np.linalg.norm(np.subtract(pixel(centre + 0.1 * size * right), pixel(centre)))
+        panel.annotate("", start + along, start, arrowprops=dict(arrowstyle="-|>", color="black", linewidth=1.5, shrinkA=0, shrinkB=0))
+        panel.text(*(start + along + 14 * along / max(np.linalg.norm(along), 20)), name, ha="center", va="center", fontsize=14)
+
+
 def bounds_of(points):
     low, high = points.min(axis=0), points.max(axis=0)
     return [low[0], high[0], low[1], high[1], low[2], high[2]]

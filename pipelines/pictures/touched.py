@@ -110,6 +110,7 @@ def main():
     figure, panel = plt.subplots(figsize=(11.5, 7.8))
     panel.imshow(image)
     panel.axis("off")
+    offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), arguments.look_from, size)
     offscreen.label_arrows(panel, pixel, labels, color=FORCE_HEX, fontsize=17, weight="bold")
     bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(0, largest), COLOURS),
                           cax=figure.add_axes([0.90, 0.14, 0.022, 0.68]))

@@ -18,8 +18,8 @@ namespace {
 
 using Matrix3 = Eigen::Matrix3d;
 
-// PETSc's CG for one right-hand side at a time: with GAMG and, from the first column on that GAMG does not solve (Poisson's ratio
-// near 0.5, slivers), with a Cholesky factor by MUMPS. The precompute's own factor and multigrid have no part in it.
+// Solves one right-hand side at a time with PETSc's CG. The preconditioner is GAMG until a column does not converge with it
+// (Poisson's ratio near 0.5, slivers), from then on a Cholesky factor by MUMPS. None of this is the precompute's own code.
 class PetscSolver {
  public:
   PetscSolver(const HeldStiffness& held, std::span<const std::array<double, 3>> coordinates, double tolerance)
@@ -37,7 +37,7 @@ class PetscSolver {
     PC pc = nullptr;
     check(KSPGetPC(ksp_, &pc));
     check(PCSetType(pc, PCGAMG));
-    // With GAMG's default smoother (sor) the iteration has diverged.
+    // With GAMG's default smoother (sor) CG has diverged.
     set_default_petsc_option("-verify_mg_levels_pc_type", PCJACOBI);
     check(KSPSetFromOptions(ksp_));
     check(KSPSetUp(ksp_));
@@ -54,30 +54,13 @@ class PetscSolver {
   // residual.
   double solve(const std::vector<double>& b, std::vector<double>& x) {
     copy(b, b_);
-    PetscReal size = 0, left = 0, length = 0;
+    PetscReal size = 0, left = 0;
     check(VecNorm(b_, NORM_2, &size));
-    check(VecSet(x_, 0));
-    for (int run = 0;; ++run) {  // again from where it ended, until the true residual holds as well
-      check(KSPSetInitialGuessNonzero(ksp_, run > 0 ? PETSC_TRUE : PETSC_FALSE));
-      check(KSPSolve(ksp_, b_, x_));
-      check(MatMult(matrix_, x_, r_));
-      check(VecAYPX(r_, -1, b_));
-      check(VecNorm(r_, NORM_2, &left));
-      if (!factored_ && !(left <= tolerance_ * size)) {
-        factor();
-        run = -1;
-        continue;
-      }
-      if (left <= tolerance_ * size) break;
-      check(VecNorm(x_, NORM_2, &length));
-      if (run > 0 && left <= std::numeric_limits<double>::epsilon() * norm_ * length)
-        break;  // rounding of x alone leaves this
-      if (run == kRuns || !std::isfinite(left))
-        throw OperationError(fmt::format(
-            "verify's own solver (PETSc's CG with GAMG, then MUMPS) left a relative residual of {:.2g} where {:.2g} is "
-            "asked for; the columns cannot be checked in this way",
-            left / size, tolerance_));
+    if (!factored_) {
+      left = run_ksp(false);
+      if (!(left <= tolerance_ * size)) factor();
     }
+    if (factored_) left = solve_with_factor(size);
     const PetscScalar* values = nullptr;
     check(VecGetArrayRead(x_, &values));
     std::copy_n(values, x.size(), x.begin());
@@ -86,8 +69,35 @@ class PetscSolver {
   }
 
  private:
-  static constexpr int kRuns = 6;
+  static constexpr int kRuns = 6;                    // of CG with the factor, after the first
   static constexpr PetscInt kMostIterations = 1000;  // of a column with GAMG, before MUMPS takes over
+
+  // Runs CG from x_, or from zero. Returns the true residual ||b - K x||.
+  PetscReal run_ksp(bool from_x) {
+    PetscReal left = 0;
+    check(KSPSetInitialGuessNonzero(ksp_, from_x ? PETSC_TRUE : PETSC_FALSE));
+    check(KSPSolve(ksp_, b_, x_));
+    check(MatMult(matrix_, x_, r_));
+    check(VecAYPX(r_, -1, b_));
+    check(VecNorm(r_, NORM_2, &left));
+    return left;
+  }
+
+  // Runs CG with the factor again and again, until the true residual meets the tolerance or is what rounding of x leaves.
+  PetscReal solve_with_factor(PetscReal size) {
+    for (int run = 0;; ++run) {
+      const PetscReal left = run_ksp(run > 0);
+      PetscReal length = 0;
+      check(VecNorm(x_, NORM_2, &length));
+      const PetscReal floor = std::numeric_limits<double>::epsilon() * norm_ * length;
+      if (left <= tolerance_ * size || (run > 0 && left <= floor)) return left;
+      if (run == kRuns || !std::isfinite(left))
+        throw OperationError(fmt::format(
+            "verify's own solver (PETSc's CG with GAMG, then MUMPS) left a relative residual of {:.2g} where {:.2g} is "
+            "asked for; the columns cannot be checked in this way",
+            left / size, tolerance_));
+    }
+  }
 
   void factor() {
     PC pc = nullptr;
@@ -113,7 +123,7 @@ class PetscSolver {
   Vec b_ = nullptr, x_ = nullptr, r_ = nullptr;
 };
 
-// What a vertex is touched through: its node itself, or with quadratic elements a weighted sum of nodes.
+// The nodes through which a vertex is touched, with their weights: the node itself or, with quadratic elements, several.
 std::vector<std::pair<std::int32_t, double>> functional_of(const Discretisation& d, std::int32_t vertex) {
   if (d.touch.weight.empty()) return {{vertex, 1.0}};
   std::vector<std::pair<std::int32_t, double>> sum;

@@ -105,7 +105,7 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
 
   body.nodes.resize(mesh.nodes.size());
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-    for (int d = 0; d < 3; ++d) body.nodes[order[n]][d] = mesh.nodes[n][d] * organ.metres_per_mesh_unit;
+    for (int d = 0; d < 3; ++d) body.nodes[order[n]][d] = mesh.nodes[n][d] * organ.mesh_unit.metres;
   check_extent(body, files);
   body.tetrahedra = mesh.tetrahedra;
   for (auto& tetrahedron : body.tetrahedra)

@@ -124,9 +124,14 @@ Singular left_singular(const MatrixXd& m) {
   return {solver.eigenvectors().rowwise().reverse(), solver.eigenvalues().reverse().cwiseMax(0).cwiseSqrt()};
 }
 
-std::string coordinates(const Vector3d& v) {
+std::string components(const Vector3d& v) {
   const auto clean = [&v](double x) { return std::abs(x) < 1e-9 * v.cwiseAbs().maxCoeff() ? 0.0 : x; };
   return fmt::format("({:.4g}, {:.4g}, {:.4g})", clean(v[0]), clean(v[1]), clean(v[2]));
+}
+
+// "(10, 20, 30) mm".
+std::string position(const Vector3d& metres, const LengthUnit& unit) {
+  return components(metres / unit.metres) + ' ' + unit.name;
 }
 
 // Turned so that its largest component is positive: the sign of an eigenvector is arbitrary, the message must not be.
@@ -137,7 +142,7 @@ Vector3d upright(const Vector3d& v) {
 }
 
 // "can still slide along (1, 0, 0) and rotate about the axis through (...) m along (0, 1, 0)".
-std::string describe(const Part& part, const MatrixXd& motions) {
+std::string describe(const Part& part, const MatrixXd& motions, const LengthUnit& unit) {
   if (motions.cols() == 6) return "nothing holds it at all";
   // Motions without rotation are translations. The basis of the others is turned so that their rotations are
   // orthogonal.
@@ -150,7 +155,7 @@ std::string describe(const Part& part, const MatrixXd& motions) {
     const bool turns = m < 3 && turn.values[m] > 1e-4;
     if (!turns) slides.push_back(basis.col(m).head<3>().normalized());
   }
-  for (const auto& slide : slides) ways.push_back("slide along " + coordinates(upright(slide)));
+  for (const auto& slide : slides) ways.push_back("slide along " + components(upright(slide)));
   for (Eigen::Index m = 0; m < basis.cols() && m < 3; ++m) {
     if (turn.values[m] <= 1e-4) continue;
     const Vector3d w = basis.col(m).tail<3>() / part.size;
@@ -158,8 +163,8 @@ std::string describe(const Part& part, const MatrixXd& motions) {
     for (const auto& slide : slides) t -= slide * slide.dot(t);
     const Vector3d through = part.center + w.cross(t) / w.squaredNorm();
     const bool screws = std::abs(w.dot(t)) > 1e-4 * w.norm() * t.norm() && t.norm() > 1e-6 * part.size * w.norm();
-    ways.push_back(fmt::format("{} about the axis through {} m along {}", screws ? "screw" : "rotate",
-                               coordinates(through), coordinates(upright(w))));
+    ways.push_back(fmt::format("{} about the axis through {} along {}", screws ? "screw" : "rotate",
+                               position(through, unit), components(upright(w))));
   }
   std::string text = "it can still ";
   for (std::size_t i = 0; i < ways.size(); ++i) text += (i == 0 ? "" : i + 1 == ways.size() ? " and " : ", ") + ways[i];
@@ -168,8 +173,8 @@ std::string describe(const Part& part, const MatrixXd& motions) {
 
 class SupportCheck {
  public:
-  SupportCheck(const ElasticBody& body, const std::filesystem::path& file)
-      : body_(body), file_(file), parts_(rigid_parts(body)), grounded_(parts_.size(), 0) {
+  SupportCheck(const ElasticBody& body, const std::filesystem::path& file, const LengthUnit& unit)
+      : body_(body), file_(file), unit_(unit), parts_(rigid_parts(body)), grounded_(parts_.size(), 0) {
     std::vector<std::vector<std::int32_t>> parts_at(body.nodes.size());
     for (std::size_t p = 0; p < parts_.size(); ++p)
       for (const auto n : parts_[p].nodes) parts_at[n].push_back(static_cast<std::int32_t>(p));
@@ -276,14 +281,15 @@ class SupportCheck {
     for (const auto n : part.nodes) shared += hinges_.count(n);
     if (shared > 0) hinge = fmt::format(", hinged to others at {} nodes", shared);
     throw InputError(fmt::format(
-        "{}: the organ is not held: part {} of {} ({} tetrahedra of region \"{}\" around {} m, {} fixed degrees of "
+        "{}: the organ is not held: part {} of {} ({} tetrahedra of region \"{}\" around {}, {} fixed degrees of "
         "freedom{}) has {} of its 6 rigid motions left: {}; fix more of its nodes in [[fixed]]",
         file_.string(), group[worst] + 1, parts_.size(), part.tetrahedra, body_.region_names[part.region],
-        coordinates(part.center), held, hinge, count, describe(part, motions)));
+        position(part.center, unit_), held, hinge, count, describe(part, motions, unit_)));
   }
 
   const ElasticBody& body_;
   const std::filesystem::path& file_;
+  const LengthUnit& unit_;
   std::vector<Part> parts_;
   std::vector<char> grounded_;
   std::map<std::int32_t, std::vector<std::int32_t>> hinges_;  // nodes that several parts share, and those parts
@@ -291,8 +297,8 @@ class SupportCheck {
 
 }  // namespace
 
-void check_support(const ElasticBody& body, const std::filesystem::path& boundary_file) {
-  SupportCheck(body, boundary_file).run();
+void check_support(const ElasticBody& body, const std::filesystem::path& boundary_file, const LengthUnit& unit) {
+  SupportCheck(body, boundary_file, unit).run();
 }
 
 }  // namespace palpate

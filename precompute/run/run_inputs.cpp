@@ -44,7 +44,7 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
   inputs.body = make_elastic_body(read_mesh(options.mesh), inputs.organ, inputs.boundary,
                                   {options.mesh, options.organ, options.boundary});
   if (inputs.boundary.gravity) check_densities(inputs, options);
-  check_support(inputs.body, options.boundary);
+  check_support(inputs.body, options.boundary, inputs.organ.mesh_unit);
   for (const auto& sentence : element_warnings(inputs.body, inputs.organ.element))
     warn(fmt::format("{}: {}", options.organ.string(), sentence));
   const bool has_interior = inputs.body.surface_count < static_cast<std::int32_t>(inputs.body.nodes.size());

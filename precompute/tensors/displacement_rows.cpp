@@ -24,7 +24,8 @@ std::vector<double> factors_of(std::span<const std::array<double, 9>> stiffness,
 }
 
 // One dof of one vertex, all columns. padded: memory of width + 4 numbers whose first and last two are zero.
-PALPATE_VECTOR_VERSIONS void times_stiffness(const double* from, const double* factor, int width, double* padded, double* to) {
+PALPATE_VECTOR_VERSIONS void times_stiffness(const double* from, const double* factor, int width, double* padded,
+                                             double* to) {
   std::copy_n(from, width, padded + 2);
   for (int c = 0; c < width; ++c) {
     double sum = 0;

@@ -143,7 +143,7 @@ std::filesystem::path OrganCase::boundary_file(const StudySites& sites, const st
   if (boundary.contains("touchable")) return file = boundary_file();
   const ElasticBody mesh = body(resolution);
   const double reach = (1 + kDragDistance) * sites.radius + kEdgesAround * mean_edge(mesh);
-  const double mesh_units_per_metre = 1 / read_organ_config(folder() / "organ.toml").metres_per_mesh_unit;
+  const double mesh_units_per_metre = 1 / read_organ_config(folder() / "organ.toml").mesh_unit.metres;
   toml::array select;
   for (const auto* list : {&sites.touch, &sites.neighbour})
     for (const auto& site : *list) {

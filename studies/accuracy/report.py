@@ -125,9 +125,8 @@ def front_plot(study, title, x, x_label, error, error_label, reference):
         own = [p for p in points if p["element"] == element]
         for contact_is_patch in (True, False):
             some = [p for p in own if (p["contact"] == "patch") == contact_is_patch]
-            plot.points([p[x] for p in some], [100 * p[error] for p in some], [told(p) for p in some], color=colour,
-                        marker=marker, faint=not contact_is_patch,
-                        label=element if contact_is_patch else f"{element}, other contacts" if some else None)
+            plot.curve(some, x, lambda p: 100 * p[error], told, joined=False, color=colour, marker=marker, faint=not contact_is_patch,
+                       label=element if contact_is_patch else f"{element}, other contacts" if some else None)
     plot.front([p[x] for p in points], [100 * p[error] for p in points], [p["name"] for p in points])
     if reference:
         plot.band(100 * reference, "estimated error of the reference")
@@ -151,8 +150,7 @@ def against_vertices(title, points, groups, key, y, y_label, scale=1, band=None,
     plot = Plot(title, "vertices of the mesh", y_label, log_x=True, log_y=log_y)
     for name, (colour, marker) in groups.items():
         own = sorted((p for p in points if p[key] == name and p[y]), key=lambda p: p["vertices"])
-        plot.points([p["vertices"] for p in own], [scale * p[y] for p in own], [told(p) for p in own], label=name, joined=True,
-                    color=colour, marker=marker)
+        plot.curve(own, "vertices", lambda p: scale * p[y], told, label=name, color=colour, marker=marker)
     if band:
         plot.band(scale * band, "estimated error of the reference")
     return plot
@@ -213,10 +211,10 @@ def solver_tolerance(page, study):
     error = Plot("Error left by the solver tolerance", "tolerance on the true relative residual", "relative error", log_x=True, log_y=True)
     for key, name in (("added_force_error", "force"), ("added_field_error", "field"), ("reciprocity_error", "reciprocity of far entries")):
         own = [p for p in iterative if p[key]]
-        error.points([p["tolerance"] for p in own], [p[key] for p in own], [f"{name}: {told(p)}" for p in own], label=name, joined=True)
+        error.curve(own, "tolerance", key, lambda p, name=name: f"{name}: {told(p)}", label=name)
     cost = Plot("Time of the precompute", "tolerance on the true relative residual", "time of the precompute, s", log_x=True)
     for own, name in ((iterative, "multigrid"), (factor, "factor")):
-        cost.points([p["tolerance"] for p in own], [p["precompute_s"] for p in own], [told(p) for p in own], label=name, joined=True)
+        cost.curve(own, "tolerance", "precompute_s", told, label=name)
     for plot in (error, cost):
         plot.axes.invert_xaxis()
     page.plots([(error, "tolerance-error", "Relative to the same mesh solved to 1e-12 and stored as f64. Stricter tolerances are to the right."), (cost, "tolerance-cost", "")])
@@ -232,11 +230,11 @@ def storage(page, study):
     added = Plot("Force error added by storage", "size of the bundle, MB", "added error of the tool's force, %", log_x=True, log_y=True)
     for form in sorted({p["storage"] for p in points}):
         own = [p for p in points if p["storage"] == form and p["added_force_error"]]
-        added.points([p["bundle_MB"] for p in own], [100 * p["added_force_error"] for p in own], [told(p) for p in own], label=form, joined=True)
+        added.curve(own, "bundle_MB", lambda p: 100 * p["added_force_error"], told, label=form)
     time = Plot("Time of shape by storage", "size of the bundle, MB", "time of one shape, median, us", log_x=True, log_y=True)
     for form in sorted({p["storage"] for p in points}):
         own = [p for p in points if p["storage"] == form]
-        time.points([p["bundle_MB"] for p in own], [p["shape_us"] for p in own], [told(p) for p in own], label=form, joined=True)
+        time.curve(own, "bundle_MB", "shape_us", told, label=form)
     page.plots([(added, "storage-error", ""), (time, "storage-shape", "")])
     page.table(("storage", "mesh", "bundle, MB", "added force error, %", "added field error, %", "force error, %", "touch, us", "shape, us", "open, ms"),
                [(p["storage"], p["resolution"], p["bundle_MB"], hundred(p["added_force_error"]), hundred(p["added_field_error"]), hundred(p["force_error"]),
@@ -271,6 +269,11 @@ def scene_effects(page, study):
                      p["shape_us"], p["contact_nodes"]) for p in points])
 
 
+def told_step(step):
+    return (f"{number(step['depth_mm'])} mm: force {percent(step['force_error'])} ({number(step['force_N'])} N, "
+            f"large strain {number(step['force_large_N'])} N), field {percent(step['field_error'])}, {number(step['field_error_mm'])} mm")
+
+
 def large_strain(page, study):
     pushes = [p for p in study.all.get("large_strain", []) if p["steps"]]
     if not pushes:
@@ -283,11 +286,8 @@ def large_strain(page, study):
     for error, what in (("force_error", "force"), ("field_error", "surface displacement")):
         plot = Plot(f"Error of linear elasticity: {what}", "depth of the push, mm", f"error of the {what}, %", log_x=True, log_y=True)
         for push in pushes:
-            steps = push["steps"]
-            plot.points([s["depth_mm"] for s in steps], [100 * s[error] for s in steps],
-                        [f"site {push['site'] + 1}, {number(s['depth_mm'])} mm: force {percent(s['force_error'])} ({number(s['force_N'])} N, "
-                         f"large strain {number(s['force_large_N'])} N), field {percent(s['field_error'])}, {number(s['field_error_mm'])} mm"
-                         for s in steps], label=f"site {push['site'] + 1}", joined=True)
+            site = f"site {push['site'] + 1}"
+            plot.curve(push["steps"], "depth_mm", lambda s: 100 * s[error], lambda s: f"{site}, {told_step(s)}", label=site)
         plots.append((plot, f"large-strain-{error.split('_')[0]}", ""))
     page.plots(plots)
     deepest = {p["site"]: number(p["steps"][-1]["depth_mm"]) for p in pushes}
@@ -311,7 +311,7 @@ def reference_error(page, study):
                      and p["contacts"] == 1 and not p["is_reference"]), key=lambda p: p["vertices"])
     plot = Plot("Distance of coarser p2-p0 meshes to the reference", "vertices of the mesh", "distance to the reference, %", log_x=True, log_y=True)
     for key, name in (("force_error", "force"), ("field_error", "field")):
-        plot.points([p["vertices"] for p in points], [100 * p[key] for p in points], [told(p) for p in points], label=name, joined=True)
+        plot.curve(points, "vertices", lambda p: 100 * p[key], told, label=name)
     page.plot(plot, "reference", checked(study).capitalize())
 
 

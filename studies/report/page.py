@@ -102,6 +102,11 @@ class Plot:
                            alpha=0.45 if faint else 1, label=label if n == 0 else None, linestyle="none")
         return colour
 
+    def curve(self, rows, x, y, told, joined=True, **style):
+        """A point for each row of a study. x, y: keys of the row, or functions of it; told: a function that names it."""
+        xs, ys = ([of(row) if callable(of) else row[of] for row in rows] for of in (x, y))
+        self.points(xs, ys, [told(row) for row in rows], joined=joined, **style)
+
     def front(self, xs, ys, names):
         """Draws the Pareto front as steps, and names its points where there is room."""
         front = pareto(xs, ys)

@@ -164,10 +164,8 @@ def plots_of(study, case, quantity):
         ratios = sorted({o["poisson"] for o in own if o["element"] == s["element"]})
         faint = s["poisson"] != ratios[0]
         label = f"{s['element']}, nu {s['poisson']:g}" + (" (locks)" if not s["judged"] else "")
-        errors, names = [100 * p["error"] for p in points], [told(p) for p in points]
-        against_cells.points([p["cells"] for p in points], errors, names, label=label, joined=True, faint=faint, color=colour, marker=marker)
-        against_time.points([max(p["assemble_s"] + p["solve_s"], 1e-3) for p in points], errors, names, label=label, joined=True,
-                            faint=faint, color=colour, marker=marker)
+        for plot, x in ((against_cells, "cells"), (against_time, lambda p: max(p["assemble_s"] + p["solve_s"], 1e-3))):
+            plot.curve(points, x, lambda p: 100 * p["error"], told, label=label, faint=faint, color=colour, marker=marker)
         if s["order_least"] is not None and not faint:
             slope(against_cells, points, s["order_least"], colour)
     name = f"{case['id']}-{quantity.split(',')[0].replace(' ', '-').replace('(', '').replace(')', '')}"
@@ -214,8 +212,8 @@ def against_calculix(page, study):
     for label, seconds, colour, marker in (("CalculiX", lambda a: a["calculix_s"], "#c2410c", "s"),
                                            ("Palpate", lambda a: a["assemble_s"] + a["solve_s"], "#0b6fa4", "o")):
         own = sorted((a for a in study.calculix if a["element"] == "p1"), key=lambda a: a["vertices"])
-        time.points([a["vertices"] for a in own], [max(seconds(a), 1e-3) for a in own],
-                    [f"{a['mesh']}: {label} {number(seconds(a))} s" for a in own], label=f"{label}, linear", color=colour, marker=marker)
+        time.curve(own, "vertices", lambda a: max(seconds(a), 1e-3), lambda a: f"{a['mesh']}: {label} {number(seconds(a))} s", joined=False,
+                   label=f"{label}, linear", color=colour, marker=marker)
     page.plot(time, "calculix-time", "Palpate: assembly, factor, solution. CalculiX: the same, with its text files.")
 
 

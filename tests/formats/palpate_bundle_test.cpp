@@ -258,61 +258,68 @@ TEST(PalpateBundleVerify, SolvesColumnsAgainFromTheInputs) {
     EXPECT_THAT(ended.out, HasSubstr(std::string("\"name\": \"") + name + "\""));
 }
 
+// A sealed bundle whose bytes a test changes.
+struct OpenedBundle {
+  std::string file, bytes = file_bytes(file);
+  std::vector<SectionEntry> entries = [this] {
+    const auto info = nlohmann::json::parse(palpate_bundle("info --json " + file).out);
+    std::vector<SectionEntry> result(info["sections"].size());
+    std::memcpy(result.data(), bytes.data() + sizeof(BundleHeader), result.size() * sizeof(SectionEntry));
+    return result;
+  }();
+
+  const SectionEntry& section(SectionId id) const {
+    return *std::find_if(entries.begin(), entries.end(),
+                         [&](const SectionEntry& entry) { return entry.id == static_cast<std::uint32_t>(id); });
+  }
+  template <class Number>
+  Number get(std::uint64_t offset) const {
+    Number number;
+    std::memcpy(&number, bytes.data() + offset, sizeof number);
+    return number;
+  }
+  template <class Number>
+  void scale(std::uint64_t offset, Number factor) {
+    const Number scaled = factor * get<Number>(offset);
+    std::memcpy(bytes.data() + offset, &scaled, sizeof scaled);
+  }
+  void write() const {
+    write_bytes(file, bytes);
+    seal_bundle(file, entries);
+  }
+};
+
 TEST(PalpateBundleVerify, FindsAColumnThatTheInputsDoNotGive) {
   // T^u and T^f of a softer organ satisfy every law; only solving again finds the difference.
   write_inputs();
-  const std::string bundle = precompute();
-  std::string bytes = file_bytes(bundle);
-  const auto info = nlohmann::json::parse(palpate_bundle("info --json " + bundle).out);
-  std::vector<SectionEntry> entries(info["sections"].size());
-  std::memcpy(entries.data(), bytes.data() + sizeof(BundleHeader), entries.size() * sizeof(SectionEntry));
-  for (const auto& entry : entries)
-    if (entry.id == static_cast<std::uint32_t>(SectionId::force))
-      for (std::uint64_t at = entry.offset; at < entry.offset + entry.bytes; at += 8) {
-        double force;
-        std::memcpy(&force, bytes.data() + at, 8);
-        force *= 0.5;
-        std::memcpy(bytes.data() + at, &force, 8);
-      }
-  write_bytes(bundle, bytes);
-  seal_bundle(bundle, entries);
-  EXPECT_EQ(palpate_bundle("verify " + bundle).code, 0);
-  const ProgramRun ended = palpate_bundle(with_inputs(bundle));
+  OpenedBundle bundle{precompute()};
+  const SectionEntry& stiffness = bundle.section(SectionId::force);
+  for (std::uint64_t at = 0; at < stiffness.bytes; at += 8) bundle.scale(stiffness.offset + at, 0.5);
+  bundle.write();
+  EXPECT_EQ(palpate_bundle("verify " + bundle.file).code, 0);
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle.file));
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.errors, HasSubstr("T^f solved again does not hold"));
 }
 
-// What a fault of the solver leaves: whole, sealed, and C off by 1e-4 between one node and all others, symmetric as C must be.
-// No law of the stored numbers is broken, so that only solving again finds it.
+// A bundle as a faulty solver would leave it: complete and sealed, but C is off by 1e-4 between one node and all others, and
+// symmetric as C must be. The stored numbers break no law, so that only solving again finds the fault.
 TEST(PalpateBundleVerify, FindsTheWrongColumnsOfOneNode) {
   write_inputs();
-  const std::string bundle = precompute();
-  std::string bytes = file_bytes(bundle);
-  const auto info = nlohmann::json::parse(palpate_bundle("info --json " + bundle).out);
-  std::vector<SectionEntry> entries(info["sections"].size());
-  std::memcpy(entries.data(), bytes.data() + sizeof(BundleHeader), entries.size() * sizeof(SectionEntry));
-  const auto entry_of_section = [&](SectionId id) -> const SectionEntry& {
-    return *std::find_if(entries.begin(), entries.end(),
-                         [&](const SectionEntry& entry) { return entry.id == static_cast<std::uint32_t>(id); });
-  };
-  std::int32_t wrong_node = 0;  // of the first columns
-  std::memcpy(&wrong_node, bytes.data() + entry_of_section(SectionId::touchable).offset, sizeof wrong_node);
-  const SectionEntry& surface = entry_of_section(SectionId::displacement_surface);  // [S,3,Ns,3]
+  OpenedBundle bundle{precompute()};
+  const auto wrong_node =
+      bundle.get<std::int32_t>(bundle.section(SectionId::touchable).offset);      // of the first columns
+  const SectionEntry& surface = bundle.section(SectionId::displacement_surface);  // [S,3,Ns,3]
   for (std::uint64_t column_node = 0; column_node < surface.shape[0]; ++column_node)
     for (std::uint64_t j = 0; j < 3; ++j)
       for (std::uint64_t node = 0; node < surface.shape[2]; ++node)
         for (std::uint64_t i = 0; i < 3; ++i) {
           const bool of_wrong_node = node == static_cast<std::uint64_t>(wrong_node);
           if ((column_node == 0) == of_wrong_node) continue;  // neither, or the node's own identity
-          char* at = bytes.data() + surface.offset + 4 * (((column_node * 3 + j) * surface.shape[2] + node) * 3 + i);
-          float u;
-          std::memcpy(&u, at, 4);
-          u *= 1.0001f;
-          std::memcpy(at, &u, 4);
+          bundle.scale(surface.offset + 4 * (((column_node * 3 + j) * surface.shape[2] + node) * 3 + i), 1.0001f);
         }
-  write_bytes(bundle, bytes);
-  seal_bundle(bundle, entries);
-  const ProgramRun ended = palpate_bundle(with_inputs(bundle, 1000));
+  bundle.write();
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle.file, 1000));
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.errors, HasSubstr("solved again does not hold"));
 }

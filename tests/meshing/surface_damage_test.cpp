@@ -64,6 +64,15 @@ TEST_F(SurfaceDamage, AbsentLabelListsThoseThereAre) {
                  "--labels 255");
 }
 
+TEST_F(SurfaceDamage, EachLabelMustBeInTheImage) {
+  ShapeImage two = ball_;
+  two.values[0] = 3;
+  expect_refused(
+      "a.nrrd", as_nrrd(two, false, false),
+      AllOf(HasSubstr("expected voxels with label 5 and label 13, found only 0 ("), HasSubstr(", 3 (1 voxels), 7 (")),
+      "--labels 13,7,5");
+}
+
 TEST_F(SurfaceDamage, LabelsOfTheWrongByteOrderGetAHint) {
   ShapeImage shape = ball_;
   std::string text = replaced(as_nrrd(shape, false, false), "unsigned char", "ushort");
@@ -218,6 +227,12 @@ TEST_F(SurfaceDamage, BrokenSurfaceFilesNameTheLineOrByte) {
                  AllOf(HasSubstr("line 3"), HasSubstr("nan")));
   expect_refused("e.off", off.substr(0, off.rfind("\n3 ")) + "\n3 0 1 42\n",
                  AllOf(HasSubstr("line 124"), HasSubstr("below 42")));
+  expect_refused("f.off", off.substr(0, off.rfind("\n3 ")) + "\n3 0 1 3.7\n",
+                 AllOf(HasSubstr("line 124"), HasSubstr("3.7")));
+  expect_refused("g.off", off.substr(0, off.rfind("\n3 ")) + "\n2000000000 0 1 2\n",
+                 AllOf(HasSubstr("line 124"), HasSubstr("2000000000")));
+  expect_refused("h.off", replaced(off, off.substr(12, off.find('\n', 12) - 12), "1,5 0 0"),
+                 AllOf(HasSubstr("line 3"), HasSubstr("1,5")));
 
   write_surface(folder_ / "good.stl", sphere);
   const std::string stl = file_bytes(folder_ / "good.stl");

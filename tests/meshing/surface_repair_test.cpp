@@ -203,6 +203,23 @@ TEST_F(SurfaceRepair, TextStlTextPlyAndQuadsAreRead) {
   }
 }
 
+TEST_F(SurfaceRepair, PointsOfOffFilesMayHaveTextureCoordinatesColoursAndNormals) {
+  const std::filesystem::path folder = fresh_folder();
+  const auto with = [](const std::string& header, const std::string& rest) {
+    const std::string end = rest + '\n';
+    return header + "\n4 4 6\n0 0 0" + end + "1 0 0" + end + "0 1 0" + end + "0 0 1" + end +
+           "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3 255 0 0\n";
+  };
+  for (const auto& [header, rest] : std::map<std::string, std::string>{{"OFF", ""},
+                                                                       {"COFF", " 255 0 0 255"},
+                                                                       {"NOFF", " 0 0 1"},
+                                                                       {"STOFF", " 0 .5"},
+                                                                       {"STCNOFF", " 0 0 1 9 9 9 9 0 .5"}}) {
+    write_bytes(folder / "a.off", with(header, rest));
+    EXPECT_NEAR(enclosed_volume(read_surface(folder / "a.off", 1)), 1.0 / 6, 1e-15) << header;
+  }
+}
+
 TEST_F(SurfaceRepair, RasFileIsTurnedToLps) {
   const std::filesystem::path folder = fresh_folder();
   write_bytes(folder / "a.obj", "# SPACE=RAS\nv 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n");

@@ -116,7 +116,7 @@ class Pipeline(unittest.TestCase):
     def test_ranks_are_those_that_the_plan_finds_useful_unless_they_are_given(self):
         target = os.path.join(self.data, "plate", "5mm", "corners", "bundle.h5")
         self.assertIn("PETSc CG on 1 rank, preconditioner", make(self.data, "ORGAN=plate", target))  # less than a second
-        # The same programs, but for a plan that finds two ranks useful.
+        # The same programs, except that the plan of this palpate-precompute says that two ranks are useful.
         programs = os.path.join(self.folder.name, "bin")
         os.mkdir(programs)
         for name in os.listdir(BIN):
@@ -166,7 +166,8 @@ class Pipeline(unittest.TestCase):
         for place in (115, 130, 145):
             healthy, stiff, rigid = (force["right-side" + m, place] for m in ("-healthy", "", "-calcified"))
             self.assertGreater(stiff, 1.05 * healthy)
-            # A million times instead of six times as stiff: an inclusion is nearly rigid already at ten.
+            # The calcified inclusion is a million times as stiff as the liver and hardly differs from the one of six times: an
+            # inclusion is nearly rigid already at ten times.
             self.assertTrue(stiff < rigid < 1.5 * stiff, (stiff, rigid))
 
     def test_brain_cylinder_lies_on_the_measured_curves(self):
@@ -178,10 +179,10 @@ class Pipeline(unittest.TestCase):
         played = read_rows(os.path.join(work, "compression", "scenes", "compress", "forces.csv"))
         for at in curve[::13]:  # 0.65 mm apart: 5 % of the height
             row = min(played, key=lambda r: abs(13 - 1e3 * float(r["z_m"]) - float(at["displacement_mm"])))
-            # 0.1 % of the largest force, as in cylinder.py; sideways nothing pushes.
+            # The bound is 0.1 % of the largest force, as in cylinder.py. No force acts sideways.
             self.assertAlmostEqual(float(row["force_z_N"]), float(at["force_N"]), delta=0.001 * 2.7358)
             self.assertAlmostEqual(float(row["force_x_N"]), 0, delta=1e-9)
-        # The check can fail: the curve of another rate is refused with exit code 3 and no picture.
+        # The check of cylinder.py can fail: it refuses the curve of another rate with exit code 3 and draws no picture.
         picture = os.path.join(self.folder.name, "wrong.png")
         curves = [os.path.join(ROOT, "pipelines", "brain-cylinder", "curves", "swine-brain-%s-mm-min.csv" % rate)
                   for rate in ("500", "5")]

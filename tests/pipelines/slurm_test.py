@@ -45,13 +45,13 @@ class Job:
             time.sleep(0.05)
 
     def progress(self):
-        """What it said of the columns so far, percent."""
+        """The percentages of solved columns that the log has so far."""
         return [0] + [int(said) for said in re.findall(r"columns: (\d+) %", self.log())]
 
     def start_now(self):
         """Slurm lets a requeued job wait for two minutes; here it may start after a few seconds."""
         self.wait_until(lambda: self.field("JobState") == ["PENDING"], "requeued job", 20)
-        time.sleep(3)  # slurmd refuses a start within the second in which it revoked the last one's credential
+        time.sleep(3)  # slurmd refuses a start in the same second in which it revoked the credential of the job's last start
         subprocess.run(["scontrol", "update", "JobId=" + self.id, "StartTime=now"], check=True)
 
     def wait(self):
@@ -109,11 +109,11 @@ class Slurm(unittest.TestCase):
         self.assertEqual(job.log().count("palpate-tetrahedra %s/liver" % self.data), 1)
 
     def test_requeued_in_the_middle_it_resumes_to_the_same_bytes(self):
-        # Through CG and PETSc's multigrid, one column after another: slow enough to be met in the middle.
-        slow = [*self.ellipsoid(triangles=900), "PRECOMPUTE_OPTIONS=--block 24 -- -column_pc_type gamg"]
+        # CG with PETSc's multigrid solves one column after another, so slowly that the requeue comes in the middle.
+        slow = [*self.ellipsoid(triangles=900), "PRECOMPUTE_OPTIONS=--batch 24 -- -column_pc_type gamg"]
         bundle = "liver/1700/right-side/bundle.h5"
         job = Job(self.data, TWO_RANKS, ["liver", "right-side", "1700", *slow])
-        # An operator's, and the job's own, when its time is nearly up.
+        # The first requeue is an operator's; the second is the job's own, which the signal of a nearly expired time limit causes.
         for percent, requeue in ((15, ["scontrol", "requeue", job.id]),
                                  (40, ["scancel", "--signal=USR1", "--batch", job.id])):
             job.wait_until(lambda: max(job.progress()) >= percent, "%d %% of the columns" % percent, 300)
@@ -121,7 +121,7 @@ class Slurm(unittest.TestCase):
             job.start_now()
         self.assertEqual(job.wait(), ["COMPLETED"], job.log())
         self.assertEqual(job.field("Restarts"), ["2"])
-        resumed = re.findall(r"is resumed: (\d+) of (\d+) blocks", job.log())
+        resumed = re.findall(r"is resumed: (\d+) of (\d+) batches", job.log())
         (first, of), (second, _) = ((int(done), int(of)) for done, of in resumed)
         self.assertTrue(0.1 * of < first < second < of, resumed)
         self.assertEqual(read_bytes(os.path.join(self.data, bundle)), self.plain(bundle, *slow))

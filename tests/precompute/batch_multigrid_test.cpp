@@ -1,4 +1,4 @@
-// Multigrid on blocks of columns: the kernels, the V-cycle as a linear operator, the columns it leads to.
+// Multigrid on batches of columns: its kernels, the V-cycle as a linear operator, and the columns that CG solves with it.
 #include "precompute/solver/batch_multigrid.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ std::vector<Real> random_numbers(std::size_t count, unsigned seed) {
   return result;
 }
 
-// About a third of the blocks are there; every diagonal one.
+// A matrix that has all its diagonal blocks and about a third of the others.
 SparseBlocks random_blocks(int height, int width, std::int32_t rows, std::int32_t columns) {
   SparseBlocks result{height, width, rows, columns, {0}, {}, {}};
   std::mt19937 generator(7);
@@ -52,7 +52,7 @@ Eigen::MatrixXd columns(const std::vector<float>& x, int lanes) {
   return Eigen::Map<const Columns>(x.data(), static_cast<Eigen::Index>(x.size()) / lanes, lanes).cast<double>();
 }
 
-// A row has at most 60 products of numbers below 1: 60 x 6e-8 and the like.
+// A row sums at most 60 products of numbers below 1; f32 rounds each by at most 6e-8.
 constexpr double kRounding = 1e-5;
 
 class Blocks : public ::testing::TestWithParam<std::tuple<int, int, int>> {};
@@ -156,7 +156,7 @@ TEST(Multigrid, IsLinearSymmetricAndPositive) {
     multigrid.apply(y.data(), my.data());
     for (std::size_t i = 0; i < size; ++i) sum[i] = 3 * x[i] + y[i];
     multigrid.apply(sum.data(), m_sum.data());
-    // f32 keeps 6e-8 of each of some hundred sums per dof, and the soft part's share is that much of the stiff one's.
+    // f32 rounds each of about a hundred sums per dof by 6e-8, and the rounding of the stiff part counts fully in the soft one.
     const double rounding = contrast > 1 ? 6e-8 * contrast : 1e-5;
     const double scale = std::sqrt(dot(x, x) * dot(my, my));
     EXPECT_LT(std::abs(dot(x, my) - dot(y, mx)), rounding * scale) << contrast;
@@ -184,7 +184,7 @@ TEST(Multigrid, SizeOfTheLoadAndUnitsDoNotMatter) {
     }
     EXPECT_LT(error, 1e-5 * most) << factor;  // f32
   }
-  // A stiffness whose numbers f32 does not hold.
+  // A stiffness whose numbers are beyond the range of f32.
   const Held stiff = box(0.45, 1, {12, 8, 6}, 5400 * std::exp2(140));
   BatchMultigrid other(stiff.stiffness.matrix, stiff.coordinates, kWidth);
   other.apply(x.data(), m_scaled.data());
@@ -207,13 +207,13 @@ Solved solve(const Held& held, bool cholesky, int width, double tolerance = 1e-9
   Solved result{std::vector<double>(static_cast<std::size_t>(solver.dofs()) * solver.width()),
                 std::vector<ColumnReport>(solver.width()), solver.width()};
   std::vector<double> b(result.x.size(), 0.0);
-  for (int c = 0; c < width; ++c)  // unit forces spread over the rows
+  for (int c = 0; c < width; ++c)  // a unit force in each column, the loaded rows far apart
     b[static_cast<std::size_t>(solver.dofs() * c / width) * solver.width() + c] = 1;
   solver.solve(b.data(), result.x.data(), result.reports);
   return result;
 }
 
-// Largest relative difference of a column.
+// The largest relative difference between a column of a and the same column of b.
 double difference(const Solved& a, const Solved& b) {
   double worst = 0;
   const std::size_t dofs = a.x.size() / static_cast<std::size_t>(a.width);
@@ -236,7 +236,7 @@ int most_iterations(const Solved& solved) {
 
 TEST(Multigrid, ColumnsAreThoseOfTheFactor) {
   for (const double contrast : {1.0, 1e6}) {
-    // Where a part is a million times as stiff, rounding of K x alone leaves some 1e-9 of the load.
+    // Where one part is a million times as stiff, the rounding of K x alone makes a residual of about 1e-9 of the load.
     const double tolerance = contrast > 1 ? 1e-7 : 1e-9;
     const Held held = box(0.45, contrast);
     const Solved factor = solve(held, true, 24, tolerance), multigrid = solve(held, false, 24, tolerance);
@@ -252,7 +252,8 @@ TEST(Multigrid, WidthChangesNothingButRounding) {
   EXPECT_LT(difference(multigrid, factor), 1e-7);
 }
 
-// Iterations to 1e-9 grow as locking makes K worse, and stay below what was measured on the liver with some room.
+// The number of iterations to 1e-9 grows with the condition of K, which locking raises. Bounds: the numbers measured on the
+// liver, with some room.
 TEST(Multigrid, IterationsStayBoundedTowardsIncompressibility) {
   struct Case {
     double poisson;

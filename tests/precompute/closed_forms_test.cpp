@@ -1,5 +1,6 @@
-// The elements against the closed forms of elasticity on coarse meshes: the cases of palpate-validation, which takes them to
-// fine ones. Stated bounds, and errors that fall as theory has it, with room for coarse meshes.
+// The elements against closed forms of elasticity on coarse meshes. These are the cases of palpate-validation, which solves them
+// on finer meshes too. The errors must be below stated bounds and must fall with the mesh size at the order of theory, with
+// room because the meshes are coarse.
 #include <cmath>
 #include <numbers>
 
@@ -13,7 +14,7 @@ namespace {
 
 const Material kGel = {3000, 0.45, 0};
 
-// Errors of a quantity on meshes of these levels.
+// The value and error of one quantity of a case, on each mesh of these levels.
 std::vector<Quantity> found(const Case& c, Element element, double poisson, const std::string& quantity,
                             const std::vector<int>& levels) {
   std::vector<Quantity> result;
@@ -53,7 +54,7 @@ TEST(ClosedForm, FieldsOfIndentersHaveTheirSurfaceDisplacementOutside) {
     const double sinks = 2 * punch.depth / std::numbers::pi * std::asin(1 / r);
     EXPECT_NEAR(punch.displacement({r * punch.radius, 0, 0})[2] / sinks, 1, 1e-12) << r;
     const double lens = sphere.depth / std::numbers::pi * ((2 - r * r) * std::asin(1 / r) + std::sqrt(r * r - 1));
-    EXPECT_NEAR(sphere.displacement({0, r * a, 0})[2] / lens, 1, 1e-9) << r;  // of eight Gauss points
+    EXPECT_NEAR(sphere.displacement({0, r * a, 0})[2] / lens, 1, 1e-9) << r;  // accuracy of eight Gauss points
   }
 }
 
@@ -61,10 +62,10 @@ TEST(ClosedForm, TheFlatPunchsFieldHoldsBelowItAndBesideItsEdge) {
   const FlatPunch punch = {0.005, 1e-3, kGel};
   const double a = punch.radius;
   for (const double r : {0.0, 0.3, 0.999}) EXPECT_NEAR(punch.displacement({0, r * a, 0})[2], punch.depth, 1e-15) << r;
-  // Far away a point force's: what is left goes with the square of the radius over the distance.
+  // Far away the displacement is that of a point force; the difference falls with (radius / distance)^2.
   const Vector3d far(30 * a, 40 * a, 50 * a), point = point_load(kGel, punch.force(), far);
   EXPECT_LT((punch.displacement(far) - point).norm(), 1e-3 * point.norm());
-  // Navier's equation: mu lap u + (lambda + mu) grad div u = 0, against its first term's size.
+  // Navier's equation, mu lap u + (lambda + mu) grad div u = 0; the residual is compared with the size of its first term.
   for (const Vector3d& radii : {Vector3d(0.2, 0.1, 0.3), Vector3d(0.8, 0.5, 0.05), Vector3d(1.5, -0.7, 0.4)}) {
     const Vector3d x = a * radii;
     const double h = 1e-3 * a, nu = kGel.poisson;
@@ -80,7 +81,7 @@ TEST(ClosedForm, TheFlatPunchsFieldHoldsBelowItAndBesideItsEdge) {
 }
 
 TEST(ClosedForm, FieldsAreInEquilibrium) {
-  // The force through a cube around the contact is the indenter's: 40 x 40 midpoints a face leave 1e-3.
+  // The force through a cube around the contact equals the indenter's. Integration by 40 x 40 midpoints on each face errs by 1e-3.
   const FlatPunch punch = {0.005, 1e-3, kGel};
   const auto field = [&](const Vector3d& x) { return punch.displacement(x); };
   const double side = 4 * punch.radius, cell = side / 40;
@@ -105,7 +106,8 @@ TEST(ClosedForm, FieldsAreInEquilibrium) {
 // ---- the elements ----
 
 TEST(ClosedForm, LamesThickSphereExpandsUnderPressure) {
-  // Sixteen cells along each edge leave (pi / 32)^2, about one per cent: the bound. Second order is 4 per halving.
+  // With sixteen cells along each edge the error is about (pi / 32)^2, one per cent: the bound. Theory: second order, so that
+  // halving the cells divides the error by 4.
   for (const char* where : {"u(a), m", "u(b), m"}) {
     const auto q = found(thick_sphere(), Element::p1, 0.3, where, {8, 16});
     EXPECT_LT(q[1].error, 0.01) << where;
@@ -114,14 +116,15 @@ TEST(ClosedForm, LamesThickSphereExpandsUnderPressure) {
 }
 
 TEST(ClosedForm, BoussinesqsPointLoadSinksTheSurfaceFarFromIt) {
-  // h^2 ln(1 / h) is 3 per halving here.
+  // Theory: the error goes as h^2 ln(1 / h), which halving the cells divides by 3 here.
   const auto field = found(point_force(), Element::p1_anp, 0.45, "displacement beyond 10 mm, L2", {8, 16});
   EXPECT_GT(field[0].error / field[1].error, 2.6);
   EXPECT_LT(found(point_force(), Element::p1_anp, 0.45, "u_z at 10 mm, m", {16})[0].error, 0.01);
 }
 
 TEST(ClosedForm, ARigidFlatCircularPunchNeedsItsForce) {
-  // Too stiff, from above; by h where cells are even, by h^2 ln(1 / h), 2.7 per halving, where they follow the edge.
+  // The force is too large on every mesh. Theory: its error goes as h on even cells, and as h^2 ln(1 / h), which halving divides
+  // by 2.7, on cells that follow the edge of the punch.
   const auto even = found(flat_punch_even(), Element::p1, 0.45, "force, N", {4, 8});
   EXPECT_GT(even[1].value, even[1].exact);
   EXPECT_NEAR(even[0].error / even[1].error, 2, 0.4);
@@ -129,7 +132,7 @@ TEST(ClosedForm, ARigidFlatCircularPunchNeedsItsForce) {
   EXPECT_GT(squared[1].value, squared[1].exact);
   EXPECT_LT(squared[1].error, 0.06);
   EXPECT_GT(squared[0].error / squared[1].error, 2.6);
-  // The gradient by the root of h, with every element.
+  // Theory: the error of the gradient goes as the square root of h, with every element.
   for (const Element element : {Element::p1, Element::p2_p0}) {
     const auto gradient = found(flat_punch_even(), element, 0.45, "gradient, L2", {2, 4});
     EXPECT_NEAR(gradient[0].error / gradient[1].error, std::sqrt(2), 0.15);
@@ -139,7 +142,7 @@ TEST(ClosedForm, ARigidFlatCircularPunchNeedsItsForce) {
 TEST(ClosedForm, HertzSphereFindsItsForceAndItsContact) {
   const auto force = found(hertz_contact(), Element::p1_anp, 0.45, "force, N", {4, 6});
   EXPECT_LT(force[1].error, 0.02);
-  EXPECT_GT(force[0].error / force[1].error, 1.8);  // the order 3/2
+  EXPECT_GT(force[0].error / force[1].error, 1.8);  // theory: order 3/2, a factor of (6 / 4)^1.5 = 1.84
   EXPECT_LT(found(hertz_contact(), Element::p1_anp, 0.45, "contact radius, m", {4})[0].error, 0.02);
 }
 
@@ -164,7 +167,7 @@ TEST(ClosedForm, APressedCylinderIsExactButForItsRoundness) {
     EXPECT_LT(found(pressed_cylinder(), element, 0.45, "widening, m", {4})[0].error, 1e-12);
   }
   const auto arcs = found(pressed_cylinder(), Element::p2_p0, 0.45, "force, N", {2, 4});
-  EXPECT_GT(arcs[0].error / arcs[1].error, 12);  // the fourth order is 16
+  EXPECT_GT(arcs[0].error / arcs[1].error, 12);  // theory: order 4, a factor of 16
 }
 
 // ---- the verdicts ----
@@ -186,7 +189,7 @@ TEST(Judge, OfMeshesThatAreNotTheFinestOnlyAsksThatErrorsFallAndExactAnswersHold
   EXPECT_FALSE(judge({0.02, Expectation::Order{2, 2}}, {2, 4}, {0.4, 0.5}, false).holds);
   EXPECT_TRUE(judge({0.02}, {2, 4}, {0.5, 0.4}, false).holds);
   EXPECT_FALSE(judge({1e-9}, {2, 4}, {1e-15, 1e-8}, false).holds);
-  EXPECT_FALSE(judge({1e-9}, {2, 4}, {1e-8, 1e-15}, true).holds);  // exact on every mesh
+  EXPECT_FALSE(judge({1e-9}, {2, 4}, {1e-8, 1e-15}, true).holds);  // an exact answer must be exact on every mesh
 }
 
 TEST(Judge, ShowsWhatLocksAndTakesTheLogarithmFromTheOrder) {

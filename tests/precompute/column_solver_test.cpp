@@ -1,4 +1,5 @@
-// PETSc's conjugate gradients on batches of columns: what a batch vector holds, what a column's bytes depend on.
+// PETSc's conjugate gradients on batches of columns: the numbers of batch vectors, and that the bytes of a column do not depend
+// on the other columns of its batch.
 #include "precompute/solver/column_solver.h"
 
 #include <petscksp.h>
@@ -80,7 +81,7 @@ TEST(BatchVector, ARecordedResidualHasTheNormsAndTheNumbersOfAComputedOne) {
   check(hold_product(v.r, v.x));
   check(VecAYPX(v.r, -1, v.b));
   norm_of(v.r);
-  // The same terms; the fused pass adds a row's three squares where the other adds them one by one.
+  // Both sum the same terms; the fused pass adds the three squares of a block row first, the other adds one at a time.
   for (int c = 0; c < kWidth; ++c) EXPECT_NEAR(space.norms[c], norms[c], 1e-14 * norms[c]) << c;
   EXPECT_EQ(numbers_of(v.r), expected);
   norm_of(v.r);
@@ -143,7 +144,7 @@ std::vector<double> column(const Solved& s, std::size_t width, std::size_t c) {
   return result;
 }
 
-// The options of PETSc for the life of the object.
+// Sets PETSc options for the life of the object.
 class PetscOption {
  public:
   PetscOption(std::string name, const char* value) : name_(std::move(name)) {
@@ -171,7 +172,7 @@ TEST(ColumnSolver, WithAFactorTheInitialGuessHoldsAndFromZeroCgIteratesOnce) {
   for (std::size_t c = 0; c < 24; ++c) {
     EXPECT_EQ(guessed.reports[c].iterations, 0);
     EXPECT_EQ(iterated.reports[c].iterations, 1);
-    // Rounding of a factor of condition 1e4.
+    // Rounding of a factor of a matrix with condition 1e4.
     EXPECT_LT(guessed.reports[c].residual, 1e-12);
     EXPECT_LT(iterated.reports[c].residual, 1e-12);
   }

@@ -72,7 +72,7 @@ TEST(OrganConfig, IsReadInSiUnits) {
   EXPECT_EQ(organ.name, "liver");
   EXPECT_EQ(organ.frame, "LPS");
   EXPECT_EQ(organ.element, Element::p1);
-  EXPECT_EQ(organ.metres_per_mesh_unit, 1e-3);
+  EXPECT_EQ(organ.mesh_unit, (LengthUnit{"mm", 1e-3}));
   ASSERT_EQ(organ.regions.size(), 1u);
   EXPECT_DOUBLE_EQ(organ.regions[0].young.value, 5400);
   EXPECT_EQ(organ.regions[0].young.source, "a");

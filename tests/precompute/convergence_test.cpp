@@ -1,5 +1,5 @@
-// Orders of convergence of the elements, by manufactured displacements on the unit box: the cases of palpate-validation on
-// meshes of seconds.
+// Orders of convergence of the elements for manufactured displacements on the unit box. These are the cases of
+// palpate-validation, on meshes that take seconds.
 #include "studies/validation/cases.h"
 #include "studies/validation/judge.h"
 #include "tests/precompute/support.h"
@@ -7,7 +7,7 @@
 namespace palpate::validation {
 namespace {
 
-// Within 0.15 of theory in the displacement and in its gradient.
+// The order must be within 0.15 of theory, for the displacement and for its gradient.
 void expect_orders(const Case& c, Element element, double poisson, const std::vector<int>& levels) {
   const Variant variant = {element, poisson, levels};
   const Measured coarse = c.measure(variant, levels[0]), fine = c.measure(variant, levels[1]);

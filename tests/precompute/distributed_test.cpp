@@ -1,4 +1,5 @@
-// Groups of ranks that divide one operator: the same tensors, the same bytes, one end for all when one fails.
+// Groups of ranks that divide one operator: they give the same tensors and the same bytes as one rank, and when one rank fails,
+// all end.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +11,7 @@ namespace {
 using formats::SectionId;
 using ::testing::HasSubstr;
 
-// Small, since ranks that wait for one another on busy cores are slow.
+// A small box, because ranks that wait for one another on busy cores are slow.
 const std::string kTouched = "[touchable]\nselect = { patch = \"x1\" }\n";
 
 class Distributed : public ProgramFixture {
@@ -21,18 +22,18 @@ class Distributed : public ProgramFixture {
     write("bc.toml", kBoundary + kTouched);
   }
 
-  // Ranks of a shell script each, RANK being its number.
+  // Each rank runs a shell script; RANK is the number of the rank.
   int run_script(const std::string& bundle, int ranks, const std::string& before) {
     write("rank.sh", "RANK=$OMPI_COMM_WORLD_RANK\n" + before + "\nexec " + arguments(bundle, "--ranks-per-operator 2") +
                          " >> voice-$RANK.txt 2>&1\n");
-    // A rank that hangs is the failure looked for.
+    // The test looks for a rank that hangs.
     const int code = execute("timeout 120 " + kLaunch + " -n " + std::to_string(ranks) + " bash rank.sh");
     for (int r = 0; r < ranks; ++r) said_ += file_bytes(folder_ / ("voice-" + std::to_string(r) + ".txt"));
     return code;
   }
 };
 
-// Largest difference of displacements, which are near 1 at the most.
+// The largest difference of displacements. The largest displacements are near 1.
 double difference(const std::string& a, const std::string& b) {
   const auto p = section<float>(a, SectionId::displacement_surface),
              q = section<float>(b, SectionId::displacement_surface);
@@ -69,21 +70,22 @@ TEST_F(Distributed, TensorsAreThoseOfOneRankWithTheWholeOperator) {
 }
 
 TEST_F(Distributed, OneAndTwoGroupsOfTwoGiveTheSameBytesWithMultigrid) {
-  const std::string options = "--block 24 --ranks-per-operator 2 -- -column_pc_type gamg";
+  const std::string options = "--batch 24 --ranks-per-operator 2 -- -column_pc_type gamg";
   ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
   ASSERT_EQ(run("four.h5", options, 4), 0) << said_;
   EXPECT_TRUE(file_bytes(folder_ / "two.h5") == file_bytes(folder_ / "four.h5"));
 }
 
-// MUMPS adds what other ranks send in the order of arrival, so its last bits differ from run to run.
+// MUMPS adds the contributions of other ranks in the order in which they arrive, so its last bits differ from run to run.
 TEST_F(Distributed, OneAndTwoGroupsOfTwoGiveTheSameTensorsWithAFactor) {
-  const std::string options = "--block 24 --ranks-per-operator 2";
+  const std::string options = "--batch 24 --ranks-per-operator 2";
   ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
   ASSERT_EQ(run("four.h5", options, 4), 0) << said_;
   EXPECT_LT(difference(file_bytes(folder_ / "two.h5"), file_bytes(folder_ / "four.h5")), 2e-7);  // f32 near 1
 }
 
-// A tolerance below what double precision allows is not held by any solver; where one rank passes, a group does too.
+// No solver reaches a tolerance below what double precision allows. Where one rank accepts its result all the same, a group must
+// accept its own.
 TEST_F(Distributed, ColumnsAtTheFloorOfDoublePrecisionPassAsOnOneRank) {
   for (const char* group : {"", "--ranks-per-operator 2"}) {
     ASSERT_EQ(run("x.h5", std::string("--tolerance 1e-15 ") + group, 2), 0) << said_;
@@ -102,7 +104,7 @@ TEST_F(Distributed, RefusesGroupsThatDoNotFit) {
   EXPECT_TRUE(nothing_left("x.h5"));
 }
 
-// A larger box, so that its columns take a while.
+// A larger box, whose columns take long enough for a kill in the middle.
 constexpr std::array<int, 3> kLarger = {9, 7, 6};
 
 TEST_F(Distributed, ARankThatIsKilledEndsAllAndHindersNoLaterRun) {

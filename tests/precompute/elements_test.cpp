@@ -125,7 +125,8 @@ TEST_P(EveryElement, ItsTensorsEqualALiteralDenseSolveThroughTheTouchFunctionals
 }
 
 TEST_P(EveryElement, StaysAccurateAtAContrastOfAMillion) {
-  // A bar with nu = 0, of a soft and a stiff half: the soft half takes all of the stretch but a millionth.
+  // A bar with nu = 0 whose halves differ by a factor of a million in stiffness: the soft half takes all of the stretch but a
+  // millionth.
   TetrahedralMesh mesh = box_mesh({4, 2, 2}, {1, 1, 1});
   part_in_two(mesh, 0.5);
   ElasticBody body = body_of(mesh, {{1e3, 0, 0}, {1e9, 0, 0}});
@@ -261,7 +262,8 @@ TEST(LockingEstimate, MatchesTheTensorsOfTheSameNodes) {
   };
   const LockingEstimate estimate = estimate_locking(body, Element::p1, 3, 1e9);
   EXPECT_EQ(estimate.probes, 1);
-  EXPECT_NEAR(estimate.ratio, trace(Element::p2_p0) / trace(Element::p1), 1e-9);  // the solves hold 1e-11
+  EXPECT_NEAR(estimate.ratio, trace(Element::p2_p0) / trace(Element::p1),
+              1e-9);  // the tolerance of the solves is 1e-11
 }
 
 TEST(LockingEstimate, SaysWhyItIsNotMeasured) {

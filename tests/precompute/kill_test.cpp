@@ -31,7 +31,8 @@ struct Options {
   int kills = 10;
   unsigned seed = 1;
   std::string program, injector, mesh, organ, boundary;
-  std::string more = "--block 24 -- -column_pc_type jacobi -ksp_rtol 1e-14";  // slow: most moments fall on columns
+  std::string more =
+      "--batch 24 -- -column_pc_type jacobi -ksp_rtol 1e-14";  // slow, so that most random moments come while columns are solved
   fs::path folder;
 };
 
@@ -184,14 +185,14 @@ int run(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
   ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
-  ::setenv("HWLOC_COMPONENTS", "-gl", 1);  // no look for X servers
+  ::setenv("HWLOC_COMPONENTS", "-gl", 1);  // Open MPI must not search for X servers
   options.folder = fs::temp_directory_path() / ("palpate_kill_test_" + std::to_string(::getpid()));
   fs::create_directories(options.folder);
   if (options.mesh.empty()) {
     write_box_files(options.folder);
     options.mesh = "box.msh", options.organ = "organ.toml", options.boundary = "bc.toml";
   } else {
-    options.more = "--block 8";
+    options.more = "--batch 8";
     for (auto* file : {&options.mesh, &options.organ, &options.boundary}) *file = fs::absolute(*file).string();
   }
   const int code = KillTest(options)();

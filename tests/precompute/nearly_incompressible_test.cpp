@@ -18,7 +18,7 @@ double sphere_error(Element element, double poisson, int n) {
 }
 
 TEST(NearlyIncompressible, ThickSphereUnderPressure) {
-  // 2,601 vertices, and 405 for p2-p0. p1 locks; the errors of the others are at nu = .4999 what they are at .3.
+  // 2,601 vertices, and 405 for p2-p0. p1 locks; the other elements have the same errors at nu = .4999 as at .3.
   EXPECT_LT(sphere_error(Element::p1, 0.3, 16), 0.017);
   EXPECT_GT(sphere_error(Element::p1, 0.4999, 16), 0.2);
   for (const double poisson : {0.3, 0.49, 0.4999}) {

@@ -46,10 +46,10 @@ std::vector<Value> section(const std::string& bytes, formats::SectionId id) {
 class ProgramFixture : public ::testing::Test {
  protected:
   void SetUp() override {
-    // Open MPI refuses to start ranks as root unless told twice.
+    // Open MPI starts as root only with both variables.
     ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
     ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
-    ::setenv("HWLOC_COMPONENTS", "-gl", 1);  // no look for X servers
+    ::setenv("HWLOC_COMPONENTS", "-gl", 1);  // Open MPI must not search for X servers
     folder_ = fresh_folder();
     write_box_files(folder_);
   }
@@ -85,7 +85,7 @@ class ProgramFixture : public ::testing::Test {
     write_mesh(folder_ / "box.msh", box_mesh({12, 10, 8}, {60, 50, 40}, 0.15));
     std::filesystem::remove(folder_ / (bundle + ".journal"));
     const std::string command = "cd '" + folder_.string() + "' && exec " + arguments(bundle, more) +
-                                " --block 8 -- -column_pc_type jacobi -ksp_rtol 1e-14 2> slow.txt";
+                                " --batch 8 -- -column_pc_type jacobi -ksp_rtol 1e-14 2> slow.txt";
     const pid_t child = ::fork();
     if (child == 0) {
       ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));

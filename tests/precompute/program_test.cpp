@@ -49,12 +49,12 @@ TEST_F(Program, WritesABundleThatTheReaderAccepts) {
 }
 
 TEST_F(Program, GivesTheSameBytesFromOneToFourRanksAndAgain) {
-  ASSERT_EQ(run("one.h5", "--block 24"), 0) << said_;
-  ASSERT_EQ(run("again.h5", "--block 24"), 0) << said_;
+  ASSERT_EQ(run("one.h5", "--batch 24"), 0) << said_;
+  ASSERT_EQ(run("again.h5", "--batch 24"), 0) << said_;
   const std::string hash = sha256_of_file((folder_ / "one.h5").string());
   EXPECT_EQ(hash, sha256_of_file((folder_ / "again.h5").string()));
   for (const int ranks : {2, 3, 4}) {
-    ASSERT_EQ(run("more.h5", "--block 24", ranks), 0) << said_;
+    ASSERT_EQ(run("more.h5", "--batch 24", ranks), 0) << said_;
     EXPECT_EQ(hash, sha256_of_file((folder_ / "more.h5").string())) << ranks << " ranks";
   }
 }
@@ -67,7 +67,7 @@ std::size_t count_of(const std::string& text, const std::string& what) {
 
 // PETSc itself says what it did with each batch: 160 touchable nodes, 8 in a batch of 24 columns.
 TEST_F(Program, EveryBatchOfColumnsGoesThroughPetscsConjugateGradients) {
-  const std::string views = "--block 24 -- -ksp_converged_reason -ksp_view";
+  const std::string views = "--batch 24 -- -ksp_converged_reason -ksp_view";
   ASSERT_EQ(run("factor.h5", views), 0) << said_;
   const auto nodes = index_of(file_bytes(folder_ / "factor.h5")).counts.touchable;
   const std::size_t batches = (nodes + 7) / 8;
@@ -77,13 +77,13 @@ TEST_F(Program, EveryBatchOfColumnsGoesThroughPetscsConjugateGradients) {
   EXPECT_EQ(count_of(said_, "KSP Object: 1 MPI process\n  type: cg\n"), batches) << said_;
   for (const auto n : section<std::int32_t>(file_bytes(folder_ / "factor.h5"), SectionId::iterations)) ASSERT_EQ(n, 0);
 
-  // From zero, with the same preconditioner: one iteration, then the true residuals.
-  ASSERT_EQ(run("zero.h5", "--block 24 -- -ksp_converged_reason -ksp_knoll 0"), 0) << said_;
+  // CG starts from zero with the same preconditioner: one iteration, then the test of the true residuals.
+  ASSERT_EQ(run("zero.h5", "--batch 24 -- -ksp_converged_reason -ksp_knoll 0"), 0) << said_;
   EXPECT_EQ(count_of(said_, "CONVERGED_RTOL iterations 1\n"), batches) << said_;
   EXPECT_EQ(count_of(said_, "CONVERGED_RTOL iterations 0\n"), batches) << said_;
   for (const auto n : section<std::int32_t>(file_bytes(folder_ / "zero.h5"), SectionId::iterations)) ASSERT_LE(n, 1);
 
-  ASSERT_EQ(run("multigrid.h5", "--block 24 -- -column_pc_type multigrid -ksp_view -ksp_monitor"), 0) << said_;
+  ASSERT_EQ(run("multigrid.h5", "--batch 24 -- -column_pc_type multigrid -ksp_view -ksp_monitor"), 0) << said_;
   EXPECT_THAT(said_, HasSubstr("PC Object: (column_) 1 MPI process\n  type: multigrid\n"));
   EXPECT_THAT(said_, HasSubstr(" 10 KSP Residual norm"));
   std::int32_t most = 0;
@@ -112,7 +112,7 @@ TEST_F(Program, DirectSkipsTheConjugateGradientsAndIsNamedSo) {
 }
 
 TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
-  const std::string options = "--block 24 -- -column_pc_type gamg";
+  const std::string options = "--batch 24 -- -column_pc_type gamg";
   ASSERT_EQ(run("one.h5", options), 0) << said_;
   ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
   EXPECT_TRUE(file_bytes(folder_ / "one.h5") == file_bytes(folder_ / "two.h5"));
@@ -234,7 +234,7 @@ TEST_F(Program, StoresTheSagUnderGravity) {
   int count = 0;
   for (std::size_t n = 0; n < nodes.size() / 3; ++n)
     if (nodes[3 * n] == 0.06) mean += u[3 * n], ++count;
-  // The end face moves by rho g L^2 / 2 E; 6 elements along leave (1/6)^2 of that at most.
+  // The end face moves by rho g L^2 / 2 E; with 6 elements along the bar the error is at most (1/6)^2 of that.
   EXPECT_NEAR(mean / count, scale * length * length / 2, scale * length * length / 2 / 36);
   write("organ.toml", std::string(kOrgan).erase(kOrgan.find("density")));
   EXPECT_EQ(run("none.h5"), 2);
@@ -260,6 +260,7 @@ TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
   write("bc.toml", "name = \"loose\"\n[[fixed]]\ndofs = \"z\"\nselect = { patch = \"z0\" }\n");
   refused("", "3 of its 6 rigid motions left");
   refused("", "3 of its 6 rigid motions left", 2);
+  refused("", ") mm along (0, 0, 1)");  // in the unit of the mesh, as the points of bc.toml
   write("bc.toml", "name = \"all\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { everything = true }\n");
   refused("", "no node can be touched");
   write("bc.toml", kBoundary);
@@ -291,7 +292,7 @@ TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
   write("x.h5", "the old bundle");
   ASSERT_EQ(stop(start_slow("x.h5"), SIGKILL), SIGKILL) << "it finished before it was killed";
   EXPECT_EQ(file_bytes(folder_ / "x.h5"), "the old bundle");
-  // What the killed run left does not hinder the next one.
+  // The files that the killed run left do not prevent the next one.
   ASSERT_EQ(run("x.h5"), 0) << said_;
   index_of(file_bytes(folder_ / "x.h5"));
 }

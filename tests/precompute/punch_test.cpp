@@ -1,5 +1,5 @@
-// A rigid flat punch through the whole chain: block of gel -> tensors -> bundle -> a tool with a radius. On one mesh,
-// with radii from a quarter of its edges to four of them: the force is the closed form's, whatever the edge.
+// A rigid flat punch through the whole chain: block of gel -> tensors -> bundle -> a tool with a disc. On one mesh, for discs
+// with radii from a quarter of an edge to four edges, the force must be that of the closed form.
 #include <numbers>
 
 #include "tests/precompute/support.h"
@@ -22,7 +22,8 @@ TetrahedralMesh graded_block(const std::vector<double>& distance) {
   return mesh;
 }
 
-// A block of gel, held on all sides but its top, from tensors of the nodes within `reach` of the middle to a scene.
+// A scene with a block of gel that is held on all sides but its top. The nodes of the top within `reach` of its middle are
+// touchable.
 class Punched {
  public:
   Punched(const TetrahedralMesh& mesh, Element element, double poisson, double reach) {
@@ -46,7 +47,7 @@ class Punched {
     write(body, element, solve_node_tensors(body, element, touched));
   }
 
-  // N, on a disc that comes down at x, y and is pushed by 1 mm into the gel.
+  // The force in N on a disc that comes down at x, y and is pushed by 1 mm into the gel.
   double push(double x, double y, double radius) {
     palpate_scene_reset(scene_.get());
     Contacts contacts(scene_.get());
@@ -59,7 +60,7 @@ class Punched {
     return palpate_contacts_tool(contacts, 0)->force_raw[2];
   }
 
-  // N, along x, on a disc that grips the middle and is dragged by 1 mm along x.
+  // The force along x in N on a disc that grips the middle and is dragged by 1 mm along x.
   double drag(double radius) {
     palpate_scene_reset(scene_.get());
     Contacts contacts(scene_.get());
@@ -85,15 +86,15 @@ class Punched {
     scene_.reset(scene);
   }
 
-  std::int32_t middle_triangle_ = -1;  // one that has the middle of the top as its corner
+  std::int32_t middle_triangle_ = -1;  // a triangle with a corner in the middle of the top
   int middle_corner_ = 0;
   std::unique_ptr<AlignedBytes> bytes_;
   BundlePointer bundle_;
   ScenePointer scene_;
 };
 
-// Even cells of kEdge about the middle of the top, and beyond them some that grow: kReach edges to the held sides and
-// bottom.
+// The distances of planes of nodes from the middle of the top: even cells of kEdge, then cells that grow, up to kReach edges, where
+// the sides and the bottom are held.
 constexpr double kReach = 148.5;
 TetrahedralMesh flat_block() {
   std::vector<double> distance;
@@ -108,11 +109,12 @@ TEST_P(FlatPunch, NeedsTheForceOfTheClosedFormWhateverTheEdge) {
   const auto [element, poisson] = GetParam();
   Punched block(flat_block(), element, poisson, 5.5 * kEdge);
   double worst = 0;
-  for (const double edges : {0.25, 0.5, 1.0, 2.0, 4.0})  // in a radius
+  for (const double edges : {0.25, 0.5, 1.0, 2.0, 4.0})  // edges in a radius
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5, 0.25}, {0.33, 0.8}, {-0.5, 0.5}}) {
       const double a = edges * kEdge, force = block.push(x * kEdge, y * kEdge, a);
-      // F = 2 E a d / (1 - nu^2): 37.62 mN at a = 5 mm, nu = 0.45. Held at a distance R all around, the block is
-      // stiffer by 2 to 3 times what the half-space moves there, 2 a / (pi R) of d: 4 % at the largest disc, taken off.
+      // The closed form is F = 2 E a d / (1 - nu^2): 37.62 mN at a = 5 mm, nu = 0.45. The block is held at a distance R all
+      // around, where a half-space would move by 2 a / (pi R) of d. This makes the block stiffer by 2 to 3 times that share:
+      // by 4 % for the largest disc. The test subtracts it.
       const double held = 2.5 * 2 * a / (std::numbers::pi * kReach * kEdge);
       const double error = force / (2e-3 * kYoung * a / (1 - poisson * poisson)) - 1 - held;
       // Linear tetrahedra lock a little at 0.45, and the largest disc reaches down to where the cells grow.
@@ -125,7 +127,7 @@ TEST_P(FlatPunch, NeedsTheForceOfTheClosedFormWhateverTheEdge) {
 INSTANTIATE_TEST_SUITE_P(Elements, FlatPunch,
                          testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45}));
 
-// The middle of a top that bulges (above 0) or is hollow by `curvature`, 1/m, and lies level again 60 mm away.
+// Moves the top so that its middle bulges (curvature above 0, 1/m) or is hollow (below 0), and is level again 60 mm away.
 TetrahedralMesh curved_block(const std::vector<double>& distance, double curvature) {
   constexpr double kWidth = 0.025;
   TetrahedralMesh mesh = graded_block(distance);

@@ -1,4 +1,4 @@
-// The shipped path against other people's numbers: CalculiX on the same mesh, and the cylinder's closed form.
+// The tensors against references of others: CalculiX on the same mesh, and the closed form of a pressed cylinder.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -55,14 +55,15 @@ TEST(Reference, AgreesWithCalculixNearIncompressibility) {
 }
 
 TEST(Reference, ACompressedCylinderHasItsClosedForm) {
-  // 30 x 13 mm, E 3 kPa, nu 0.45, frictionless, 1 mm: F = E A x / h, d_r = nu r x / h = 0.5192 mm, both uniform.
+  // A cylinder of 30 mm diameter and 13 mm height, E 3 kPa, nu 0.45, pressed by 1 mm without friction: F = E A x / h and d_r =
+  // nu R x / h = 0.5192 mm; stress and strain are uniform.
   const validation::PressedCylinder exact = {0.015, 0.013, 1e-3, {3000, 0.45, 0}};
   const double radius = exact.radius, height = exact.height, pressed = exact.pressed;
   ElasticBody body = body_of(validation::cylinder_mesh(radius, height, 5, 4), {exact.material});
   hold(body, [&](const auto& p) {
     const bool bottom = p[2] == 0;
     if (bottom && p[0] == 0 && p[1] == 0) return 7;
-    if (bottom && p[1] == 0 && p[0] == radius) return 6;  // y and z: stops the turn about the axis
+    if (bottom && p[1] == 0 && p[0] == radius) return 6;  // y and z: prevents the rotation about the axis
     return bottom ? 4 : 0;
   });
   std::vector<std::int32_t> top;
@@ -76,9 +77,11 @@ TEST(Reference, ACompressedCylinderHasItsClosedForm) {
   for (Eigen::Index j = 0; j < count; ++j)
     for (Eigen::Index i = 0; i < count; ++i) w(i, j) = displacement_under(tensors[j], {0, 0, 1}, top[i])[2];
   const VectorXd force = w.llt().solve(VectorXd::Constant(count, -pressed));
-  const double area = 0.5 * 30 * radius * radius * std::sin(2 * std::numbers::pi / 30);  // the meshed polygon's
+  const double area =
+      0.5 * 30 * radius * radius *
+      std::sin(2 * std::numbers::pi / 30);  // area of the polygon that the mesh has in place of the circle
   EXPECT_NEAR(-force.sum() / exact.force(area), 1, 1e-6);
-  // The solution is affine, so P1 holds it to rounding times the condition.
+  // The solution is affine, so p1 is exact up to rounding times the condition of K.
   for (std::size_t n = 0; n < body.nodes.size(); ++n) {
     Vector3d u = Vector3d::Zero();
     for (Eigen::Index j = 0; j < count; ++j)

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr int kBatches = 15;  // of 8 nodes each, of the box's 120 touchable nodes
-const std::string kOptions = "--block 24 ";
+const std::string kOptions = "--batch 24 ";
 
 class Resume : public ProgramFixture {
  protected:
@@ -147,10 +147,10 @@ TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
     EXPECT_THAT(said_, HasSubstr("x.h5.part is begun anew: " + why));
     EXPECT_FALSE(same());
   };
-  anew("--block 24 --tolerance 1e-8", "tolerance was 1e-09, is 1e-08");
-  anew("--block 48", "");
-  anew("--block 24 --memory 0.0001", "");
-  anew("--block 24 -- -ksp_type fcg", "");
+  anew("--batch 24 --tolerance 1e-8", "tolerance was 1e-09, is 1e-08");
+  anew("--batch 48", "");
+  anew("--batch 24 --memory 0.0001", "");
+  anew("--batch 24 -- -ksp_type fcg", "");
   write("organ.toml", std::string(kOrgan).replace(kOrgan.find("5.4"), 3, "5.5"));
   anew(kOptions, "organ_sha256 was ");
   write("organ.toml", kOrgan);
@@ -165,12 +165,12 @@ TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
 
 TEST_F(Resume, KeepsItsColumnsWhenOnlyTheMemoryOrTheLockingEstimateIsAnother) {
   kill_at_batch(9);
-  EXPECT_EQ(resume("--block 24 --memory 3"), 8);
+  EXPECT_EQ(resume("--batch 24 --memory 3"), 8);
   EXPECT_TRUE(same());
-  ASSERT_EQ(run("whole.h5", "--block 24 --locking-probes 2"), 0) << said_;
+  ASSERT_EQ(run("whole.h5", "--batch 24 --locking-probes 2"), 0) << said_;
   whole_ = file_bytes(folder_ / "whole.h5");
   kill_at_batch(9);
-  EXPECT_EQ(resume("--block 24 --locking-probes 2"), 8);
+  EXPECT_EQ(resume("--batch 24 --locking-probes 2"), 8);
   EXPECT_TRUE(same());
 }
 

@@ -1,4 +1,5 @@
-// Rows divided among ranks: each row once, pieces compact, and what a rank assembles is what the whole body gives.
+// Rows divided among ranks: each row belongs to one rank, the pieces are compact, and the rows that a rank assembles equal those
+// of the whole body.
 #include "precompute/ranks/row_partition.h"
 
 #include <gtest/gtest.h>

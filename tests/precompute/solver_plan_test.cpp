@@ -1,4 +1,4 @@
-// What the plan predicts against what happens.
+// The predictions of the plan against memory and choices of real solves.
 #include "precompute/solver/solver_plan.h"
 
 #include <nlohmann/json.hpp>
@@ -36,7 +36,7 @@ TEST(SolverPlan, TakesTheFactorWhereItFitsAndMultigridWhereItDoesNot) {
   EXPECT_EQ(tight.width(), 32);
   EXPECT_NE(tight.why.find("needs"), std::string::npos) << tight.why;
   EXPECT_EQ(roomy.factor.bytes, tight.factor.bytes);
-  // The choice turns exactly where the factor's prediction meets the memory.
+  // The plan changes from the factor to multigrid exactly where the memory falls below the factor's prediction.
   EXPECT_TRUE(box.plan(roomy.factor.bytes).cholesky);
   EXPECT_FALSE(box.plan(roomy.factor.bytes - 1).cholesky);
 }
@@ -50,7 +50,7 @@ TEST(SolverPlan, CountsWhatTheFactorThenStores) {
 }
 
 TEST(SolverPlan, PredictsTheMemoryOfFactorAndBlockWithinATenthAndABit) {
-  // Large enough for the process's growth to stand out of allocator slack: 12 million numbers, 0.1 GB.
+  // A factor of 12 million numbers, 0.1 GB: large against what the allocator keeps in reserve.
   const Case box(20);
   const SolverPlan plan = box.plan(1e11);
   const double before = resident_bytes();
@@ -79,7 +79,7 @@ TEST(SolverPlan, DividesTheColumnsAmongTheRanksAndNotTheFactor) {
   EXPECT_NEAR(columns_of_one(four), std::ceil(static_cast<double>(four.columns) / 4), 1e-3);
 }
 
-// Ranks that share one machine: each factors anew and needs its own memory.
+// Ranks that share one machine: each computes the factor for itself and needs its own memory.
 TEST(SolverPlan, UsesMoreRanksOnlyWhereTheColumnsTakeLongerThanWhatEachRankRepeats) {
   const Case small(5), large(18);
   const auto useful = [](const Case& box, int cores, double all_bytes) {

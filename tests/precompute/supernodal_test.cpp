@@ -1,4 +1,4 @@
-// The supernodal factor and the residual of a block against dense arithmetic.
+// The supernodal factor and the residuals of a batch against dense arithmetic.
 #include <random>
 
 #include "formats/errors.h"
@@ -23,7 +23,7 @@ BlockMatrix box_stiffness(std::array<int, 3> cells, double contrast = 1) {
   return remove_held_dofs(assemble_stiffness(body), body.fixed).matrix;
 }
 
-BlockMatrix from_dense(const MatrixXd& k) {  // every block that is not zero
+BlockMatrix from_dense(const MatrixXd& k) {  // keeps every block that is not zero
   BlockMatrix result;
   result.rows = static_cast<std::int32_t>(k.rows() / 3);
   result.first = {0};
@@ -40,7 +40,7 @@ BlockMatrix from_dense(const MatrixXd& k) {  // every block that is not zero
   return result;
 }
 
-// The neighbours of neighbours as well: the pattern of nodal averages.
+// Couples the neighbours of neighbours as well: the pattern of p1-anp.
 BlockMatrix wider(const BlockMatrix& k) {
   const MatrixXd d = dense(k);
   return from_dense(d + d * d / d.norm());
@@ -58,7 +58,8 @@ std::shared_ptr<const Elimination> eliminated(const BlockMatrix& matrix) {
   return std::make_shared<const Elimination>(analyse_elimination(matrix));
 }
 
-// || K x - b || over what a backward stable solve leaves: a small multiple of rounding, the row count within it.
+// || K x - b || divided by the residual of a backward stable solve: a small multiple of the rounding error, which grows with the
+// number of rows.
 double backward_error(const MatrixXd& k, const RowMajor& x, const RowMajor& b) {
   return (k * x - b).norm() / (k.norm() * x.norm() + b.norm());
 }
@@ -74,7 +75,7 @@ void expect_solves(const BlockMatrix& matrix, int width) {
   factor.apply(b.data(), again.data());
   EXPECT_EQ(x, again);
 
-  // Unit forces here and there, given by their nonzeros: the same bits as through the dense block.
+  // Some unit forces: given by their nonzeros they must lead to the same bits as given as a dense batch.
   std::vector<Load> loads;
   RowMajor unit = RowMajor::Zero(b.rows(), width);
   for (int c = 0; c < width; ++c) {
@@ -93,7 +94,7 @@ void expect_solves(const BlockMatrix& matrix, int width) {
   const auto norms = residual_norms(matrix, loads, x.data(), width);
   const Eigen::RowVectorXd expected = (k * x - unit).colwise().norm();
   for (int c = 0; c < width; ++c) EXPECT_NEAR(norms[c], expected[c], kRounding * k.norm() * x.col(c).norm());
-  // And of an x that solves nothing, where rounding does not hide a mistake.
+  // The same for an x that is no solution: its residual is large, so that rounding does not hide a mistake.
   const auto off = residual_norms(matrix, loads, b.data(), width);
   const Eigen::RowVectorXd far = (k * b - unit).colwise().norm();
   for (int c = 0; c < width; ++c) EXPECT_NEAR(off[c], far[c], 1e-13 * far[c]);
@@ -254,7 +255,7 @@ TEST(Supernodal, NamesTheNodeAtWhichTheFactorisationFails) {
   }
 }
 
-// The rows are renumbered before they are factored; the name must be the mesh's.
+// The rows are renumbered before they are factored; the error must give the number of the node in the mesh.
 TEST(Supernodal, NamesTheMeshsNodeAndNotItsPlaceInTheElimination) {
   MatrixXd d = dense(box_stiffness({4, 4, 4}));
   constexpr int kBad = 17;

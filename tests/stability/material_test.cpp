@@ -1,4 +1,4 @@
-// Extreme materials: stiffness of any size, nu towards 1/2, contrast.
+// Extreme materials: very small and very large stiffness, nu near 1/2, large contrast between regions.
 #include "precompute/elements/element_warnings.h"
 #include "tests/runtime/touched_box.h"
 #include "tests/stability/solved_columns.h"
@@ -32,14 +32,14 @@ class PushedCube {
     for (const std::int32_t n : body_.touchable) {
       const Point& p = body_.nodes[static_cast<std::size_t>(n)];
       if (p[0] == kSide && std::max(std::abs(p[1] - kSide / 2), std::abs(p[2] - kSide / 2)) < 0.4 * kSide)
-        face.push_back(n);  // all that the disc reaches
+        face.push_back(n);  // all nodes that the disc reaches
     }
     tensors_ = solve_node_tensors(body_, element, face, 1e-9);
   }
 
   const ElasticBody& body() const { return body_; }
 
-  // N/m: the middle node displaced along x.
+  // Stiffness of the middle node along x, N/m.
   double stiffness_of_node() const {
     for (const NodeTensor& tensor : tensors_)
       if (body_.nodes[static_cast<std::size_t>(tensor.node)] == Point{kSide, kSide / 2, kSide / 2})
@@ -47,7 +47,7 @@ class PushedCube {
     throw std::logic_error("no node in the middle of the face");
   }
 
-  // N: a disc with a radius of two edges, pressed by 1 mm into the middle by the runtime (contact patch, sticking).
+  // Force in N on a disc with a radius of two edges that the runtime presses by 1 mm into the middle (contact patch, sticking).
   double force_of_disc() const {
     AlignedBytes bytes(bundle_bytes(tensor_parts(body_, element_, tensors_)));
     palpate_bundle* opened = nullptr;

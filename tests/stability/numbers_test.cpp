@@ -1,4 +1,5 @@
-// Numbers that are none, or hardly: in every field a host fills, under every model; and hosts that round otherwise.
+// NaN, infinities, denormals and huge numbers in every field that a host fills, under every contact model and law; and hosts
+// that set another rounding mode or flush denormals to zero.
 #include <immintrin.h>
 
 #include <limits>
@@ -44,7 +45,7 @@ const TouchedBox& everything() {
   return box;
 }
 
-// One tool of two points and two grips, and every double that its host fills.
+// One tool with two points and two grips. numbers() lists every double of it that a host fills.
 struct Sent {
   Sent() {
     const std::int32_t far = everything().far_triangle(5);
@@ -111,11 +112,11 @@ TEST(StabilityNumbers, InEveryFieldOfATool) {
           ++steps;
         }
         if (!std::isfinite(odd) && !(play.flags() & PALPATE_STEP_BAD_INPUT)) {
-          // Of a grip at a node the barycentric numbers are not read.
+          // The runtime does not read the barycentric numbers of a grip at a node.
           const auto* field = bad.numbers()[f];
           if (field < bad.grip[0].barycentric || field >= bad.grip[0].barycentric + 3) ++unanswered;
         }
-        // What was refused has left nothing; what was taken, however odd, is gone after a reset.
+        // An input that was refused must leave no trace. An input that was accepted must leave none after a reset.
         const auto later = [&] {
           play.touch(&outside, 1, 1e3);
           play.touch(&good.tool, 1, 1e3);
@@ -210,7 +211,7 @@ TEST(StabilityNumbers, ForcesThatOverflow) {
               static_cast<double>(silent), 0, "PALPATE_STEP_UNSOLVED, for the step alone");
 }
 
-// What one half hands to the next: contacts, which may come through a socket, a shape, a mesh to draw.
+// The data that one call hands to the next: the contacts (which may come through a socket), the shape, the render mesh.
 class HandedOn {
  public:
   explicit HandedOn(bool corrected) {
@@ -247,7 +248,7 @@ class HandedOn {
     };
     return finite(drawn_) && finite(drawn_normals_);
   }
-  // What is read of the contacts, and what is not.
+  // All numbers of the contacts. The shape reads those from index read_from_ on.
   std::vector<double*> contact_numbers() {
     std::vector<double*> all = {&(*contacts_)->residual_displacement, &(*contacts_)->residual_force};
     auto& tool = const_cast<palpate_tool_state&>(*palpate_contacts_tool(contacts_->get(), 0));
@@ -349,7 +350,8 @@ TEST(StabilityNumbers, MinusZeroIsZero) {
               "-0 and 0 are the same number");
 }
 
-// A tool that comes down, is dragged and leaves, and a grip whose motion fades away; every force and place of it.
+// A tool comes down, is dragged and leaves, while the motion of a grip fades away. Returns every force and every position of the
+// run.
 std::vector<double> walk(const TouchedBox& box, double smallest) {
   palpate_scene_def def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
@@ -451,7 +453,8 @@ TEST(StabilityNumbers, HalfPrecisionUnderManyContacts) {
     const Eigen::VectorXd d = w.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::VectorXd modes =
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d.asDiagonal() * w * d.asDiagonal()).eigenvalues();
-    // |dA| <= 2^-11 of every entry, twice where a row has a scale of its own: by its Frobenius norm.
+    // Rounding to f16 changes each entry by at most 2^-11 of it, and twice as much where a row has a scale of its own. The bound
+    // on |dA| uses the Frobenius norm.
     const double error = 2 * 4.9e-4 * modes.norm() / modes.minCoeff();
     const Eigen::VectorXd expected = force(single), found = force(half);
     const double off =

@@ -1,5 +1,5 @@
-// Numbers that are none, or hardly, in every file and option that the programs read: one sentence and exit code 2, or a
-// right answer; never a crash, a hang, or an output that holds them.
+// NaN, infinities, denormals and huge numbers in every file and option that the programs read. A program must answer with one
+// sentence and exit code 2, or with a right result; never with a crash, a hang, or an output that contains such numbers.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -26,12 +26,12 @@ bool is_all_but_zero(const std::string& word) {
   return word == "1e-320" || word == "-0.0";
 }
 
-// What became of runs: each is refused as it should be, or its answer is looked at.
+// Judges runs: each must either refuse the input as it should, or give a right answer.
 class Verdicts {
  public:
   explicit Verdicts(Programs& programs) : programs_(programs) {}
 
-  // answer_is_right: looked at after exit code 0.
+  // named: text that a refusal must contain. answer_is_right: asked where the run ends with exit code 0.
   void judge(const std::string& what, const std::string& word, const ProgramRun& ended, const std::string& named,
              const std::function<bool()>& answer_is_right, const std::string& output) {
     ++runs_;
@@ -163,7 +163,7 @@ TEST(StabilityProgramInput, MeshFilesInEveryForm) {
             [&] { return programs.verifies("x.h5"); }, "x.h5");
       }
     }
-  // Whole bodies of no size and of every size.
+  // A body that is scaled by each number.
   for (const std::string& word : odd_words()) {
     TetrahedralMesh mesh = good;
     for (auto& p : mesh.nodes)
@@ -236,7 +236,7 @@ box = { min = [59, -1, -1], max = [61, 1, 1] }
     for (const std::string& word : odd_words())
       play(field, word, with(scene, field, " " + word + tail), rod, "odd.toml");
   }
-  // A path of 30 years has a wrong answer too: its steps are more than are counted.
+  // A path of 30 years: every answer is wrong, because its steps are more than the program can count.
   for (const std::string word : {"1e9", "1e308"}) {
     programs.write("odd.toml", with(scene, "0.12", word));
     verdicts.judge(
@@ -254,7 +254,7 @@ TEST(StabilityProgramInput, SurfacesInEveryForm) {
   StabilityCase attack("A surface with one point at NaN passes every check of topology.");
   Programs programs;
   Verdicts verdicts(programs);
-  // A cube of two triangles a face; @ stands for one coordinate.
+  // A cube with two triangles on each face; @ stands for one coordinate.
   const char* const points[8] = {"0 0 0", "10 0 0", "10 10 0", "0 10 0", "0 0 10", "10 0 10", "@ 10 10", "0 10 10"};
   const int faces[12][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
                             {2, 3, 7}, {2, 7, 6}, {1, 2, 6}, {1, 6, 5}, {0, 4, 7}, {0, 7, 3}};
@@ -275,7 +275,7 @@ TEST(StabilityProgramInput, SurfacesInEveryForm) {
   for (const auto& [name, text] :
        {std::pair{"cube.off", off}, {"cube.ply", ply}, {"cube.obj", obj}, {"cube.stl", stl}}) {
     for (const std::string& word : odd_words()) {
-      if (is_all_but_zero(word)) continue;  // zero, all but: the cube of another shape is no attack
+      if (is_all_but_zero(word)) continue;  // almost zero: the result is only a cube of another shape
       programs.write(name, std::regex_replace(text, std::regex("@"), word));
       for (const bool tetrahedra : {false, true}) {
         const std::string out = tetrahedra ? "out.msh" : "out.off";
@@ -320,10 +320,11 @@ TEST(StabilityProgramInput, HeadersOfImages) {
     EXPECT_EQ(good.code, 0) << good.errors;
     std::filesystem::remove(programs.folder() / "out.off");
     std::vector<std::string> words = odd_words();
-    words.push_back("1e-12");  // a voxel as thin as no scan's: meshed for ever
+    words.push_back("1e-12");  // a voxel much thinner than in any scan, which would take for ever to mesh
     for (const std::string& word : words)
       for (const bool spacing : {true, false}) {
-        if (!spacing && (is_all_but_zero(word) || word == "1e-12")) continue;  // an origin at zero, or all but
+        if (!spacing && (is_all_but_zero(word) || word == "1e-12"))
+          continue;  // an origin that is almost zero is a good one
         programs.write(name, text(header, spacing ? word : "1", spacing ? "0" : word));
         verdicts.judge(
             std::string(name) + (spacing ? " spacing" : " origin"), word, programs.execute(command),
@@ -340,7 +341,7 @@ TEST(StabilityProgramInput, NumbersOnCommandLines) {
   Verdicts verdicts(programs);
   const std::pair<const char*, std::vector<const char*>> options[] = {
       {PALPATE_PRECOMPUTE " box.msh --organ organ.toml --boundary bc.toml -o x.h5",
-       {"--tolerance", "--memory", "--block", "--ranks-per-operator", "--locking-probes"}},
+       {"--tolerance", "--memory", "--batch", "--ranks-per-operator", "--locking-probes"}},
       {PALPATE_BUNDLE " pack none.h5 -o x.h5", {"--low-rank"}},
       {PALPATE_RUN " none.toml --realtime", {"--seconds", "--rate"}},
       {PALPATE_FEEL " none.toml --to 1", {"--seconds"}},

@@ -1,4 +1,5 @@
-// Attacks of the other files on the whole path: mesh file -> palpate-precompute -> palpate-bundle verify -> palpate-run.
+// The bad meshes, materials and supports of the other test files, on the whole path: mesh file -> palpate-precompute ->
+// palpate-bundle verify -> palpate-run.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -60,12 +61,12 @@ TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
               "p1 locks here, so that an element that locks would be seen");
 }
 
-// One box, and what is done to its mesh before it is written.
+// How the mesh of a box is damaged before it is written, and how the program must answer.
 struct Damage {
   const char* name;
   std::function<void(TetrahedralMesh&)> change;
   int code;
-  const char* sentence;  // part of what is said; "" where the run is to go through
+  const char* sentence;  // part of the message; "" where the run must succeed
 };
 
 std::size_t inner_node(const TetrahedralMesh& mesh) {
@@ -153,7 +154,7 @@ TEST(StabilityProgramPath, DamagedMeshes) {
        0, ""},
   };
   Programs programs;
-  // A selector of places, which damage leaves.
+  // This support selects nodes by their position, which the damage does not change.
   programs.write("bc.toml",
                  "name = \"x0\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { half_space = { point = [0.001, 0, 0], normal = "
                  "[1, 0, 0] } }\n");

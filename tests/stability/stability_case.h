@@ -53,7 +53,7 @@ class StabilityCase {
     line["stability"] = kind, line["group"] = test->test_suite_name(), line["case"] = test->name();
     return line;
   }
-  // Of this process and of the programs that it ran.
+  // Processor time of this process and of the programs that it has run.
   static double processor_seconds() {
     double sum = 0;
     for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {

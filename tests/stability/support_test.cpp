@@ -1,4 +1,5 @@
-// Supports that leave a motion, that just do not, and that hold a part of a node: refused exactly where K is singular.
+// Supports that leave a rigid motion free, supports that just prevent all of them, and supports that hold some dofs of a node. A
+// support must be refused exactly where K is singular.
 #include "precompute/elements/support_check.h"
 #include "tests/stability/extended_precision.h"
 #include "tests/stability/stability_case.h"
@@ -7,7 +8,7 @@
 namespace palpate::tests {
 namespace {
 
-// The box [0, 2]^3 and, beside it, the same box shifted, joined where their nodes meet.
+// The box [0, 2]^3 and a shifted copy of it for each shift; nodes that coincide become one.
 TetrahedralMesh boxes(const std::vector<Point>& shifts) {
   const TetrahedralMesh one = box_mesh({2, 2, 2}, {2, 2, 2});
   TetrahedralMesh mesh = one;
@@ -17,9 +18,9 @@ TetrahedralMesh boxes(const std::vector<Point>& shifts) {
 
 struct Support {
   const char* name;
-  std::vector<Point> shifts;               // of further boxes
+  std::vector<Point> shifts;               // one for each further box
   std::function<int(const Point&)> holds;  // bits 1, 2, 4: x, y, z
-  int motions;                             // that statics leaves
+  int motions;                             // rigid motions that the support leaves, counted by hand
 };
 bool is(const Point& p, double x, double y, double z) {
   return p == Point{x, y, z};
@@ -84,7 +85,7 @@ ElasticBody held(const Support& support, double size) {
   return body;
 }
 
-// Motions without energy that the support leaves, by the eigenvalues of K.
+// The number of motions without energy that the support leaves: eigenvalues of K that are zero.
 int nullity(const ElasticBody& body) {
   const auto free = free_dofs(body);
   const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(
@@ -123,7 +124,7 @@ TEST(StabilitySupport, ThatHoldsIsSolvedHoweverFewItsDofs) {
     for (const Support& support : supports()) {
       if (support.motions > 0 || !support.shifts.empty()) continue;
       const ElasticBody body = held(support, 0.01);
-      // A node that is free, and each that is held in part.
+      // One free node, and each node of which some dofs are held.
       std::vector<std::int32_t> nodes = {body.touchable[body.touchable.size() / 2]};
       for (const std::int32_t n : body.touchable)
         if (const auto& f = body.fixed[static_cast<std::size_t>(n)]; (f[0] || f[1] || f[2]) && nodes.size() < 8)

@@ -1,4 +1,5 @@
-// Colour by displacement, from the organ's own tone to pale yellow. Brightness rises all the way, so the scale reads in grey too.
+// The colours of displacements, from the organ's own colour to pale yellow. The brightness grows with the displacement, so that
+// the scale can be read in grey too.
 const STOPS: [number, number, number][] = [[152, 74, 70], [191, 98, 66], [221, 139, 68], [241, 190, 96], [253, 238, 178]];
 export const GRADIENT = `linear-gradient(to top, ${STOPS.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;
 

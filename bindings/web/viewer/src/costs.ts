@@ -47,7 +47,7 @@ export function measureCosts(bundle: Bundle, effects: PageEffects, tool: ToolSha
 
 const same = (a: unknown, b: unknown) => JSON.stringify(a) === JSON.stringify(b);
 
-// The fastest round of each counts: an interruption can only make a round slower.
+// Each time is that of the fastest round, because an interruption can only make a round slower.
 function difference(withIt: TouchScene, without: TouchScene, place: Vector, normal: Vector) {
   const best = { touch: [Infinity, Infinity], shape: [Infinity, Infinity] };
   for (let round = 0; round < ROUNDS; ++round)
@@ -67,7 +67,7 @@ function timePress(scene: TouchScene, place: Vector, normal: Vector): number {
   return time(TOUCHES, press);
 }
 
-// us per call
+// The time of one call, us.
 function time(count: number, call: () => void): number {
   const start = performance.now();
   for (let i = 0; i < count; ++i) call();

@@ -1,4 +1,4 @@
-// The effects as the page shows them: one line each, with a switch or a choice.
+// The effects that the page shows: for each a line with a switch or a list of values.
 import type { BundleInfo } from "../../module/palpate.js";
 import type { PageEffects, ToolShape } from "./messages";
 
@@ -70,7 +70,7 @@ export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean):
   return true;
 }
 
-// The step flags of palpate.h in words for the page.
+// The step flags of palpate.h as the page words them.
 const FLAG_WORDS: [bit: number, words: string][] = [
   [1 << 1, "more contacts than the scene has room for"],
   [1 << 2, "the tools ask for what cannot be: one gives way"],

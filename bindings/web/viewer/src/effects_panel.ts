@@ -1,4 +1,4 @@
-// The list of effects: a switch or a choice for each, and what it costs.
+// The list of effects on the page: for each a switch or a list of values, and its cost.
 import { EFFECT_LINES } from "./effects";
 import type { Cost, PageEffects } from "./messages";
 

@@ -1,4 +1,4 @@
-// The page: shows what the worker sends, and sends what the user does to the worker.
+// The page: draws the frames that the worker sends, and sends the user's input to the worker.
 import type { BundleInfo } from "../../module/palpate.js";
 import { GRADIENT } from "./colours";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords, isAvailable } from "./effects";
@@ -178,7 +178,7 @@ class Viewer {
 
   private refuseEffects(why: string) {
     byId("notice").textContent = why;
-    if (this.effects.fine) this.fine = null; // it may be of another organ
+    if (this.effects.fine) this.fine = null; // the finer mesh may belong to another organ
     if (this.info) {
       this.effects = DEFAULT_EFFECTS;
       this.showEffects();

@@ -9,7 +9,8 @@ export interface ToolShape {
   friction: number; // of the law "coulomb"
 }
 
-// Where the pointer puts a tool. The tool comes to the organ from `start`, outside. When released it returns there and vanishes.
+// The target that the pointer gives a tool. The tool comes to the organ from `start`, outside of it; a released tool returns to
+// `start` and vanishes.
 export interface ToolTarget {
   start: Vector;
   point: Vector;

@@ -1,4 +1,4 @@
-// The organ, the tools and their forces in three dimensions.
+// Draws the organ, the tools and their forces in three dimensions.
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DynamicDrawUsage, Group,
   HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Points, PointsMaterial, Raycaster,
@@ -187,7 +187,7 @@ export class OrganView {
     this.touchable.visible = shown.touchable;
   }
 
-  // Colours of the style sheet, which follow light and dark.
+  // Reads the colours of the style sheet, which differ between the light and the dark scheme.
   dress(ink: string, held: string, touchable: string, force: string) {
     this.wire.material.color = new Color(ink);
     this.inside.material.color = new Color(ink);

@@ -62,7 +62,7 @@ export function forcesFile({ steps, points }: Recording, forces: Float64Array): 
   return rows.join("\n") + "\n";
 }
 
-// The press that is played before the user's first touch: in, held, out.
+// The press that a replay plays before the user's first touch: the tool goes in, stays, and comes out.
 export function demonstration(place: Vector, normal: Vector, depth = 0.012): Recording {
   const at = (height: number) => place.map((x, d) => x + height * normal[d]);
   const keys: [number, number][] = [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]];

@@ -1,4 +1,4 @@
-// Records a touch step by step, from the first tool that arrives to the last one that leaves.
+// Records a touch step by step, from the arrival of the first tool to the departure of the last one.
 import { TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
 
 const MOST_STEPS = 60 * TOUCH_HZ;

@@ -1,4 +1,4 @@
-// From mouse, fingers and keys to the tools' targets.
+// Turns the input of mouse, fingers and keys into targets of the tools.
 import { TOOL_COUNT, type ToolTarget, type Vector } from "./messages";
 import type { Hit, OrganView } from "./organ_view";
 
@@ -35,7 +35,7 @@ export class ToolPointer {
   private oldest = 0;
 
   constructor(private canvas: HTMLCanvasElement, private view: OrganView, private options: PointerOptions) {
-    // Runs before the camera's listeners: a press on the organ moves a tool, a press beside it turns the camera.
+    // These listeners run before those of the camera: a press on the organ moves a tool, a press beside the organ turns the camera.
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event), { capture: true });
     for (const end of ["pointerup", "pointercancel"] as const)
@@ -47,7 +47,7 @@ export class ToolPointer {
     return this.held.length > 0;
   }
 
-  // Takes all tools away at once.
+  // Removes all tools at once.
   forget() {
     this.held = [];
     this.targets.fill(null);
@@ -94,7 +94,7 @@ export class ToolPointer {
     this.aim(held, TOUCH_DOWN, 0, 0);
   }
 
-  // A tool that is not in use; else the one that was released first.
+  // A tool that no pointer uses; if there is none, the tool that was released first.
   private freeTool(): number | null {
     const busy = (index: number) => this.held.some((h) => h.index === index);
     const free = this.targets.findIndex((target, index) => !target && !busy(index));
@@ -120,7 +120,7 @@ export class ToolPointer {
     this.aim(held, TOUCH_DOWN + Math.hypot(dx, dy) * held.scale * 0.5, dx, dy);
   }
 
-  // Pushes along the normal to the depth, or pulls to where the pointer is.
+  // The target of a push: along the normal, at the depth. The target of a pull: the position of the pointer.
   private aim(held: Held, depth: number, dx: number, dy: number) {
     const { target, hit, place } = held;
     const dragged = this.view.drag(hit.point, dx, dy);

@@ -1,4 +1,4 @@
-// A scene of the runtime whose two halves are timed; the worker's loop steps it.
+// A scene of the runtime that measures the time of its touches and shapes. The worker's loop steps it.
 import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
