@@ -263,22 +263,30 @@ def label_arrows(panel, pixel, labels, **style):
                    **style)
 
 
+def emptiest_corner(image, side):
+    """The middle of the square of that side in pixels, in one of the image's corners, which shows least; (column, row)."""
+    rows, columns = image.shape[:2]
+    corners = [(column, row) for row in (rows - side, 0) for column in (0, columns - side)]
+    column, row = min(corners, key=lambda c: (image[c[1]:c[1] + side, c[0]:c[0] + side] < 250).any(axis=2).sum())
+    return np.array([column + side / 2, row + side / 2])
+
+
 def draw_scale(panel, image, pixel, centre, look_from, size):
-    """A bar of a round length in mm and the directions of the axes, in the lower left corner. Both are true at the depth of
-    centre, the middle of what is shown; size: its diagonal, mm."""
+    """Draws a bar of a round length in mm at the lower edge, and the directions of the axes in an empty corner. Both hold at the
+    depth of centre, the middle of what is shown. size: its diagonal, mm."""
     right = np.cross((0, 0, 1), look_from) / np.linalg.norm(np.cross((0, 0, 1), look_from))
+    pixels_per_mm = np.linalg.norm(np.subtract(pixel(centre + size * right), pixel(centre))) / size
     length = max(n for n in (1, 2, 5, 10, 20, 50, 100, 200) if n <= max(0.25 * size, 1))
-    pixels = np.linalg.norm(np.subtract(pixel(centre + length * right), pixel(centre)))
-    rows = image.shape[0]
-    left, low = 20, rows - 20
-    panel.plot([left, left + pixels], [low, low], color="black", linewidth=3, solid_capstyle="butt", scalex=False, scaley=False)
-    panel.text(left + pixels / 2, low - 12, "%d mm" % length, ha="center", va="bottom", fontsize=14)
-    start = np.array([left + 70, low - 130])
+    begin, end, low = 20, 20 + length * pixels_per_mm, image.shape[0] - 15
+    panel.plot([begin, end], [low, low], color="black", linewidth=3, solid_capstyle="butt", scalex=False, scaley=False)
+    panel.text((begin + end) / 2, low - 10, "%d mm" % length, ha="center", va="bottom", fontsize=14)
+
+    reach = 55  # pixels of an axis that lies in the plane of the picture
+    start = emptiest_corner(image, 3 * reach) + np.array([-0.4 * reach, 0.4 * reach])
     for name, axis in zip("xyz", np.eye(3)):
-        along = np.subtract(pixel(centre + 0.1 * size * axis), pixel(centre))
-        along = 70 * along / np.linalg.norm(np.subtract(pixel(centre + 0.1 * size * right), pixel(centre)))
+        along = np.subtract(pixel(centre + 0.1 * size * axis), pixel(centre)) * reach / (0.1 * size * pixels_per_mm)
         panel.annotate("", start + along, start, arrowprops=dict(arrowstyle="-|>", color="black", linewidth=1.5, shrinkA=0, shrinkB=0))
-        panel.text(*(start + along + 14 * along / max(np.linalg.norm(along), 20)), name, ha="center", va="center", fontsize=14)
+        panel.text(*(start + along + 16 * along / max(np.linalg.norm(along), 20)), name, ha="center", va="center", fontsize=14)
 
 
 def bounds_of(points):
