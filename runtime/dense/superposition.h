@@ -13,7 +13,7 @@ namespace palpate {
 /// @param column       [column_count] of at least first + count numbers, any alignment
 /// @param coefficient  [column_count] m: the imposed displacement times the column's scale
 /// @param[out] out     [count] overwritten; zero where there are no columns; must not overlap a column
-/// Cost: reads each column once, in groups of twelve, at the speed of a plain read (bench/README.md). Uses the
+/// Cost: reads each column once, in groups of twelve, at the speed of a plain read (docs/speed.md). Uses the
 /// best instructions the processor has; the result is the same to the bit with any.
 void superpose(formats::ElementType type, const void* const* column, const float* coefficient, int column_count,
                std::size_t first, std::size_t count, float* out);

@@ -1,5 +1,5 @@
 // Predicts the work of a pass. Bytes and flops follow from the shapes of the data. The factors of the scalar steps were measured
-// once; bench/README.md compares predicted and measured costs.
+// once; docs/speed.md compares predicted and measured costs.
 #include <algorithm>
 
 #include "runtime/base/host_struct.h"

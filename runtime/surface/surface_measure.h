@@ -17,7 +17,7 @@ enum class StoredElement { p1, p1_anp, p2_p0 };
 // Source: rigid flat punch, (1 - nu^2) / (2 E r); Mindlin 1949, (2 - nu)(1 + nu) / (4 E r).
 //
 // On a mesh: a disc of radius b yields locally like a disc of radius b + blur s in the continuum, where s^2 is a node's share of
-// the surface area. The blur was measured on a block of gel; bench/README.md has the table and the command.
+// the surface area. The blur was measured on a block of gel; docs/accuracy.md has the table and the command.
 //
 // On a curved surface the tangential compliance between the radii a and b has one more part:
 //     ln(b / a) (curved K + curved_trace tr(K) I),
