@@ -20,9 +20,9 @@ bool starts_with_any(const std::string& text, const Words& prefixes) {
 std::string library_of(const std::string& include) {
   static const std::vector<std::pair<std::string, Words>> libraries = {
       {"system",
-       {"assert.h", "dlfcn.h", "errno.h",   "fcntl.h", "float.h",   "glob.h",    "limits.h",   "math.h",   "netdb.h",
-        "elf.h",    "link.h",  "netinet/",  "poll.h",  "pthread.h", "sched.h",   "setjmp.h",   "signal.h", "std",
-        "string.h", "sys/",    "termios.h", "time.h",  "unistd.h",  "windows.h", "immintrin.h"}},
+       {"assert.h", "dlfcn.h",  "errno.h",  "fcntl.h",   "float.h",   "glob.h",   "limits.h",  "math.h",     "netdb.h",
+        "elf.h",    "link.h",   "netinet/", "poll.h",    "pthread.h", "sched.h",  "setjmp.h",  "signal.h",   "std",
+        "malloc.h", "string.h", "sys/",     "termios.h", "time.h",    "unistd.h", "windows.h", "immintrin.h"}},
       {"HDF5", {"hdf5", "H5"}},
       {"MPI", {"mpi.h"}},
       {"PETSc", {"petsc"}},
