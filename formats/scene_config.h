@@ -24,7 +24,7 @@ struct SceneConfig {
     std::optional<int> points, contact_nodes;
     double force = 50;                       // N
     double force_slew = 1e4;                 // N/s
-    std::optional<double> tool_speed;        // m/s
+    double tool_speed = 10;                  // m/s
     std::optional<double> release_distance;  // m
     bool operator==(const Limits&) const = default;
   };

@@ -122,7 +122,7 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
       std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)));
   def.force_limit = scene.limits.force;
   def.force_slew = scene.limits.force_slew;
-  if (scene.limits.tool_speed) def.max_tool_speed = *scene.limits.tool_speed;
+  def.max_tool_speed = scene.limits.tool_speed;
   if (scene.limits.release_distance) def.release_distance = *scene.limits.release_distance;
   return def;
 }

@@ -41,8 +41,7 @@ toml::table effects_of(const SceneConfig& scene) {
 }
 
 toml::table limits_of(const SceneConfig::Limits& limits) {
-  toml::table table{{"force", limits.force}, {"force_slew", limits.force_slew}};
-  if (limits.tool_speed) table.insert("tool_speed", *limits.tool_speed);
+  toml::table table{{"force", limits.force}, {"force_slew", limits.force_slew}, {"tool_speed", limits.tool_speed}};
   if (limits.release_distance) table.insert("release_distance", *limits.release_distance);
   if (limits.points) table.insert("points", *limits.points);
   if (limits.contact_nodes) table.insert("contact_nodes", *limits.contact_nodes);

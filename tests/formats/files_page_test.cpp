@@ -190,6 +190,7 @@ unit = "mm"
 [limits]
 @limits.force@
 @limits.force_slew@
+@limits.tool_speed@
 [[tool]]
 name = "probe"
 capsule = { radius = 4, length = 60, @capsule.axis,@ samples = 4 }
