@@ -135,13 +135,12 @@ std::int32_t most_constraints(const palpate_scene_def& def) {
 // An upper bound of the largest eigenvalue of a symmetric positive semidefinite matrix, at most 7 % above it:
 // (trace C^16)^(1/16).
 double eigenvalue_bound(Mat3 c) {
-  double bound = 1;
   const double size = c.m[0][0] + c.m[1][1] + c.m[2][2];
   if (!(size > 0)) return 0;
   for (auto& row : c.m)
     for (double& x : row) x /= size;
   for (int i = 0; i < 4; ++i) c = c * c;
-  bound = c.m[0][0] + c.m[1][1] + c.m[2][2];
+  double bound = c.m[0][0] + c.m[1][1] + c.m[2][2];
   for (int i = 0; i < 4; ++i) bound = std::sqrt(bound);
   return size * bound;
 }

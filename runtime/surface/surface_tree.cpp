@@ -54,7 +54,7 @@ SurfaceTree::Box SurfaceTree::rest_box(std::int32_t triangle) const {
 
 bool SurfaceTree::build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
                         std::int32_t triangle_count) {
-  position_ = position, triangles_ = triangles, triangle_count_ = triangle_count, surface_nodes_ = nodes;
+  position_ = position, triangles_ = triangles, triangle_count_ = triangle_count;
   const std::size_t count = static_cast<std::size_t>(triangle_count);
   nodes_ = memory.array<Node>(count + 1);  // a leaf has two triangles or more
   order_ = memory.array<std::int32_t>(count);

@@ -91,13 +91,15 @@ class SurfaceTree {
   static bool apart(const Box& box, double margin, Vec3 low, Vec3 high);
   double distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const;
   bool may_meet(const Node& node, Vec3 low, Vec3 high, const FieldBound& bound) const;
+  template <class Place, class Visit>
+  Box look_at(const Node& leaf, Place place, Visit visit) const;
   void remember(std::int32_t leaf, const Box& box, double path);
   template <class Place>
   void decide_side(NearestPoint& nearest, Vec3 p, Operations* work, Place place);
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
-  std::int32_t triangle_count_ = 0, node_count_ = 0, surface_nodes_ = 0;
+  std::int32_t triangle_count_ = 0, node_count_ = 0;
   Node* nodes_ = nullptr;
   std::int32_t* order_ = nullptr;      // [triangles] in the order of the leaves
   std::int32_t* fan_start_ = nullptr;  // [surface_nodes + 1] into fan_
@@ -108,6 +110,26 @@ class SurfaceTree {
 
 // The angle of a triangle at the corner a, in radians, to 1e-4.
 double corner_angle(Vec3 a, Vec3 b, Vec3 c);
+
+// Visits the triangles of a leaf with their corners now. Returns the box around them.
+template <class Place, class Visit>
+SurfaceTree::Box SurfaceTree::look_at(const Node& leaf, Place place, Visit visit) const {
+  Box box;
+  for (std::int32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+    const std::int32_t triangle = order_[i];
+    Vec3 corner[3];
+    for (int v = 0; v < 3; ++v) {
+      corner[v] = place(corners(triangle)[v]);
+      for (int d = 0; d < 3; ++d) {
+        const double x = corner[v][d];
+        box.low[d] = i == leaf.first && v == 0 ? x : (x < box.low[d] ? x : box.low[d]);
+        box.high[d] = i == leaf.first && v == 0 ? x : (x > box.high[d] ? x : box.high[d]);
+      }
+    }
+    visit(triangle, corner);
+  }
+  return box;
+}
 
 template <class Place, class Visit>
 void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, Operations* work, Place place,
@@ -125,21 +147,10 @@ void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, 
       stack[top++] = node.first, stack[top++] = node.first + 1;
       continue;
     }
-    Box box;
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      const std::int32_t triangle = order_[i];
-      Vec3 corner[3];
-      for (int v = 0; v < 3; ++v) {
-        corner[v] = place(corners(triangle)[v]);
-        for (int d = 0; d < 3; ++d) {
-          const double x = corner[v][d];
-          box.low[d] = i == node.first && v == 0 ? x : (x < box.low[d] ? x : box.low[d]);
-          box.high[d] = i == node.first && v == 0 ? x : (x > box.high[d] ? x : box.high[d]);
-        }
-      }
+    const Box box = look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
       *work += 12;
       visit(triangle, corner);
-    }
+    });
     if (sees) remember(at, box, bound.path);
   }
 }
@@ -182,18 +193,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       stack[top++] = far, stack[top++] = near;
       continue;
     }
-    Box box;
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      const std::int32_t triangle = order_[i];
-      Vec3 corner[3];
-      for (int v = 0; v < 3; ++v) {
-        corner[v] = place(corners(triangle)[v]);
-        for (int d = 0; d < 3; ++d) {
-          const double x = corner[v][d];
-          box.low[d] = i == node.first && v == 0 ? x : (x < box.low[d] ? x : box.low[d]);
-          box.high[d] = i == node.first && v == 0 ? x : (x > box.high[d] ? x : box.high[d]);
-        }
-      }
+    const Box box = look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
       *work += 30;
       double k[3];
       const double distance = std::sqrt(closest_on_triangle(p, corner[0], corner[1], corner[2], k));
@@ -201,11 +201,11 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       // Of two triangles at one distance the first one counts, whatever the order of the visits.
       if (distance > best.distance ||
           (distance == best.distance && best.surface_point.triangle >= 0 && best.surface_point.triangle < triangle))
-        continue;
+        return;
       best.distance = distance;
       best.surface_point.triangle = triangle;
       for (int v = 0; v < 3; ++v) best.surface_point.barycentric[v] = k[v];
-    }
+    });
     if (sees) remember(next.node, box, bound.path);
   }
   best.per_path = best.distance * steepest;
