@@ -1,8 +1,8 @@
 // Which tool points are in contact, and with which surface point.
 //
-// Every tool point is inside or outside the organ. The side is decided on the surface as it is now: on the nearest triangle.
-// How a point came in is decided on its motion and that of the triangles between two steps, so that neither is missed. A point
-// that is surely too far from the surface to have reached it since it was last tested is not tested.
+// Every tool point is inside or outside the organ. The nearest triangle of the surface as it is now decides the side of a point.
+// The motions of the point and of the triangles between two steps decide where the point came in, so that neither motion is
+// missed. A point is not tested while bounds on both motions show that it cannot have reached the surface.
 #pragma once
 
 #include <cstdint>

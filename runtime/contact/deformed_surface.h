@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// The point a moving point passes through, and when.
+// Where and when a moving point passes through the surface.
 struct SurfaceCrossing {
   SurfacePoint surface_point;
   double time = 0;  // 0 at the start of the motion, 1 at its end

@@ -63,7 +63,7 @@ class SurfaceTree {
   Vec3 outward_at_rest(std::int32_t triangle) const;
 
   // Calls visit(triangle, corner) for every triangle whose box may meet the box [low, high]; corner: [3] its corners now.
-  // place(node) gives the place of a node now, m. sees: what place() tells is the field itself, so the tree remembers it.
+  // place(node) gives the place of a node now, m. sees: place() gives the places that the field itself makes, so that the tree may remember them.
   template <class Place, class Visit>
   void meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, Operations* work, Place place, Visit visit);
 
