@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/places.h"
 #include "runtime/include/palpate/palpate.hpp"
 #include "runtime/surface/surface_index.h"
 
@@ -63,39 +64,6 @@ struct Organ {
   palpate_bundle_info info;
   std::unique_ptr<palpate::Scene> scene;
 };
-
-// Farthest-point sampling among the touchable nodes, away from the border of the touchable region.
-std::vector<Vec3> spread_places(const Organ& organ, int count) {
-  std::vector<char> touchable(static_cast<std::size_t>(organ.info.surface_node_count), 0), border(touchable);
-  for (int k = 0; k < organ.info.touchable_count; ++k) touchable[organ.bundle.touchable()[k]] = 1;
-  for (int round = 0; round < 2; ++round) {
-    const std::vector<char> before = border;
-    for (int t = 0; t < organ.info.triangle_count; ++t) {
-      bool near_border = false;
-      for (int v = 0; v < 3; ++v) {
-        const int n = organ.bundle.triangles()[3 * t + v];
-        near_border = near_border || !touchable[n] || before[n];
-      }
-      for (int v = 0; near_border && v < 3; ++v) border[organ.bundle.triangles()[3 * t + v]] = 1;
-    }
-  }
-  std::vector<Vec3> places;
-  std::vector<double> distance(touchable.size(), INFINITY);
-  int next = -1;
-  for (std::size_t n = 0; n < touchable.size() && next < 0; ++n)
-    if (touchable[n] && !border[n]) next = static_cast<int>(n);
-  while (next >= 0 && static_cast<int>(places.size()) < count) {
-    const Vec3 place = palpate::load3(organ.bundle.nodes() + 3 * next);
-    places.push_back(place);
-    next = -1;
-    for (std::size_t n = 0; n < touchable.size(); ++n) {
-      if (!touchable[n] || border[n]) continue;
-      distance[n] = std::min(distance[n], length(palpate::load3(organ.bundle.nodes() + 3 * n) - place));
-      if (next < 0 || distance[n] > distance[next]) next = static_cast<int>(n);
-    }
-  }
-  return places;
-}
 
 struct Place {
   palpate_grip grip = palpate_default_grip();
@@ -196,7 +164,7 @@ int main(int argc, char** argv) try {
     Organ organ(file);
     std::printf("%s: %d nodes, %d on the surface\n", file.c_str(), organ.info.node_count,
                 organ.info.surface_node_count);
-    if (arguments.points.empty()) arguments.points = spread_places(organ, 12);
+    if (arguments.points.empty()) arguments.points = palpate::bench::spread_places(organ.bundle, 12);
     push.emplace_back(), drag.emplace_back();
     for (const Vec3 p : arguments.points) {
       const Place place = nearest_place(organ, p);

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <string>
 #include <thread>
@@ -230,6 +231,83 @@ void collide(benchmark::internal::Benchmark* b) {
 }
 BENCHMARK(touch_colliding)->Apply(collide)->Unit(benchmark::kMicrosecond);
 
+// The bundle's surface, each triangle halved twice along its edges, with bumps of 0.1 mm: 16 times the triangles.
+struct FineSurface {
+  std::vector<float> positions;
+  std::vector<std::int32_t> triangles;
+  palpate_fine_surface view = palpate_default_fine_surface();
+
+  FineSurface() {
+    const palpate_bundle_info info = palpate_bundle_describe(bundle);
+    const double* nodes = palpate_bundle_nodes(bundle);
+    std::vector<double> place(nodes, nodes + 3 * static_cast<std::size_t>(info.surface_node_count));
+    triangles.assign(palpate_bundle_triangles(bundle), palpate_bundle_triangles(bundle) + 3 * info.triangle_count);
+    for (int round = 0; round < 2; ++round) halve(place);
+    for (std::size_t i = 0; i < place.size(); ++i)
+      positions.push_back(static_cast<float>(place[i] + 1e-4 * std::sin(7.3 * static_cast<double>(i / 3 + i % 3))));
+    view.positions = positions.data(), view.vertex_count = static_cast<std::int32_t>(positions.size() / 3);
+    view.triangles = triangles.data(), view.triangle_count = static_cast<std::int32_t>(triangles.size() / 3);
+  }
+  void halve(std::vector<double>& place) {
+    std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middle_of;
+    const auto middle = [&](std::int32_t a, std::int32_t b) {
+      const auto [found, fresh] = middle_of.emplace(std::minmax(a, b), static_cast<std::int32_t>(place.size() / 3));
+      for (int d = 0; fresh && d < 3; ++d) place.push_back(0.5 * (place[3 * a + d] + place[3 * b + d]));
+      return found->second;
+    };
+    std::vector<std::int32_t> finer;
+    for (std::size_t t = 0; t < triangles.size(); t += 3) {
+      const std::int32_t a = triangles[t], b = triangles[t + 1], c = triangles[t + 2], ab = middle(a, b),
+                         bc = middle(b, c), ca = middle(c, a);
+      for (const std::int32_t v : {a, ab, ca, b, bc, ab, c, ca, bc, ab, bc, ca}) finer.push_back(v);
+    }
+    triangles = finer;
+  }
+};
+
+// Discs of 5 mm radius that are drawn over the deformed surface by 0.1 mm in a step, 3 mm deep, without friction: on the mesh's own
+// triangles, and on a fine surface.
+void touch_drawn(benchmark::State& state) {
+  static const FineSurface fine;
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL, def.max_contact_nodes = 1024;
+  if (state.range(0) != 0) def.fine_surface = &fine.view;
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  std::vector<Place> places;
+  for (const palpate_grip& grip : grips(static_cast<int>(state.range(1)), 0)) places.push_back(place_near(grip.node));
+  std::vector<double> points(3 * places.size()), seconds;
+  std::int64_t in_contact = 0;
+  int step = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    const double height = std::max(-0.003, 0.002 - 1e-4 * step), turn = 0.02 * step;
+    ++step;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      const double* n = places[p].outward;
+      const double beside = 0.005 * std::sin(turn), along[3] = {n[1], -n[0], 0};
+      for (int d = 0; d < 3; ++d) points[3 * p + d] = places[p].at[d] + height * n[d] + beside * along[d];
+    }
+    palpate_tool tool = palpate_default_tool();
+    tool.points = points.data(), tool.point_count = static_cast<std::int32_t>(places.size()), tool.disc_radius = 0.005;
+    auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
+    state.ResumeTiming();
+    const auto start = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts, memory.size() * sizeof memory[0]));
+    const double spent = seconds_since(start);
+    in_contact += palpate_contacts_tool(contacts, 0)->contact_count;
+    if (palpate_contacts_tool(contacts, 0)->contact_count > 0) seconds.push_back(spent);
+  }
+  state.counters["contacts"] = static_cast<double>(in_contact) / static_cast<double>(state.iterations());
+  if (seconds.empty()) return;
+  state.counters["median_us"] = median(seconds) * 1e6;
+  const auto late = seconds.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(seconds.size()));
+  std::nth_element(seconds.begin(), late, seconds.end());
+  state.counters["us_99"] = *late * 1e6;
+}
+BENCHMARK(touch_drawn)->ArgsProduct({{0, 1}, {1, 4, 16}})->Unit(benchmark::kMicrosecond);
+
 // Reads every float once in a plain loop.
 float read_run(const float* run, std::size_t count) {
   float sum[16] = {};
@@ -368,6 +446,103 @@ void mailbox_round_trip(benchmark::State& state) {
   echo.join();
 }
 BENCHMARK(mailbox_round_trip)->UseRealTime()->Unit(benchmark::kNanosecond);
+
+// `count` grips at nodes, held as in touch_held; with a report of contacts (1) or without (0).
+void touch_reported(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF;
+  def.report = state.range(1) ? PALPATE_REPORT_CONTACTS : PALPATE_REPORT_OFF;
+  const ScenePointer scene = make_scene(def);
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  auto list = grips(static_cast<int>(state.range(0)), 0);
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
+  for (auto _ : state) {
+    list[0].displacement[0] += 1e-9;
+    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3,
+                                                 reinterpret_cast<palpate_contacts*>(memory.data()),
+                                                 memory.size() * sizeof memory[0]));
+  }
+}
+BENCHMARK(touch_reported)->ArgsProduct({{1, 4, 12, 60}, {0, 1}})->Unit(benchmark::kMicrosecond);
+
+// Rays, nearest points and signed distances at random places around the organ, half of them inside its box: at rest (0); under two
+// pressed discs (1); under contacts that differ in every query (2).
+enum class Query { ray, closest, distance };
+template <Query kind>
+void query(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.queries = PALPATE_QUERIES_ON;
+  const ScenePointer scene = make_scene(def);
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  const double* node = palpate_bundle_nodes(bundle);
+  double low[3], high[3];
+  for (int d = 0; d < 3; ++d) low[d] = high[d] = node[d];
+  for (std::int32_t n = 0; n < info.surface_node_count; ++n)
+    for (int d = 0; d < 3; ++d)
+      low[d] = std::min(low[d], node[3 * n + d]), high[d] = std::max(high[d], node[3 * n + d]);
+
+  palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
+  std::vector<std::vector<std::uint64_t>> contacts(2);
+  for (std::size_t c = 0; c < 2; ++c) {
+    palpate_grip grip[2];
+    for (int g = 0; g < 2; ++g) {
+      const std::int32_t k = palpate_bundle_touchable(bundle)[info.touchable_count / 3 * (g + 1)];
+      const std::int32_t* t = palpate_bundle_triangles(bundle);
+      while (t[0] != k && t[1] != k && t[2] != k) t += 3;
+      grip[g] = palpate_default_grip();
+      grip[g].kind = PALPATE_GRIP_SURFACE_POINT;
+      grip[g].triangle = static_cast<std::int32_t>((t - palpate_bundle_triangles(bundle)) / 3);
+      grip[g].barycentric[0] = grip[g].barycentric[1] = 0.25, grip[g].barycentric[2] = 0.5;
+      for (int d = 0; d < 3; ++d) grip[g].displacement[d] = 0.003 + 1e-5 * static_cast<double>(c);
+      tools[g].grips = grip + g, tools[g].grip_count = 1, tools[g].disc_radius = 0.005;
+    }
+    contacts[c].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
+    palpate_scene_touch(scene.get(), tools, 2, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[c].data()),
+                        contacts[c].size() * sizeof contacts[c][0]);
+  }
+
+  std::uint32_t random = 1;
+  const auto next = [&] { return (random = random * 1664525u + 1013904223u) / 4294967296.0; };
+  palpate_surface_hit hit = palpate_default_surface_hit();
+  double distance = 0;
+  std::int64_t hits = 0, turn = 0;
+  for (auto _ : state) {
+    double p[3], along[3];
+    for (int d = 0; d < 3; ++d) {
+      p[d] = low[d] + (1.5 * next() - 0.25) * (high[d] - low[d]);
+      along[d] = 0.5 * (low[d] + high[d]) + (next() - 0.5) * (high[d] - low[d]) - p[d];
+    }
+    const auto* of =
+        state.range(0) == 0
+            ? nullptr
+            : reinterpret_cast<const palpate_contacts*>(contacts[state.range(0) == 2 ? turn++ % 2 : 0].data());
+    if (kind == Query::ray) palpate_scene_cast_ray(scene.get(), of, p, along, INFINITY, &hit);
+    if (kind == Query::closest) palpate_scene_closest_point(scene.get(), of, p, INFINITY, &hit);
+    if (kind == Query::distance) palpate_scene_signed_distance(scene.get(), of, p, &distance);
+    hits += hit.hit;
+  }
+  state.counters["hit"] = static_cast<double>(hits) / static_cast<double>(state.iterations());
+}
+BENCHMARK(query<Query::ray>)->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond);
+BENCHMARK(query<Query::closest>)->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond);
+BENCHMARK(query<Query::distance>)->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond);
+
+// The normals of all vertices of the surface at rest.
+void normals(benchmark::State& state) {
+  const ScenePointer scene = make_scene(palpate_default_scene_def());
+  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
+  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts, memory.size() * sizeof memory[0]);
+  palpate_shape_out shape = palpate_default_shape_out();
+  shape.node_capacity = palpate_bundle_describe(bundle).surface_node_count;
+  std::vector<float> positions(3 * static_cast<std::size_t>(shape.node_capacity)), out(positions.size());
+  shape.positions = positions.data();
+  palpate_scene_shape(scene.get(), contacts, &shape);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(palpate_scene_normals(scene.get(), &shape, out.data(), shape.node_capacity));
+}
+BENCHMARK(normals)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 

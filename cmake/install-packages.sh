@@ -2,6 +2,9 @@
 # Installs what is missing from a list of Debian packages (one a line, # for comments), as root or through sudo.
 set -euo pipefail
 list=$1
+# One list at a time, because apt refuses a second run beside the first.
+exec 9< "$0"
+flock 9
 
 mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$list")
 if ! command -v dpkg-query >/dev/null; then

@@ -510,6 +510,9 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
   if (ok() && sections.compliance_scale)
     status = check_scales(index, SectionId::compliance_scale, sections.compliance_scale,
                           find_section(index, SectionId::compliance_scale)->shape[0], error);
+  if (ok() && sections.large_order)
+    status = check_range_of(index, SectionId::large_order, sections.large_order,
+                            find_section(index, SectionId::large_order)->shape[0], n.nodes, error);
   if (ok() && error) *error = BundleError{};
   return status;
 }

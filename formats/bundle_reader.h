@@ -55,6 +55,7 @@ struct IndexedSections {
   const std::int32_t* compliance_clusters = nullptr;
   const std::int32_t* compliance_blocks = nullptr;  // only looked at together with the clusters
   const float* compliance_scale = nullptr;
+  const std::int32_t* large_order = nullptr;  // that no node is there twice is checked where it is used (a scene)
 };
 BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);
 

@@ -58,10 +58,13 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
   try {
     CLI::App app(description, name);
     app.set_version_flag("--version", name + " " + PALPATE_VERSION);
-    bool quiet = false;
+    bool quiet = false, strict = false;
     app.add_flag("--quiet", quiet, "Errors and warnings only");
+    app.add_flag("--strict", strict,
+                 "End with exit code 3 where there was a warning; the output is written all the same");
     app.fallthrough();  // also after a subcommand
     set_quiet(false);
+    forget_warnings();
     define(app);
     try {
       app.parse(argc, argv);
@@ -73,6 +76,8 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
     }
     set_quiet(quiet);
     body();
+    if (const std::size_t count = warnings().size(); strict && count > 0)
+      return fail(name, fmt::format("--strict: expected no warning, found {}, printed above", count), kVerification);
     return kDone;
   } catch (const InputError& error) {
     return fail(name, error.what(), kInput);

@@ -12,7 +12,7 @@ class Validator;
 
 namespace palpate {
 
-// Calls define, which adds the program's options to the app; parses; calls body. Adds --help, --version and --quiet.
+// Calls define, which adds the program's options to the app; parses; calls body. Adds --help, --version, --quiet and --strict.
 // Refuses a number that is not finite in every option. Returns the exit code: 0 done; 1 OperationError, std::bad_alloc or
 // any other exception; 2 InputError or bad usage; 3 VerificationError. A failure prints one sentence, "NAME: ...", to
 // stderr.

@@ -1,6 +1,76 @@
 #include "formats/config_keys.h"
 
+#include <cstring>
+
 namespace palpate {
+namespace {
+
+// The values of examples; of the keys that are not here their type, default or table tells one. table: nullptr for every table.
+struct Example {
+  const char *table, *key, *value;
+};
+constexpr Example kExamples[] = {
+    {"foundation", "normal", "{ value = 5e4, unit = \"N/m^3\", source = \"assumed\" }"},
+    {"foundation", "tangential", "{ value = 1e4, unit = \"N/m^3\", source = \"assumed\" }"},
+    {"spring", "stiffness", "{ value = 30, unit = \"N/m\", source = \"assumed\" }"},
+    {"spring", "from", "{ nearest = { points = [[0, 0, 0]] } }"},
+    {"spring", "to", "{ nearest = { points = [[0, 0, 0]] } }"},
+    {"select", "facing", "{ direction = [0, 0, 1], within = 40 }"},
+    {"facing", "within", "40"},
+    {"select", "label", "{ labels = [2], within = 3 }"},
+    {"label", "labels", "[2]"},
+    {"select", "and", "[{ patch = \"liver\" }, { facing = { direction = [0, 0, 1], within = 40 } }]"},
+    {"select", "or", "[{ patch = \"left\" }, { patch = \"right\" }]"},
+    {"select", "not", "{ patch = \"left\" }"},
+    {"poisson", "value", "0.45"},
+    {"density", "value", "1060"},
+    {"gravity", "value", "[0, 9.81, 0]"},
+    {nullptr, "value", "5.4"},
+    {nullptr, "source", "\"Author year, table 2\""},
+    {nullptr, "max", "[10, 10, 10]"},
+    {"half_space", "normal", "[0, 0, 1]"},
+    {nullptr, "direction", "[0, 0, 1]"},
+    {nullptr, "quantile", "0.2"},
+    {nullptr, "terms", "[[0.45, 0.5]]"},
+    {nullptr, "path", "[[0, 150, 15, 118], [0.5, 150, 24, 118]]"},
+    {"capsule", "length", "60"},
+    {nullptr, "samples", "40"},
+};
+
+// The word that most files have, where it is one of the list.
+std::string usual_word(const std::string& words) {
+  for (const std::string usual : {"mm", "kPa", "p1-anp"})
+    if ((", " + words + ",").find(", " + usual + ",") != std::string::npos) return '"' + usual + '"';
+  return '"' + words.substr(0, words.find(',')) + '"';
+}
+
+std::string example_value(const ConfigKey& key);
+
+// The required keys of an inline table, or an empty text where it has none.
+std::string example_table(const ConfigKey& key) {
+  std::string inner;
+  for (const ConfigKey& one : config_keys())
+    if (one.file == key.file && std::strcmp(one.table, key.key) == 0 && std::strcmp(one.standard, "required") == 0)
+      inner += (inner.empty() ? "" : ", ") + std::string(one.key) + " = " + example_value(one);
+  return inner.empty() ? inner : "{ " + inner + " }";
+}
+
+std::string example_value(const ConfigKey& key) {
+  for (const Example& example : kExamples)
+    if ((!example.table || std::strcmp(example.table, key.table) == 0) && std::strcmp(example.key, key.key) == 0)
+      return example.value;
+  const std::string type = key.type, standard = key.standard;
+  if (standard != "required" && standard != "-") return standard;
+  if (type == "table") return example_table(key);
+  if (type == "selector") return "{ below_quantile = { direction = [0, 0, 1], quantile = 0.2 } }";
+  if (type == "choice") return usual_word(key.limits);
+  if (type == "boolean") return "true";
+  if (type == "point") return "[0, 0, 0]";
+  if (type == "points") return "[[0, 0, 0]]";
+  return type == "number" || type == "integer" ? "4" : "\"name\"";
+}
+
+}  // namespace
 
 const std::vector<ConfigKey>& config_keys() {
   constexpr auto O = ConfigFile::organ, B = ConfigFile::boundary, S = ConfigFile::scene;
@@ -27,6 +97,9 @@ const std::vector<ConfigKey>& config_keys() {
        "Poisson's ratio."},
       {O, "region", "density", "table", "-", "-", "above 0, at most 1e6 kg/m^3",
        "The density. Needed where the boundary file has a `[preload]`."},
+      {O, "region", "stiffening", "table", "-", "-", "above 0, at most 1e4",
+       "For `deformation = \"large\"`: the tissue stiffens with strain, W = mu / (2 b) (exp(b x) - 1) with this b. "
+       "Without it: neo-Hookean."},
       {O, "young", "value", "number", "`unit`", "required", "see `young`", "The number."},
       {O, "young", "unit", "choice", "-", "required", "Pa, kPa, MPa, GPa", "The unit of `value`."},
       {O, "young", "source", "text", "-", "required", "not empty",
@@ -36,6 +109,8 @@ const std::vector<ConfigKey>& config_keys() {
       {O, "density", "value", "number", "`unit`", "required", "see `density`", "The number."},
       {O, "density", "unit", "choice", "-", "required", "kg/m^3, g/cm^3", "The unit of `value`."},
       {O, "density", "source", "text", "-", "required", "not empty", "Where the number is from."},
+      {O, "stiffening", "value", "number", "1", "required", "see `stiffening`", "The number."},
+      {O, "stiffening", "source", "text", "-", "required", "not empty", "Where the number is from."},
       {O, "response", "curve", "file", "mm, N", "required",
        "a CSV file with the columns `displacement_mm,force_N` and optionally `radial_mm`; `#` begins a comment",
        "The curve measured when a cylinder is compressed. The path is relative to the folder of `organ.toml`."},
@@ -53,8 +128,12 @@ const std::vector<ConfigKey>& config_keys() {
 
       {B, "", "name", "text", "-", "required", "not empty",
        "The name of this set of boundary conditions; the bundle records it."},
-      {B, "", "fixed", "tables", "-", "required", "one or more",
-       "`[[fixed]]`: nodes that something outside the organ holds."},
+      {B, "", "fixed", "tables", "-", "-", "together with `foundation` and `spring`: one or more",
+       "`[[fixed]]`: nodes that cannot move."},
+      {B, "", "foundation", "tables", "-", "-", "names all different",
+       "`[[foundation]]`: a piece of the surface that something soft holds, such as the diaphragm."},
+      {B, "", "spring", "tables", "-", "-", "names all different",
+       "`[[spring]]`: springs between nodes, or from nodes to the world."},
       {B, "", "touchable", "table", "-", "-", "",
        "`[touchable]`: the nodes that a tool may touch. Without it: every surface node that is free along at least one "
        "axis. Fewer touchable nodes make the computation shorter and the bundle smaller."},
@@ -63,6 +142,39 @@ const std::vector<ConfigKey>& config_keys() {
       {B, "fixed", "dofs", "text", "-", "required", "some of the letters x, y, z, each once",
        "The axes along which the nodes cannot move."},
       {B, "fixed", "select", "selector", "-", "required", "", "Which nodes."},
+      {B, "foundation", "name", "text", "-", "required", "not empty", "The foundation's name; the bundle records it."},
+      {B, "foundation", "normal", "table", "-", "required", "0 to 1e15 N/m^3",
+       "The stiffness along the surface's normal, of each square metre. A layer of Young's modulus E and thickness h "
+       "that "
+       "is free to bulge has E / h."},
+      {B, "foundation", "tangential", "table", "-", "-", "0 to 1e15 N/m^3; above 0 where `normal` is 0",
+       "The stiffness along the surface. Without it the organ slides there without resistance."},
+      {B, "foundation", "select", "selector", "-", "required", "",
+       "Which triangles of the surface: those whose three corners are selected."},
+      {B, "normal", "value", "number", "`unit`", "required", "see `normal`", "The number."},
+      {B, "normal", "unit", "choice", "-", "required", "N/m^3, kPa/cm, kPa/mm",
+       "The unit of `value`. 1 kPa/mm is 1e6 N/m^3."},
+      {B, "normal", "source", "text", "-", "required", "not empty",
+       "Where the number is from; say so where it is assumed."},
+      {B, "tangential", "value", "number", "`unit`", "required", "see `tangential`", "The number."},
+      {B, "tangential", "unit", "choice", "-", "required", "N/m^3, kPa/cm, kPa/mm", "The unit of `value`."},
+      {B, "tangential", "source", "text", "-", "required", "not empty", "Where the number is from."},
+      {B, "spring", "name", "text", "-", "required", "not empty", "The spring's name; the bundle records it."},
+      {B, "spring", "from", "selector", "-", "required", "", "Where the spring begins: one node or more."},
+      {B, "spring", "to", "selector", "-", "-", "not together with `anchor`",
+       "Where it ends in the organ: each node of `from` is tied to the nearest node of `to`, along the line between "
+       "them. "
+       "Nodes at the same place are tied along x, y and z."},
+      {B, "spring", "anchor", "point", "`mesh_unit`", "-", "not together with `to`",
+       "Where it ends in the world: each node of `from` is tied to this point, along the line to it. Without `to` and "
+       "`anchor` each node of `from` is tied to its own place, along x, y and z."},
+      {B, "spring", "stiffness", "table", "-", "required", "above 0, at most 1e15 N/m",
+       "The stiffness of the whole spring. Each node of `from` has the share that its part of the selected surface "
+       "has; "
+       "where no triangle is selected, all have the same share."},
+      {B, "stiffness", "value", "number", "`unit`", "required", "see `stiffness`", "The number."},
+      {B, "stiffness", "unit", "choice", "-", "required", "N/m, N/mm", "The unit of `value`."},
+      {B, "stiffness", "source", "text", "-", "required", "not empty", "Where the number is from."},
       {B, "touchable", "select", "selector", "-", "required", "", "Which nodes."},
       {B, "select", "box", "table", "-", "-", "", "The nodes in a box along the axes."},
       {B, "select", "sphere", "table", "-", "-", "", "The nodes in a sphere."},
@@ -74,9 +186,16 @@ const std::vector<ConfigKey>& config_keys() {
        "The lowest share of the nodes along a direction: the way to say \"the bottom fifth\" without coordinates."},
       {B, "select", "contact", "two texts", "-", "-", "two regions of the mesh", "The nodes that two regions share."},
       {B, "select", "everything", "boolean", "-", "-", "true", "Every node."},
+      {B, "select", "facing", "table", "-", "-", "",
+       "The surface nodes whose outward normal points in a direction: \"what faces the diaphragm\"."},
+      {B, "select", "label", "table", "-", "-", "",
+       "The nodes in or near the voxels of a label image: \"where the kidney touches\", or what was painted."},
+      {B, "select", "and", "selector", "-", "-", "", "The nodes that all of these selectors pick."},
+      {B, "select", "or", "selector", "-", "-", "", "The nodes that any of these selectors picks."},
+      {B, "select", "not", "selector", "-", "-", "", "The nodes that none of these selectors picks."},
       {B, "select", "where", "choice", "-", "\"surface\"", "surface, all",
-       "Whether a selector picks from the surface nodes or from all nodes. The default is `\"all\"` for `patch` and "
-       "`contact`."},
+       "Whether a selector picks from the surface nodes or from all nodes. The default is `\"all\"` for `patch`, "
+       "`contact`, `and` and `or`."},
       {B, "box", "min", "point", "`mesh_unit`", "required", "each coordinate at most that of `max`",
        "The lowest corner."},
       {B, "box", "max", "point", "`mesh_unit`", "required", "", "The highest corner."},
@@ -89,6 +208,14 @@ const std::vector<ConfigKey>& config_keys() {
       {B, "below_quantile", "direction", "point", "-", "required", "not zero",
        "The direction in which \"low\" is measured: low nodes have the smallest coordinate along it."},
       {B, "below_quantile", "quantile", "number", "1", "required", "0 < value <= 1", "The share of the nodes."},
+      {B, "facing", "direction", "point", "-", "required", "not zero", "The direction."},
+      {B, "facing", "within", "number", "degrees", "required", "above 0, at most 180",
+       "The largest angle between normal and direction."},
+      {B, "label", "labels", "numbers", "-", "required", "values of the image", "The values of the voxels."},
+      {B, "label", "within", "number", "`mesh_unit`", "0", "0 or above",
+       "The largest distance between a node and a voxel with one of the labels. 0: the nodes inside such voxels."},
+      {B, "label", "image", "file", "mm", "-", "a format that `palpate-surface` reads, but no PNG slices",
+       "The image, relative to the folder of the boundary file. Without it: the image that `--image` names."},
       {B, "preload", "gravity", "table", "-", "required", "",
        "The acceleration of gravity. Every `[[region]]` then needs a `density`."},
       {B, "gravity", "value", "point", "`unit`", "required", "components of at most 1e6 m/s^2", "The vector."},
@@ -103,6 +230,9 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "", "unit", "choice", "-", "required", "m, cm, mm, um", "The unit of every length in this file."},
       {S, "", "effects", "table", "-", "-", "", "`[effects]`: what is computed, and how."},
       {S, "", "relaxation", "table", "-", "-", "", "`[relaxation]`: the force falls while a displacement is held."},
+      {S, "", "surface", "table", "-", "-", "",
+       "`[surface]`: a finer surface of the organ, which the tools meet in place of the mesh's (docs/method.md, "
+       "section 9)."},
       {S, "", "rate", "table", "-", "-", "", "`[rate]`: the rates of the two loops."},
       {S, "", "limits", "table", "-", "-", "", "`[limits]`: sizes and safety limits."},
       {S, "", "tool", "tables", "-", "required", "1 to 8", "`[[tool]]`: one tool and its path."},
@@ -124,18 +254,29 @@ const std::vector<ConfigKey>& config_keys() {
        "boundary file)."},
       {S, "effects", "radial", "choice", "-", "\"off\"", "off, response",
        "The displacement across a tool's motion: as the linear model has it, or corrected by the measured curve."},
+      {S, "effects", "deformation", "choice", "-", "\"linear\"", "linear, large",
+       "How the organ deforms: by superposition of the tensors, or as a hyperelastic body, right at any depth. `large` "
+       "needs a bundle of `palpate-precompute --large-deformation`, `law = \"sticking\"`, `collision` off or rest, and "
+       "none of `response`, `preload`."},
       {S, "effects", "preload", "boolean", "-", "false", "",
        "Whether the organ is shown under the `[preload]` of the boundary file."},
       {S, "relaxation", "terms", "rows", "1, s", "required",
        "1 to 8 rows; shares of at least 0, below 1 together; times above 0 s",
        "Rows `[share, seconds]`: the share of the force at once that is lost, and the time constant of the loss."},
       {S, "relaxation", "source", "text", "-", "required", "not empty", "Where the numbers are from."},
+      {S, "surface", "file", "file", "`unit`", "required", "a closed surface (.ply)",
+       "The surface, as `palpate-surface` writes it. The path is relative to the folder of this file. The places that "
+       "`at` "
+       "and `near` of a tool find stay those of the mesh."},
+      {S, "surface", "unit", "choice", "-", "\"mm\"", "m, cm, mm, um", "The unit of the surface's positions."},
       {S, "rate", "touch", "number", "Hz", "1000", "1e-6 to 1e6", "Steps of the haptic loop in a second."},
       {S, "rate", "shape", "number", "Hz", "60", "1e-6 to `touch`", "Shapes in a second."},
       {S, "limits", "points", "integer", "-", "-", "1 to 65536",
        "Tool points and grips of all tools together. By default: as many as the tools have."},
-      {S, "limits", "contact_nodes", "integer", "-", "-", "1 to 196608",
-       "Nodes in contact at one time. By default: as many as the tools can need."},
+      {S, "limits", "contact_nodes", "integer", "-", "-", "1 to 3000",
+       "Nodes in contact at one time. Where they are short, discs act on fewer nodes, and the step's flag says so. By "
+       "default: as "
+       "many as the tools need, up to 1000, or three for each point."},
       {S, "limits", "force", "number", "N", "50", "above 0",
        "The largest force on one tool; a larger one is cut to this length, and the step's flag says so."},
       {S, "limits", "force_slew", "number", "N/s", "10000.0", "above 0",
@@ -146,6 +287,15 @@ const std::vector<ConfigKey>& config_keys() {
        "A contact ends where its tool point is farther than this from its anchor. By default: a fifth of the diagonal "
        "of the "
        "organ's box."},
+      {S, "limits", "displacement", "number", "m", "-", "above 0",
+       "Where the organ moves by more than this, `palpate-run` warns; nothing is cut. By default and with "
+       "`deformation = \"linear\"`: the least of the bundle's own figure (`accuracy_linear_limit_mm`) or else 10 mm, "
+       "and a "
+       "tenth of the organ's smallest extent, up to which linear elasticity can be trusted."},
+      {S, "limits", "operations", "integer", "-", "300000", "1 to 1000000000",
+       "Counted operations of a touch step, about a nanosecond each on a server processor. What does not fit is put "
+       "off "
+       "to the next step, and the step's flag says so."},
       {S, "tool", "name", "text", "-", "required", "not empty", "The tool's name in the results."},
       {S, "tool", "points", "points", "`unit`", "-", "",
        "Points that touch, relative to the tool's position. The tool moves along its path and does not turn. A tool "
@@ -160,9 +310,17 @@ const std::vector<ConfigKey>& config_keys() {
        "Whether a contact stays when the tool leaves the surface; the tool then pulls."},
       {S, "tool", "path", "rows", "s, `unit`", "-", "times of at least 0 s, ascending",
        "Rows `[t, x, y, z]`: the tool's position at these times, on straight lines in between. A tool has either "
-       "`path` or `path_csv`."},
+       "`path`, or `path_csv`, or a place (`at` or `near`) with `depth`."},
       {S, "tool", "path_csv", "file", "s, `unit`", "-", "as `path`",
        "A CSV file of `time,x,y,z`, relative to the scene's folder; `#` begins a comment, one header line is allowed."},
+      {S, "tool", "at", "choice", "-", "-", "foremost, hindmost, leftmost, rightmost, uppermost, lowest",
+       "A place on the organ at rest: the touchable surface node that lies farthest in this direction of the patient. "
+       "The bundle's frame must be `LPS` or `RAS`."},
+      {S, "tool", "near", "point", "`unit`", "-", "",
+       "A place on the organ at rest: the point of the touchable surface that is nearest to this point."},
+      {S, "tool", "depth", "rows", "s, `unit`", "-", "times of at least 0 s, ascending",
+       "Rows `[t, depth]`: how deep the tool is below the place at these times, against the surface's outward normal "
+       "there. Below 0 the tool is in front of the surface."},
       {S, "tool", "grip", "tables", "-", "-", "",
        "`[[tool.grip]]`: nodes that move as the tool has moved since its start, whether the tool touches them or not."},
       {S, "capsule", "radius", "number", "`unit`", "required", "above 0",
@@ -187,6 +345,14 @@ const ConfigKey* find_config_key(ConfigFile file, std::string_view table, std::s
   for (const ConfigKey& one : config_keys())
     if (one.file == file && table == one.table && key == one.key) return &one;
   return nullptr;
+}
+
+std::string example_line(const ConfigKey& key) {
+  const std::string unit = key.unit, type = key.type;
+  if (type == "table" && key.table[0] == '\0') return '[' + std::string(key.key) + ']';  // its heading
+  if (type == "tables") return "[[" + std::string(key.key) + "]]";
+  const bool bare = unit != "-" && unit != "1" && type != "choice" && type != "text";
+  return std::string(key.key) + " = " + example_value(key) + (bare ? "  # in " + unit : "");
 }
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 // tables of docs/files.md are printed from the list.
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -22,6 +23,10 @@ struct ConfigKey {
 };
 
 const std::vector<ConfigKey>& config_keys();
+
+// A line of TOML that the reader accepts, with the unit of a bare number behind it as a comment: radius = 4  # in `unit`. Of a
+// table that has a heading of its own, the heading: [limits].
+std::string example_line(const ConfigKey& key);
 
 // The list's line, or nullptr.
 const ConfigKey* find_config_key(ConfigFile file, std::string_view table, std::string_view key);

@@ -171,7 +171,13 @@ int group_number(std::int32_t written) {
 }
 
 void read_format(Cursor& in, MshFile& file) {
-  in.expect_word("$MeshFormat");
+  const std::string_view first = in.word();
+  if (first == "$NOD")
+    in.fail_at(0, fmt::format("expected MSH version 2.2 or 4.1, found version 1 ($NOD), which has no names of regions; "
+                              "gmsh converts it: gmsh {} -save -format msh41 -o NEW.msh",
+                              in.name()));
+  if (first != "$MeshFormat")
+    in.fail_at(in.at() - first.size(), "expected $MeshFormat, found " + Cursor::quoted(first));
   const std::size_t begin = in.at();
   const auto version = in.ascii<double>("the format's version");
   if (version != 2.2 && version != 4.1)

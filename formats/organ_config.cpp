@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 #include "formats/errors.h"
 #include "formats/toml_reader.h"
@@ -17,6 +18,8 @@ const Units kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
 const Units kPressures = {{"Pa", 1}, {"kPa", 1e3}, {"MPa", 1e6}, {"GPa", 1e9}};
 const Units kDensities = {{"kg/m^3", 1}, {"g/cm^3", 1e3}};
 const Units kAccelerations = {{"m/s^2", 1}};
+const Units kFoundations = {{"N/m^3", 1}, {"kPa/cm", 1e5}, {"kPa/mm", 1e6}};
+const Units kSprings = {{"N/m", 1}, {"N/mm", 1e3}};
 
 // { value = ..., unit = "...", source = "..." }; units empty: a bare number of dimension one.
 SourcedValue sourced(TomlTable& parent, const char* key, const Units& units) {
@@ -39,7 +42,9 @@ double length(TomlTable& parent, const char* key) {
 // Beyond these limits the unit is wrong, or the solver would overflow.
 constexpr double kSoftest = 1e-6, kStiffest = 1e15;  // Pa
 constexpr double kHeaviest = 1e6;                    // kg/m^3
+constexpr double kMostStiffening = 1e4;              // exp(b x) would be without bound at strains of 1 %
 constexpr double kStrongestGravity = 1e6;            // m/s^2
+constexpr double kStiffestSupport = 1e15;            // N/m^3, N/m
 // At 1/2 the tissue is incompressible, at -1 it does not shear: nearer to either, the stiffness matrix has no correct digits.
 constexpr double kFromTheEnds = 1e-6;
 
@@ -67,6 +72,11 @@ OrganConfig::Region region(TomlTable& table) {
     if (!(result.density->value > 0 && result.density->value <= kHeaviest))
       table.wrong("density", "a density above 0 and up to 1e6 kg/m^3");
   }
+  if (table.has("stiffening")) {
+    result.stiffening = sourced(table, "stiffening", {});
+    if (!(result.stiffening->value > 0 && result.stiffening->value <= kMostStiffening))
+      table.wrong("stiffening", "a number above 0 and up to 1e4");
+  }
   table.finish();
   return result;
 }
@@ -88,13 +98,18 @@ OrganConfig::Response response(TomlTable table) {
   return result;
 }
 
+std::vector<Selector> selectors(TomlTable& table, const char* key = "select");
+
 Selector selector(TomlTable table) {
   using Kind = Selector::Kind;
   static const std::pair<const char*, Kind> kinds[] = {
       {"box", Kind::box},         {"sphere", Kind::sphere},
       {"nearest", Kind::nearest}, {"half_space", Kind::half_space},
       {"patch", Kind::patch},     {"below_quantile", Kind::below_quantile},
-      {"contact", Kind::contact}, {"everything", Kind::everything}};
+      {"contact", Kind::contact}, {"everything", Kind::everything},
+      {"facing", Kind::facing},   {"label", Kind::label},
+      {"and", Kind::all_of},      {"or", Kind::any_of},
+      {"not", Kind::none_of}};
   Selector result;
   result.line = table.line();
   int found = 0;
@@ -103,7 +118,7 @@ Selector selector(TomlTable table) {
   if (found != 1)
     throw InputError(
         fmt::format("{}:{}: select: expected exactly one of box, sphere, half_space, nearest, "
-                    "below_quantile, patch, contact, everything, found {}",
+                    "below_quantile, patch, contact, everything, facing, label, and, or, not, found {}",
                     table.file().string(), result.line, found));
   const auto inner = [&table](const char* key, auto&& read) {
     TomlTable t = table.table(key);
@@ -150,17 +165,44 @@ Selector selector(TomlTable table) {
     case Kind::everything:
       if (!table.boolean("everything")) table.wrong("everything", "true");
       break;
+    case Kind::facing:
+      inner("facing", [&](TomlTable& t) {
+        result.a = t.vector("direction"), result.number = t.number("within");
+        if (result.a == std::array<double, 3>{}) t.wrong("direction", "a vector that is not zero");
+        if (!(result.number > 0 && result.number <= 180)) t.wrong("within", "an angle above 0 and up to 180 degrees");
+      });
+      break;
+    case Kind::label:
+      inner("label", [&](TomlTable& t) {
+        result.labels = t.numbers("labels");
+        if (t.has("within")) result.number = t.number("within");
+        if (result.number < 0) t.wrong("within", "a distance of 0 or above");
+        if (t.has("image")) result.image = t.file().parent_path() / t.text("image", "\"painted.nrrd\"");
+      });
+      break;
+    case Kind::all_of:
+      result.inner = selectors(table, "and");
+      break;
+    case Kind::any_of:
+      result.inner = selectors(table, "or");
+      break;
+    case Kind::none_of:
+      result.inner = selectors(table, "not");
+      break;
   }
-  // The nodes of a patch or a contact may lie inside the organ.
-  result.whole_mesh = result.kind == Kind::patch || result.kind == Kind::contact;
+  // The nodes of a patch or a contact may lie inside the organ; the selectors inside of and and or say where themselves.
+  result.whole_mesh = result.kind == Kind::patch || result.kind == Kind::contact || result.kind == Kind::all_of ||
+                      result.kind == Kind::any_of;
   if (table.has("where")) result.whole_mesh = table.choice<bool>("where", {{"surface", false}, {"all", true}});
+  if (result.whole_mesh && result.kind == Kind::facing)
+    table.wrong("where", "\"surface\": nodes inside the organ have no normal");
   table.finish();
   return result;
 }
 
-std::vector<Selector> selectors(TomlTable& table) {
+std::vector<Selector> selectors(TomlTable& table, const char* key) {
   std::vector<Selector> result;
-  for (auto& item : table.one_or_more("select")) result.push_back(selector(item));
+  for (auto& item : table.one_or_more(key, "select")) result.push_back(selector(item));
   return result;
 }
 
@@ -174,6 +216,53 @@ BoundaryConfig::Fixed fixed(TomlTable& table) {
   }
   result.select = selectors(table);
   table.finish();
+  return result;
+}
+
+SourcedValue foundation_stiffness(TomlTable& table, const char* key) {
+  const SourcedValue result = sourced(table, key, kFoundations);
+  if (!(result.value >= 0 && result.value <= kStiffestSupport)) table.wrong(key, "a stiffness from 0 to 1e15 N/m^3");
+  return result;
+}
+
+BoundaryConfig::Foundation foundation(TomlTable& table) {
+  BoundaryConfig::Foundation result;
+  result.line = table.line();
+  result.name = table.text("name", "\"diaphragm\"");
+  result.normal = foundation_stiffness(table, "normal");
+  if (table.has("tangential")) result.tangential = foundation_stiffness(table, "tangential");
+  if (result.normal.value == 0 && result.tangential.value == 0)
+    table.wrong("normal", "a stiffness above 0, as tangential has none either");
+  result.select = selectors(table);
+  table.finish();
+  return result;
+}
+
+BoundaryConfig::Spring spring(TomlTable& table) {
+  BoundaryConfig::Spring result;
+  result.line = table.line();
+  result.name = table.text("name", "\"falciform ligament\"");
+  result.stiffness = sourced(table, "stiffness", kSprings);
+  if (!(result.stiffness.value > 0 && result.stiffness.value <= kStiffestSupport))
+    table.wrong("stiffness", "a stiffness above 0 and up to 1e15 N/m");
+  result.from = selectors(table, "from");
+  if (table.has("to")) result.to = selectors(table, "to");
+  if (table.has("anchor")) result.anchor = table.vector("anchor");
+  if (!result.to.empty() && result.anchor)
+    table.wrong("anchor", "either to, where the spring ends in the organ, or anchor, where it ends in the world");
+  table.finish();
+  return result;
+}
+
+// Supports are named in the provenance, so that names differ.
+template <class Support, class Read>
+std::vector<Support> supports(TomlTable& table, const char* key, Read read) {
+  std::vector<Support> result;
+  for (auto& item : table.tables(key)) {
+    result.push_back(read(item));
+    for (std::size_t i = 0; i + 1 < result.size(); ++i)
+      if (result[i].name == result.back().name) item.wrong("name", fmt::format("a name that no other [[{}]] has", key));
+  }
   return result;
 }
 
@@ -209,14 +298,35 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
   return result;
 }
 
+std::vector<std::filesystem::path> label_images(const BoundaryConfig& boundary) {
+  std::set<std::filesystem::path> images;
+  const std::function<void(const std::vector<Selector>&)> add = [&](const std::vector<Selector>& selectors) {
+    for (const auto& one : selectors) {
+      if (one.kind == Selector::Kind::label) images.insert(one.image);
+      add(one.inner);
+    }
+  };
+  for (const auto& fixed : boundary.fixed) add(fixed.select);
+  for (const auto& foundation : boundary.foundations) add(foundation.select);
+  for (const auto& spring : boundary.springs) add(spring.from), add(spring.to);
+  add(boundary.touchable);
+  return {images.begin(), images.end()};
+}
+
+std::string label_image_key(const std::filesystem::path& image) {
+  return "label_image_sha256 " + image.filename().string();
+}
+
 BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
   TomlTable table(file, ConfigFile::boundary);
   BoundaryConfig result;
   result.name = table.text("name", "\"back\"");
   for (auto& item : table.tables("fixed")) result.fixed.push_back(fixed(item));
-  if (result.fixed.empty())
+  result.foundations = supports<BoundaryConfig::Foundation>(table, "foundation", foundation);
+  result.springs = supports<BoundaryConfig::Spring>(table, "spring", spring);
+  if (result.fixed.empty() && result.foundations.empty() && result.springs.empty())
     throw InputError(
-        fmt::format("{}: expected at least one [[fixed]] with dofs and select, found none; an organ that "
+        fmt::format("{}: expected at least one [[fixed]], [[foundation]] or [[spring]], found none; an organ that "
                     "is held nowhere has no shape to compute",
                     file.string()));
   if (table.has("touchable")) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,6 +37,7 @@ struct OrganConfig {
     std::string name;
     SourcedValue young, poisson;
     std::optional<SourcedValue> density;
+    std::optional<SourcedValue> stiffening = {};  // b of the exponential law of large deformation; none: neo-Hookean
     bool operator==(const Region&) const = default;
   };
   struct Response {
@@ -59,12 +61,29 @@ OrganConfig read_organ_config(const std::filesystem::path& file);
 
 // `select` of a boundary file: picks nodes of the surface, or of the whole mesh.
 struct Selector {
-  enum class Kind { box, sphere, half_space, nearest, below_quantile, patch, contact, everything } kind;
+  enum class Kind {
+    box,
+    sphere,
+    half_space,
+    nearest,
+    below_quantile,
+    patch,
+    contact,
+    everything,
+    facing,
+    label,
+    all_of,
+    any_of,
+    none_of
+  } kind;
   bool whole_mesh = false;
-  std::array<double, 3> a{}, b{};             // box: min, max; sphere: centre; half_space: point, normal; direction
-  double number = 0;                          // radius or quantile
-  std::vector<std::array<double, 3>> points;  // nearest
-  std::vector<std::string> names;             // patch, contact
+  std::array<double, 3> a{}, b{};               // box: min, max; sphere: centre; half_space: point, normal; direction
+  double number = 0;                            // radius, quantile, degrees or distance
+  std::vector<std::array<double, 3>> points{};  // nearest
+  std::vector<std::string> names{};             // patch, contact
+  std::vector<double> labels{};                 // label
+  std::filesystem::path image{};                // label; empty: the image that the mesh was made from
+  std::vector<Selector> inner{};                // all_of, any_of, none_of
   int line = 0;
   bool operator==(const Selector&) const = default;
 };
@@ -79,6 +98,25 @@ struct BoundaryConfig {
     bool operator==(const Fixed&) const = default;
   };
   std::vector<Fixed> fixed;
+  // Springs between every point of the selected surface and the world.
+  struct Foundation {
+    std::string name;
+    SourcedValue normal, tangential;  // N/m^3: N/m per m^2 of surface; one of them may be 0
+    std::vector<Selector> select;
+    int line = 0;
+    bool operator==(const Foundation&) const = default;
+  };
+  std::vector<Foundation> foundations;
+  // Springs from the nodes `from` to the nodes `to`, to one point of the world, or to the world.
+  struct Spring {
+    std::string name;
+    SourcedValue stiffness;  // N/m, of all nodes together
+    std::vector<Selector> from{}, to{};
+    std::optional<std::array<double, 3>> anchor{};  // at most one of to and anchor
+    int line = 0;
+    bool operator==(const Spring&) const = default;
+  };
+  std::vector<Spring> springs;
   std::vector<Selector> touchable;  // empty: all
   std::optional<std::array<double, 3>> gravity;
   bool store_interior = false;
@@ -86,10 +124,20 @@ struct BoundaryConfig {
 };
 BoundaryConfig read_boundary_config(const std::filesystem::path& file);
 
-// The selected nodes of the mesh, ascending, without repeats. Errors: InputError when a selector picks nothing or names
-// a patch or region the mesh has not (lists those it has). file: the name of the boundary file, for refusals.
+// The images of all `label` selectors, each once, ascending; an empty path for the image that the mesh was made from.
+std::vector<std::filesystem::path> label_images(const BoundaryConfig& boundary);
+// The provenance's key for the hash of one of them: "label_image_sha256 painted.nrrd".
+std::string label_image_key(const std::filesystem::path& image);
+
+// Answers a `label` selector: for each node of the mesh, 1 where it is within the selector's distance of one of its labels.
+using LabelledNodes = std::function<std::vector<char>(const Selector&)>;
+
+// The selected nodes of the mesh, ascending, without repeats. Errors: InputError when a selector, also one inside of another,
+// picks nothing or names a patch or region the mesh has not (lists those it has), and where a `label` is asked for without
+// labelled. Warns where a place of `nearest` is farther from its node than the node's longest edge. file: the name of the
+// boundary file, for refusals.
 std::vector<std::int32_t> select_nodes(const std::vector<Selector>& selectors, const TetrahedralMesh& mesh,
                                        const std::vector<std::int32_t>& surface_nodes,
-                                       const std::filesystem::path& file);
+                                       const std::filesystem::path& file, const LabelledNodes& labelled = {});
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "formats/errors.h"
@@ -19,6 +20,9 @@ namespace palpate {
 namespace {
 
 bool quiet = false;
+
+std::mutex warned_mutex;
+std::vector<std::string> warned;
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -96,6 +100,18 @@ void note(const std::string& text) {
 void warn(const std::string& text) {
   close_bar();
   fmt::print(stderr, "warning: {}\n", text);
+  const std::lock_guard<std::mutex> lock(warned_mutex);
+  warned.push_back(text);
+}
+
+std::vector<std::string> warnings() {
+  const std::lock_guard<std::mutex> lock(warned_mutex);
+  return warned;
+}
+
+void forget_warnings() {
+  const std::lock_guard<std::mutex> lock(warned_mutex);
+  warned.clear();
 }
 
 void say_failure(const std::string& name, std::string text) {

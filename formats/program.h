@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace palpate {
 
@@ -31,6 +32,10 @@ void say(const std::string& text);
 void note(const std::string& text);
 void warn(const std::string& text);
 void set_quiet(bool on);
+
+// The texts of all warnings so far, in their order: for reports in files, and for --strict. Any thread may warn.
+std::vector<std::string> warnings();
+void forget_warnings();
 
 // The last line of a program that fails: "NAME: text". Line ends within the text become spaces.
 void say_failure(const std::string& name, std::string text);

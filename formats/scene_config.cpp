@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::size_t kMaxTools = 8;
 constexpr int kMaxPoints = 1 << 16;
+constexpr int kMaxContactNodes = 3000;  // as palpate.h
+constexpr int kMaxOperations = 1'000'000'000;
 constexpr double kMaxRadius = 1;   // m
 constexpr double kSlowest = 1e-6;  // Hz
 constexpr std::size_t kMaxRelaxationTerms = 8;
@@ -104,9 +106,34 @@ std::vector<SceneConfig::KeyFrame> read_csv_path(const std::filesystem::path& cs
   return path;
 }
 
+SceneConfig::Place read_place(TomlTable& tool, double scale) {
+  using At = SceneConfig::Place::At;
+  SceneConfig::Place place;
+  if (tool.has("at"))
+    place.at = tool.choice<At>("at", {{"foremost", At::foremost},
+                                      {"hindmost", At::hindmost},
+                                      {"leftmost", At::leftmost},
+                                      {"rightmost", At::rightmost},
+                                      {"uppermost", At::uppermost},
+                                      {"lowest", At::lowest}});
+  if (tool.has("near")) place.near = scaled(tool.vector("near"), scale);
+  place.depth = tool.rows<2>("depth", "[t, depth]");
+  double before = -1;
+  for (std::size_t i = 0; i < place.depth.size(); ++i) {
+    auto& [time, depth] = place.depth[i];
+    if (!(time >= 0 && time > before)) tool.wrong_row("depth", i, "a time of at least 0 s and after the row before");
+    before = time;
+    depth *= scale;
+  }
+  return place;
+}
+
 std::vector<SceneConfig::KeyFrame> read_path(TomlTable& tool, double scale) {
   const bool csv = tool.has("path_csv"), inline_rows = tool.has("path");
-  if (csv == inline_rows) tool.wrong("path", "either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both");
+  if (csv == inline_rows)
+    tool.wrong("path",
+               "either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both; or a place on the organ: at = "
+               "\"foremost\" or near = [x, y, z], with depth = [[t, depth], ...]");
   if (inline_rows) return read_key_frames(tool, scale);
   return read_csv_path(tool.file().parent_path() / tool.text("path_csv", "\"path.csv\""), scale);
 }
@@ -176,7 +203,16 @@ SceneConfig::Tool read_tool(TomlTable& table, double scale) {
     if (!(tool.friction >= 0 && tool.friction <= 100)) table.wrong("friction", "a coefficient of 0 to 100");
   }
   if (table.has("hold")) tool.hold = table.boolean("hold");
-  tool.path = read_path(table, scale);
+  const bool at = table.has("at"), near = table.has("near"), depth = table.has("depth");
+  if (at || near || depth) {
+    if (at == near) table.wrong(at ? "near" : "at", "either at = \"foremost\" or near = [x, y, z], not both");
+    for (const char* other : {"path", "path_csv"})
+      if (table.has(other)) table.wrong(other, "no path, since the tool's place is given by at or near, with depth");
+    tool.place = read_place(table, scale);
+    for (const auto& row : tool.place->depth) tool.path.push_back({row[0], {}});
+  } else {
+    tool.path = read_path(table, scale);
+  }
   if (table.has("grip"))
     for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
   if (tool.points.empty() && !tool.capsule && tool.grips.empty())
@@ -213,6 +249,8 @@ void read_effects(TomlTable table, SceneConfig& scene) {
                             scene.shape);
   optional_choice<S::Radial>(table, "radial", {{"off", S::Radial::off}, {"response", S::Radial::response}},
                              scene.radial);
+  optional_choice<S::Deformation>(
+      table, "deformation", {{"linear", S::Deformation::linear}, {"large", S::Deformation::large}}, scene.deformation);
   if (table.has("preload")) scene.preload = table.boolean("preload");
   table.finish();
 }
@@ -229,9 +267,17 @@ SceneConfig::Relaxation read_relaxation(TomlTable table) {
   }
   if (relaxation.terms.size() > kMaxRelaxationTerms)
     table.wrong("terms", fmt::format("at most {} terms", kMaxRelaxationTerms));
-  relaxation.source = table.text("source", "where the numbers are from");
+  relaxation.source = table.text("source", "\"Author year, table 1\"");
   table.finish();
   return relaxation;
+}
+
+SceneConfig::Surface read_surface(TomlTable table) {
+  SceneConfig::Surface surface;
+  surface.file = table.file().parent_path() / table.text("file", "\"fine.ply\"");
+  optional_choice(table, "unit", kLengths, surface.metres_per_unit);
+  table.finish();
+  return surface;
 }
 
 void read_rate(TomlTable table, SceneConfig& scene) {
@@ -246,12 +292,14 @@ void read_rate(TomlTable table, SceneConfig& scene) {
 
 void read_limits(TomlTable table, SceneConfig::Limits& limits) {
   if (table.has("points")) limits.points = count(table, "points", 1, kMaxPoints);
-  if (table.has("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, 3 * kMaxPoints);
+  if (table.has("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, kMaxContactNodes);
   if (table.has("force")) limits.force = positive(table, "force", "a force above 0 N");
   if (table.has("force_slew")) limits.force_slew = positive(table, "force_slew", "a rate above 0 N/s");
   if (table.has("tool_speed")) limits.tool_speed = positive(table, "tool_speed", "a speed above 0 m/s");
   if (table.has("release_distance"))
     limits.release_distance = positive(table, "release_distance", "a length above 0 m");
+  if (table.has("displacement")) limits.displacement = positive(table, "displacement", "a length above 0 m");
+  if (table.has("operations")) limits.operations = count(table, "operations", 1, kMaxOperations);
   table.finish();
 }
 
@@ -270,6 +318,9 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
     read_effects(root.table("effects"), scene);
   }
   if (root.has("relaxation")) scene.relaxation = read_relaxation(root.table("relaxation"));
+  if (root.has("surface")) scene.surface = read_surface(root.table("surface"));
+  if (scene.surface && scene.collision == SceneConfig::Collision::off)
+    root.wrong("surface", "collision = \"rest\" or \"deformed\" in [effects], since tools meet that surface");
   if (root.has("rate")) read_rate(root.table("rate"), scene);
   if (root.has("limits")) read_limits(root.table("limits"), scene.limits);
   if (!root.has("tool")) root.wrong("tool", "one [[tool]] or more");

@@ -19,6 +19,7 @@ struct SceneConfig {
   enum class Force { off, linear, response };
   enum class Shape { off, surface, volume };
   enum class Radial { off, response };
+  enum class Deformation { linear, large };
 
   struct Limits {
     std::optional<int> points, contact_nodes;
@@ -26,12 +27,19 @@ struct SceneConfig {
     double force_slew = 1e4;                 // N/s
     double tool_speed = 10;                  // m/s
     std::optional<double> release_distance;  // m
+    std::optional<double> displacement;      // m, up to which the scene takes the linear model; beyond, it warns
+    std::int32_t operations = 300'000;       // counted, of a touch step
     bool operator==(const Limits&) const = default;
   };
   struct Relaxation {
     std::vector<std::array<double, 2>> terms;  // share, s
     std::string source;
     bool operator==(const Relaxation&) const = default;
+  };
+  struct Surface {
+    std::filesystem::path file;  // already relative to the scene's folder
+    double metres_per_unit = 1e-3;
+    bool operator==(const Surface&) const = default;
   };
   struct Capsule {
     double radius = 0, length = 0;
@@ -51,12 +59,21 @@ struct SceneConfig {
     int line = 0;
     bool operator==(const Grip&) const = default;
   };
+  // Where a tool presses, said without coordinates of a path: a point of the surface, and depths below it along its normal.
+  struct Place {
+    enum class At { foremost, hindmost, leftmost, rightmost, uppermost, lowest };
+    std::optional<At> at;
+    std::optional<Vector> near;                // where at is not given
+    std::vector<std::array<double, 2>> depth;  // s, m below the surface at rest; below 0 in front of it
+    bool operator==(const Place&) const = default;
+  };
   struct Tool {
     std::string name;
     std::vector<Vector> points;
     std::optional<Capsule> capsule;
     std::vector<Grip> grips;
-    std::vector<KeyFrame> path;  // at least one, times ascending
+    std::optional<Place> place;
+    std::vector<KeyFrame> path;  // at least one, times ascending; with a place the player fills in the positions
     double disc_radius = 0;      // m
     double friction = 0;
     bool hold = false;
@@ -73,8 +90,10 @@ struct SceneConfig {
   Force force = Force::linear;
   Shape shape = Shape::surface;
   Radial radial = Radial::off;
+  Deformation deformation = Deformation::linear;
   bool preload = false;
   std::optional<Relaxation> relaxation;
+  std::optional<Surface> surface;  // a finer one than the bundle's, which tools meet
   double touch_hz = 1000, shape_hz = 60;
   Limits limits;
   std::vector<Tool> tools;

@@ -19,16 +19,35 @@ int line_of(const toml::node& node) {
   return static_cast<int>(node.source().begin.line);
 }
 
+// Of the key, where the table has it. A table that only its sub-tables' headings name has line 0 itself.
+int line_of(const toml::table& table, std::string_view key) {
+  const auto at = table.find(key);
+  const auto line = at == table.end() ? table.source().begin.line : at->first.source().begin.line;
+  return static_cast<int>(std::max<toml::source_index>(line, 1));
+}
+
+// What a sentence says of a value: { value = 5, unit = "kPa" } as 5 kPa, and of other tables only what they are.
 std::string shown(const toml::node& node) {
+  if (const toml::table* table = node.as_table()) {
+    const auto value = (*table)["value"], unit = (*table)["unit"];
+    if (!value.is_number()) return "a table";
+    return shown(*value.node()) + (unit.is_string() ? " " + unit.as_string()->get() : "");
+  }
+  const toml::array* array = node.as_array();
+  if (array && std::any_of(array->begin(), array->end(), [](const toml::node& item) { return item.is_table(); }))
+    return "an array of tables";
   std::string text;
-  node.visit([&text](const auto& value) {
-    std::ostringstream out;
-    if constexpr (toml::is_table<decltype(value)> || toml::is_array<decltype(value)>)
-      out << value;
-    else
-      out << toml::node_view<const toml::node>(value);
-    text = out.str();
-  });
+  if (const auto* words = node.as_string())
+    text = '"' + words->get() + '"';
+  else
+    node.visit([&text](const auto& value) {
+      std::ostringstream out;
+      if constexpr (toml::is_array<decltype(value)>)
+        out << value;
+      else
+        out << toml::node_view<const toml::node>(value);
+      text = out.str();
+    });
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
@@ -75,7 +94,7 @@ struct TomlTable::State {
 
   [[noreturn]] void wrong(std::string_view key, const std::string& expected) const {
     const auto* value = table->get(key);
-    fail(line_of(value ? *value : *table), key, expected, value ? shown(*value) : "nothing");
+    fail(line_of(*table, key), key, expected, value ? shown(*value) : "nothing");
   }
 
   const ConfigKey& listed(std::string_view key) const {
@@ -88,29 +107,39 @@ struct TomlTable::State {
     return table->get(key);
   }
 
-  const toml::node& need(std::string_view key, std::string_view expected) {
+  const toml::node& need(std::string_view key) { return need(key, example_line(listed(key))); }
+
+  const toml::node& need(std::string_view key, const std::string& example) {
     const auto* value = ask(key);
     if (!value)
-      throw InputError(fmt::format("{}:{}: {}the key \"{}\" is missing; expected {}", file.string(), line_of(*table),
-                                   heading(), key, expected));
+      throw InputError(fmt::format("{}:{}: {}the key \"{}\" is missing; add it, for example: {}", file.string(),
+                                   line_of(*table, key), heading(), key, example));
     return *value;
   }
 
+  std::string text(std::string_view key, const std::string& example) {
+    const auto* value = need(key, example).as_string();
+    if (!value) wrong(key, "a text in quotes, for example " + example);
+    if (value->get().empty()) wrong(key, "a text that is not empty");
+    return value->get();
+  }
+
   const toml::array& array(std::string_view key, const std::string& expected) {
-    const auto* value = need(key, expected).as_array();
+    const auto* value = need(key).as_array();
     if (!value || value->empty()) wrong(key, expected + ", not empty");
     return *value;
   }
 
+  // node: the key's value, or a part of it, which may stand some lines further down.
   double finite(const toml::node& node, std::string_view key) const {
     const auto value = node.is_string() ? std::optional<double>() : node.value<double>();
-    if (!value || !std::isfinite(*value)) wrong(key, "a finite number");
+    if (!value || !std::isfinite(*value)) fail(line_of(node), key, "a finite number", shown(node));
     return *value;
   }
 
   std::array<double, 3> three(const toml::node& node, std::string_view key) const {
     const auto* value = node.as_array();
-    if (!value || value->size() != 3) wrong(key, "three numbers [x, y, z]");
+    if (!value || value->size() != 3) fail(line_of(node), key, "three numbers [x, y, z]", shown(node));
     return {finite((*value)[0], key), finite((*value)[1], key), finite((*value)[2], key)};
   }
 };
@@ -133,30 +162,27 @@ bool TomlTable::has(std::string_view key) {
 }
 
 std::string TomlTable::text(std::string_view key, const char* example) {
-  const auto* value = state_->need(key, example).as_string();
-  if (!value) wrong(key, fmt::format("a string such as {}", example));
-  if (value->get().empty()) wrong(key, "a string that is not empty");
-  return value->get();
+  return state_->text(key, fmt::format("{} = {}", key, example));
 }
 
 double TomlTable::number(std::string_view key) {
-  return state_->finite(state_->need(key, "a number"), key);
+  return state_->finite(state_->need(key), key);
 }
 
 std::int64_t TomlTable::integer(std::string_view key) {
-  const auto* value = state_->need(key, "an integer").as_integer();
+  const auto* value = state_->need(key).as_integer();
   if (!value) wrong(key, "an integer");
   return value->get();
 }
 
 bool TomlTable::boolean(std::string_view key) {
-  const auto* value = state_->need(key, "true or false").as_boolean();
+  const auto* value = state_->need(key).as_boolean();
   if (!value) wrong(key, "true or false");
   return value->get();
 }
 
 std::array<double, 3> TomlTable::vector(std::string_view key) {
-  return state_->three(state_->need(key, "[x, y, z]"), key);
+  return state_->three(state_->need(key), key);
 }
 
 std::vector<std::array<double, 3>> TomlTable::points(std::string_view key) {
@@ -171,6 +197,12 @@ std::vector<std::string> TomlTable::texts(std::string_view key) {
     if (!item.is_string()) wrong(key, "an array of strings");
     result.push_back(item.as_string()->get());
   }
+  return result;
+}
+
+std::vector<double> TomlTable::numbers(std::string_view key) {
+  std::vector<double> result;
+  for (const auto& item : state_->array(key, "an array of numbers")) result.push_back(state_->finite(item, key));
   return result;
 }
 
@@ -189,15 +221,18 @@ std::size_t TomlTable::index_of_choice(std::string_view key, const std::vector<s
   const std::string list = joined(words);
   if (list != state_->listed(key).limits)
     throw std::logic_error(fmt::format("formats/config_keys.cpp: the words of \"{}\" are {}", key, list));
-  const std::string found = text(key, words.front().c_str());
+  const std::string found = state_->text(key, example_line(state_->listed(key)));
   const auto at = std::find(words.begin(), words.end(), found);
-  if (at == words.end()) state_->fail(line_of(*state_->table->get(key)), key, "one of " + list, '"' + found + '"');
+  if (at == words.end()) wrong(key, "one of " + list);
   return static_cast<std::size_t>(at - words.begin());
 }
 
 TomlTable TomlTable::table(std::string_view key) {
-  const auto* value = state_->need(key, "a table").as_table();
-  if (!value) wrong(key, "a table");
+  const auto* value = state_->need(key).as_table();
+  if (!value) {
+    const std::string example = example_line(state_->listed(key));
+    wrong(key, example[0] == '[' ? "a table, headed " + example : "a table, for example " + example);
+  }
   const std::string& outer = state_->headline;
   return TomlTable(state_->inner(*value, key, outer.empty() ? std::string(key) : outer + "." + std::string(key)));
 }
@@ -205,20 +240,26 @@ TomlTable TomlTable::table(std::string_view key) {
 std::vector<TomlTable> TomlTable::tables(std::string_view key) {
   std::vector<TomlTable> result;
   if (!has(key)) return result;
-  for (const auto& item : state_->array(key, "an array of tables")) {
-    if (!item.is_table()) wrong(key, fmt::format("tables, each headed [[{}]]", key));
+  const std::string expected = fmt::format("tables, each headed [[{}]]", key);
+  for (const auto& item : state_->array(key, expected)) {
+    if (!item.is_table()) wrong(key, expected);
     result.push_back(TomlTable(state_->inner(*item.as_table(), key, fmt::format("[[{}]] {}", key, result.size() + 1))));
   }
   return result;
 }
 
-std::vector<TomlTable> TomlTable::one_or_more(std::string_view key) {
-  if (has(key) && state_->table->get(key)->is_table()) return {table(key)};
+std::vector<TomlTable> TomlTable::one_or_more(std::string_view key, std::string_view listed_as) {
   std::vector<TomlTable> result;
-  for (const auto& item : state_->array(key, "a table or an array of tables")) {
+  const auto add = [&](const toml::node& item) {
     if (!item.is_table()) wrong(key, "a table or an array of tables");
-    result.push_back(TomlTable(state_->inner(*item.as_table(), key, state_->headline + "." + std::string(key))));
-  }
+    const std::string& outer = state_->headline;
+    result.push_back(TomlTable(state_->inner(*item.as_table(), listed_as.empty() ? key : listed_as,
+                                             (outer.empty() ? "" : outer + ".") + std::string(key))));
+  };
+  if (has(key) && state_->table->get(key)->is_table())
+    add(*state_->table->get(key));
+  else
+    for (const auto& item : state_->array(key, "a table or an array of tables")) add(item);
   return result;
 }
 
@@ -226,10 +267,10 @@ void TomlTable::finish() const {
   std::vector<std::string> known;
   for (const ConfigKey& line : config_keys())
     if (line.file == state_->kind && line.table == state_->name) known.push_back(line.key);
-  for (const auto& [key, value] : *state_->table)
+  for (const auto& [key, ignored] : *state_->table)
     if (std::find(known.begin(), known.end(), key.str()) == known.end())
       throw InputError(fmt::format("{}:{}: {}unknown key \"{}\"; the keys here are {}", state_->file.string(),
-                                   line_of(value), state_->heading(), key.str(), joined(known)));
+                                   key.source().begin.line, state_->heading(), key.str(), joined(known)));
   for (const std::string& key : known)
     if (!state_->asked.count(key))
       throw std::logic_error(fmt::format(

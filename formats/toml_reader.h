@@ -1,5 +1,5 @@
-// A TOML table, read key by key. Every fault is an InputError: one sentence with file, line, key, expected and found. The
-// keys are those of formats/config_keys.h: a key in the file that the list lacks is a fault of the file. A key that the
+// A TOML table, read key by key. Every fault is an InputError: one sentence with file, line, key, expected and found; where the
+// key is missing, with a line that would do. The keys are those of formats/config_keys.h: a key in the file that the list lacks is a fault of the file. A key that the
 // reader asks for and the list lacks, or the other way round, is a std::logic_error: a fault of our code.
 #pragma once
 
@@ -34,6 +34,7 @@ class TomlTable {
   std::array<double, 3> vector(std::string_view key);
   std::vector<std::array<double, 3>> points(std::string_view key);
   std::vector<std::string> texts(std::string_view key);
+  std::vector<double> numbers(std::string_view key);  // finite
 
   // Rows of n finite numbers each; expected shows one, "[t, x, y, z]".
   template <std::size_t n>
@@ -57,8 +58,8 @@ class TomlTable {
   TomlTable table(std::string_view key);
   // [[key]]; none where the key is absent.
   std::vector<TomlTable> tables(std::string_view key);
-  // A table, or an array of tables, under one key.
-  std::vector<TomlTable> one_or_more(std::string_view key);
+  // A table, or an array of tables, under one key. listed_as: the name of these tables in the list of keys, where it is not key.
+  std::vector<TomlTable> one_or_more(std::string_view key, std::string_view listed_as = "");
 
   // Call when all keys have been asked for. Errors: a key that the list lacks.
   void finish() const;

@@ -1,11 +1,13 @@
 # One rule for each step: image -> surface -> tetrahedra -> bundle -> verified -> scene, and pictures of the results.
 #
 # Included by Makefile.data, which defines BIN, DATA, PYTHON, RANKS, LAUNCH and how the programs in BIN are built. Each
-# organ is a folder with an organ.mk: where its mesh comes from, the defaults of its variables, the rules for its pictures
-# (docs/files.md lists the variables). Every program writes NAME.part and renames it at the end, so a run that was killed
-# continues where it was.
+# organ is a folder with an organ.mk: where its mesh comes from, the defaults of its variables, and the rules that no other
+# organ has (docs/files.md lists the variables). Every program writes NAME.part and renames it at the end, so a run that was
+# killed continues where it was.
 PIPELINES := $(patsubst %/,%,$(dir $(lastword $(MAKEFILE_LIST))))
-ORGANS := $(sort $(patsubst $(PIPELINES)/%/organ.mk,%,$(wildcard $(PIPELINES)/*/organ.mk)))
+# Where the organs' folders are. new-organ writes to the first; make finds those of all.
+ORGANS_DIR ?= $(PIPELINES)
+ORGANS := $(sort $(foreach d,$(ORGANS_DIR) $(PIPELINES),$(patsubst $d/%/organ.mk,%,$(wildcard $d/*/organ.mk))))
 
 ORGAN ?= liver
 RANKS ?=
@@ -13,50 +15,70 @@ ifeq ($(filter $(ORGAN),$(ORGANS)),)
 $(error ORGAN=$(ORGAN): expected one of $(ORGANS))
 endif
 
-ORGAN_DIR := $(PIPELINES)/$(ORGAN)
+ORGAN_DIR := $(patsubst %/organ.mk,%,$(firstword $(wildcard $(foreach d,$(ORGANS_DIR) $(PIPELINES),$d/$(ORGAN)/organ.mk))))
 WORK = $(DATA)/$(ORGAN)/$(RESOLUTION)
 # The folder of a boundary set and a material file; plain BC for organ.toml.
 case_of = $(WORK)/$(BC)$(if $(filter-out organ,$1),-$1)
 CASE = $(call case_of,organ)
 
-.PHONY: pipeline mesh show-resolutions
+# A path of a user's file as a prerequisite, where make wants a backslash before a blank, and as one word of the shell.
+empty :=
+prerequisite = $(subst $(empty) ,\ ,$(strip $1))
+quoted = '$(subst ','\'',$(strip $1))'
+
+.PHONY: pipeline mesh show-resolutions new-organ
 pipeline:
 
 include $(ORGAN_DIR)/organ.mk
+# What an organ.mk leaves out: the first mesh size, the first boundary set, all scenes, the options of the mesh size.
+toml_names = $(basename $(notdir $(sort $(wildcard $(ORGAN_DIR)/$1/*.toml))))
 MATERIALS ?= organ
+RESOLUTION ?= $(firstword $(RESOLUTIONS))
+BC ?= $(firstword $(call toml_names,boundary))
+SCENES ?= $(call toml_names,scenes)
+SURFACE_OPTIONS ?= $(SURFACE_OPTIONS_$(RESOLUTION))
+TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
 
 ifeq ($(wildcard $(ORGAN_DIR)/boundary/$(BC).toml),)
-$(error BC=$(BC): expected one of $(basename $(notdir $(wildcard $(ORGAN_DIR)/boundary/*.toml))))
+$(error BC=$(BC): expected one of $(call toml_names,boundary))
 endif
 ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS)),)
 $(error RESOLUTION=$(RESOLUTION): expected one of $(RESOLUTIONS))
 endif
 
-pipeline: $(PICTURES) $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
+PICTURES ?= $(addprefix $(CASE)/pictures/,$(addsuffix .png,mesh boundary $(SCENES)))
+
+pipeline: $(CASE)/index.html $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
                                                $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json))
-	@echo "$(ORGAN): results in $(WORK); pictures: $(PICTURES)"
+	@echo "$(ORGAN): results in $(WORK); all pictures, figures and warnings: $(CASE)/index.html"
 
-# ---- image -> surface -> tetrahedra, or geometry -> tetrahedra -----------------------------------------------------
+# ---- image or surface -> surface -> tetrahedra; geometry -> tetrahedra; or a mesh as it is -------------------------
 
-ifdef IMAGE
-$(WORK)/surface.ply: $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
+SOURCE = $(or $(IMAGE),$(SURFACE))
+ifneq ($(SOURCE),)
+$(WORK)/surface.ply: $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
 	mkdir -p $(@D)
-	$(BIN)/palpate-surface $< -o $@ $(SURFACE_OPTIONS)
+	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ $(SURFACE_OPTIONS)
 
 # SHELLS: more surfaces of an organ.mk, nested in the first.
 $(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(BIN)/palpate-tetrahedra
-	$(BIN)/palpate-tetrahedra $< $(SHELLS) -o $@ $(TETRAHEDRA_OPTIONS)
+	$(BIN)/palpate-tetrahedra $< $(SHELLS) -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
 # A finer surface to draw over any of the meshes (palpate_scene_skin), where the organ.mk says how fine.
 ifdef RENDER_OPTIONS
 RENDER_MESH := $(DATA)/$(ORGAN)/render.ply
-$(RENDER_MESH): $(IMAGE) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
+$(RENDER_MESH): $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
 	mkdir -p $(@D)
-	$(BIN)/palpate-surface $< -o $@ $(RENDER_OPTIONS)
+	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ $(RENDER_OPTIONS)
 endif
+else ifneq ($(MESH),)
+$(WORK)/mesh.msh: $(call prerequisite,$(MESH))
+	mkdir -p $(@D)
+	cp $(call quoted,$(MESH)) $@.part
+	mv $@.part $@
 else
 $(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
 	mkdir -p $(@D)
-	$(BIN)/palpate-tetrahedra $< -o $@ $(TETRAHEDRA_OPTIONS)
+	$(BIN)/palpate-tetrahedra $< -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
 endif
 
 mesh: $(WORK)/mesh.msh
@@ -80,17 +102,19 @@ export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 # $1: folder of the case; $2: its material file.
 define case_rules
 $1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $(wildcard $(ORGAN_DIR)/curves/*.csv) \
+              $(wildcard $(addprefix $(ORGAN_DIR)/boundary/*,.nii .nii.gz .nrrd .mha .inr.gz)) \
               $(BIN)/palpate-precompute
 	mkdir -p $$(@D)
 	set -- $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
-	    $(if $(IMAGE),--image $(IMAGE)) $(if $(MEMORY),--memory $(MEMORY)); \
+	    $(if $(IMAGE),--image $(subst $$,$$$$,$(call quoted,$(IMAGE)))) $(if $(MEMORY),--memory $(MEMORY)); \
 	ranks=$(or $(RANKS),$(if $(LAUNCH),1,`("$$$$@" --plan --json - $(PRECOMPUTE_OPTIONS) 2> /dev/null || true) | $(USEFUL_RANKS)`)); \
 	if [ "$$$${ranks:-1}" -gt 1 ]; then set -- $(MPIEXEC) "$$$$ranks" "$$$$@"; fi; \
 	$(LAUNCH) "$$$$@" -o $$@ $(PRECOMPUTE_OPTIONS)
 
 $1/verified.json: $1/bundle.h5 $(WORK)/mesh.msh $(BIN)/palpate-bundle
 	$(BIN)/palpate-bundle verify $$< --mesh $(WORK)/mesh.msh --organ $2 \
-	    --boundary $(ORGAN_DIR)/boundary/$(BC).toml --json > $$@.part
+	    --boundary $(ORGAN_DIR)/boundary/$(BC).toml $(if $(IMAGE),--image $(subst $$,$$$$,$(call quoted,$(IMAGE)))) \
+	    --json > $$@.part
 	mv $$@.part $$@
 
 $1/scenes/%/summary.json: $(ORGAN_DIR)/scenes/%.toml $1/verified.json $(wildcard $(ORGAN_DIR)/scenes/*.csv) \
@@ -99,3 +123,32 @@ $1/scenes/%/summary.json: $(ORGAN_DIR)/scenes/%.toml $1/verified.json $(wildcard
 	$(BIN)/palpate-run $$< --bundle $1/bundle.h5 -o $$(@D)
 endef
 $(foreach m,$(MATERIALS),$(eval $(call case_rules,$(call case_of,$m),$(ORGAN_DIR)/$m.toml)))
+
+# ---- pictures ------------------------------------------------------------------------------------------------------
+
+# An organ.mk has rules for pictures of its own.
+DRAW = $(PIPELINES)/pictures
+$(CASE)/pictures/mesh.png: $(CASE)/bundle.h5 $(DRAW)/mesh.py $(DRAW)/offscreen.py $(DRAW)/views.py $(DRAW)/picture_file.py
+	$(PYTHON) $(DRAW)/mesh.py $< -o $@
+
+$(CASE)/pictures/boundary.png: $(CASE)/bundle.h5 $(DRAW)/boundary.py $(DRAW)/mesh.py $(DRAW)/offscreen.py $(DRAW)/views.py $(DRAW)/picture_file.py
+	$(PYTHON) $(DRAW)/boundary.py $< -o $@
+
+# The organ at the largest force of a scene.
+$(CASE)/pictures/%.png: $(CASE)/scenes/%/summary.json $(DRAW)/touched.py $(DRAW)/offscreen.py $(DRAW)/views.py $(DRAW)/picture_file.py
+	$(PYTHON) $(DRAW)/touched.py $(<D) -o $@
+
+# One page with every picture, the mesh's quality, the certificate and the warnings. A mesh that was given has no report of its own.
+$(CASE)/index.html: $(PICTURES) $(CASE)/verified.json $(SCENES:%=$(CASE)/scenes/%/summary.json) $(DRAW)/contact_sheet.py \
+                    $(DRAW)/picture_file.py $(BIN)/palpate-bundle
+	$(PYTHON) $(DRAW)/contact_sheet.py $(CASE) -o $@ --palpate-bundle $(BIN)/palpate-bundle --pictures $(PICTURES) \
+	    $(if $(MESH),,--mesh-quality $(WORK)/mesh-quality.json)
+
+# ---- a new organ's folder ------------------------------------------------------------------------------------------
+
+# Make takes names and paths from the command line alone: some systems have an environment variable NAME.
+option = $(if $(filter command,$(origin $2)),$1 $(call quoted,$($2)))
+new-organ: $(BIN)/palpate-organ
+	@$(BIN)/palpate-organ $(call option,--name,NAME) $(call option,--image,IMAGE) $(call option,--label,LABEL) \
+	    $(call option,--surface,SURFACE) $(call option,--mesh,MESH) $(call option,--unit,UNIT) $(call option,--frame,FRAME) \
+	    --folder $(firstword $(ORGANS_DIR))

@@ -52,6 +52,8 @@ int main(int argc, char** argv) {
         "--mesh", options.mesh, "The mesh that BUNDLE was made from: compares its hash and solves some columns again");
     auto* organ = verify->add_option("--organ", options.organ, "The organ.toml that BUNDLE was made from");
     auto* boundary = verify->add_option("--boundary", options.boundary, "The boundary TOML that BUNDLE was made from");
+    verify->add_option("--image", options.image, "The image that the boundary TOML's label selectors read")
+        ->needs(boundary);
     mesh->needs(organ)->needs(boundary);
     organ->needs(mesh);
     boundary->needs(mesh);

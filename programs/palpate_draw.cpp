@@ -53,6 +53,7 @@ void run(const Options& options) {
       },
       [](const std::string& line) { warn(line); });
   fmt::print("{}", draw_table(drawn));
+  for (const std::string& warning : drawn.flags.warnings("shapes")) warn(warning);
   if (!folder) return;
   files->close();
   write_text_atomically(folder->part() / "summary.json", draw_summary(drawn, player, files->written()));

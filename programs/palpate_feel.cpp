@@ -58,6 +58,7 @@ void run(Options& options) {
   options.feel.keep = folder.has_value();
   const FeelRun felt = feel(player, identity, sender, options.feel, &stop_on_signal());
   fmt::print("{}", feel_table(felt));
+  for (const std::string& warning : felt.flags.warnings("touches")) warn(warning);
   if (!folder) return;
   write_csv(felt, player, identity, folder->part());
   write_text_atomically(folder->part() / "summary.json", feel_summary(felt, player, text_of(to)));

@@ -53,6 +53,8 @@ void run(const Options& options) {
   const IgtlServerRun served =
       serve_igtl(player, listening.get(), options.server, &stop, [](const std::string& line) { say(line); });
   fmt::print("{}", igtl_table(served));
+  for (const std::string& warning : served.touch_flags.warnings("touches")) warn(warning);
+  for (const std::string& warning : served.shape_flags.warnings("shapes")) warn(warning);
 }
 
 }  // namespace

@@ -29,7 +29,9 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
       ->option_text("bc.toml REQUIRED");
   auto* bundle = app.add_option("-o,--output", options.bundle, "the tensor bundle to write")
                      ->option_text("BUNDLE.h5 REQUIRED but for --plan");
-  app.add_option("--image", options.image, "the image the mesh came from; its hash is recorded")->option_text("FILE");
+  app.add_option("--image", options.image,
+                 "the image the mesh came from: its hash is recorded, and label selectors of --boundary read it")
+      ->option_text("FILE");
   app.add_option("--tolerance", options.tolerance, "on the true relative residual of every column; default 1e-9")
       ->check([](const std::string& text) {  // CLI11's own sentence shows 1e-15 as 0.000000
         double value = 0;
@@ -58,6 +60,8 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
   app.add_flag(
       "--direct", options.direct,
       "solve with the Cholesky factor alone, without PETSc's conjugate gradients; the certificate then says so");
+  app.add_flag("--large-deformation", options.large_deformation,
+               "store what a scene with deformation = \"large\" needs; elements p1 and p1-anp");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");
   app.add_option(
          "--ranks-per-operator", options.ranks_per_operator,

@@ -67,13 +67,14 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
       });
   csv.close();
   if (shapes) shapes->close();
+  const std::vector<std::string> warnings = summary.warnings(fields);
   write_text_atomically(folder.part() / "summary.json",
-                        summary.text(timing, fields, bundle, shapes ? shapes->written() : 0));
+                        summary.text(timing, fields, bundle, shapes ? shapes->written() : 0, warnings));
   folder.commit();
-  for (const std::string& force : summary.forces()) note(force);
-  for (const std::string& remark : summary.remarks()) warn(remark);
   if (gltf) gltf->write();
   if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
+  for (const std::string& force : summary.forces()) note(force);
+  for (const std::string& warning : warnings) warn(warning);
 }
 
 void play_against_the_clock(Player& player, const fs::path& bundle, const Options& options) {
@@ -85,6 +86,7 @@ void play_against_the_clock(Player& player, const fs::path& bundle, const Option
   }
   write_text_atomically(folder.part() / "summary.json", realtime_summary(runs, player, bundle));
   folder.commit();
+  for (const std::string& warning : realtime_warnings(runs)) warn(warning);
 }
 
 void run(const Options& options) {

@@ -1,4 +1,5 @@
-// palpate-surface: makes a closed triangle surface in LPS mm from a label image or from a segmented surface.
+// palpate-surface: makes a closed triangle surface in LPS mm from a label image or from a segmented surface; lists the
+// labels of an image.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,11 +11,13 @@
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "meshing/image/label_image.h"
+#include "meshing/image/label_list.h"
 #include "meshing/image/voxel_mask.h"
 #include "meshing/surface/extract_surface.h"
 #include "meshing/surface/repair_surface.h"
 #include "meshing/surface/surface_file.h"
 #include "meshing/surface/surface_report.h"
+#include "meshing/surface/wrap_surface.h"
 
 namespace palpate {
 namespace {
@@ -27,6 +30,9 @@ struct Options {
   std::optional<double> smooth_mm;
   SurfaceTarget target;
   std::string spread = "even", components = "1%", cavities, unit = "mm";
+  bool list = false;
+  bool wrap = false;
+  double wrap_mm = 0;
 };
 
 void define(CLI::App& app, Options& options) {
@@ -35,7 +41,9 @@ void define(CLI::App& app, Options& options) {
          "Label image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd), PNG slices (a folder, a glob or a list), or "
          "segmented surface (.off .obj .ply .stl .vtp)")
       ->required();
-  app.add_option("-o,--output", options.output, "Surface to write: .off .ply .stl .obj")->required();
+  auto* list = app.add_flag("--list", options.list,
+                            "Print each label of an image: name, volume, pieces, box, whether it touches the border");
+  auto* output = app.add_option("-o,--output", options.output, "Surface to write: .off .ply .stl .obj");
   auto* labels = app.add_option("--labels", options.selection.labels, "Values of the organ, united: 255 or 255,127")
                      ->delimiter(',');
   app.add_option("--threshold", options.selection.threshold, "Everything at or above this value")->excludes(labels);
@@ -60,7 +68,20 @@ void define(CLI::App& app, Options& options) {
   app.add_option("--unit", options.unit, "Unit of a surface's coordinates; images have their own")
       ->check(CLI::IsMember({"m", "cm", "mm", "um"}))
       ->capture_default_str();
-  app.add_option("--report", options.report, "Also write the quality report as JSON");
+  auto* wrap =
+      app.add_flag("--wrap", options.wrap,
+                   "Wrap a surface that is open, crosses itself or is no manifold into a closed one; fills cavities");
+  app.add_option("--wrap-mm", options.wrap_mm,
+                 "Radius of the wrapping ball, mm; narrower gaps close (default: 1/60 of the box)")
+      ->check(positive_number())
+      ->needs(wrap);
+  app.add_option("--report", options.report, "Also write the quality report, or the list, as JSON");
+  for (const char* of_a_surface : {"--output", "--labels", "--threshold", "--smooth", "--triangles", "--edge-mm",
+                                   "--spread", "--components", "--cavities", "--unit", "--wrap", "--wrap-mm"})
+    list->excludes(app.get_option(of_a_surface));
+  app.callback([output, &options] {
+    if (!options.list && output->empty()) throw CLI::RequiredError("--output");
+  });
 }
 
 void tell(const PieceChanges& changes, const std::string& components) {
@@ -94,6 +115,21 @@ void tell(const ExtractedSurface& extracted, double smooth_mm) {
   }
 }
 
+// A tip counts as lost when the voxels' border lies a twentieth of the organ's size outside of the surface.
+void tell_lost_tip(const SurfaceDistance& distance, double voxels_mm3, double voxel_mm) {
+  const double size = std::cbrt(voxels_mm3), farthest = std::max(size / 20, 2 * voxel_mm);
+  if (distance.outside_mm > farthest) {
+    warn(
+        fmt::format("voxels of the label lie up to {:.3g} mm outside of the surface, the farthest near ({:.5g}, "
+                    "{:.5g}, {:.5g}) mm; "
+                    "expected at most {:.3g} mm, a twentieth of the organ's size: a thin tip was lost; more "
+                    "--triangles or a smaller "
+                    "--smooth keep it",
+                    distance.outside_mm, distance.outside_place[0], distance.outside_place[1],
+                    distance.outside_place[2], farthest));
+  }
+}
+
 std::optional<std::array<double, 3>> spacing_of(const Options& options) {
   if (options.spacing.empty()) return {};
   return std::array<double, 3>{options.spacing[0], options.spacing[1], options.spacing[2]};
@@ -116,15 +152,16 @@ void from_image(const Options& options) {
   tell(changes, options.components);
 
   const ExtractedSurface extracted = extract_surface(mask, smooth_mm, options.target, name);
-  tell(extracted, smooth_mm);
+  tell(extracted, extracted.smooth_mm);
 
   const double voxels_mm3 = static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume();
   const SurfaceQuality quality = measure_quality(extracted.surface);
   const SurfaceDistance distance = measure_distance(extracted.voxel_surface, extracted.surface);
+  tell_lost_tip(distance, voxels_mm3, std::cbrt(mask.grid.voxel_volume()));
   write_surface(options.output, extracted.surface);
   if (!options.report.empty()) {
     nlohmann::ordered_json json = report_json(quality, distance, voxels_mm3, "voxels");
-    json["smooth_mm"] = smooth_mm;
+    json["smooth_mm"] = extracted.smooth_mm;
     json["pieces"] = changes.pieces;
     json["dropped_pieces"] = changes.dropped;
     json["dropped_mm3"] = changes.dropped_mm3;
@@ -133,6 +170,7 @@ void from_image(const Options& options) {
     json["filled_mm3"] = changes.filled_mm3;
     json["vanished_mm3"] = extracted.vanished_mm3;
     json["thin_mm3"] = extracted.thin_mm3;
+    json["lost_tip_mm"] = distance.outside_mm;
     json["touched_border"] = mask.touched_border;
     json["attempts"] = extracted.attempts;
     write_text_atomically(options.report, json.dump(2) + "\n");
@@ -144,6 +182,46 @@ double millimetres(const std::string& unit) {
   return unit == "m" ? 1000 : unit == "cm" ? 10 : unit == "um" ? 1e-3 : 1;
 }
 
+void write_report(const Options& options, const TriangleSurface& surface, const TriangleSurface& input,
+                  double input_mm3, nlohmann::ordered_json more) {
+  const SurfaceQuality quality = measure_quality(surface);
+  const SurfaceDistance distance = measure_distance(input, surface), back = measure_distance(surface, input);
+  write_surface(options.output, surface);
+  if (!options.report.empty()) {
+    nlohmann::ordered_json json = report_json(quality, distance, input_mm3, "input");
+    json["distance_from_surface_mm"] = {{"mean", back.mean_mm}, {"p95", back.p95_mm}, {"most", back.most_mm}};
+    json.update(more);
+    write_text_atomically(options.report, json.dump(2) + "\n");
+  }
+  fmt::print("{}", report_text(quality, distance, input_mm3, "input", back));
+}
+
+void wrap(const Options& options, const TriangleSurface& soup) {
+  const std::string& name = options.inputs.front();
+  if (!options.cavities.empty()) throw InputError(fmt::format("{}: --wrap fills cavities; leave out --cavities", name));
+  SurfaceTarget target = options.target;
+  if (!target.triangles && !target.edge_mm) target.triangles = 2000;
+  int attempts = 0;
+  for (const double share : {0.1, 0.3, 1.0}) {
+    const WrappedSurface wrapped =
+        wrap_surface(soup, parse_piece_filter(options.components), options.wrap_mm, share, name);
+    TriangleSurface surface;
+    try {
+      // Taking the offset off again makes tips and walls thinner, on which the first try failed.
+      surface = remesh_surface(wrapped.surface, target, name, &attempts, share == 0.1 ? wrapped.offset_mm : 0);
+    } catch (const NoValidSurface& failed) {
+      if (share == 1) throw;
+      warn(fmt::format("{}; wrapping it thicker", failed.what()));
+      continue;
+    }
+    for (const std::string& change : wrapped.changes) warn(fmt::format("{}: {}", name, change));
+    note(fmt::format("wrapped with a ball of {:.3g} mm: gaps narrower than {:.3g} mm are bridged", wrapped.ball_mm,
+                     2 * wrapped.ball_mm));
+    return write_report(options, surface, wrapped.input, wrapped.input_mm3,
+                        {{"changes", wrapped.changes}, {"ball_mm", wrapped.ball_mm}, {"attempts", attempts}});
+  }
+}
+
 void from_surface(const Options& options) {
   const std::string& name = options.inputs.front();
   if (options.inputs.size() > 1) throw InputError(fmt::format("{}: one surface at a time", options.inputs[1]));
@@ -151,41 +229,37 @@ void from_surface(const Options& options) {
       !options.spacing.empty()) {
     throw InputError(fmt::format("{}: --labels, --threshold, --spacing and --smooth are for images", name));
   }
-  const RepairedSurface repaired = repair_surface(read_surface(name, millimetres(options.unit)),
-                                                  parse_piece_filter(options.components), options.cavities, name);
+  const TriangleSurface soup = read_surface(name, millimetres(options.unit));
+  if (options.wrap) return wrap(options, soup);
+  const RepairedSurface repaired = repair_surface(soup, parse_piece_filter(options.components), options.cavities, name);
   for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", name, repair));
 
   TriangleSurface surface = repaired.surface;
   int attempts = 0;
-  if (options.target.triangles || options.target.edge_mm) {
-    const std::vector<TriangleSurface> shells = split_shells(surface);
-    std::vector<std::size_t> groups;
-    std::vector<double> volumes;
-    for (const TriangleSurface& shell : shells) {
-      groups.push_back(groups.size());
-      volumes.push_back(enclosed_volume(shell));
-    }
-    surface = remesh_shells(shells, groups, volumes, options.target, name, &attempts);
-  }
+  if (options.target.triangles || options.target.edge_mm)
+    surface = remesh_surface(surface, options.target, name, &attempts);
+  write_report(options, surface, repaired.surface, enclosed_volume(repaired.surface),
+               {{"repairs", repaired.repairs}, {"attempts", attempts}});
+}
 
-  const SurfaceQuality quality = measure_quality(surface);
-  const double input_mm3 = enclosed_volume(repaired.surface);
-  const SurfaceDistance distance = measure_distance(repaired.surface, surface);
-  write_surface(options.output, surface);
-  if (!options.report.empty()) {
-    nlohmann::ordered_json json = report_json(quality, distance, input_mm3, "input");
-    json["repairs"] = repaired.repairs;
-    json["attempts"] = attempts;
-    write_text_atomically(options.report, json.dump(2) + "\n");
-  }
-  fmt::print("{}", report_text(quality, distance, input_mm3, "input"));
+void list(const Options& options) {
+  const std::string& name = options.inputs.front();
+  if (!is_image_name(name)) throw InputError(fmt::format("{}: --list is for images; a surface has no labels", name));
+  const std::vector<LabelEntry> labels = list_labels(read_label_image(options.inputs, spacing_of(options)), name);
+  if (labels.empty())
+    throw InputError(fmt::format("{}: expected a segmented organ, found an image that is 0 everywhere", name));
+  if (!options.report.empty()) write_text_atomically(options.report, label_list_json(labels).dump(2) + "\n");
+  fmt::print("{}", label_list_text(labels));
 }
 
 void run(Options& options) {
+  if (options.list) return list(options);
   check_output_name(options.output);
   if (options.spread == "curvature") options.target.spread = SurfaceTarget::Spread::curvature;
   const bool image = is_image_name(options.inputs.front());
   if (!image) return from_surface(options);
+  if (options.wrap)
+    throw InputError(fmt::format("{}: --wrap is for surfaces; an image needs none", options.inputs.front()));
   if (!options.target.triangles && !options.target.edge_mm) options.target.triangles = 2000;
   from_image(options);
 }

@@ -16,16 +16,14 @@
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/image/label_image.h"
 #include "meshing/image/voxel_mask.h"
-#include "meshing/surface/extract_surface.h"
 #include "meshing/surface/repair_surface.h"
-#include "meshing/surface/surface_checks.h"
 #include "meshing/surface/surface_file.h"
 #include "meshing/tetrahedra/fill_with_tetrahedra.h"
 #include "meshing/tetrahedra/mesh_quality.h"
 #include "meshing/tetrahedra/mesh_report.h"
-#include "meshing/tetrahedra/shells.h"
 #include "meshing/tetrahedra/tetrahedra_from_geometry.h"
 #include "meshing/tetrahedra/tetrahedra_from_image.h"
+#include "meshing/tetrahedra/tetrahedra_from_surfaces.h"
 
 namespace palpate {
 namespace {
@@ -33,7 +31,7 @@ namespace {
 struct Options {
   std::vector<std::string> inputs, regions, assignments, labels;
   std::string output, report;
-  bool nested_regions = false;
+  bool nested_regions = false, keep_surface = false;
   FillOptions fill;
   LabelImageOptions image;
   std::vector<double> spacing;
@@ -90,6 +88,8 @@ void define(CLI::App& app, Options& o) {
       ->group("For surfaces");
   app.add_flag("--nested-regions", o.nested_regions, "Shells inside others of their file are tissues of their own")
       ->group("For surfaces");
+  app.add_flag("--keep-surface", o.keep_surface, "Never remesh: the mesh keeps every triangle of the surface, or fails")
+      ->group("For surfaces");
   app.add_option("--cavities", o.cavities, "keep or fill: shells inside others, or holes inside a tissue of an image")
       ->check(CLI::IsMember({"keep", "fill"}))
       ->group("For surfaces and images");
@@ -133,35 +133,13 @@ TriangleSurface read_repaired(const std::string& file, const Options& o) {
   return std::move(repaired.surface);
 }
 
-// Refuses inputs that touch each other; each surface alone has been checked before.
-void refuse_contact(const std::vector<ShellInput>& inputs) {
-  std::vector<TriangleSurface> surfaces;
-  for (const ShellInput& input : inputs) surfaces.push_back(input.surface);
-  const SelfIntersections crossings = find_self_intersections(join_shells(surfaces));
-  if (crossings.pairs > 0)
-    throw InputError(fmt::format(
-        "the inputs cross or touch one another: {} pairs of triangles, the first near ({:.6g}, {:.6g}, {:.6g}); "
-        "expected surfaces apart or one inside another; mesh touching tissues from their label image with "
-        "--labels",
-        crossings.pairs, crossings.place[0], crossings.place[1], crossings.place[2]));
-}
-
 MeshReport mesh_surfaces(const Options& o) {
   if (o.nested_regions && !o.cavities.empty())
     throw InputError("--nested-regions leaves no cavities; leave out --cavities");
-  std::vector<std::string> names;
-  std::vector<ShellInput> inputs = named_inputs(o, names);
+  SurfaceFillOptions options{o.nested_regions, {}, o.keep_surface, o.gate, o.fill};
+  std::vector<ShellInput> inputs = named_inputs(o, options.names);
   for (ShellInput& input : inputs) input.surface = read_repaired(input.file, o);
-  if (inputs.size() > 1) refuse_contact(inputs);
-  const VolumeBoundary boundary = regions_of_shells(inputs, o.nested_regions, names);
-  MeshReport report;
-  for (const auto& patch : boundary.patches) report.surface_triangles += patch.triangles.size();
-  note(fmt::format("filling {} region{} inside {} triangles", boundary.region_names.size(),
-                   boundary.region_names.size() == 1 ? "" : "s", report.surface_triangles));
-  report.mesh = fill_with_tetrahedra(boundary, o.fill, &report.improvement);
-  report.kept_triangles = verify_boundary_kept(boundary, report.mesh);
-  report.region_volume_of_surface = enclosed_volumes(boundary);
-  return report;
+  return tetrahedra_from_surfaces(std::move(inputs), options);
 }
 
 MeshReport mesh_image(Options& o) {

@@ -101,6 +101,7 @@ void add_bundle(py::module_& module);
 void add_contacts(py::module_& module);
 void add_tools(py::module_& module);
 void add_scene(py::module_& module);
+void add_tool_shape(py::module_& module);
 void add_device(py::module_& module);
 
 }  // namespace palpate::python

@@ -14,11 +14,38 @@ std::string file_path(const py::object& path) {
   return py::reinterpret_steal<py::bytes>(encoded);
 }
 
-std::shared_ptr<HeldBundle> open_file(const py::object& path) {
+palpate_file_access file_access(const std::string& name) {
+  if (name == "map") return PALPATE_FILE_MAP;
+  if (name == "map guarded") return PALPATE_FILE_MAP_GUARDED;
+  if (name == "copy") return PALPATE_FILE_COPY;
+  throw py::value_error("access is \"" + name + "\"; expected \"map\", \"map guarded\" or \"copy\"");
+}
+
+// Hands a line of the library's log to the logger "palpate" of Python. The library calls it while a bundle is opened or a scene
+// is created, without the interpreter's lock; nothing may be thrown through the library.
+void write_log(void*, palpate_log_level level, const char* text) {
+  const py::gil_scoped_acquire acquired;
+  try {
+    py::module_::import("logging").attr("getLogger")("palpate").attr(
+        level == PALPATE_LOG_WARNING ? "warning" : "debug")("%s", text);
+  } catch (py::error_already_set& error) {
+    error.discard_as_unraisable("palpate's log");
+  }
+}
+
+palpate_bundle_options options_with_log() {
+  palpate_bundle_options options = palpate_default_bundle_options();
+  options.log = write_log;
+  return options;
+}
+
+std::shared_ptr<HeldBundle> open_file(const py::object& path, const std::string& access) {
   const std::string name = file_path(path);
   auto held = std::make_shared<HeldBundle>();
+  palpate_bundle_options options = options_with_log();
+  options.file_access = file_access(access);
   const py::gil_scoped_release released;
-  held->bundle = Bundle(name.c_str());
+  held->bundle = Bundle(name.c_str(), &options);
   return held;
 }
 
@@ -36,19 +63,19 @@ std::shared_ptr<HeldBundle> open_bytes(const py::buffer& bytes) {
     data = held->copied.get();
   }
   const py::gil_scoped_release released;
-  held->bundle = Bundle(data, size);
+  const palpate_bundle_options options = options_with_log();
+  held->bundle = Bundle(data, size, &options);
   return held;
 }
 
-// An array of the bundle. Its section exists, so a failure means that the system cannot map it.
+// An array of the bundle. Its section exists, so a failure means that the system cannot map or copy it.
 template <class T>
 py::array section_view(const py::object& self, const T* (Bundle::*section)() const noexcept,
                        std::int32_t palpate_bundle_info::*count, int width) {
   const Bundle& bundle = self.cast<const HeldBundle&>().bundle;
   const T* data = (bundle.*section)();
   if (!data)
-    throw Error({PALPATE_ERROR_FILE, 0,
-                 "a section of the bundle cannot be mapped; close other bundles or raise the limit on address space"});
+    throw Error({PALPATE_ERROR_FILE, 0, "a section of the bundle cannot be mapped or copied; close other bundles"});
   const py::ssize_t rows = bundle.describe().*count;
   return width == 1 ? view_of(self, data, {rows}) : view_of(self, data, {rows, width});
 }
@@ -77,9 +104,12 @@ void add_bundle(py::module_& module) {
       "A tensor bundle: the precomputed elastic response of an organ. Threads may share it. It stays open while a "
       "scene "
       "or\n"
-      "an array of it is in use. Its arrays are read-only views of the file, not copies.");
-  type.def(py::init(&open_file), py::arg("path"),
-           "Opens and checks a file. Maps only the sections that are used. Raises Error.");
+      "an array of it is in use. Its arrays are read-only views, not copies.");
+  type.def(
+      py::init(&open_file), py::arg("path"), py::kw_only(), py::arg("access") = "map",
+      "Opens and checks a file. Takes only the sections that are used. access: \"map\" maps them: if somebody cuts\n"
+      "the file while it is open, reading it raises SIGBUS, which ends Python. \"map guarded\" handles that signal\n"
+      "in this process while the bundle is open. \"copy\" copies them. Raises Error.");
   type.def_static(
       "from_bytes", &open_bytes, py::arg("data"),
       "Opens and checks a bundle in memory: any object with a buffer (bytes, mmap, numpy array). Read-only\n"
@@ -126,6 +156,7 @@ void add_bundle(py::module_& module) {
   has("has_radial", &Info::has_radial, "True: the bundle has the measured radial response P");
   has("has_force", &Info::has_force, "True: the bundle has the measured force response Q");
   has("has_preload", &Info::has_preload, "True: the bundle has the displacement under a body force");
+  has("has_large", &Info::has_large, "True: deformation=\"large\" is possible");
 
   type.def("check", &check, "Compares every section with its checksum; reads the whole bundle. Raises Error.");
   type.def("prefault", &prefault, py::arg("lock") = false,

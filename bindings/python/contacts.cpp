@@ -100,7 +100,10 @@ void add_mailbox(py::module_& module) {
 
 void add_contacts(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_tool_state, force, force_raw, direction, contact_count, slip_count, release_count, flags,
-                       id);
+                       id, torque, torque_raw);
+  PYBIND11_NUMPY_DTYPE(palpate_contact, tool_id, tool, point, triangle, node, state, begun, barycentric, place, normal,
+                       depth, gap, force, velocity);
+  PYBIND11_NUMPY_DTYPE(palpate_contact_event, kind, tool_id, point, contact, triangle, node, barycentric, place);
   PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, tool, point, modified_displacement, force);
   py::class_<HeldContacts, std::shared_ptr<HeldContacts>> type(
       module, "Contacts",
@@ -115,6 +118,17 @@ void add_contacts(py::module_& module) {
   type.def_property_readonly("nodes", &contact_nodes,
                              "structured [nodes under contact]: node, column, tool, point, modified_displacement ([3], "
                              "m), force ([3], N, on the organ)");
+  const auto numbers = [&type](const char* name, auto member, std::size_t count, const char* doc) {
+    type.def_property_readonly(
+        name,
+        [=](const py::object& self) {
+          return view_of(self, self.cast<HeldContacts&>().contacts.get()->*member, {static_cast<py::ssize_t>(count)});
+        },
+        doc);
+  };
+  numbers("organ_position", &palpate_contacts::organ_position, 3,
+          "float64 [3], m: where the organ's frame was in the world");
+  numbers("organ_orientation", &palpate_contacts::organ_orientation, 4, "float64 [4]: its quaternion w, x, y, z");
   type.def_property_readonly("data", &used_bytes,
                              "uint8 [used]: the contacts as bytes, for a file, a socket or assign of other contacts");
   type.def("assign", &assign_bytes, py::arg("data"),
@@ -128,6 +142,7 @@ void add_contacts(py::module_& module) {
   };
   number("step", &palpate_contacts::step, "number of the touch, from 1");
   number("sweeps", &palpate_contacts::sweeps, "sweeps of projected Gauss-Seidel; 0 where none was needed");
+  number("newton_steps", &palpate_contacts::newton_steps, "steps of Newton's method; 0 where none was needed");
   number("residual_displacement", &palpate_contacts::residual_displacement,
          "m: by how much the worst contact misses its imposed displacement");
   number("residual_force", &palpate_contacts::residual_force, "N: the same, divided by that contact's own compliance");

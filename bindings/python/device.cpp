@@ -11,7 +11,7 @@ namespace {
 // Three numbers that a call reads.
 struct Three {
   double at[3];
-  Three(const Numbers& from, const char* name) { set_three(at, from, name); }
+  Three(const Numbers& from, const char* name) { set_numbers(at, from, name); }
 };
 
 palpate_device make_device(double mass, double damping, double tick, std::int32_t delay_ticks, double force_limit,

@@ -76,7 +76,10 @@ void add_step_flags(py::module_& module) {
                 {"UNSOLVED", PALPATE_STEP_UNSOLVED},
                 {"OTHER_BUNDLE", PALPATE_STEP_OTHER_BUNDLE},
                 {"TRACKING_LOST", PALPATE_STEP_TRACKING_LOST},
-                {"WORK_DEFERRED", PALPATE_STEP_WORK_DEFERRED}});
+                {"WORK_DEFERRED", PALPATE_STEP_WORK_DEFERRED},
+                {"SOLVE_INEXACT", PALPATE_STEP_SOLVE_INEXACT},
+                {"DISCS_THINNED", PALPATE_STEP_DISCS_THINNED},
+                {"DEFORMATION_BEHIND", PALPATE_STEP_DEFORMATION_BEHIND}});
 }
 
 void add_device_flags(py::module_& module) {
@@ -109,13 +112,14 @@ py::object device_flags(std::uint32_t flags) {
 PYBIND11_MODULE(_palpate, module) {
   using namespace palpate::python;
   module.doc() = "Touch an organ in real time: from a tensor bundle and tools to forces and the deformed shape.";
-  module.attr("__version__") = PALPATE_VERSION;
+  module.attr("__version__") = palpate_version(nullptr);  // of the library that is linked
   module.attr("API_VERSION") = PALPATE_API_VERSION;
   add_errors(module);
   add_step_flags(module);
   add_bundle(module);
   add_contacts(module);
   add_tools(module);
+  add_tool_shape(module);
   add_scene(module);
   add_device_flags(module);
   add_device(module);

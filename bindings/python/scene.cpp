@@ -1,8 +1,11 @@
 // palpate.Scene: one organ under one set of effects. touch and shape run without the interpreter's lock.
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string>
+#include <type_traits>
 
 #include "bindings/python/tools.h"
 
@@ -59,6 +62,35 @@ struct RenderMesh {
   }
 };
 
+// A fine surface while its scene is created: a tuple of positions [vertices, 3] and triangles [triangles, 3].
+struct FineSurface {
+  py::array_t<float, py::array::c_style | py::array::forcecast> positions;
+  py::array_t<std::int32_t, py::array::c_style | py::array::forcecast> triangles;
+  palpate_fine_surface surface = palpate_default_fine_surface();
+
+  explicit FineSurface(const py::object& from) {
+    if (!py::isinstance<py::tuple>(from) || from.cast<py::tuple>().size() != 2) refuse();
+    take(from.cast<py::tuple>()[0], positions), take(from.cast<py::tuple>()[1], triangles);
+    surface.positions = positions.data(), surface.triangles = triangles.data();
+    surface.vertex_count = static_cast<std::int32_t>(positions.shape(0));
+    surface.triangle_count = static_cast<std::int32_t>(triangles.shape(0));
+  }
+  [[noreturn]] static void refuse() {
+    throw py::value_error(
+        "fine_surface: expected a tuple of positions [vertices, 3] and triangles [triangles, 3], whole numbers");
+  }
+  template <class Array>
+  static void take(const py::handle& from, Array& array) {
+    const py::array given = py::array::ensure(from);
+    if (!given || given.ndim() != 2 || given.shape(1) != 3 || given.shape(0) > INT32_MAX) refuse();
+    if (std::is_same_v<typename Array::value_type, std::int32_t> && given.dtype().kind() != 'i' &&
+        given.dtype().kind() != 'u')
+      refuse();
+    array = Array::ensure(given);
+    if (!array) refuse();
+  }
+};
+
 struct PlanPass {
   std::string name, half, sections;
   std::uint64_t mapped_bytes;
@@ -72,6 +104,7 @@ class HeldScene {
         vertex_count_(def.render_mesh ? def.render_mesh->vertex_count : 0),
         scene_(create(bundle_->bundle, def_)) {
     def_.render_mesh = nullptr;  // the caller may release its arrays now
+    def_.fine_surface = nullptr;
   }
 
   std::shared_ptr<HeldContacts> make_contacts() const {
@@ -117,9 +150,75 @@ class HeldScene {
     return step_flags(without_lock([&] { return scene_.shape(contacts.contacts, out); }));
   }
 
+  py::object normals(const py::object& positions, const py::object& normals) {
+    const std::int32_t nodes = bundle_->bundle.describe().surface_node_count;
+    palpate_shape_out shape = palpate_default_shape_out();
+    shape.node_count = nodes, shape.positions = writable(positions, "positions", nodes);
+    float* out = writable(normals, "normals", nodes);
+    return step_flags(without_lock([&] { return scene_.normals(shape, out, nodes); }));
+  }
+
+  py::object cast_ray(const Numbers& origin, const Numbers& direction, HeldContacts* contacts, double longest) {
+    double from[3], along[3];
+    set_numbers(from, origin, "origin"), set_numbers(along, direction, "direction");
+    return ask<palpate_surface_hit>(contacts, [&](const palpate_contacts* of, palpate_step_flags* flags) {
+      return scene_.cast_ray(of, from, along, longest, flags);
+    });
+  }
+  py::object closest_point(const Numbers& point, HeldContacts* contacts, double farthest) {
+    double p[3];
+    set_numbers(p, point, "point");
+    return ask<palpate_surface_hit>(contacts, [&](const palpate_contacts* of, palpate_step_flags* flags) {
+      return scene_.closest_point(of, p, farthest, flags);
+    });
+  }
+  py::object signed_distance(const Numbers& point, HeldContacts* contacts) {
+    double p[3];
+    set_numbers(p, point, "point");
+    return ask<double>(contacts, [&](const palpate_contacts* of, palpate_step_flags* flags) {
+      return scene_.signed_distance(of, p, flags);
+    });
+  }
+
+  py::object report() {
+    const InUse use(touching_, kTouching);
+    const palpate_contact_report* report = palpate_scene_report(scene_.get());
+    if (!report) throw py::value_error("the scene reports no contacts; make it with report=\"contacts\"");
+    return py::make_tuple(py::array_t<palpate_contact>(report->contact_count, palpate_report_contact(report, 0)),
+                          py::array_t<palpate_contact_event>(report->event_count, palpate_report_event(report, 0)));
+  }
+  void set_pose(const Numbers& position, const Numbers& orientation, const Numbers& velocity,
+                const Numbers& angular_velocity) {
+    const InUse use(touching_, kTouching);
+    palpate_pose pose = palpate_default_pose();
+    set_numbers(pose.position, position, "position");
+    set_numbers(pose.orientation, orientation, "orientation");
+    set_numbers(pose.velocity, velocity, "velocity");
+    set_numbers(pose.angular_velocity, angular_velocity, "angular_velocity");
+    palpate_error error = {};
+    if (!scene_.set_pose(pose, &error)) throw Error(error);
+  }
+
   void reset() {
     const InUse use(touching_, kTouching);
     scene_.reset();
+  }
+  py::bytes save() {
+    const InUse use(touching_, kTouching);
+    State state;
+    palpate_error error = {};
+    if (scene_.save(state, &error) != PALPATE_OK) throw Error(error);
+    return py::bytes(static_cast<const char*>(state.get()), state.bytes());
+  }
+  void restore(const py::buffer& data) {
+    const HeldBuffer bytes(data);
+    const InUse use(touching_, kTouching);
+    State state(bytes.size());
+    if (bytes.size() > 0) std::memcpy(state.get(), bytes.data(), bytes.size());
+    palpate_error error = {};
+    if (bytes.size() == 0)
+      throw Error({PALPATE_ERROR_TRUNCATED, 0, "the state has no bytes; expected those that save returned"});
+    if (scene_.restore(state, &error) != PALPATE_OK) throw Error(error);
   }
   void reset_tool(std::int32_t id) {
     const InUse use(touching_, kTouching);
@@ -140,8 +239,27 @@ class HeldScene {
     const py::gil_scoped_release released;
     return Scene(bundle, def);
   }
+
+  // Answers a query: a Hit, None or a number.
+  template <class Answer, class Query>
+  py::object ask(HeldContacts* contacts, Query query) {
+    const InUse use(asking_, "a query already runs on another thread");
+    std::optional<InUse> contacts_use;
+    if (contacts) contacts_use.emplace(contacts->in_use, kContactsInUse);
+    palpate_step_flags flags = 0;
+    const Answer answer = without_lock([&] { return query(contacts ? contacts->contacts.get() : nullptr, &flags); });
+    if (flags & (PALPATE_STEP_BAD_INPUT | PALPATE_STEP_OTHER_BUNDLE))
+      throw py::value_error(
+          def_.queries == PALPATE_QUERIES_OFF
+              ? "the scene answers no queries; make it with queries=\"on\""
+              : "expected numbers that are finite, a direction that is not zero, a distance above zero, and contacts "
+                "that a touch of this bundle filled");
+    if constexpr (std::is_same_v<Answer, palpate_surface_hit>)
+      if (!answer.hit) return py::none();
+    return py::cast(answer);
+  }
   template <class Step>
-  static palpate_step_flags without_lock(Step step) {
+  static std::invoke_result_t<Step> without_lock(Step step) {
     const py::gil_scoped_release released;
     return step();
   }
@@ -169,16 +287,19 @@ class HeldScene {
   std::int32_t vertex_count_;  // of the render mesh
   Scene scene_;
   ToolCopies copies_;
-  std::atomic_flag touching_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT;
+  std::atomic_flag touching_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT, asking_ = ATOMIC_FLAG_INIT;
 };
 
 std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const std::string& collision,
                                       const std::string& contact, const std::string& law, const std::string& force,
                                       const std::string& shape, const std::string& radial, const std::string& preload,
-                                      const py::object& relaxation, const py::object& render_mesh,
+                                      const std::string& queries, const std::string& deformation,
+                                      const std::string& report, const py::object& relaxation,
+                                      const py::object& render_mesh, const py::object& fine_surface,
                                       std::int32_t max_tools, std::int32_t max_points, std::int32_t max_contact_nodes,
                                       double force_limit, double force_slew, double max_tool_speed,
-                                      double release_distance) {
+                                      double release_distance, double torque_limit, double torque_slew,
+                                      std::int64_t max_operations) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
   def.contact = choose<palpate_contact_model>("contact", contact, {"node", "triangle", "point", "patch"});
@@ -187,9 +308,14 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.shape = choose<palpate_shape_model>("shape", shape, {"off", "surface", "volume"});
   def.radial = choose<palpate_radial_model>("radial", radial, {"off", "response"});
   def.preload = choose<palpate_preload_model>("preload", preload, {"off", "on"});
+  def.queries = choose<palpate_query_model>("queries", queries, {"off", "on"});
+  def.deformation = choose<palpate_deformation_model>("deformation", deformation, {"linear", "large"});
+  def.report = choose<palpate_report_model>("report", report, {"off", "contacts"});
   def.relaxation = relaxation_of(relaxation);
   std::optional<RenderMesh> mesh;
   if (!render_mesh.is_none()) def.render_mesh = &mesh.emplace(render_mesh).mesh;
+  std::optional<FineSurface> fine;
+  if (!fine_surface.is_none()) def.fine_surface = &fine.emplace(fine_surface).surface;
   def.max_tools = max_tools;
   def.max_points = max_points;
   def.max_contact_nodes = max_contact_nodes;
@@ -197,6 +323,9 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.force_slew = force_slew;
   def.max_tool_speed = max_tool_speed;
   def.release_distance = release_distance;
+  def.torque_limit = torque_limit;
+  def.torque_slew = torque_slew;
+  def.max_operations = max_operations;
   return std::make_unique<HeldScene>(std::move(bundle), def);
 }
 
@@ -211,11 +340,28 @@ void add_plan_pass(py::module_& module) {
       });
 }
 
+void add_hit(py::module_& module) {
+  const auto three = [](double(palpate_surface_hit::*member)[3]) {
+    return [member](const palpate_surface_hit& self) { return py::array_t<double>(3, self.*member); };
+  };
+  py::class_<palpate_surface_hit>(module, "Hit", "A surface point that a query found.")
+      .def_readonly("triangle", &palpate_surface_hit::triangle, "index of its triangle")
+      .def_property_readonly("barycentric", three(&palpate_surface_hit::barycentric), "weights of its three vertices")
+      .def_property_readonly("point", three(&palpate_surface_hit::point), "m")
+      .def_property_readonly("normal", three(&palpate_surface_hit::normal), "outward unit normal of the triangle")
+      .def_readonly("distance", &palpate_surface_hit::distance, "m")
+      .def("__repr__", [](const palpate_surface_hit& self) {
+        return "<palpate.Hit: triangle " + std::to_string(self.triangle) + ", " + std::to_string(self.distance) +
+               " m away>";
+      });
+}
+
 }  // namespace
 
 void add_scene(py::module_& module) {
   const palpate_scene_def start = palpate_default_scene_def();
   add_plan_pass(module);
+  add_hit(module);
   py::class_<HeldScene>(
       module, "Scene",
       "One organ under one set of effects. It keeps its bundle open. touch and shape run without the\n"
@@ -223,23 +369,34 @@ void add_scene(py::module_& module) {
       .def(py::init(&make_scene), py::arg("bundle"), py::kw_only(), py::arg("collision") = "rest",
            py::arg("contact") = "patch", py::arg("law") = "sticking", py::arg("force") = "linear",
            py::arg("shape") = "surface", py::arg("radial") = "off", py::arg("preload") = "off",
+           py::arg("queries") = "off", py::arg("deformation") = "linear", py::arg("report") = "off",
            py::arg("relaxation") = py::none(), py::arg("render_mesh") = py::none(),
-           py::arg("max_tools") = start.max_tools, py::arg("max_points") = start.max_points,
-           py::arg("max_contact_nodes") = start.max_contact_nodes, py::arg("force_limit") = start.force_limit,
-           py::arg("force_slew") = start.force_slew, py::arg("max_tool_speed") = start.max_tool_speed,
-           py::arg("release_distance") = start.release_distance,
+           py::arg("fine_surface") = py::none(), py::arg("max_tools") = start.max_tools,
+           py::arg("max_points") = start.max_points, py::arg("max_contact_nodes") = start.max_contact_nodes,
+           py::arg("force_limit") = start.force_limit, py::arg("force_slew") = start.force_slew,
+           py::arg("max_tool_speed") = start.max_tool_speed, py::arg("release_distance") = start.release_distance,
+           py::arg("torque_limit") = start.torque_limit, py::arg("torque_slew") = start.torque_slew,
+           py::arg("max_operations") = start.max_operations,
            "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n\n"
            "collision: off, rest, deformed        contact: node, triangle, point, patch (a disc of the tool's "
            "disc_radius)\n"
            "law: sticking, sliding, unilateral, coulomb          force: off, linear, response\n"
            "shape: off, surface, volume           radial: off, response           preload: off, on\n"
+           "queries: off, on (cast_ray, closest_point, signed_distance)          report: off, contacts\n"
+           "deformation: linear, large (a hyperelastic body; the bundle must have been made for it)\n"
            "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
            "render_mesh: None, or a finer mesh that skin moves with the surface: positions [vertices, 3], m, or a "
            "tuple of\n"
            "positions and normals; read now and no longer\n"
+           "fine_surface: None, or a closed surface that tools meet in place of the bundle's triangles: a tuple of "
+           "positions\n"
+           "[vertices, 3], m, and triangles [triangles, 3], counter-clockwise from outside; read now and no longer\n"
            "max_tools, max_points, max_contact_nodes: limits that memory is taken for\n"
-           "force_limit, N; force_slew, N/s: on each tool's force, for a device\n"
-           "max_tool_speed, m/s; release_distance, m (0: from the organ's size): beyond them a point is TRACKING_LOST")
+           "force_limit, N; force_slew, N/s: on each tool's force, for a device; torque_limit, N m; torque_slew, N "
+           "m/s: on its\n"
+           "torque\n"
+           "max_tool_speed, m/s; release_distance, m (0: from the organ's size): beyond them a point is TRACKING_LOST\n"
+           "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)")
       .def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
       .def_property_readonly("shape_node_count", &HeldScene::shape_node_count,
                              "nodes that shape fills: the surface's, all (shape=\"volume\"), or 0")
@@ -265,7 +422,39 @@ void add_scene(py::module_& module) {
            py::arg("normals") = py::none(),
            "The render mesh under a shape: displacements as shape wrote them. Fills the caller's arrays, float32\n"
            "[vertex_count, 3] or more rows, contiguous; m. Returns StepFlags; 0 is full trust.")
-      .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces.")
+      .def("normals", &HeldScene::normals, py::arg("positions"), py::arg("normals"),
+           "Normals of the surface's vertices, the mean of the triangles around each, weighted by their angles:\n"
+           "positions as shape wrote them. Fills the caller's array, float32 [surface_node_count, 3]. Returns "
+           "StepFlags.")
+      .def("cast_ray", &HeldScene::cast_ray, py::arg("origin"), py::arg("direction"), py::arg("contacts") = py::none(),
+           py::arg("longest") = INFINITY,
+           "The first Hit of a ray with the surface as the contacts deform it, from outside or inside, or None.\n"
+           "contacts: None for the surface at rest; longest: m along the ray. For one thread at a time, beside touch "
+           "and shape.")
+      .def("closest_point", &HeldScene::closest_point, py::arg("point"), py::arg("contacts") = py::none(),
+           py::arg("farthest") = INFINITY, "The nearest point of that surface, if it is nearer than farthest, or None.")
+      .def("signed_distance", &HeldScene::signed_distance, py::arg("point"), py::arg("contacts") = py::none(),
+           "The distance of a point from that surface, m, below zero inside.")
+      .def("report", &HeldScene::report,
+           "Contacts and events of the last touch: two structured arrays, copies, with the fields of palpate_contact "
+           "and\n"
+           "palpate_contact_event. state: 0 sticks, 1 slips, 2 frictionless, 3 released. kind: 1 begin, 2 end, 3 slip "
+           "start,\n"
+           "4 stick start. Read it after every touch.")
+      .def("set_pose", &HeldScene::set_pose, py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
+           py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0), py::kw_only(),
+           py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),
+           py::arg("angular_velocity") = py::make_tuple(0.0, 0.0, 0.0),
+           "Where the organ is in the world at the next touch: m; a quaternion w, x, y, z; m/s and rad/s, with which "
+           "each\n"
+           "later touch moves it on. Points of tools and forces on tools are in the world. Raises Error.")
+      .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces; the pose stays.")
+      .def("save", &HeldScene::save,
+           "bytes: what the touches have left in the scene. Restored, the next touches give the same bits.")
+      .def(
+          "restore", &HeldScene::restore, py::arg("state"),
+          "Takes over the state of a scene with the same effects, limits and bundle. Raises Error where it is damaged\n"
+          "or of another scene, which leaves this one as it was.")
       .def("reset_tool", &HeldScene::reset_tool, py::arg("id"),
            "The same for the tool of that id alone; an id that is not in use changes nothing.");
 }

@@ -19,8 +19,8 @@ palpate_grip make_grip(std::optional<std::int32_t> node, const Numbers& displace
   palpate_grip grip = palpate_default_grip();
   grip.kind = node ? PALPATE_GRIP_NODE : PALPATE_GRIP_SURFACE_POINT;
   grip.node = node.value_or(-1), grip.triangle = triangle.value_or(-1), grip.axes = axes;
-  set_three(grip.displacement, displacement, "displacement");
-  set_three(grip.barycentric, barycentric, "barycentric");
+  set_numbers(grip.displacement, displacement, "displacement");
+  set_numbers(grip.barycentric, barycentric, "barycentric");
   return grip;
 }
 
@@ -35,8 +35,8 @@ py::array own_points(const Numbers& from) {
 }
 
 HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double disc_radius, double friction,
-                   std::int32_t id) {
-  return {own_points(points), py::list(grips), hold, disc_radius, friction, id};
+                   std::int32_t id, std::optional<std::array<double, 3>> torque_about) {
+  return {own_points(points), py::list(grips), hold, disc_radius, friction, id, torque_about};
 }
 
 // The caller holds the same array and may have changed its shape.
@@ -52,10 +52,11 @@ py::array three_of(const py::object& self, double (palpate_grip::*member)[3]) {
 
 }  // namespace
 
-void set_three(double (&to)[3], const Numbers& from, const char* name) {
-  if (from.ndim() != 1 || from.shape(0) != 3)
-    throw py::value_error(std::string(name) + ": expected 3 numbers, found shape " + shape_of(from));
-  std::copy_n(from.data(), 3, to);
+void set_numbers(double* to, py::ssize_t count, const Numbers& from, const char* name) {
+  if (from.ndim() != 1 || from.shape(0) != count)
+    throw py::value_error(std::string(name) + ": expected " + std::to_string(count) + " numbers, found shape " +
+                          shape_of(from));
+  std::copy_n(from.data(), count, to);
 }
 
 void ToolCopies::take(const py::iterable& tools) {
@@ -74,6 +75,8 @@ void ToolCopies::take(const py::iterable& tools) {
     copy.id = tool.id;
     copy.point_count = static_cast<std::int32_t>(tool.points.shape(0));
     copy.grip_count = static_cast<std::int32_t>(tool.grips.size());
+    copy.has_torque = tool.torque_about.has_value();
+    if (tool.torque_about) std::copy_n(tool.torque_about->data(), 3, copy.reference);
     copy.hold = tool.hold, copy.disc_radius = tool.disc_radius, copy.friction = tool.friction;
   }
   // The vectors no longer grow, so pointers into them stay valid.
@@ -105,19 +108,21 @@ void add_tools(py::module_& module) {
       .def_readwrite("axes", &palpate_grip::axes, "bits 1, 2, 4 impose x, y, z")
       .def_property(
           "displacement", [](const py::object& self) { return three_of(self, &palpate_grip::displacement); },
-          [](palpate_grip& self, const Numbers& to) { set_three(self.displacement, to, "displacement"); },
+          [](palpate_grip& self, const Numbers& to) { set_numbers(self.displacement, to, "displacement"); },
           "float64 [3], m, a view that you may write to")
       .def_property(
           "barycentric", [](const py::object& self) { return three_of(self, &palpate_grip::barycentric); },
-          [](palpate_grip& self, const Numbers& to) { set_three(self.barycentric, to, "barycentric"); },
+          [](palpate_grip& self, const Numbers& to) { set_numbers(self.barycentric, to, "barycentric"); },
           "float64 [3], a view that you may write to");
   py::class_<HeldTool>(module, "Tool", "An instrument: points that are tested against the surface, and grips.")
       .def(py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
            py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0, py::arg("id") = -1,
+           py::arg("torque_about") = py::none(),
            "points: [P, 3] or [3], m, copied; grips: Grip objects; hold: contacts stay when the point has come out, "
            "and pull;\n"
            "disc_radius: m, of the flat disc that each point presses (contact=\"patch\"); friction: for "
-           "law=\"coulomb\"; id: 0 or more, by which the scene knows the tool from step to step; -1: its index.")
+           "law=\"coulomb\"; id: 0 or more, by which the scene knows the tool from step to step; -1: its index;\n"
+           "torque_about: None, or the 3 coordinates of a point, m: contacts.tools then has the torque about it.")
       .def_property(
           "points", [](const HeldTool& self) { return self.points; },
           [](HeldTool& self, const Numbers& to) { self.points = own_points(to); },
@@ -127,6 +132,7 @@ void add_tools(py::module_& module) {
       .def_readwrite("disc_radius", &HeldTool::disc_radius,
                      "m, 0 .. 1: radius of the flat disc that each point presses on the organ (contact=\"patch\")")
       .def_readwrite("id", &HeldTool::id, "0 or more, another one for each tool of a touch; -1: its index")
+      .def_readwrite("torque_about", &HeldTool::torque_about, "None, or the point about which the torque is taken, m")
       .def_readwrite("friction", &HeldTool::friction, "0 .. 100: Coulomb's coefficient (law=\"coulomb\")");
 }
 

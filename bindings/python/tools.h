@@ -1,14 +1,21 @@
 // The Python objects for tools and grips.
 #pragma once
 
+#include <array>
+#include <optional>
+
 #include "bindings/python/bindings.h"
 
 namespace palpate::python {
 
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// Throws a Python error that begins with `name` where these are not 3 numbers.
-void set_three(double (&to)[3], const Numbers& from, const char* name);
+// Throws a Python error that begins with `name` where these are not as many numbers.
+void set_numbers(double* to, py::ssize_t count, const Numbers& from, const char* name);
+template <std::size_t count>
+void set_numbers(double (&to)[count], const Numbers& from, const char* name) {
+  set_numbers(to, count, from, name);
+}
 
 // The points are a numpy array that the caller may write to between touches.
 struct HeldTool {
@@ -17,6 +24,7 @@ struct HeldTool {
   bool hold = false;
   double disc_radius = 0, friction = 0;
   std::int32_t id = -1;
+  std::optional<std::array<double, 3>> torque_about = std::nullopt;  // m; none: no torque
 };
 
 // A copy of the tools of one touch, made while the interpreter's lock is held, so that nothing changes during the step. The next

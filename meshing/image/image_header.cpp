@@ -19,7 +19,7 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr std::size_t kLongestHeader = 1 << 16;
+constexpr std::size_t kLongestHeader = 1 << 20;  // 3D Slicer writes about 1 kB for each segment
 
 std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r\n");

@@ -33,6 +33,10 @@ bool VoxelGrid::left_handed() const {
   return determinant(axis) < 0;
 }
 
+namespace {
+constexpr std::size_t kGreyValues = 12;
+}
+
 std::string describe_values(const LabelImage& image, std::size_t limit) {
   // An image of real numbers can have as many values as voxels, so the map keeps the smallest ones only.
   std::map<float, std::uint64_t> counts;
@@ -51,9 +55,14 @@ std::string describe_values(const LabelImage& image, std::size_t limit) {
       counts.emplace(value, 1);
     }
   }
+  // so many values are grey values, of which the first few tell enough
+  while (more && counts.size() > kGreyValues) counts.erase(std::prev(counts.end()));
   std::string text;
-  for (const auto& [value, count] : counts)
-    text += fmt::format("{}{} ({} voxels)", text.empty() ? "" : ", ", value, count);
+  for (const auto& [value, count] : counts) {
+    const auto name = image.names.find(value);
+    text += fmt::format("{}{}{} ({} voxels)", text.empty() ? "" : ", ", value,
+                        name == image.names.end() ? "" : " " + name->second, count);
+  }
   return more ? text + ", ..." : text;
 }
 

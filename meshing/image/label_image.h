@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,7 +30,8 @@ struct VoxelGrid {
 
 struct LabelImage {
   VoxelGrid grid;
-  std::vector<float> values;  // [voxels], x fastest
+  std::vector<float> values;             // [voxels], x fastest
+  std::map<float, std::string> names{};  // of labels, where read_label_names finds them
 };
 
 // Reads INR (.inr, .inr.gz), NRRD (.nrrd, .nhdr), NIfTI (.nii, .nii.gz, .hdr), MetaImage (.mha, .mhd) or PNG slices.
@@ -43,8 +45,9 @@ LabelImage read_label_image(const std::vector<std::string>& inputs,
 // Returns whether the name of a file, folder or pattern is one that read_label_image accepts.
 bool is_image_name(const std::string& input);
 
-// Lists the values of the image with their numbers of voxels, for messages: "0 (25413011 voxels), 255 (3133434
-// voxels)". Values ascend. Of more than limit values, lists the smallest ones, then "...".
-std::string describe_values(const LabelImage& image, std::size_t limit = 12);
+// Lists the values of the image with their names and numbers of voxels, for messages: "0 (25413011 voxels), 255 liver
+// (3133434 voxels)". Values ascend. Of more than limit values (grey values: segmentation tools write fewer labels), lists
+// the 12 smallest, then "...".
+std::string describe_values(const LabelImage& image, std::size_t limit = 256);
 
 }  // namespace palpate

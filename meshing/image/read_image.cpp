@@ -13,6 +13,7 @@
 #include "formats/errors.h"
 #include "meshing/image/image_header.h"
 #include "meshing/image/label_image.h"
+#include "meshing/image/label_names.h"
 #include "meshing/image/read_image_itk.h"
 #include "meshing/image/read_nifti.h"
 
@@ -179,6 +180,7 @@ LabelImage read_label_image(const std::vector<std::string>& inputs,
                             const std::optional<std::array<double, 3>>& spacing) {
   LabelImage image = read_any(inputs, spacing);
   check_grid(inputs.front(), image.grid);
+  image.names = read_label_names(inputs.front());
   return image;
 }
 

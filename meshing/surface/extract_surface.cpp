@@ -9,6 +9,7 @@
 
 #include "formats/errors.h"
 #include "formats/program.h"
+#include "meshing/image/thickness.h"
 #include "meshing/surface/isosurface.h"
 #include "meshing/surface/offset_to_volume.h"
 #include "meshing/surface/remesh.h"
@@ -274,29 +275,73 @@ TriangleSurface remesh_shells(const std::vector<TriangleSurface>& shells, const 
       if (!repaired || !restore_volumes()) break;
     }
   }
-  throw InputError(
-      fmt::format("{}: no valid surface of about {} triangles was found in {} attempts: {}; ask for more triangles "
-                  "or a larger --smooth",
-                  what, std::accumulate(counts.begin(), counts.end(), std::size_t{0}), kAttempts, defect));
+  const std::size_t wanted = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+  throw NoValidSurface(
+      fmt::format("{}: no valid surface of about {} triangles was found in {} attempts: {}; ask for more, such as "
+                  "--triangles {}",
+                  what, wanted, kAttempts, defect, 4 * wanted));
 }
 
-ExtractedSurface extract_surface(const VoxelMask& mask, double smooth_mm, const SurfaceTarget& target,
-                                 const std::string& image_name) {
+TriangleSurface remesh_surface(const TriangleSurface& surface, const SurfaceTarget& target, const std::string& what,
+                               int* attempts, double too_far_out_mm) {
+  const std::vector<TriangleSurface> shells = split_shells(surface);
+  std::vector<std::size_t> groups;
+  std::vector<double> volumes;
+  for (const TriangleSurface& shell : shells) {
+    groups.push_back(groups.size());
+    volumes.push_back(enclosed_volume(shell) - too_far_out_mm * area(shell));
+  }
+  return remesh_shells(shells, groups, volumes, target, what, attempts);
+}
+
+namespace {
+
+ExtractedSurface extract_once(const VoxelMask& mask, double smooth_mm, const SurfaceTarget& target,
+                              const std::string& image_name) {
   ExtractedSurface result;
+  result.smooth_mm = smooth_mm;
   const std::vector<float> field = smooth_mask(mask, smooth_mm);
   find_thin_parts(mask, field, smooth_mm, result);
   const Isosurface iso = isosurface(mask.grid, field);
   if (iso.surface.triangles.empty()) {
-    throw InputError(fmt::format("{}: smoothing by {:.3g} mm leaves nothing of the label; give a smaller --smooth",
-                                 image_name, smooth_mm));
+    throw NoValidSurface(fmt::format("{}: smoothing by {:.3g} mm leaves nothing of the label; give a smaller --smooth",
+                                     image_name, smooth_mm));
   }
   refuse_noise(iso.surface, image_name);
-  result.voxel_surface = isosurface(mask.grid, {mask.inside.begin(), mask.inside.end()}).surface;
-
   const std::vector<TriangleSurface> shells = split_shells(iso.surface);
   const ShellGroups groups = match_shells(mask, iso, shells, result);
   result.surface = remesh_shells(shells, groups.of_shell, groups.volumes, target, image_name, &result.attempts);
   return result;
+}
+
+}  // namespace
+
+ExtractedSurface extract_surface(const VoxelMask& mask, double smooth_mm, const SurfaceTarget& target,
+                                 const std::string& image_name) {
+  // A Gaussian wider than a quarter of a part's thickness thins the part. Then opposite sides cross.
+  double next = smooth_mm;
+  std::string first_failure;
+  for (int round = 0;; ++round) {
+    try {
+      ExtractedSurface result = extract_once(mask, next, target, image_name);
+      result.voxel_surface = isosurface(mask.grid, {mask.inside.begin(), mask.inside.end()}).surface;
+      return result;
+    } catch (const NoValidSurface& failed) {
+      if (round == 0) first_failure = failed.what();
+      if (round == 2 || next == 0) throw InputError(first_failure);
+    } catch (const InputError&) {
+      if (round == 0) throw;
+      throw InputError(first_failure);
+    }
+    const double thickness = local_thickness(mask, 0.98);
+    const double voxel = std::cbrt(mask.grid.voxel_volume());
+    next = std::min(next / 2, thickness / 4);
+    if (next < voxel / 4) next = 0;  // has no effect
+    warn(
+        fmt::format("{}: no valid surface was found with a smoothing of {:.3g} mm, and parts are only {:.3g} mm thick; "
+                    "trying --smooth {:.3g}",
+                    image_name, smooth_mm, thickness, next));
+  }
 }
 
 }  // namespace palpate

@@ -9,7 +9,8 @@ namespace palpate {
 
 class NearestPoint {
  public:
-  // Builds a tree of the triangles. The surface must be an oriented manifold (else std::logic_error).
+  // Builds a tree of the triangles, leaving out flat ones; at least one must not be flat. The triangles need not form a
+  // manifold.
   explicit NearestPoint(const TriangleSurface& surface);
   ~NearestPoint();
   NearestPoint(const NearestPoint&) = delete;

@@ -175,13 +175,26 @@ TriangleSurface read_binary_stl(const std::filesystem::path& file, const std::st
   return surface;
 }
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
+}
+
+// The first word of a line of a text STL, in lower case; "end solid", in two words, counts as "endsolid".
+std::string stl_keyword(TextLines& lines) {
+  std::string word = lower_case(lines.word());
+  if (word == "end") word += lower_case(lines.word());
+  return word;
+}
+
 TriangleSurface read_text_stl(const std::filesystem::path& file, const std::string& text) {
   TextLines lines(file, text);
   TriangleSurface surface;
   bool ended = false;
   std::size_t corners = 0;
   while (lines.advance()) {
-    const std::string_view word = lines.word();
+    const std::string word = stl_keyword(lines);
     if (word == "vertex") {
       const double x = lines.coordinate(), y = lines.coordinate(), z = lines.coordinate();
       surface.points.push_back({x, y, z});
@@ -193,15 +206,19 @@ TriangleSurface read_text_stl(const std::filesystem::path& file, const std::stri
       corners = 0;
     } else if (word == "endsolid") {
       ended = true;
-    } else if (word == "solid") {
+    } else if (word == "solid") {  // the rest of the line is a name, which may have blanks
       ended = false;
     } else if (word != "facet" && word != "outer" && word != "endloop") {
       lines.fail("facet, vertex, endfacet or endsolid", word);
     }
   }
-  if (!ended || corners) {
+  if (corners) {
     throw InputError(
-        fmt::format("{}: the file ends at line {} without endsolid; it is cut off", file.string(), lines.number()));
+        fmt::format("{}: the file ends at line {} within a facet; it is cut off", file.string(), lines.number()));
+  }
+  if (!ended) {
+    warn(fmt::format("{}: the file ends at line {} without endsolid; read its {} facets, which are whole",
+                     file.string(), lines.number(), surface.triangles.size()));
   }
   return surface;
 }
@@ -213,8 +230,10 @@ TriangleSurface read_stl(const std::filesystem::path& file, const std::string& b
   if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, 4);
   const std::uint64_t needed = 84 + 50 * std::uint64_t{count};
   if (bytes.size() >= 84 && bytes.size() == needed) return read_binary_stl(file, bytes);
-  const bool text = bytes.starts_with("solid") && bytes.substr(0, 4096).find("facet") != std::string::npos;
-  if (text) return read_text_stl(file, bytes);
+  const std::string head = lower_case(std::string_view(bytes).substr(0, 4096));
+  const std::size_t first = std::min(head.find_first_not_of(" \t\r\n"), head.size());
+  if (head.compare(first, 5, "solid") == 0 && head.find("facet") != std::string::npos)
+    return read_text_stl(file, bytes);
   throw InputError(
       fmt::format("{}: expected a binary STL of {} triangles in {} bytes, or a text one, found {} bytes; it is cut "
                   "off or damaged",
@@ -229,8 +248,7 @@ bool says_ras(const std::string& bytes) {
 }  // namespace
 
 TriangleSurface read_surface(const std::filesystem::path& file, double millimetres_per_unit) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = lower_case(file.extension().string());
   const std::string bytes = read_whole(file);
   TriangleSurface surface;
   if (ending == ".off")

@@ -71,6 +71,13 @@ class ShapeFilter {
   double least_ratio_;
 };
 
+double mean_radius_ratio(const TriangleSurface& surface) {
+  double sum = 0;
+  for (const auto& [a, b, c] : surface.triangles)
+    sum += radius_ratio(surface.points[a], surface.points[b], surface.points[c]);
+  return sum / static_cast<double>(surface.triangles.size());
+}
+
 }  // namespace
 
 TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triangles, unsigned iterations) {
@@ -78,7 +85,12 @@ TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triang
   double edge = edge_for_count(area(surface), goal);
   // The search starts from about sixteen times as many triangles as wanted. With fewer, the input limits the result;
   // with more, the search takes longer.
-  const TriangleSurface dense = goal * 16 < static_cast<double>(surface.triangles.size())
+  // Splitting many needles would give millions of triangles.
+  const bool needles = mean_radius_ratio(surface) < 0.4;
+  if (needles && goal * 4 < static_cast<double>(surface.triangles.size()))
+    return remesh_evenly(simplify_by_curvature(surface, 4 * triangles), triangles, iterations);
+  const TriangleSurface dense = needles ? isotropic(surface, edge / 2, 2, 0)
+                                : goal * 16 < static_cast<double>(surface.triangles.size())
                                     ? isotropic(surface, edge / 4, 1, 0)
                                     : split(surface, edge / 3);
   TriangleSurface best;
@@ -98,7 +110,10 @@ TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triang
 
 TriangleSurface simplify_by_curvature(const TriangleSurface& surface, std::size_t triangles) {
   namespace simplification = CGAL::Surface_mesh_simplification;
-  CgalMesh mesh = to_cgal(surface);
+  // Collapses need a surface of several times the wanted number to choose from. Splitting keeps its shape.
+  const bool too_few = surface.triangles.size() < 4 * triangles;
+  const double edge = edge_for_count(area(surface), static_cast<double>(triangles));
+  CgalMesh mesh = to_cgal(too_few ? split(surface, edge / 3) : surface);
   const std::size_t edges = triangles / 2 * 3 + 1;  // a closed surface has E = 3 F / 2
   // lower the bound when it refuses every collapse before the wanted number is reached
   for (double least_ratio = kLeastRatio; mesh.number_of_edges() >= edges; least_ratio /= 2) {

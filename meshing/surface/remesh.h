@@ -16,8 +16,8 @@ TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triang
 
 // Collapses edges (Lindstrom and Turk 1998, CGAL's implementation) down to the wanted number of triangles, then calls
 // improve_triangles. Refuses a collapse that turns a triangle over or leaves a triangle with a radius ratio below
-// 0.5. If no other collapse is left, it lowers this bound. A surface that has at most the wanted number keeps its
-// number.
+// 0.5. If no other collapse is left, it lowers this bound. A surface of less than four times the wanted number is split
+// first.
 TriangleSurface simplify_by_curvature(const TriangleSurface& surface, std::size_t triangles);
 
 // Returns the edge (mm) of equilateral triangles of which count cover the area.

@@ -43,7 +43,7 @@ void refuse_open(const TriangleSurface& soup, const std::string& name) {
   if (census.free) {
     throw InputError(
         fmt::format("{}: expected a closed surface, found {} open loop{} with {} free edges, the first near {}; "
-                    "fill the holes",
+                    "palpate-surface --wrap closes them",
                     name, census.loops, census.loops == 1 ? "" : "s", census.free, at(census.free_place)));
   }
 }
@@ -65,8 +65,8 @@ TriangleSurface to_manifold(const TriangleSurface& soup, const std::string& name
   repairs.add(before - std::min<std::size_t>(before, mesh.number_of_faces()), "flat triangles collapsed");
   if (!all_removed || !CGAL::is_closed(mesh)) {
     throw InputError(
-        fmt::format("{}: expected a closed manifold, found triangles that cannot be joined to one; repair the "
-                    "surface where it was made",
+        fmt::format("{}: expected a closed manifold, found triangles that cannot be joined to one; "
+                    "palpate-surface --wrap makes one of them",
                     name));
   }
   return from_cgal(mesh);
@@ -176,10 +176,10 @@ RepairedSurface repair_surface(TriangleSurface soup, const PieceFilter& filter, 
       return to_manifold(soup, name, repairs);
     } catch (const InputError&) {
       if (census.crowded == 0) throw;
-      throw InputError(
-          fmt::format("{}: {} edges belong to more than two triangles, the first near {}: walls inside or parts that "
-                      "touch; give each closed part its own file",
-                      name, census.crowded, at(census.crowded_place)));
+      throw InputError(fmt::format(
+          "{}: {} edges belong to more than two triangles, the first near {}: walls inside or parts that "
+          "touch; palpate-surface --wrap unites them; for regions of their own, give each closed part its own file",
+          name, census.crowded, at(census.crowded_place)));
     }
   }();
 
@@ -203,8 +203,9 @@ RepairedSurface repair_surface(TriangleSurface soup, const PieceFilter& filter, 
   const SelfIntersections crossings = find_self_intersections(join_shells(kept));
   if (crossings.pairs) {
     throw InputError(
-        fmt::format("{}: {} pairs of triangles intersect, the first near {}; repair the surface where it was made",
-                    name, crossings.pairs, at(crossings.place)));
+        fmt::format("{}: {}{} pairs of triangles intersect, the first near {}; palpate-surface --wrap unites what they "
+                    "enclose",
+                    name, crossings.pairs < kMostCrossings ? "" : "at least ", crossings.pairs, at(crossings.place)));
   }
   kept = orient_shells(std::move(kept), turned > 0, cavities, name, repairs, result.repairs);
   result.surface = join_shells(kept);

@@ -87,7 +87,7 @@ nlohmann::ordered_json report_json(const SurfaceQuality& quality, const SurfaceD
 }
 
 std::string report_text(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
-                        const std::string& reference_name) {
+                        const std::string& reference_name, const std::optional<SurfaceDistance>& back) {
   const auto row = [](const std::string& what, const std::string& value) {
     return fmt::format("{:<28}{}\n", what, value);
   };
@@ -101,9 +101,11 @@ std::string report_text(const SurfaceQuality& quality, const SurfaceDistance& di
                           quality.radius_ratio.least, quality.least_angle_deg));
   text += row("volume, cm3", fmt::format("{:.4f}; {} {:.4f}; error {:.2g} %", quality.volume_mm3 / 1000, reference_name,
                                          reference_mm3 / 1000, 100 * (quality.volume_mm3 / reference_mm3 - 1)));
-  text +=
-      row(fmt::format("distance from {}, mm", reference_name),
-          fmt::format("mean {:.2f}, 95 % {:.2f}, most {:.2f}", distance.mean_mm, distance.p95_mm, distance.most_mm));
+  const auto distances = [&](const std::string& what, const SurfaceDistance& d) {
+    text += row(what, fmt::format("mean {:.2f}, 95 % {:.2f}, most {:.2f}", d.mean_mm, d.p95_mm, d.most_mm));
+  };
+  distances(fmt::format("distance from {}, mm", reference_name), distance);
+  if (back) distances(fmt::format("distance to {}, mm", reference_name), *back);
   text += row("checks", "closed, manifold, free of self-intersections, outward");
   return text;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "meshing/surface/triangle_surface.h"
@@ -28,13 +29,18 @@ SurfaceQuality measure_quality(const TriangleSurface& closed);
 // evenly.
 struct SurfaceDistance {
   double mean_mm = 0, p95_mm = 0, most_mm = 0;
+  // The largest distance of a point of the reference that lies outside of the surface, and that point. A point counts as
+  // outside unless the surface lies beyond it along the reference's normal.
+  double outside_mm = 0;
+  Point outside_place{};
 };
 SurfaceDistance measure_distance(const TriangleSurface& reference, const TriangleSurface& surface);
 
 // reference_name names what the volume and the distance are compared with: "voxels" or "input".
 nlohmann::ordered_json report_json(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
                                    const std::string& reference_name);
+// back: the distance from the surface to the reference, for a reference that is no closed surface of voxels.
 std::string report_text(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
-                        const std::string& reference_name);
+                        const std::string& reference_name, const std::optional<SurfaceDistance>& back = {});
 
 }  // namespace palpate

@@ -238,4 +238,45 @@ EdgeCensus count_edges(const TriangleSurface& soup) {
   return census;
 }
 
+Caps cap_free_edges(TriangleSurface& soup) {
+  std::vector<std::array<std::int32_t, 2>> edges;  // along the new triangle
+  UnionFind rims(soup.points.size());
+  const std::vector<EdgeUse> uses = edge_uses(soup);
+  for_each_edge(uses, [&](std::size_t first, std::size_t count) {
+    if (count != 1) return;
+    const EdgeUse& use = uses[first];
+    edges.push_back({use.forward ? use.high : use.low, use.forward ? use.low : use.high});
+    rims.join(static_cast<std::size_t>(use.low), static_cast<std::size_t>(use.high));
+  });
+  struct Rim {
+    Point sum{}, low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+    double edges = 0;
+    std::int32_t centre = 0;
+  };
+  std::map<std::size_t, Rim> rim_of;
+  for (const auto& edge : edges) {
+    Rim& rim = rim_of[rims.root(static_cast<std::size_t>(edge[0]))];
+    const Point p = soup.points[edge[0]], middle = 0.5 * (p + soup.points[edge[1]]);
+    rim.sum = rim.sum + middle;
+    ++rim.edges;
+    for (int axis = 0; axis < 3; ++axis) {
+      rim.low[axis] = std::min(rim.low[axis], p[axis]);
+      rim.high[axis] = std::max(rim.high[axis], p[axis]);
+    }
+  }
+  Caps caps;
+  for (auto& [root, rim] : rim_of) {
+    rim.centre = static_cast<std::int32_t>(soup.points.size());
+    soup.points.push_back((1 / rim.edges) * rim.sum);
+    ++caps.loops;
+    const double width = Box{rim.low, rim.high}.diagonal();
+    if (width <= caps.widest) continue;
+    caps.widest = width;
+    caps.place = soup.points.back();
+  }
+  for (const auto& edge : edges)
+    soup.triangles.push_back({edge[0], edge[1], rim_of[rims.root(static_cast<std::size_t>(edge[0]))].centre});
+  return caps;
+}
+
 }  // namespace palpate

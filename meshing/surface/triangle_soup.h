@@ -34,4 +34,13 @@ struct EdgeCensus {
 };
 EdgeCensus count_edges(const TriangleSurface& soup);
 
+// Closes each connected set of free edges by a fan: one more point, the mean of the set's points, and a triangle from
+// it to each free edge. widest: the largest diagonal of a set's box; place: that set's new point.
+struct Caps {
+  std::size_t loops = 0;
+  double widest = 0;
+  Point place{};
+};
+Caps cap_free_edges(TriangleSurface& soup);
+
 }  // namespace palpate

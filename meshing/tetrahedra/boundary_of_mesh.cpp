@@ -106,8 +106,7 @@ NonManifoldEdges non_manifold_edges(const VolumeBoundary& boundary) {
         for (int i = 0; i < 3; ++i) ++triangles_at[std::minmax(t[i], t[(i + 1) % 3])];
   NonManifoldEdges edges;
   for (const auto& [edge, count] : triangles_at)
-    if (count != 2 && edges.count++ == 0)
-      edges.place = 0.5 * (boundary.points[edge.first] + boundary.points[edge.second]);
+    if (count != 2) edges.places.push_back(0.5 * (boundary.points[edge.first] + boundary.points[edge.second]));
   return edges;
 }
 

@@ -1,7 +1,7 @@
 // Tetrahedra -> the triangles that bound their regions.
 #pragma once
 
-#include <cstddef>
+#include <vector>
 
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/surface/triangle_surface.h"
@@ -18,8 +18,7 @@ VolumeBoundary without_unused_points(const VolumeBoundary& boundary);
 
 // Edges of the outer surface (patches ahead of which is kOutside or kCavity) that do not have exactly two triangles.
 struct NonManifoldEdges {
-  std::size_t count = 0;
-  Point place{};  // the middle of the first such edge
+  std::vector<Point> places;  // the middles of these edges
 };
 NonManifoldEdges non_manifold_edges(const VolumeBoundary& boundary);
 

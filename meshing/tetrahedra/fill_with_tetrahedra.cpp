@@ -174,8 +174,8 @@ double mean_edge(const VolumeBoundary& boundary) {
 namespace {
 
 TetrahedralMesh fill_once(const VolumeBoundary& boundary, const FillOptions& options) {
-  TetrahedralMesh mesh =
-      from_bytes(run_in_child("gmsh", options.time_limit, [&] { return fill_in_gmsh(boundary, options); }));
+  TetrahedralMesh mesh = from_bytes(run_in_child(
+      "gmsh", options.time_limit, [&] { return fill_in_gmsh(boundary, options); }, options.processor_limit));
   mesh.region_names = boundary.region_names;
   for (const auto& patch : boundary.patches) mesh.patches.push_back({patch_name(boundary, patch), patch.triangles});
   verify_boundary_kept(boundary, mesh);

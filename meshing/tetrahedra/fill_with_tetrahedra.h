@@ -17,7 +17,8 @@ struct FillOptions {
   double optimize_below = 0.5;  // HXT improves elements whose gmsh quality is below this; 0: none
   double goal =
       20;  // degrees; elements with a smaller dihedral angle are improved, then other settings are tried; 0: neither
-  double time_limit = 3600;  // seconds for each try
+  double time_limit = 3600;    // seconds for each try
+  double processor_limit = 0;  // seconds of processor time for each try; 0: none
 };
 
 // Fills every region. The nodes of the mesh are the points of the boundary, in the same order and with the same bits,

@@ -10,6 +10,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 
@@ -30,11 +31,16 @@ void write_all(int descriptor, const std::string& bytes) {
   }
 }
 
-[[noreturn]] void be_the_child(int descriptor, const std::function<std::string()>& work) {
+[[noreturn]] void be_the_child(int descriptor, const std::function<std::string()>& work, double processor_limit) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // the kernel kills the child when the program ends
   const rlimit no_core = {0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) std::signal(signal, SIG_DFL);
+  if (processor_limit > 0) {  // counts from the fork; the kernel then sends SIGXCPU
+    const auto seconds = static_cast<rlim_t>(std::ceil(processor_limit));
+    const rlimit processor = {seconds, seconds + 1};
+    setrlimit(RLIMIT_CPU, &processor);
+  }
+  for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGXCPU}) std::signal(signal, SIG_DFL);
   const int silence = open("/dev/null", O_WRONLY);
   dup2(silence, STDOUT_FILENO);
   dup2(silence, STDERR_FILENO);
@@ -79,7 +85,8 @@ bool read_until_closed(int descriptor, double time_limit, std::string& bytes) {
 
 }  // namespace
 
-std::string run_in_child(const std::string& what, double time_limit, const std::function<std::string()>& work) {
+std::string run_in_child(const std::string& what, double time_limit, const std::function<std::string()>& work,
+                         double processor_limit) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw OperationError(fmt::format("pipe failed: {}", std::strerror(errno)));
   std::fflush(nullptr);  // otherwise the child would print our buffered output a second time
@@ -87,7 +94,7 @@ std::string run_in_child(const std::string& what, double time_limit, const std::
   if (child < 0) throw OperationError(fmt::format("fork failed: {}", std::strerror(errno)));
   if (child == 0) {
     close(ends[0]);
-    be_the_child(ends[1], work);
+    be_the_child(ends[1], work, processor_limit);
   }
   close(ends[1]);
   std::string answer;
@@ -102,6 +109,9 @@ std::string run_in_child(const std::string& what, double time_limit, const std::
         fmt::format("{} did not finish within {:g} s and was stopped; give it longer with --time-limit, "
                     "or ask for larger elements",
                     what, time_limit));
+  if (processor_limit > 0 && WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
+    throw OperationError(
+        fmt::format("{} did not finish within {:.0f} s of processor time and was stopped", what, processor_limit));
   if (WIFSIGNALED(status))
     throw OperationError(fmt::format("{} crashed ({}); its input passed our checks, so please report it with the input",
                                      what, strsignal(WTERMSIG(status))));

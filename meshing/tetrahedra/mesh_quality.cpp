@@ -89,20 +89,22 @@ void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const Qu
         fmt::format("{} has volume {:g}, but every element must have a positive one; look for a fold "
                     "or a sliver of the surface there, or change --size",
                     describe(mesh, quality.volume.tetrahedron), quality.volume.value));
+  // The limits to state so that this mesh passes, rounded down.
+  std::string accept;
+  if (!(quality.dihedral.value >= gate.min_dihedral))
+    accept += fmt::format(" --min-dihedral {:.1f}", std::floor(quality.dihedral.value * 10) / 10);
+  if (!(quality.radius_ratio.value >= gate.min_radius_ratio))
+    accept += fmt::format(" --min-radius-ratio {:.3f}", std::floor(quality.radius_ratio.value * 1000) / 1000);
   if (!(quality.dihedral.value >= gate.min_dihedral))
     throw VerificationError(
         fmt::format("{} has a dihedral angle of {:.3g} degrees, less than the {:g} that --min-dihedral asks for; "
-                    "remesh the surface "
-                    "evenly there, change --size, or accept it with --min-dihedral {:.2g}",
-                    describe(mesh, quality.dihedral.tetrahedron), quality.dihedral.value, gate.min_dihedral,
-                    std::floor(quality.dihedral.value * 10) / 10));
+                    "use more triangles there, change --size, or accept it with{}",
+                    describe(mesh, quality.dihedral.tetrahedron), quality.dihedral.value, gate.min_dihedral, accept));
   if (!(quality.radius_ratio.value >= gate.min_radius_ratio))
-    throw VerificationError(
-        fmt::format("{} has a radius ratio of {:.3g}, less than the {:g} that --min-radius-ratio asks for; remesh the "
-                    "surface evenly "
-                    "there, change --size, or accept it with --min-radius-ratio {:.2g}",
-                    describe(mesh, quality.radius_ratio.tetrahedron), quality.radius_ratio.value, gate.min_radius_ratio,
-                    std::floor(quality.radius_ratio.value * 100) / 100));
+    throw VerificationError(fmt::format(
+        "{} has a radius ratio of {:.3g}, less than the {:g} that --min-radius-ratio asks for; use more "
+        "triangles there, change --size, or accept it with{}",
+        describe(mesh, quality.radius_ratio.tetrahedron), quality.radius_ratio.value, gate.min_radius_ratio, accept));
 }
 
 }  // namespace palpate

@@ -75,7 +75,8 @@ std::string text_of(const MeshReport& r) {
   for (const auto& patch : mesh.patches)
     text += fmt::format("patch             \"{}\": {} triangles\n", patch.name, patch.triangles.size());
   if (r.surface_triangles > 0)
-    text += fmt::format("surface triangles {} kept of {}\n", r.kept_triangles, r.surface_triangles);
+    text += fmt::format("surface triangles {} kept of {}{}\n", r.kept_triangles, r.surface_triangles,
+                        r.remeshed ? ", remeshed" : "");
   text += fmt::format("dihedral angle    min {:.2f}, mean of smallest {:.2f}, max {:.2f} degrees\n", q.dihedral.value,
                       q.mean_smallest_dihedral, q.largest_dihedral.value);
   if (r.improvement.below_before > 0)
@@ -108,7 +109,10 @@ std::string json_of(const MeshReport& r) {
   json["patches"] = ordered_json::array();
   for (const auto& patch : r.mesh.patches)
     json["patches"].push_back({{"name", patch.name}, {"triangles", patch.triangles.size()}});
-  if (r.surface_triangles > 0) json["surface_triangles"] = {{"given", r.surface_triangles}, {"kept", r.kept_triangles}};
+  if (r.surface_triangles > 0) {
+    json["surface_triangles"] = {{"given", r.surface_triangles}, {"kept", r.kept_triangles}};
+    json["remeshed"] = r.remeshed;
+  }
   const auto worst = [](const MeshQuality::Worst& w) {
     return ordered_json{{"value", w.value}, {"tetrahedron", w.tetrahedron}};
   };

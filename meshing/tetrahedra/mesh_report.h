@@ -19,6 +19,7 @@ struct MeshReport {
   double goal = 0;  // degrees; the goal of the improvement
   Improvement improvement;
   std::size_t surface_triangles = 0, kept_triangles = 0;  // 0 if the input was not a surface
+  bool remeshed = false;                                  // the triangles are not the input's own
   std::vector<double> region_volume_of_surface;           // [regions] or empty
   std::vector<double> region_volume_of_voxels;            // [regions] or empty, mm^3
 };

@@ -72,27 +72,34 @@ struct Attempt {
   VolumeBoundary boundary;
 };
 
-// Mesh_3 gives each tissue a good surface, but the outer surface of all tissues may not be a manifold. A slightly
-// smaller edge moves every vertex, so the function tries a few edges.
-Attempt manifold_mesh(const TissueMap& map, const std::vector<Tissue>& tissues, const std::vector<TissuePiece>& pieces,
-                      LabelMeshOptions options) {
-  constexpr int kAttempts = 4;
-  NonManifoldEdges bad;
-  for (int attempt = 0; attempt < kAttempts; ++attempt, options.edge *= 0.96) {
+// Mesh_3 gives each tissue a good surface, but where two parts nearly touch, the outer surface of all tissues may not be
+// a manifold. A smaller edge moves every vertex. Where that does not help, the gap there is filled.
+Attempt manifold_mesh(TissueMap& map, const std::vector<Tissue>& tissues, const std::vector<TissuePiece>& pieces,
+                      LabelMeshOptions& options) {
+  constexpr int kPlain = 2, kAttempts = 8;
+  const double edge = options.edge;
+  std::vector<Point> bad;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Attempt result;
     result.mesh = tetrahedra_from_tissues(map, tissues, pieces, options);
     result.boundary = boundary_of(result.mesh);
-    bad = non_manifold_edges(result.boundary);
-    if (bad.count == 0) return result;
+    bad = non_manifold_edges(result.boundary).places;
+    if (bad.empty()) return result;
+    std::string change;
+    if (attempt + 1 >= kPlain) {
+      for (const Point& place : bad) map.fill_gap(place, edge / 2);
+      change = fmt::format("filling the gaps there, up to {:.3g} mm around, and ", edge);
+    }
+    options.edge *= 0.96;
     note(fmt::format(
-        "{} non-manifold edges on the outer surface, the first at ({:.5g}, {:.5g}, {:.5g}) mm; trying edges of "
+        "{} non-manifold edges on the outer surface, the first at ({:.5g}, {:.5g}, {:.5g}) mm; {}trying edges of "
         "{:.4g} mm",
-        bad.count, bad.place[0], bad.place[1], bad.place[2], 0.96 * options.edge));
+        bad.size(), bad[0][0], bad[0][1], bad[0][2], change, options.edge));
   }
-  throw VerificationError(
-      fmt::format("the outer surface has {} edges with more than two triangles in each of {} attempts, one "
-                  "at ({:.5g}, {:.5g}, {:.5g}) mm; change --edge-mm or --smooth",
-                  bad.count, kAttempts, bad.place[0], bad.place[1], bad.place[2]));
+  throw VerificationError(fmt::format(
+      "the outer surface has {} edges with more than two triangles after {} attempts with smaller edges and "
+      "filled gaps, one at ({:.5g}, {:.5g}, {:.5g}) mm; correct the labels there, or try --edge-mm {:.2g}",
+      bad.size(), kAttempts, bad[0][0], bad[0][1], bad[0][2], edge / 2));
 }
 
 void compare_volumes(const MeshReport& report, const std::vector<double>& voxels_mm3, const LabelImageOptions& o) {
@@ -147,7 +154,7 @@ MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const L
   mesh_options.time_limit = fill.time_limit;
   const bool by_mesh_3 = options.fill == LabelImageOptions::Fill::mesh_3;
   if (by_mesh_3) mesh_options.interior = fill.size > 0 ? fill.size : mesh_options.edge;
-  const TissueMap map(masks, smooth);
+  TissueMap map(masks, smooth);
   const std::vector<TissuePiece> pieces = pieces_of(map, name);
   note(fmt::format("meshing {} tissues in {} pieces with triangles of {:.4g} mm", options.tissues.size(), pieces.size(),
                    mesh_options.edge));
@@ -161,7 +168,14 @@ MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const L
     report.improvement = improve_worst_elements(report.mesh, fill.goal);
   } else {
     attempt.boundary = without_unused_points(attempt.boundary);
-    report.mesh = fill_with_tetrahedra(attempt.boundary, fill, &report.improvement);
+    try {
+      report.mesh = fill_with_tetrahedra(attempt.boundary, fill, &report.improvement);
+    } catch (const OperationError& failed) {
+      throw OperationError(
+          fmt::format("{}: no tetrahedra were found between surfaces with edges of {:.3g} mm: {}; try "
+                      "--edge-mm {:.3g}, or --fill mesh_3",
+                      name, mesh_options.edge, failed.what(), 0.9 * mesh_options.edge));
+    }
   }
   for (const auto& patch : attempt.boundary.patches) report.surface_triangles += patch.triangles.size();
   report.kept_triangles = verify_boundary_kept(attempt.boundary, report.mesh);

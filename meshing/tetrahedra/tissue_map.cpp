@@ -68,6 +68,27 @@ int TissueMap::largest(const Shares& share) const {
   return best;
 }
 
+void TissueMap::fill_gap(const Point& place, double radius) {
+  std::array<int, 3> low{}, high{};
+  for (int d = 0; d < 3; ++d) {
+    const double middle = dot(to_index_[d], place - grid_.origin);
+    const double reach = 2 * radius * std::sqrt(dot(to_index_[d], to_index_[d]));
+    low[d] = std::max(0, static_cast<int>(std::ceil(middle - reach)));
+    high[d] = std::min(grid_.size[d] - 1, static_cast<int>(std::floor(middle + reach)));
+  }
+  for (int k = low[2]; k <= high[2]; ++k)
+    for (int j = low[1]; j <= high[1]; ++j)
+      for (int i = low[0]; i <= high[0]; ++i) {
+        const Point away = grid_.point(i, j, k) - place;
+        const double near = std::max(0.0, 1 - dot(away, away) / (4 * radius * radius));
+        const std::size_t voxel = grid_.index(i, j, k);
+        double sum = 0;
+        for (const auto& share : shares_) sum += share[voxel];
+        if (sum < 1e-3) continue;  // no tissue is near
+        for (auto& share : shares_) share[voxel] *= static_cast<float>(1 + near * near * std::max(0.0, 1 - sum) / sum);
+      }
+}
+
 int TissueMap::at_voxel(std::size_t voxel) const {
   Shares share;
   for (std::size_t t = 0; t < shares_.size(); ++t) share[t] = shares_[t][voxel];

@@ -37,6 +37,10 @@ class TissueMap {
   int at(const Point& p) const;
   int at_voxel(std::size_t voxel) const;
 
+  // Gives what is near the place to the tissues there: the background's share falls to zero at the place and is unchanged
+  // beyond twice the radius (mm); the tissues get it in proportion to their shares.
+  void fill_gap(const Point& place, double radius);
+
   const VoxelGrid& grid() const { return grid_; }
   std::size_t tissues() const { return shares_.size(); }
 

@@ -10,7 +10,6 @@ SCENES ?= compress compress-linear
 GEOMETRY := $(PIPELINES)/brain-cylinder/cylinder.geo
 TETRAHEDRA_OPTIONS_3mm := --set edge=3 --set sides=32
 TETRAHEDRA_OPTIONS_1.5mm := --set edge=1.5 --set sides=64
-TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
 
 PICTURES = $(WORK)/pictures/cylinder.png
 CURVES := $(PIPELINES)/brain-cylinder/curves

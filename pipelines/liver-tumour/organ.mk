@@ -10,7 +10,6 @@ IMAGE ?= $(DATA)/liver-tumour/liver.inr.gz
 # As for the liver. --size: largest edge inside, mm.
 SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
 SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
-SURFACE_OPTIONS ?= $(SURFACE_OPTIONS_$(RESOLUTION))
 RENDER_OPTIONS ?= --labels 255 --triangles 14000 --spread curvature
 SIZE_1700 := 9
 SIZE_20000 := 3.8
@@ -32,10 +31,7 @@ $(WORK)/tumours.off: $(PIPELINES)/liver-tumour/make_balls.py $(PIPELINES)/liver-
 
 # ---- pictures ------------------------------------------------------------------------------------------------------
 
-PICTURES = $(addprefix $(CASE)/pictures/,mesh.png palpate.png)
-
-$(CASE)/pictures/mesh.png: $(CASE)/bundle.h5 $(PIPELINES)/pictures/mesh.py $(PIPELINES)/pictures/offscreen.py
-	$(PYTHON) $(PIPELINES)/pictures/mesh.py $< -o $@
+PICTURES = $(addprefix $(CASE)/pictures/,mesh.png boundary.png palpate.png)
 
 $(CASE)/pictures/palpate.png: $(CASE)/scenes/palpate/summary.json $(call case_of,healthy)/scenes/palpate/summary.json \
                               $(PIPELINES)/pictures/palpation.py $(PIPELINES)/pictures/offscreen.py

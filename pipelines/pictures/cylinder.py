@@ -19,6 +19,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import offscreen  # noqa: E402
+import picture_file  # noqa: E402
 
 HEIGHT = 13.0  # mm
 FORCE_BOUND, RADIAL_BOUND = 0.001, 0.005
@@ -77,6 +78,9 @@ def main():
     arguments = parser.parse_args()
     figure, (force_panel, radial_panel) = plt.subplots(1, 2, figsize=(14, 5.6))
     worst_force = worst_radial = 0.0
+    linear = os.path.join(arguments.case[0][1], "scenes", "compress-linear")
+    scenes = [os.path.join(folder, "scenes", "compress") for _, folder, _ in arguments.case] + [linear]
+    scenes += [scene for _, scene, _ in arguments.relaxing]
     for (rate, folder, curve), colour in zip(arguments.case, COLOURS):
         x, force, radial = read_curve(curve)
         played = played_force(os.path.join(folder, "scenes", "compress"))
@@ -97,7 +101,6 @@ def main():
         print("%s mm/min, relaxing: force within %.3f %% of the measured curve's largest value" % (rate, 100 * distance))
         worst_force = max(worst_force, distance)
     x, _, radial = read_curve(arguments.case[0][2])
-    linear = os.path.join(arguments.case[0][1], "scenes", "compress-linear")
     force_panel.plot(*played_force(linear), color="0.45", linestyle="--", linewidth=1.6, label="linear model")
     radial_panel.plot(x, radial, color=COLOURS[0], linewidth=7, alpha=0.3)
     radial_panel.plot(*played_radius(os.path.join(arguments.case[0][1], "scenes", "compress")), color=COLOURS[0],
@@ -114,7 +117,7 @@ def main():
               "%.3f %% and %.3f %%" % (100 * FORCE_BOUND, 100 * RADIAL_BOUND, 100 * worst_force, 100 * worst_radial),
               file=sys.stderr)
         return 3
-    offscreen.save(figure, arguments.output)
+    picture_file.save(figure, arguments.output, scenes)
     return 0
 
 

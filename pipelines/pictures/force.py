@@ -10,13 +10,18 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+import picture_file  # noqa: E402
+
 
 def force_against_indentation(scene):
-    """(indentation mm, force N) of the first tool while it goes in: from the touch before its first contact to its deepest."""
+    """(indentation mm, force N) of the first tool while it goes in: from the touch before its first contact to its deepest; one
+    point at zero for a tool that never touched."""
     with open(os.path.join(scene, "forces.csv"), newline="") as stream:
         rows = list(csv.DictReader(stream))
     rows = [row for row in rows if row["tool"] == rows[0]["tool"]]
-    first = next(i for i, row in enumerate(rows) if int(row["contacts"]) > 0)
+    first = next((i for i, row in enumerate(rows) if int(row["contacts"]) > 0), None)
+    if first is None:
+        return np.zeros(1), np.zeros(1)
     place = np.array([[float(row[a + "_m"]) for a in "xyz"] for row in rows]) * 1e3
     depth = np.linalg.norm(place - place[max(first - 1, 0)], axis=1)
     force = np.array([np.hypot(np.hypot(float(r["force_x_N"]), float(r["force_y_N"])), float(r["force_z_N"])) for r in rows])
@@ -44,9 +49,7 @@ def main():
     for side in ("top", "right"):
         panel.spines[side].set_visible(False)
     figure.tight_layout()
-    os.makedirs(os.path.dirname(os.path.abspath(arguments.output)), exist_ok=True)
-    figure.savefig(arguments.output + ".part", format="png", dpi=120, metadata={"Software": None})
-    os.replace(arguments.output + ".part", arguments.output)
+    picture_file.save(figure, arguments.output, [arguments.linear, arguments.response])
 
 
 if __name__ == "__main__":

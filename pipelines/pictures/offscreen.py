@@ -13,6 +13,8 @@ import xml.etree.ElementTree
 
 import numpy as np
 
+import views
+
 MILLIMETRE = 1e-3
 
 
@@ -70,6 +72,11 @@ def read_grid(file):
     reader.SetFileName(file)
     reader.Update()
     return reader.GetOutput()
+
+
+def points_in(data):
+    """[n, 3] as they stand in VTK data."""
+    return vtk_to_numpy(data.GetPoints().GetData()).astype(float)
 
 
 def points_of(grid):
@@ -190,14 +197,77 @@ def arrow(start, direction, length, radius, colour):
     return [rod(start, start + direction * (length - head), radius, colour), plain_actor(cone.GetOutput(), colour)]
 
 
+def hatch(data, size, colour):
+    """Stripes over a surface (VTK data with cells), a fiftieth of size apart, so that it is told from others without colours."""
+    points = points_in(data)
+    normal = np.array([0.5, 0.5, 0.7071])
+    along = points @ normal
+    plane = vtk.vtkPlane()
+    plane.SetNormal(*normal)
+    cutter = vtk.vtkCutter()
+    cutter.SetInputData(data)
+    cutter.SetCutFunction(plane)
+    cutter.GenerateValues(max(int(np.ptp(along) / (size / 50)), 2), along.min(), along.max())
+    cutter.Update()
+    actor = plain_actor(cutter.GetOutput(), colour)
+    actor.GetProperty().LightingOff()
+    actor.GetProperty().SetLineWidth(3)
+    # Lines are drawn in front of the triangles in which they lie.
+    actor.GetMapper().SetResolveCoincidentTopologyToPolygonOffset()
+    actor.GetMapper().SetRelativeCoincidentTopologyLineOffsetParameters(-6, -6)
+    return actor
+
+
+def cells_where(data, chosen):
+    """The triangles of VTK data whose points are all chosen ([points] of bool), as VTK data."""
+    ids = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    part = vtk.vtkPolyData()
+    part.SetPoints(data.GetPoints())
+    kept = ids[chosen[ids].all(axis=1)]
+    cells = vtk.vtkCellArray()
+    cells.ImportLegacyFormat(numpy_to_vtk(np.hstack([np.full((len(kept), 1), 3), kept]).astype(np.int64).ravel(), deep=1,
+                                          array_type=vtk.VTK_ID_TYPE))
+    part.SetPolys(cells)
+    return part
+
+
+def path_line(points, radius, colour):
+    """A thin tube along places that a tool was at, mm."""
+    line, places = vtk.vtkPolyData(), vtk.vtkPoints()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=1))
+    cells = vtk.vtkCellArray()
+    cells.InsertNextCell(len(points))
+    for i in range(len(points)):
+        cells.InsertCellPoint(i)
+    line.SetPoints(places)
+    line.SetLines(cells)
+    tube = vtk.vtkTubeFilter()
+    tube.SetInputData(line)
+    tube.SetRadius(radius)
+    tube.SetNumberOfSides(12)
+    tube.Update()
+    return plain_actor(tube.GetOutput(), colour)
+
+
 # ---- image ---------------------------------------------------------------------------------------------------------
+
+
+def zoom_to_all(camera, actors, size):
+    """The largest factor with which the boxes of all actors stay in the picture, 3 % from its edges."""
+    corners = np.array([[b[i], b[2 + j], b[4 + k], 1] for b in (actor.GetBounds() for actor in actors)
+                        for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    transform = camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
+    matrix = np.array([[transform.GetElement(i, j) for j in range(4)] for i in range(4)])
+    on_screen = corners @ matrix.T
+    # Camera.Zoom divides the view's angle, whose tangent decides; at 20 degrees both are the same within 1 %, which the margin covers.
+    return views.largest_zoom(on_screen[:, :2] / on_screen[:, 3:], margin=0.03)
 
 
 def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=None, crop=None):
     """Returns (image [rows, columns, 3] of bytes on white, function from a point in mm to its pixel (column, row)).
 
     look_from: direction from the object to the camera. bounds: what the view is fitted to, (xmin, xmax, ymin, ...); None:
-    all actors. crop: pixels of white to keep around what is shown; None: all. The window is rendered at twice the size and
+    all actors. zoom: None for the largest with which no actor is cut off. crop: pixels of white to keep around what is shown; None: all. The window is rendered at twice the size and
     averaged.
     """
     renderer = vtk.vtkRenderer()
@@ -216,7 +286,7 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=
     camera.SetViewUp(*up)
     camera.SetViewAngle(20)
     renderer.ResetCamera(bounds) if bounds else renderer.ResetCamera()
-    camera.Zoom(zoom)
+    camera.Zoom(zoom or zoom_to_all(camera, actors, size))
     renderer.ResetCameraClippingRange()
     lights = vtk.vtkLightKit()
     lights.SetKeyToFillRatio(2)
@@ -264,23 +334,32 @@ def label_arrows(panel, pixel, labels, **style):
 
 
 def emptiest_corner(image, side):
-    """The middle of the square of that side in pixels, in one of the image's corners, which shows least; (column, row)."""
+    """The middle of the square of that side in pixels, in one of the image's corners, which shows least; (column, row).
+    Of equals the lower right one: the scale's bar is at the lower left."""
     rows, columns = image.shape[:2]
-    corners = [(column, row) for row in (rows - side, 0) for column in (0, columns - side)]
+    corners = [(column, row) for row in (rows - side, 0) for column in (columns - side, 0)]
     column, row = min(corners, key=lambda c: (image[c[1]:c[1] + side, c[0]:c[0] + side] < 250).any(axis=2).sum())
     return np.array([column + side / 2, row + side / 2])
 
 
-def draw_scale(panel, image, pixel, centre, look_from, size):
-    """Draws a bar of a round length in mm at the lower edge, and the directions of the axes in an empty corner. Both hold at the
-    depth of centre, the middle of what is shown. size: its diagonal, mm."""
-    right = np.cross((0, 0, 1), look_from) / np.linalg.norm(np.cross((0, 0, 1), look_from))
+def draw_scale(panel, image, pixel, centre, look_from, size, frame=None):
+    """Draws a bar of a round length in mm at the lower edge, which holds at the depth of centre, the middle of what is shown. In a
+    body's frame ("LPS", "RAS") each edge has the letters of the side that lies there (R right, L left, A front, P back, I below,
+    S above, of the patient); else the axes stand in an empty corner. size: its diagonal, mm."""
+    right, up = views.screen_axes(look_from)
     pixels_per_mm = np.linalg.norm(np.subtract(pixel(centre + size * right), pixel(centre))) / size
     length = max(n for n in (1, 2, 5, 10, 20, 50, 100, 200) if n <= max(0.25 * size, 1))
-    begin, end, low = 20, 20 + length * pixels_per_mm, image.shape[0] - 15
+    rows, columns = image.shape[:2]
+    begin, end, low = 20, 20 + length * pixels_per_mm, rows - 15
     panel.plot([begin, end], [low, low], color="black", linewidth=3, solid_capstyle="butt", scalex=False, scaley=False)
     panel.text((begin + end) / 2, low - 10, "%d mm" % length, ha="center", va="bottom", fontsize=14)
 
+    if frame in views.LETTERS:
+        for direction, at, sides in ((-right, (8, rows / 2), ("left", "center")), (right, (columns - 8, rows / 2), ("right", "center")),
+                                     (up, (columns / 2, 8), ("center", "top")), (-up, (columns / 2, rows - 8), ("center", "bottom"))):
+            panel.text(*at, views.letters_of(frame, direction), ha=sides[0], va=sides[1], fontsize=17, weight="bold", color="#2b4a7a",
+                       bbox=dict(facecolor="white", edgecolor="none", alpha=0.6, pad=1))
+        return
     reach = 55  # pixels of an axis that lies in the plane of the picture
     start = emptiest_corner(image, 3 * reach) + np.array([-0.4 * reach, 0.4 * reach])
     for name, axis in zip("xyz", np.eye(3)):
@@ -292,10 +371,3 @@ def draw_scale(panel, image, pixel, centre, look_from, size):
 def bounds_of(points):
     low, high = points.min(axis=0), points.max(axis=0)
     return [low[0], high[0], low[1], high[1], low[2], high[2]]
-
-
-def save(figure, output):
-    """Writes the whole PNG or none. The same input gives the same bytes."""
-    os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
-    figure.savefig(output + ".part", format="png", dpi=120, facecolor="white", metadata={"Software": None})
-    os.replace(output + ".part", output)

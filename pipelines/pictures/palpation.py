@@ -16,6 +16,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import offscreen  # noqa: E402
+import picture_file  # noqa: E402
 from mesh import boundary_faces, triangles_actor  # noqa: E402
 
 TISSUE, REGION, PRESS = (0.82, 0.45, 0.38), (0.35, 0.13, 0.40), (0.85, 0.10, 0.10)
@@ -62,17 +63,19 @@ def main():
     parser.add_argument("--depth", type=float, default=5, help="mm from the first contact; %(default)g")
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()
-    felt, compared = (presses(os.path.join(case, "scenes", arguments.scene), arguments.depth)
-                      for case in (arguments.case, arguments.compared))
-    place = np.array([p for p, _ in felt])
+    scenes = [os.path.join(case, "scenes", arguments.scene) for case in (arguments.case, arguments.compared)]
+    felt, compared = (presses(scene, arguments.depth) for scene in scenes)
+    felt, compared = (felt, compared) if len(felt) == len(compared) else ([], [])  # other presses cannot be compared
+    place = np.array([p for p, _ in felt]).reshape(-1, 3)
     force, other = np.array([f for _, f in felt]), np.array([f for _, f in compared])
     ratio = force / other
-    if not np.isfinite(ratio).any():
-        sys.exit("palpation.py: %s: expected presses of %g mm and more, found none; choose a smaller --depth"
-                 % (arguments.case, arguments.depth))
-    peak = int(np.nanargmax(ratio))
-    print("%s: force at %g mm %.2f to %.2f times that of %s, most at x = %.0f mm"
-          % (arguments.case, arguments.depth, np.nanmin(ratio), ratio[peak], arguments.compared, place[peak, 0]))
+    if np.isfinite(ratio).any():
+        peak = int(np.nanargmax(ratio))
+        said = ("force at %g mm %.2f to %.2f times that of %s, most at x = %.0f mm"
+                % (arguments.depth, np.nanmin(ratio), ratio[peak], arguments.compared, place[peak, 0]))
+    else:
+        peak, said = None, "no press of %g mm in both cases; choose a smaller --depth, or other paths" % arguments.depth
+    print("%s: %s" % (arguments.case, said))
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(15, 5.8), gridspec_kw=dict(width_ratios=(1.15, 1)))
     actors, nodes = organ_actors(os.path.join(arguments.case, "bundle.h5"), arguments.region, place)
@@ -86,17 +89,20 @@ def main():
     right.set_ylim(bottom=0)
     right.set_xlabel("x of the press (mm)", fontsize=14)
     right.set_ylabel("force at %g mm of indentation (N)" % arguments.depth, fontsize=14)
-    times = right.twinx()
-    times.plot(place[:, 0], ratio, color=REGION_HEX, linewidth=1.4)
-    times.fill_between(place[:, 0], 1, ratio, color=REGION_HEX, alpha=0.15, linewidth=0)
-    times.set_ylim(1, 1 + 2.2 * (ratio[peak] - 1))
-    times.set_ylabel("times as large", fontsize=14, color=REGION_HEX)
-    times.tick_params(labelsize=12, colors=REGION_HEX)
+    if peak is None:
+        right.set_title(said, fontsize=12)
+    else:
+        times = right.twinx()
+        times.plot(place[:, 0], ratio, color=REGION_HEX, linewidth=1.4)
+        times.fill_between(place[:, 0], 1, ratio, color=REGION_HEX, alpha=0.15, linewidth=0)
+        times.set_ylim(1, 1 + 2.2 * (ratio[peak] - 1))
+        times.set_ylabel("times as large", fontsize=14, color=REGION_HEX)
+        times.tick_params(labelsize=12, colors=REGION_HEX)
     right.tick_params(labelsize=12)
     right.legend(fontsize=13, frameon=False, loc="upper right")
     right.grid(color="0.92")
     figure.tight_layout()
-    offscreen.save(figure, arguments.output)
+    picture_file.save(figure, arguments.output, scenes)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import offscreen  # noqa: E402
+import picture_file  # noqa: E402
 
 COLOURS = plt.get_cmap("coolwarm")
 EDGE, FORCE, ARROW = (0.25, 0.25, 0.25), "#111111", (0.07, 0.07, 0.07)
@@ -31,6 +32,8 @@ def force_arrows(scene, time, points, size):
         weights = [np.linalg.norm(force) + 1e-12 for _, force in contacts]
         place = np.average([p for p, _ in contacts], axis=0, weights=weights)
         force = sum(f for _, f in contacts)
+        if not force.any():
+            continue
         direction = force / np.linalg.norm(force)
         reach = 0.17 * size * direction
         start = place - reach if direction[2] < 0 else place
@@ -46,7 +49,7 @@ def main():
     arguments = parser.parse_args()
     frames = [last_frame(scene) for scene in arguments.scenes]
     heights = [offscreen.point_data(organ, "displacement")[:, 2] / offscreen.MILLIMETRE for _, organ in frames]
-    largest = float(np.ceil(max(np.abs(h).max() for h in heights)))
+    largest = max(float(np.ceil(max(np.abs(h).max() for h in heights))), 1.0)  # mm
 
     figure, panels = plt.subplots(1, len(frames), figsize=(7.6 * len(frames), 5), squeeze=False)
     for panel, scene, (time, organ) in zip(panels[0], arguments.scenes, frames):
@@ -68,7 +71,7 @@ def main():
     bar.set_label("vertical displacement (mm)", fontsize=15)
     bar.ax.tick_params(labelsize=13)
     figure.subplots_adjust(left=0.005, right=0.9, bottom=0.01, top=0.92, wspace=0.01)
-    offscreen.save(figure, arguments.output)
+    picture_file.save(figure, arguments.output, arguments.scenes)
 
 
 if __name__ == "__main__":

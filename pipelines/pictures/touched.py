@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""touched.py SCENE_FOLDER -o PNG: the organ at the scene's largest force, coloured by displacement, with the tools and the
-forces that they feel."""
+"""touched.py SCENE_FOLDER -o PNG: the organ at the scene's largest force, coloured by displacement, with the tools, their paths and
+the forces that they feel, from two sides."""
 import argparse
 import os
 
@@ -11,10 +11,12 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import offscreen  # noqa: E402
+import picture_file  # noqa: E402
+import views  # noqa: E402
 from offscreen import vtk  # noqa: E402
 
 COLOURS = plt.get_cmap("viridis")
-STEEL, FORCE, EDGE = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15)
+STEEL, FORCE, EDGE, PATH, HATCH = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15), (0.95, 0.55, 0.1), (0.9, 0.9, 0.95)
 FORCE_HEX = "#d91a1a"
 
 
@@ -29,8 +31,22 @@ def contact_centres(scene, time, points):
             for tool, held in nodes.items()}
 
 
-def tool_actors(tool, points, lean, size):
-    """A capsule is drawn as it is, a single point as the tip of a thin rod along lean, a disc as the flat end of a rod, and
+def read_paths(scene, time):
+    """Of each tool: [n, 3] mm, its place in each touch until then; the index of its first contact, or None; its force then, N."""
+    rows = {}
+    for row in offscreen.read_csv(os.path.join(scene, "forces.csv")):
+        if float(row["time_s"]) <= time:
+            rows.setdefault(row["tool"], []).append(row)
+    paths = {}
+    for tool, own in rows.items():
+        places = np.array([[float(row[axis + "_m"]) for axis in "xyz"] for row in own]) / offscreen.MILLIMETRE
+        first = next((i for i, row in enumerate(own) if int(row["contacts"]) > 0), None)
+        paths[tool] = places, first, offscreen.vector(own[-1], "force", "N")
+    return paths
+
+
+def tool_actors(tool, points, shaft, size):
+    """A capsule is drawn as it is, a single point as the tip of a thin rod along shaft, a disc as the flat end of a rod, and
     several points as balls."""
     if tool.get("capsule"):
         capsule = tool["capsule"]
@@ -40,86 +56,98 @@ def tool_actors(tool, points, lean, size):
         return [offscreen.rod(*ends, radius, STEEL)] + [offscreen.sphere(end, radius, STEEL) for end in ends]
     radius = tool["radius_m"] / offscreen.MILLIMETRE if "radius_m" in tool else 0.011 * size
     if len(points) == 1 and "radius_m" in tool:  # a flat disc: the end of the rod
-        return [offscreen.rod(points[0], points[0] + 0.42 * size * lean, radius, STEEL)]
+        return [offscreen.rod(points[0], points[0] + 0.3 * size * shaft, radius, STEEL)]
     if len(points) == 1:
-        start = points[0] + radius * lean
-        end = start + 0.42 * size * lean
+        start = points[0] + radius * shaft
+        end = start + 0.3 * size * shaft
         return [offscreen.sphere(start, radius, STEEL), offscreen.rod(start, end, radius, STEEL)]
-    return [offscreen.sphere(point + radius * lean, radius, STEEL) for point in points]
+    return [offscreen.sphere(point + radius * shaft, radius, STEEL) for point in points]
 
 
-def lean_of_tools(look_from):
-    """The direction of drawn rods, so that they hide little: towards the viewer, up and to the right."""
-    look = np.array(look_from) / np.linalg.norm(look_from)
-    right = np.cross((0, 0, 1), look)
-    lean = 0.5 * look + 0.45 * right / np.linalg.norm(right) + np.array([0, 0, 0.7])
-    return lean / np.linalg.norm(lean)
+def grip_actors(place, shaft, size):
+    """Two jaws that hold a place, at the end of a thin rod along shaft."""
+    radius = 0.008 * size
+    across = views.unit(np.cross(shaft, (0.31, 0.95, 0.1)))
+    joint = place + 5 * radius * shaft
+    jaws = [offscreen.rod(place + side * 1.5 * radius * across, joint, 0.7 * radius, STEEL) for side in (-1, 1)]
+    return jaws + [offscreen.rod(joint, joint + 0.25 * size * shaft, radius, STEEL)]
 
 
-def normal_near(surface, point):
+def normals_at(surface, places):
     locator = vtk.vtkPointLocator()
     locator.SetDataSet(surface)
     locator.BuildLocator()
-    return np.array(surface.GetPointData().GetNormals().GetTuple(locator.FindClosestPoint(point)))
+    return [np.array(surface.GetPointData().GetNormals().GetTuple(locator.FindClosestPoint(place))) for place in places]
+
+
+def tools_and_forces(scene, summary, time, surface, now, tool_grid, size):
+    """Actors of the tools, their paths and their forces; the arrows' labels; the outward normals where tools act."""
+    centres, paths = contact_centres(scene, time, now), read_paths(scene, time)
+    owners = offscreen.point_data(tool_grid, "tool") if tool_grid.GetNumberOfPoints() else np.zeros(0)
+    tool_points = offscreen.points_of(tool_grid)
+    strongest = max(np.linalg.norm(force) for _, _, force in paths.values())
+    actors, labels, normals = [], [], []
+    for index, tool in enumerate(summary["tools"]):
+        path, first, force = paths[tool["name"]]
+        mine, strength = tool_points[owners == index], np.linalg.norm(force)
+        place = centres.get(tool["name"], path[-1])
+        normal = normals_at(surface, [place])[0]
+        normals += [normal] if tool["name"] in centres else []
+        shaft = views.shaft(path, first, normal)
+        if len(mine):
+            actors += tool_actors(tool, mine, shaft, size)
+        elif tool["name"] in centres:
+            actors += grip_actors(place, shaft, size)
+        if np.linalg.norm(np.ptp(path, axis=0)) > 2:
+            actors.append(offscreen.path_line(path, 0.0025 * size, PATH))
+        if strength > 0 and tool["name"] in centres:
+            direction = force / strength
+            reach = direction * size * (0.10 + 0.15 * strength / strongest)
+            # A pull would put the arrow inside the organ: there it ends at the contact.
+            start = place if direction @ normal > 0 else place - reach
+            actors += offscreen.arrow(start, direction, np.linalg.norm(reach), 0.006 * size, FORCE)
+            labels.append((place, start + reach if start is place else start, "%.2f N" % strength))
+    return actors, labels, normals
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scene")
     parser.add_argument("-o", "--output", required=True)
-    parser.add_argument("--look-from", nargs=3, type=float, default=(0.30, -1.0, 0.38))
     arguments = parser.parse_args()
     summary = offscreen.read_summary(arguments.scene)
     time, organ_file, tools_file = offscreen.frame_of_peak(arguments.scene)
-    organ, tools = offscreen.read_grid(organ_file), offscreen.read_grid(tools_file)
-    displacement = offscreen.point_data(organ, "displacement") / offscreen.MILLIMETRE
+    organ = offscreen.read_grid(organ_file)
+    length = np.linalg.norm(offscreen.point_data(organ, "displacement"), axis=1) / offscreen.MILLIMETRE
     now = offscreen.points_of(organ)
     offscreen.set_points(organ, now)
-    length = np.linalg.norm(displacement, axis=1)
     size = np.linalg.norm(np.ptp(now, axis=0))
-    largest = float(np.ceil(length.max()))
+    largest = max(float(np.ceil(length.max())), 1.0)  # mm; nothing moves where nothing was touched
 
     surface = offscreen.surface_of(organ)
     shown = np.linalg.norm(offscreen.point_data(surface, "displacement"), axis=1) / offscreen.MILLIMETRE
     actors = [offscreen.coloured_actor(surface, shown, (0, largest), COLOURS, edges=EDGE)]
+    held = offscreen.cells_where(surface, offscreen.point_data(surface, "fixed") > 0)
+    if held.GetNumberOfCells():
+        actors.append(offscreen.hatch(held, size, HATCH))
+    more, labels, normals = tools_and_forces(arguments.scene, summary, time, surface, now, offscreen.read_grid(tools_file), size)
+    actors += more
 
-    forces = {row["tool"]: offscreen.vector(row, "force", "N")
-              for row in offscreen.read_csv(os.path.join(arguments.scene, "forces.csv")) if float(row["time_s"]) == time}
-    strongest = max(np.linalg.norm(f) for f in forces.values())
-    centres = contact_centres(arguments.scene, time, now)
-    owners = offscreen.point_data(tools, "tool") if tools.GetNumberOfPoints() else np.zeros(0)
-    tool_points = offscreen.points_of(tools)
-    labels = []
-    for index, tool in enumerate(summary["tools"]):
-        force = forces[tool["name"]]
-        strength = np.linalg.norm(force)
-        direction = force / strength if strength > 0 else force
-        mine = tool_points[owners == index]
-        if len(mine):
-            actors += tool_actors(tool, mine, lean_of_tools(arguments.look_from), size)
-        if strength > 0 and tool["name"] in centres:
-            place = centres[tool["name"]]
-            reach = direction * size * (0.10 + 0.15 * strength / strongest)
-            # A pull would put the arrow inside the organ: there it ends at the contact.
-            start = place if direction @ normal_near(surface, place) > 0 else place - reach
-            actors += offscreen.arrow(start, direction, np.linalg.norm(reach), 0.006 * size, FORCE)
-            labels.append((place, start + reach if start is place else start, "%.2f N" % strength))
-
-    image, pixel = offscreen.render(actors, arguments.look_from, size=(1500, 1000), zoom=1.35,
-                                    bounds=offscreen.bounds_of(np.vstack([now] + [outer for _, outer, _ in labels])), crop=75)
-    figure, panel = plt.subplots(figsize=(11.5, 7.8))
-    panel.imshow(image)
-    panel.axis("off")
-    offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), arguments.look_from, size)
-    offscreen.label_arrows(panel, pixel, labels, color=FORCE_HEX, fontsize=17, weight="bold")
+    figure, panels = plt.subplots(1, 2, figsize=(16, 7.2))
+    for panel, look_from in zip(panels, views.two_views(np.array(normals))):
+        image, pixel = offscreen.render(actors, look_from, size=(1000, 860), zoom=None)
+        panel.imshow(image)
+        panel.axis("off")
+        offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), look_from, size, summary["provenance"].get("frame"))
+        offscreen.label_arrows(panel, pixel, labels, color=FORCE_HEX, fontsize=15, weight="bold")
     bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(0, largest), COLOURS),
-                          cax=figure.add_axes([0.90, 0.14, 0.022, 0.68]))
+                          cax=figure.add_axes([0.935, 0.14, 0.014, 0.68]))
     bar.set_label("displacement (mm)", fontsize=16)
     bar.ax.tick_params(labelsize=14)
-    panel.set_title("%s, %.2f s; red: force of the organ on the %s"
-                    % (summary["scene"], time, "tools" if len(summary["tools"]) > 1 else "tool"), fontsize=16)
-    figure.subplots_adjust(left=0.005, right=0.89, bottom=0.01, top=0.94)
-    offscreen.save(figure, arguments.output)
+    figure.suptitle("%s, %.2f s, from two sides; red: force of the organ on the %s; orange: path; striped: held"
+                    % (summary["scene"], time, "tools" if len(summary["tools"]) > 1 else "tool"), fontsize=16, y=0.985)
+    figure.subplots_adjust(left=0.003, right=0.928, bottom=0.005, top=0.94, wspace=0.01)
+    picture_file.save(figure, arguments.output, [arguments.scene])
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ SCENES ?= one-contact several-contacts
 GEOMETRY := $(PIPELINES)/plate/plate.geo
 TETRAHEDRA_OPTIONS_5mm := --set edge=5 --set layers=3
 TETRAHEDRA_OPTIONS_2.5mm := --set edge=2.5 --set layers=5
-TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
 
 PICTURES = $(CASE)/pictures/plate.png
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/response_check.h"
 #include "formats/tetrahedral_mesh.h"
 
 namespace palpate {
@@ -48,6 +49,7 @@ SmallSections read_small_sections(const BundleFile& file) {
   s.touchable = file.numbers<std::int32_t>(SectionId::touchable);
   s.iterations = file.numbers<std::int32_t>(SectionId::iterations);
   s.fixed = file.numbers<std::uint8_t>(SectionId::fixed);
+  s.foundation = file.numbers<double>(SectionId::foundation);
   return s;
 }
 
@@ -86,10 +88,12 @@ void check_indices(const BundleFile& file, const SmallSections& s, Checks& check
                            s.fixed.data()};
   const auto scale = file.numbers<float>(SectionId::displacement_scale),
              block_scale = file.numbers<float>(SectionId::compliance_scale);
+  const auto order = file.numbers<std::int32_t>(SectionId::large_order);
   const auto nodes = file.numbers<std::int32_t>(SectionId::compliance_nodes),
              clusters = file.numbers<std::int32_t>(SectionId::compliance_clusters),
              blocks = file.numbers<std::int32_t>(SectionId::compliance_blocks);
   if (!scale.empty()) sections.displacement_scale = scale.data();
+  if (!order.empty()) sections.large_order = order.data();
   if (!nodes.empty()) {
     sections.compliance_nodes = nodes.data(), sections.compliance_clusters = clusters.data();
     sections.compliance_blocks = blocks.data(), sections.compliance_scale = block_scale.data();
@@ -107,6 +111,20 @@ void check_materials(const BundleFile& file, const SmallSections& s, Checks& che
     wrong = fmt::format("{} regions but {} names", s.young.size(), names);
   checks.add("materials", wrong.empty(),
              wrong.empty() ? fmt::format("{} regions, Young > 0, -1 < Poisson < 0.5", s.young.size()) : wrong);
+}
+
+void check_responses(const BundleFile& file, Checks& checks) {
+  const auto ranges = file.numbers<double>(SectionId::response_range);
+  const auto check = [&](SectionId id, std::size_t which, const char* name, const char* unit) {
+    const auto coefficients = file.numbers<double>(id);
+    if (coefficients.empty() || ranges.size() != 2 || ranges[which] == 0) return;
+    const ResponseVerdict verdict = check_response(coefficients.data(), coefficients.size(), ranges[which]);
+    char text[200];
+    describe_response_fault(verdict, unit, text, sizeof text);
+    checks.add(name, verdict.fault == ResponseFault::none, fmt::format("the curve {}", text));
+  };
+  check(SectionId::response_radial, 0, "radial response P", "m");
+  check(SectionId::response_force, 1, "force response Q", "N");
 }
 
 // Volumes must be positive, the triangles must be the outer surface and wind outwards, and the first Ns nodes must be

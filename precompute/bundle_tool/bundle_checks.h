@@ -29,6 +29,7 @@ struct SmallSections {
   std::vector<double> nodes, young, poisson, stiffness, residual;
   std::vector<std::int32_t> tetrahedra, region, triangles, touchable, iterations;
   std::vector<std::uint8_t> fixed;
+  std::vector<double> foundation;  // empty: none
 };
 
 SmallSections read_small_sections(const BundleFile& file);
@@ -37,6 +38,7 @@ SmallSections read_small_sections(const BundleFile& file);
 void check_finite_small(const BundleFile& file, Checks& checks);
 void check_indices(const BundleFile& file, const SmallSections& small, Checks& checks);
 void check_materials(const BundleFile& file, const SmallSections& small, Checks& checks);
+void check_responses(const BundleFile& file, Checks& checks);  // P and Q, where they were measured
 void check_mesh(const BundleFile& file, const SmallSections& small, Checks& checks);
 void check_certificate(const BundleFile& file, const SmallSections& small, Checks& checks);
 void check_preload(const BundleFile& file, const SmallSections& small, Checks& checks);  // where there is one

@@ -18,6 +18,7 @@ void show_bundle(const std::filesystem::path& file, bool json);
 struct VerifyOptions {
   std::filesystem::path bundle;
   std::filesystem::path mesh, organ, boundary;  // all three, or all empty; where given, columns are solved again
+  std::filesystem::path image = {};             // with these; needed where the boundary's label selectors read it
   int columns = 3;                              // how many touchable nodes, drawn at random, are solved again
   std::uint64_t seed = 1;
   bool json = false;

@@ -6,6 +6,7 @@
 
 #include "precompute/bundle_tool/bundle_commands.h"
 #include "precompute/bundle_tool/bundle_file.h"
+#include "precompute/bundle_tool/bundle_regions.h"
 #include "precompute/bundle_tool/stored_columns.h"
 
 namespace palpate {
@@ -92,6 +93,45 @@ std::string measured(const nlohmann::json& object, const char* key) {
   return has_number(object, key) ? fmt::format("{:.2g}", object[key].get<double>()) : "not measured";
 }
 
+// What holds the organ: how many nodes are fixed, and each soft support as palpate-precompute described it.
+void print_supports(const BundleFile& file, const nlohmann::json& p) {
+  const auto fixed = file.numbers<std::uint8_t>(SectionId::fixed);
+  std::size_t every_way = 0, some = 0;
+  for (std::size_t n = 0; 3 * n + 2 < fixed.size(); ++n) {
+    const int held = fixed[3 * n] + fixed[3 * n + 1] + fixed[3 * n + 2];
+    (held == 3 ? every_way : some) += held > 0;
+  }
+  fmt::print("            {} nodes fixed{}\n", every_way,
+             some > 0 ? fmt::format(", {} along one or two axes", some) : "");
+  if (!p.is_object()) return;
+  for (const auto& [key, value] : p.items())
+    if ((key.starts_with("foundation ") || key.starts_with("spring ")) && value.is_string())
+      fmt::print("            {}: {}\n", printable(key), printable(value.get<std::string>()));
+}
+
+// The boxes and areas of the organ, of what may be touched and of what is held.
+void print_regions(const nlohmann::json& regions) {
+  for (const char* name : {"organ", "touchable", "held", "supported"}) {
+    const nlohmann::json& region = regions[name];
+    if (std::string(name) == "supported" && region["box_mm"].is_null()) continue;
+    const bool whole = std::string(name) == "organ";
+    fmt::print("{:<11} ", whole ? "box" : name);
+    if (region["box_mm"].is_null()) {
+      fmt::print("no node\n");
+      continue;
+    }
+    for (int d = 0; d < 3; ++d)
+      fmt::print("{}{} {:.4g} .. {:.4g}", d ? ", " : "", "xyz"[d], region["box_mm"][0][d].get<double>(),
+                 region["box_mm"][1][d].get<double>());
+    fmt::print(" mm; area {:.4g} mm2", region["area_mm2"].get<double>());
+    if (whole)
+      fmt::print("\n");
+    else
+      fmt::print(", {:.3g} % of the surface; {} nodes\n", 100 * region["share"].get<double>(),
+                 region["nodes"].get<std::size_t>());
+  }
+}
+
 // The form of the displacements, and their error against the solved columns.
 void print_storage(const nlohmann::json& report) {
   const nlohmann::json& p = report["provenance"];
@@ -165,6 +205,8 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
              value_text(p, "element"), value_text(p, "frame"));
   fmt::print("mesh        {} nodes, {} on the surface, {} touchable; {} tetrahedra, {} surface triangles\n", n.nodes,
              n.surface_nodes, n.touchable, n.tetrahedra, n.triangles);
+  print_regions(report["regions"]);
+  print_supports(file, p);
   const char* label = "materials";
   for (const auto& material : report["materials"]) {
     fmt::print("{:<11} {}: Young {:.6g} Pa, Poisson {:.6g}\n", label, printable(material["name"].get<std::string>()),
@@ -210,6 +252,7 @@ void show_bundle(const std::filesystem::path& path, bool json) {
                            {"bytes", file.index().header.file_bytes},
                            {"provenance", file.provenance()},
                            {"counts", counts_json(file.index().counts)},
+                           {"regions", regions_json(file)},
                            {"materials", materials_json(file)},
                            {"stored", stored_form(file)},
                            {"certificate", certificate_json(file)},

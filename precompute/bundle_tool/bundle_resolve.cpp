@@ -39,6 +39,25 @@ void check_hashes(const BundleFile& file, const VerifyOptions& options, Checks& 
              wrong.empty() ? "mesh, organ and boundary are the files it was made from" : wrong);
 }
 
+// The hashes of the images that the boundary's selectors read.
+void check_images(const BundleFile& file, const VerifyOptions& options, const BoundaryConfig& boundary,
+                  Checks& checks) {
+  const nlohmann::json provenance = file.provenance();
+  std::string wrong;
+  const auto require = [&](const std::string& key, const std::filesystem::path& image) {
+    const bool same = std::filesystem::is_regular_file(image) && provenance.is_object() && provenance.contains(key) &&
+                      provenance[key] == sha256_of_file(image.string());
+    if (!same)
+      wrong += fmt::format("{}{} is not the image it was made with", wrong.empty() ? "" : ", ", image.string());
+  };
+  const auto images = label_images(boundary);
+  for (const auto& image : images)
+    if (!image.empty()) require(label_image_key(image), image);
+  if (!options.image.empty()) require("image_sha256", options.image);
+  if (images.empty() && options.image.empty()) return;
+  checks.add("image hashes", wrong.empty(), wrong.empty() ? "the images are those it was made with" : wrong);
+}
+
 template <class Row, class Number>
 bool same(const std::vector<Row>& rows, const std::vector<Number>& flat) {
   if (rows.size() * std::tuple_size_v<Row> != flat.size()) return false;
@@ -58,6 +77,7 @@ void check_body(const ElasticBody& body, const SmallSections& small, Checks& che
   require(body.region == small.region, "regions");
   require(same(body.triangles, small.triangles), "triangles");
   require(same(body.fixed, small.fixed), "fixed dofs");
+  require(same(foundation_of_triangles(body), small.foundation), "foundations");
   // pack may have kept a part of them.
   require(std::includes(body.touchable.begin(), body.touchable.end(), small.touchable.begin(), small.touchable.end()),
           "touchable nodes");
@@ -115,8 +135,10 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
                           Checks& checks) {
   check_hashes(file, options, checks);
   const OrganConfig organ = read_organ_config(options.organ);
-  const ElasticBody body = make_elastic_body(read_mesh(options.mesh), organ, read_boundary_config(options.boundary),
-                                             {options.mesh, options.organ, options.boundary});
+  const BoundaryConfig boundary = read_boundary_config(options.boundary);
+  check_images(file, options, boundary, checks);
+  const ElasticBody body = make_elastic_body(read_mesh(options.mesh), organ, boundary,
+                                             {options.mesh, options.organ, options.boundary, options.image});
   check_body(body, small, checks);
   if (!checks.all_held()) return;
 

@@ -20,6 +20,7 @@ void run_checks(const BundleFile& file, const VerifyOptions& options, Checks& ch
     return;  // the other checks would follow those indices
   }
   check_materials(file, small, checks);
+  check_responses(file, checks);
   check_mesh(file, small, checks);
   check_certificate(file, small, checks);
   check_preload(file, small, checks);

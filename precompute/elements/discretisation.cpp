@@ -57,6 +57,7 @@ void discretise_quadratically(const ElasticBody& body, Discretisation& result) {
   result.fixed = mesh.fixed;
   result.mass = quadratic_mass(mesh, body);
   result.stiffness = quadratic_stiffness(mesh, body);
+  add_supports(body, mesh, result.stiffness);
   result.touch = hat_functionals(mesh, body);
   result.curved_edges = mesh.curved_edges;
   result.straightened_edges = mesh.straightened_edges;
@@ -82,6 +83,7 @@ Discretisation discretise(const ElasticBody& body, Element element) {
   }
   result = discretise_vertices(body);
   result.stiffness = element == Element::p1 ? linear_stiffness(body) : nodal_dilatation_stiffness(body);
+  add_supports(body, result.stiffness);
   return result;
 }
 

@@ -22,7 +22,7 @@ struct TouchFunctionals {
 
 // Nodes: first the vertices of the body, then the nodes that the element adds.
 struct Discretisation {
-  BlockMatrix stiffness;                           // over all nodes, nothing held
+  BlockMatrix stiffness;                           // over all nodes, soft supports included, nothing held
   std::vector<std::array<double, 3>> coordinates;  // m
   std::vector<std::array<std::uint8_t, 3>> fixed;  // 1 where x, y or z is held at zero
   std::vector<double> mass;                        // kg, density times the integral of the shape function of the node

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "formats/errors.h"
 #include "formats/program.h"
+#include "precompute/elements/label_nodes.h"
+#include "precompute/elements/place_supports.h"
 
 namespace palpate {
 namespace {
@@ -66,7 +69,7 @@ void check_extent(const ElasticBody& body, const BodyFiles& files) {
                                  files.mesh.string(), extent, files.organ.string()));
 }
 
-// Of the selected nodes those that may be touched: on the surface, with a dof that is not held.
+// Of the selected nodes, ascending, those that may be touched: on the surface, with a dof that is not held.
 std::vector<std::int32_t> touchable_nodes(const std::vector<std::int32_t>& wanted, const ElasticBody& body,
                                           const BodyFiles& files) {
   std::vector<std::int32_t> result;
@@ -78,7 +81,6 @@ std::vector<std::int32_t> touchable_nodes(const std::vector<std::int32_t>& wante
     else if (!(held[0] && held[1] && held[2]))
       result.push_back(n);
   }
-  std::sort(result.begin(), result.end());
   if (inside > 0)
     warn(fmt::format("{}: [touchable] names {} nodes inside the body; left out", files.boundary.string(), inside));
   if (result.empty())
@@ -116,14 +118,23 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
   body.region_names = mesh.region_names;
   body.materials = materials_by_name(mesh, organ, files);
 
+  const LabelledNodes labelled = labelled_nodes(mesh, organ, files.image, files.boundary);
+  const auto select = [&](const std::vector<Selector>& selectors) {
+    auto nodes = select_nodes(selectors, mesh, surface, files.boundary, labelled);
+    for (auto& n : nodes) n = order[n];
+    std::sort(nodes.begin(), nodes.end());
+    return nodes;
+  };
   body.fixed.assign(mesh.nodes.size(), {0, 0, 0});
   for (const auto& fixed : boundary.fixed)
-    for (const auto n : select_nodes(fixed.select, mesh, surface, files.boundary))
-      for (int d = 0; d < 3; ++d) body.fixed[order[n]][d] |= fixed.dofs[d] ? 1 : 0;
+    for (const auto n : select(fixed.select))
+      for (int d = 0; d < 3; ++d) body.fixed[n][d] |= fixed.dofs[d] ? 1 : 0;
+  place_supports(boundary, organ.mesh_unit.metres, files.boundary, select, body);
 
-  auto wanted = boundary.touchable.empty() ? surface : select_nodes(boundary.touchable, mesh, surface, files.boundary);
-  for (auto& n : wanted) n = order[n];
-  body.touchable = touchable_nodes(wanted, body, files);
+  std::vector<std::int32_t> every_surface_node(surface.size());
+  std::iota(every_surface_node.begin(), every_surface_node.end(), 0);
+  body.touchable =
+      touchable_nodes(boundary.touchable.empty() ? every_surface_node : select(boundary.touchable), body, files);
   return body;
 }
 

@@ -1,5 +1,5 @@
 // The organ as the elements need it: coordinates in metres, surface nodes first, a material for each region, which dofs
-// are held and which nodes may be touched. A dof (degree of freedom) is the displacement of one node along x, y or z.
+// are held, what supports it softly and which nodes may be touched. A dof (degree of freedom) is the displacement of one node along x, y or z.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 
 #include "formats/organ_config.h"
 #include "formats/tetrahedral_mesh.h"
+#include "precompute/elements/supports.h"
 
 namespace palpate {
 
@@ -31,12 +32,15 @@ struct ElasticBody {
   std::vector<Material> materials;
   std::vector<std::string> region_names;
   std::vector<std::array<std::uint8_t, 3>> fixed;  // per node: 1 where x, y or z is held at zero
-  std::vector<std::int32_t> touchable;             // ascending, each < surface_count, each with a free dof
+  std::vector<Foundation> foundations;             // soft supports; a node on one of them has free dofs
+  std::vector<SpringSet> springs;
+  std::vector<std::int32_t> touchable;  // ascending, each < surface_count, each with a free dof
 };
 
 // Named in error messages.
 struct BodyFiles {
   std::filesystem::path mesh, organ, boundary;
+  std::filesystem::path image = {};  // read where a `label` selector names no image of its own; may be empty
 };
 // Errors: InputError where mesh, organ and boundary contradict one another, where nothing may be touched, and where the
 // coordinates cannot be those of an organ in metres.

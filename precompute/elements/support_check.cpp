@@ -19,8 +19,9 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Row = Eigen::Matrix<double, 1, 6>;
 
-// A motion counts as free where the supports hold it less than kWeakest times as well as the motion they hold best.
-// Such a support multiplies the condition number of K by 1 / kWeakest^2 or more.
+// A motion counts as free where the supports hold it less than kWeakest times as well as the motion they hold best, or as a
+// single held dof would. Such a support multiplies the condition number of K by 1 / kWeakest^2 or more. A held dof counts as 1, a
+// spring as the square root of its stiffness over that of its part (Young's modulus times size), at most 1.
 constexpr double kWeakest = 1e-6;
 
 // Largest number of hinged parts that are checked as one mechanism: its matrix is dense, 6 rows for each part.
@@ -44,7 +45,8 @@ struct Part {
   std::size_t tetrahedra = 0;
   std::int32_t region = 0;
   Vector3d center = Vector3d::Zero();
-  double size = 0;  // root mean square distance of its nodes from the centre
+  double size = 0;   // root mean square distance of its nodes from the centre
+  double young = 0;  // of its softest region, Pa
 };
 
 Vector3d at(const ElasticBody& body, std::int32_t n) {
@@ -78,7 +80,9 @@ std::vector<Part> rigid_parts(const ElasticBody& body) {
     if (part < 0) {
       part = static_cast<std::int32_t>(parts.size());
       parts.emplace_back().region = body.region[t];
+      parts.back().young = body.materials[body.region[t]].young;
     }
+    parts[part].young = std::min(parts[part].young, body.materials[body.region[t]].young);
     ++parts[part].tetrahedra;
     parts[part].nodes.insert(parts[part].nodes.end(), body.tetrahedra[t].begin(), body.tetrahedra[t].end());
   }
@@ -103,12 +107,50 @@ Row motion_of(const Part& part, const Vector3d& p, int d) {
   return row;
 }
 
+// The same for the component along an axis.
+Row motion_along(const Part& part, const Vector3d& p, const Vector3d& axis) {
+  return axis[0] * motion_of(part, p, 0) + axis[1] * motion_of(part, p, 1) + axis[2] * motion_of(part, p, 2);
+}
+
+// A soft support of one node along one axis; node b: the other end, or Spring::kWorld.
+struct Tie {
+  std::int32_t a, b;
+  Vector3d axis;
+  double stiffness;  // N/m
+};
+
+std::vector<Tie> soft_ties(const ElasticBody& body) {
+  std::vector<Tie> ties;
+  for (const auto& foundation : body.foundations)
+    for (const auto triangle : foundation.triangles) {
+      const auto& t = body.triangles[triangle];
+      const Vector3d edge = at(body, t[1]) - at(body, t[0]);
+      const Vector3d cross = edge.cross(at(body, t[2]) - at(body, t[0]));
+      const double share = cross.norm() / 6;
+      const Vector3d normal = cross.normalized(), along = edge.normalized();
+      for (const auto n : t) {
+        if (foundation.normal > 0) ties.push_back({n, Spring::kWorld, normal, share * foundation.normal});
+        if (foundation.tangential == 0) continue;
+        ties.push_back({n, Spring::kWorld, along, share * foundation.tangential});
+        ties.push_back({n, Spring::kWorld, normal.cross(along), share * foundation.tangential});
+      }
+    }
+  for (const auto& set : body.springs)
+    for (const auto& spring : set.springs) {
+      const Vector3d axis(spring.axis.data());
+      if (!axis.isZero(0)) ties.push_back({spring.a, spring.b, axis, spring.stiffness});
+      for (int d = 0; axis.isZero(0) && d < 3; ++d)
+        ties.push_back({spring.a, spring.b, Vector3d::Unit(d), spring.stiffness});
+    }
+  return ties;
+}
+
 // The motions that the rows leave free, as columns. gram: the sum of row^T row.
 MatrixXd null_space(const MatrixXd& gram) {
   Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
   const double largest = solver.eigenvalues().tail<1>()[0];
   Eigen::Index free = 0;
-  while (free < gram.rows() && solver.eigenvalues()[free] <= kWeakest * kWeakest * std::max(largest, 1e-300)) ++free;
+  while (free < gram.rows() && solver.eigenvalues()[free] <= kWeakest * kWeakest * std::max(largest, 1.0)) ++free;
   return largest > 0 ? MatrixXd(solver.eigenvectors().leftCols(free)) : MatrixXd::Identity(gram.rows(), gram.rows());
 }
 
@@ -174,12 +216,27 @@ std::string describe(const Part& part, const MatrixXd& motions, const LengthUnit
 class SupportCheck {
  public:
   SupportCheck(const ElasticBody& body, const std::filesystem::path& file, const LengthUnit& unit)
-      : body_(body), file_(file), unit_(unit), parts_(rigid_parts(body)), grounded_(parts_.size(), 0) {
+      : body_(body),
+        file_(file),
+        unit_(unit),
+        parts_(rigid_parts(body)),
+        grounded_(parts_.size(), 0),
+        ties_(soft_ties(body)),
+        part_of_node_(body.nodes.size(), -1),
+        ties_of_(parts_.size()) {
     std::vector<std::vector<std::int32_t>> parts_at(body.nodes.size());
     for (std::size_t p = 0; p < parts_.size(); ++p)
       for (const auto n : parts_[p].nodes) parts_at[n].push_back(static_cast<std::int32_t>(p));
     for (std::size_t n = 0; n < parts_at.size(); ++n)
       if (parts_at[n].size() > 1) hinges_[static_cast<std::int32_t>(n)] = parts_at[n];
+    // A tie at a hinge belongs to one of its parts; the hinge passes it on to the others.
+    for (std::size_t n = 0; n < parts_at.size(); ++n)
+      if (!parts_at[n].empty()) part_of_node_[n] = parts_at[n].front();
+    for (std::size_t t = 0; t < ties_.size(); ++t) {
+      const auto a = part_of_node_[ties_[t].a], b = end_part(ties_[t]);
+      ties_of_[a].push_back(t);
+      if (b >= 0 && b != a) ties_of_[b].push_back(t);
+    }
   }
 
   void run() {
@@ -206,10 +263,30 @@ class SupportCheck {
         gram += row.transpose() * row;
       }
     }
+    for (const auto t : ties_of_[p]) {
+      const Tie& tie = ties_[t];
+      const bool from = part_of_node_[tie.a] == static_cast<std::int32_t>(p),
+                 to = end_part(tie) == static_cast<std::int32_t>(p);
+      const auto other = from ? end_part(tie) : part_of_node_[tie.a];
+      if (!(from && to) && other >= 0 && !grounded_[other]) continue;
+      Row row = Row::Zero();
+      if (from) row += motion_along(parts_[p], at(body_, tie.a), tie.axis);
+      if (to) row -= motion_along(parts_[p], at(body_, tie.b), tie.axis);
+      gram += weight_of(tie) * (row.transpose() * row);
+    }
     return gram;
   }
 
-  // The parts that are not known to be held, in groups that are hinged together.
+  // The part at the other end of a tie; -1: the world.
+  std::int32_t end_part(const Tie& tie) const { return tie.b == Spring::kWorld ? -1 : part_of_node_[tie.b]; }
+
+  // The square of what the tie counts beside a held dof.
+  double weight_of(const Tie& tie) const {
+    const Part& part = parts_[part_of_node_[tie.a]];
+    return std::min(1.0, tie.stiffness / (part.young * part.size));
+  }
+
+  // The parts that are not known to be held, in groups that are hinged or tied together.
   std::vector<std::vector<std::int32_t>> loose_groups() const {
     Sets sets(parts_.size());
     for (const auto& [node, parts] : hinges_) {
@@ -219,6 +296,10 @@ class SupportCheck {
         if (before >= 0) sets.join(before, p);
         before = p;
       }
+    }
+    for (const Tie& tie : ties_) {
+      const auto a = part_of_node_[tie.a], b = end_part(tie);
+      if (b >= 0 && !grounded_[a] && !grounded_[b]) sets.join(a, b);
     }
     std::map<std::int32_t, std::vector<std::int32_t>> groups;
     for (std::size_t p = 0; p < parts_.size(); ++p)
@@ -230,10 +311,10 @@ class SupportCheck {
 
   void check_mechanism(const std::vector<std::int32_t>& group) const {
     if (group.size() > kMostHinged)
-      throw InputError(
-          fmt::format("{}: {} parts of the mesh hang together by single vertices or edges only, too many to check "
-                      "whether they are held; fix more of each, or mesh without such hinges",
-                      file_.string(), group.size()));
+      throw InputError(fmt::format(
+          "{}: {} parts of the mesh hang together by single vertices, edges or springs only, too many to check "
+          "whether they are held; fix more of each, or mesh without such hinges",
+          file_.string(), group.size()));
     const auto size = static_cast<Eigen::Index>(6 * group.size());
     MatrixXd gram = MatrixXd::Zero(size, size);
     std::map<std::int32_t, Eigen::Index> first_row;  // of each part of the group
@@ -256,6 +337,17 @@ class SupportCheck {
             gram.block<6, 6>(b, a) -= v.transpose() * u;
           }
         }
+    for (const Tie& tie : ties_) {
+      const auto from = first_row.find(part_of_node_[tie.a]), to = first_row.find(end_part(tie));
+      if (from == first_row.end() || to == first_row.end() || from == to) continue;
+      const Row u = motion_along(parts_[from->first], at(body_, tie.a), tie.axis);
+      const Row v = motion_along(parts_[to->first], at(body_, tie.b), tie.axis);
+      const double weight = weight_of(tie);
+      gram.block<6, 6>(from->second, from->second) += weight * (u.transpose() * u);
+      gram.block<6, 6>(to->second, to->second) += weight * (v.transpose() * v);
+      gram.block<6, 6>(from->second, to->second) -= weight * (u.transpose() * v);
+      gram.block<6, 6>(to->second, from->second) -= weight * (v.transpose() * u);
+    }
     const MatrixXd free = null_space(gram);
     if (free.cols() > 0) refuse(group, free);
   }
@@ -280,9 +372,13 @@ class SupportCheck {
     std::size_t shared = 0;
     for (const auto n : part.nodes) shared += hinges_.count(n);
     if (shared > 0) hinge = fmt::format(", hinged to others at {} nodes", shared);
+    if (!ties_of_[group[worst]].empty())
+      hinge += fmt::format(", {} springs of [[foundation]] and [[spring]]", ties_of_[group[worst]].size());
     throw InputError(fmt::format(
         "{}: the organ is not held: part {} of {} ({} tetrahedra of region \"{}\" around {}, {} fixed degrees of "
-        "freedom{}) has {} of its 6 rigid motions left: {}; fix more of its nodes in [[fixed]]",
+        "freedom{}) has {} of its 6 rigid motions left: {}; fix more of its nodes in [[fixed]], or support it by a "
+        "[[foundation]] or a "
+        "[[spring]] that resists these motions",
         file_.string(), group[worst] + 1, parts_.size(), part.tetrahedra, body_.region_names[part.region],
         position(part.center, unit_), held, hinge, count, describe(part, motions, unit_)));
   }
@@ -293,6 +389,9 @@ class SupportCheck {
   std::vector<Part> parts_;
   std::vector<char> grounded_;
   std::map<std::int32_t, std::vector<std::int32_t>> hinges_;  // nodes that several parts share, and those parts
+  std::vector<Tie> ties_;
+  std::vector<std::int32_t> part_of_node_;         // one of its parts
+  std::vector<std::vector<std::size_t>> ties_of_;  // of each part
 };
 
 }  // namespace

@@ -69,7 +69,33 @@ struct Part {
   std::vector<std::int32_t> node;       // number of each node of the part in the whole body
   std::vector<std::int32_t> part_node;  // number of each node of the whole body in the part; -1: not in it
 };
-Part part_of(const ElasticBody& body, const std::vector<std::size_t>& tetrahedra, const std::vector<char>& marked) {
+// The soft supports that touch a node of this rank; others may lie outside of the part.
+void add_supports_of(const ElasticBody& body, const std::vector<char>& own, Part& part) {
+  for (const auto& foundation : body.foundations) {
+    Foundation mine{foundation.name, foundation.normal, foundation.tangential, {}};
+    for (const auto triangle : foundation.triangles) {
+      auto nodes = body.triangles[triangle];
+      if (std::none_of(nodes.begin(), nodes.end(), [&](auto n) { return own[n] != 0; })) continue;
+      for (auto& n : nodes) n = part.part_node[n];
+      mine.triangles.push_back(static_cast<std::int32_t>(part.body.triangles.size()));
+      part.body.triangles.push_back(nodes);
+    }
+    part.body.foundations.push_back(std::move(mine));
+  }
+  for (const auto& set : body.springs) {
+    SpringSet mine{set.name, {}};
+    for (Spring spring : set.springs) {
+      if (!own[spring.a] && (spring.b == Spring::kWorld || !own[spring.b])) continue;
+      spring.a = part.part_node[spring.a];
+      if (spring.b != Spring::kWorld) spring.b = part.part_node[spring.b];
+      mine.springs.push_back(spring);
+    }
+    part.body.springs.push_back(std::move(mine));
+  }
+}
+
+Part part_of(const ElasticBody& body, const std::vector<std::size_t>& tetrahedra, const std::vector<char>& marked,
+             const std::vector<char>& own) {
   Part part;
   part.part_node.assign(body.nodes.size(), -1);
   for (std::size_t n = 0; n < body.nodes.size(); ++n) {
@@ -85,6 +111,7 @@ Part part_of(const ElasticBody& body, const std::vector<std::size_t>& tetrahedra
     part.body.tetrahedra.push_back(nodes);
     part.body.region.push_back(body.region[t]);
   }
+  add_supports_of(body, own, part);
   part.body.materials = body.materials;
   part.body.region_names = body.region_names;
   return part;
@@ -112,9 +139,13 @@ BlockMatrix assemble_own_rows(const ElasticBody& body, const RowPartition& parti
   for (auto row = first; row < last; ++row) marked[partition.node_of_row[row]] = 1;
   // p1-anp couples a node with the neighbours of its neighbours, and needs every tetrahedron around each neighbour for the
   // neighbour's volume: two rings.
+  const std::vector<char> mine = marked;
   one_ring(body, marked);
   const auto tetrahedra = one_ring(body, marked);
-  const Part part = part_of(body, tetrahedra, marked);
+  for (const auto& set : body.springs)  // both ends of a spring
+    for (const auto& spring : set.springs)
+      if (spring.b != Spring::kWorld && (mine[spring.a] || mine[spring.b])) marked[spring.a] = marked[spring.b] = 1;
+  const Part part = part_of(body, tetrahedra, marked, mine);
   const BlockMatrix all = assemble(part.body);
 
   BlockMatrix own;

@@ -1,5 +1,8 @@
 #include "precompute/run/bundle_output.h"
 
+#include <fmt/format.h>
+
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "formats/program.h"
@@ -19,6 +22,27 @@ bool has_radial(const BundleContent& content) {
   return content.response && !content.response->radial.coefficient.empty();
 }
 
+// "foundation diaphragm": "normal 5e+04 N/m^3 (assumed), tangential 1e+04 N/m^3 (assumed); 0.0123 m^2".
+std::map<std::string, std::string> support_texts(const ElasticBody& body, const BoundaryConfig& boundary) {
+  std::map<std::string, std::string> texts;
+  for (std::size_t i = 0; i < boundary.foundations.size(); ++i) {
+    const auto& f = boundary.foundations[i];
+    std::string text = fmt::format("normal {:.6g} N/m^3 ({})", f.normal.value, f.normal.source);
+    if (f.tangential.value > 0)
+      text += fmt::format(", tangential {:.6g} N/m^3 ({})", f.tangential.value, f.tangential.source);
+    texts["foundation " + f.name] = text + fmt::format("; {:.4g} m^2", area_of(body, body.foundations[i]));
+  }
+  for (std::size_t i = 0; i < boundary.springs.size(); ++i) {
+    const auto& s = boundary.springs[i];
+    texts["spring " + s.name] = fmt::format("{:.6g} N/m ({}); from {} nodes to {}", s.stiffness.value,
+                                            s.stiffness.source, body.springs[i].springs.size(),
+                                            !s.to.empty() ? "others"
+                                            : s.anchor    ? "a point"
+                                                          : "their places");
+  }
+  return texts;
+}
+
 template <class Value>
 void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries, SectionId id,
                const std::vector<Value>& values) {
@@ -26,6 +50,14 @@ void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& 
 }
 
 }  // namespace
+
+std::vector<double> stiffening_of(const ElasticBody& body, const OrganConfig& organ) {
+  std::vector<double> result;
+  for (const auto& name : body.region_names)
+    for (const auto& region : organ.regions)
+      if (region.name == name) result.push_back(region.stiffening ? region.stiffening->value : 0.0);
+  return result;
+}
 
 std::vector<SectionShape> section_shapes(const BundleContent& content) {
   const ElasticBody& body = content.body;
@@ -39,6 +71,7 @@ std::vector<SectionShape> section_shapes(const BundleContent& content) {
                                       {SectionId::young, {r}},
                                       {SectionId::poisson, {r}},
                                       {SectionId::region_names, {joined_names(body).size()}}};
+  if (!body.foundations.empty()) shapes.push_back({SectionId::foundation, {body.triangles.size(), 2}});
   if (content.response) {
     if (has_radial(content))
       shapes.push_back({SectionId::response_radial, {content.response->radial.coefficient.size()}});
@@ -46,6 +79,10 @@ std::vector<SectionShape> section_shapes(const BundleContent& content) {
     shapes.push_back({SectionId::response_range, {2}});
   }
   if (!content.preload.empty()) shapes.push_back({SectionId::preload_displacement, {n, 3}});
+  if (!content.elimination_order.empty()) {
+    shapes.push_back({SectionId::large_order, {content.elimination_order.size()}});
+    shapes.push_back({SectionId::large_stiffening, {r}});
+  }
   shapes.push_back({SectionId::touchable, {s}});
   shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, content.store});
   if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store});
@@ -66,6 +103,7 @@ void write_body_sections(SectionWriter& writer, const std::vector<formats::Secti
   write_all(writer, entries, SectionId::region, body.region);
   write_all(writer, entries, SectionId::triangles, body.triangles);
   write_all(writer, entries, SectionId::fixed, body.fixed);
+  if (!body.foundations.empty()) write_all(writer, entries, SectionId::foundation, foundation_of_triangles(body));
   write_all(writer, entries, SectionId::young, young);
   write_all(writer, entries, SectionId::poisson, poisson);
   writer.write(entry_of(entries, SectionId::region_names), 0, names.data(), names.size());
@@ -76,6 +114,10 @@ void write_body_sections(SectionWriter& writer, const std::vector<formats::Secti
     write_all(writer, entries, SectionId::response_range, std::vector<double>{fit.radial.range, fit.force.range});
   }
   if (!content.preload.empty()) write_all(writer, entries, SectionId::preload_displacement, content.preload);
+  if (!content.elimination_order.empty()) {
+    write_all(writer, entries, SectionId::large_order, content.elimination_order);
+    write_all(writer, entries, SectionId::large_stiffening, content.stiffening);
+  }
   write_all(writer, entries, SectionId::touchable, body.touchable);
 }
 
@@ -123,10 +165,13 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
     p["locking_probes"] = locking.probes;
   else
     p["locking_note"] = locking.note;
+  for (const auto& [key, text] : support_texts(content.body, boundary)) p[key] = text;
   p["preload"] = !content.preload.empty();
   for (const auto& region : organ.regions) {
     p["young_source " + region.name] = region.young.source;
     p["poisson_source " + region.name] = region.poisson.source;
+    if (region.stiffening && options.large_deformation)
+      p["stiffening_source " + region.name] = region.stiffening->source;
     if (region.density) p["density_source " + region.name] = region.density->source;
   }
   if (boundary.gravity)

@@ -23,7 +23,12 @@ struct BundleContent {
   std::vector<double> preload;  // [3 N] m; empty: none
   std::optional<ResponseFit> response;
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
+  std::vector<std::int32_t> elimination_order;             // of the nodes that can move; empty: no large deformation
+  std::vector<double> stiffening;                          // of each region, with the order; 0: neo-Hookean
 };
+
+// For each region of the body, in its order: `stiffening` of its [[region]], or 0.
+std::vector<double> stiffening_of(const ElasticBody& body, const OrganConfig& organ);
 
 std::vector<SectionShape> section_shapes(const BundleContent& content);
 

@@ -197,10 +197,27 @@ struct BegunPart {
   std::vector<formats::SectionEntry> entries;
 };
 
-BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const SolverPlan& plan, const ColumnSolver& solver,
-                     const std::vector<ColumnBatch>& batches, const ReciprocitySample& sample, const Preload& preload,
-                     const LockingEstimate& locking, const PrecomputeOptions& options) {
-  const BundleContent content{inputs.body, inputs.store_interior, preload.displacement, inputs.fit, options.store};
+// The nodes of the rows of K in the order of elimination; empty where the run does not store it.
+std::vector<std::int32_t> elimination_order_of(const HeldStiffness& held, const SolverPlan& plan,
+                                               const PrecomputeOptions& options) {
+  if (!options.large_deformation) return {};
+  if (plan.elimination) return held.node_of_row;  // put_in_order() has brought the rows into that order
+  std::vector<std::int32_t> order;
+  for (const auto row : analyse_elimination(held.matrix).order) order.push_back(held.node_of_row[row]);
+  return order;
+}
+
+BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::vector<std::int32_t>& elimination_order,
+                     const SolverPlan& plan, const ColumnSolver& solver, const std::vector<ColumnBatch>& batches,
+                     const ReciprocitySample& sample, const Preload& preload, const LockingEstimate& locking,
+                     const PrecomputeOptions& options) {
+  const BundleContent content{inputs.body,
+                              inputs.store_interior,
+                              preload.displacement,
+                              inputs.fit,
+                              options.store,
+                              elimination_order,
+                              stiffening_of(inputs.body, inputs.organ)};
   BegunPart begun;
   begun.provenance =
       provenance_of(options, inputs, content, solver.description(), petsc_options_in_force(), solver.width(), locking);
@@ -280,6 +297,11 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   });
   const GroupChoice choice =
       choose_group(inputs.body, inputs.organ.element, memory(), ranks.count(), options.ranks_per_operator);
+  if (options.large_deformation && choice.ranks_per_operator > 1)
+    throw InputError(fmt::format(
+        "--large-deformation: expected a mesh whose stiffness one rank holds, found one that {} ranks divide; "
+        "take a coarser mesh, or leave the option out",
+        choice.ranks_per_operator));
   const RankGroup group(ranks, choice.ranks_per_operator);
   Assembled assembled = report.stage(
       "assemble", [&] { return group.size() == 1 ? assemble_whole(inputs) : assemble_divided(inputs, group); });
@@ -320,7 +342,8 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
 
   ReciprocitySample sample(inputs.body);
   const BegunPart begun = report.stage("lay out", [&] {
-    return is_first ? begin_part(*output.part(), inputs, plan, *solver, batches, sample, preload, locking, options)
+    return is_first ? begin_part(*output.part(), inputs, elimination_order_of(assembled.held, plan, options), plan,
+                                 *solver, batches, sample, preload, locking, options)
                     : BegunPart{};
   });
   const auto entries = shared(begun.entries, ranks);

@@ -12,13 +12,14 @@ namespace palpate {
 
 struct PrecomputeOptions {
   std::filesystem::path mesh, organ, boundary, bundle;
-  std::filesystem::path image;  // only its hash is recorded; may be empty
+  std::filesystem::path image;  // its hash is recorded, and `label` selectors read it; may be empty
   double memory_gigabytes = 0;  // that all ranks on one machine may take together, GB (1e9 bytes); 0: what is free
   double tolerance = 1e-9;      // on the true relative residual of each column
   int ranks_per_operator = 0;   // 0: the fewest whose memory holds the operator
   bool direct = false;          // the factor alone solves, without PETSc's conjugate gradients
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
+  bool large_deformation = false;                          // store what large deformation needs (runtime/large)
   int locking_probes = 0;  // patches of the surface where the element is compared with p2-p0; 0: none
   bool plan_only = false;  // tell what the run would take, and write nothing; bundle may be empty
   std::string json;        // where the report goes as JSON; "-": standard output; empty: nowhere

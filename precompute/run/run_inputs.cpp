@@ -5,6 +5,7 @@
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "precompute/elements/element_warnings.h"
+#include "precompute/elements/plausibility.h"
 #include "precompute/elements/support_check.h"
 
 namespace palpate {
@@ -22,12 +23,16 @@ std::string hash_or_nothing(const std::filesystem::path& file) {
   return file.empty() ? std::string() : sha256_of_file(file.string());
 }
 
-std::map<std::string, std::string> hashes_of(const PrecomputeOptions& options, const OrganConfig& organ) {
+std::map<std::string, std::string> hashes_of(const PrecomputeOptions& options, const OrganConfig& organ,
+                                             const BoundaryConfig& boundary) {
   std::map<std::string, std::string> hashes = {{"image_sha256", hash_or_nothing(options.image)},
                                                {"mesh_sha256", hash_or_nothing(options.mesh)},
                                                {"organ_sha256", hash_or_nothing(options.organ)},
                                                {"boundary_sha256", hash_or_nothing(options.boundary)}};
   if (organ.response) hashes["curve_sha256"] = hash_or_nothing(organ.response->curve);
+  for (const auto& image : label_images(boundary))
+    if (std::filesystem::is_regular_file(image))  // else refused where it is read
+      hashes[label_image_key(image)] = hash_or_nothing(image);
   return hashes;
 }
 
@@ -38,11 +43,21 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
   if (!options.image.empty() && !std::filesystem::is_regular_file(options.image))
     throw InputError(fmt::format("{}: expected the image file, found none", options.image.string()));
   inputs.organ = read_organ_config(options.organ);
+  if (options.large_deformation && inputs.organ.element == Element::p2_p0)
+    throw InputError(fmt::format(
+        "{}: --large-deformation: expected the element p1 or p1-anp, found p2-p0; change it, or leave the option out",
+        options.organ.string()));
   inputs.boundary = read_boundary_config(options.boundary);
+  if (options.large_deformation && !(inputs.boundary.foundations.empty() && inputs.boundary.springs.empty()))
+    throw InputError(fmt::format(
+        "{}: --large-deformation: expected an organ that is held by [[fixed]] alone, found a [[foundation]] or "
+        "a [[spring]]; take them out, or leave the option out",
+        options.boundary.string()));
   if (inputs.organ.response) inputs.fit = fit_responses(*inputs.organ.response);
-  inputs.hashes = hashes_of(options, inputs.organ);
-  inputs.body = make_elastic_body(read_mesh(options.mesh), inputs.organ, inputs.boundary,
-                                  {options.mesh, options.organ, options.boundary});
+  inputs.hashes = hashes_of(options, inputs.organ, inputs.boundary);
+  const BodyFiles files{options.mesh, options.organ, options.boundary, options.image};
+  inputs.body = make_elastic_body(read_mesh(options.mesh), inputs.organ, inputs.boundary, files);
+  for (const auto& sentence : plausibility_warnings(inputs.body, inputs.organ, files)) warn(sentence);
   if (inputs.boundary.gravity) check_densities(inputs, options);
   check_support(inputs.body, options.boundary, inputs.organ.mesh_unit);
   for (const auto& sentence : element_warnings(inputs.body, inputs.organ.element))

@@ -37,6 +37,8 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
   note(locking.probes > 0 ? fmt::format("forces are {:.3f} times those of p2-p0 on this mesh ({} probes)",
                                         locking.ratio, locking.probes)
                           : "locking is not measured: " + locking.note);
+  if (const std::size_t count = warnings().size(); count > 0)
+    say(fmt::format("{} warning{} above", count, count > 1 ? "s" : ""));
   say(outcome_text(outcome.plan, outcome.took));
   say(fmt::format("{}: {} columns, {:.4g} MB, in {}; peak memory {:.2g} GB", outcome.options.bundle.string(),
                   3 * outcome.inputs.body.touchable.size(), outcome.took.bundle_bytes / 1e6,
@@ -50,6 +52,7 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
   json["program"] = "palpate-precompute";
   json["program_version"] = PALPATE_VERSION;
   json["bundle"] = outcome.options.bundle.string();
+  json["warnings"] = warnings();
   json["bundle_bytes"] = static_cast<std::uint64_t>(outcome.took.bundle_bytes);
   json["nodes"] = body.nodes.size();
   json["surface_nodes"] = body.surface_count;

@@ -148,7 +148,7 @@ std::size_t encode_contacts(const palpate_contacts& contacts, const DatagramNote
   out.i32(contacts.sweeps);
   out.i32(contacts.tool_count);
   out.i32(contacts.node_count);
-  out.u32(0);
+  out.i32(contacts.newton_steps);
   out.f64(contacts.residual_displacement);
   out.f64(contacts.residual_force);
   for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
@@ -195,7 +195,8 @@ DatagramFault decode_contacts(std::span<const unsigned char> bytes, const Datagr
   contacts->flags = in.u32();
   contacts->sweeps = in.i32();
   const std::uint32_t tools = in.u32(), nodes = in.u32();
-  in.u32();
+  contacts->newton_steps = in.i32();
+  contacts->organ_orientation[0] = 1;  // the pose is not sent
   contacts->residual_displacement = in.f64();
   contacts->residual_force = in.f64();
   const auto at_most = [](std::uint32_t count, int limit) { return count <= static_cast<std::uint32_t>(limit); };

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "formats/program.h"
 #include "programs/link/sockets.h"
 #include "programs/player/contacts_mailbox.h"
 
@@ -123,6 +124,7 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
     const Nanoseconds begin = now();
     const palpate_step_flags flags = palpate_scene_shape(player.runtime_scene(), contacts, &out);
     const Nanoseconds end = now();
+    run.flags.add(flags);
     run.age_us.push_back(microseconds(wall_clock() - note.sent));
     ++run.shapes;
     for (std::int32_t t = 0; t < contacts->tool_count; ++t)
@@ -178,7 +180,8 @@ std::string draw_summary(const DrawRun& run, const Player& player, int shapes_wr
                                         {"refused", refusals(run.link)}}},
                                       {"on_the_way_us", percentile_summary(run.way_us)},
                                       {"age_when_drawn_us", percentile_summary(run.age_us)},
-                                      {"shape", loop_summary(run.shape)}};
+                                      {"shape", loop_summary(run.shape)},
+                                      {"warnings", warnings()}};
   return out.dump(2) + "\n";
 }
 

@@ -5,6 +5,7 @@
 
 #include "programs/link/contacts_receiver.h"
 #include "programs/player/player.h"
+#include "programs/player/scene_warnings.h"
 #include "programs/player/timed_loop.h"
 
 namespace palpate {
@@ -16,6 +17,7 @@ struct DrawOptions {
 
 struct DrawRun {
   LoopTiming shape;
+  FlagCounts flags;
   LinkCounts link;
   std::vector<double> way_us;  // of the datagrams taken, from their sending to their coming; needs clocks that agree
   std::vector<double> age_us;  // of the contacts drawn, from their sending to the end of their shape
@@ -35,7 +37,7 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
 
 std::string draw_table(const DrawRun& run);
 
-// JSON text of summary.json.
+// JSON text of summary.json, with the warnings of the program so far.
 std::string draw_summary(const DrawRun& run, const Player& player, int shapes_written);
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "formats/errors.h"
+#include "formats/program.h"
 
 namespace palpate {
 namespace {
@@ -53,8 +54,10 @@ FeelRun feel(Player& player, std::uint64_t bundle, DatagramSender& sender, const
     if (index / once != before / once) palpate_scene_reset(player.runtime_scene());  // the path begins again
     player.move_tools(static_cast<double>(index % once) / rate);
     const Nanoseconds begin = now();
-    player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts, memory.size() * sizeof memory[0]);
+    const palpate_step_flags flags = player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts,
+                                                  memory.size() * sizeof memory[0]);
     const Nanoseconds touched = now();
+    run.flags.add(flags);
     before = index;
     ++note.sequence;
     note.time = static_cast<double>(index) / rate;
@@ -82,10 +85,15 @@ std::string feel_table(const FeelRun& run) {
 }
 
 std::string feel_summary(const FeelRun& run, const Player& player, const std::string& to) {
-  const nlohmann::ordered_json out = {{"scene", player.scene().name},     {"to", to},
-                                      {"session", run.session},           {"touch_hz", player.scene().touch_hz},
-                                      {"datagrams_sent", run.sent},       {"datagrams_not_taken", run.not_taken},
-                                      {"touch", loop_summary(run.touch)}, {"send_us", percentile_summary(run.send_us)}};
+  const nlohmann::ordered_json out = {{"scene", player.scene().name},
+                                      {"to", to},
+                                      {"session", run.session},
+                                      {"touch_hz", player.scene().touch_hz},
+                                      {"datagrams_sent", run.sent},
+                                      {"datagrams_not_taken", run.not_taken},
+                                      {"touch", loop_summary(run.touch)},
+                                      {"send_us", percentile_summary(run.send_us)},
+                                      {"warnings", warnings()}};
   return out.dump(2) + "\n";
 }
 

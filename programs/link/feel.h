@@ -6,6 +6,7 @@
 #include "programs/link/contacts_datagram.h"
 #include "programs/link/sockets.h"
 #include "programs/player/player.h"
+#include "programs/player/scene_warnings.h"
 #include "programs/player/timed_loop.h"
 
 namespace palpate {
@@ -18,6 +19,7 @@ struct FeelOptions {
 
 struct FeelRun {
   LoopTiming touch;
+  FlagCounts flags;
   std::vector<double> send_us;  // of encoding and sending, per step
   std::uint64_t session = 0, sent = 0;
   std::uint64_t not_taken = 0;  // by the system: nobody listened, or its buffer was full
@@ -30,7 +32,7 @@ FeelRun feel(Player& player, std::uint64_t bundle, DatagramSender& sender, const
 
 std::string feel_table(const FeelRun& run);
 
-// JSON text of summary.json.
+// JSON text of summary.json, with the warnings of the program so far.
 std::string feel_summary(const FeelRun& run, const Player& player, const std::string& to);
 
 }  // namespace palpate

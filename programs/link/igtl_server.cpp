@@ -114,9 +114,10 @@ class Server {
     run_loop(run_.touch, now(), rate, ~std::uint64_t{0} >> 8, LateSteps::left_out, &stop, [&](std::uint64_t index) {
       const std::uint32_t present = tools_.move(player_);
       const Nanoseconds begin = now();
-      player_.touch(static_cast<double>(index - before + (index == 0)) / rate, mailbox_.slot(),
-                    mailbox_.contacts_bytes());
+      const palpate_step_flags flags = player_.touch(static_cast<double>(index - before + (index == 0)) / rate,
+                                                     mailbox_.slot(), mailbox_.contacts_bytes());
       const Nanoseconds end = now();
+      run_.touch_flags.add(flags);
       before = index;
       mailbox_.publish(present);
       keep_bounded(run_.touch);
@@ -228,7 +229,7 @@ class Server {
       palpate_shape_out out = palpate_default_shape_out();
       out.displacements = displacements_.data(), out.positions = positions_.data(),
       out.node_capacity = player_.shape_node_count();
-      palpate_scene_shape(player_.runtime_scene(), contacts, &out);
+      run_.shape_flags.add(palpate_scene_shape(player_.runtime_scene(), contacts, &out));
     }
     return surface_.pack(positions_.data(), displacements_.data());
   }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "programs/player/player.h"
+#include "programs/player/scene_warnings.h"
 #include "programs/player/timed_loop.h"
 
 namespace palpate {
@@ -20,6 +21,7 @@ struct IgtlServerOptions {
 
 struct IgtlServerRun {
   LoopTiming touch;
+  FlagCounts touch_flags, shape_flags;
   std::uint64_t clients = 0, poses = 0, surfaces = 0, forces = 0;
   std::uint64_t left_out = 0;  // messages not queued for a client that had not yet taken the ones before
   std::uint64_t refused = 0;   // messages

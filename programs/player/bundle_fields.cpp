@@ -46,6 +46,9 @@ BundleFields read_bundle_fields(const std::filesystem::path& bundle) {
   read_section(stream, index, formats::SectionId::provenance, fields.provenance, bundle);
   read_section(stream, index, formats::SectionId::region, fields.region, bundle);
   read_section(stream, index, formats::SectionId::fixed, fields.fixed, bundle);
+  read_section(stream, index, formats::SectionId::region_names, fields.region_names, bundle);
+  read_section(stream, index, formats::SectionId::young, fields.young, bundle);
+  read_section(stream, index, formats::SectionId::poisson, fields.poisson, bundle);
   return fields;
 }
 

@@ -9,9 +9,11 @@
 namespace palpate {
 
 struct BundleFields {
-  std::string provenance;            // JSON object
-  std::vector<std::int32_t> region;  // [E]
-  std::vector<std::uint8_t> fixed;   // [N][3]
+  std::string provenance;              // JSON object
+  std::vector<std::int32_t> region;    // [E]
+  std::vector<std::uint8_t> fixed;     // [N][3]
+  std::string region_names;            // each ended by a newline
+  std::vector<double> young, poisson;  // [R] Pa, 1
   std::uint64_t
       identity;  // the index's checksum, which covers the checksum of every section: the same for the same bytes
 };

@@ -178,6 +178,7 @@ palpate_step_load load_of(const Player& player, const palpate_contacts& contacts
     load.contacts += tool.contact_count, load.slips += tool.slip_count;
   }
   load.nodes = contacts.node_count, load.sweeps = contacts.sweeps;
+  load.newton_steps = contacts.newton_steps;
   return load;
 }
 
@@ -227,9 +228,9 @@ Usual usual(const std::vector<Step>& steps, int nodes, std::size_t passes) {
       if (step.load.nodes == nodes && watched == !step.pass_us.empty()) values.push_back(value_of(step));
     return percentile(values, .5);
   };
-  for (auto member :
-       {&palpate_step_load::tools, &palpate_step_load::points, &palpate_step_load::grips, &palpate_step_load::contacts,
-        &palpate_step_load::rows, &palpate_step_load::nodes, &palpate_step_load::slips, &palpate_step_load::sweeps})
+  for (auto member : {&palpate_step_load::tools, &palpate_step_load::points, &palpate_step_load::grips,
+                      &palpate_step_load::contacts, &palpate_step_load::rows, &palpate_step_load::nodes,
+                      &palpate_step_load::slips, &palpate_step_load::sweeps, &palpate_step_load::newton_steps})
     found.load.*member = static_cast<std::int32_t>(median([&](const Step& s) { return s.load.*member; }, false));
   found.us = median([](const Step& s) { return s.us; }, false);
   for (std::size_t p = 0; p < passes; ++p)
@@ -265,14 +266,15 @@ std::string explain(Player& player) {
   const palpate_step_load& load = touch.load;
   return plan_table(passes) +
          fmt::format(
-             "with {} contact nodes of {} contacts, {} tool points, {} grips, {} of them slipping, {} sweeps; 1 MB "
+             "with {} contact nodes of {} contacts, {} tool points, {} grips, {} of them slipping, {} sweeps and {} "
+             "steps of Newton's method; 1 MB "
              "read at "
              "{:.1f} GB/s, {:.1f} Gflop/s, {:.2f} Gstep/s\n"
              "predicted: touch {:.2f} us, shape {:.2f} us; measured, median of the whole calls alone: touch {:.2f} us, "
              "shape {:.2f} us\n",
-             load.nodes, load.contacts, load.points, load.grips, load.slips, load.sweeps, rates.bytes_per_second / 1e9,
-             rates.flops_per_second / 1e9, rates.steps_per_second / 1e9, predicted_touch, predicted_shape, touch.us,
-             shape.us);
+             load.nodes, load.contacts, load.points, load.grips, load.slips, load.sweeps, load.newton_steps,
+             rates.bytes_per_second / 1e9, rates.flops_per_second / 1e9, rates.steps_per_second / 1e9, predicted_touch,
+             predicted_shape, touch.us, shape.us);
 }
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "formats/errors.h"
+#include "programs/player/tool_places.h"
 #include "programs/player/tool_points.h"
 
 namespace palpate {
@@ -28,7 +29,8 @@ static_assert(static_cast<int>(SceneConfig::Radial::response) == PALPATE_RADIAL_
 
 [[noreturn]] void refuse(const SceneConfig& scene, const std::filesystem::path& bundle, const palpate_error& error) {
   const std::string at = error.byte_offset ? fmt::format("byte {}: ", error.byte_offset) : "";
-  const auto& file = error.status == PALPATE_ERROR_ARGUMENT ? scene.file : bundle;
+  const bool of_surface = scene.surface && std::string_view(error.text).starts_with("palpate_fine_surface");
+  const auto& file = of_surface ? scene.surface->file : error.status == PALPATE_ERROR_ARGUMENT ? scene.file : bundle;
   const std::string text = fmt::format("{}: {}{}", file.string(), at, error.text);
   if (error.status == PALPATE_ERROR_MEMORY) throw OperationError(text);
   throw InputError(text);
@@ -47,29 +49,6 @@ bool inside(const Vector& p, const Vector& low, const Vector& high) {
   for (int d = 0; d < 3; ++d)
     if (p[d] < low[d] || p[d] > high[d]) return false;
   return true;
-}
-
-// The touchable nodes that a grip holds, ascending.
-std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
-                                        const std::filesystem::path& file) {
-  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
-  const std::vector<std::int32_t> candidates(touchable, touchable + palpate_bundle_describe(bundle).touchable_count);
-  std::vector<std::int32_t> nodes;
-  if (grip.nearest && !candidates.empty()) {
-    const auto nearer = [&](std::int32_t a, std::int32_t b) {
-      return distance(node_position(bundle, a), *grip.nearest) < distance(node_position(bundle, b), *grip.nearest);
-    };
-    nodes.push_back(*std::min_element(candidates.begin(), candidates.end(), nearer));
-  } else if (!grip.nearest) {
-    for (const std::int32_t node : candidates)
-      if (inside(node_position(bundle, node), grip.box_min, grip.box_max)) nodes.push_back(node);
-  }
-  if (nodes.empty())
-    throw InputError(
-        fmt::format("{}:{}: [[tool.grip]]: expected touchable nodes of the bundle there, found none; "
-                    "compare with \"palpate-bundle info\"",
-                    file.string(), grip.line));
-  return nodes;
 }
 
 std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
@@ -106,6 +85,7 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
   def.force = static_cast<palpate_force_model>(scene.force);
   def.shape = static_cast<palpate_shape_model>(scene.shape);
   def.radial = static_cast<palpate_radial_model>(scene.radial);
+  def.deformation = static_cast<palpate_deformation_model>(scene.deformation);
   def.preload = scene.preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
   if (scene.relaxation) {
     def.relaxation.model = PALPATE_RELAXATION_PRONY;
@@ -117,19 +97,21 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
   def.max_tools = static_cast<int>(scene.tools.size());
   def.max_points = scene.limits.points.value_or(std::max(1, points_and_grips));
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
-  const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3;
+  const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3, most = 3000;  // of palpate.h
   def.max_contact_nodes = scene.limits.contact_nodes.value_or(
-      std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)));
+      std::min(most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points))));
   def.force_limit = scene.limits.force;
   def.force_slew = scene.limits.force_slew;
-  def.max_tool_speed = scene.limits.tool_speed;
+  def.max_tool_speed = scene.limits.tool_speed, def.max_operations = scene.limits.operations;
   if (scene.limits.release_distance) def.release_distance = *scene.limits.release_distance;
   return def;
 }
 
 // The limits are those of the whole scene, so that the contacts of one half fit the other half.
 palpate_scene_def half_of(palpate_scene_def def, Half half) {
-  if (half == Half::touch) def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
+  // Under large deformation the touch half solves for the nodes of the shape.
+  if (half == Half::touch && def.deformation == PALPATE_DEFORMATION_LINEAR)
+    def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
   if (half == Half::shape) {
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.relaxation.model = PALPATE_RELAXATION_OFF;
@@ -153,6 +135,28 @@ palpate_step_flags timed(std::vector<double>& microseconds, const Call& call) {
 
 }  // namespace
 
+std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
+                                        const std::filesystem::path& file) {
+  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
+  const std::vector<std::int32_t> candidates(touchable, touchable + palpate_bundle_describe(bundle).touchable_count);
+  std::vector<std::int32_t> nodes;
+  if (grip.nearest && !candidates.empty()) {
+    const auto nearer = [&](std::int32_t a, std::int32_t b) {
+      return distance(node_position(bundle, a), *grip.nearest) < distance(node_position(bundle, b), *grip.nearest);
+    };
+    nodes.push_back(*std::min_element(candidates.begin(), candidates.end(), nearer));
+  } else if (!grip.nearest) {
+    for (const std::int32_t node : candidates)
+      if (inside(node_position(bundle, node), grip.box_min, grip.box_max)) nodes.push_back(node);
+  }
+  if (nodes.empty())
+    throw InputError(
+        fmt::format("{}:{}: [[tool.grip]]: expected touchable nodes of the bundle there, found none; "
+                    "compare with \"palpate-bundle info\"",
+                    file.string(), grip.line));
+  return nodes;
+}
+
 Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half, const RenderMesh* render_mesh)
     : scene_(std::move(scene)), render_mesh_(render_mesh) {
   if (duration() * scene_.touch_hz > kMostSteps)
@@ -160,8 +164,13 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
                                  kMostSteps, duration(), scene_.touch_hz));
   palpate_error error{};
   palpate_bundle* opened = nullptr;
-  if (palpate_bundle_open_file(bundle.c_str(), nullptr, &opened, &error) != PALPATE_OK) refuse(scene_, bundle, error);
+  palpate_bundle_options options = palpate_default_bundle_options();
+  // A bundle may be computed anew while the player reads it. These programs have no handler of SIGBUS of their own, and a flag in
+  // the summary tells more than a process that ends.
+  options.file_access = PALPATE_FILE_MAP_GUARDED;
+  if (palpate_bundle_open_file(bundle.c_str(), &options, &opened, &error) != PALPATE_OK) refuse(scene_, bundle, error);
   bundle_.reset(opened);
+  resolve_places(scene_, bundle_.get());
 
   std::size_t total = 0;
   for (const auto& tool : scene_.tools) {
@@ -177,6 +186,15 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
     skin.positions = render_mesh_->positions.data(), skin.normals = render_mesh_->normals.data();
     skin.vertex_count = static_cast<std::int32_t>(render_mesh_->positions.size() / 3);
     def.render_mesh = &skin;
+  }
+  if (scene_.surface && def.collision != PALPATE_COLLISION_OFF) {
+    RenderMesh met = read_render_mesh(scene_.surface->file, scene_.surface->metres_per_unit);
+    met_positions_ = std::move(met.positions);
+    met_triangles_.assign(met.indices.begin(), met.indices.end());
+    met_surface_.positions = met_positions_.data(), met_surface_.triangles = met_triangles_.data();
+    met_surface_.vertex_count = static_cast<std::int32_t>(met_positions_.size() / 3);
+    met_surface_.triangle_count = static_cast<std::int32_t>(met_triangles_.size() / 3);
+    def.fine_surface = met_surface();
   }
   palpate_scene* created = nullptr;
   if (palpate_scene_create(bundle_.get(), &def, &created, &error) != PALPATE_OK) refuse(scene_, bundle, error);

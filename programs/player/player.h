@@ -43,6 +43,10 @@ struct Timing {
 // Which half of a scene a program plays. The effects of the other half are off, so that their sections are not mapped.
 enum class Half { both, touch, shape };
 
+// The touchable nodes that a grip holds, ascending. Errors: InputError with the grip's line in file where there are none.
+std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
+                                        const std::filesystem::path& file);
+
 class Player {
  public:
   // Opens the bundle, finds the grips' nodes, creates the runtime's scene. render_mesh follows the shapes; it must outlive
@@ -55,6 +59,8 @@ class Player {
   const std::vector<std::vector<palpate_grip>>& grips() const { return grips_; }  // [tool][grip], a node each
   palpate_bundle* bundle() const { return bundle_.get(); }
   const RenderMesh* render_mesh() const { return render_mesh_; }
+  // The finer surface that the tools meet; nullptr: the bundle's.
+  const palpate_fine_surface* met_surface() const { return met_triangles_.empty() ? nullptr : &met_surface_; }
   palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
   double duration() const;            // s, the last key frame of all tools
   std::uint64_t shape_count() const;  // shapes that play makes
@@ -90,6 +96,9 @@ class Player {
 
   SceneConfig scene_;
   const RenderMesh* render_mesh_;
+  std::vector<float> met_positions_;
+  std::vector<std::int32_t> met_triangles_;
+  palpate_fine_surface met_surface_ = palpate_default_fine_surface();
   std::unique_ptr<palpate_bundle, CloseBundle> bundle_;
   std::unique_ptr<palpate_scene, DestroyScene> runtime_scene_;
   int contact_node_limit_ = 0;

@@ -76,8 +76,9 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
       const palpate_contacts* contacts = mailbox.newest(&published);
       if (!contacts) return 0;
       const Nanoseconds begin = now();
-      palpate_scene_shape(player.runtime_scene(), contacts, &out);
+      const palpate_step_flags flags = palpate_scene_shape(player.runtime_scene(), contacts, &out);
       const Nanoseconds end = now();
+      run.shape_flags.add(flags);
       run.age.push_back(microseconds(end - published));
       return end - begin;
     });
@@ -95,8 +96,10 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
       player.move_tools(time);
       palpate_contacts* contacts = mailbox.slot();
       const Nanoseconds begin = now();
-      player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts, mailbox.contacts_bytes());
+      const palpate_step_flags flags =
+          player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts, mailbox.contacts_bytes());
       const Nanoseconds end = now();
+      run.touch_flags.add(flags);
       before = index;
       mailbox.publish(end);
       return end - begin;
@@ -122,6 +125,15 @@ std::string realtime_table(const RealtimeRun& run) {
   return table + "\n";
 }
 
+std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs) {
+  std::vector<std::string> sentences;
+  for (const RealtimeRun& run : runs)
+    for (const auto& more : {run.touch_flags.warnings(fmt::format("touches at {:g} Hz", run.rate)),
+                             run.shape_flags.warnings(fmt::format("shapes beside touch at {:g} Hz", run.rate))})
+      sentences.insert(sentences.end(), more.begin(), more.end());
+  return sentences;
+}
+
 std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player& player,
                              const std::filesystem::path& bundle) {
   Json out;
@@ -142,6 +154,7 @@ std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player&
     }
     out["realtime"].push_back(entry);
   }
+  out["warnings"] = realtime_warnings(runs);
   return out.dump(2) + "\n";
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "programs/player/player.h"
+#include "programs/player/scene_warnings.h"
 #include "programs/player/timed_loop.h"
 
 namespace palpate {
@@ -12,6 +13,7 @@ namespace palpate {
 struct RealtimeRun {
   double rate = 0, seconds = 0;  // Hz of touch, s
   LoopTiming touch, shape;
+  FlagCounts touch_flags, shape_flags;
   std::vector<double> age;  // us, from the publishing of the contacts to the end of the shape made of them
   double longest_gap = 0;   // us, the longest time a thread that only reads the clock was stopped, in half a second
   double taken_away = 0;    // share of that half second in gaps above 5 us
@@ -25,7 +27,10 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds);
 
 std::string realtime_table(const RealtimeRun& run);
 
-// JSON text of summary.json: one entry per run.
+// The step flags that were raised, a sentence each.
+std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs);
+
+// JSON text of summary.json: one entry per run, and the warnings.
 std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player& player,
                              const std::filesystem::path& bundle);
 

@@ -37,12 +37,17 @@ toml::table effects_of(const SceneConfig& scene) {
                      {"force", word(scene.force, {"off", "linear", "response"})},
                      {"shape", word(scene.shape, {"off", "surface", "volume"})},
                      {"radial", word(scene.radial, {"off", "response"})},
+                     {"deformation", word(scene.deformation, {"linear", "large"})},
                      {"preload", scene.preload}};
 }
 
 toml::table limits_of(const SceneConfig::Limits& limits) {
-  toml::table table{{"force", limits.force}, {"force_slew", limits.force_slew}, {"tool_speed", limits.tool_speed}};
+  toml::table table{{"force", limits.force},
+                    {"force_slew", limits.force_slew},
+                    {"tool_speed", limits.tool_speed},
+                    {"operations", limits.operations}};
   if (limits.release_distance) table.insert("release_distance", *limits.release_distance);
+  if (limits.displacement) table.insert("displacement", *limits.displacement);
   if (limits.points) table.insert("points", *limits.points);
   if (limits.contact_nodes) table.insert("contact_nodes", *limits.contact_nodes);
   return table;
@@ -52,6 +57,15 @@ toml::table relaxation_of(const SceneConfig::Relaxation& relaxation) {
   toml::array terms;
   for (const auto& [share, time] : relaxation.terms) terms.push_back(toml::array{share, time});
   return toml::table{{"terms", std::move(terms)}, {"source", relaxation.source}};
+}
+
+toml::table surface_of(const SceneConfig::Surface& surface, const fs::path& file) {
+  const double unit = surface.metres_per_unit;
+  return toml::table{{"file", file.lexically_normal().string()},
+                     {"unit", unit == 1      ? "m"
+                              : unit == 1e-2 ? "cm"
+                              : unit == 1e-3 ? "mm"
+                                             : "um"}};
 }
 
 // The tool's position at each touch step, computed as the player computes it, so that the bits are the same.
@@ -100,6 +114,7 @@ toml::table resolved_scene(const Player& player) {
                     {"limits", limits_of(scene.limits)},
                     {"rate", toml::table{{"touch", scene.touch_hz}, {"shape", scene.shape_hz}}}};
   if (scene.relaxation) table.insert("relaxation", relaxation_of(*scene.relaxation));
+  if (scene.surface) table.insert("surface", surface_of(*scene.surface, fs::absolute(scene.surface->file)));
   toml::array tools;
   for (std::size_t t = 0; t < scene.tools.size(); ++t) tools.push_back(tool_of(player, t));
   table.insert("tool", std::move(tools));
@@ -142,7 +157,7 @@ void check_bundle(const Player& player, const fs::path& bundle) {
 void refuse_other_scene(const fs::path& record, const Player& recorded, const fs::path& file, const fs::path& bundle) {
   const toml::table expected = resolved_scene(recorded);
   const toml::table found = resolved_scene(Player(read_scene_config(file), bundle));
-  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "tool"}) {
+  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "surface", "tool"}) {
     const toml::node *a = expected.get(key), *b = found.get(key);
     const bool same = a && b ? a->visit([&](const auto& node) {
       const auto* other = b->as<std::decay_t<decltype(node)>>();
@@ -171,6 +186,8 @@ void write_record(const fs::path& record, const Player& player, const fs::path& 
   toml::table scene = resolved_scene(player);
   const fs::path folder = fs::absolute(record).parent_path();
   scene.insert("bundle", fs::absolute(bundle).lexically_proximate(folder).string());
+  if (const auto& surface = player.scene().surface)
+    scene.insert_or_assign("surface", surface_of(*surface, fs::absolute(surface->file).lexically_proximate(folder)));
   std::ostringstream text;
   text << scene << '\n';
   const std::string head = head_lines(read_bundle_fields(bundle).identity, output);

@@ -4,20 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
-
-#include "programs/player/tool_points.h"
 
 namespace palpate {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED", "REGULARISED",   "RESPONSE_RANGE",
-                                      "FORCE_LIMITED", "BUNDLE_LOST",      "NOT_TOUCHABLE", "UNSOLVED",
-                                      "OTHER_BUNDLE",  "TRACKING_LOST",    "WORK_DEFERRED"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_WORK_DEFERRED);
+constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED",  "REGULARISED",   "RESPONSE_RANGE",
+                                      "FORCE_LIMITED", "BUNDLE_LOST",       "NOT_TOUCHABLE", "UNSOLVED",
+                                      "OTHER_BUNDLE",  "TRACKING_LOST",     "WORK_DEFERRED", "SOLVE_INEXACT",
+                                      "DISCS_THINNED", "DEFORMATION_BEHIND"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_DEFORMATION_BEHIND);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;
@@ -26,42 +24,11 @@ Json percentiles(const std::vector<double>& values) {
   return out;
 }
 
-// The smallest box along the axes, m.
-struct Extent {
-  SceneConfig::Vector low, high;
-  Extent() {
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-  }
-  void add(const double* point) {
-    for (int d = 0; d < 3; ++d) low[d] = std::min(low[d], point[d]), high[d] = std::max(high[d], point[d]);
-  }
-  std::string text() const {
-    std::string out;
-    for (int d = 0; d < 3; ++d)
-      out += fmt::format("{}{} {:.4g} .. {:.4g}", d ? ", " : "", "xyz"[d], 1e3 * low[d], 1e3 * high[d]);
-    return out + " mm";
-  }
-};
-
-Extent extent_of_organ(const palpate_bundle* bundle) {
-  Extent extent;
-  const double* nodes = palpate_bundle_nodes(bundle);
-  const int count = nodes ? palpate_bundle_describe(bundle).surface_node_count : 0;
-  for (int n = 0; n < count; ++n) extent.add(nodes + 3 * static_cast<std::size_t>(n));
-  return extent;
-}
-
-// Of the tool's points, along the whole path.
-Extent extent_of_path(const SceneConfig::Tool& tool) {
-  Extent extent;
-  for (const SceneConfig::Vector& point : tool_points(tool))
-    for (const SceneConfig::KeyFrame& frame : tool.path) {
-      const SceneConfig::Vector at = {frame.position[0] + point[0], frame.position[1] + point[1],
-                                      frame.position[2] + point[2]};
-      extent.add(at.data());
-    }
-  return extent;
+Json counts_by_name(const FlagCounts& flags) {
+  Json out = Json::object();
+  for (std::size_t bit = 0; bit < std::size(kFlagNames); ++bit)
+    if (flags.steps_with()[bit] > 0) out[kFlagNames[bit]] = flags.steps_with()[bit];
+  return out;
 }
 
 }  // namespace
@@ -81,12 +48,18 @@ std::vector<std::string> flag_names(palpate_step_flags flags) {
   return names;
 }
 
-Summary::Summary(const Player& player) : player_(player), tools_(player.scene().tools.size()) {}
+Summary::Summary(const Player& player) : player_(player), tools_(player.scene().tools.size()) {
+  for (std::size_t t = 0; t < tools_.size(); ++t) tools_[t].points = static_cast<int>(player.points()[t].size());
+}
 
 void Summary::add(const TouchRecord& touch) {
   ++touches_;
   most_contact_nodes_ = std::max(most_contact_nodes_, touch.contacts.node_count);
-  for (std::size_t bit = 0; bit < touches_with_flag_.size(); ++bit) touches_with_flag_[bit] += touch.flags >> bit & 1;
+  touch_flags_.add(touch.flags);
+  for (int n = 0; n < touch.contacts.node_count; ++n) {
+    const palpate_contact_node& node = *palpate_contacts_node(&touch.contacts, n);
+    if (node.point < tools_[node.tool].points) tools_[node.tool].point_touched = true;
+  }
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const palpate_tool_state& state = *palpate_contacts_tool(&touch.contacts, t);
     Tool& tool = tools_[t];
@@ -103,15 +76,16 @@ void Summary::add(const TouchRecord& touch) {
 
 void Summary::add(const ShapeRecord& shape) {
   ++shapes_;
-  shape_flags_ |= shape.flags;
+  shape_flags_.add(shape.flags);
   for (int n = 0; n < shape.node_count; ++n) {
     const float* u = shape.displacements + 3 * static_cast<std::ptrdiff_t>(n);
-    largest_displacement_ = std::max(largest_displacement_, std::hypot(double{u[0]}, double{u[1]}, double{u[2]}));
+    const double length = std::hypot(double{u[0]}, double{u[1]}, double{u[2]});
+    if (length > largest_.length) largest_ = {length, shape.time, n};
   }
 }
 
 std::string Summary::text(const Timing& timing, const BundleFields& fields, const std::filesystem::path& bundle,
-                          int shapes_written) const {
+                          int shapes_written, const std::vector<std::string>& warnings) const {
   const SceneConfig& scene = player_.scene();
   Json out;
   out["scene"] = scene.name;
@@ -124,7 +98,8 @@ std::string Summary::text(const Timing& timing, const BundleFields& fields, cons
   out["touch_hz"] = scene.touch_hz;
   out["shape_hz"] = scene.shape_hz;
   out["most_contact_nodes"] = most_contact_nodes_;
-  out["largest_displacement_m"] = largest_displacement_;
+  out["largest_displacement_m"] = largest_.length;
+  out["warnings"] = warnings;
   out["tools"] = Json::array();
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const Tool& tool = tools_[t];
@@ -144,11 +119,8 @@ std::string Summary::text(const Timing& timing, const BundleFields& fields, cons
     if (tool.first_contact_time >= 0) entry["first_contact_s"] = tool.first_contact_time;
     out["tools"].push_back(entry);
   }
-  Json touches_with_flag = Json::object();
-  for (std::size_t bit = 0; bit < std::size(kFlagNames); ++bit)
-    if (touches_with_flag_[bit] > 0) touches_with_flag[kFlagNames[bit]] = touches_with_flag_[bit];
-  out["touches_with_flag"] = touches_with_flag;
-  out["shape_flags"] = flag_names(shape_flags_);
+  out["touches_with_flag"] = counts_by_name(touch_flags_);
+  out["shapes_with_flag"] = counts_by_name(shape_flags_);
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};
   if (!timing.skin_us.empty()) out["timing_us"]["skin"] = percentiles(timing.skin_us);
   return out.dump(2) + "\n";
@@ -164,27 +136,14 @@ std::vector<std::string> Summary::forces() const {
   return lines;
 }
 
-std::vector<std::string> Summary::remarks() const {
-  std::vector<std::string> lines;
-  for (std::size_t t = 0; t < tools_.size(); ++t) {
-    const SceneConfig::Tool& tool = player_.scene().tools[t];
-    if (tools_[t].most_contacts > 0 || (tool.points.empty() && !tool.capsule)) continue;
-    lines.push_back(
-        player_.scene().collision == SceneConfig::Collision::off
-            ? fmt::format("tool \"{}\" met nothing: its points touch only where collision is \"rest\" or \"deformed\"",
-                          tool.name)
-            : fmt::format(
-                  "tool \"{}\" met nothing: its points move within {}, the organ at rest lies within {}; expected "
-                  "a path that begins outside the organ and crosses its surface",
-                  tool.name, extent_of_path(tool).text(), extent_of_organ(player_.bundle()).text()));
-  }
-  for (std::size_t bit = 0; bit < touches_with_flag_.size(); ++bit) {
-    if (touches_with_flag_[bit] == 0) continue;
-    const auto names = flag_names(palpate_step_flags{1} << bit);
-    lines.push_back(fmt::format("{} of {} touches raised {}: docs/troubleshooting.md says what that means",
-                                touches_with_flag_[bit], touches_, names.empty() ? "an unknown flag" : names.front()));
-  }
-  return lines;
+std::vector<std::string> Summary::warnings(const BundleFields& fields) const {
+  std::vector<bool> touched;
+  for (const Tool& tool : tools_) touched.push_back(tool.point_touched);
+  std::vector<std::string> sentences = size_warnings(player_);
+  for (const auto& more : {placement_warnings(player_, touched), displacement_warnings(player_, fields, largest_),
+                           touch_flags_.warnings("touches"), shape_flags_.warnings("shapes")})
+    sentences.insert(sentences.end(), more.begin(), more.end());
+  return sentences;
 }
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 
 #include "programs/player/bundle_fields.h"
 #include "programs/player/player.h"
+#include "programs/player/scene_warnings.h"
 
 namespace palpate {
 
@@ -23,28 +24,28 @@ class Summary {
   explicit Summary(const Player& player);
   void add(const TouchRecord& touch);
   void add(const ShapeRecord& shape);
-  // JSON text. Everything but "timing_us" is the same for the same input.
+  // JSON text. Everything but "timing_us" is the same for the same input. warnings: those of warnings().
   std::string text(const Timing& timing, const BundleFields& fields, const std::filesystem::path& bundle,
-                   int shapes_written) const;
+                   int shapes_written, const std::vector<std::string>& warnings) const;
   // One line for each tool that touched: its largest force.
   std::vector<std::string> forces() const;
-  // What the user should know of this run, a sentence each: tools that met nothing, step flags that were raised.
-  std::vector<std::string> remarks() const;
+  // What the user should know of this run, a sentence each (scene_warnings.h). Asks the surface; takes milliseconds.
+  std::vector<std::string> warnings(const BundleFields& fields) const;
 
  private:
   struct Tool {
     double peak_force = 0, peak_time = 0, first_contact_time = -1;
     std::array<double, 3> peak_force_vector{};
-    int most_contacts = 0;
+    int most_contacts = 0, points = 0;
+    bool point_touched = false;  // its grips do not count
     palpate_step_flags flags = 0;
   };
   const Player& player_;
   std::vector<Tool> tools_;
-  std::array<std::uint64_t, 32> touches_with_flag_{};
-  palpate_step_flags shape_flags_ = 0;
+  FlagCounts touch_flags_, shape_flags_;
   std::uint64_t touches_ = 0, shapes_ = 0;
   int most_contact_nodes_ = 0;
-  double largest_displacement_ = 0;
+  LargestDisplacement largest_;
 };
 
 }  // namespace palpate

@@ -1,7 +1,19 @@
-// The defaults that palpate.h states, written as structs of the host's size.
+// The library's version, and the defaults that palpate.h states, written as structs of the host's size.
 #include "runtime/base/host_struct.h"
 
+#define PALPATE_TEXT_OF(number) #number
+#define PALPATE_TEXT(number) PALPATE_TEXT_OF(number)
+
 using palpate::write_host_struct;
+
+const char* palpate_version(int32_t* numbers) {
+  if (numbers) {
+    numbers[0] = PALPATE_API_VERSION;
+    numbers[1] = PALPATE_VERSION_MAJOR, numbers[2] = PALPATE_VERSION_MINOR, numbers[3] = PALPATE_VERSION_PATCH;
+  }
+  return PALPATE_TEXT(PALPATE_VERSION_MAJOR) "." PALPATE_TEXT(PALPATE_VERSION_MINOR) "." PALPATE_TEXT(
+      PALPATE_VERSION_PATCH);
+}
 
 void palpate_init_bundle_options(palpate_bundle_options* options, size_t struct_bytes) {
   write_host_struct(palpate_bundle_options{}, options, struct_bytes);
@@ -19,10 +31,13 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   defaults.relaxation.model = PALPATE_RELAXATION_OFF;
   defaults.max_tools = 4;
   defaults.max_points = 64;
-  defaults.max_contact_nodes = 192;
   defaults.force_limit = 50;
   defaults.force_slew = 1e4;
   defaults.max_tool_speed = 10;
+  defaults.torque_limit = 5;
+  defaults.torque_slew = 1e3;
+  defaults.max_operations = 300'000;
+  defaults.deformation = PALPATE_DEFORMATION_LINEAR;
   write_host_struct(defaults, def, struct_bytes);
 }
 
@@ -30,8 +45,18 @@ void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes) {
   write_host_struct(palpate_render_mesh{}, mesh, struct_bytes);
 }
 
+void palpate_init_fine_surface(palpate_fine_surface* surface, size_t struct_bytes) {
+  write_host_struct(palpate_fine_surface{}, surface, struct_bytes);
+}
+
 void palpate_init_step_load(palpate_step_load* load, size_t struct_bytes) {
   write_host_struct(palpate_step_load{}, load, struct_bytes);
+}
+
+void palpate_init_pose(palpate_pose* pose, size_t struct_bytes) {
+  palpate_pose defaults = {};
+  defaults.orientation[0] = 1;
+  write_host_struct(defaults, pose, struct_bytes);
 }
 
 void palpate_init_grip(palpate_grip* grip, size_t struct_bytes) {
@@ -50,6 +75,12 @@ void palpate_init_tool(palpate_tool* tool, size_t struct_bytes) {
 
 void palpate_init_shape_out(palpate_shape_out* out, size_t struct_bytes) {
   write_host_struct(palpate_shape_out{}, out, struct_bytes);
+}
+
+void palpate_init_surface_hit(palpate_surface_hit* hit, size_t struct_bytes) {
+  palpate_surface_hit defaults = {};
+  defaults.triangle = -1;
+  write_host_struct(defaults, hit, struct_bytes);
 }
 
 void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes) {

@@ -50,12 +50,28 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.relaxation.model != PALPATE_RELAXATION_OFF;
 }
 
+// The organ is a hyperelastic body under large displacements.
+[[maybe_unused]] static bool deforms_largely(const palpate_scene_def& def) {
+  return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE;
+}
+
+// A touch step tells each contact, and what began and ended.
+[[maybe_unused]] static bool reports_contacts(const palpate_scene_def& def) {
+  return kHasEffects && def.report != PALPATE_REPORT_OFF;
+}
+
+// Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
+[[maybe_unused]] static bool has_fine_surface(const palpate_scene_def& def) {
+  return kHasEffects && def.fine_surface;
+}
+
 // True where the scene asks for something that a build without effects does not have.
 [[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
   return !kHasEffects &&
          (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
-          def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh);
+          def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
+          def.report != PALPATE_REPORT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

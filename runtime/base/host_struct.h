@@ -32,6 +32,10 @@ inline constexpr std::size_t kLeastStructBytes<palpate_scene_def> = offsetof(pal
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_render_mesh> = offsetof(palpate_render_mesh, normals);
 template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_fine_surface> = sizeof(palpate_fine_surface);
+template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_pose> = offsetof(palpate_pose, position);
+template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_step_load> = offsetof(palpate_step_load, slips);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_grip> = offsetof(palpate_grip, displacement) + sizeof(double[3]);
@@ -41,6 +45,8 @@ template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(palpate_shape_out, positions);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_skin_out> = offsetof(palpate_skin_out, normals);
+template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_surface_hit> = sizeof(palpate_surface_hit);
 
 // Whether the size is one that some header may declare.
 template <class T>

@@ -17,6 +17,7 @@ enum class Pass : std::int32_t {
   force,
   relaxation,
   output,
+  report,
   superposition,
   radial,
   positions,

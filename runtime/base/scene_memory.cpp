@@ -12,7 +12,7 @@ void* SceneMemory::take(std::size_t count, std::size_t each) {
   if (count <= static_cast<std::size_t>(-1) / 2 / each && array_count_ < kMaxArrays) {
     const std::size_t bytes = (count * each + 63) / 64 * 64;
     memory = host_.allocate ? host_.allocate(host_.user, bytes, 64) : take_aligned(bytes);
-    if (memory) arrays_[array_count_++] = std::memset(memory, 0, bytes);
+    if (memory) arrays_[array_count_++] = std::memset(memory, 0, bytes), bytes_ += bytes;
   }
   if (!memory) failed_ = true;
   return memory;

@@ -72,6 +72,11 @@ inline Mat3 times_transposed(const Mat3& a, const Mat3& b) {
     for (int j = 0; j < 3; ++j) c.m[i][j] = a.m[i][0] * b.m[j][0] + a.m[i][1] * b.m[j][1] + a.m[i][2] * b.m[j][2];
   return c;
 }
+// The transpose of a times v.
+inline Vec3 transposed_times(const Mat3& a, Vec3 v) {
+  return {a.m[0][0] * v.x + a.m[1][0] * v.y + a.m[2][0] * v.z, a.m[0][1] * v.x + a.m[1][1] * v.y + a.m[2][1] * v.z,
+          a.m[0][2] * v.x + a.m[1][2] * v.y + a.m[2][2] * v.z};
+}
 inline void add_scaled(Mat3& sum, double factor, const Mat3& a) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) sum.m[i][j] += factor * a.m[i][j];

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <type_traits>
 
 #include "formats/checksum.h"
+#include "formats/response_check.h"
+#include "runtime/base/aligned_memory.h"
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
 
@@ -17,20 +18,28 @@ namespace {
 using formats::SectionEntry;
 using formats::SectionId;
 
-// The host's functions or malloc instead of new, so that a C host needs no C++ runtime library.
-palpate_bundle* make_bundle(const palpate_allocator& host) {
-  constexpr std::size_t bytes = sizeof(palpate_bundle), alignment = alignof(palpate_bundle);
-  static_assert(alignment <= alignof(std::max_align_t));
-  void* memory = host.allocate ? host.allocate(host.user, bytes, alignment) : std::malloc(bytes);
-  return memory ? new (memory) palpate_bundle(host) : nullptr;
+// Memory of the host's functions or of the C library, aligned to 64 bytes. Not new: a C host needs no C++ runtime library.
+void* take_memory(const palpate_allocator& host, std::size_t bytes) {
+  if (bytes > static_cast<std::size_t>(-1) - 63) return nullptr;
+  const std::size_t whole = (bytes + 63) / 64 * 64;
+  return host.allocate ? host.allocate(host.user, whole, 64) : take_aligned(whole);
+}
+void release_memory(const palpate_allocator& host, void* memory) {
+  if (host.allocate)
+    host.release(host.user, memory);
+  else
+    release_aligned(memory);
+}
+
+palpate_bundle* make_bundle(const palpate_bundle_options& options) {
+  static_assert(alignof(palpate_bundle) <= 64);
+  void* memory = take_memory(options.allocator, sizeof(palpate_bundle));
+  return memory ? new (memory) palpate_bundle(options) : nullptr;
 }
 void free_bundle(palpate_bundle* bundle) {
   const palpate_allocator host = bundle->allocator;
   bundle->~palpate_bundle();
-  if (host.allocate)
-    host.release(host.user, bundle);
-  else
-    std::free(bundle);
+  release_memory(host, bundle);
 }
 
 // options: NULL for the defaults.
@@ -38,30 +47,15 @@ palpate_status read_options(const palpate_bundle_options* options, palpate_bundl
   *out = palpate_default_bundle_options();
   if (!options) return PALPATE_OK;
   if (const palpate_status status = read_host_struct("bundle_options", options, out, error)) return status;
+  if (const int access = enum_number(out->file_access); access < PALPATE_FILE_MAP || access > PALPATE_FILE_COPY)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "palpate_bundle_options: file_access is %d, which palpate.h does not list; expected PALPATE_FILE_MAP, "
+                "PALPATE_FILE_MAP_GUARDED or PALPATE_FILE_COPY",
+                access);
   if ((out->allocator.allocate == nullptr) == (out->allocator.release == nullptr)) return PALPATE_OK;
   return fail(error, PALPATE_ERROR_ARGUMENT, 0,
               "palpate_bundle_options: the allocator needs both allocate and release, or neither");
 }
-
-// Maps one section for the duration of a check.
-class SectionLook {
- public:
-  SectionLook(palpate_bundle& bundle, const SectionEntry* entry) {
-    if (!entry) return;
-    if (bundle.bytes)
-      data_ = bundle.bytes + entry->offset;
-    else if (map_range(bundle.descriptor, entry->offset, entry->bytes, &bundle.lost, &map_))
-      data_ = map_.data;
-  }
-  ~SectionLook() { unmap(&map_); }
-  SectionLook(const SectionLook&) = delete;
-  SectionLook& operator=(const SectionLook&) = delete;
-  const unsigned char* data() const { return data_; }
-
- private:
-  FileMap map_;
-  const unsigned char* data_ = nullptr;
-};
 
 palpate_status file_was_cut(palpate_error* error) {
   return fail(
@@ -70,13 +64,83 @@ palpate_status file_was_cut(palpate_error* error) {
       "it again");
 }
 
-// Checks every integer that is used as an index, one section after the other; none stays mapped.
+palpate_status no_map(const SectionEntry& entry, palpate_error* error) {
+  return fail(error, PALPATE_ERROR_FILE, entry.offset,
+              "section %s of %llu bytes cannot be mapped; close other bundles or raise the limit on address space",
+              formats::describe_section(static_cast<SectionId>(entry.id))->path,
+              static_cast<unsigned long long>(entry.bytes));
+}
+
+// Whether the file still begins with the index that was read when it was opened, which stands for all its bytes.
+bool has_its_index(const palpate_bundle& bundle) {
+  std::uint64_t checksum = 0;
+  return read_range(bundle.descriptor, offsetof(formats::BundleHeader, index_checksum), &checksum, sizeof checksum) &&
+         checksum == bundle.index.header.index_checksum;
+}
+
+// Copies the bytes of a section into new memory of the bundle's allocator.
+palpate_status copy_section(const palpate_bundle& bundle, const SectionEntry& entry, FileMap* copy,
+                            palpate_error* error) {
+  const std::size_t bytes = static_cast<std::size_t>(entry.bytes);
+  void* memory = bytes == entry.bytes ? take_memory(bundle.allocator, bytes) : nullptr;
+  if (!memory)
+    return fail(error, PALPATE_ERROR_MEMORY, entry.offset,
+                "no memory for a copy of section %s of %llu bytes; open the bundle with PALPATE_FILE_MAP, or a smaller "
+                "one (palpate-bundle pack)",
+                formats::describe_section(static_cast<SectionId>(entry.id))->path,
+                static_cast<unsigned long long>(entry.bytes));
+  if (!read_range(bundle.descriptor, entry.offset, memory, bytes) || !has_its_index(bundle)) {
+    release_memory(bundle.allocator, memory);
+    return file_was_cut(error);
+  }
+  copy->base = memory, copy->bytes = bytes, copy->data = static_cast<const unsigned char*>(memory);
+  return PALPATE_OK;
+}
+
+// Copies or maps a section of a file.
+palpate_status take_section(palpate_bundle& bundle, const SectionEntry& entry, FileMap* map, palpate_error* error) {
+  if (!bundle.is_mapped()) return copy_section(bundle, entry, map, error);
+  std::atomic<bool>* const lost = bundle.is_guarded() ? &bundle.lost : nullptr;
+  return map_range(bundle.descriptor, entry.offset, entry.bytes, lost, map) ? PALPATE_OK : no_map(entry, error);
+}
+void drop_section(const palpate_bundle& bundle, FileMap* map) {
+  if (bundle.is_mapped()) return unmap(map);
+  if (map->base) release_memory(bundle.allocator, map->base);
+  *map = FileMap{};
+}
+
+// The bytes of one section for the duration of a check.
+class SectionLook {
+ public:
+  SectionLook(palpate_bundle& bundle, const SectionEntry* entry, palpate_error* error) : bundle_(bundle) {
+    if (!entry) return;
+    if (bundle.bytes) {
+      data_ = bundle.bytes + entry->offset;
+    } else {
+      status_ = take_section(bundle, *entry, &map_, error);
+      data_ = map_.data;
+    }
+  }
+  ~SectionLook() { drop_section(bundle_, &map_); }
+  SectionLook(const SectionLook&) = delete;
+  SectionLook& operator=(const SectionLook&) = delete;
+  const unsigned char* data() const { return data_; }
+  palpate_status status() const { return status_; }  // PALPATE_OK also where there is no such section
+
+ private:
+  palpate_bundle& bundle_;
+  FileMap map_;
+  const unsigned char* data_ = nullptr;
+  palpate_status status_ = PALPATE_OK;
+};
+
+// Checks every integer that is used as an index, one section after the other; none stays in memory.
 palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
   const auto check = [&](SectionId id, auto member) {
     const SectionEntry* entry = formats::find_section(bundle.index, id);
     if (!entry || entry->bytes == 0) return PALPATE_OK;
-    const SectionLook look(bundle, entry);
-    if (!look.data()) return fail(error, PALPATE_ERROR_FILE, entry->offset, "a section of the bundle cannot be mapped");
+    const SectionLook look(bundle, entry, error);
+    if (look.status() != PALPATE_OK) return look.status();
     formats::IndexedSections sections;
     using Member = std::remove_reference_t<decltype(sections.*member)>;
     sections.*member = reinterpret_cast<Member>(look.data());
@@ -99,12 +163,12 @@ palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
 palpate_status check_compliance(palpate_bundle& bundle, palpate_error* error) {
   const auto entry = [&](SectionId id) { return formats::find_section(bundle.index, id); };
   if (!entry(SectionId::compliance_values)) return PALPATE_OK;
-  const SectionLook nodes(bundle, entry(SectionId::compliance_nodes)),
-      clusters(bundle, entry(SectionId::compliance_clusters)), blocks(bundle, entry(SectionId::compliance_blocks)),
-      scale(bundle, entry(SectionId::compliance_scale));
-  if (!nodes.data() || !clusters.data() || !blocks.data() || !scale.data())
-    return fail(error, PALPATE_ERROR_FILE, entry(SectionId::compliance_nodes)->offset,
-                "a section of the bundle cannot be mapped");
+  const SectionLook nodes(bundle, entry(SectionId::compliance_nodes), error),
+      clusters(bundle, entry(SectionId::compliance_clusters), error),
+      blocks(bundle, entry(SectionId::compliance_blocks), error),
+      scale(bundle, entry(SectionId::compliance_scale), error);
+  for (const SectionLook* look : {&nodes, &clusters, &blocks, &scale})
+    if (look->status() != PALPATE_OK) return look->status();
   formats::IndexedSections sections;
   sections.compliance_nodes = reinterpret_cast<const std::int32_t*>(nodes.data());
   sections.compliance_clusters = reinterpret_cast<const std::int32_t*>(clusters.data());
@@ -114,6 +178,38 @@ palpate_status check_compliance(palpate_bundle& bundle, palpate_error* error) {
   const formats::BundleStatus status = formats::check_stored_indices(bundle.index, sections, &from);
   if (bundle.is_lost()) return file_was_cut(error);
   return status == formats::BundleStatus::ok ? PALPATE_OK : fail(error, from);
+}
+
+// Whether the response curve of that section, P or Q, can be used (formats/response_check.h).
+palpate_status check_curve(const SectionEntry& entry, const double* coefficients, double range, palpate_error* error) {
+  const formats::ResponseVerdict verdict =
+      formats::check_response(coefficients, static_cast<std::size_t>(entry.shape[0]), range);
+  if (verdict.fault == formats::ResponseFault::none) return PALPATE_OK;
+  const SectionId id = static_cast<SectionId>(entry.id);
+  char fault[200];
+  formats::describe_response_fault(verdict, id == SectionId::response_force ? "N" : "m", fault, sizeof fault);
+  return fail(error, PALPATE_ERROR_CONTENT, entry.offset, "section %s: the curve %s",
+              formats::describe_section(id)->path, fault);
+}
+
+// P and Q, where they were measured.
+palpate_status check_curves(palpate_bundle& bundle, palpate_error* error) {
+  const SectionEntry* ranges = formats::find_section(bundle.index, SectionId::response_range);
+  if (!ranges) return PALPATE_OK;
+  const SectionLook range(bundle, ranges, error);
+  if (range.status() != PALPATE_OK) return range.status();
+  constexpr SectionId kCurves[] = {SectionId::response_radial, SectionId::response_force};
+  for (int which = 0; which < 2; ++which) {
+    const SectionEntry* entry = formats::find_section(bundle.index, kCurves[which]);
+    const double end = reinterpret_cast<const double*>(range.data())[which];
+    if (!entry || end == 0) continue;
+    const SectionLook curve(bundle, entry, error);
+    if (curve.status() != PALPATE_OK) return curve.status();
+    if (bundle.is_lost()) return file_was_cut(error);
+    if (const palpate_status status = check_curve(*entry, reinterpret_cast<const double*>(curve.data()), end, error))
+      return status;
+  }
+  return PALPATE_OK;
 }
 
 // palpate_bundle_info gives counts as int32_t.
@@ -130,12 +226,48 @@ palpate_status finish_open(palpate_bundle* opened, palpate_bundle** bundle, palp
   palpate_status status = check_counts(*opened, error);
   if (status == PALPATE_OK) status = check_indices(*opened, error);
   if (status == PALPATE_OK) status = check_compliance(*opened, error);
+  if (status == PALPATE_OK) status = check_curves(*opened, error);
   if (status != PALPATE_OK) {
     palpate_bundle_close(opened);
     return status;
   }
   *bundle = opened;
+  const formats::BundleCounts& counts = opened->index.counts;
+  opened->log.say(PALPATE_LOG_NOTE, "bundle %016llx: %llu nodes, %llu of them touchable, %llu triangles; %s",
+                  static_cast<unsigned long long>(opened->index.header.index_checksum),
+                  static_cast<unsigned long long>(counts.nodes), static_cast<unsigned long long>(counts.touchable),
+                  static_cast<unsigned long long>(counts.triangles),
+                  opened->bytes          ? "in the host's memory"
+                  : opened->is_guarded() ? "in a mapped file; SIGBUS is handled"
+                  : opened->is_mapped()  ? "in a mapped file"
+                                         : "in a file whose sections are copied");
+  int unknown = 0;
+  for (std::uint32_t e = 0; e < opened->index.header.section_count; ++e)
+    unknown += formats::describe_section(static_cast<SectionId>(opened->index.entries[e].id)) == nullptr;
+  if (unknown > 0)
+    opened->log.say(PALPATE_LOG_WARNING,
+                    "bundle %016llx: %d sections were written by a later version and are not used by this one",
+                    static_cast<unsigned long long>(opened->index.header.index_checksum), unknown);
   return succeed(error);
+}
+
+// A file is read piece by piece, without a map or a copy of the section: no SIGBUS can come.
+palpate_status checksum_of(palpate_bundle& bundle, const SectionEntry& entry, std::uint64_t* sum,
+                           palpate_error* error) {
+  formats::Xxh64 hash;
+  if (bundle.bytes) {
+    hash.update(bundle.bytes + entry.offset, static_cast<std::size_t>(entry.bytes));
+  } else {
+    unsigned char piece[16384];
+    for (std::uint64_t at = 0; at < entry.bytes; at += sizeof piece) {
+      const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(sizeof piece, entry.bytes - at));
+      if (!read_range(bundle.descriptor, entry.offset + at, piece, count)) return file_was_cut(error);
+      hash.update(piece, count);
+    }
+    if (entry.bytes > 0 && !has_its_index(bundle)) return file_was_cut(error);
+  }
+  *sum = hash.digest();
+  return PALPATE_OK;
 }
 
 struct MapLock {
@@ -157,12 +289,7 @@ const void* section_bytes(palpate_bundle* bundle, SectionId id, palpate_error* e
   if (entry->bytes == 0) return nothing;
   const MapLock lock(bundle);
   FileMap& map = bundle->maps[entry - bundle->index.entries];
-  if (!map.data && !map_range(bundle->descriptor, entry->offset, entry->bytes, &bundle->lost, &map)) {
-    fail(error, PALPATE_ERROR_FILE, entry->offset,
-         "section %s of %llu bytes cannot be mapped; close other bundles or raise the limit on address space",
-         formats::describe_section(id)->path, static_cast<unsigned long long>(entry->bytes));
-    return nullptr;
-  }
+  if (!map.data && take_section(*bundle, *entry, &map, error) != PALPATE_OK) return nullptr;
   return map.data;
 }
 
@@ -180,7 +307,7 @@ palpate_status palpate_bundle_open(const void* bytes, size_t byte_count, const p
                 "the bundle's bytes must start at a multiple of 64; copy them to such an address");
   palpate_bundle_options wanted;
   if (const palpate_status status = palpate::read_options(options, &wanted, error)) return status;
-  palpate_bundle* opened = palpate::make_bundle(wanted.allocator);
+  palpate_bundle* opened = palpate::make_bundle(wanted);
   if (!opened) return fail(error, PALPATE_ERROR_MEMORY, 0, "no memory for the bundle's index");
   formats::BundleError from;
   if (formats::read_bundle_index(bytes, byte_count, &opened->index, &from) != formats::BundleStatus::ok) {
@@ -201,7 +328,7 @@ palpate_status palpate_bundle_open_file(const char* path, const palpate_bundle_o
   const char* reason = "";
   const int descriptor = palpate::open_for_map(path, &file_bytes, &reason);
   if (descriptor < 0) return fail(error, PALPATE_ERROR_FILE, 0, "\"%.150s\" cannot be opened: %s", path, reason);
-  palpate_bundle* opened = palpate::make_bundle(wanted.allocator);
+  palpate_bundle* opened = palpate::make_bundle(wanted);
   if (!opened) {
     palpate::close_file(descriptor);
     return fail(error, PALPATE_ERROR_MEMORY, 0, "no memory for the bundle's index");
@@ -209,7 +336,7 @@ palpate_status palpate_bundle_open_file(const char* path, const palpate_bundle_o
   opened->descriptor = descriptor;
   alignas(64) unsigned char head[formats::kUserBlockBytes] = {};
   const std::uint64_t head_bytes = file_bytes < sizeof head ? file_bytes : sizeof head;
-  if (!palpate::read_head(descriptor, head, static_cast<std::size_t>(head_bytes))) {
+  if (!palpate::read_range(descriptor, 0, head, static_cast<std::size_t>(head_bytes))) {
     palpate_bundle_close(opened);
     return fail(error, PALPATE_ERROR_FILE, 0, "\"%.150s\" cannot be read", path);
   }
@@ -218,8 +345,9 @@ palpate_status palpate_bundle_open_file(const char* path, const palpate_bundle_o
     palpate_bundle_close(opened);
     return fail(error, from);
   }
-  if (!opened->witness.call(descriptor, file_bytes, offsetof(formats::BundleHeader, index_checksum),
-                            opened->index.header.index_checksum, &opened->lost)) {
+  if (opened->is_mapped() &&
+      !opened->witness.call(descriptor, file_bytes, offsetof(formats::BundleHeader, index_checksum),
+                            opened->index.header.index_checksum, opened->is_guarded() ? &opened->lost : nullptr)) {
     palpate_bundle_close(opened);
     return fail(error, PALPATE_ERROR_FILE, 0, "\"%.150s\" cannot be mapped; close other bundles", path);
   }
@@ -231,14 +359,9 @@ palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error*
   palpate_bundle& opened = *const_cast<palpate_bundle*>(bundle);  // the check may only set its `lost` flag
   for (std::uint32_t e = 0; e < opened.index.header.section_count; ++e) {
     const formats::SectionEntry& entry = opened.index.entries[e];
-    std::uint64_t sum = formats::xxh64("", 0);
-    if (entry.bytes > 0) {
-      const palpate::SectionLook look(opened, &entry);
-      if (!look.data())
-        return fail(error, PALPATE_ERROR_FILE, entry.offset, "a section of the bundle cannot be mapped");
-      sum = formats::xxh64(look.data(), static_cast<std::size_t>(entry.bytes));
-    }
-    if (opened.is_lost()) return palpate::file_was_cut(error);
+    std::uint64_t sum = 0;
+    if (const palpate_status status = palpate::checksum_of(opened, entry, &sum, error)) return status;
+    if (opened.is_guarded() && opened.is_lost()) return palpate::file_was_cut(error);  // else the file was read whole
     if (sum == entry.checksum) continue;
     const formats::SectionDescription* known = formats::describe_section(static_cast<formats::SectionId>(entry.id));
     return fail(error, PALPATE_ERROR_CHECKSUM, entry.offset,
@@ -278,7 +401,7 @@ palpate_status palpate_bundle_prefault(palpate_bundle* bundle, int32_t lock, pal
 
 void palpate_bundle_close(palpate_bundle* bundle) {
   if (!bundle) return;
-  for (palpate::FileMap& map : bundle->maps) palpate::unmap(&map);
+  for (palpate::FileMap& map : bundle->maps) palpate::drop_section(*bundle, &map);
   bundle->witness.dismiss();
   if (bundle->descriptor >= 0) palpate::close_file(bundle->descriptor);
   palpate::free_bundle(bundle);
@@ -298,10 +421,12 @@ static palpate_bundle_info describe(const palpate_bundle* bundle) {
   const auto has = [&](SectionId id) { return formats::find_section(bundle->index, id) != nullptr; };
   info.has_interior = has(SectionId::displacement_interior) || counts.nodes == counts.surface_nodes;
   info.has_preload = has(SectionId::preload_displacement);
+  info.has_large = has(SectionId::large_order) && has(SectionId::large_stiffening);
   // A curve that was not measured has the range 0.
   double range[2] = {};
   if (const formats::SectionEntry* entry = formats::find_section(bundle->index, SectionId::response_range)) {
-    const palpate::SectionLook look(*const_cast<palpate_bundle*>(bundle), entry);
+    palpate_error ignored;
+    const palpate::SectionLook look(*const_cast<palpate_bundle*>(bundle), entry, &ignored);
     if (look.data()) std::memcpy(range, look.data(), sizeof range);
   }
   info.has_radial = has(SectionId::response_radial) && range[0] > 0;

@@ -25,6 +25,8 @@ Watch watches[kMaxWatches];
 std::atomic<std::uintptr_t> page_bytes{4096};
 // The handler that ours replaced last, and the one that it replaced first.
 struct sigaction previous_action, first_action;
+bool has_first_action = false;
+int guarded_ranges = 0;  // mapped now
 std::atomic_flag changing = ATOMIC_FLAG_INIT;
 
 struct ChangeLock {  // taken while opening and closing, never in a step
@@ -80,20 +82,38 @@ void on_bus_error(int signal, siginfo_t* info, void* context) {
   forwarded_context.store(nullptr);  // after the call, so that the compiler cannot drop this frame before it
 }
 
+bool is_ours(const struct sigaction& action) {
+  return (action.sa_flags & SA_SIGINFO) && action.sa_sigaction == on_bus_error;
+}
+
 // Installs our handler once, and again if the host has installed its own since.
 void install_handler() {
   struct sigaction current = {};
   sigaction(SIGBUS, nullptr, &current);
-  if ((current.sa_flags & SA_SIGINFO) && current.sa_sigaction == on_bus_error) return;
+  if (is_ours(current)) return;
   previous_action = current;
-  static bool installed = false;
-  if (!installed) first_action = current;
-  installed = true;
+  if (!has_first_action) first_action = current;
+  has_first_action = true;
   struct sigaction ours = {};
   ours.sa_sigaction = on_bus_error;
   ours.sa_flags = SA_SIGINFO | SA_ONSTACK;
   sigemptyset(&ours.sa_mask);
   sigaction(SIGBUS, &ours, nullptr);
+}
+
+// Puts back the handler that ours replaced, unless the host has put another one in front meanwhile. first_action is forgotten
+// only with it: else the host's handler may still pass faults on to ours.
+void restore_handler() {
+  struct sigaction current = {};
+  sigaction(SIGBUS, nullptr, &current);
+  if (!is_ours(current)) return;
+  sigaction(SIGBUS, &previous_action, nullptr);
+  has_first_action = previous_action.sa_sigaction != first_action.sa_sigaction;
+}
+
+// A library that is unloaded with bundles still open must not leave its handler behind.
+__attribute__((destructor)) void restore_handler_at_unloading() {
+  restore_handler();
 }
 
 Watch* free_watch() {
@@ -131,10 +151,11 @@ void close_file(int descriptor) {
   close(descriptor);
 }
 
-bool read_head(int descriptor, void* out, std::size_t count) {
+bool read_range(int descriptor, std::uint64_t offset, void* out, std::size_t count) {
   std::size_t done = 0;
   while (done < count) {
-    const ssize_t got = pread(descriptor, static_cast<char*>(out) + done, count - done, static_cast<off_t>(done));
+    const ssize_t got =
+        pread(descriptor, static_cast<char*>(out) + done, count - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
     done += static_cast<std::size_t>(got);
@@ -144,9 +165,8 @@ bool read_head(int descriptor, void* out, std::size_t count) {
 
 bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::atomic<bool>* lost, FileMap* map) {
   const ChangeLock lock;
-  install_handler();
-  Watch* watch = free_watch();
-  if (!watch || count == 0 || count > static_cast<std::size_t>(-1) / 2) return false;
+  Watch* watch = lost ? free_watch() : nullptr;
+  if ((lost && !watch) || count == 0 || count > static_cast<std::size_t>(-1) / 2) return false;
   page_bytes.store(static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE)));
   const std::uint64_t first = offset / page_bytes.load() * page_bytes.load();
   map->bytes = static_cast<std::size_t>(offset - first + count);
@@ -156,11 +176,14 @@ bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::a
     return false;
   }
   map->data = static_cast<const unsigned char*>(map->base) + (offset - first);
+  if (!lost) return true;
   watch->lost.store(lost);
   // Rounded up to whole pages: the last page may lie partly beyond the range.
   const std::uintptr_t whole = (map->bytes + page_bytes.load() - 1) / page_bytes.load() * page_bytes.load();
   watch->end.store(reinterpret_cast<std::uintptr_t>(map->base) + whole);
   watch->begin.store(reinterpret_cast<std::uintptr_t>(map->base));
+  ++guarded_ranges;
+  install_handler();  // before anybody reads the range
   return true;
 }
 
@@ -172,6 +195,7 @@ void unmap(FileMap* map) {
       watch.begin.store(0);
       watch.end.store(0);
       watch.lost.store(nullptr);
+      if (--guarded_ranges == 0) restore_handler();
     }
   munmap(map->base, map->bytes);
   *map = FileMap{};
@@ -231,7 +255,7 @@ int open_for_map(const char*, std::uint64_t*, const char** reason) {
   return -1;
 }
 void close_file(int) {}
-bool read_head(int, void*, std::size_t) {
+bool read_range(int, std::uint64_t, void*, std::size_t) {
   return false;
 }
 bool map_range(int, std::uint64_t, std::uint64_t, std::atomic<bool>*, FileMap*) {

@@ -1,8 +1,9 @@
-// Read-only maps of a file whose loss does not kill the host.
+// Read-only maps of a file. A guarded map does not kill the host when the file is cut.
 //
-// Reading a page beyond the end of a mapped file that was truncated raises SIGBUS. A handler then maps a page of zeros at that
-// address and notes the loss, as libwayland does for shared memory. Any other SIGBUS goes to the handler that was installed
-// before. On Windows nobody can cut a file that is mapped (file_map_windows.cpp).
+// Reading a page beyond the end of a mapped file that was truncated raises SIGBUS. For guarded maps a handler then maps a page of
+// zeros at that address and notes the loss, as libwayland does for shared memory. Any other SIGBUS goes to the handler that was
+// installed before. The handler is there as long as a guarded map is. On Windows nobody can cut a file that is mapped
+// (file_map_windows.cpp).
 #pragma once
 
 #include <atomic>
@@ -23,10 +24,11 @@ bool file_maps_are_supported();
 // Opens a regular file for reading. Returns a descriptor, or -1 with *reason: a part of a sentence, a string constant.
 int open_for_map(const char* path, std::uint64_t* file_bytes, const char** reason);
 void close_file(int descriptor);
-// Reads exactly count bytes from the start; false otherwise.
-bool read_head(int descriptor, void* out, std::size_t count);
+// Reads exactly count bytes from offset on; false otherwise.
+bool read_range(int descriptor, std::uint64_t offset, void* out, std::size_t count);
 
-// Maps the bytes [offset, offset + count). *lost becomes true when a page is lost, at any time until unmap. False on failure.
+// Maps the bytes [offset, offset + count). lost: nullptr, or guards the map: *lost becomes true when a page is lost, at any time
+// until unmap. False on failure.
 bool map_range(int descriptor, std::uint64_t offset, std::uint64_t count, std::atomic<bool>* lost, FileMap* map);
 void unmap(FileMap* map);
 

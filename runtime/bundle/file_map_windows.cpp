@@ -7,6 +7,7 @@
 #define NOMINMAX
 #include <windows.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "runtime/bundle/file_map.h"
@@ -88,14 +89,16 @@ void close_file(int descriptor) {
   CloseHandle(handle_of(descriptor));
 }
 
-bool read_head(int descriptor, void* out, std::size_t count) {
+bool read_range(int descriptor, std::uint64_t offset, void* out, std::size_t count) {
   std::size_t done = 0;
   while (done < count) {
     OVERLAPPED at = {};  // a position; the read itself waits
-    at.Offset = static_cast<DWORD>(done);
+    at.Offset = static_cast<DWORD>(offset + done);
+    at.OffsetHigh = static_cast<DWORD>((offset + done) >> 32);
+    constexpr std::size_t kMost = std::size_t{1} << 30;  // ReadFile takes 32 bits
+    const auto wanted = static_cast<DWORD>(std::min(count - done, kMost));
     DWORD got = 0;
-    if (!ReadFile(handle_of(descriptor), static_cast<char*>(out) + done, static_cast<DWORD>(count - done), &got, &at))
-      return false;
+    if (!ReadFile(handle_of(descriptor), static_cast<char*>(out) + done, wanted, &got, &at)) return false;
     if (got == 0) return false;
     done += got;
   }

@@ -9,6 +9,7 @@
 #include "runtime/base/instructions.h"
 #include "runtime/base/vec3.h"
 #include "runtime/bundle/compliance.h"
+#include "runtime/dense/node_sum.h"
 
 namespace palpate {
 
@@ -41,11 +42,12 @@ struct DisplacementRows {
       PALPATE_PREFETCH(at);
     }
   }
-  // sum_r coefficient[r] row[r] at a node, in the order of the rows. Cost: one read per row, at distant addresses.
+  // sum_r coefficient[r] row[r] at a node. Cost: one read per row, at distant addresses.
   Vec3 sum_at_node(const void* const* row, const double* coefficient, int count, std::int32_t node) const {
-    if (type == formats::ElementType::f32) return sum_of<float>(row, coefficient, count, node);
-    if (type == formats::ElementType::f64) return sum_of<double>(row, coefficient, count, node);
-    return sum_of<std::uint16_t>(row, coefficient, count, node);
+    double sum[3];
+    palpate::sum_at_node(type, row, coefficient, count, 3 * static_cast<std::size_t>(node),
+                         3 * static_cast<std::size_t>(nodes), sum);
+    return load3(sum);
   }
 
  private:
@@ -61,15 +63,6 @@ struct DisplacementRows {
       for (int i = 0; i < 3; ++i) t.m[i][j] = factor * widened(at[i]);
     }
     return t;
-  }
-  template <class Stored>
-  static Vec3 sum_of(const void* const* row, const double* coefficient, int count, std::int32_t node) {
-    Vec3 sum;
-    for (int r = 0; r < count; ++r) {
-      const Stored* at = static_cast<const Stored*>(row[r]) + 3 * static_cast<std::size_t>(node);
-      sum += coefficient[r] * Vec3{widened(at[0]), widened(at[1]), widened(at[2])};
-    }
-    return sum;
   }
   std::size_t number(std::int32_t column, int j) const {
     return (static_cast<std::size_t>(column) * 3 + static_cast<std::size_t>(j)) * static_cast<std::size_t>(nodes) * 3;

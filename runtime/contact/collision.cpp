@@ -9,8 +9,6 @@ namespace {
 constexpr double kOppositeFaces = -0.5;
 // Mean edges within which the nearest point is looked for.
 constexpr double kReach = 4;
-// Operations after which a step tests no further contact: about 0.2 ms. A single test may go beyond it.
-constexpr Operations kMostWork = 150'000;
 // An anchor slides by at most this many buckets in one step.
 constexpr int kMostSlides = 8;
 
@@ -21,8 +19,10 @@ bool may_have_reached(const Clearance& clear, Vec3 p, double path) {
 
 }  // namespace
 
-void Collision::create(DeformedSurface* surface, SurfaceIndex* rest, ContactField* field) {
-  surface_ = surface, rest_ = rest, field_ = field;
+void Collision::create(SceneMemory& memory, DeformedSurface* surface, SurfaceIndex* rest, ContactField* field,
+                       StepWork* work) {
+  memory.keep(turns_);
+  surface_ = surface, rest_ = rest, field_ = field, work_ = work;
 }
 
 // m, within which the nearest surface point is looked for. Where none is found, nothing of the surface has passed the point.
@@ -32,53 +32,56 @@ double Collision::reach(double moved) const {
 
 void Collision::begin() {
   surface_->take_work();
-  work_ = 0, asked_ = 0;
-  first_ = deferred_from_ >= 0 ? deferred_from_ : 0;
-  deferred_from_ = -1;
-  deferred_ = false;
+  turns_.begin();
 }
 
-// Whether the work of this step allows one more test of a contact. Tests that an earlier step did not reach come first; those
-// before them wait for a step that reaches all of them.
-bool Collision::may_test() {
-  const std::int32_t number = asked_++;
-  work_ += surface_->take_work();
-  if (number >= first_ && work_ <= kMostWork) return true;
-  if (number >= first_ && deferred_from_ < 0) deferred_from_ = number;
-  deferred_ = true;
-  return false;
+bool Collision::may_test(std::int32_t tool, std::int32_t point) {
+  work_->add(surface_->take_work());
+  const bool tests = turns_.take(tool, point, work_->allows_tests());
+  if (!tests) work_->defer();
+  return tests;
 }
 
 bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
                      const TrackingLimits& limits) {
   bool followed = true;
-  if (state.known && length(p - state.last) > limits.farthest) {
+  if (state.known && length(p - state.last) > (1 + state.waited) * limits.farthest) {
     if (state.contact && field_) field_->drop(tool, point);
     state = PointState{};
     followed = false;
   }
-  if (!state.known)
+  if (!state.known) {
+    if (!may_test(tool, point)) return followed;
     see_first(state, p);
-  else if (state.contact)
+  } else if (state.contact) {
     followed = move_in_contact(state, p, tool, point, hold, limits.release);
-  else
-    followed = move_free(state, p);
+  } else {
+    if (may_have_reached(state.clear, p, surface_->path())) {
+      if (!may_test(tool, point)) {
+        state.unseen += surface_->largest_move(), ++state.waited;
+        return followed;
+      }
+      followed = test_free(state, p);
+    }
+    state.unseen = 0, state.waited = 0;
+  }
   state.last = p;
+  work_->add(surface_->take_work());
   return followed;
 }
 
 // A point that is inside when it is first seen touches nothing until it has been outside.
 void Collision::see_first(PointState& state, Vec3 p) {
   state.known = true;
-  state.inside = surface_->is_inside(p);
+  state.inside = surface_->is_inside({}, p);
   state.clear = {};
 }
 
-bool Collision::move_free(PointState& state, Vec3 p) {
-  if (!may_have_reached(state.clear, p, surface_->path())) return true;
-  const Vec3 way = p - state.last;
-  const double moved = length(way) + surface_->largest_move();
-  const NearestPoint nearest = surface_->nearest(p, reach(moved));
+// Where the test was put off, the surface's motion before the last step is known by its bound alone: the crossings are those of
+// its last motion, and the side at the end decides whether there is a contact.
+bool Collision::test_free(PointState& state, Vec3 p) {
+  const double moved = length(p - state.last) + surface_->largest_move() + state.unseen;
+  const NearestPoint nearest = surface_->nearest({}, p, reach(moved));
   state.clear = {p, nearest.distance, nearest.per_path, surface_->path()};
   // The nearest surface is farther away than it and the point together have moved: the side is as before.
   if (nearest.distance > moved) return true;
@@ -87,7 +90,7 @@ bool Collision::move_free(PointState& state, Vec3 p) {
   const int found = surface_->crossings(state.last, p, crossing);
   bool now_inside = !nearest.outside;
   // Where the crossings and the nearest triangle disagree, as where the surface overlaps itself, the winding number decides.
-  if (now_inside != (state.inside != (found % 2 == 1))) now_inside = surface_->is_inside(p);
+  if (now_inside != (state.inside != (found % 2 == 1))) now_inside = surface_->is_inside({}, p);
   bool followed = true;
   if (!state.inside)
     followed =
@@ -116,22 +119,21 @@ bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* cross
     }
   }
   if (entry >= 0 && (through || now_inside))
-    begin_contact(state, p, crossing[entry].surface_point, through);
+    begin_contact(state, crossing[entry].surface_point, through);
   else if (now_inside && nearest.surface_point.triangle >= 0)
-    begin_contact(state, p, nearest.surface_point, false);
+    begin_contact(state, nearest.surface_point, false);
   return true;
 }
 
-void Collision::begin_contact(PointState& state, Vec3 p, const SurfacePoint& surface_point, bool through) {
+void Collision::begin_contact(PointState& state, const SurfacePoint& surface_point, bool through) {
   state.contact = true;
   state.through = through;
   state.anchor = surface_point;
-  state.pulled = p - surface_->displacement(surface_point);
   state.anchor_at_rest = surface_->tree().at_rest(surface_point);
   state.outward = surface_->tree().outward_at_rest(surface_point.triangle);
   state.tangent = Vec3{};
   state.clear = {};
-  state.drift = 0;
+  state.drift = state.unseen = 0;
 }
 
 void Collision::end_contact(PointState& state, std::int32_t tool, std::int32_t point) {
@@ -143,44 +145,56 @@ void Collision::end_contact(PointState& state, std::int32_t tool, std::int32_t p
 
 bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
                                 double release) {
-  state.pulled = p - surface_->displacement_without(state.anchor, tool, point);
   if (field_) state.drift += field_->last_change_without(tool, point);
   const double moved = length(p - state.last) + surface_->largest_move_without(tool, point);
   const bool pulls = field_ && !hold && field_->pulls_among_others(tool, point, state.outward);
-  if ((pulls || may_have_reached(state.clear, p, state.drift)) && may_test())
-    test_contact(state, p, tool, point, hold, moved, pulls);
+  if (pulls || may_have_reached(state.clear, p, state.drift)) {
+    const bool tests = may_test(tool, point);
+    if (tests) test_contact(state, p, tool, point, hold, moved + state.unseen, pulls);
+    state.unseen = tests ? 0 : state.unseen + moved;
+  }
 
-  const Vec3 from_place = state.pulled - state.anchor_at_rest;
   // From where the others take the place, or from rest: contacts that conflict take it anywhere.
-  if (std::min(length(from_place), length(p - state.anchor_at_rest)) > release) {
+  if (length(p - state.anchor_at_rest) > release &&
+      length(pulled(state, p, tool, point) - state.anchor_at_rest) > release) {
     end_contact(state, tool, point);
     return false;
   }
   if (state.inside || hold) return true;
-  const bool below_its_plane = dot(from_place, state.outward) < 0;
-  if (!(state.through && below_its_plane)) end_contact(state, tool, point);
+  const bool stays = state.through && dot(pulled(state, p, tool, point) - state.anchor_at_rest, state.outward) < 0;
+  if (!stays) end_contact(state, tool, point);
   return true;
+}
+
+Vec3 Collision::pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
+  return p - surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
 }
 
 // Decides on which side of the surface without this contact's own part the point is.
 void Collision::test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double moved,
                              bool pulls) {
-  NearestPoint nearest = surface_->nearest_without(p, reach(moved), tool, point);
+  // The anchor's place is a surface point, so the nearest one is not farther away. The margin is for rounding.
+  const auto within = [&](Vec3 displacement) {
+    return std::min(reach(moved), 1.000001 * length(p - displacement - state.anchor_at_rest) + 1e-12);
+  };
+  const AskedSurface without{AskedSurface::kWithout, tool, point}, predicted{AskedSurface::kPredicted, tool, point};
+  NearestPoint nearest = surface_->nearest(without, p, within(surface_->displacement(without, state.anchor)));
   state.clear = {p, nearest.distance, nearest.per_path, state.drift};
   bool now_inside = nearest.distance > moved ? state.inside : !nearest.outside;
   // The others' forces also overcome this contact's resistance, so the surface without this contact's part is not the one that
   // would be there without this contact. Where that matters, because the point has come out or the contact pulls, the surface
   // with the other contacts at their own targets decides.
-  const bool predicts = (!now_inside || pulls) && !hold && field_ && field_->predict_without(tool, point);
+  Operations work = 0;
+  const bool predicts = (!now_inside || pulls) && !hold && field_ && field_->predict_without(tool, point, &work);
+  work_->add(work);
   if (predicts) {
-    nearest = surface_->nearest_predicted(p, reach(moved));
+    nearest = surface_->nearest(predicted, p, within(surface_->displacement(predicted, state.anchor)));
     now_inside = nearest.surface_point.triangle >= 0 && !nearest.outside;
     state.clear.distance = 0;  // of a prediction nothing is known in the next step
   }
   // A contact ends only where the winding number agrees: where the surface overlaps itself, the nearest triangle may be that
   // of another part.
-  if (!now_inside && state.inside)
-    now_inside = predicts ? surface_->is_inside_predicted(p) : surface_->is_inside_without(p, tool, point);
+  if (!now_inside && state.inside) now_inside = surface_->is_inside(predicts ? predicted : without, p);
   if (now_inside)
     state.through = false;
   else if (state.inside)  // the point has come out in this step: note on which side
@@ -193,8 +207,8 @@ void Collision::test_contact(PointState& state, Vec3 p, std::int32_t tool, std::
 // somewhere along the rim.
 void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
   if (!field_ || field_->empty()) return slide(state, p);
-  const Vec3 moved = surface_->displacement(state.anchor),
-             others = surface_->displacement_without(state.anchor, tool, point);
+  const Vec3 moved = surface_->displacement({}, state.anchor),
+             others = surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
   // Moving the anchor changes this contact's own part of the field, by about own / asked of the way. The anchor therefore goes
   // that much less far; a full step would overshoot and swing.
   const double asked = length(p - state.anchor_at_rest), own = length(moved - others);

@@ -21,14 +21,16 @@ struct Clearance {
 
 // One tool point from step to step.
 struct PointState {
-  bool known = false;    // seen in an earlier step
-  bool inside = false;   // of the surface; in contact: of the surface without this contact's own part
-  bool contact = false;  // the point holds its anchor
-  bool through = false;  // in contact, and out again on the far side of a thin part
-  Vec3 last;             // m, where the point was in the last step
-  Vec3 pulled;           // m, in contact: the point, less what all other contacts do at the anchor
+  bool known = false;       // seen in an earlier step
+  bool inside = false;      // of the surface; in contact: of the surface without this contact's own part
+  bool contact = false;     // the point holds its anchor
+  bool through = false;     // in contact, and out again on the far side of a thin part
+  std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
+  Vec3 last;                // m, where the point was in the last step that followed it
   Clearance clear;
-  double drift = 0;     // sqrt(J), in contact: sum of the changes of the surface without this contact's part
+  double drift = 0;  // sqrt(J), in contact: sum of the changes of the surface without this contact's part
+  // m: how far the surface (in contact, point and surface) may have moved in steps that put the test off.
+  double unseen = 0;
   SurfacePoint anchor;  // the surface point that the tool point holds
   Vec3 anchor_at_rest;  // m
   Vec3 outward;         // unit normal of the anchor's triangle at rest
@@ -44,12 +46,14 @@ struct TrackingLimits {
 class Collision {
  public:
   // surface: answers the queries of a step. rest: the same surface, in buckets, over which anchors slide. field: nullptr where
-  // the surface is at rest. All are borrowed.
-  void create(DeformedSurface* surface, SurfaceIndex* rest, ContactField* field);
+  // the surface is at rest. work: of the step. All are borrowed.
+  void create(SceneMemory& memory, DeformedSurface* surface, SurfaceIndex* rest, ContactField* field, StepWork* work);
 
   // Moves one tool point to p (m) and updates its state. hold: a contact does not end by coming out. Returns false where the
   // point was not followed: it moved too far in one step, through the organ, or away from its contact.
-  // Cost: nanoseconds for a point that cannot have reached the surface, else some microseconds; work() counts it.
+  // Points are moved in ascending order of tool and point. Cost: nanoseconds for a point that cannot have reached the surface,
+  // else some microseconds. Where the step's work does not allow the test, a later step does it: until then a contact holds, and
+  // a free point stays on its side.
   bool move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, const TrackingLimits& limits);
 
   // Moves the anchor to the point of the rest surface that is nearest to p. The search walks over the surface from the old
@@ -58,33 +62,30 @@ class Collision {
   // Moves the anchor towards the point of the deformed surface that is nearest to the tool point p.
   void follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
 
-  // A step begins: its work is counted from zero.
+  // The tool point p, in contact, less what all other contacts do at its anchor.
+  Vec3 pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
+
   void begin();
-  // Whether the step had more contacts to test than its work allows. These contacts hold, and the next step begins with them.
-  bool has_deferred() const { return deferred_; }
-  void forget() { deferred_from_ = -1; }
+  void forget() { turns_.forget(); }
 
  private:
   void see_first(PointState& state, Vec3 p);
-  bool move_free(PointState& state, Vec3 p);
+  bool test_free(PointState& state, Vec3 p);
   bool move_in_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double release);
   void test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double moved,
                     bool pulls);
   bool look_for_contact(PointState& state, const SurfaceCrossing* crossing, int count, Vec3 p, bool now_inside,
                         const NearestPoint& nearest);
-  void begin_contact(PointState& state, Vec3 p, const SurfacePoint& surface_point, bool through);
+  void begin_contact(PointState& state, const SurfacePoint& surface_point, bool through);
   void end_contact(PointState& state, std::int32_t tool, std::int32_t point);
   double reach(double moved) const;
-  bool may_test();
+  bool may_test(std::int32_t tool, std::int32_t point);
 
   DeformedSurface* surface_ = nullptr;
   SurfaceIndex* rest_ = nullptr;
   ContactField* field_ = nullptr;
-  Operations work_ = 0;              // of this step
-  std::int32_t asked_ = 0;           // tests of contacts that were asked for in this step
-  std::int32_t first_ = 0;           // the first of them that this step does
-  std::int32_t deferred_from_ = -1;  // the first one after it that did not fit; -1: all fitted
-  bool deferred_ = false;            // a test was not done
+  StepWork* work_ = nullptr;
+  Turns turns_;  // of the tests
 };
 
 }  // namespace palpate

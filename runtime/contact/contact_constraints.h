@@ -24,9 +24,12 @@ struct ContactConstraint {
   std::int32_t first_node, node_count;
   std::uint32_t axes;  // bits 1, 2, 4: which rows of the frame are imposed
   std::int32_t tool, point,
-      part;  // whose constraint it is; ascending through a list. part: which of a TRIANGLE's three
+      part;                 // whose constraint it is; ascending through a list. part: which of a TRIANGLE's three
+  std::uint32_t flags;      // step flags of the disc
+  std::int32_t thinned_to;  // of a disc: nodes that it was thinned to; 0: it has all of them
   ContactLaw law;
   bool framed;      // false: the frame is x, y, z
+  bool unused[6];   // in the place of padding, which a saved state would hold
   Mat3 frame;       // rows are unit vectors, orthogonal
   Mat3 local;       // m/N, in the frame: compliance under a patch that the mesh does not resolve (contact_patch.h)
   double friction;  // under coulomb: largest tangential force over the normal force
@@ -34,7 +37,6 @@ struct ContactConstraint {
   // Of a patch: what its nodes and weights were computed from, to recognise it in the next step.
   SurfacePoint surface_point;
   double disc_radius;  // m; 0: not a patch
-  bool incomplete;     // some nodes below the disc have no tensor column
 };
 
 // Fixed capacity; all arrays belong to the scene.

@@ -5,10 +5,22 @@
 namespace palpate {
 namespace {
 
-// Contacts with new rows whose change is measured; further ones count with the sum of what they were and are.
-constexpr int kMostMeasured = 8;
-// Rounding of stored tensors leaves about this share of a contact's own energy in the energy of its change.
-constexpr double kRounding = 1e-6;
+// Operations that a step spends on measuring the change of the field, contact by contact and as a whole. What is not measured
+// counts with the sum of what it was and is.
+constexpr Operations kMostMeasuring = 30'000;
+// Of one 3 x 3 entry of the tensors.
+constexpr Operations kEntry = 15;
+// Of a node's displacement by that many contact nodes: three distant reads for each.
+Operations operations_at_node(std::int32_t contact_nodes) {
+  return 10 + Operations{3} * contact_nodes;
+}
+
+// Share of its energy by which the stored tensors' rounding may change the energy of a field: their error, squared for single
+// precision because a field and its change see the same error, but not for half precision or packed blocks.
+double rounding_of(const Tensors& tensors) {
+  constexpr double single = 1e-6, coarse = 1e-3;
+  return tensors.compliance || tensors.surface.type == formats::ElementType::f16 ? coarse : single;
+}
 
 }  // namespace
 
@@ -20,7 +32,18 @@ bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t 
   layer.row = memory.array<const void*>(3 * count);
   layer.coefficient = memory.array<double>(3 * count);
   layer.contacts = memory.array<Contact>(static_cast<std::size_t>(contacts));
-  return create_known(memory, layer.known);
+  if (!create_known(memory, layer.known)) return false;
+  memory.keep(layer.count);
+  memory.keep(layer.contact_count);
+  memory.keep_array(layer.nodes, count, layer.count);
+  memory.keep_array(layer.modified, count, layer.count);
+  memory.keep_array(layer.force, count, layer.count);
+  memory.keep_array(layer.contacts, static_cast<std::size_t>(contacts), layer.contact_count);
+  // What is known costs a step less work, which is counted.
+  memory.keep(layer.known.now);
+  memory.keep_array(layer.known.at, static_cast<std::size_t>(surface_nodes_));
+  memory.keep_array(layer.known.stamp, static_cast<std::size_t>(surface_nodes_));
+  return !memory.failed();
 }
 
 bool ContactField::create_known(SceneMemory& memory, Known& known) const {
@@ -39,8 +62,25 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
       !create_layer(memory, layer_[0], node_capacity, contact_capacity) ||
       !create_layer(memory, layer_[1], node_capacity, contact_capacity))
     return false;
+  for (double* norm : {&norm_, &norm_before_, &path_, &path_set_, &path_before_}) memory.keep(*norm);
   forget();
   return true;
+}
+
+void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
+  tensors_ = tensors;
+  without_tool_ = without_point_ = -1;
+  solver_ = now_->count > 0 ? solver : nullptr;  // the last step has left either contacts or a surface at rest
+  for (Layer& layer : layer_) find_rows(layer);
+}
+
+// The stored rows of the layer's nodes, and their coefficients.
+void ContactField::find_rows(Layer& layer) const {
+  for (std::int32_t r = 0; r < 3 * layer.count && !tensors_.compliance; ++r) {
+    const std::int32_t e = r / 3, column = layer.nodes[e].column, j = r % 3;
+    layer.row[r] = tensors_.surface.row(column, j);
+    layer.coefficient[r] = layer.modified[e][j] * static_cast<double>(tensors_.surface.row_scale(column, j));
+  }
 }
 
 void ContactField::forget() {
@@ -68,7 +108,7 @@ Vec3 ContactField::recall(Known& known, std::int32_t node, Evaluate evaluate) {
 }
 
 void ContactField::swap_layers() {
-  std::swap(now_, before_);
+  std::swap(layer_[0], layer_[1]);
   norm_before_ = norm_, path_before_ = path_set_;
   now_->count = now_->contact_count = 0;
   forget_nodes(now_->known);
@@ -92,17 +132,16 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   std::copy(set.nodes, set.nodes + now.count, now.nodes);
   std::copy(modified, modified + now.count, now.modified);
   std::copy(force, force + now.count, now.force);
-  for (std::int32_t r = 0; r < 3 * now.count && !tensors.compliance; ++r) {
-    const std::int32_t e = r / 3, column = now.nodes[e].column, j = r % 3;
-    now.row[r] = tensors.surface.row(column, j);
-    now.coefficient[r] = modified[e][j] * static_cast<double>(tensors.surface.row_scale(column, j));
-  }
+  find_rows(now);
   const ReactionNorms norms = solver->measure_norms(set, norms_);
   *work += norms.operations;
   norm_ = norms.whole;
   gather_contacts(set, norms_);
+  remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
-  path_ += std::min(measure_change(norms.change_of_kept, work), norm_before_ + norm_);
+  double change = std::min(measure_contacts(norms.change_of_kept, work), norm_before_ + norm_);
+  if (change > norms.change_of_kept) change = std::min(change, measure_whole_change(work));
+  path_ += change;
   path_set_ = path_;
 }
 
@@ -114,7 +153,7 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
     Contact* last = now.contact_count > 0 ? &now.contacts[now.contact_count - 1] : nullptr;
     if (!last || last->tool != constraint.tool || last->point != constraint.point) {
       last = &now.contacts[now.contact_count++];
-      *last = {constraint.tool, constraint.point, constraint.first_node, constraint.first_node, 0, 0, 0, true};
+      *last = {constraint.tool, constraint.point, constraint.first_node, constraint.first_node, 0, 0, 0, true, {}};
     }
     last->last = constraint.first_node + constraint.node_count;
     last->own += each[p].own;
@@ -131,11 +170,24 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
   }
 }
 
-// The norm of the change from the layer before to this one: what the contacts with old rows changed together, and each contact
-// that came, went or changed its rows.
-double ContactField::measure_change(double kept, Operations* work) {
+// A constraint that holds one node along all axes knows the displacement of this node.
+void ContactField::remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each) {
+  constexpr std::uint32_t all_axes = 7;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    const ContactNode& held = set.nodes[constraint.first_node];
+    if (constraint.node_count != 1 || held.weight != 1 || constraint.axes != all_axes) continue;
+    const Vec3 along = each[p].displacement;
+    recall(now_->known, held.node,
+           [&] { return constraint.framed ? transposed_times(constraint.frame, along) : along; });
+  }
+}
+
+// The change from the layer before to this one, contact by contact: what the contacts with old rows changed together, plus each
+// contact that came, went or changed its rows. An upper bound on the norm of the whole change.
+double ContactField::measure_contacts(double kept, Operations* work) {
   double change = kept;
-  int measured = 0;
+  Operations left = kMostMeasuring;
   std::int32_t b = 0;
   for (std::int32_t c = 0; c < now_->contact_count; ++c) {
     Contact& now = now_->contacts[c];
@@ -147,31 +199,46 @@ double ContactField::measure_change(double kept, Operations* work) {
         b < before_->contact_count && before_->contacts[b].tool == now.tool && before_->contacts[b].point == now.point;
     const Contact* before = known ? &before_->contacts[b++] : nullptr;
     if (now.kept && known) continue;
-    now.own_change = !known                       ? now.own
-                     : measured++ < kMostMeasured ? change_of(before, &now, work)
-                                                  : now.own + before->own;
+    now.own_change = known ? now.own + before->own : now.own;
+    const Operations cost = known ? kEntry * (now.last - now.first) * (before->last - before->first) : 0;
+    if (known && cost <= left) {
+      now.own_change = change_of(*before, now);
+      left -= cost, *work += cost;
+    }
     change += now.own_change;
   }
   for (; b < before_->contact_count; ++b) change += before_->contacts[b].own;
   return change;
 }
 
+// |f - g|, from |f|, |g| and f C g. The norms are upper bounds.
+double ContactField::norm_of_difference(double f, double g, double between) const {
+  const double sum = f + g, squared = f * f + g * g - 2 * between + rounding_of(tensors_) * sum * sum;
+  return squared <= sum * sum ? std::sqrt(std::max(0.0, squared)) : sum;  // also where it is not a number
+}
+
 // The norm of the difference between a contact's forces in two steps, from the tensors between its nodes.
-double ContactField::change_of(const Contact* before, const Contact* now, Operations* work) const {
-  double energy = 0;
-  const auto between = [&](const Layer& a, std::int32_t i, const Layer& b, std::int32_t j, double sign) {
-    energy += sign * dot(a.force[i], tensors_.displacement(a.nodes[i].node, b.nodes[j].column) * b.modified[j]);
-    *work += 9;
-  };
-  for (std::int32_t i = now->first; i < now->last; ++i) {
-    for (std::int32_t j = now->first; j < now->last; ++j) between(*now_, i, *now_, j, 1);
-    for (std::int32_t j = before->first; j < before->last; ++j) between(*now_, i, *before_, j, -2);
-  }
-  for (std::int32_t i = before->first; i < before->last; ++i)
-    for (std::int32_t j = before->first; j < before->last; ++j) between(*before_, i, *before_, j, 1);
-  const double sum = now->own + before->own;
-  energy = std::max(0.0, energy) + kRounding * sum * sum;
-  return energy <= sum * sum ? std::sqrt(energy) : sum;  // also where it is not a number
+double ContactField::change_of(const Contact& before, const Contact& now) const {
+  double between = 0;
+  for (std::int32_t i = now.first; i < now.last; ++i)
+    for (std::int32_t j = before.first; j < before.last; ++j)
+      between += dot(now_->force[i],
+                     tensors_.displacement(now_->nodes[i].node, before_->nodes[j].column) * before_->modified[j]);
+  return norm_of_difference(now.own, before.own, between);
+}
+
+// The norm of the difference between the two layers: the forces of now act on the displacements of before. Infinite where too
+// many of these displacements are not known yet.
+double ContactField::measure_whole_change(Operations* work) {
+  const auto is_known = [&](std::int32_t node) { return before_->known.stamp[node] == before_->known.now; };
+  Operations cost = 0;
+  for (std::int32_t e = 0; e < now_->count; ++e)
+    if (!is_known(now_->nodes[e].node)) cost += operations_at_node(before_->count);
+  if (cost > kMostMeasuring) return INFINITY;
+  double between = 0;
+  for (std::int32_t e = 0; e < now_->count; ++e)
+    between += dot(now_->force[e], before_at_node(now_->nodes[e].node, work));
+  return norm_of_difference(norm_, norm_before_, between);
 }
 
 const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t tool, std::int32_t point) {
@@ -221,9 +288,10 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
   without_tool_ = without_point_ = -1;
 }
 
-bool ContactField::predict_without(std::int32_t tool, std::int32_t point) {
+bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations* work) {
   forget_nodes(known_predicted_);
-  if (!solver_ || !solver_->predict_without(tool, point, predicted_, &predicted_norm_)) return false;
+  if (!solver_ || !solver_->predict_without(tool, point, predicted_, &predicted_norm_, &predicted_apart_, work))
+    return false;
   for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
     predicted_coefficient_[r] =
         predicted_[r / 3][r % 3] * static_cast<double>(tensors_.surface.row_scale(now_->nodes[r / 3].column, r % 3));
@@ -232,7 +300,7 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point) {
 
 Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) {
   return recall(known_predicted_, node, [&] {
-    *work += 9 * now_->count;
+    *work += operations_at_node(now_->count);
     if (!tensors_.compliance)
       return tensors_.surface.sum_at_node(now_->row, predicted_coefficient_, 3 * now_->count, node);
     Vec3 sum;
@@ -245,7 +313,7 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) {
 // Displacement of a surface node by the contact nodes first .. last - 1.
 Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node,
                        Operations* work) const {
-  *work += 9 * (last - first);
+  *work += operations_at_node(last - first);
   if (!tensors_.compliance)
     return tensors_.surface.sum_at_node(layer.row + 3 * first, layer.coefficient + 3 * first, 3 * (last - first), node);
   Vec3 sum;

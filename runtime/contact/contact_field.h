@@ -16,9 +16,12 @@ class ContactField {
   bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
               std::int32_t surface_nodes);
   void forget();
+  // Completes a restored state (scene_memory.h) by what follows from it.
+  void restored(const Tensors& tensors, ContactSolver* solver);
 
   // Takes over the solved contacts of a step. solver: has solved these constraints; predict_without() asks it later.
-  // Cost: two products with the contact matrix; for each contact whose rows changed, nodes^2 entries of the tensors.
+  // Cost: two products with the contact matrix. Where contacts have new rows, also what measuring their change takes: for each of
+  // them nodes^2 entries of the tensors, and the displacement of its nodes before, within a fixed number of operations.
   void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
            ContactSolver* solver, Operations* work);
   // A step without a solution: the surface is at rest.
@@ -37,11 +40,13 @@ class ContactField {
 
   // Predicts the field as if the contact (tool, point) ended and all others kept their targets and laws; predicted_at_node()
   // then reads it. False where the prediction is not possible, because drop() has changed the field.
-  bool predict_without(std::int32_t tool, std::int32_t point);
+  bool predict_without(std::int32_t tool, std::int32_t point, Operations* work);
   Vec3 predicted_at_node(std::int32_t node, Operations* work);
   // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
   bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
+  // sqrt(J): of the predicted field; of its difference from the field.
   double predicted_norm() const { return predicted_norm_; }
+  double predicted_apart() const { return predicted_apart_; }
 
   // sqrt(J), as surface_tree.h explains: of the field; the sum of the norms of its changes; of the changes since the last set()
   // but one.
@@ -58,6 +63,7 @@ class ContactField {
     std::int32_t tool, point, first, last;  // its contact nodes
     double own, without, own_change;        // sqrt(J)
     bool kept;                              // its rows are those of the step before
+    bool unused[7];                         // in the place of padding, which a saved state would hold
   };
   // Displacements that were evaluated since the last forget().
   struct Known {
@@ -77,20 +83,24 @@ class ContactField {
   };
   bool create_known(SceneMemory& memory, Known& known) const;
   bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const;
+  void find_rows(Layer& layer) const;
   void swap_layers();
   void forget_nodes(Known& known) const;
   template <class Evaluate>
   static Vec3 recall(Known& known, std::int32_t node, Evaluate evaluate);
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);
-  double measure_change(double kept, Operations* work);
-  double change_of(const Contact* before, const Contact* now, Operations* work) const;
+  void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
+  double measure_contacts(double kept, Operations* work);
+  double measure_whole_change(Operations* work);
+  double norm_of_difference(double f, double g, double between) const;
+  double change_of(const Contact& before, const Contact& now) const;
   Vec3 sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node, Operations* work) const;
   Vec3 known_at(Layer& layer, std::int32_t node, Operations* work) const;
 
   Tensors tensors_;
   Layer layer_[2] = {};
-  Layer *now_ = layer_, *before_ = layer_ + 1;
+  Layer *const now_ = layer_, *const before_ = layer_ + 1;
   Vec3* predicted_ = nullptr;
   double* predicted_coefficient_ = nullptr;  // [nodes][3] m, of each stored row
   // Of the field without one contact, and of the predicted one.
@@ -100,7 +110,7 @@ class ContactField {
   ConstraintNorms* norms_ = nullptr;  // [contact_capacity]
   ContactSolver* solver_ = nullptr;   // nullptr after drop()
   std::int32_t surface_nodes_ = 0;
-  double norm_ = 0, norm_before_ = 0, predicted_norm_ = 0;
+  double norm_ = 0, norm_before_ = 0, predicted_norm_ = 0, predicted_apart_ = 0;
   double path_ = 0, path_set_ = 0, path_before_ = 0;  // now; after the last set(); after the one before
 };
 

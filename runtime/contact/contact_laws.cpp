@@ -11,21 +11,6 @@ namespace {
 // Relative rounding by which a tangential force may exceed its friction.
 constexpr double kRounding = 1e-12;
 
-// The constraint's diagonal block of the system on its rows; the identity on the others, whose reactions then stay zero.
-Mat3 own_compliance(const ContactSystem& system, std::int32_t p) {
-  Mat3 own;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const std::int32_t row = system.rows[p].at[i], column = system.rows[p].at[j];
-      if (row >= 0 && column >= 0)
-        own.m[i][j] =
-            system.matrix[static_cast<std::size_t>(row) * system.stride + column] + (i == j ? system.soft[row] : 0);
-      else
-        own.m[i][j] = i == j ? 1 : 0;
-    }
-  return own;
-}
-
 // Solves a x = b for a symmetric positive definite a.
 Vec3 solve3(const Mat3& a, Vec3 b) {
   const double l10 = a.m[1][0] / a.m[0][0], l20 = a.m[2][0] / a.m[0][0];
@@ -73,6 +58,37 @@ Vec3 slip3(const Mat3& own, Vec3 c, double friction) {
   return r;
 }
 
+Vec3 cut_tangent(Vec3 r, double most) {
+  const double size = length({0, r.y, r.z});
+  if (size > most) r.y *= most / size, r.z *= most / size;
+  return r;
+}
+
+// Rounds of coordinate descent on one constraint whose reactions are limited.
+constexpr int kRoundsOfOne = 20;
+
+// The same as constraint_force() where that exceeds the limits: the rows one after the other, each exactly with the others held.
+Vec3 limited_force(const ContactConstraint& constraint, const Mat3& own, Vec3 c, Vec3 most, Vec3 r) {
+  const bool pushes = constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
+  const double across = std::max(own.m[1][1], own.m[2][2]);
+  r = within_limits(constraint, r, most);
+  for (int round = 0; round < kRoundsOfOne; ++round) {
+    if (constraint.law == ContactLaw::coulomb) {
+      r.x = std::clamp(r.x + (c.x - dot({own.m[0][0], own.m[0][1], own.m[0][2]}, r)) / own.m[0][0], 0.0, most.x);
+      const Vec3 off = c - own * r;
+      r.y += off.y / across, r.z += off.z / across;
+      r = cut_tangent(r, most_friction(constraint, r.x, most));
+      continue;
+    }
+    for (int i = 0; i < 3; ++i) {
+      const double off = c[i] - dot({own.m[i][0], own.m[i][1], own.m[i][2]}, r);
+      r[i] = std::clamp(r[i] + off / own.m[i][i], pushes ? 0.0 : -most[i], most[i]);
+    }
+    if (pushes) r.y = r.z = 0;
+  }
+  return r;
+}
+
 // The reaction of one constraint under its law, where own r = c without the law.
 Vec3 constraint_force(const ContactConstraint& constraint, const Mat3& own, Vec3 c) {
   switch (constraint.law) {
@@ -90,14 +106,52 @@ Vec3 constraint_force(const ContactConstraint& constraint, const Mat3& own, Vec3
   }
 }
 
+}  // namespace
+
+Mat3 own_compliance(const ContactSystem& system, std::int32_t p) {
+  Mat3 own;
+  double most = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const std::int32_t row = system.rows[p].at[i], column = system.rows[p].at[j];
+      if (row < 0 || column < 0) continue;
+      own.m[i][j] =
+          system.matrix[static_cast<std::size_t>(row) * system.stride + column] + (i == j ? system.soft[row] : 0);
+      most = std::max(most, i == j ? own.m[i][j] : 0);
+    }
+  for (int i = 0; i < 3; ++i)
+    if (system.rows[p].at[i] < 0) own.m[i][i] = most > 0 ? most : 1;
+  return own;
+}
+
+Vec3 most_of(const ContactSystem& system, std::int32_t p) {
+  Vec3 most = {INFINITY, INFINITY, INFINITY};
+  for (int i = 0; i < 3; ++i)
+    if (const std::int32_t row = system.rows[p].at[i]; row >= 0 && system.most) most[i] = system.most[row];
+  return most;
+}
+
+double most_friction(const ContactConstraint& constraint, double normal, Vec3 most) {
+  return std::min(constraint.friction * std::max(0.0, normal), std::min(most.y, most.z));
+}
+
+Vec3 within_limits(const ContactConstraint& constraint, Vec3 r, Vec3 most) {
+  if (constraint.law != ContactLaw::coulomb) {
+    for (int i = 0; i < 3; ++i) r[i] = std::clamp(r[i], -most[i], most[i]);
+    return r;
+  }
+  // A tangential force that friction allows keeps its bits.
+  if (r.x <= most.x) return cut_tangent(r, std::min(most.y, most.z));
+  r.x = most.x;
+  return cut_tangent(r, most_friction(constraint, r.x, most));
+}
+
 Vec3 gather(const ContactSystem& system, const double* numbers, std::int32_t p) {
   Vec3 v;
   for (int i = 0; i < 3; ++i)
     if (const std::int32_t row = system.rows[p].at[i]; row >= 0) v[i] = numbers[row];
   return v;
 }
-
-}  // namespace
 
 Vec3 missed(const ContactSystem& system, const double* reaction, std::int32_t p) {
   Vec3 w;
@@ -120,47 +174,62 @@ bool obeys_laws(const ContactSystem& system, const double* reaction) {
   return true;
 }
 
-std::int32_t sweep_contacts(const ContactSystem& system, double* reaction, double tolerance, std::int32_t most_sweeps) {
-  for (std::int32_t sweep = 1; sweep <= most_sweeps; ++sweep) {
-    double change = 0;
-    for (std::int32_t p = 0; p < system.constraint_count; ++p) {
-      const Mat3 own = own_compliance(system, p);
-      const Vec3 before = gather(system, reaction, p), off = missed(system, reaction, p);
-      // c: the target minus the displacement by all other constraints. `off` does not contain the soft part of the diagonal.
-      Vec3 c = own * before - off;
-      for (int i = 0; i < 3; ++i) {
-        const std::int32_t row = system.rows[p].at[i];
-        c[i] = row < 0 ? 0 : c[i] - system.soft[row] * before[i];
-      }
-      const Vec3 now = constraint_force(system.constraints[p], own, c);
-      for (int i = 0; i < 3; ++i) {
-        const std::int32_t row = system.rows[p].at[i];
-        if (row < 0) continue;
-        reaction[row] = now[i];
-        change = std::max(change, std::fabs(now[i] - before[i]) * own.m[i][i]);
-      }
+double sweep_contacts(const ContactSystem& system, double* reaction) {
+  double change = 0;
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const Mat3 own = own_compliance(system, p);
+    const Vec3 before = gather(system, reaction, p), off = missed(system, reaction, p);
+    // c: the target minus the displacement by all other constraints. `off` does not contain the soft part of the diagonal.
+    Vec3 c = own * before - off;
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = system.rows[p].at[i];
+      c[i] = row < 0 ? 0 : c[i] - system.soft[row] * before[i];
     }
-    if (change <= tolerance) return sweep;
+    const Vec3 most = most_of(system, p);
+    Vec3 now = constraint_force(system.constraints[p], own, c);
+    if (std::fabs(now.x) > most.x || std::fabs(now.y) > most.y || std::fabs(now.z) > most.z)
+      now = limited_force(system.constraints[p], own, c, most, now);
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = system.rows[p].at[i];
+      if (row < 0) continue;
+      reaction[row] = now[i];
+      change = std::max(change, std::fabs(now[i] - before[i]) * own.m[i][i]);
+    }
   }
-  return most_sweeps;
+  return change;
 }
 
-ContactResidual law_residual(const ContactSystem& system, const double* reaction) {
+void find_ahead(const ContactSystem& system, const double* reaction, double* ahead) {
+  std::fill(ahead, ahead + system.rows_end, 0.0);
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const Vec3 off = missed(system, reaction, p);
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = system.rows[p].at[i]; row >= 0)
+        ahead[row] = off[i] + system.soft[row] * reaction[row];
+  }
+}
+
+Vec3 missed_by_law(const ContactConstraint& constraint, const Mat3& own, Vec3 r, Vec3 ahead, Vec3 most) {
+  if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) {
+    for (int i = 0; i < 3; ++i)
+      ahead[i] = std::max(std::min(ahead[i], own.m[i][i] * (r[i] + most[i])), own.m[i][i] * (r[i] - most[i]));
+    return ahead;
+  }
+  const double x = std::max(std::min(ahead.x, r.x * own.m[0][0]), own.m[0][0] * (r.x - most.x));
+  if (constraint.law == ContactLaw::unilateral) return {x, 0, 0};
+  // One step of the projection: back along the miss, then onto the disc of tangential forces that friction allows.
+  const double compliance = std::max(own.m[1][1], own.m[2][2]), limit = most_friction(constraint, r.x, most);
+  double y = r.y - ahead.y / compliance, z = r.z - ahead.z / compliance;
+  if (const double size = length({0, y, z}); size > limit) y *= limit / size, z *= limit / size;
+  return {x, compliance * (r.y - y), compliance * (r.z - z)};
+}
+
+ContactResidual law_residual(const ContactSystem& system, const double* reaction, const double* ahead) {
   ContactResidual residual;
   for (std::int32_t p = 0; p < system.constraint_count; ++p) {
-    const ContactConstraint& constraint = system.constraints[p];
     const Mat3 own = own_compliance(system, p);
-    const Vec3 r = gather(system, reaction, p);
-    Vec3 off = missed(system, reaction, p);
-    if (constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb)
-      off.x = std::min(off.x, r.x * own.m[0][0]);
-    if (constraint.law == ContactLaw::coulomb) {
-      // One step of the projection: back along the miss, then onto the disc of tangential forces that friction allows.
-      const double step = 1 / std::max(own.m[1][1], own.m[2][2]), most = constraint.friction * std::max(0.0, r.x);
-      double y = r.y - step * off.y, z = r.z - step * off.z;
-      if (const double size = length({0, y, z}); size > most) y *= most / size, z *= most / size;
-      off.y = (r.y - y) / step, off.z = (r.z - z) / step;
-    }
+    const Vec3 off = missed_by_law(system.constraints[p], own, gather(system, reaction, p), gather(system, ahead, p),
+                                   most_of(system, p));
     for (int i = 0; i < 3; ++i) {
       if (system.rows[p].at[i] < 0) continue;
       residual.displacement = std::max(residual.displacement, std::fabs(off[i]));

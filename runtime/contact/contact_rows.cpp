@@ -3,7 +3,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/contact/thinned_disc.h"
+
 namespace palpate {
+namespace {
+
+// A thinned disc is as good as the whole one where the nodes that it keeps carried this share of its weight.
+constexpr double kFaithful = 0.95;
+
+}  // namespace
 
 bool ContactRows::create_set(SceneMemory& memory, std::int32_t nodes, std::int32_t constraints,
                              ContactConstraints* set) {
@@ -17,18 +25,31 @@ bool ContactRows::create_set(SceneMemory& memory, std::int32_t nodes, std::int32
 bool ContactRows::create(SceneMemory& memory, const Source& source, std::int32_t node_capacity,
                          std::int32_t constraint_capacity) {
   source_ = source;
+  if (source.patch) {  // a patch that does not change is taken over by the next step
+    memory.keep(set_.node_count);
+    memory.keep(set_.constraint_count);
+    memory.keep_array(set_.nodes, static_cast<std::size_t>(node_capacity), set_.node_count);
+    memory.keep_array(set_.constraints, static_cast<std::size_t>(constraint_capacity), set_.constraint_count);
+    memory.keep_array(set_.target, static_cast<std::size_t>(constraint_capacity), set_.constraint_count);
+  }
   return create_set(memory, node_capacity, constraint_capacity, &set_) &&
          (!source.patch || create_set(memory, node_capacity, constraint_capacity, &last_));
 }
 
-void ContactRows::begin() {
+void ContactRows::begin(std::int32_t contacts) {
   if (source_.patch) std::swap(set_, last_);
+  to_come_ = contacts;
   set_.node_count = set_.constraint_count = next_in_last_ = 0;
 }
 
 bool ContactRows::has_room(std::int32_t constraints, std::int32_t nodes) const {
   return set_.constraint_count + constraints <= set_.constraint_capacity &&
          set_.node_count + nodes <= set_.node_capacity;
+}
+
+// An equal share of the room that is left, for the present contact and those to come.
+std::int32_t ContactRows::nodes_for_one() const {
+  return std::max(1, (set_.node_capacity - set_.node_count) / std::max(1, to_come_));
 }
 
 ContactConstraint& ContactRows::add_constraint(const ContactWish& wish, std::int32_t part) {
@@ -64,6 +85,12 @@ void ContactRows::set_frame(const ContactWish& wish, ContactConstraint& constrai
 
 std::uint32_t ContactRows::add_node(const ContactWish& wish, std::int32_t node, bool* made) {
   *made = false;
+  const std::uint32_t flags = hold_node(wish, node, made);
+  --to_come_;
+  return flags;
+}
+
+std::uint32_t ContactRows::hold_node(const ContactWish& wish, std::int32_t node, bool* made) {
   if (source_.column_of_node[node] < 0) return PALPATE_STEP_NOT_TOUCHABLE;
   if (!has_room(1, 1)) return PALPATE_STEP_CONTACTS_DROPPED;
   ContactConstraint& constraint = add_constraint(wish, 0);
@@ -91,7 +118,14 @@ int ContactRows::nearest_vertex(const SurfacePoint& surface_point, const std::in
 
 std::uint32_t ContactRows::add_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool* made) {
   *made = false;
-  if (source_.model == PALPATE_CONTACT_PATCH && wish.disc_radius > 0) return add_patch(wish, surface_point, made);
+  const bool disc = source_.model == PALPATE_CONTACT_PATCH && wish.disc_radius > 0;
+  const std::uint32_t flags =
+      disc ? add_patch(wish, surface_point, made) : hold_surface_point(wish, surface_point, made);
+  --to_come_;
+  return flags;
+}
+
+std::uint32_t ContactRows::hold_surface_point(const ContactWish& wish, const SurfacePoint& surface_point, bool* made) {
   std::int32_t node[3];
   double weight[3];
   int count = 0;
@@ -110,7 +144,7 @@ std::uint32_t ContactRows::add_contact(const ContactWish& wish, const SurfacePoi
   for (int v = 0; v < count; ++v) weight[v] = sum > 0 ? weight[v] / sum : 1.0 / count;
 
   if (source_.model == PALPATE_CONTACT_NODE)
-    return flags | add_node(wish, node[nearest_vertex(surface_point, node, weight, count)], made);
+    return flags | hold_node(wish, node[nearest_vertex(surface_point, node, weight, count)], made);
   if (source_.model == PALPATE_CONTACT_TRIANGLE) {
     // Section 5 of the paper: vertex v gets the displacement alpha_v d, alpha_v = k_v + 1 - sum_w k_w^2. The interpolated
     // displacement sum_v k_v alpha_v d then equals d.
@@ -126,10 +160,16 @@ std::uint32_t ContactRows::add_contact(const ContactWish& wish, const SurfacePoi
       set_frame(part, constraint);
     }
   } else {
-    if (!has_room(1, count)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
-    ContactConstraint& constraint = add_constraint(wish, 0);
+    WeightedNodes nodes = {node, weight, 0};
     for (int v = 0; v < count; ++v)
-      if (weight[v] > 0) add_held_node(wish, constraint, node[v], weight[v]);
+      if (weight[v] > 0) node[nodes.count] = node[v], weight[nodes.count++] = weight[v];
+    if (nodes.count > nodes_for_one()) {
+      thin_nodes(source_.rest, {}, {}, nodes_for_one(), &nodes);
+      flags |= PALPATE_STEP_DISCS_THINNED;
+    }
+    if (!has_room(1, nodes.count)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
+    ContactConstraint& constraint = add_constraint(wish, 0);
+    for (int e = 0; e < nodes.count; ++e) add_held_node(wish, constraint, nodes.node[e], nodes.weight[e]);
     set_frame(wish, constraint);
   }
   *made = true;
@@ -142,19 +182,22 @@ bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfaceP
     return constraint.tool != wish.tool ? constraint.tool < wish.tool : constraint.point < wish.point;
   };
   while (next_in_last_ < last_.constraint_count && before(last_.constraints[next_in_last_])) ++next_in_last_;
-  if (next_in_last_ == last_.constraint_count) return false;
+  if (next_in_last_ == last_.constraint_count || wish.moved) return false;
   const ContactConstraint& old = last_.constraints[next_in_last_];
   if (old.tool != wish.tool || old.point != wish.point || old.disc_radius != wish.disc_radius || old.law != wish.law ||
       old.surface_point.triangle != surface_point.triangle ||
       !std::equal(surface_point.barycentric, surface_point.barycentric + 3, old.surface_point.barycentric))
     return false;
+  // The same number of nodes, unless both are all of them.
+  const std::int32_t most = nodes_for_one();
+  if (old.thinned_to > 0 ? old.thinned_to != most : old.node_count > most) return false;
   if (!has_room(1, old.node_count)) return false;
   ContactWish same = wish;
   if (old.framed) same.tangent = Vec3{old.frame.m[1][0], old.frame.m[1][1], old.frame.m[1][2]};
   ContactConstraint& constraint = add_constraint(same, 0);
   set_frame(same, constraint);
   constraint.local = old.local, constraint.disc_radius = old.disc_radius, constraint.surface_point = old.surface_point,
-  constraint.incomplete = old.incomplete;
+  constraint.flags = old.flags, constraint.thinned_to = old.thinned_to;
   for (std::int32_t v = 0; v < old.node_count; ++v) {
     const ContactNode& held = last_.nodes[old.first_node + v];
     add_held_node(same, constraint, held.node, held.weight);
@@ -165,30 +208,34 @@ bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfaceP
 std::uint32_t ContactRows::add_patch(const ContactWish& wish, const SurfacePoint& surface_point, bool* made) {
   if (add_patch_of_last_step(wish, surface_point)) {
     *made = true;
-    return set_.constraints[set_.constraint_count - 1].incomplete ? std::uint32_t{PALPATE_STEP_NOT_TOUCHABLE} : 0;
+    return set_.constraints[set_.constraint_count - 1].flags;
   }
   ContactPatch& patch = *source_.patch;
   patch.press(surface_point, wish.outward, wish.tangent, wish.disc_radius);
-  double sum = 0, whole = 0;
-  int held = 0;
+  std::int32_t node[ContactPatch::kMaxNodes];
+  double weight[ContactPatch::kMaxNodes], sum = 0, whole = 0;
+  WeightedNodes nodes = {node, weight, 0};
   for (int e = 0; e < patch.count(); ++e) {
     whole += patch.weights()[e];
     if (source_.column_of_node[patch.nodes()[e]] < 0) continue;
     sum += patch.weights()[e];
-    ++held;
+    node[nodes.count] = patch.nodes()[e], weight[nodes.count++] = patch.weights()[e];
   }
-  const std::uint32_t flags = held < patch.count() ? std::uint32_t{PALPATE_STEP_NOT_TOUCHABLE} : 0;
+  std::uint32_t flags = nodes.count < patch.count() ? std::uint32_t{PALPATE_STEP_NOT_TOUCHABLE} : 0;
   if (!(sum > 1e-3 * whole)) return flags;
-  if (!has_room(1, held)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
+  for (int e = 0; e < nodes.count; ++e) weight[e] /= sum;
+  const std::int32_t most = nodes_for_one();
+  const bool thins = nodes.count > most;
+  if (thins && thin_nodes(source_.rest, wish.tangent, cross(wish.outward, wish.tangent), most, &nodes) < kFaithful)
+    flags |= PALPATE_STEP_DISCS_THINNED;
+  if (!has_room(1, nodes.count)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
   ContactConstraint& constraint = add_constraint(wish, 0);
   set_frame(wish, constraint);
   constraint.local =
       constraint.framed ? times_transposed(constraint.frame * patch.local(), constraint.frame) : patch.local();
-  constraint.disc_radius = wish.disc_radius, constraint.surface_point = surface_point,
-  constraint.incomplete = flags != 0;
-  for (int e = 0; e < patch.count(); ++e)
-    if (source_.column_of_node[patch.nodes()[e]] >= 0)
-      add_held_node(wish, constraint, patch.nodes()[e], patch.weights()[e] / sum);
+  constraint.disc_radius = wish.disc_radius, constraint.surface_point = surface_point, constraint.flags = flags;
+  constraint.thinned_to = thins ? most : 0;
+  for (int e = 0; e < nodes.count; ++e) add_held_node(wish, constraint, node[e], weight[e]);
   *made = true;
   return flags;
 }

@@ -18,6 +18,7 @@ struct ContactWish {
   ContactLaw law = ContactLaw::sticking;
   double friction = 0;
   Vec3 outward, tangent;  // unit and orthogonal; where contacts have frames
+  bool moved = false;     // its frame may have changed although its surface point is the same
 };
 
 class ContactRows {
@@ -32,14 +33,16 @@ class ContactRows {
   };
   bool create(SceneMemory& memory, const Source& source, std::int32_t node_capacity, std::int32_t constraint_capacity);
 
-  // Starts a step without contacts. Those of the last step are kept, so that an unchanged patch need not be computed again.
-  void begin();
+  // Starts a step without contacts, of which `contacts` will be asked for. Those of the last step are kept, so that an unchanged
+  // patch need not be computed again.
+  void begin(std::int32_t contacts);
   void forget() { last_.constraint_count = 0; }
 
   // Both return step flags; *made: whether there is a contact. Call them in ascending order of tool and point.
   std::uint32_t add_node(const ContactWish& wish, std::int32_t node, bool* made);
   // At a surface point. Vertices without a tensor column give their weight to the others: the weights still sum to one, and the
   // force stays bounded near a fixed border.
+  // A disc or an interpolated point gets no more nodes than leave as many to each contact that is still to come (thin_nodes).
   std::uint32_t add_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
 
   const ContactConstraints& set() const { return set_; }
@@ -48,9 +51,12 @@ class ContactRows {
   bool create_set(SceneMemory& memory, std::int32_t nodes, std::int32_t constraints, ContactConstraints* set);
   int nearest_vertex(const SurfacePoint& surface_point, const std::int32_t* node, const double* weight,
                      int count) const;
+  std::uint32_t hold_node(const ContactWish& wish, std::int32_t node, bool* made);
+  std::uint32_t hold_surface_point(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
   std::uint32_t add_patch(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
   bool add_patch_of_last_step(const ContactWish& wish, const SurfacePoint& surface_point);
   bool has_room(std::int32_t constraints, std::int32_t nodes) const;
+  std::int32_t nodes_for_one() const;
   ContactConstraint& add_constraint(const ContactWish& wish, std::int32_t part);
   void add_held_node(const ContactWish& wish, ContactConstraint& constraint, std::int32_t node, double weight);
   void set_frame(const ContactWish& wish, ContactConstraint& constraint);
@@ -58,6 +64,7 @@ class ContactRows {
   Source source_ = {};
   ContactConstraints set_, last_;
   std::int32_t next_in_last_ = 0;
+  std::int32_t to_come_ = 0;  // contacts that will be asked for, the present one included
 };
 
 }  // namespace palpate

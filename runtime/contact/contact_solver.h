@@ -8,8 +8,9 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/base/step_work.h"
 #include "runtime/contact/contact_constraints.h"
-#include "runtime/contact/contact_laws.h"
+#include "runtime/contact/law_solver.h"
 #include "runtime/contact/node_compliance.h"
 #include "runtime/dense/updated_cholesky.h"
 
@@ -19,12 +20,13 @@ namespace palpate {
 struct ReactionNorms {
   double whole = 0;           // of all reactions
   double change_of_kept = 0;  // of the change since the last solve, of the constraints that kept their rows
-  std::int64_t operations = 0;
+  Operations operations = 0;
 };
 // The same of one constraint.
 struct ConstraintNorms {
   double own = 0, own_change = 0;  // of its reactions alone; of their change, 0 where its rows are new
   double work = 0;                 // J: its reactions times the displacement by all reactions
+  Vec3 displacement;               // m, along the rows of its frame, by all reactions; imposed axes only
   bool kept = false;               // its rows were there in the last solve
 };
 
@@ -37,26 +39,65 @@ class ContactSolver {
   // up to kMostSolves - 1 times (iterated Tikhonov regularisation). Along an eigenvector of A with eigenvalue e the solution is
   // then (1 - (kShift / (e + kShift))^kMostSolves) / e times that part of D d. The factor falls with e and never exceeds
   // kMostSolves / kShift, so
-  //     |D^-1 r| <= kMostSolves / kShift |D d|:
-  // as the gap between two conflicting targets closes, their force grows monotonically and stays finite. Separate contacts are
-  // met to (kShift / e)^2 or better, which is below single precision.
+  //     |D^-1 r| <= kMostSolves / kShift |D d|.
+  // Separate contacts are met to (kShift / e)^2 or better, which is below single precision.
   static constexpr double kShift = 1e-6;
   static constexpr int kMostSolves = 4;
 
-  // predicts: predict_without() will be called. Memory: at most 72 node_capacity^2 + 16 (3 constraint_capacity)^2 bytes.
-  bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t constraint_capacity, std::int32_t columns,
-              bool predicts);
+  // Two surface points of one triangle that move apart by d are met only if the triangle's vertices move by d over their distance in
+  // edges, however much that is. So the reaction r_i of each row has a limit, in multiples of the force that the row alone would need
+  // for the largest target d of the step:
+  //     |r_i| <= most d / A_ii,      A = H W H^T here.
+  // most is kMostForceNear where no contact node moves farther than the largest target, as with many nodes held at targets of their own.
+  // It falls with the reciprocal of how many times farther one moves, down to kMostForce.
+  // Where the solution above exceeds the limit, a second one is computed in the same way, with kSoftShift and kSoftSolves: contacts that
+  // agree are met to (kSoftShift / (e + kSoftShift))^kSoftSolves, those that conflict meet at a mean. The answer is the point on the
+  // line between the two that is nearest to the first one and within the limit. It changes continuously with the targets, and along
+  // each eigenvector of D A D it is at most the exact solution. So r^T A r <= r^T d, and by |u_v|^2 <= |C_vv| r^T A r (surface_tree.h)
+  // no node v of the organ moves farther than sqrt(most |C_vv| sum_i 1 / A_ii) d.
+  // Under laws the limit is kMostForce for contacts that may release or slip. Others have none beside these: to let both of two grips
+  // that contradict each other yield would free the node between them.
+  static constexpr double kMostForce = 64, kMostForceNear = 1024, kSoftShift = 0.15;
+  static constexpr int kSoftSolves = 8;
+
+  // A law counts as met where it is missed by no more than kMet of the largest target of the step, plus kLeastMiss metres.
+  static constexpr double kMet = 1e-6, kLeastMiss = 1e-9;
+
+  struct Limits {
+    std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
+    bool gives_way = false;                                // some contacts have laws under which they release or slip
+    bool predicts = false;                                 // predict_without() will be called
+  };
+
+  // Memory: at most 72 nodes^2 + 24 (3 constraints)^2 bytes, and 3 MB for laws.
+  bool create(SceneMemory& memory, const Limits& limits);
 
   // Solves the step's constraints: force[e] (N) and modified[e] (u~, m) for each contact node e. Constraints that were there in
   // the last step keep their rows of the matrix and of the factor.
-  //   solved       the targets are met
+  //   solved       the targets are met, or the laws as far as doubt_of() tells
   //   regularised  some targets conflict; residual() says by how much they are missed
   //   unsolved     numbers of the bundle are not finite, or rounded until A is not definite: the outputs are zero
-  // Where the solution breaks a law, projected Gauss-Seidel continues from the last step's reactions.
-  // Cost in multiply-adds: about 3 rows^2; rows^2 per sweep; for each changed constraint 9 (its nodes + 1) nodes, and for each of
-  // its rows rows^2 / 2 to join and up to rows^2 to leave. Only new nodes read the tensors.
-  Outcome solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force, Vec3* modified);
+  // Where the factor's solution breaks a law, LawSolver goes on from the last step's reactions, for the
+  // multiply-adds that the step's work leaves. It solves the system with the shift, and refines as above.
+  // Cost in multiply-adds: about 3 rows^2; for each changed constraint 9 (its nodes + 1) nodes, and for each of its rows
+  // rows^2 / 2 to join and up to rows^2 to leave; and for the laws. Only new nodes read the tensors.
+  Outcome solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force, Vec3* modified, StepWork* work);
+
+  // Of `contacts` more contacts that come, go or move in this step: their rows leave the factor and join it.
+  Operations operations_to_renew(std::int32_t contacts) const;
   const ContactResidual& residual() const { return residual_; }
+  const LawEffort& effort() const { return effort_; }  // all zero where the factor alone solved the system
+
+  // Why constraint p of the last solve is not to be trusted, where laws decided.
+  struct Doubt {
+    bool inexact;   // its law is missed: LawSolver came to its limit
+    bool conflict;  // the shift alone makes its law hold: contacts conflict
+  };
+  Doubt doubt_of(std::int32_t p) const { return effort_.sweeps > 0 ? doubt_[p] : Doubt{}; }
+
+  // For measuring: the system of the last solve, and the reactions ([rows_end] N) with which LawSolver starts on it.
+  ContactSystem last_system() const { return system(kept_constraint_, kept_constraints_); }
+  const double* last_start() const { return last_; }
 
   // Of constraint p of the last solve, in its frame: the reactions of its rows (N), and by how much they miss their targets (m).
   Vec3 reaction(std::int32_t p) const;
@@ -66,14 +107,17 @@ class ContactSolver {
 
   // modified[e] as it would be if the contact (tool, point) were gone and the others kept their targets and laws. False, with
   // nothing written, where the last solve had no such contact.
-  // *norm: of the reactions that are left, sqrt(J).
+  // *norm, *apart: of the reactions that are left, and of what changed in them, sqrt(J).
   // Cost in multiply-adds: rows^2 per row of the contact, and ten sweeps where a law decides.
-  bool predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm);
+  bool predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm, double* apart,
+                       Operations* work);
 
   // Of the last solve, with its constraints; each: [constraint_count]. Cost: 2 rows^2 multiply-adds.
   ReactionNorms measure_norms(const ContactConstraints& set, ConstraintNorms* each);
 
   void forget();
+  // Completes a restored state (scene_memory.h) by what follows from it.
+  void restored(const Tensors& tensors);
 
  private:
   static constexpr int kMostRowsOfAContact = 9;  // a triangle's
@@ -85,36 +129,47 @@ class ContactSolver {
   void drop_rows();
   const Mat3* spread_of(const ContactConstraints& set, const ContactConstraint& constraint);
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
+  void write_scaled(const std::int32_t* rows, std::int32_t count, double shift, UpdatedCholesky* factor);
   bool append_rows(const std::int32_t* rows, std::int32_t count);
   std::int32_t take_row();
   double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * stride_ + j]; }
 
   ContactSystem system(const ContactConstraint* constraints, std::int32_t count) const;
+  template <class Shift>
+  double refine(const UpdatedCholesky& factor, Shift shift, int most_solves, double* reaction);
   Outcome solve_factored();
+  void set_limits(const ContactConstraint* constraints, std::int32_t count);
+  double largest_displacement(const ContactConstraints& set, Vec3* force) const;
+  bool limit_forces(const ContactConstraints& set, Vec3* force, StepWork* work);
   void solve_laws(const ContactSystem& laws);
+  void refine_laws(const ContactSystem& laws, double largest_target);
+  void measure_laws(const ContactSystem& laws, double tolerance);
+  double largest_target() const;
   static void spread_reactions(const ContactConstraint* constraints, const Rows* rows, std::int32_t count,
                                const ContactNode* nodes, const double* reaction, Vec3* force);
   int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
   bool take_out(const std::int32_t* gone, int count, double* left);
-  void hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
+  int hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
   void measure_residual();
   double norm_of(const double* reaction) const;
+  Operations squared_rows() const { return Operations{rows_end_} * rows_end_; }
 
   NodeCompliance compliance_;
   UpdatedCholesky factor_;
-  std::int32_t capacity_ = 0;        // rows
-  std::size_t stride_ = 0;           // numbers per row of the matrix
-  std::int32_t rows_end_ = 0;        // all rows in use are below this number
-  std::int32_t free_row_ = 0;        // all rows below this number are in use
-  double* matrix_ = nullptr;         // [rows][stride] H W H^T, m/N
-  double* scale_ = nullptr;          // [rows] D; 0: the row is not in use
-  double* shift_ = nullptr;          // [rows] added to the scaled diagonal, kShift or more
-  double* soft_ = nullptr;           // [rows] m/N, the same on the diagonal of the matrix
-  double* target_ = nullptr;         // [rows] m
-  double* reaction_ = nullptr;       // [rows] N
-  double* last_ = nullptr;           // [rows] N, of the last step, for rows that stay
-  double* work_ = nullptr;           // [2][rows]
-  double* removal_ = nullptr;        // [kMostRowsOfAContact][rows], where predict_without() is called
+  UpdatedCholesky soft_factor_;  // of A + kSoftShift I, in the order of factor_; without rows where it is not computed
+  std::int32_t capacity_ = 0;    // rows
+  std::size_t stride_ = 0;       // numbers per row of the matrix
+  std::int32_t rows_end_ = 0;    // all rows in use are below this number
+  std::int32_t free_row_ = 0;    // all rows below this number are in use
+  double* matrix_ = nullptr;     // [rows][stride] H W H^T, m/N
+  double* scale_ = nullptr;      // [rows] D; 0: the row is not in use
+  double* shift_ = nullptr;      // [rows] added to the scaled diagonal, kShift or more
+  double* soft_ = nullptr;       // [rows] m/N, the same on the diagonal of the matrix
+  double* target_ = nullptr;     // [rows] m
+  double* reaction_ = nullptr;   // [rows] N
+  double* last_ = nullptr;       // [rows] N, of the last step, for rows that stay
+  double* work_ = nullptr;       // [3][rows]
+  double* removal_ = nullptr;    // [kMostRowsOfAContact][rows], where predict_without() is called
   std::int32_t* row_at_ = nullptr;   // [rows] which row stands at each position of the factor
   std::int32_t* list_ = nullptr;     // [rows]
   std::int32_t* leaving_ = nullptr;  // [rows]
@@ -123,11 +178,20 @@ class ContactSolver {
 
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step
   bool* is_kept_ = nullptr;    // [constraint_capacity] its rows were there in the last step
+  Vec3* carried_ = nullptr;    // [constraint_capacity] N, the last step's reaction of a contact that got new rows
   Rows* kept_rows_ = nullptr;  // [constraint_capacity] of the last step, like all kept_
   ContactNode* kept_node_ = nullptr;
   ContactConstraint* kept_constraint_ = nullptr;
   std::int32_t kept_constraints_ = 0, kept_nodes_ = 0;
   ContactResidual residual_;
+
+  std::int64_t law_operations_ = 0;  // multiply-adds of the laws in this step
+  LawSolver laws_;                   // where contacts give way, like the next five
+  LawEffort effort_;
+  Doubt* doubt_ = nullptr;            // [constraint_capacity]
+  double* most_ = nullptr;            // [rows] N, the limits of the reactions
+  double* shifted_target_ = nullptr;  // [rows] m, with the refinement's part
+  double* coarse_ = nullptr;          // [rows] N, the reactions before a refinement
 };
 
 }  // namespace palpate

@@ -2,20 +2,11 @@
 
 #include <algorithm>
 
-#include "runtime/surface/exact_signs.h"
 #include "runtime/surface/moving_crossing.h"
+#include "runtime/surface/surface_inside.h"
 
 namespace palpate {
 namespace {
-
-// side(edge) where it is the same for all three edges, so that the line passes through the triangle; else 0.
-int common_side(const Vec3 corner[3], Vec3 p, Vec3 q) {
-  const int first = side_of_edge(corner[0], corner[1], p, q);
-  return first != 0 && side_of_edge(corner[1], corner[2], p, q) == first &&
-                 side_of_edge(corner[2], corner[0], p, q) == first
-             ? first
-             : 0;
-}
 
 bool rests(const Vec3 before[3], const Vec3 now[3]) {
   for (int v = 0; v < 3; ++v)
@@ -26,133 +17,114 @@ bool rests(const Vec3 before[3], const Vec3 now[3]) {
 // The crossing of a segment through a triangle that rests. Exact signs decide: a closed surface has no gap, and a crossing through
 // an edge counts for one triangle.
 int resting_crossing(Vec3 from, Vec3 to, const Vec3 corner[3], MovingCrossing* found) {
-  const int before = side_of_plane(corner[0], corner[1], corner[2], from),
-            after = side_of_plane(corner[0], corner[1], corner[2], to);
-  if (before == after || common_side(corner, from, to) == 0) return 0;
+  const int crosses = segment_crosses(corner, from, to);
+  if (crosses == 0) return 0;
   const Vec3 normal = cross(corner[1] - corner[0], corner[2] - corner[0]);
   const double from_height = dot(normal, from - corner[0]), to_height = dot(normal, to - corner[0]);
   found->time = from_height == to_height ? 0 : std::clamp(from_height / (from_height - to_height), 0.0, 1.0);
-  found->entering = after < 0;
+  found->entering = crosses > 0;
   closest_on_triangle(from + found->time * (to - from), corner[0], corner[1], corner[2], found->barycentric);
   return 1;
 }
 
-bool meets(const Vec3 corner[3], double margin, Vec3 low, Vec3 high) {
-  for (int d = 0; d < 3; ++d) {
-    const double a = corner[0][d], b = corner[1][d], c = corner[2][d];
-    if (std::min(a, std::min(b, c)) - margin > high[d] || std::max(a, std::max(b, c)) + margin < low[d]) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
-FieldBound DeformedSurface::bound() const {
-  return field_ ? FieldBound{field_->norm(), field_->path(), 0} : FieldBound{};
-}
-
-FieldBound DeformedSurface::bound_without(std::int32_t tool, std::int32_t point) const {
-  FieldBound bound = this->bound();
-  bound.apart = field_->own_norm(tool, point);
-  bound.norm = std::min(bound.norm + bound.apart, field_->norm_without(tool, point)) - bound.apart;
-  return bound;
-}
-
-FieldBound DeformedSurface::bound_predicted() const {
-  FieldBound bound = this->bound();
-  bound.apart = field_->predicted_norm() + bound.norm;
-  bound.norm = field_->predicted_norm() - bound.apart;
-  return bound;
-}
-
-NearestPoint DeformedSurface::nearest(Vec3 p, double within) {
-  return tree_->nearest(p, within, bound(), field_ != nullptr, &work_, [&](std::int32_t node) {
-    const Vec3 rest = tree_->at_rest(node);
-    return moves() ? rest + field_->at_node(node, &work_) : rest;
-  });
-}
-
-NearestPoint DeformedSurface::nearest_without(Vec3 p, double within, std::int32_t tool, std::int32_t point) {
-  if (!moves()) return nearest(p, within);
-  return tree_->nearest(p, within, bound_without(tool, point), false, &work_, [&](std::int32_t node) {
-    return tree_->at_rest(node) + field_->at_node_without(node, tool, point, &work_);
-  });
-}
-
-NearestPoint DeformedSurface::nearest_predicted(Vec3 p, double within) {
-  return tree_->nearest(p, within, bound_predicted(), false, &work_, [&](std::int32_t node) {
-    return tree_->at_rest(node) + field_->predicted_at_node(node, &work_);
-  });
-}
-
-template <class Place>
-bool DeformedSurface::is_inside(Vec3 p, const FieldBound& bound, bool sees, Place place) {
-  const double reach = tree_->largest_reach() * (bound.norm + bound.apart) + 0.01 * tree_->mean_edge();
-  // The ray along the axis on which it leaves the surface's box first.
-  Vec3 out = p;
-  int axis = -1;
-  double least = INFINITY, end = 0;
-  for (int d = 0; d < 3; ++d) {
-    const double low = tree_->low()[d] - reach, high = tree_->high()[d] + reach;
-    if (p[d] < low || p[d] > high) return false;
-    if (p[d] - low < least) least = p[d] - low, axis = d, end = low;
-    if (high - p[d] < least) least = high - p[d], axis = d, end = high;
+bool DeformedSurface::create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const FineSurface* fine) {
+  tree_ = tree, field_ = field, fine_ = fine;
+  if (!fine || !field) return true;
+  for (Known* known : {&known_now_, &known_asked_}) {
+    known->at = memory.array<Vec3>(static_cast<std::size_t>(fine->vertex_count()));
+    known->stamp = memory.array<std::uint32_t>(static_cast<std::size_t>(fine->vertex_count()));
   }
-  if (axis < 0) return false;
-  out[axis] = end + (end < p[axis] ? -1 : 1) * tree_->mean_edge();
-  Vec3 low = p, high = p;
-  low[axis] = std::min(p[axis], out[axis]), high[axis] = std::max(p[axis], out[axis]);
-  int winding = 0;
-  tree_->meet(low, high, bound, sees, &work_, place, [&](std::int32_t, const Vec3 corner[3]) {
-    if (!meets(corner, 0, low, high)) return;
-    const int from = side_of_plane(corner[0], corner[1], corner[2], p),
-              to = side_of_plane(corner[0], corner[1], corner[2], out);
-    if (from != to && common_side(corner, p, out) != 0) winding += to > from ? 1 : -1;
-  });
-  return winding > 0;
+  return !memory.failed();
 }
 
-bool DeformedSurface::is_inside(Vec3 p) {
-  return is_inside(p, bound(), field_ != nullptr, [&](std::int32_t node) {
-    const Vec3 rest = tree_->at_rest(node);
-    return moves() ? rest + field_->at_node(node, &work_) : rest;
-  });
+void DeformedSurface::begin_query() {
+  if (!fine_ || !field_ || ++query_ != 0) return;
+  for (const Known* known : {&known_now_, &known_asked_})
+    std::fill(known->stamp, known->stamp + fine_->vertex_count(), 0u);
+  query_ = 1;
 }
 
-bool DeformedSurface::is_inside_without(Vec3 p, std::int32_t tool, std::int32_t point) {
-  if (!moves()) return is_inside(p);
-  return is_inside(p, bound_without(tool, point), false, [&](std::int32_t node) {
-    return tree_->at_rest(node) + field_->at_node_without(node, tool, point, &work_);
-  });
+FieldBound DeformedSurface::bound_of(const AskedSurface& asked) const {
+  if (!field_) return {};
+  FieldBound bound{field_->norm(), field_->path(), 0};
+  if (!moves() || asked.kind == AskedSurface::kNow) return bound;
+  const bool predicted = asked.kind == AskedSurface::kPredicted;
+  bound.apart = predicted ? field_->predicted_apart() : field_->own_norm(asked.tool, asked.point);
+  const double norm = predicted ? field_->predicted_norm() : field_->norm_without(asked.tool, asked.point);
+  bound.norm = std::min(bound.norm + bound.apart, norm) - bound.apart;
+  return bound;
 }
 
-bool DeformedSurface::is_inside_predicted(Vec3 p) {
-  return is_inside(p, bound_predicted(), false,
-                   [&](std::int32_t node) { return tree_->at_rest(node) + field_->predicted_at_node(node, &work_); });
+template <class At>
+Vec3 DeformedSurface::displacement_at(std::int32_t vertex, At at) {
+  if (!fine_) return at(vertex);
+  work_ += fine_->cost(vertex);
+  return fine_->displacement(vertex, at);
+}
+
+Vec3 DeformedSurface::displacement_of(const AskedSurface& asked, std::int32_t vertex) {
+  if (!moves()) return {};
+  const auto at_node = [&](std::int32_t node) {
+    if (asked.kind == AskedSurface::kPredicted) return field_->predicted_at_node(node, &work_);
+    if (asked.kind == AskedSurface::kWithout) return field_->at_node_without(node, asked.tool, asked.point, &work_);
+    return field_->at_node(node, &work_);
+  };
+  if (!fine_) return at_node(vertex);
+  const Known& known = asked.kind == AskedSurface::kNow ? known_now_ : known_asked_;
+  if (known.stamp[vertex] == query_) return known.at[vertex];
+  known.stamp[vertex] = query_;
+  return known.at[vertex] = displacement_at(vertex, at_node);
+}
+
+NearestPoint DeformedSurface::nearest(const AskedSurface& asked, Vec3 p, double within) {
+  begin_query();
+  const auto there = [&](std::int32_t node) { return place(asked, node); };
+  if (!field_) return tree_->nearest(p, within, bound_of(asked), &work_, there, nullptr);
+  return tree_->nearest(p, within, bound_of(asked), &work_, there, [&](std::int32_t node) { return place({}, node); });
+}
+
+template <class Visit>
+void DeformedSurface::meet(const AskedSurface& asked, Vec3 low, Vec3 high, const FieldBound& bound, Visit visit) {
+  const auto there = [&](std::int32_t node) { return place(asked, node); };
+  if (!field_) return tree_->meet(low, high, bound, &work_, there, nullptr, visit);
+  tree_->meet(
+      low, high, bound, &work_, there, [&](std::int32_t node) { return place({}, node); }, visit);
+}
+
+bool DeformedSurface::is_inside(const AskedSurface& asked, Vec3 p) {
+  begin_query();
+  const FieldBound bound = bound_of(asked);
+  return is_inside_surface(*tree_, p, bound,
+                           [&](Vec3 low, Vec3 high, auto visit) { meet(asked, low, high, bound, visit); });
 }
 
 int DeformedSurface::crossings(Vec3 from, Vec3 to, SurfaceCrossing* found) {
+  begin_query();
   Vec3 low, high;
   for (int d = 0; d < 3; ++d) low[d] = std::min(from[d], to[d]), high[d] = std::max(from[d], to[d]);
-  FieldBound bound = this->bound();
+  FieldBound bound = bound_of({});
   bound.apart = field_ ? field_->last_change() : 0;
   const double moved = largest_move();
   int count = 0;
-  const auto now = [&](std::int32_t node) {
-    const Vec3 rest = tree_->at_rest(node);
-    return moves() ? rest + field_->at_node(node, &work_) : rest;
-  };
-  tree_->meet(low, high, bound, field_ != nullptr, &work_, now, [&](std::int32_t triangle, const Vec3 corner[3]) {
-    if (!meets(corner, moved, low, high)) return;
-    Vec3 before[3];
+  meet({}, low, high, bound, [&](std::int32_t triangle, const Vec3 corner[3]) {
+    if (!corners_meet(corner, 3, moved, low, high)) return;
+    Vec3 swept[6];  // the corners before, and now
+    Vec3 *const before = swept, *const now = swept + 3;
     for (int v = 0; v < 3; ++v) {
-      const std::int32_t node = tree_->corners(triangle)[v];
-      before[v] = field_ ? tree_->at_rest(node) + field_->before_at_node(node, &work_) : corner[v];
+      const std::int32_t vertex = tree_->corners(triangle)[v];
+      before[v] = now[v] = corner[v];
+      if (field_)
+        before[v] = tree_->at_rest(vertex) +
+                    displacement_at(vertex, [&](std::int32_t node) { return field_->before_at_node(node, &work_); });
     }
+    // The margin is for the rounding of moving_crossings(), which finds crossings a little beyond the border, too.
+    if (!corners_meet(swept, 6, 1e-6 * tree_->mean_edge(), low, high)) return;
     MovingCrossing passed[3];
-    const int times = rests(before, corner) ? resting_crossing(from, to, corner, passed)
-                                            : moving_crossings(from, to, before, corner, passed);
-    work_ += 100;
+    const int times =
+        rests(before, now) ? resting_crossing(from, to, now, passed) : moving_crossings(from, to, before, now, passed);
+    work_ += 150;
     for (int c = 0; c < times; ++c) {
       int at = std::min(++count, kMaxCrossings + 1) - 1;
       // Where there is no room, the latest crossing is dropped.
@@ -174,23 +146,13 @@ double DeformedSurface::largest_move_without(std::int32_t tool, std::int32_t poi
   return field_ ? tree_->largest_reach() * field_->last_change_without(tool, point) : 0;
 }
 
-template <class AtNode>
-Vec3 DeformedSurface::interpolate(const SurfacePoint& surface_point, AtNode at_node) const {
+Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint& surface_point) {
+  begin_query();
   Vec3 sum;
   for (int v = 0; v < 3; ++v)
     if (surface_point.barycentric[v] != 0)
-      sum += surface_point.barycentric[v] * at_node(tree_->corners(surface_point.triangle)[v]);
+      sum += surface_point.barycentric[v] * displacement_of(asked, tree_->corners(surface_point.triangle)[v]);
   return sum;
-}
-
-Vec3 DeformedSurface::displacement(const SurfacePoint& surface_point) {
-  if (!moves()) return {};
-  return interpolate(surface_point, [&](std::int32_t n) { return field_->at_node(n, &work_); });
-}
-
-Vec3 DeformedSurface::displacement_without(const SurfacePoint& surface_point, std::int32_t tool, std::int32_t point) {
-  if (!moves()) return {};
-  return interpolate(surface_point, [&](std::int32_t n) { return field_->at_node_without(n, tool, point, &work_); });
 }
 
 Operations DeformedSurface::take_work() {

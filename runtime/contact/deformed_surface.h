@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/contact/contact_field.h"
+#include "runtime/surface/fine_surface.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
@@ -15,29 +16,31 @@ struct SurfaceCrossing {
   bool entering = false;
 };
 
+// Which surface is asked about: as it is now; now without what the contact (tool, point) itself does; as
+// ContactField::predict_without() has predicted it.
+struct AskedSurface {
+  enum Kind { kNow, kWithout, kPredicted } kind = kNow;
+  std::int32_t tool = -1, point = -1;
+};
+
 class DeformedSurface {
  public:
   static constexpr int kMaxCrossings = 32;
 
-  // field: nullptr for the surface at rest. Both are borrowed.
-  void create(SurfaceTree* tree, ContactField* field) { tree_ = tree, field_ = field; }
+  // field: nullptr for the surface at rest. fine: the surface of the tree, where that is not the mesh's, else nullptr. All are
+  // borrowed. False where there is no memory.
+  bool create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const FineSurface* fine);
 
   const SurfaceTree& tree() const { return *tree_; }
   bool follows() const { return field_ != nullptr; }
 
   // The nearest point of the surface, within `within` metres. Cost: some ten triangles where the surface is near or does not move;
   // each node that is not yet evaluated in this step reads 3 numbers per contact node.
-  NearestPoint nearest(Vec3 p, double within);
-  // The same of the surface without what the contact (tool, point) itself does.
-  NearestPoint nearest_without(Vec3 p, double within, std::int32_t tool, std::int32_t point);
-  // The same of the surface that ContactField::predict_without() has predicted.
-  NearestPoint nearest_predicted(Vec3 p, double within);
+  NearestPoint nearest(const AskedSurface& asked, Vec3 p, double within);
 
   // Whether p is inside: its winding number is above zero, so that a place where the surface overlaps itself is inside. By the
   // triangles along a ray; exact signs decide. Cost: as nearest(), of all nodes near the ray.
-  bool is_inside(Vec3 p);
-  bool is_inside_without(Vec3 p, std::int32_t tool, std::int32_t point);
-  bool is_inside_predicted(Vec3 p);
+  bool is_inside(const AskedSurface& asked, Vec3 p);
 
   // The crossings of a point that moves from `from` to `to` while the surface moves from where it was before the last solve to
   // where it is now, in order of time. Returns their number; the first kMaxCrossings are stored. A crossing through an edge may
@@ -50,25 +53,36 @@ class DeformedSurface {
   // sqrt(J): grows with every change of the surface (NearestPoint::per_path).
   double path() const { return field_ ? field_->path() : 0; }
 
-  // m, the displacement of a surface point; without the part of the contact (tool, point); as predicted.
-  Vec3 displacement(const SurfacePoint& surface_point);
-  Vec3 displacement_without(const SurfacePoint& surface_point, std::int32_t tool, std::int32_t point);
+  // m, the displacement of a surface point.
+  Vec3 displacement(const AskedSurface& asked, const SurfacePoint& surface_point);
 
   // What the queries have cost since the last call.
   Operations take_work();
 
  private:
   bool moves() const { return field_ && !field_->empty(); }
-  FieldBound bound() const;
-  FieldBound bound_without(std::int32_t tool, std::int32_t point) const;
-  FieldBound bound_predicted() const;
-  template <class Place>
-  bool is_inside(Vec3 p, const FieldBound& bound, bool sees, Place place);
-  template <class AtNode>
-  Vec3 interpolate(const SurfacePoint& surface_point, AtNode at_node) const;
+  FieldBound bound_of(const AskedSurface& asked) const;
+  // Displacements of a fine surface's vertices that a query has evaluated: its triangles share them.
+  struct Known {
+    Vec3* at = nullptr;              // [vertices] m
+    std::uint32_t* stamp = nullptr;  // [vertices] of the query
+  };
+  void begin_query();
+  // Of a vertex of the tree's surface. at(node): of a node of the mesh.
+  template <class At>
+  Vec3 displacement_at(std::int32_t vertex, At at);
+  Vec3 displacement_of(const AskedSurface& asked, std::int32_t vertex);
+  Vec3 place(const AskedSurface& asked, std::int32_t vertex) {
+    return tree_->at_rest(vertex) + displacement_of(asked, vertex);
+  }
+  template <class Visit>
+  void meet(const AskedSurface& asked, Vec3 low, Vec3 high, const FieldBound& bound, Visit visit);
 
   SurfaceTree* tree_ = nullptr;
   ContactField* field_ = nullptr;
+  const FineSurface* fine_ = nullptr;
+  Known known_now_, known_asked_;  // of the surface as it is now; of another one that is asked about
+  std::uint32_t query_ = 0;
   Operations work_ = 0;
 };
 

@@ -48,7 +48,8 @@ bool self_compliance(const double stiffness[9], Mat3* compliance) {
 }
 
 bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns) {
-  const std::size_t nodes = static_cast<std::size_t>(capacity);
+  const std::size_t entries = static_cast<std::size_t>(capacity),
+                    nodes = static_cast<std::size_t>(std::min(capacity, columns));  // each column has one slot
   stride_ = nodes | 1;  // odd, so that a column of matrices does not fall into few sets of the cache
   matrix_ = memory.array<Mat3>(nodes * stride_);
   column_ = memory.array<std::int32_t>(nodes);
@@ -58,9 +59,10 @@ bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int
   by_column_ = memory.array<std::int32_t>(nodes);
   new_ = memory.array<std::int32_t>(nodes);
   slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
-  slot_of_contact_node_ = memory.array<std::int32_t>(nodes);
+  slot_of_contact_node_ = memory.array<std::int32_t>(entries);
   if (memory.failed()) return false;
-  std::fill(slot_of_column_, slot_of_column_ + columns, -1);
+  capacity_ = static_cast<std::int32_t>(nodes), columns_ = columns;
+  forget();
   return true;
 }
 
@@ -70,8 +72,8 @@ void NodeCompliance::release(std::int32_t slot) {
 }
 
 void NodeCompliance::forget() {
-  for (std::int32_t slot = 0; slot < slots_; ++slot)
-    if (in_use(slot)) release(slot);
+  std::fill(column_, column_ + capacity_, -1);
+  std::fill(slot_of_column_, slot_of_column_ + columns_, -1);
   slots_ = 0;
 }
 

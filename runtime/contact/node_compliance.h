@@ -15,7 +15,8 @@ bool self_compliance(const double stiffness[9], Mat3* compliance);
 
 class NodeCompliance {
  public:
-  // capacity: most nodes at a time; columns: S. Memory: 72 capacity^2 + 4 columns bytes.
+  // capacity: most contact nodes of a step, where a node under several contacts counts for each; columns: S.
+  // Memory: 72 min(capacity, columns)^2 + 4 columns bytes.
   bool create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns);
 
   // Makes the nodes under contact exactly those of the constraints. False, and no nodes, where a number of the tensors is not
@@ -38,16 +39,17 @@ class NodeCompliance {
   bool is_new(std::int32_t slot) const { return taken_in_[slot] == round_; }
   void release(std::int32_t slot);
 
-  Mat3* matrix_ = nullptr;                        // [capacity][stride]
-  std::int32_t* column_ = nullptr;                // [capacity] of each slot, or -1
-  std::int32_t* node_ = nullptr;                  // [capacity]
-  std::uint32_t* held_in_ = nullptr;              // [capacity] the last round that asked for it
-  std::uint32_t* taken_in_ = nullptr;             // [capacity] the round in which it came
-  std::int32_t* by_column_ = nullptr;             // [capacity] slots in use
-  std::int32_t* new_ = nullptr;                   // [capacity] those of them that are new
+  Mat3* matrix_ = nullptr;                        // [slots][stride]
+  std::int32_t* column_ = nullptr;                // [slots] of each slot, or -1
+  std::int32_t* node_ = nullptr;                  // [slots]
+  std::uint32_t* held_in_ = nullptr;              // [slots] the last round that asked for it
+  std::uint32_t* taken_in_ = nullptr;             // [slots] the round in which it came
+  std::int32_t* by_column_ = nullptr;             // [slots] slots in use
+  std::int32_t* new_ = nullptr;                   // [slots] those of them that are new
   std::int32_t* slot_of_column_ = nullptr;        // [columns] or -1
   std::int32_t* slot_of_contact_node_ = nullptr;  // [capacity]
   std::size_t stride_ = 0;
+  std::int32_t capacity_ = 0, columns_ = 0;
   std::int32_t slots_ = 0;
   std::uint32_t round_ = 0;
 };

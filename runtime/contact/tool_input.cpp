@@ -69,13 +69,23 @@ bool ToolInput::create(SceneMemory& memory, const InputLimits& limits) {
     tools_[t].points = memory.array<Vec3>(static_cast<std::size_t>(limits.max_points));
     tools_[t].grips = memory.array<palpate_grip>(static_cast<std::size_t>(limits.max_points));
   }
+  memory.keep(place_);
+  memory.keep(sent_);
+  memory.keep(count_);
+  memory.keep(dt_);
+  for (std::int32_t t = 0; t < limits.max_tools; ++t) {
+    Tool& tool = tools_[t];
+    memory.keep(static_cast<ToolValues&>(tool));
+    memory.keep_array(tool.points, static_cast<std::size_t>(limits.max_points), tool.point_count);
+    memory.keep_array(tool.grips, static_cast<std::size_t>(limits.max_points), tool.grip_count);
+  }
   return !memory.failed();
 }
 
 void ToolInput::forget_input(std::int32_t t) {
   Tool& tool = tools_[t];
   tool.point_count = tool.grip_count = 0;
-  tool.hold = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
+  tool.hold = tool.has_torque = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
 }
 
 void ToolInput::free_place(std::int32_t t) {
@@ -98,6 +108,7 @@ std::int32_t ToolInput::place_of(std::int32_t id) const {
 bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const {
   if (tool.point_count < 0 || tool.grip_count < 0) return false;
   if (!(tool.disc_radius >= 0 && tool.disc_radius <= 1 && tool.friction >= 0 && tool.friction <= 100)) return false;
+  if (tool.has_torque && !(limits_.has_positions && is_sound_point(tool.reference))) return false;
   if ((tool.point_count > 0 && !tool.points) || (tool.grip_count > 0 && !tool.grips)) return false;
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
@@ -147,6 +158,7 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
     if (points < from.point_count || grips < from.grip_count) tool.flags |= PALPATE_STEP_CONTACTS_DROPPED;
     tool.point_count = points, tool.grip_count = grips;
     tool.hold = from.hold != 0;
+    tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
     tool.disc_radius = from.disc_radius, tool.friction = from.friction;
   } else {
     tool.flags |= PALPATE_STEP_BAD_INPUT;

@@ -13,19 +13,27 @@ namespace palpate {
 struct InputLimits {
   std::int32_t surface_nodes = 0, triangles = 0, max_tools = 0, max_points = 0;
   bool has_triangles = false;  // the scene has triangles, so grips may name surface points
+  bool has_positions = false;  // the scene has the surface nodes' positions, which torques need
+};
+
+// What a tool has besides its arrays. It outlives a step, because a tool with bad input keeps its last good one; a saved state
+// holds all of it.
+struct ToolValues {
+  std::int32_t id = -1;     // -1: no tool has this place
+  std::int32_t index = -1;  // of the tool in this step; -1: not sent
+  bool is_new = false;      // this place had no tool in the last step, or another one
+  bool hold = false, has_torque = false;
+  bool unused = false;  // in the place of padding, which a saved state would hold
+  std::int32_t point_count = 0, grip_count = 0;
+  std::uint32_t flags = 0;  // of this step
+  Vec3 reference;           // m, in the world, where the tool has a torque
+  double disc_radius = 0, friction = 0;
 };
 
 // A tool keeps its place among the tools of the scene from step to step for as long as the host sends its id.
-struct Tool {
-  std::int32_t id = -1;           // -1: no tool has this place
-  std::int32_t index = -1;        // of the tool in this step; -1: not sent
-  bool is_new = false;            // this place had no tool in the last step, or another one
+struct Tool : ToolValues {
   Vec3* points = nullptr;         // [point_count]
   palpate_grip* grips = nullptr;  // [grip_count]
-  std::int32_t point_count = 0, grip_count = 0;
-  bool hold = false;
-  double disc_radius = 0, friction = 0;
-  std::uint32_t flags = 0;  // of this step
 };
 
 class ToolInput {

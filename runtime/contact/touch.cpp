@@ -12,24 +12,36 @@ namespace {
 // like contact, so a longer time is a loop that stood still.
 constexpr double kLongestSlew = 0.02;
 
+bool has_fine_contacts(const TouchState& state) {
+  return kHasEffects && state.fine_contacts[0];
+}
+
 // Forgets the points of the tool in place t from number `first` on. Those that are known come first.
 void forget_points(const palpate_scene_def& def, TouchState& state, std::int32_t t, std::int32_t first) {
   if (!state.points[t]) return;
-  for (std::int32_t i = first; i < def.max_points && state.points[t][i].known; ++i) state.points[t][i] = PointState{};
+  for (std::int32_t i = first; i < def.max_points && state.points[t][i].known; ++i) {
+    state.points[t][i] = PointState{};
+    if (has_fine_contacts(state)) state.fine_contacts[t][i] = FineContact{};
+  }
 }
 
 // Forgets what the steps so far have left about the tool in place t: the state before its first step.
 void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t) {
   forget_points(def, state, t, 0);
-  state.last_force[t] = Vec3{};
-  if (state.memory) state.memory[t] = PronySeries::Memory{};
+  state.last_force[t] = state.last_torque[t] = Vec3{};
+  if (state.memory) state.memory[t] = state.torque_memory[t] = PronySeries::Memory{};
 }
+
+// P and Q act fully where the sum of a tool's imposed displacements is this share of the sum of their lengths, or more: two of
+// equal length may differ by 120 degrees.
+constexpr double kAgreed = 0.5;
 
 // Sums over one tool's contacts in this step.
 struct ToolSum {
   Vec3 imposed;               // m, of their imposed displacements
   double imposed_length = 0;  // m, of those displacements' lengths
   Vec3 resultant;             // N, of the linear nodal forces on the organ
+  Vec3 moment;                // N m, of the same about the tool's reference, where the tool has a torque
   std::int32_t contacts = 0, slips = 0, releases = 0;
 };
 
@@ -39,7 +51,10 @@ class Touch {
       : context_(context), touch_state_(state), out_(out) {}
 
   std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
+    touch_state_.work.begin();
+    touch_state_.slides.begin();
     flags_ = touch_state_.input.take(tools, tool_count, dt);
+    touch_state_.organ.begin_step(touch_state_.input.dt());
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
       if (touch_state_.input.tool(t).is_new || touch_state_.input.tool(t).index < 0)
         forget_tool(context_.def, touch_state_, t);
@@ -47,30 +62,39 @@ class Touch {
     if (context_.def.collision != PALPATE_COLLISION_OFF) {
       touch_state_.collision.begin();
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) collide(t);
-      if (touch_state_.collision.has_deferred()) flags_ |= PALPATE_STEP_WORK_DEFERRED;
       forget_absent_points();
       context_.watch.ended(Pass::collision);
     }
-    touch_state_.rows.begin();
+    touch_state_.rows.begin(contacts_to_request());
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       if (context_.def.collision != PALPATE_COLLISION_OFF) request_point_contacts(t);
       request_grip_contacts(t);
     }
     context_.watch.ended(Pass::rows);
-    solve();
+    if (deforms_largely(context_.def))
+      deform();
+    else
+      solve();
     context_.watch.ended(Pass::contact);
     if (context_.def.force != PALPATE_FORCE_OFF) {
       for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) factor_[t] = tools_[t].contacts > 0 ? force_factor(t) : 0;
       context_.watch.ended(Pass::force);
     }
-    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) raw_[t] = -factor_[t] * tools_[t].resultant;
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      raw_[t] = -factor_[t] * tools_[t].resultant;
+      raw_torque_[t] = -factor_[t] * tools_[t].moment;
+    }
     if (relaxes(context_.def)) {
-      for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) raw_[t] = relaxed(t, raw_[t]);
+      for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) relax(t);
       context_.watch.ended(Pass::relaxation);
     }
     write_nodes();
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) write_tool(t);
     context_.watch.ended(Pass::output);
+    if (reports_contacts(context_.def)) {
+      report();
+      context_.watch.ended(Pass::report);
+    }
     if (context_.bundle.is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
     out_.flags = flags_;
     out_.step = ++touch_state_.step;
@@ -83,23 +107,61 @@ class Touch {
     flags_ |= flag;
   }
 
+  // m, in the organ's frame.
+  Vec3 point(const Tool& tool, std::int32_t i) const { return touch_state_.organ.point_to_organ(tool.points[i]); }
+
   void collide(std::int32_t t) {
     Tool& tool = touch_state_.input.tool(t);
     const bool follows = anchors_follow_tools(context_.def);
+    const std::int64_t deferred = touch_state_.work.deferred();
     const TrackingLimits limits = {context_.def.max_tool_speed * touch_state_.input.dt(),
                                    touch_state_.release_distance};
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
       PointState& state = touch_state_.points[t][i];
-      if (!touch_state_.collision.move(state, tool.points[i], t, i, tool.hold, limits))
-        raise(t, PALPATE_STEP_TRACKING_LOST);
-      if (!state.contact || !follows) continue;
+      const Vec3 p = point(tool, i);
+      const bool was_in_contact = state.contact;
+      if (!touch_state_.collision.move(state, p, t, i, tool.hold, limits)) raise(t, PALPATE_STEP_TRACKING_LOST);
+      if (state.contact != was_in_contact) count_renewal();
+      if (!state.contact || !follows || !may_slide(t, i)) continue;
+      const SurfacePoint anchor = state.anchor;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
       // tool has slid past it, so the tool's own position decides.
       if (context_.def.contact == PALPATE_CONTACT_NODE)
-        touch_state_.collision.slide(state, state.pulled);
+        touch_state_.collision.slide(state, touch_state_.collision.pulled(state, p, t, i));
       else
-        touch_state_.collision.follow(state, tool.points[i], t, i);
+        touch_state_.collision.follow(state, p, t, i);
+      if (differ(anchor, state.anchor)) count_renewal();
     }
+    if (touch_state_.work.deferred() > deferred) raise(t, PALPATE_STEP_WORK_DEFERRED);
+  }
+
+  // Whether an anchor may move in this step. One that may not stays where it is, and its contact keeps its rows.
+  bool may_slide(std::int32_t t, std::int32_t i) {
+    const bool slides = touch_state_.slides.take(t, i, touch_state_.work.allows_changes());
+    if (!slides) touch_state_.work.defer();
+    return slides;
+  }
+  static bool differ(const SurfacePoint& a, const SurfacePoint& b) {
+    return a.triangle != b.triangle || a.barycentric[0] != b.barycentric[0] || a.barycentric[1] != b.barycentric[1] ||
+           a.barycentric[2] != b.barycentric[2];
+  }
+  // A contact that comes, goes or moves has new rows in the factor.
+  Operations next_renewal() {
+    const ContactSolver& solver = touch_state_.solver;
+    ++renewals_;
+    return solver.operations_to_renew(renewals_) - solver.operations_to_renew(renewals_ - 1);
+  }
+  void count_renewal() { touch_state_.work.add(next_renewal()); }
+
+  std::int32_t contacts_to_request() {
+    std::int32_t count = 0;
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      const Tool& tool = touch_state_.input.tool(t);
+      count += tool.grip_count;
+      for (std::int32_t i = 0; context_.def.collision != PALPATE_COLLISION_OFF && i < tool.point_count; ++i)
+        count += touch_state_.points[t][i].contact;
+    }
+    return count;
   }
 
   void request_point_contacts(std::int32_t t) {
@@ -110,19 +172,40 @@ class Touch {
       if (!state.contact) continue;
       ContactWish wish;
       wish.tool = t, wish.point = i;
-      wish.displacement = tool.points[i] - state.anchor_at_rest;
+      wish.displacement = point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction;
-      set_frame(wish, state.anchor, &state.tangent);
-      request_contact(wish, state.anchor);
+      if (has_fine_contacts(touch_state_)) {
+        request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
+      } else {
+        set_frame(wish, state.anchor, &state.tangent);
+        request_contact(wish, state.anchor);
+      }
     }
+  }
+
+  // The anchor is on the fine surface. The contact acts on the mesh below it, along the fine surface's normal.
+  void request_fine_contact(ContactWish& wish, PointState& state, FineContact& fine) {
+    if (differ(fine.anchor, state.anchor) || fine.radius != wish.disc_radius) {
+      Operations work = 0;
+      fine.anchor = state.anchor, fine.radius = wish.disc_radius;
+      fine.beneath = touch_state_.fine.beneath(state.anchor);
+      fine.outward = touch_state_.fine.outward(state.anchor, wish.disc_radius, touch_state_.tree, &work);
+      wish.moved = true;
+      touch_state_.work.add(work);
+    }
+    if (needs_contact_frames(context_.def)) set_frame(wish, fine.outward, &state.tangent);
+    request_contact(wish, fine.beneath);
   }
 
   // The outward normal at a surface point, and a tangent that turns with the normal from step to step.
   void set_frame(ContactWish& wish, const SurfacePoint& surface_point, Vec3* tangent) {
     if (!needs_contact_frames(context_.def)) return;
-    wish.outward = touch_state_.measure.outward(surface_point);
-    if (length(wish.outward) == 0) wish.outward = touch_state_.surface.outward(surface_point.triangle);
-    if (length(wish.outward) == 0) wish.outward = Vec3{0, 0, 1};
+    Vec3 outward = touch_state_.measure.outward(surface_point);
+    if (length(outward) == 0) outward = touch_state_.surface.outward(surface_point.triangle);
+    set_frame(wish, outward, tangent);
+  }
+  static void set_frame(ContactWish& wish, Vec3 outward, Vec3* tangent) {
+    wish.outward = length(outward) == 0 ? Vec3{0, 0, 1} : outward;
     wish.tangent = *tangent = across(wish.outward, *tangent);
   }
 
@@ -172,17 +255,43 @@ class Touch {
       forget_points(context_.def, touch_state_, t, touch_state_.input.tool(t).point_count);
   }
 
+  void add_force(std::int32_t e, const ContactNode& held) {
+    tools_[held.tool].resultant += touch_state_.force[e];
+    if (touch_state_.input.tool(held.tool).has_torque)
+      tools_[held.tool].moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
+  }
+
+  // The same as solve(), of the hyperelastic body.
+  void deform() {
+    const ContactConstraints& set = touch_state_.rows.set();
+    deformed_ = touch_state_.body.solve(set, &touch_state_.work, touch_state_.force);
+    if (deformed_.failed) flags_ |= PALPATE_STEP_UNSOLVED;
+    if (deformed_.cut || deformed_.unfinished) flags_ |= PALPATE_STEP_DEFORMATION_BEHIND;
+    for (std::int32_t e = 0; e < set.node_count; ++e) {
+      touch_state_.modified[e] = Vec3{};
+      add_force(e, set.nodes[e]);
+    }
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
+      if (tools_[t].contacts > 0)
+        touch_state_.input.tool(t).flags |= flags_ & (PALPATE_STEP_UNSOLVED | PALPATE_STEP_DEFORMATION_BEHIND);
+  }
+
   void solve() {
     const ContactConstraints& set = touch_state_.rows.set();
     const ContactSolver::Outcome outcome =
-        touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified);
+        touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified, &touch_state_.work);
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
     if (outcome == ContactSolver::Outcome::unsolved) flag = PALPATE_STEP_UNSOLVED;
     for (std::int32_t e = 0; e < set.node_count; ++e) {
       const std::int32_t t = set.nodes[e].tool;
       if (flag) raise(t, flag);
-      tools_[t].resultant += touch_state_.force[e];
+      add_force(e, set.nodes[e]);
+    }
+    for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+      const ContactSolver::Doubt doubt = touch_state_.solver.doubt_of(p);
+      if (doubt.inexact) raise(set.constraints[p].tool, PALPATE_STEP_SOLVE_INEXACT);
+      if (doubt.conflict) raise(set.constraints[p].tool, PALPATE_STEP_REGULARISED);
     }
     if (follows_deformed_surface(context_.def)) {
       Operations work = 0;
@@ -191,6 +300,7 @@ class Touch {
       else
         touch_state_.field.set(context_.tensors, set, touch_state_.force, touch_state_.modified, &touch_state_.solver,
                                &work);
+      touch_state_.work.owe(work);
     }
     if (contacts_may_give_way(context_.def) && outcome != ContactSolver::Outcome::unsolved) move_slipped_anchors();
   }
@@ -199,6 +309,7 @@ class Touch {
   // triangle contact has three constraints with friction of their own: its anchor sticks as long as one of them sticks.
   void move_slipped_anchors() {
     const ContactConstraints& set = touch_state_.rows.set();
+    renewals_ = 0;
     for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
       const ContactConstraint& first = set.constraints[p];
       bool sticks = false;
@@ -207,10 +318,15 @@ class Touch {
            ++end)
         sticks = !gives_way(end) || sticks;
       if (first.law != ContactLaw::coulomb || sticks) continue;
+      if (!touch_state_.slides.take(first.tool, first.point, touch_state_.work.allows_debts())) {
+        raise(first.tool, PALPATE_STEP_WORK_DEFERRED);
+        continue;
+      }
       PointState& state = touch_state_.points[first.tool][first.point];
       Vec3 along;
       for (std::int32_t part = p; part < end; ++part) along += left_behind(part);
       touch_state_.collision.slide(state, state.anchor_at_rest + along);
+      touch_state_.work.owe(next_renewal());
     }
   }
   bool gives_way(std::int32_t p) {
@@ -225,11 +341,16 @@ class Touch {
   // m, across the normal: how far the tool has moved past the anchor, times the constraint's share in it.
   Vec3 left_behind(std::int32_t p) const {
     const ContactConstraint& constraint = touch_state_.rows.set().constraints[p];
-    const Vec3 missed = touch_state_.solver.missed(touch_state_.rows.set(), p);
+    const ContactConstraints& set = touch_state_.rows.set();
+    const Vec3 missed = touch_state_.solver.missed(set, p), target = set.target[p];
+    double share = constraint.share;
+    // Where contacts conflict or the law is missed, the surface may be anywhere: the anchor moves no farther than the tool is from
+    // it at rest.
+    const double off = length({0, missed.y, missed.z}), most = length({0, target.y, target.z});
+    if (off > most) share *= most / off;
     Vec3 along;
     for (int i = 1; i < 3; ++i)
-      along += -constraint.share * missed[i] *
-               Vec3{constraint.frame.m[i][0], constraint.frame.m[i][1], constraint.frame.m[i][2]};
+      along += -share * missed[i] * Vec3{constraint.frame.m[i][0], constraint.frame.m[i][1], constraint.frame.m[i][2]};
     return along;
   }
   static bool slips(const ContactConstraint& constraint, Vec3 r) {
@@ -237,10 +358,14 @@ class Touch {
     return constraint.law == ContactLaw::coulomb && length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - rounding);
   }
 
-  // d_t of eqs 3-6: unit direction of the tool's imposed motion; zero where its displacements cancel up to rounding.
+  // d_t of eqs 3-6: direction of the tool's imposed motion. Its length is the share of P and Q that acts: 1 where the imposed
+  // displacements agree, falling smoothly to 0 as they cancel, because the direction of a sum that almost cancels is noise.
   Vec3 direction(std::int32_t t) const {
     const ToolSum& sum = tools_[t];
-    return length(sum.imposed) > 1e-9 * sum.imposed_length ? unit_or_zero(sum.imposed) : Vec3{};
+    const double size = length(sum.imposed);
+    if (!(size > 1e-9 * sum.imposed_length)) return Vec3{};
+    const double agree = std::min(1.0, size / (kAgreed * sum.imposed_length));
+    return agree * agree * (3 - 2 * agree) * unit_or_zero(sum.imposed);
   }
 
   // The factor on all nodal forces of the tool. With RESPONSE the component F of their resultant along d_t becomes Q(F)
@@ -254,7 +379,10 @@ class Touch {
 
   void write_nodes() {
     const ContactConstraints& set = touch_state_.rows.set();
-    lay_out_contacts(out_, touch_state_.input.sent(), set.node_count);
+    lay_out_contacts(out_, touch_state_.input.sent(), set.node_count, touch_state_.field_nodes);
+    if (deforms_largely(context_.def)) touch_state_.body.write_field(touch_state_.field_nodes, field_behind(out_));
+    out_.deformation_steps = deformed_.steps, out_.reserved = 0;
+    out_.deformation_residual = deformed_.residual, out_.least_volume = deformed_.least_volume;
     palpate_contact_node* node = nodes_behind(out_);
     for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
       const ContactNode& held = set.nodes[e];
@@ -268,9 +396,16 @@ class Touch {
     }
     out_.bundle = context_.bundle.index.header.index_checksum;
     out_.node_capacity = context_.def.max_contact_nodes;
-    out_.sweeps = touch_state_.solver.residual().sweeps;
+    out_.sweeps = touch_state_.solver.effort().sweeps;
+    out_.newton_steps = touch_state_.solver.effort().newton_steps;
+    out_.operations = static_cast<std::int32_t>(std::min<Operations>(touch_state_.work.done(), 0x7fffffff));
     out_.residual_displacement = touch_state_.solver.residual().displacement;
     out_.residual_force = touch_state_.solver.residual().force;
+    const Pose& pose = touch_state_.organ.pose();
+    store3(pose.position, out_.organ_position);
+    const Quaternion& q = pose.orientation;
+    out_.organ_orientation[0] = q.w, out_.organ_orientation[1] = q.x;
+    out_.organ_orientation[2] = q.y, out_.organ_orientation[3] = q.z;
   }
 
   void write_tool(std::int32_t t) {
@@ -279,8 +414,14 @@ class Touch {
     palpate_tool_state& state = tools_behind(out_)[tool.index];
     state = palpate_tool_state{};
     state.id = tool.id;
-    store3(raw_[t], state.force_raw);
-    store3(safe_force(t, raw_[t]), state.force);
+    const Vec3 raw = touch_state_.organ.vector_to_world(raw_[t]);
+    store3(raw, state.force_raw);
+    const palpate_scene_def& def = context_.def;
+    store3(safe(t, raw, def.force_limit, def.force_slew, touch_state_.last_force[t]), state.force);
+    if (tool.has_torque)
+      write_torque(t, state);
+    else
+      touch_state_.last_torque[t] = Vec3{};
     store3(direction(t), state.direction);
     state.contact_count = tools_[t].contacts;
     state.slip_count = tools_[t].slips;
@@ -288,36 +429,147 @@ class Touch {
     state.flags = tool.flags;
   }
 
-  // The relaxed force. After a fast retreat the relaxed part may exceed the elastic force and so pull the tool in: such a
-  // force is zero, unless the tool holds the organ.
-  Vec3 relaxed(std::int32_t t, Vec3 elastic) {
-    if (!is_finite(elastic)) return elastic;
-    const Vec3 force = touch_state_.relaxation.step(touch_state_.memory[t], elastic, touch_state_.input.dt());
-    if (tools_[t].contacts == 0) return Vec3{};
-    return !touch_state_.input.tool(t).hold && dot(force, elastic) < 0 ? Vec3{} : force;
+  // Calls visit(first, end) for the constraints of each contact, which are neighbours in the list.
+  template <class Visit>
+  void for_each_contact(Visit visit) const {
+    const ContactConstraints& set = touch_state_.rows.set();
+    for (std::int32_t first = 0, end = 0; first < set.constraint_count; first = end) {
+      while (end < set.constraint_count && set.constraints[end].tool == set.constraints[first].tool &&
+             set.constraints[end].point == set.constraints[first].point)
+        ++end;
+      visit(first, end);
+    }
   }
 
-  // The force for a haptic device: at most force_limit long, changing by at most force_slew per second. A long dt (a wrong
-  // clock, or a loop that stood still) allows no larger change than kLongestSlew.
-  Vec3 safe_force(std::int32_t t, Vec3 raw) {
+  // Of a TRIANGLE contact, whose parts may differ: released where all are, else sticking where one sticks.
+  palpate_contact_state state_of(std::int32_t first, std::int32_t end) const {
+    const ContactConstraint& contact = touch_state_.rows.set().constraints[first];
+    if (contact.law == ContactLaw::sticking) return PALPATE_CONTACT_STICKS;
+    if (contact.law == ContactLaw::sliding) return PALPATE_CONTACT_FRICTIONLESS;
+    bool released = true, sticks = false;
+    for (std::int32_t p = first; p < end; ++p) {
+      const Vec3 r = touch_state_.solver.reaction(p);
+      if (!(r.x > 0)) continue;
+      released = false;
+      sticks = sticks || !slips(touch_state_.rows.set().constraints[p], r);
+    }
+    if (released) return PALPATE_CONTACT_RELEASED;
+    if (contact.law == ContactLaw::unilateral) return PALPATE_CONTACT_FRICTIONLESS;
+    return sticks ? PALPATE_CONTACT_STICKS : PALPATE_CONTACT_SLIPS;
+  }
+
+  ReportedContact reported(std::int32_t first, std::int32_t end) {
+    const ContactConstraints& set = touch_state_.rows.set();
+    const ContactConstraint& constraint = set.constraints[first];
+    const Tool& tool = touch_state_.input.tool(constraint.tool);
+    ReportedContact contact;
+    contact.tool = constraint.tool, contact.point = constraint.point;
+    contact.state = state_of(first, end);
+    if (constraint.point < tool.point_count) {
+      contact.surface_point = touch_state_.points[constraint.tool][constraint.point].anchor;
+      if (has_fine_contacts(touch_state_)) {
+        const FineContact& fine = touch_state_.fine_contacts[constraint.tool][constraint.point];
+        contact.fine = fine.anchor, contact.surface_point = fine.beneath;
+      }
+    } else if (const palpate_grip& grip = tool.grips[constraint.point - tool.point_count];
+               grip.kind == PALPATE_GRIP_NODE) {
+      contact.node = grip.node;
+    } else {
+      contact.surface_point.triangle = grip.triangle;
+      std::copy(grip.barycentric, grip.barycentric + 3, contact.surface_point.barycentric);
+    }
+    contact.holder = holder(tool, constraint.point);
+    for (std::int32_t p = first; p < end; ++p)
+      for (std::int32_t e = 0; e < set.constraints[p].node_count; ++e)
+        contact.force += -factor_[constraint.tool] * touch_state_.force[set.constraints[p].first_node + e];
+    if (!is_finite(contact.force)) contact.force = Vec3{};
+    return contact;
+  }
+
+  // m, in the organ's frame: a tool point, or where a grip takes the place that it holds.
+  Vec3 holder(const Tool& tool, std::int32_t point) const {
+    if (point < tool.point_count) return this->point(tool, point);
+    const palpate_grip& grip = tool.grips[point - tool.point_count];
+    const auto at_rest = [&](std::int32_t node) {
+      return load3(touch_state_.rest + 3 * static_cast<std::size_t>(node));
+    };
+    if (grip.kind == PALPATE_GRIP_NODE) return at_rest(grip.node) + load3(grip.displacement);
+    Vec3 sum = load3(grip.displacement);
+    for (int v = 0; v < 3; ++v)
+      sum += grip.barycentric[v] *
+             at_rest(touch_state_.triangles[3 * static_cast<std::size_t>(grip.triangle) + static_cast<std::size_t>(v)]);
+    return sum;
+  }
+
+  void report() {
+    const ContactConstraints& set = touch_state_.rows.set();
+    ContactReport& report = touch_state_.report;
+    report.begin(context_.tensors, set, touch_state_.modified, touch_state_.step + 1, touch_state_.input.dt());
+    for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
+      const Tool& tool = touch_state_.input.tool(t);
+      report.hold_tool(t, tool.index < 0 ? -1 : tool.id);
+    }
+    for_each_contact([&](std::int32_t first, std::int32_t) {
+      report.hold(set.constraints[first].tool, set.constraints[first].point);
+    });
+    report.end_missing();
+    for_each_contact([&](std::int32_t first, std::int32_t end) {
+      report.add(reported(first, end), touch_state_.input.tool(set.constraints[first].tool).index);
+    });
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      const Tool& tool = touch_state_.input.tool(t);
+      for (std::int32_t i = 0; tool.index >= 0 && i < tool.point_count + tool.grip_count; ++i)
+        report.note(t, i, holder(tool, i));
+    }
+    report.end();
+  }
+
+  void write_torque(std::int32_t t, palpate_tool_state& state) {
+    const Vec3 raw = touch_state_.organ.vector_to_world(raw_torque_[t]);
     const palpate_scene_def& def = context_.def;
-    Vec3& last = touch_state_.last_force[t];
+    store3(raw, state.torque_raw);
+    store3(safe(t, raw, def.torque_limit, def.torque_slew, touch_state_.last_torque[t]), state.torque);
+  }
+
+  // m, in the organ's frame: from the tool's reference to where contact `number` of the tool acts.
+  Vec3 lever(std::int32_t t, std::int32_t number) const {
+    const Tool& tool = touch_state_.input.tool(t);
+    return holder(tool, number) - touch_state_.organ.point_to_organ(tool.reference);
+  }
+
+  // After a fast retreat the relaxed part may exceed the elastic force and so pull the tool in: such a force is zero, unless the
+  // tool holds the organ. Relaxation is linear in the force, so the torque, a sum of forces times levers, relaxes alike.
+  void relax(std::int32_t t) {
+    const Tool& tool = touch_state_.input.tool(t);
+    const Vec3 elastic = raw_[t], elastic_torque = raw_torque_[t];
+    if (!is_finite(elastic) || !is_finite(elastic_torque)) return;
+    raw_[t] = touch_state_.relaxation.step(touch_state_.memory[t], elastic, touch_state_.input.dt());
+    if (tool.has_torque)
+      raw_torque_[t] =
+          touch_state_.relaxation.step(touch_state_.torque_memory[t], elastic_torque, touch_state_.input.dt());
+    if (tools_[t].contacts > 0 && (tool.hold || !(dot(raw_[t], elastic) < 0))) return;
+    raw_[t] = raw_torque_[t] = Vec3{};
+  }
+
+  // For a haptic device: at most `limit` long, changing by at most `slew` per second. A long dt (a wrong clock, or a loop that
+  // stood still) allows no larger change than kLongestSlew. last: what was sent in the last step.
+  Vec3 safe(std::int32_t t, Vec3 raw, double limit, double slew, Vec3& last) {
     if (!is_finite(raw)) {
       raise(t, PALPATE_STEP_UNSOLVED);
       raw = Vec3{};
     }
-    Vec3 force = raw;
-    if (const double size = length(force); size > def.force_limit) {
-      force = (def.force_limit / size) * force;
+    Vec3 sent = raw;
+    if (const double size = length(sent); size > limit) {
+      sent = (limit / size) * sent;
       raise(t, PALPATE_STEP_FORCE_LIMITED);
     }
-    const Vec3 change = force - last;
-    const double most = def.force_slew * std::min(touch_state_.input.dt(), kLongestSlew);
+    const Vec3 change = sent - last;
+    const double most = slew * std::min(touch_state_.input.dt(), kLongestSlew);
     if (const double size = length(change); size > most) {
-      force = last + (most / size) * change;
+      sent = last + (most / size) * change;
       raise(t, PALPATE_STEP_FORCE_LIMITED);
     }
-    return last = force;
+    return last = sent;
   }
 
   const StepContext& context_;
@@ -325,8 +577,11 @@ class Touch {
   palpate_contacts& out_;
   std::uint32_t flags_ = 0;
   ToolSum tools_[PALPATE_MAX_TOOLS];
+  LargeOutcome deformed_;
+  std::int32_t renewals_ = 0;              // contacts that have come, gone or moved
   double factor_[PALPATE_MAX_TOOLS] = {};  // on each tool's linear nodal forces
-  Vec3 raw_[PALPATE_MAX_TOOLS];            // N, force on each tool before the limits
+  Vec3 raw_[PALPATE_MAX_TOOLS];            // N, in the organ's frame, force on each tool before the limits
+  Vec3 raw_torque_[PALPATE_MAX_TOOLS];     // N m, the same of the torque
 };
 
 }  // namespace
@@ -341,10 +596,20 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   if (follows_deformed_surface(def)) state.field.forget();
   state.tree.forget();
   state.collision.forget();
+  state.slides.forget();
+  state.work.forget();
   state.solver.forget();
+  if (deforms_largely(def)) state.body.forget();
   state.rows.forget();
+  if (reports_contacts(def)) state.report.forget();
   state.step = 0;
   for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);
+}
+
+void touch_restored(const StepContext& context, TouchState& state) {
+  state.solver.restored(context.tensors);
+  if (deforms_largely(context.def)) state.body.restored();
+  if (follows_deformed_surface(context.def)) state.field.restored(context.tensors, &state.solver);
 }
 
 void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id) {
@@ -352,6 +617,7 @@ void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id
   if (t < 0) return;
   state.input.forget_input(t);
   forget_tool(def, state, t);
+  if (reports_contacts(def)) state.report.forget_tool(t);
 }
 
 }  // namespace palpate

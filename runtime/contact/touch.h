@@ -6,10 +6,14 @@
 #include "runtime/bundle/step_context.h"
 #include "runtime/contact/collision.h"
 #include "runtime/contact/contact_patch.h"
+#include "runtime/contact/contact_report.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
+#include "runtime/contact/deforming_body.h"
 #include "runtime/contact/tool_input.h"
+#include "runtime/pose/pose.h"
+#include "runtime/surface/fine_surface.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_measure.h"
 #include "runtime/tissue/relaxation.h"
@@ -17,29 +21,48 @@
 
 namespace palpate {
 
+// Where a contact on a fine surface holds the mesh. It follows from the anchor and the tool's radius, of which it is a copy.
+struct FineContact {
+  SurfacePoint anchor;
+  double radius;
+  SurfacePoint beneath;  // of the mesh
+  Vec3 outward;          // unit, the fine surface's mean below the disc
+};
+
 // What the touch half alone reads and writes. Arrays belong to the scene; nullptr where no effect needs them.
 struct TouchState {
   const std::int32_t* triangles = nullptr;  // [F][3] copied from the bundle and checked
   const double* rest = nullptr;             // [Ns][3] m, positions without contacts, preload included
   std::int32_t* column_of_node = nullptr;   // [Ns] tensor column of each surface node; -1: none
+  StepWork work;
   ToolInput input;
+  OrganPose organ;  // tool points and the forces on tools are in the world, all else in the organ's frame
   SurfaceIndex surface;
   SurfaceMeasure measure;  // where contacts have frames (needs_contact_frames)
-  SurfaceTree tree;        // the same surface, where there is collision
+  FineSurface fine;        // where tools meet one
+  SurfaceTree tree;        // of the surface that tools meet, where there is collision
   ContactField field;      // where collision follows the deformed surface
   DeformedSurface deformed;
   Collision collision;
+  Turns slides;                                // of anchors that follow their tools
   double release_distance = 0;                 // m
   PointState* points[PALPATE_MAX_TOOLS] = {};  // [max_points] for each tool
+  FineContact* fine_contacts[PALPATE_MAX_TOOLS] =
+      {};  // [max_points] for each tool; nullptr: tools meet the mesh's surface
   ContactPatch patch;
   ContactRows rows;
   ContactSolver solver;
+  DeformingBody body;            // in place of the solver, under large deformation
+  std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0
   PronySeries relaxation;
-  PronySeries::Memory* memory = nullptr;  // [max_tools]
+  PronySeries::Memory* memory = nullptr;         // [max_tools]
+  PronySeries::Memory* torque_memory = nullptr;  // [max_tools]
   ResponseCurve response;
-  Vec3* force = nullptr;               // [max_contact_nodes] N, f of each contact node
-  Vec3* modified = nullptr;            // [max_contact_nodes] m, u~ of each contact node
-  Vec3 last_force[PALPATE_MAX_TOOLS];  // N, what each tool was sent in the last step
+  ContactReport report;                 // where the scene reports its contacts
+  Vec3* force = nullptr;                // [max_contact_nodes] N, f of each contact node
+  Vec3* modified = nullptr;             // [max_contact_nodes] m, u~ of each contact node
+  Vec3 last_force[PALPATE_MAX_TOOLS];   // N, in the world, what each tool was sent in the last step
+  Vec3 last_torque[PALPATE_MAX_TOOLS];  // N m, the same
   std::uint64_t step = 0;
 };
 
@@ -50,7 +73,10 @@ std::uint32_t touch_step(const StepContext& context, TouchState& state, const pa
 // Forgets contacts, last positions and last forces: the state after creation.
 void reset_touch(const palpate_scene_def& def, TouchState& state);
 
-// The same for the tool with that id alone; nothing where no tool has it.
+// Completes a restored state (scene_memory.h) by what follows from it.
+void touch_restored(const StepContext& context, TouchState& state);
+
+// The same as reset_touch for the tool with that id alone; nothing where no tool has it.
 void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id);
 
 }  // namespace palpate

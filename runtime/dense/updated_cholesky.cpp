@@ -14,6 +14,8 @@ bool UpdatedCholesky::create(SceneMemory& memory, std::int32_t capacity) {
   stride_ = odd_lines(rows + 1 + kOverrun);  // room for the numbers that inner loops overwrite after a row's end
   factor_ = memory.array<double>(rows * stride_);
   leaving_ = memory.array<double>(kBatch * stride_);
+  memory.keep(size_);
+  memory.keep_array(factor_, rows * stride_, size_, stride_);
   return !memory.failed();
 }
 

@@ -7,6 +7,7 @@
 #include "runtime/base/host_struct.h"
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
+#include "runtime/scene/state.h"
 #include "runtime/surface/surface_tissue.h"
 
 namespace palpate {
@@ -98,18 +99,17 @@ palpate_status read_curve(const SectionReader& reader, const char* effect, Secti
   if (const palpate_status status = reader.map_for(effect, SectionId::response_range, &range)) return status;
   if (const palpate_status status = reader.map(id, &coefficients)) return status;
   const formats::SectionEntry* entry = reader.find(id);
-  const int count = static_cast<int>(std::min<std::uint64_t>(entry->shape[0], ResponseCurve::kMaxCoefficients + 1));
   if (range[which] == 0)
     return fail(reader.error(), PALPATE_ERROR_EFFECT, entry->offset,
                 "%s: the bundle's response curve was not measured for it", effect);
+  const int count = static_cast<int>(entry->shape[0]);
   return out->set(coefficients, count, range[which]) ? PALPATE_OK : reader.not_usable(id, 0);
 }
 
 // ---- the touch half --------------------------------------------------------------------------------------------------
 
-// Rest positions, the search structure over them and, where contacts have frames, normals, spacing and curvature.
+// The search structure over the rest positions and, where contacts have frames, normals, spacing and curvature.
 palpate_status build_surface(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  if (const palpate_status status = reader.read_rest(def, reader.counts().surface_nodes, &touch.rest)) return status;
   if (!touch.surface.build(reader.memory(), touch.rest, touch.triangles, reader.triangles()))
     return reader.no_memory("surface");
   if (!needs_contact_frames(def)) return PALPATE_OK;
@@ -132,6 +132,33 @@ std::int32_t most_constraints(const palpate_scene_def& def) {
   return std::min(def.max_contact_nodes, per_point * def.max_points);
 }
 
+// The fine surface, bound to the mesh's. triangles: checked.
+palpate_status bind_fine_surface(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
+                                 TouchState& touch) {
+  FineSurface::Mesh mesh = {nullptr, nullptr, touch.triangles, reader.surface_nodes(), reader.triangles()};
+  const double* position = nullptr;
+  if (const palpate_status status = reader.map(SectionId::nodes, &position)) return status;
+  if (const palpate_status status = reader.map_preload(def, &mesh.preload)) return status;
+  if (const palpate_status status =
+          reader.sum_positions(position, nullptr, reader.counts().surface_nodes, scratch, &mesh.nodes))
+    return status;
+  palpate_fine_surface from = {};
+  if (const palpate_status status = read_host_struct("fine_surface", def.fine_surface, &from, reader.error()))
+    return status;
+  return touch.fine.bind(reader.memory(), scratch, from, mesh, touch.rest, reader.error());
+}
+
+palpate_status bind_fine_surface(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  SceneMemory scratch(def.allocator);
+  const palpate_status status = bind_fine_surface(reader, def, scratch, touch);
+  scratch.release_all();
+  return status;
+}
+
+const FineSurface* fine_surface_of(const TouchState& touch) {
+  return touch.fine.bound() ? &touch.fine : nullptr;
+}
+
 // An upper bound of the largest eigenvalue of a symmetric positive semidefinite matrix, at most 7 % above it:
 // (trace C^16)^(1/16).
 double eigenvalue_bound(Mat3 c) {
@@ -147,7 +174,7 @@ double eigenvalue_bound(Mat3 c) {
 
 // How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach.
 bool set_reaches(const SectionReader& reader, const Tensors& tensors, const std::int32_t* touchable,
-                 SurfaceTree& tree) {
+                 const FineSurface* fine, SurfaceTree& tree) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
   double* const reach = scratch.array<double>(count);
@@ -161,10 +188,24 @@ bool set_reaches(const SectionReader& reader, const Tensors& tensors, const std:
       most = std::max(most, reach[touchable[k]]);
     }
     std::replace(reach, reach + count, -1.0, most);
-    tree.set_reach(reach);
+    if (!fine) tree.set_reach(reach);
   }
+  double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
+  if (reach && of_vertex) {
+    for (std::int32_t v = 0; v < fine->vertex_count(); ++v) of_vertex[v] = fine->reach(v, reach);
+    tree.set_reach(of_vertex);
+  }
+  const bool made = !scratch.failed();
   scratch.release_all();
-  return reach != nullptr;
+  return made;
+}
+
+// Of the surface that tools meet.
+bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
+                SurfaceTree& tree) {
+  const FineSurface& fine = touch.fine;
+  return fine.bound() ? tree.build(memory, fine.rest(), fine.vertex_count(), fine.triangles(), fine.triangle_count())
+                      : tree.build(memory, touch.rest, nodes, touch.triangles, triangles);
 }
 
 // Where the definition states no release distance: this share of the diagonal of the organ's box.
@@ -173,19 +214,29 @@ constexpr double kReleaseShare = 0.2;
 palpate_status build_collision(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                                const std::int32_t* touchable, TouchState& touch) {
   const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
-  if (!touch.tree.build(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles, reader.triangles()))
+  const FineSurface* const fine = fine_surface_of(touch);
+  if (!build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), touch.tree))
     return reader.no_memory("collision");
   if (deformed &&
       (!touch.field.create(reader.memory(), def.max_contact_nodes, most_constraints(def), reader.surface_nodes()) ||
-       !set_reaches(reader, tensors, touchable, touch.tree)))
+       !set_reaches(reader, tensors, touchable, fine, touch.tree)))
     return reader.no_memory("collision");
-  touch.deformed.create(&touch.tree, deformed ? &touch.field : nullptr);
-  touch.collision.create(&touch.deformed, &touch.surface, deformed ? &touch.field : nullptr);
+  if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, fine))
+    return reader.no_memory("collision");
+  if (deformed) touch.tree.keep_seen(reader.memory());
+  touch.collision.create(reader.memory(), &touch.deformed, fine ? &touch.fine.index() : &touch.surface,
+                         deformed ? &touch.field : nullptr, &touch.work);
   touch.release_distance =
       def.release_distance > 0 ? def.release_distance : kReleaseShare * length(touch.tree.high() - touch.tree.low());
-  for (std::int32_t t = 0; t < def.max_tools; ++t)
-    touch.points[t] = reader.memory().array<PointState>(static_cast<std::size_t>(def.max_points));
-  return PALPATE_OK;
+  for (std::int32_t t = 0; t < def.max_tools; ++t) {
+    const std::size_t points = static_cast<std::size_t>(def.max_points);
+    touch.points[t] = reader.memory().array<PointState>(points);
+    reader.memory().keep_array(touch.points[t], points);
+    if (!fine) continue;
+    touch.fine_contacts[t] = reader.memory().array<FineContact>(points);
+    reader.memory().keep_array(touch.fine_contacts[t], points);
+  }
+  return reader.memory().failed() ? reader.no_memory("collision") : PALPATE_OK;
 }
 
 palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const std::int32_t* touchable,
@@ -195,25 +246,148 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   limits.surface_nodes = reader.surface_nodes(), limits.triangles = reader.triangles();
   limits.max_tools = def.max_tools, limits.max_points = def.max_points;
   limits.has_triangles = touch.triangles != nullptr;
+  memory.keep(touch.step);
+  memory.keep(touch.last_force);
+  memory.keep(touch.last_torque);
+  memory.keep(touch.organ);
+  limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
   const std::int32_t constraints = most_constraints(def);
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   const ContactRows::Source source = {def.contact, touch.column_of_node, touch.triangles, touch.rest,
                                       def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr};
+  ContactSolver::Limits solver;
+  solver.nodes = def.max_contact_nodes, solver.constraints = constraints, solver.columns = reader.columns();
+  touch.work.create(def.max_operations);
+  memory.keep(touch.work);
+  memory.keep(touch.slides);
+  solver.gives_way = contacts_may_give_way(def), solver.predicts = def.collision == PALPATE_COLLISION_DEFORMED;
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
-      !touch.solver.create(memory, def.max_contact_nodes, constraints, reader.columns(),
-                           def.collision == PALPATE_COLLISION_DEFORMED))
+      !touch.solver.create(memory, solver))
     return reader.no_memory("contacts");
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
   return PALPATE_OK;
 }
 
+// The element of the bundle, and whether large deformation knows it.
+palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
+  const double *young = nullptr, *poisson = nullptr, *stiffening = nullptr;
+  const char* const effect = "deformation LARGE";
+  palpate_status status = reader.map_for(effect, SectionId::large_stiffening, &stiffening);
+  if (status == PALPATE_OK) status = reader.map(SectionId::nodes, &body->nodes);
+  if (status == PALPATE_OK) status = reader.map(SectionId::young, &young);
+  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &poisson);
+  if (status == PALPATE_OK) status = reader.map(SectionId::fixed, &body->fixed);
+  if (status != PALPATE_OK) return status;
+  formats::IndexedSections sections;
+  sections.fixed = body->fixed;
+  if ((status = reader.check(sections)) != PALPATE_OK) return status;
+  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
+    if (!(young[r] > 0 && young[r] <= 1e15 && poisson[r] > -1 && poisson[r] < 0.5))
+      return reader.not_usable(SectionId::young, r);
+    if (!(stiffening[r] >= 0 && stiffening[r] <= 1e4)) return reader.not_usable(SectionId::large_stiffening, r);
+    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), stiffening[r]};
+  }
+  StoredElement element = StoredElement::p1;
+  if ((status = read_element(reader.bundle(), &element, reader.error())) != PALPATE_OK) return status;
+  if (element == StoredElement::p2_p0)
+    return fail(
+        reader.error(), PALPATE_ERROR_EFFECT, 0,
+        "deformation LARGE: expected a bundle of the elements p1 or p1-anp, found p2-p0; rebuild it with one of them");
+  body->nodal_dilatation = element == StoredElement::p1_anp;
+  body->laws = laws;
+  body->node_count = static_cast<std::int32_t>(reader.counts().nodes);
+  body->tetrahedron_count = static_cast<std::int32_t>(reader.counts().tetrahedra);
+  body->region_count = static_cast<std::int32_t>(reader.counts().regions);
+  for (std::int64_t i = 0; i < 3 * static_cast<std::int64_t>(body->node_count); ++i)
+    if (!(std::fabs(body->nodes[i]) <= 1e6)) return reader.not_usable(SectionId::nodes, static_cast<std::uint64_t>(i));
+  return PALPATE_OK;
+}
+
+// Each node that can move stands once in the order.
+bool is_an_order(const HyperelasticBody& body, const std::int32_t* order, std::int32_t count, std::uint8_t* seen) {
+  for (std::int32_t i = 0; i < count; ++i)
+    if (seen[order[i]]++ > 0) return false;
+  for (std::int32_t n = 0; n < body.node_count; ++n) {
+    const std::uint8_t* const held = body.fixed + 3 * static_cast<std::size_t>(n);
+    if ((held[0] && held[1] && held[2]) == (seen[n] > 0)) return false;
+  }
+  return true;
+}
+
+palpate_status build_deforming_body(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
+                                    TouchState& touch, ShapeState& shape) {
+  // These are needed until the body is made.
+  const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
+  const char* const effect = "deformation LARGE";
+  if (!reader.find(SectionId::large_order)) return reader.missing(effect, SectionId::large_order);
+  HyperelasticBody body;
+  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
+  std::uint8_t* const seen = scratch.array<std::uint8_t>(reader.counts().nodes);
+  if (scratch.failed()) return reader.no_memory("deformation");
+  if (const palpate_status status = read_large_body(reader, &body, laws)) return status;
+  const std::int32_t* order = nullptr;
+  const std::uint64_t count = reader.find(SectionId::large_order)->shape[0];
+  using Sections = formats::IndexedSections;
+  palpate_status status = of_scratch.copy_indices(SectionId::large_order, count, &Sections::large_order, &order);
+  if (status == PALPATE_OK)
+    status = of_scratch.copy_indices(SectionId::tetrahedra, 4 * reader.counts().tetrahedra, &Sections::tetrahedra,
+                                     &body.tetrahedra);
+  if (status == PALPATE_OK)
+    status = of_scratch.copy_indices(SectionId::region, reader.counts().tetrahedra, &Sections::region, &body.region);
+  if (status != PALPATE_OK) return status;
+  if (!is_an_order(body, order, static_cast<std::int32_t>(count), seen))
+    return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::large_order)->offset,
+                "large/order: expected each node that is not held once, found another list; rebuild the bundle");
+  switch (touch.body.create(reader.memory(), body, order, static_cast<std::int32_t>(count), def.max_contact_nodes,
+                            most_constraints(def))) {
+    case LargeSolver::Created::no_memory:
+      return reader.no_memory("deformation");
+    case LargeSolver::Created::not_definite:
+      return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
+                  "deformation LARGE: the stiffness of the bundle's mesh is not positive definite; rebuild the bundle");
+    case LargeSolver::Created::made:
+      break;
+  }
+  const std::int32_t of_shape[] = {0, reader.surface_nodes(), body.node_count};
+  touch.field_nodes = shape.field_nodes = of_shape[def.shape];
+  return PALPATE_OK;
+}
+
+palpate_status build_deforming_body(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
+                                    ShapeState& shape) {
+  SceneMemory scratch(def.allocator);
+  const palpate_status status = build_deforming_body(reader, def, scratch, touch, shape);
+  scratch.release_all();
+  return status;
+}
+
+palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch))
+             ? PALPATE_OK
+             : reader.no_memory("report");
+}
+
 palpate_status build_relaxation(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   touch.relaxation.set(def.relaxation);
   touch.memory = reader.memory().array<PronySeries::Memory>(static_cast<std::size_t>(def.max_tools));
-  return touch.memory ? PALPATE_OK : reader.no_memory("relaxation");
+  reader.memory().keep_array(touch.memory, static_cast<std::size_t>(def.max_tools));
+  touch.torque_memory = reader.memory().array<PronySeries::Memory>(static_cast<std::size_t>(def.max_tools));
+  reader.memory().keep_array(touch.torque_memory, static_cast<std::size_t>(def.max_tools));
+  return touch.memory && touch.torque_memory ? PALPATE_OK : reader.no_memory("relaxation");
+}
+
+// ---- the queries -----------------------------------------------------------------------------------------------------
+
+palpate_status build_queries(const SectionReader& reader, const palpate_scene_def& def, const TouchState& touch,
+                             const Tensors& tensors, const std::int32_t* touchable, SurfaceQuery& query) {
+  const FineSurface* const fine = fine_surface_of(touch);
+  const bool made = build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
+                    query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine) &&
+                    set_reaches(reader, tensors, touchable, fine, query.tree());
+  return made ? PALPATE_OK : reader.no_memory("queries");
 }
 
 // ---- the shape half --------------------------------------------------------------------------------------------------
@@ -279,6 +453,37 @@ palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene
   return status;
 }
 
+// ---- what the host's log is told -----------------------------------------------------------------------------------
+
+// A scene of the default limits takes a few MB.
+constexpr std::uint64_t kMuchMemory = std::uint64_t{256} << 20;
+// Half precision keeps 11 bits: the system of several hundred contacts may then not be definite (docs/method.md).
+constexpr std::int32_t kManyContactsForHalf = 256;
+
+void log_scene(const palpate_scene& scene, const MemoryUse& use) {
+  const palpate_scene_def& def = scene.def;
+  const palpate_bundle& bundle = scene.context.bundle;
+  const std::uint64_t bytes = scene.memory.bytes();
+  bundle.log.say(PALPATE_LOG_NOTE, "scene: %d passes, %llu bytes", static_cast<int>(scene.plan.count),
+                 static_cast<unsigned long long>(bytes));
+  if (bytes > kMuchMemory)
+    bundle.log.say(PALPATE_LOG_WARNING,
+                   "scene: takes %llu MB, of these %llu MB for contacts; a smaller max_contact_nodes (now %d) or "
+                   "max_points (now %d) takes less",
+                   static_cast<unsigned long long>(bytes >> 20), static_cast<unsigned long long>(use.contacts >> 20),
+                   static_cast<int>(def.max_contact_nodes), static_cast<int>(def.max_points));
+  const bool has_preload = formats::find_section(bundle.index, SectionId::preload_displacement) != nullptr;
+  if (has_preload && def.preload == PALPATE_PRELOAD_OFF)
+    bundle.log.say(PALPATE_LOG_WARNING,
+                   "scene: the bundle has a preload, and preload is OFF: rest is the shape as it was meshed");
+  const formats::ElementType type = scene.tensors.compliance ? scene.compliance.type() : scene.tensors.surface.type;
+  if (type == formats::ElementType::f16 && most_constraints(def) > kManyContactsForHalf)
+    bundle.log.say(PALPATE_LOG_WARNING,
+                   "scene: the tensors have half precision, too coarse for %d contacts at once: such steps may "
+                   "raise UNSOLVED",
+                   static_cast<int>(most_constraints(def)));
+}
+
 }  // namespace
 
 palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* error) {
@@ -288,7 +493,8 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
       !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
-      !is_one_of(def.preload, PALPATE_PRELOAD_ON))
+      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
+      !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
     return bad("relaxation.model has a value that palpate.h does not list");
@@ -299,19 +505,42 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   }
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
-  if (def.max_contact_nodes < 1 || def.max_contact_nodes > 3000) return bad("max_contact_nodes must be 1 .. 3000");
+  if (def.max_contact_nodes < 0 || def.max_contact_nodes > 3000)
+    return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
+  if (def.contact == PALPATE_CONTACT_TRIANGLE && def.max_contact_nodes > 0 && def.max_contact_nodes < 3)
+    return bad("a contact TRIANGLE acts on three nodes, and max_contact_nodes allows fewer; set 3 or more, or 0");
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
   if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
+  if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
+  if (!(def.torque_slew > 0)) return bad("torque_slew must be above 0 N m/s");
   if (!(def.max_tool_speed > 0)) return bad("max_tool_speed must be above 0 m/s");
   if (!(def.release_distance >= 0)) return bad("release_distance must be 0 m or more");
+  if (!(def.max_operations > 0)) return bad("max_operations must be above 0");
   if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
   if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
+  if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
+    return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
+  if (def.deformation == PALPATE_DEFORMATION_LARGE &&
+      (def.law != PALPATE_LAW_STICKING || def.collision == PALPATE_COLLISION_DEFORMED ||
+       def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF || def.preload != PALPATE_PRELOAD_OFF ||
+       def.queries != PALPATE_QUERIES_OFF || def.report != PALPATE_REPORT_OFF || def.fine_surface))
+    return bad(
+        "deformation LARGE works with law STICKING, collision OFF or REST, force OFF or LINEAR, and without radial, "
+        "preload, fine_surface, queries and report; leave the others at their defaults or take deformation LINEAR");
   if (asks_for_missing_effects(def))
     return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
   return PALPATE_OK;
+}
+
+std::int32_t contact_nodes_for(const palpate_scene_def& def) {
+  if (def.max_contact_nodes > 0) return def.max_contact_nodes;
+  // A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and
+  // one wide disc alone finds many. Memory grows with the square.
+  constexpr std::int32_t each = 8, fewest = 192, most = 1024;
+  return def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
 }
 
 palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
@@ -323,31 +552,49 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   ShapeState& shape = scene.shape;
 
   palpate_status status = PALPATE_OK;
-  const auto step = [&](bool wanted, auto build) {
+  MemoryUse use;
+  std::uint64_t unused = 0;
+  // taken: grows by the memory that the step takes.
+  const auto step = [&](bool wanted, std::uint64_t& taken, auto build) {
+    const std::uint64_t before = scene.memory.bytes();
     if (wanted && status == PALPATE_OK) status = build();
+    taken += scene.memory.bytes() - before;
   };
-  step(true,
+  step(true, use.contacts,
        [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
-  step(needs_triangles(def), [&] { return read_triangles(reader, &touch.triangles); });
-  step(needs_surface(def), [&] { return build_surface(reader, def, touch); });
-  step(def.contact == PALPATE_CONTACT_PATCH, [&] { return build_patches(reader, touch); });
-  step(def.render_mesh != nullptr, [&] { return bind_render_mesh(reader, def, touch.triangles, scene.skin); });
-  step(def.collision != PALPATE_COLLISION_OFF,
+  step(needs_triangles(def), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
+  step(needs_rest(def), use.surface, [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
+  step(needs_surface(def), use.surface, [&] { return build_surface(reader, def, touch); });
+  step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
+  step(def.queries != PALPATE_QUERIES_OFF, use.queries,
+       [&] { return build_queries(reader, def, touch, scene.tensors, touchable, scene.query); });
+  step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
+  step(def.render_mesh != nullptr, use.render_mesh,
+       [&] { return bind_render_mesh(reader, def, touch.triangles, scene.skin); });
+  step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
-  step(true, [&] { return build_contacts(reader, def, touchable, touch); });
-  step(def.force == PALPATE_FORCE_RESPONSE,
+  step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });
+  step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
+       [&] { return build_deforming_body(reader, def, touch, shape); });
+  step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
+  step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
-  step(def.relaxation.model != PALPATE_RELAXATION_OFF, [&] { return build_relaxation(reader, def, touch); });
-  step(def.shape != PALPATE_SHAPE_OFF,
+  step(def.relaxation.model != PALPATE_RELAXATION_OFF, use.relaxation,
+       [&] { return build_relaxation(reader, def, touch); });
+  step(def.shape != PALPATE_SHAPE_OFF, use.shape,
        [&] { return build_shape(reader, def, scene.tensors.compliance != nullptr, shape); });
-  step(def.radial != PALPATE_RADIAL_OFF,
+  step(def.radial != PALPATE_RADIAL_OFF, unused,
        [&] { return read_curve(reader, "radial RESPONSE", SectionId::response_radial, 0, &shape.radial); });
-  step(scene.memory.failed(), [&] { return reader.no_memory(); });
+  step(scene.memory.failed(), unused, [&] { return reader.no_memory(); });
   // Whatever failed before: if the file was cut meanwhile, that is the reason.
   if (bundle.is_lost())
     status = fail(error, PALPATE_ERROR_TRUNCATED, 0,
                   "the bundle's file became shorter or was written over while it was read");
-  if (status == PALPATE_OK) scene.plan = make_plan(def, bundle, scene.watch);
+  if (status != PALPATE_OK) return status;
+  scene.plan = make_plan(def, bundle, use, scene.watch);
+  scene.definition = definition_of(def, scene.memory, touch.fine.identity());
+  state_work_bounds(scene);
+  log_scene(scene, use);
   return status;
 }
 

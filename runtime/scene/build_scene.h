@@ -8,6 +8,9 @@ namespace palpate {
 // PALPATE_OK, or the error, with *error filled, where the host's numbers are outside of the ranges that palpate.h states.
 palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* error);
 
+// The contact nodes that the scene gets: those that the host asks for, or a number that fits its other limits.
+std::int32_t contact_nodes_for(const palpate_scene_def& def);
+
 // scene: new, with a checked def. On failure *error is filled, and the scene holds memory that the caller must release.
 palpate_status build_scene(palpate_scene& scene, palpate_error* error);
 

@@ -11,14 +11,20 @@ namespace palpate {
   return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def);
 }
 
-// The triangles' corners, at least.
-[[maybe_unused]] static bool needs_triangles(const palpate_scene_def& def) {
-  return needs_surface(def) || def.contact != PALPATE_CONTACT_NODE;
+// Positions of the surface's nodes without contacts.
+[[maybe_unused]] static bool needs_rest(const palpate_scene_def& def) {
+  return needs_surface(def) || def.queries != PALPATE_QUERIES_OFF || def.report != PALPATE_REPORT_OFF;
 }
 
-// Displacements of nodes below the surface.
+// The triangles' corners, at least.
+[[maybe_unused]] static bool needs_triangles(const palpate_scene_def& def) {
+  return needs_rest(def) || def.contact != PALPATE_CONTACT_NODE;
+}
+
+// Displacements of nodes below the surface, from the tensors.
 [[maybe_unused]] static bool has_interior_shape(const palpate_scene_def& def, const palpate_bundle& bundle) {
-  return def.shape == PALPATE_SHAPE_VOLUME && bundle.index.counts.nodes > bundle.index.counts.surface_nodes;
+  return def.shape == PALPATE_SHAPE_VOLUME && def.deformation == PALPATE_DEFORMATION_LINEAR &&
+         bundle.index.counts.nodes > bundle.index.counts.surface_nodes;
 }
 
 }  // namespace palpate

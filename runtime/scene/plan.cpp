@@ -75,6 +75,17 @@ class SectionsOf {
                 (own_scale ? bytes(SectionId::displacement_scale) : 0)};
   }
 
+  Sections deformation() const {
+    Sections sections = {
+        "mesh/nodes mesh/tetrahedra mesh/region boundary/fixed material/young material/poisson large/order "
+        "large/stiffening provenance"};
+    for (const SectionId id :
+         {SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
+          SectionId::poisson, SectionId::large_order, SectionId::large_stiffening, SectionId::provenance})
+      sections.bytes += bytes(id);
+    return sections;
+  }
+
   Sections response(SectionId id, const char* names) const {
     return {names, bytes(id) + bytes(SectionId::response_range)};
   }
@@ -108,43 +119,55 @@ class SectionsOf {
 
 }  // namespace
 
-Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, PassWatch& watch) {
+Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const MemoryUse& memory, PassWatch& watch) {
   Plan plan;
   const SectionsOf sections(def, bundle);
-  const auto create = [&](const char* name, Sections maps) {
-    plan.pass[plan.count++] = {name, "create", maps.names, maps.bytes};
+  const auto create = [&](const char* name, Sections maps, std::uint64_t bytes) {
+    plan.pass[plan.count++] = {name, "create", maps.names, maps.bytes, bytes, 0};
   };
-  const auto step = [&](Pass id, const char* name, const char* half, Sections maps = {}) {
+  const auto step = [&](Pass id, const char* name, const char* half, Sections maps = {}, std::uint64_t bytes = 0) {
     watch.index_in_plan[static_cast<std::int32_t>(id)] = plan.count;
-    plan.pass[plan.count++] = {name, half, maps.names, maps.bytes};
+    plan.pass[plan.count++] = {name, half, maps.names, maps.bytes, bytes, 0};
   };
   const bool has_shape = def.shape != PALPATE_SHAPE_OFF;
 
-  if (needs_surface(def)) create("rest surface in buckets", sections.rest(true));
-  if (def.contact == PALPATE_CONTACT_PATCH) create("tissue under a patch", sections.tissue());
-  if (def.render_mesh) create("render mesh on the surface", sections.rest(true));
+  if (needs_surface(def)) create("rest surface in buckets", sections.rest(true), memory.surface);
+  if (def.contact == PALPATE_CONTACT_PATCH) create("tissue under a patch", sections.tissue(), memory.tissue);
+  if (def.fine_surface) create("fine surface on the mesh", sections.rest(true), memory.fine_surface);
+  if (def.queries != PALPATE_QUERIES_OFF) create("surface for queries", sections.rest(true), memory.queries);
+  if (def.render_mesh) create("render mesh on the surface", sections.rest(true), memory.render_mesh);
 
   step(Pass::input, "input", "touch");
-  if (def.collision == PALPATE_COLLISION_REST) step(Pass::collision, "collision: rest", "touch");
+  if (def.collision == PALPATE_COLLISION_REST) step(Pass::collision, "collision: rest", "touch", {}, memory.collision);
   if (def.collision == PALPATE_COLLISION_DEFORMED)
-    step(Pass::collision, "collision: deformed", "touch", sections.surface());
+    step(Pass::collision, "collision: deformed", "touch", sections.surface(), memory.collision);
   static const char* const models[] = {"contact: node", "contact: triangle", "contact: point", "contact: patch"};
   static const char* const laws[] = {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"};
-  const bool maps_triangles = needs_triangles(def) && !needs_surface(def);  // for grips in triangles alone
+  const bool maps_triangles = needs_triangles(def) && !needs_rest(def);  // for grips in triangles alone
   step(Pass::rows, models[def.contact], "touch",
-       maps_triangles ? Sections{"mesh/triangles", sections.bytes(SectionId::triangles)} : Sections{});
-  step(Pass::contact, laws[def.law], "touch", sections.contacts());
+       maps_triangles ? Sections{"mesh/triangles", sections.bytes(SectionId::triangles)} : Sections{},
+       needs_surface(def) ? 0 : memory.surface);
+  const bool large = def.deformation == PALPATE_DEFORMATION_LARGE;
+  if (large)
+    step(Pass::contact, "deformation: large", "touch", sections.deformation(), memory.contacts + memory.deformation);
+  else
+    step(Pass::contact, laws[def.law], "touch", sections.contacts(), memory.contacts);
   if (def.force == PALPATE_FORCE_LINEAR) step(Pass::force, "force: linear", "touch");
   if (def.force == PALPATE_FORCE_RESPONSE)
     step(Pass::force, "force: response", "touch",
          sections.response(SectionId::response_force, "material/response/force material/response/range"));
-  if (def.relaxation.model != PALPATE_RELAXATION_OFF) step(Pass::relaxation, "relaxation: prony", "touch");
+  if (def.relaxation.model != PALPATE_RELAXATION_OFF)
+    step(Pass::relaxation, "relaxation: prony", "touch", {}, memory.relaxation);
   step(Pass::output, "output", "touch");
+  if (def.report != PALPATE_REPORT_OFF)
+    step(Pass::report, "report: contacts", "touch", sections.surface(), memory.report);
 
   const bool has_interior = has_interior_shape(def, bundle);
-  if (has_shape)
+  if (has_shape && large)
+    step(Pass::superposition, "displacements of the touch", "shape", {}, memory.shape);
+  else if (has_shape)
     step(Pass::superposition, def.shape == PALPATE_SHAPE_VOLUME ? "superposition: volume" : "superposition: surface",
-         "shape", has_interior ? sections.volume() : sections.surface());
+         "shape", has_interior ? sections.volume() : sections.surface(), memory.shape);
   if (def.radial != PALPATE_RADIAL_OFF)
     step(Pass::radial, "radial: response", "shape",
          sections.response(SectionId::response_radial, "material/response/radial material/response/range"));

@@ -9,12 +9,18 @@
 namespace palpate {
 
 struct Plan {
-  static constexpr std::int32_t kCreationPasses = 3, kMost = kPasses + kCreationPasses;
+  static constexpr std::int32_t kCreationPasses = 5, kMost = kPasses + kCreationPasses;
   palpate_plan_pass pass[kMost] = {};
   std::int32_t count = 0;
 };
 
+// Bytes that a scene has taken, by what they are for.
+struct MemoryUse {
+  std::uint64_t surface = 0, tissue = 0, fine_surface = 0, queries = 0, render_mesh = 0, collision = 0, report = 0,
+                contacts = 0, relaxation = 0, shape = 0, deformation = 0;
+};
+
 // Follows from the scene's effects and from which sections the bundle has; watch: is told each pass's index in the plan.
-Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, PassWatch& watch);
+Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const MemoryUse& memory, PassWatch& watch);
 
 }  // namespace palpate

@@ -23,7 +23,7 @@ class PassWork {
       case Pass::rows:
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
-        return solve();
+        return scene_.def.deformation == PALPATE_DEFORMATION_LARGE ? deform() : solve();
       case Pass::force:
         return {
             0, 0,
@@ -32,7 +32,10 @@ class PassWork {
         return {0, 0, 15.0 * scene_.def.relaxation.terms * tools};
       case Pass::output:
         return {0, 0, 25 + 3 * tools + nodes};
+      case Pass::report:
+        return {0, 0, 10 + points + contacts * (40 + 36 * nodes) * (scene_.touch.fine.bound() ? 5 : 1)};
       case Pass::superposition:
+        if (scene_.def.deformation == PALPATE_DEFORMATION_LARGE) return {24.0 * scene_.shape.nodes, 0, 50};
         return superposition();
       case Pass::radial:
         return {0, 0,
@@ -53,12 +56,20 @@ class PassWork {
     return scene_.def.contact == PALPATE_CONTACT_PATCH ? std::max(0, load_.contacts - load_.grips) : 0;
   }
 
+  // Of a tool that moves at 0.1 m/s: one and a half back-substitutions, and as many evaluations.
+  palpate_pass_work deform() const {
+    const double numbers = static_cast<double>(scene_.touch.body.factor_numbers());
+    return {12 * numbers, 6 * numbers, 18 * static_cast<double>(scene_.context.bundle.index.counts.tetrahedra)};
+  }
+
   palpate_pass_work solve() const {
     const double rows = load_.rows, nodes = load_.nodes, contacts = load_.contacts;
-    // Two triangular solves and a residual; a product with the matrix per sweep. A contact that slips has new rows, which join the
+    // Two triangular solves and a residual; a product with the matrix per sweep, three per
+    // step of Newton's method and, in every second one, a new factor. A contact that slips has new rows, which join the
     // factor again.
-    return {0, 2 * rows * rows * (3 + load_.sweeps),
-            60 + 60 * contacts + 20 * nodes + 120 * contacts * load_.sweeps +
+    const double newton = load_.newton_steps;
+    return {0, 2 * rows * rows * (3 + load_.sweeps + 3 * newton) + newton * rows * rows * rows / 3,
+            60 + 60 * contacts + 20 * nodes + 120 * contacts * (load_.sweeps + 2 * newton) +
                 (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
   }
 

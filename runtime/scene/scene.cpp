@@ -1,10 +1,10 @@
 // The C API of a scene: creation, plan, and the steps, which the rooms contact/ and shape/ compute.
 #include "runtime/scene/scene.h"
 
-#include <cstdlib>
 #include <initializer_list>
 #include <new>
 
+#include "runtime/base/aligned_memory.h"
 #include "runtime/base/alignment.h"
 #include "runtime/base/contact_nodes.h"
 #include "runtime/base/error_text.h"
@@ -22,6 +22,7 @@ palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_
   palpate_scene_def wanted = palpate_default_scene_def();
   if (const palpate_status status = palpate::read_host_struct("scene_def", def, &wanted, error)) return status;
   if (const palpate_status status = palpate::check_scene_def(wanted, error)) return status;
+  wanted.max_contact_nodes = palpate::contact_nodes_for(wanted);
   palpate::SceneMemory own(wanted.allocator);
   void* memory =
       own.array<std::max_align_t>((sizeof(palpate_scene) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
@@ -32,6 +33,7 @@ palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_
     palpate_scene_destroy(created);
     return status;
   }
+  created->def.fine_surface = nullptr;
   created->def.render_mesh = nullptr;  // the host may release its arrays now
   *scene = created;
   return palpate::succeed(error);
@@ -45,7 +47,7 @@ void palpate_scene_destroy(palpate_scene* scene) {
   if (host.allocate)
     host.release(host.user, scene);
   else
-    std::free(scene);
+    palpate::release_aligned(scene);
 }
 
 const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t pass) {
@@ -58,7 +60,8 @@ void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, vo
 }
 
 size_t palpate_contacts_bytes(const palpate_scene* scene) {
-  return palpate::bytes_of_contacts(PALPATE_MAX_TOOLS, scene ? scene->def.max_contact_nodes : 0);
+  return palpate::bytes_of_contacts(PALPATE_MAX_TOOLS, scene ? scene->def.max_contact_nodes : 0,
+                                    scene ? scene->touch.field_nodes : 0);
 }
 
 palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
@@ -66,6 +69,10 @@ palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool*
   if (!scene || !contacts || !palpate::is_aligned(contacts) || contacts_bytes < palpate_contacts_bytes(scene))
     return PALPATE_STEP_BAD_INPUT;
   return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, *contacts);
+}
+
+const palpate_contact_report* palpate_scene_report(const palpate_scene* scene) {
+  return scene ? scene->touch.report.report() : nullptr;
 }
 
 void palpate_scene_reset(palpate_scene* scene) {

@@ -6,6 +6,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/step_context.h"
 #include "runtime/contact/touch.h"
+#include "runtime/query/surface_query.h"
 #include "runtime/scene/plan.h"
 #include "runtime/shape/shape.h"
 #include "runtime/shape/skin.h"
@@ -15,12 +16,21 @@ struct palpate_scene {
       : def(wanted), memory(wanted.allocator), context{def, opened, tensors, watch} {}
   palpate_scene_def def;
   palpate::SceneMemory memory;
+  std::uint64_t definition = 0;  // checksum of what a saved state must have in common with the scene
   palpate::Tensors tensors;
   palpate::Compliance compliance;  // where the bundle stores the compliance in blocks
   palpate::PassWatch watch;
   const palpate::StepContext context;
   palpate::TouchState touch;
   palpate::ShapeState shape;
-  palpate::Skin skin;  // bound where the host gave a render mesh; belongs to the shape half's thread
+  palpate::Skin skin;           // bound where the host gave a render mesh; belongs to the shape half's thread
+  palpate::SurfaceQuery query;  // with queries; belongs to the thread of the queries
   palpate::Plan plan;
 };
+
+namespace palpate {
+
+// Fills in the plan's most_operations.
+void state_work_bounds(palpate_scene& scene);
+
+}  // namespace palpate

@@ -15,7 +15,8 @@ namespace {
 // Columns first .. first + count - 1 of the state's arrays: those of one corrected tool, or of all that are not corrected.
 struct Group {
   int first = 0, count = 0;
-  Vec3 direction;  // d_t of the corrected tool
+  Vec3 direction;    // d_t of the corrected tool, unit
+  double share = 0;  // of the correction
   bool corrected = false;
 };
 
@@ -30,9 +31,9 @@ bool all_finite(const float* x, std::size_t count) {
 
 // The radial correction. A node's displacement u splits into a part along the tool's direction d, which stays, and a part
 // orthogonal to d of length r, which gets the length P(r). Returns true where some r was outside P's measured range.
-// P(r)/r is a Chebyshev sum, evaluated by Clenshaw's recurrence for many nodes side by side.
+// P(r)/r is a Chebyshev sum, evaluated by Clenshaw's recurrence for many nodes side by side. share: of this change, 0 .. 1.
 // Source: Cotin, Delingette and Ayache 1999, eqs 3-6.
-bool correct_lanes(const ResponseCurve& curve, Vec3 direction, int count, float* u) {
+bool correct_lanes(const ResponseCurve& curve, Vec3 direction, double share, int count, float* u) {
   const float dx = static_cast<float>(direction.x), dy = static_cast<float>(direction.y),
               dz = static_cast<float>(direction.z);
   const float range = static_cast<float>(curve.range()), end = static_cast<float>(curve.end_value()),
@@ -56,13 +57,14 @@ bool correct_lanes(const ResponseCurve& curve, Vec3 direction, int count, float*
       b1[i] = b0;
     }
   }
-  const float c0 = static_cast<float>(coefficient[0]);
+  const float c0 = static_cast<float>(coefficient[0]), left = static_cast<float>(1 - share);
   for (int i = 0; i < count; ++i) {
     float ratio = c0 + t[i] * b1[i] - b2[i];
     if (r[i] > range) {
       ratio = (end + slope * (r[i] - range)) / r[i];
       outside = true;
     }
+    ratio += left * (1 - ratio);
     const float d[3] = {dx, dy, dz};
     for (int c = 0; c < 3; ++c) u[3 * i + c] = along[i] * d[c] + ratio * (u[3 * i + c] - along[i] * d[c]);
   }
@@ -75,12 +77,17 @@ class Shape {
       : context_(context), shape_state_(state), compliance_(compliance), out_(out) {}
 
   std::uint32_t step(const palpate_contacts* contacts) {
-    if (!contacts || !is_aligned(contacts) || !has_layout(*contacts, context_.def.max_contact_nodes)) {
+    if (!contacts || !is_aligned(contacts) ||
+        !has_layout(*contacts, context_.def.max_contact_nodes, shape_state_.field_nodes)) {
       flags_ |= PALPATE_STEP_BAD_INPUT;
       contacts = nullptr;
     } else if (contacts->bundle != context_.bundle.index.header.index_checksum) {
       flags_ |= PALPATE_STEP_OTHER_BUNDLE;
       contacts = nullptr;
+    }
+    if (deforms_largely(context_.def)) {
+      copy_field(contacts);
+      return flags_;
     }
     gather(contacts);
     const std::int32_t wanted = std::min(shape_state_.nodes, out_.node_capacity),
@@ -107,6 +114,25 @@ class Shape {
   }
 
  private:
+  // Large deformation: the contacts hold the displacements.
+  void copy_field(const palpate_contacts* contacts) {
+    const std::int32_t wanted = std::min(shape_state_.nodes, out_.node_capacity);
+    for (std::int32_t n = 0; n < wanted;) {
+      const std::int32_t count = std::min(ShapeState::kChunkNodes, wanted - n);
+      const std::size_t floats = 3 * static_cast<std::size_t>(count);
+      float* const field =
+          out_.displacements ? out_.displacements + 3 * static_cast<std::size_t>(n) : shape_state_.field;
+      if (contacts)
+        std::copy_n(palpate_contacts_field(contacts) + 3 * static_cast<std::size_t>(n), floats, field);
+      else
+        std::fill(field, field + floats, 0.0f);
+      finish_chunk(n, count, field);
+      n += count;
+    }
+    out_.node_count = wanted;
+    if (context_.bundle.is_lost()) flags_ |= PALPATE_STEP_BUNDLE_LOST;
+  }
+
   // Contacts may have come through a socket, so the step trusts no number in them.
   bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
     if (node.column < 0 || node.column >= context_.tensors.columns || node.tool < 0 || node.tool >= tool_count)
@@ -116,13 +142,11 @@ class Shape {
     return true;
   }
 
-  // d_t of a tool; zero where it has none: its contribution then stays linear.
+  // d_t of a tool, of the length that touch.cpp explains; zero where the tool's contribution stays linear.
   Vec3 direction(const palpate_contacts& contacts, std::int32_t tool) {
     if (!corrects_shape(context_.def)) return Vec3{};
     const Vec3 d = load3(tools_behind(contacts)[tool].direction);
-    const double size = length(d);
-    if (size == 0) return Vec3{};
-    if (std::fabs(size - 1) <= 1e-6) return d;
+    if (length(d) <= 1 + 1e-6) return d;
     flags_ |= PALPATE_STEP_BAD_INPUT;
     return Vec3{};
   }
@@ -133,22 +157,28 @@ class Shape {
     if (!contacts) return;
     bool corrected[PALPATE_MAX_TOOLS] = {};
     Vec3 d[PALPATE_MAX_TOOLS];
+    double share[PALPATE_MAX_TOOLS] = {};
     for (std::int32_t t = 0; t < contacts->tool_count; ++t) {
       d[t] = direction(*contacts, t);
+      share[t] = length(d[t]);
+      if (std::fabs(share[t] - 1) <= 1e-6)
+        share[t] = 1;
+      else
+        d[t] = unit_or_zero(d[t]);
       corrected[t] = corrects_shape(context_.def) && dot(d[t], d[t]) > 0;
     }
     add_group(
-        *contacts, [&](std::int32_t tool) { return !corrected[tool]; }, Vec3{}, false);
+        *contacts, [&](std::int32_t tool) { return !corrected[tool]; }, Group{});
     for (std::int32_t t = 0; t < contacts->tool_count; ++t)
       if (corrected[t])
         add_group(
-            *contacts, [&](std::int32_t tool) { return tool == t; }, d[t], true);
+            *contacts, [&](std::int32_t tool) { return tool == t; }, Group{0, 0, d[t], share[t], true});
   }
 
   // Contacts that share a node share its three columns: their coefficients are summed in double precision first.
   template <class Belongs>
-  void add_group(const palpate_contacts& contacts, Belongs belongs, Vec3 d, bool corrected) {
-    Group group{column_count_, 0, d, corrected};
+  void add_group(const palpate_contacts& contacts, Belongs belongs, Group group) {
+    group.first = column_count_;
     const palpate_contact_node* nodes = nodes_behind(contacts);
     for (std::int32_t e = 0; e < contacts.node_count; ++e) {
       const palpate_contact_node& node = nodes[e];
@@ -221,7 +251,7 @@ class Shape {
       field_of(g, target);
       context_.watch.ended(Pass::superposition);
       if (groups_[g].corrected) {
-        correct(groups_[g].direction, count, target);
+        correct(groups_[g], count, target);
         context_.watch.ended(Pass::radial);
       }
       if (written)
@@ -229,6 +259,12 @@ class Shape {
       written = true;
     }
     if (!written) std::fill(field, field + floats, 0.0f);
+    finish_chunk(first, count, field);
+  }
+
+  // From the displacements of nodes first .. first + count - 1 to their positions.
+  void finish_chunk(std::int32_t first, std::int32_t count, float* field) {
+    const std::size_t floats = 3 * static_cast<std::size_t>(count);
     if (!all_finite(field, floats)) {
       flags_ |= PALPATE_STEP_UNSOLVED;
       for (std::size_t i = 0; i < floats; ++i)
@@ -242,9 +278,9 @@ class Shape {
     context_.watch.ended(Pass::positions);
   }
 
-  void correct(Vec3 d, std::int32_t count, float* u) {
+  void correct(const Group& group, std::int32_t count, float* u) {
     for (std::int32_t n = 0; n < count; n += kLanes)
-      if (correct_lanes(shape_state_.radial, d, std::min(kLanes, count - n), u + 3 * n))
+      if (correct_lanes(shape_state_.radial, group.direction, group.share, std::min(kLanes, count - n), u + 3 * n))
         flags_ |= PALPATE_STEP_RESPONSE_RANGE;
   }
 

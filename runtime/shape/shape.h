@@ -17,6 +17,7 @@ struct ShapeState {
   DisplacementRows interior;                         // numbers is nullptr where the shape ends at the surface
   const float* rest = nullptr;                       // [nodes][3] m, positions without contacts, preload included
   std::int32_t nodes = 0;                            // Ns for the surface, N for the volume
+  std::int32_t field_nodes = 0;                      // whose displacements the contacts hold: under large deformation
   ResponseCurve radial;
   std::int32_t* slot_of_column = nullptr;  // [S] 1 + first of its three entries in the arrays below; 0 between steps
   double* sum = nullptr;                   // [3 max_contact_nodes] m, u~ of a column, summed over contacts

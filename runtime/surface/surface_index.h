@@ -15,6 +15,7 @@ namespace palpate {
 // A point of the surface that belongs to the tissue: it moves with the three nodes of its triangle.
 struct SurfacePoint {
   std::int32_t triangle = -1;
+  std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
   double barycentric[3] = {};
 };
 

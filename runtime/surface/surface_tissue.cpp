@@ -33,14 +33,20 @@ const char* tissue_sections(const palpate_bundle& bundle) {
                                          : "material/young material/poisson provenance";
 }
 
+palpate_status read_element(palpate_bundle& bundle, StoredElement* element, palpate_error* error) {
+  const char* provenance = section_as<char>(&bundle, SectionId::provenance, error);
+  if (!provenance) return error->status == PALPATE_OK ? PALPATE_ERROR_FILE : error->status;
+  *element = element_of(provenance, formats::find_section(bundle.index, SectionId::provenance)->bytes);
+  return PALPATE_OK;
+}
+
 palpate_status read_tissue(palpate_bundle& bundle, SceneMemory& memory, SurfaceMeasure& measure, palpate_error* error) {
   const formats::BundleCounts& counts = bundle.index.counts;
   const double* young = section_as<double>(&bundle, SectionId::young, error);
   const double* poisson = section_as<double>(&bundle, SectionId::poisson, error);
-  const char* provenance = section_as<char>(&bundle, SectionId::provenance, error);
-  if (!young || !poisson || !provenance) return error->status == PALPATE_OK ? PALPATE_ERROR_FILE : error->status;
-  const StoredElement element =
-      element_of(provenance, formats::find_section(bundle.index, SectionId::provenance)->bytes);
+  if (!young || !poisson) return error->status == PALPATE_OK ? PALPATE_ERROR_FILE : error->status;
+  StoredElement element = StoredElement::p1;
+  if (const palpate_status status = read_element(bundle, &element, error)) return status;
   LocalCompliance* const of_region = memory.array<LocalCompliance>(counts.regions);
   if (!of_region) return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no more memory for the scene");
   for (std::uint64_t r = 0; r < counts.regions; ++r) {

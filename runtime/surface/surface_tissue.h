@@ -9,6 +9,9 @@ namespace palpate {
 // The sections that read_tissue maps, separated by spaces.
 const char* tissue_sections(const palpate_bundle& bundle);
 
+// The element that the provenance names; p1 where it names none. Errors: that of a section that cannot be mapped.
+palpate_status read_element(palpate_bundle& bundle, StoredElement* element, palpate_error* error);
+
 // Fills measure with the tissue at each surface node, from Young's modulus and Poisson's ratio of its region (the mean over the
 // tetrahedra around the node where regions meet) and from the element named in the provenance. Errors: PALPATE_ERROR_CONTENT for
 // moduli out of range; PALPATE_ERROR_MEMORY; the error of a section that cannot be mapped.

@@ -54,7 +54,7 @@ SurfaceTree::Box SurfaceTree::rest_box(std::int32_t triangle) const {
 
 bool SurfaceTree::build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
                         std::int32_t triangle_count) {
-  position_ = position, triangles_ = triangles, triangle_count_ = triangle_count;
+  position_ = position, triangles_ = triangles, surface_nodes_ = nodes, triangle_count_ = triangle_count;
   const std::size_t count = static_cast<std::size_t>(triangle_count);
   nodes_ = memory.array<Node>(count + 1);  // a leaf has two triangles or more
   order_ = memory.array<std::int32_t>(count);
@@ -141,29 +141,7 @@ void SurfaceTree::forget() {
   for (std::int32_t at = 0; at < node_count_; ++at) nodes_[at].seen = nodes_[at].rest, nodes_[at].path = 0;
 }
 
-double SurfaceTree::gap(const Box& box, Vec3 p) {
-  Vec3 gap;
-  for (int d = 0; d < 3; ++d) gap[d] = std::max(0.0, std::max(box.low[d] - p[d], p[d] - box.high[d]));
-  return length(gap);
-}
-
-double SurfaceTree::distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const {
-  const double from_rest = gap(node.rest, p) - node.reach * (bound.norm + bound.apart),
-               from_seen = gap(node.seen, p) - node.reach * (bound.path - node.path + bound.apart);
-  return std::max(0.0, std::max(from_rest, from_seen));
-}
-
-bool SurfaceTree::apart(const Box& box, double margin, Vec3 low, Vec3 high) {
-  return box.low.x - margin > high.x || box.high.x + margin < low.x || box.low.y - margin > high.y ||
-         box.high.y + margin < low.y || box.low.z - margin > high.z || box.high.z + margin < low.z;
-}
-
-bool SurfaceTree::may_meet(const Node& node, Vec3 low, Vec3 high, const FieldBound& bound) const {
-  return !apart(node.rest, node.reach * (bound.norm + bound.apart), low, high) &&
-         !apart(node.seen, node.reach * (bound.path - node.path + bound.apart), low, high);
-}
-
-void SurfaceTree::remember(std::int32_t leaf, const Box& box, double path) {
+void SurfaceTree::refit(std::int32_t leaf, const Box& box, double path) {
   nodes_[leaf].seen = box, nodes_[leaf].path = path;
   for (std::int32_t at = nodes_[leaf].parent; at >= 0; at = nodes_[at].parent) {
     Node& node = nodes_[at];

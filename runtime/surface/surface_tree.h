@@ -11,9 +11,13 @@
 // for every node v, however long the lever from the forces to the node is. The bound holds for the change of a field, too.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/base/step_work.h"
 #include "runtime/base/vec3.h"
 #include "runtime/surface/surface_index.h"
 
@@ -25,9 +29,6 @@ struct FieldBound {
   double path = 0;   // sum of the norms of the field's changes since the tree was made
   double apart = 0;  // norm of the difference between the surface that is asked about and the field's
 };
-
-// What the work of a step is counted in: about one multiply-add with one number that is read from a distant address.
-using Operations = std::int64_t;
 
 // The surface point nearest to a place, among those within the asked distance.
 struct NearestPoint {
@@ -47,10 +48,13 @@ class SurfaceTree {
              std::int32_t triangle_count);
   // reach: [nodes] m / sqrt(J), read during the call.
   void set_reach(const double* reach);
+  // Marks where the triangles were seen as part of a saved state (scene_memory.h). A surface at rest needs none of it.
+  void keep_seen(SceneMemory& memory) { memory.keep_array(nodes_, static_cast<std::size_t>(node_count_)); }
   // Forgets where the triangles were seen: the surface is at rest, and paths begin at zero again.
   void forget();
 
   std::int32_t triangle_count() const { return triangle_count_; }
+  std::int32_t surface_nodes() const { return surface_nodes_; }
   double largest_reach() const { return triangle_count_ > 0 ? nodes_[0].reach : 0; }
   double mean_edge() const { return mean_edge_; }
   Vec3 low() const { return low_; }
@@ -62,14 +66,20 @@ class SurfaceTree {
   Vec3 at_rest(const SurfacePoint& surface_point) const;
   Vec3 outward_at_rest(std::int32_t triangle) const;
 
+  // Calls visit(triangle) for every triangle whose box at rest may meet the box [low, high], whatever was seen.
+  template <class Visit>
+  void near_at_rest(Vec3 low, Vec3 high, Operations* work, Visit visit) const;
+
+  // In all other queries, place(node) gives the place of a node of the surface that is asked about, and field(node) that of the surface
+  // that the field makes, m. The tree remembers the latter. field: nullptr where the surface does not move.
+
   // Calls visit(triangle, corner) for every triangle whose box may meet the box [low, high]; corner: [3] its corners now.
-  // place(node) gives the place of a node now, m. sees: place() gives the places that the field itself makes, so that the tree may remember them.
-  template <class Place, class Visit>
-  void meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, Operations* work, Place place, Visit visit);
+  template <class Place, class Field, class Visit>
+  void meet(Vec3 low, Vec3 high, const FieldBound& bound, Operations* work, Place place, Field field, Visit visit);
 
   // The nearest surface point within `within` metres.
-  template <class Place>
-  NearestPoint nearest(Vec3 p, double within, const FieldBound& bound, bool sees, Operations* work, Place place);
+  template <class Place, class Field>
+  NearestPoint nearest(Vec3 p, double within, const FieldBound& bound, Operations* work, Place place, Field field);
 
  private:
   static constexpr int kLeaf = 4;
@@ -84,6 +94,7 @@ class SurfaceTree {
     std::int32_t first;   // inner: its first child; the other one follows. leaf: its first triangle in order_
     std::int32_t count;   // triangles of a leaf; 0: inner
     std::int32_t parent;  // -1: the root
+    std::int32_t unused;  // in the place of padding, which a saved state would hold
   };
   std::int32_t split(std::int32_t parent, std::int32_t at, std::int32_t first, std::int32_t last);
   Box rest_box(std::int32_t triangle) const;
@@ -92,14 +103,16 @@ class SurfaceTree {
   double distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const;
   bool may_meet(const Node& node, Vec3 low, Vec3 high, const FieldBound& bound) const;
   template <class Place, class Visit>
-  Box look_at(const Node& leaf, Place place, Visit visit) const;
-  void remember(std::int32_t leaf, const Box& box, double path);
+  void look_at(const Node& leaf, Place place, Visit visit) const;
+  template <class Field>
+  void remember(std::int32_t leaf, double path, Field field);
+  void refit(std::int32_t leaf, const Box& box, double path);
   template <class Place>
   void decide_side(NearestPoint& nearest, Vec3 p, Operations* work, Place place);
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
-  std::int32_t triangle_count_ = 0, node_count_ = 0;
+  std::int32_t surface_nodes_ = 0, triangle_count_ = 0, node_count_ = 0;
   Node* nodes_ = nullptr;
   std::int32_t* order_ = nullptr;      // [triangles] in the order of the leaves
   std::int32_t* fan_start_ = nullptr;  // [surface_nodes + 1] into fan_
@@ -111,28 +124,75 @@ class SurfaceTree {
 // The angle of a triangle at the corner a, in radians, to 1e-4.
 double corner_angle(Vec3 a, Vec3 b, Vec3 c);
 
-// Visits the triangles of a leaf with their corners now. Returns the box around them.
+inline double SurfaceTree::gap(const Box& box, Vec3 p) {
+  const Vec3 gap = {std::max(0.0, std::max(box.low.x - p.x, p.x - box.high.x)),
+                    std::max(0.0, std::max(box.low.y - p.y, p.y - box.high.y)),
+                    std::max(0.0, std::max(box.low.z - p.z, p.z - box.high.z))};
+  return length(gap);
+}
+
+inline double SurfaceTree::distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const {
+  const double from_rest = gap(node.rest, p) - node.reach * (bound.norm + bound.apart),
+               from_seen = gap(node.seen, p) - node.reach * (bound.path - node.path + bound.apart);
+  return std::max(0.0, std::max(from_rest, from_seen));
+}
+
+inline bool SurfaceTree::apart(const Box& box, double margin, Vec3 low, Vec3 high) {
+  return box.low.x - margin > high.x || box.high.x + margin < low.x || box.low.y - margin > high.y ||
+         box.high.y + margin < low.y || box.low.z - margin > high.z || box.high.z + margin < low.z;
+}
+
+inline bool SurfaceTree::may_meet(const Node& node, Vec3 low, Vec3 high, const FieldBound& bound) const {
+  return !apart(node.rest, node.reach * (bound.norm + bound.apart), low, high) &&
+         !apart(node.seen, node.reach * (bound.path - node.path + bound.apart), low, high);
+}
+
+// Visits the triangles of a leaf with their corners.
 template <class Place, class Visit>
-SurfaceTree::Box SurfaceTree::look_at(const Node& leaf, Place place, Visit visit) const {
-  Box box;
+void SurfaceTree::look_at(const Node& leaf, Place place, Visit visit) const {
   for (std::int32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
     const std::int32_t triangle = order_[i];
     Vec3 corner[3];
-    for (int v = 0; v < 3; ++v) {
-      corner[v] = place(corners(triangle)[v]);
-      for (int d = 0; d < 3; ++d) {
-        const double x = corner[v][d];
-        box.low[d] = i == leaf.first && v == 0 ? x : (x < box.low[d] ? x : box.low[d]);
-        box.high[d] = i == leaf.first && v == 0 ? x : (x > box.high[d] ? x : box.high[d]);
-      }
-    }
+    for (int v = 0; v < 3; ++v) corner[v] = place(corners(triangle)[v]);
     visit(triangle, corner);
   }
-  return box;
 }
 
-template <class Place, class Visit>
-void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, Operations* work, Place place,
+// Refits the boxes around a leaf to where the field has its triangles.
+template <class Field>
+void SurfaceTree::remember(std::int32_t leaf, double path, Field field) {
+  if constexpr (!std::is_same_v<Field, std::nullptr_t>) {
+    const Node& node = nodes_[leaf];
+    Box box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i)
+      for (int v = 0; v < 3; ++v) {
+        const Vec3 at = field(corners(order_[i])[v]);
+        for (int d = 0; d < 3; ++d) {
+          if (at[d] < box.low[d]) box.low[d] = at[d];
+          if (at[d] > box.high[d]) box.high[d] = at[d];
+        }
+      }
+    refit(leaf, box, path);
+  }
+}
+
+template <class Visit>
+void SurfaceTree::near_at_rest(Vec3 low, Vec3 high, Operations* work, Visit visit) const {
+  if (triangle_count_ == 0) return;
+  std::int32_t stack[kDeepest];
+  int top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[stack[--top]];
+    *work += 8 + 20 * node.count;
+    if (apart(node.rest, 0, low, high)) continue;
+    if (node.count == 0) stack[top++] = node.first, stack[top++] = node.first + 1;
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
+  }
+}
+
+template <class Place, class Field, class Visit>
+void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, Operations* work, Place place, Field field,
                        Visit visit) {
   if (triangle_count_ == 0) return;
   std::int32_t stack[kDeepest];
@@ -147,17 +207,17 @@ void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, bool sees, 
       stack[top++] = node.first, stack[top++] = node.first + 1;
       continue;
     }
-    const Box box = look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
-      *work += 12;
+    look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
+      *work += 30;
       visit(triangle, corner);
     });
-    if (sees) remember(at, box, bound.path);
+    remember(at, bound.path, field);
   }
 }
 
-template <class Place>
-NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound, bool sees, Operations* work,
-                                  Place place) {
+template <class Place, class Field>
+NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound, Operations* work, Place place,
+                                  Field field) {
   NearestPoint best;
   best.distance = within;
   if (triangle_count_ == 0) return best;
@@ -193,8 +253,8 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       stack[top++] = far, stack[top++] = near;
       continue;
     }
-    const Box box = look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
-      *work += 30;
+    look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
+      *work += 40;
       double k[3];
       const double distance = std::sqrt(closest_on_triangle(p, corner[0], corner[1], corner[2], k));
       pass(node.reach, distance);
@@ -206,7 +266,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       best.surface_point.triangle = triangle;
       for (int v = 0; v < 3; ++v) best.surface_point.barycentric[v] = k[v];
     });
-    if (sees) remember(next.node, box, bound.path);
+    remember(next.node, bound.path, field);
   }
   best.per_path = best.distance * steepest;
   if (best.surface_point.triangle >= 0) decide_side(best, p, work, place);
@@ -239,7 +299,7 @@ void SurfaceTree::decide_side(NearestPoint& nearest, Vec3 p, Operations* work, P
       if (count == 2 && around[0] != other && around[1] != other && around[2] != other) continue;
       Vec3 there[3];
       const Vec3 normal = normal_of(around, there);
-      *work += 60;
+      *work += 40;
       double weight = 1;
       if (count == 1) {
         const int v = around[0] == node ? 0 : around[1] == node ? 1 : 2;

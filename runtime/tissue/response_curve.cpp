@@ -1,5 +1,6 @@
 #include "runtime/tissue/response_curve.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate {
@@ -54,7 +55,8 @@ bool ResponseCurve::set(const double* coefficients, int count, double range) {
   double end = 0, slope = 0;
   for (int k = 0; k < count_; ++k) end += ratio_[k], slope += ratio_[k] * k * k;
   end_value_ = range * end;
-  end_slope_ = end + slope * 2;  // d/dx (x ratio) at x = range, dt/dx = 2 / range
+  // d/dx (x ratio) at x = range, dt/dx = 2 / range. A rising curve that ends flat may have a slope of minus some rounding.
+  end_slope_ = std::max(0.0, end + slope * 2);
   return std::isfinite(end_value_) && std::isfinite(end_slope_);
 }
 

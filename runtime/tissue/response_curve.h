@@ -2,14 +2,16 @@
 // outside its measured range.
 #pragma once
 
+#include "formats/response_check.h"
+
 namespace palpate {
 
 class ResponseCurve {
  public:
-  static constexpr int kMaxCoefficients = 33;
+  static constexpr int kMaxCoefficients = formats::kMostResponseCoefficients;
 
   // coefficients: [count] of the Chebyshev polynomials T_0 .. T_(count-1) on [0, range]. False where one of the numbers cannot be
-  // used. The curve is kept as the quotient y(x)/x, a polynomial of one degree less, which keeps all digits at small x.
+  // used; formats::check_response says more, and a bundle's curve must pass it. The curve is kept as the quotient y(x)/x, a polynomial of one degree less, which keeps all digits at small x.
   // Source: Cotin, Delingette and Ayache 1999, eqs 3-6.
   bool set(const double* coefficients, int count, double range);
 

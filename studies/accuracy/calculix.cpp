@@ -51,6 +51,10 @@ CalculixModel linear_model(const ElasticBody& body, std::function<std::string(co
 }
 
 void write_calculix_model(fmt::ostream& out, const ElasticBody& body, const CalculixModel& model) {
+  if (!body.foundations.empty() || !body.springs.empty())
+    throw InputError(
+        "the comparison with CalculiX knows no soft supports: expected a boundary set of [[fixed]] alone, found "
+        "[[foundation]] or [[spring]]; name another set, for example BC=right-side");
   // CalculiX reads only the first 20 characters of a number and does not warn.
   out.print("*NODE, NSET=ALL\n");
   for (std::size_t n = 0; n < model.nodes.size(); ++n)

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <optional>
 
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
@@ -63,6 +65,17 @@ std::string stored_as(const std::string& storage) {
   return space == std::string::npos ? storage : fmt::format("low-rank {}", std::stod(storage.substr(space + 1)));
 }
 
+// The least push, mm, at which linear elasticity is off by 5 % in the force or in the field at one of the places; nothing where no
+// place was pushed so far.
+std::optional<double> linear_limit_mm(const Record& study) {
+  std::optional<double> least;
+  for (const auto& push : study.value("large_strain", Record::array()))
+    for (const char* what : {"force", "field"})
+      if (const auto& depth = push.at("depth_mm_at").at("5").at(what); depth.is_number())
+        least = std::min(least.value_or(depth.get<double>()), depth.get<double>());
+  return least;
+}
+
 // What the bundle's certificate will state: the errors, the setting they were measured at, the reference.
 Record measured_json(const Record& study, const Record& point) {
   Record m;
@@ -80,6 +93,7 @@ Record measured_json(const Record& study, const Record& point) {
        {"force_error", "force_error_worst", "force_error_N", "field_error", "field_error_worst", "field_error_mm",
         "reference_force_error", "reference_field_error", "touch_us", "touch_us_99", "shape_us", "shape_us_99"})
     if (!point.at(key).is_null()) m[std::string("accuracy_") + key] = point.at(key);
+  if (const auto limit = linear_limit_mm(study)) m["accuracy_linear_limit_mm"] = *limit;
   m["accuracy_machine"] = study.at("machine").at("processor");
   return m;
 }
@@ -170,7 +184,7 @@ void check(const CheckOptions& options) {
   if (!truth) throw InputError(fmt::format("{}: its reference is not there; run the study again", folder.string()));
   SceneSetting scene;
   scene.contact = stated.value("accuracy_contact", "patch");
-  const Difference now = difference(observe(options.bundle, scene, read_sites(folder)), truth->seen);
+  const Difference now = difference(observe(options.bundle, scene, read_sites(folder), nullptr), truth->seen);
   const double force = stated.at("accuracy_force_error"), field = stated.at("accuracy_field_error");
   fmt::print("force error {:.4g} %, stated {:.4g} %; field error {:.4g} %, stated {:.4g} %\n", 100 * now.force,
              100 * force, 100 * now.field, 100 * field);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <palpate/palpate.hpp>
 
 #include "formats/errors.h"
@@ -55,6 +56,18 @@ palpate_scene_def scene_def(const SceneSetting& setting, int contact_nodes) {
   return def;
 }
 
+// A fine surface as the runtime takes it.
+struct FineSurface {
+  std::vector<float> positions;
+  palpate_fine_surface view = palpate_default_fine_surface();
+
+  explicit FineSurface(const StudySurface& from) : positions(from.nodes.begin(), from.nodes.end()) {
+    view.positions = positions.data(), view.triangles = from.triangles.data();
+    view.vertex_count = static_cast<std::int32_t>(positions.size() / 3);
+    view.triangle_count = static_cast<std::int32_t>(from.triangles.size() / 3);
+  }
+};
+
 // From above the site along its inward direction, down to depth.
 Motion press(Vec3 at, const TouchSite& site, double radius, double depth) {
   Motion motion;
@@ -96,7 +109,9 @@ StepTime step_time(const std::vector<double>& microseconds) {
 
 class Player {
  public:
-  Player(const Bundle& bundle, Scene scene, const SceneSetting& setting, const StudySites& sites)
+  // fine: nullptr where tools meet the mesh.
+  Player(const Bundle& bundle, Scene scene, const SceneSetting& setting, const StudySites& sites,
+         const StudySurface* fine)
       : bundle_(bundle),
         scene_(std::move(scene)),
         contacts_(scene_.make_contacts()),
@@ -110,7 +125,8 @@ class Player {
       seen_.farthest_site = std::max(seen_.farthest_site, length(found.at - p));
       return found;
     };
-    for (const auto& site : sites.touch) at_.push_back(find(site.at).at);
+    for (const auto& site : sites.touch)
+      at_.push_back(fine ? closest_point({fine->nodes.data(), fine->triangles}, site.at).at : find(site.at).at);
     for (const auto& site : sites.neighbour) neighbour_at_.push_back(find(site.at).at);
     for (const Vec3 p : sites.samples) samples_.push_back(find(p).on);
   }
@@ -199,8 +215,10 @@ class Player {
 namespace {
 
 Observation observe_with(const std::filesystem::path& file, const SceneSetting& setting, const StudySites& sites,
-                         int contact_nodes) {
-  const palpate_scene_def def = scene_def(setting, contact_nodes);
+                         const StudySurface* fine, int contact_nodes) {
+  palpate_scene_def def = scene_def(setting, contact_nodes);
+  std::optional<FineSurface> met;
+  if (fine) def.fine_surface = &met.emplace(*fine).view;
   std::vector<double> open_us;
   for (int round = 0; round < kRounds; ++round) {
     const auto begun = studies::Clock::now();
@@ -212,18 +230,20 @@ Observation observe_with(const std::filesystem::path& file, const SceneSetting& 
   Scene scene(bundle, def);
   palpate_error ignored;
   palpate_bundle_prefault(bundle.get(), 0, &ignored);
-  Observation seen = Player(bundle, std::move(scene), setting, sites).observe();
+  Observation seen = Player(bundle, std::move(scene), setting, sites, fine).observe();
   seen.open_ms = 1e-3 * studies::percentile(open_us, 0.5);
   return seen;
 }
 
 }  // namespace
 
-Observation observe(const std::filesystem::path& file, const SceneSetting& setting, const StudySites& sites) try {
+Observation observe(const std::filesystem::path& file, const SceneSetting& setting, const StudySites& sites,
+                    const StudySurface* fine) try {
+  if (setting.surface != "fine") fine = nullptr;
   // A scene's memory grows with the square of max_contact_nodes, so the limit is no larger than the mesh needs.
   for (int room = setting.contacts > PALPATE_MAX_TOOLS ? 16 * setting.contacts : 64 * std::max(setting.contacts, 2);;
        room *= 2) {
-    Observation seen = observe_with(file, setting, sites, room);
+    Observation seen = observe_with(file, setting, sites, fine, room);
     if (!(seen.flags & PALPATE_STEP_CONTACTS_DROPPED) || room > 3000) return seen;
   }
 } catch (const Error& error) {

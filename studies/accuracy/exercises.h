@@ -41,6 +41,8 @@ struct Observation {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Observation, presses, touch, shape, open_ms, flags, contact_nodes, farthest_site)
 
 // Errors: OperationError where the bundle cannot be opened or the scene not made of it.
-Observation observe(const std::filesystem::path& bundle, const SceneSetting& setting, const StudySites& sites);
+// fine: the surface that tools meet under surface "fine"; nullptr: there is none.
+Observation observe(const std::filesystem::path& bundle, const SceneSetting& setting, const StudySites& sites,
+                    const StudySurface* fine);
 
 }  // namespace palpate::accuracy

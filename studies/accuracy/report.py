@@ -255,15 +255,16 @@ def scene_effects(page, study):
         page.heading(title, 3)
         if axis == "law":
             page.words("A sticking disc stays at its site. A sliding disc is pushed below the surface at its present position, along the normal there. "
-                       "Position and normal depend on the mesh's surface, which shows bumps and edges poorly if it is coarse. This causes most of the "
-                       "error of the sliding laws, of the reference too; the elastic solution causes little of it.")
+                       "Position and normal are those of the surface that tools meet. Where that is the mesh's own, it shows bumps and edges poorly if the "
+                       "mesh is coarse, and this causes most of the error of the sliding laws. Where it is a fine surface bound to the mesh, here that of "
+                       "the study's finest mesh, only the elastic solution's error is left. The reference has the fine surface.")
         if axis == "contacts":
             page.words("Each contact is a disc at its own site. Up to 8 contacts have a tool each; more are divided among 8 tools, and the errors are "
                        "those of the tools' total forces. The touchable surface of this organ has room for "
                        f"{study.all['room_for_contacts']} discs. The error of the field grows with the number of contacts and falls with a finer mesh.")
         page.table((axis, "mean force, N", "force error, %", "worst, N", "field error, %", "reference's own, %", "touch, us", "touch 99 %, us",
                     "shape, us", "nodes under contact"),
-                   [(str(p["law"] if axis == "law" else p[axis] if axis in ("contacts", "collision") else "on" if p[axis] else "off"),
+                   [(str(f"{p['law']}, {p['surface']} surface" if axis == "law" else p[axis] if axis in ("contacts", "collision") else "on" if p[axis] else "off"),
                      p["force_N"], hundred(p["force_error"]), p["force_error_N"], hundred(p["field_error"]),
                      hundred(p["reference_force_error"]), p["touch_us"], p["touch_us_99"],
                      p["shape_us"], p["contact_nodes"]) for p in points])

@@ -49,6 +49,7 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["contacts"] = s.contacts;
   r["contact"] = s.contact;
   r["collision"] = s.collision;
+  r["surface"] = s.surface;
   r["response"] = s.response;
   r["relaxation"] = s.relaxation;
   r["force_N"] = judged.force_newtons;

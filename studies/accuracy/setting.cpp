@@ -17,6 +17,7 @@ std::string name_of(const Setting& setting) {
   if (s.law != plain.law) name += ", " + s.law;
   if (s.contacts != plain.contacts) name += fmt::format(", {} contacts", s.contacts);
   if (s.exercise == "neighbour") name += ", collision " + s.collision;
+  if (s.exercise == "drag") name += ", surface " + s.surface + ", collision " + s.collision;
   if (s.exercise == "measured") name += s.response ? ", response on" : ", response off";
   if (s.exercise == "hold") name += s.relaxation ? ", relaxation on" : ", relaxation off";
   return name;

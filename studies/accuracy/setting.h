@@ -25,10 +25,12 @@ struct SceneSetting {
   int contacts = 1;                // sites pressed at a time
   std::string contact = "patch";   // node, triangle, point, patch
   std::string collision = "rest";  // rest, deformed
+  std::string surface = "mesh";    // which tools meet: mesh, or fine: that of the study's finest mesh
   bool response = false;           // P and Q
   bool relaxation = false;
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SceneSetting, exercise, law, contacts, contact, collision, response, relaxation)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SceneSetting, exercise, law, contacts, contact, collision, surface, response,
+                                   relaxation)
 
 struct Setting {
   BundleSetting bundle;
@@ -54,7 +56,8 @@ inline std::string situation_of(const Setting& s) {
 // The most accurate scene of the runtime for a situation: the scene of the reference.
 inline SceneSetting best_scene(SceneSetting scene) {
   scene.contact = "patch";
-  scene.collision = scene.exercise == "neighbour" ? "deformed" : "rest";
+  scene.collision = scene.exercise == "neighbour" || scene.exercise == "drag" ? "deformed" : "rest";
+  scene.surface = scene.exercise == "drag" ? "fine" : "mesh";
   scene.response = scene.exercise == "measured";
   scene.relaxation = scene.exercise == "hold";
   return scene;

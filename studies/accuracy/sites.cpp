@@ -192,6 +192,15 @@ StudySites sites_of(const nlohmann::json& json) {
   return sites;
 }
 
+StudySurface surface_of(const ElasticBody& body) {
+  StudySurface surface;
+  for (std::int32_t n = 0; n < body.surface_count; ++n)
+    surface.nodes.insert(surface.nodes.end(), body.nodes[static_cast<std::size_t>(n)].begin(),
+                         body.nodes[static_cast<std::size_t>(n)].end());
+  for (const auto& t : body.triangles) surface.triangles.insert(surface.triangles.end(), t.begin(), t.end());
+  return surface;
+}
+
 FoundPoint closest_point(const SurfaceView& surface, Vec3 p) {
   FoundPoint best;
   double least = INFINITY;

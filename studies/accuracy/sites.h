@@ -36,6 +36,13 @@ StudySites choose_crowd(const ElasticBody& body, double radius, int most, const 
 nlohmann::json json_of(const StudySites& sites);
 StudySites sites_of(const nlohmann::json& json);
 
+// The surface of the study's finest mesh, which tools meet under surface "fine".
+struct StudySurface {
+  std::vector<double> nodes;            // [n][3] m
+  std::vector<std::int32_t> triangles;  // [m][3]
+};
+StudySurface surface_of(const ElasticBody& body);
+
 // A triangle surface that the caller owns: nodes [n][3], m, and triangles [m][3].
 struct SurfaceView {
   const double* nodes;

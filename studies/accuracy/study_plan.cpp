@@ -66,7 +66,11 @@ class Plan {
         add(s, "contact");
       }
     for (const char* law : {"sticking", "sliding", "unilateral", "coulomb"})
-      add_scene("law", [&](SceneSetting& s) { s.exercise = "drag", s.law = law; });
+      for (const char* surface : {"mesh", "fine"})
+        add_scene("law", [&](SceneSetting& s) {
+          s.exercise = "drag", s.law = law, s.surface = surface;
+          if (s.surface == "fine") s.collision = "deformed";
+        });
     for (const int contacts : {1, 2, 3, 6, 10, 30, 100})
       if (contacts <= std::max(organ_.options().sites, crowd_))
         add_scene("contacts", [&](SceneSetting& s) { s.contacts = contacts; });

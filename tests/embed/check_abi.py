@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-HEADERS = ("palpate.h", "palpate_mailbox.h", "palpate_device.h")
+HEADERS = ("palpate.h", "palpate_mailbox.h", "palpate_device.h", "palpate_tool_shape.h")
 
 
 def without_comments(text):

@@ -7,7 +7,7 @@ here=$(dirname "$(realpath "$0")")
 rm -rf "$folder"
 "$cmake" --install "$build" --prefix "$folder/first" > "$folder.txt"
 mv "$folder/first" "$folder/prefix"
-for program in surface tetrahedra precompute bundle run feel draw igtl; do
+for program in surface tetrahedra precompute bundle run organ feel draw igtl fit; do
   "$folder/prefix/bin/palpate-$program" --version
 done
 test -s "$folder/prefix/include/palpate/palpate.h"

@@ -38,7 +38,7 @@ def pressed(scene, displacement=(0, 0, -0.002), bundle=None):
 
 
 class Bundle(unittest.TestCase):
-    def test_arrays_are_read_only_views_of_the_file(self):
+    def test_arrays_of_a_mapped_file_are_read_only_views_of_it(self):
         bundle = palpate.Bundle(pathlib.Path(BUNDLE))
         for array, dtype, shape in (
             (bundle.nodes, np.float64, (bundle.node_count, 3)),
@@ -63,6 +63,18 @@ class Bundle(unittest.TestCase):
         del nodes
         gc.collect()
         self.assertEqual(mapped_bytes_of_bundle(), [])
+
+    def test_a_file_can_be_copied_or_mapped_with_a_guard(self):
+        copied = palpate.Bundle(BUNDLE, access="copy")
+        self.assertEqual(address(copied.nodes), address(copied.nodes), "one copy")
+        with self.assertRaises(ValueError):
+            copied.nodes[0] = 0
+        self.assertEqual(mapped_bytes_of_bundle(), [])
+        guarded = palpate.Bundle(BUNDLE, access="map guarded")
+        np.testing.assert_array_equal(copied.nodes, guarded.nodes)
+        self.assertTrue(mapped_bytes_of_bundle())
+        with self.assertRaisesRegex(ValueError, '"map", "map guarded" or "copy"'):
+            palpate.Bundle(BUNDLE, access="read")
 
     def test_a_scene_keeps_its_bundle_open(self):
         scene = palpate.Scene(palpate.Bundle(BUNDLE))
@@ -264,6 +276,77 @@ class Step(unittest.TestCase):
         tools[0].id = 21
         self.assertEqual(self.scene.touch(tools, 0.001, contacts), palpate.StepFlags.BAD_INPUT)
 
+    def test_the_organ_stands_and_moves_where_its_pose_says(self):
+        node = int(self.bundle.touchable[0])
+        tools = [palpate.Tool(grips=[palpate.Grip(node=node, displacement=(0, 0, -0.001))])]
+        contacts = self.scene.make_contacts()
+        self.scene.touch(tools, 0.001, contacts)
+        at_rest = contacts.tools["force_raw"][0].copy()
+        half = 0.5**0.5  # a quarter turn about z, and half a metre per second
+        self.scene.set_pose((1, 2, 3), (half, 0, 0, half), velocity=(0.5, 0, 0))
+        for _ in range(3):
+            self.scene.touch(tools, 0.001, contacts)
+        np.testing.assert_allclose(contacts.organ_position, (1.001, 2, 3), atol=1e-12)
+        np.testing.assert_allclose(contacts.organ_orientation, (half, 0, 0, half), atol=1e-15)
+        turned = (-at_rest[1], at_rest[0], at_rest[2])
+        np.testing.assert_allclose(contacts.tools["force_raw"][0], turned, atol=1e-12 * np.linalg.norm(at_rest))
+        with self.assertRaisesRegex(palpate.Error, "of length 1"):
+            self.scene.set_pose(orientation=(2, 0, 0, 0))
+        with self.assertRaisesRegex(ValueError, "orientation: expected 4 numbers"):
+            self.scene.set_pose(orientation=(1, 0, 0))
+        self.scene.set_pose()
+        self.scene.touch(tools, 0.001, contacts)
+        np.testing.assert_array_equal(contacts.tools["force_raw"][0], at_rest)
+
+    def test_a_saved_state_plays_on_with_the_same_bits(self):
+        def play(scene, first, last):
+            contacts, forces = scene.make_contacts(), []
+            for s in range(first, last):
+                node = int(self.bundle.touchable[s // 5 % 8])
+                tool = palpate.Tool(grips=[palpate.Grip(node=node, displacement=(0, 0, -1e-4 * s))])
+                scene.touch([tool], 0.001, contacts)
+                forces.append(contacts.data.tobytes())
+            return forces
+
+        play(self.scene, 0, 12)
+        state = self.scene.save()
+        expected = play(self.scene, 12, 20)
+        other = palpate.Scene(self.bundle)
+        other.restore(state)
+        self.assertEqual(play(other, 12, 20), expected)
+        for wrong in (b"", state[:-8], state[:-1] + b"?"):
+            with self.assertRaises(palpate.Error):
+                other.restore(wrong)
+        with self.assertRaisesRegex(palpate.Error, "another palpate_scene_def"):
+            palpate.Scene(self.bundle, max_points=3).restore(state)
+
+    def test_warnings_of_the_library_go_to_the_logger(self):
+        with self.assertLogs("palpate", "DEBUG") as logged:
+            palpate.Scene(palpate.Bundle(BUNDLE), max_points=1500, max_contact_nodes=1500)
+        self.assertTrue(any("max_contact_nodes (now 1500)" in line for line in logged.output), logged.output)
+        self.assertTrue(all(record.levelname in ("DEBUG", "WARNING") for record in logged.records))
+    def test_a_shape_becomes_points_and_has_a_torque(self):
+        shape = palpate.ToolShape("sphere", radius=0.01, spacing=0.006)
+        np.testing.assert_allclose(np.linalg.norm(shape.points, axis=1), 0.01, atol=1e-15)
+        self.assertAlmostEqual(len(shape.points) * shape.patch_radius**2, 4 * 0.01**2, places=15)
+        tool = palpate.Tool(friction=0.2)
+        shape.place(tool, (1, 2, 3), (0, 1, 0, 0))
+        np.testing.assert_allclose(tool.points, shape.points * (1, -1, -1) + (1, 2, 3), atol=1e-15)
+        self.assertEqual((tool.disc_radius, list(tool.torque_about), tool.friction), (shape.patch_radius, [1, 2, 3], 0.2))
+        with self.assertRaisesRegex(palpate.Error, r"needs \d+ points"):
+            palpate.ToolShape("sphere", radius=0.01, spacing=0.001)
+        with self.assertRaisesRegex(ValueError, "kind: expected one of"):
+            palpate.ToolShape("cube", spacing=0.001)
+        corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        self.assertEqual(len(palpate.ToolShape("hull", vertices=0.01 * np.array(corners), spacing=0.0125).points), 8)
+        contacts = self.scene.make_contacts()
+        node = int(self.bundle.touchable[0])
+        held = palpate.Tool(grips=[palpate.Grip(node=node, displacement=(0, 0, -0.001))], torque_about=(0.1, 0, 0))
+        self.scene.touch([held], 0.001, contacts)
+        lever = self.bundle.nodes[node] + (0, 0, -0.001) - (0.1, 0, 0)
+        state = contacts.tools[0]
+        np.testing.assert_allclose(state["torque_raw"], np.cross(lever, state["force_raw"]), atol=1e-12)
+
     def test_input_that_is_no_tool_is_refused(self):
         contacts = self.scene.make_contacts()
         tool = palpate.Tool(np.zeros((2, 3)))
@@ -351,6 +434,28 @@ class RenderMesh(unittest.TestCase):
         self.assertEqual(scene.skin(u, normals=np.empty((1, 3), np.float32)), palpate.StepFlags.BAD_INPUT)
 
 
+class FineSurface(unittest.TestCase):
+    def test_tools_meet_the_surface_that_they_are_given(self):
+        bundle = palpate.Bundle(BUNDLE)
+        mesh = bundle.nodes[: bundle.surface_node_count]
+        around = mesh + 0.001 * np.sign(mesh - mesh.mean(axis=0))  # a millimetre beyond the box
+        scene = palpate.Scene(bundle, fine_surface=(around, bundle.triangles), queries="on")
+        self.assertIn("fine surface on the mesh", [each.name for each in scene.plan])
+        above = np.array([*mesh.mean(axis=0)[:2], mesh[:, 2].max() + 0.01])
+        down = [0, 0, -1]
+        self.assertAlmostEqual(scene.cast_ray(above, down).distance, 0.009, delta=1e-7)
+        self.assertAlmostEqual(palpate.Scene(bundle, queries="on").cast_ray(above, down).distance, 0.01, delta=1e-7)
+
+    def test_what_is_no_fine_surface_is_named(self):
+        bundle = palpate.Bundle(BUNDLE)
+        mesh = bundle.nodes[: bundle.surface_node_count]
+        for wrong in (mesh, (mesh,), (mesh, [1, 2]), (mesh, bundle.triangles + 0.5), "fine"):
+            with self.assertRaisesRegex(ValueError, "fine_surface: expected a tuple"):
+                palpate.Scene(bundle, fine_surface=wrong)
+        with self.assertRaisesRegex(palpate.Error, "give a closed surface"):
+            palpate.Scene(bundle, fine_surface=(mesh, bundle.triangles[1:]))
+
+
 class Threads(unittest.TestCase):
     def setUp(self):
         self.scene = palpate.Scene(palpate.Bundle(BUNDLE))
@@ -398,6 +503,66 @@ class Threads(unittest.TestCase):
         for thread in threads:
             thread.join()
         self.assertIn("touch already runs on another thread", refused)
+
+
+class Queries(unittest.TestCase):
+    def test_rays_and_distances_see_the_surface_that_contacts_deform(self):
+        bundle = palpate.Bundle(BUNDLE)
+        scene = palpate.Scene(bundle, queries="on")
+        low, high = bundle.nodes.min(axis=0), bundle.nodes.max(axis=0)
+        place = [*((low + high) / 2)[:2] + 1e-4, high[2] + 0.01]
+        hit = scene.cast_ray(place, [0, 0, -1])
+        self.assertAlmostEqual(hit.distance, 0.01)
+        np.testing.assert_allclose(hit.normal, [0, 0, 1])
+        corners = bundle.nodes[bundle.triangles[hit.triangle]]
+        np.testing.assert_allclose(hit.barycentric @ corners, hit.point, atol=1e-12)
+        self.assertAlmostEqual(scene.signed_distance(place), 0.01)
+        self.assertLess(scene.signed_distance((low + high) / 2), 0)
+        self.assertIsNone(scene.closest_point(place, farthest=0.009))
+        self.assertIsNone(scene.cast_ray(place, [0, 0, 1]))
+        contacts = scene.make_contacts()
+        grip = palpate.Grip(triangle=hit.triangle, barycentric=hit.barycentric, displacement=[0, 0, -0.003])
+        scene.touch([palpate.Tool(grips=[grip])], 0.001, contacts)
+        self.assertAlmostEqual(scene.cast_ray(place, [0, 0, -1], contacts).distance, 0.013, places=5)
+        self.assertGreater(scene.closest_point(place, contacts).distance, 0.0101)
+        for ask in (
+            lambda: scene.cast_ray(place, [0, 0, 0]),
+            lambda: scene.closest_point([np.nan, 0, 0]),
+            lambda: scene.signed_distance(place, scene.make_contacts()),
+        ):
+            with self.assertRaisesRegex(ValueError, "expected numbers that are finite"):
+                ask()
+        with self.assertRaisesRegex(ValueError, 'make it with queries="on"'):
+            palpate.Scene(bundle).cast_ray(place, [0, 0, -1])
+
+    def test_report_tells_contacts_and_events(self):
+        bundle = palpate.Bundle(BUNDLE)
+        scene = palpate.Scene(bundle, report="contacts")
+        contacts, node = scene.make_contacts(), int(bundle.touchable[5])
+        tool = palpate.Tool(grips=[palpate.Grip(node=node, displacement=[0, 0, -0.001])], id=4)
+        for step in range(3):
+            scene.touch([tool] if step < 2 else [], 0.001, contacts)
+            held, events = scene.report()
+            self.assertEqual(list(events["kind"]), [[1], [], [2]][step])
+            self.assertEqual(len(held), step < 2)
+            if len(held):
+                self.assertEqual((held["tool_id"][0], held["node"][0], held["begun"][0]), (4, node, 1))
+                np.testing.assert_allclose(held["place"][0], bundle.nodes[node] + [0, 0, -0.001], atol=1e-9)
+                np.testing.assert_allclose(held["force"][0], contacts.tools["force_raw"][0])
+        with self.assertRaisesRegex(ValueError, 'make it with report="contacts"'):
+            palpate.Scene(bundle).report()
+
+    def test_normals_of_the_vertices(self):
+        scene = palpate.Scene(palpate.Bundle(BUNDLE))
+        contacts = scene.make_contacts()
+        scene.touch([], 0.001, contacts)
+        positions = np.zeros((scene.shape_node_count, 3), np.float32)
+        normals = np.zeros_like(positions)
+        scene.shape(contacts, positions)
+        self.assertEqual(scene.normals(positions, normals), 0)
+        np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6)
+        outward = ((positions - positions.mean(axis=0)) * normals).sum(axis=1)
+        self.assertGreater(outward.min(), 0)
 
 
 class DeviceHelp(unittest.TestCase):

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "formats/config_keys.h"
+#include "formats/errors.h"
 #include "formats/organ_config.h"
 #include "formats/scene_config.h"
 #include "tests/support/test_files.h"
@@ -101,15 +102,55 @@ TEST(FilesPage, HasAnExampleOfEachFileThatTheReaderAcceptsAndThatShowsEveryKey) 
     return folder / name;
   };
   EXPECT_EQ(read_organ_config(written("organ.toml")).regions.size(), 2u);
-  EXPECT_EQ(read_boundary_config(written("boundary/held.toml")).fixed.size(), 2u);
+  EXPECT_EQ(read_boundary_config(written("boundary/held.toml")).fixed.size(), 3u);
   std::ofstream(folder / "rod.csv") << "time,x,y,z\n0,0,0,0\n";
-  EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 3u);
+  EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 4u);
   const std::map<ConfigFile, std::string> names = {{ConfigFile::organ, "organ.toml"},
                                                    {ConfigFile::boundary, "boundary/held.toml"},
                                                    {ConfigFile::scene, "scene.toml"}};
   for (const ConfigKey& key : config_keys())
     EXPECT_TRUE(std::regex_search(text.at(names.at(key.file)), std::regex("\\b" + std::string(key.key) + "\\b")))
         << "docs/files.md: the example of " << names.at(key.file) << " does not show the key " << key.key;
+}
+
+// The refusal of a text of that kind, or nothing where the reader accepts it.
+std::string refusal(ConfigFile kind, const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file) << text;
+  try {
+    if (kind == ConfigFile::organ) read_organ_config(file);
+    if (kind == ConfigFile::boundary) read_boundary_config(file);
+    if (kind == ConfigFile::scene) read_scene_config(file);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(FilesPage, ARefusalOfAMissingKeyShowsALineWithWhichTheExampleIsReadAgain) {
+  const std::filesystem::path folder = fresh_folder();
+  std::ofstream(folder / "rod.csv") << "time,x,y,z\n0,0,0,0\n";
+  const auto text = examples();
+  std::set<std::string> tried;
+  for (const auto& [name, kind] : std::map<std::string, ConfigFile>{{"organ.toml", ConfigFile::organ},
+                                                                    {"boundary/held.toml", ConfigFile::boundary},
+                                                                    {"scene.toml", ConfigFile::scene}})
+    for (const ConfigKey& key : config_keys()) {
+      if (key.file != kind || std::string(key.standard) != "required") continue;
+      const std::string& whole = text.at(name);
+      const std::regex own_line("(^|\n)" + std::string(key.key) + " = [^\n]*[^\\[\n]\n");
+      std::smatch line;
+      if (!std::regex_search(whole, line, own_line)) continue;  // within another line, or over several
+      const std::string before = line.prefix().str() + line[1].str(), after = line.suffix();
+      const std::string sentence = refusal(kind, folder / "example.toml", before + after);
+      const std::string begin = "the key \"" + std::string(key.key) + "\" is missing; add it, for example: ";
+      const auto at = sentence.find(begin);
+      ASSERT_NE(at, std::string::npos) << name << ": " << key.key << ": " << sentence;
+      EXPECT_EQ(refusal(kind, folder / "example.toml", before + sentence.substr(at + begin.size()) + "\n" + after), "")
+          << sentence;
+      tried.insert(key.key);
+    }
+  for (const char* key : {"young", "mesh_unit", "unit", "height", "gravity", "select", "terms"})
+    EXPECT_EQ(tried.count(key), 1u) << key;
 }
 
 // Each @table.key@ of the text becomes the key with its default, or an empty line.
@@ -171,6 +212,8 @@ poisson = { value = 0.3, source = "f" }
 [[fixed]]
 dofs = "xyz"
 select = { @select.where,@ everything = true }
+[touchable]
+select = { label = { @label.within,@ labels = [1] } }
 [store]
 @store.interior@
 )");
@@ -183,7 +226,11 @@ unit = "mm"
 @effects.force@
 @effects.shape@
 @effects.radial@
+@effects.deformation@
 @effects.preload@
+[surface]
+file = "fine.ply"
+@surface.unit@
 [rate]
 @rate.touch@
 @rate.shape@
@@ -191,6 +238,7 @@ unit = "mm"
 @limits.force@
 @limits.force_slew@
 @limits.tool_speed@
+@limits.operations@
 [[tool]]
 name = "probe"
 capsule = { radius = 4, length = 60, @capsule.axis,@ samples = 4 }

@@ -55,7 +55,8 @@ struct Rule {
 // Data flows one way. The runtime needs a compiler and the bundle layout alone.
 const std::vector<Rule>& rules() {
   static const Words layout = {"formats/bundle_layout.h", "formats/bundle_reader.h", "formats/bundle_sections.def",
-                               "formats/checksum.h",      "formats/half.h",          "formats/compliance_blocks.h"};
+                               "formats/checksum.h",      "formats/half.h",          "formats/compliance_blocks.h",
+                               "formats/response_check.h"};
   const auto runtime_room = [](const Words& rooms) {
     Words own = layout;
     own.push_back("runtime/include/");
@@ -73,13 +74,15 @@ const std::vector<Rule>& rules() {
       {"formats/checksum.", layout, {}},
       {"formats/half.h", layout, {}},
       {"formats/compliance_blocks.h", layout, {}},
+      {"formats/response_check.", layout, {}},
       // Rooms, in the direction of the data: each may use those above it that it names.
       {"meshing/image/", {"meshing/image/", "formats/"}, {"plumbing", "CGAL", "ITK", "zlib"}},
       {"meshing/surface/", {"meshing/surface/", "meshing/image/", "formats/"}, {"plumbing", "Eigen", "CGAL", "VTK"}},
       {"meshing/tetrahedra/",
        {"meshing/tetrahedra/", "meshing/surface/", "meshing/image/", "formats/"},
        {"plumbing", "Eigen", "CGAL", "gmsh"}},
-      {"precompute/elements/", {"precompute/elements/", "formats/"}, {"plumbing", "Eigen"}},
+      // A boundary file may select nodes by a label image.
+      {"precompute/elements/", {"precompute/elements/", "meshing/image/", "formats/"}, {"plumbing", "Eigen"}},
       {"precompute/solver/",
        {"precompute/solver/", "precompute/elements/", "formats/"},
        {"plumbing", "PETSc", "SuiteSparse", "Eigen"}},
@@ -101,20 +104,29 @@ const std::vector<Rule>& rules() {
       {"runtime/bundle/", runtime_room({"bundle/", "dense/", "base/"}), {}},
       {"runtime/surface/", runtime_room({"surface/", "bundle/", "base/"}), {}},
       {"runtime/tissue/", runtime_room({"tissue/", "base/"}), {}},
-      {"runtime/contact/", runtime_room({"contact/", "surface/", "tissue/", "bundle/", "dense/", "base/"}), {}},
+      {"runtime/pose/", runtime_room({"pose/", "base/"}), {}},
+      {"runtime/tool_shape/", runtime_room({"tool_shape/", "pose/", "surface/", "base/"}), {}},
+      {"runtime/large/", runtime_room({"large/", "base/"}), {}},
+      {"runtime/contact/",
+       runtime_room({"contact/", "large/", "pose/", "surface/", "tissue/", "bundle/", "dense/", "base/"}),
+       {}},
+      {"runtime/query/", runtime_room({"query/", "surface/", "bundle/", "base/"}), {}},
       {"runtime/shape/", runtime_room({"shape/", "surface/", "tissue/", "bundle/", "dense/", "base/"}), {}},
       {"runtime/device/", runtime_room({"device/", "base/"}), {}},
       {"runtime/scene/",
-       runtime_room({"scene/", "shape/", "contact/", "surface/", "tissue/", "bundle/", "dense/", "base/"}),
+       runtime_room({"scene/", "shape/", "query/", "contact/", "large/", "pose/", "surface/", "tissue/", "bundle/",
+                     "dense/", "base/"}),
        {}},
       {"runtime/include/", {"palpate.h"}, {"palpate"}},
       {"programs/player/", {"programs/player/", "runtime/include/", "formats/"}, {"plumbing", "VTK", "palpate"}},
       {"programs/player/record.cpp",
        {"programs/player/", "runtime/include/", "formats/"},
        {"plumbing", "toml++", "palpate"}},
+      {"programs/fit/", {"programs/fit/", "programs/player/", "runtime/include/", "formats/"}, {"plumbing", "palpate"}},
       {"programs/link/",
        {"programs/link/", "programs/player/", "runtime/include/", "formats/"},
        {"plumbing", "palpate"}},
+      {"programs/organ/", {"programs/organ/", "meshing/image/", "meshing/surface/", "formats/"}, {"plumbing"}},
       {"bindings/python/", {"bindings/python/"}, {"pybind11", "palpate"}},
       // What users run: never bench/ or tests/, and of the programs none.
       {"studies/bodies/", {"studies/bodies/", "precompute/elements/", "precompute/solver/", "formats/"}, {"Eigen"}},
@@ -174,7 +186,7 @@ std::vector<Include> includes_below(const std::filesystem::path& root, const std
 TEST(IncludeTable, HoldsInEveryFolder) {
   const std::filesystem::path root = PALPATE_SOURCE_FOLDER;
   for (const std::string folder : {"formats", "meshing", "precompute", "runtime", "programs/player", "programs/link",
-                                   "bindings/python", "studies"}) {
+                                   "programs/fit", "bindings/python", "studies"}) {
     const auto includes = includes_below(root, folder);
     EXPECT_GT(includes.size(), 10u) << folder;  // a table over no files would hold anything
     for (const Include& include : includes) {

@@ -154,6 +154,8 @@ TEST(MeshFile, ErrorsNameFilePlaceAndFinding) {
   EXPECT_THAT(with([](Small& s) { s.rest = "text\n"; }), HasSubstr("found 'text'"));
   EXPECT_THAT(refusal(""), HasSubstr("expected $MeshFormat, found the end of the file"));
   EXPECT_THAT(refusal("$MeshFormat\n4 0 8\n$EndMeshFormat\n"), HasSubstr("found 4"));
+  EXPECT_THAT(refusal("$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n"),
+              HasSubstr("a.msh: line 1: expected MSH version 2.2 or 4.1, found version 1 ($NOD)"));
   EXPECT_THAT(refusal("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"), HasSubstr("without section $Nodes"));
   EXPECT_THAT(refusal(std::string("$MeshFormat\n2.2 1 8\n\0\0\0\1", 25)), HasSubstr("byte order"));
 }

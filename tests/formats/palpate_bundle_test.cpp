@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <random>
+#include <regex>
 
 #include "formats/checksum.h"
 #include "tests/formats/run_palpate_bundle.h"
@@ -46,13 +47,38 @@ TEST(PalpateBundleInfo, ShowsOneScreenAndTheSameAsJson) {
   for (const char* shown : {"organ       box", "64 nodes, 56 on the surface", "Young 5400 Pa, Poisson 0.45",
                             "worst residual 1e-15", "tensors/displacement_surface"})
     EXPECT_THAT(text.out, HasSubstr(shown));
-  EXPECT_LE(std::count(text.out.begin(), text.out.end(), '\n'), 32);
+  EXPECT_LE(std::count(text.out.begin(), text.out.end(), '\n'), 36);
 
   const auto json = nlohmann::json::parse(palpate_bundle("info --json " + file).out);
   EXPECT_EQ(json["counts"]["surface_nodes"], 56);
   EXPECT_EQ(json["provenance"]["solver"], "dense Cholesky");
   EXPECT_EQ(json["materials"][0]["young_pa"], 5400.0);
   EXPECT_EQ(json["sections"].size(), box().sections.size() + 1);
+}
+
+TEST(PalpateBundleInfo, StatesTheBoxesAndAreasOfWhatMayBeTouchedAndOfWhatIsHeld) {
+  // The box of 60 x 50 x 40 mm in 3 x 3 x 3 cells, held at x = 0: its surface has 14,800 mm2. A node's area is a third of that of
+  // the triangles around it, so the held nodes have the held face and a third or more of the triangles beside it.
+  const auto scratch_file = scratch("h5");
+  write_bundle(scratch_file, tests::tiny_bundle());
+  const std::string file = scratch_file.string();
+  const auto regions = nlohmann::json::parse(palpate_bundle("info --json " + file).out)["regions"];
+  const auto box = [](const nlohmann::json& region, int d) {
+    return std::pair{region["box_mm"][0][d].get<double>(), region["box_mm"][1][d].get<double>()};
+  };
+  const auto near = [](double low, double high) {
+    return testing::Pair(testing::DoubleNear(low, 1e-9), testing::DoubleNear(high, 1e-9));
+  };
+  EXPECT_THAT(box(regions["organ"], 0), near(0, 60));
+  EXPECT_NEAR(regions["organ"]["area_mm2"].get<double>(), 14800, 1e-6);
+  EXPECT_THAT(box(regions["held"], 0), near(0, 0));
+  EXPECT_THAT(box(regions["held"], 1), near(0, 50));
+  EXPECT_EQ(regions["held"]["nodes"], 16);
+  EXPECT_GT(regions["held"]["area_mm2"].get<double>(), 2000);
+  EXPECT_LT(regions["held"]["area_mm2"].get<double>(), 2000 + 2.0 / 3 * 180 * 20);
+  EXPECT_THAT(box(regions["touchable"], 0), near(20, 60));
+  EXPECT_NEAR(regions["touchable"]["share"].get<double>() + regions["held"]["share"].get<double>(), 1, 1e-12);
+  EXPECT_THAT(palpate_bundle("info " + file).out, testing::HasSubstr("x 20 .. 60, y 0 .. 50, z 0 .. 40 mm; area"));
 }
 
 TEST(PalpateBundleInfo, KeepsControlCharactersOfAHostileFileFromTheTerminal) {
@@ -132,6 +158,27 @@ TEST(PalpateBundleVerify, FindsNumbersThatAreNotFinite) {
   EXPECT_FALSE(check_of(broken<double>(SectionId::force, nan), "finite numbers", 3)["held"]);
   EXPECT_FALSE(check_of(broken<float>(SectionId::displacement_surface, infinite), "finite displacements", 3)["held"]);
   EXPECT_FALSE(check_of(broken<float>(SectionId::displacement_interior, infinite), "finite displacements", 3)["held"]);
+}
+
+TEST(PalpateBundleVerify, FindsResponseCurvesThatAreNone) {
+  const auto with = [](std::vector<double> p, std::vector<double> q, std::vector<double> range) {
+    BundleParts parts = box();
+    parts.set(SectionId::response_radial, {p.size()}, p);
+    parts.set(SectionId::response_force, {q.size()}, q);
+    parts.set(SectionId::response_range, {2}, range);
+    const auto file = scratch("responses");
+    write_bundle(file, parts);
+    return file.string();
+  };
+  const std::string good = with({1e-3, 1e-3}, {0.5, 0.5}, {2e-3, 1});
+  EXPECT_TRUE(check_of(good, "radial response P", 0)["held"]);
+  EXPECT_TRUE(check_of(good, "force response Q", 0)["held"]);
+  const auto falls = check_of(with({1e-3, 1e-3}, {-0.5, -0.5}, {2e-3, 1}), "force response Q", 3);
+  EXPECT_FALSE(falls["held"]);
+  EXPECT_THAT(falls["detail"].get<std::string>(), HasSubstr("falls to -1 N"));
+  EXPECT_FALSE(check_of(with({1e3, 1e3}, {0.5, 0.5}, {2e-3, 1}), "radial response P", 3)["held"]);
+  EXPECT_FALSE(check_of(with({1e-3, 1e-3}, {5.5, 0.5}, {2e-3, 1}), "force response Q", 3)["held"]);
+  EXPECT_TRUE(check_of(with({0, 0}, {0.5, 0.5}, {0, 1}), "force response Q", 0)["held"]) << "P was not measured";
 }
 
 TEST(PalpateBundleVerify, FindsIndicesAndMeshesThatDoNotHold) {
@@ -256,6 +303,35 @@ TEST(PalpateBundleVerify, SolvesColumnsAgainFromTheInputs) {
   EXPECT_EQ(ended.code, 0) << ended.out << ended.errors;
   for (const char* name : {"input hashes", "same body", "solved again", "T^f solved again"})
     EXPECT_THAT(ended.out, HasSubstr(std::string("\"name\": \"") + name + "\""));
+}
+
+TEST(PalpateBundleVerify, SolvesColumnsOfAnOrganOnSoftSupportsAgainAndShowsThem) {
+  write_inputs(R"([[foundation]]
+name = "bed"
+normal = { value = 40, unit = "kPa/cm", source = "test" }
+select = { patch = "z0" }
+[[spring]]
+name = "cord"
+from = { patch = "x1" }
+stiffness = { value = 30, unit = "N/m", source = "test" }
+)");
+  const std::string bundle = precompute();
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle));
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.errors;
+  const ProgramRun info = palpate_bundle("info " + bundle);
+  EXPECT_THAT(info.out, HasSubstr("            16 nodes fixed, 1 along one or two axes"));
+  EXPECT_THAT(info.out, HasSubstr("foundation bed: normal 4e+06 N/m^3 (test); 0.003 m^2"));
+  EXPECT_THAT(info.out, HasSubstr("spring cord: 30 N/m (test); from 16 nodes to their places"));
+  // The same supports, a little softer: other hashes, and other columns.
+  write_bytes(scratch("boundary.toml"),
+              std::regex_replace(file_bytes(scratch("boundary.toml")), std::regex("value = 40"), "value = 39"));
+  const ProgramRun softer = palpate_bundle(with_inputs(bundle));
+  EXPECT_EQ(softer.code, 3);
+  const auto report = nlohmann::json::parse(softer.out);
+  for (const auto& check : report["checks"])
+    if (check["name"] == "input hashes") {
+      EXPECT_FALSE(check["held"].get<bool>());
+    }
 }
 
 // A sealed bundle whose bytes a test changes.

@@ -78,6 +78,17 @@ TEST(Program, AnswersHelpAndVersionOnStdout) {
   EXPECT_EQ(version.out, std::string("palpate-test ") + PALPATE_VERSION + "\n");
 }
 
+TEST(Program, EndsWithThreeWhereStrictFindsAWarning) {
+  const auto warns = [] { warn("the organ is 104 m long"); };
+  EXPECT_EQ(run({"x"}, warns).code, 0);
+  const Ended strict = run({"x", "--strict"}, warns);
+  EXPECT_EQ(strict.code, 3);
+  EXPECT_EQ(strict.err,
+            "warning: the organ is 104 m long\npalpate-test: --strict: expected no warning, found 1, printed above\n");
+  EXPECT_EQ(run({"x", "--strict"}, [] {}).code, 0);  // the warnings of an earlier run in this process are forgotten
+  EXPECT_EQ(run({"x", "--strict"}, [] { warn("a"), throw InputError("b"); }).code, 2);
+}
+
 TEST(Program, ReportsAShortJobInOneLineAwayFromATerminal) {
   testing::internal::CaptureStderr();
   {

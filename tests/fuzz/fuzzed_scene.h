@@ -22,7 +22,7 @@ inline palpate_scene_def fuzzed_effects(FuzzInput& input) {
     def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
     def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;
   }
-  def.max_tools = 3, def.max_points = 8, def.max_contact_nodes = 1 + static_cast<std::int32_t>(input.below(40));
+  def.max_tools = 3, def.max_points = 8, def.max_contact_nodes = static_cast<std::int32_t>(input.below(41));
   return def;
 }
 

@@ -11,6 +11,8 @@
 #include <thread>
 
 #include "tests/support/bundle_forms.h"
+#include "tests/support/file_bytes.h"
+#include "tests/support/host_faults.h"
 #include "tests/support/hostile_play.h"
 
 namespace palpate::tests {
@@ -38,11 +40,13 @@ palpate_scene_def small_def() {
 // An open bundle file with a scene.
 class PlayedFile {
  public:
-  explicit PlayedFile(const std::string& name, int which = 0) : path(scratch(name)) {
+  explicit PlayedFile(const std::string& name, int which = 0, palpate_file_access access = PALPATE_FILE_MAP_GUARDED)
+      : path(scratch(name)) {
     write_file(path, form(which).bytes);
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    if (palpate_bundle_open_file(path.c_str(), nullptr, &opened, &error) != PALPATE_OK)
+    const palpate_bundle_options options = options_for(access);
+    if (palpate_bundle_open_file(path.c_str(), &options, &opened, &error) != PALPATE_OK)
       throw std::runtime_error(error.text);
     bundle.reset(opened);
     const palpate_scene_def def = small_def();
@@ -188,29 +192,18 @@ TEST(HostileFile, CutWhileScenesOnSeveralThreadsStepIsFlaggedInAll) {
 
 // ---- hosts with their own signal handler ------------------------------------------------------------------------------
 
-std::atomic<int> host_faults{0};
-void mend(void* at) {
-  ++host_faults;  // repairs the fault, or the instruction would fault again for ever
-  void* page = reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(at) / 4096 * 4096);
-  mmap(page, 4096, PROT_READ, MAP_PRIVATE | MAP_FIXED | MAP_ANONYMOUS, -1, 0);
-}
-void on_fault(int, siginfo_t* info, void*) {
-  mend(info->si_addr);
+bool host_hears_its_fault() {
+  return tests::host_hears_its_fault(scratch("theirs"));
 }
 
-// Maps a file of the host, truncates it and reads it. True if the host's handler was called once more.
-bool host_hears_its_fault() {
-  const auto path = scratch("theirs");
-  write_file(path, std::string(8192, 'x'));
-  const int descriptor = open(path.c_str(), O_RDONLY);
-  auto* map = static_cast<const volatile char*>(mmap(nullptr, 8192, PROT_READ, MAP_SHARED, descriptor, 0));
-  EXPECT_EQ(truncate(path.c_str(), 0), 0);
-  const int before = host_faults;
-  const char read = map[5000];
-  munmap(const_cast<char*>(map), 8192);
-  close(descriptor);
-  std::filesystem::remove(path);
-  return read == 0 && host_faults == before + 1;
+// The handler of SIGBUS of this process now.
+struct sigaction handler_now() {
+  struct sigaction now = {};
+  sigaction(SIGBUS, nullptr, &now);
+  return now;
+}
+bool is_the_hosts(const struct sigaction& handler) {
+  return (handler.sa_flags & SA_SIGINFO) && handler.sa_sigaction == on_fault;
 }
 
 TEST(HostileFile, LeavesTheHostItsOwnFaultsWhenItsHandlerCameFirst) {
@@ -226,6 +219,124 @@ TEST(HostileFile, LeavesTheHostItsOwnFaultsWhenItsHandlerCameFirst) {
     EXPECT_TRUE(host_hears_its_fault());
   }
   EXPECT_TRUE(host_hears_its_fault()) << "after the bundle is closed as well";
+  sigaction(SIGBUS, &before, nullptr);
+}
+
+TEST(HostileFile, PutsTheHostsHandlerBackWhenTheLastGuardedBundleIsClosed) {
+  struct sigaction own = {}, before = {};
+  own.sa_sigaction = on_fault, own.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &own, &before);
+  for (int round = 0; round < 2; ++round) {
+    auto first = std::make_unique<PlayedFile>("one.h5"), second = std::make_unique<PlayedFile>("two.h5");
+    EXPECT_FALSE(is_the_hosts(handler_now()));
+    first.reset();
+    EXPECT_FALSE(is_the_hosts(handler_now()));
+    ASSERT_EQ(truncate(second->path.c_str(), 4096), 0);
+    EXPECT_TRUE(second->step_afresh() & PALPATE_STEP_BUNDLE_LOST);
+    second.reset();
+    EXPECT_TRUE(is_the_hosts(handler_now()));
+    EXPECT_TRUE(host_hears_its_fault());
+  }
+  sigaction(SIGBUS, &before, nullptr);
+}
+
+TEST(HostileFile, LeavesAHandlerAloneThatTheHostInstalledWhileABundleWasOpen) {
+  struct sigaction own = {}, before = {};
+  own.sa_sigaction = on_fault, own.sa_flags = SA_SIGINFO;
+  {
+    PlayedFile file("meanwhile.h5");
+    sigaction(SIGBUS, &own, &before);
+  }
+  EXPECT_TRUE(is_the_hosts(handler_now()));
+  EXPECT_TRUE(host_hears_its_fault());
+  signal(SIGBUS, SIG_DFL);
+}
+
+// The default: a map without a guard. What the host loses, the host hears.
+TEST(HostileFile, ThatIsMappedWithoutAGuardLeavesSignalsToTheHost) {
+  struct sigaction own = {}, before = {};
+  own.sa_sigaction = on_fault, own.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &own, &before);
+  {
+    PlayedFile file("unguarded.h5", 0, PALPATE_FILE_MAP);
+    EXPECT_TRUE(is_the_hosts(handler_now()));
+    EXPECT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
+    {
+      PlayedFile guarded("guarded.h5");
+      EXPECT_FALSE(is_the_hosts(handler_now()));
+    }
+    EXPECT_TRUE(is_the_hosts(handler_now())) << "with an unguarded bundle still open";
+    host_faults = 0;
+    ASSERT_EQ(truncate(file.path.c_str(), 4096), 0);
+    EXPECT_TRUE(file.step_afresh() & PALPATE_STEP_BUNDLE_LOST) << "the host's handler maps zeros";
+    EXPECT_GT(host_faults, 0);
+    const int faults = host_faults;
+    EXPECT_EQ(palpate_bundle_check(file.bundle.get(), nullptr), PALPATE_ERROR_TRUNCATED);
+    EXPECT_EQ(host_faults, faults) << "the check reads the file and no map";
+  }
+  EXPECT_TRUE(is_the_hosts(handler_now()));
+  sigaction(SIGBUS, &before, nullptr);
+}
+
+TEST(HostileFile, WrittenOverInPlaceIsFlaggedWithoutAGuardToo) {
+  PlayedFile file("over_unguarded.h5", 0, PALPATE_FILE_MAP);
+  ASSERT_EQ(file.step() & PALPATE_STEP_BUNDLE_LOST, 0u);
+  std::string other = form(1).bytes;
+  other.resize(std::max(other.size(), form(0).bytes.size()));
+  const int descriptor = open(file.path.c_str(), O_WRONLY);  // not cut: what is mapped stays
+  ASSERT_EQ(pwrite(descriptor, other.data(), other.size(), 0), static_cast<ssize_t>(other.size()));
+  close(descriptor);
+  EXPECT_TRUE(file.step() & PALPATE_STEP_BUNDLE_LOST);
+}
+
+// A file whose sections are copied: no map, no handler, nothing to lose.
+TEST(HostileFile, ThatIsCopiedLeavesSignalsAloneAndCannotHarmAScene) {
+  struct sigaction own = {}, before = {};
+  own.sa_sigaction = on_fault, own.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &own, &before);
+  host_faults = 0;
+  const auto path = scratch("copied.h5");
+  const palpate_bundle_options options = options_for(PALPATE_FILE_COPY);
+  const palpate_scene_def def = small_def();
+  const auto kept_on = [&](auto harm) {
+    write_file(path, form(0).bytes);
+    palpate_bundle* opened = nullptr;
+    EXPECT_EQ(palpate_bundle_open_file(path.c_str(), &options, &opened, nullptr), PALPATE_OK);
+    const BundlePointer bundle(opened);
+    palpate_scene* created = nullptr;
+    EXPECT_EQ(palpate_scene_create(opened, &def, &created, nullptr), PALPATE_OK);
+    const ScenePointer scene(created);
+    EXPECT_TRUE(is_the_hosts(handler_now()));
+    EXPECT_EQ(file_bytes("/proc/self/maps").find(path.filename().string()), std::string::npos);
+    HeldPlay play(created, def, palpate_bundle_describe(opened).node_count);
+    palpate_grip grip = palpate_default_grip();
+    grip.kind = PALPATE_GRIP_NODE, grip.node = palpate_bundle_touchable(opened)[3], grip.displacement[2] = 1e-3;
+    const palpate_tool tool = grip_tool(&grip);
+    const auto step = [&] {
+      EXPECT_EQ(play.touch(&tool, 1, 1e-3), "");
+      EXPECT_EQ(play.shape(play.contacts()), "");
+      EXPECT_EQ(play.flags() & ~PALPATE_STEP_FORCE_LIMITED, 0u);
+      const auto* bytes = reinterpret_cast<const char*>(palpate_contacts_node(play.contacts(), 0));
+      return std::string(bytes, sizeof(palpate_contact_node));
+    };
+    const std::string good = step();
+    harm();
+    play.reset();
+    EXPECT_EQ(step(), good);
+    palpate_error error = {};
+    EXPECT_NE(palpate_bundle_check(opened, &error), PALPATE_OK);
+    palpate_scene_def more = def;
+    more.shape = PALPATE_SHAPE_VOLUME;  // needs a section that was not copied before
+    palpate_scene* another = nullptr;
+    EXPECT_EQ(palpate_scene_create(opened, &more, &another, &error), PALPATE_ERROR_TRUNCATED) << error.text;
+    EXPECT_EQ(another, nullptr);
+    EXPECT_EQ(step(), good);
+  };
+  kept_on([&] { ASSERT_EQ(truncate(path.c_str(), 0), 0); });
+  kept_on([&] { ASSERT_EQ(truncate(path.c_str(), 5000), 0); });
+  kept_on([&] { write_file(path, form(1).bytes); });
+  EXPECT_EQ(host_faults, 0);
+  std::filesystem::remove(path);
   sigaction(SIGBUS, &before, nullptr);
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "formats/errors.h"
@@ -330,6 +331,56 @@ TEST(SurfaceImage, SheetThinnerThanTheSmoothingIsReported) {
   // two sheets of 13 x 20 x 1 mm stick out of the ball; smoothing keeps the 6 mm of them next to the ball
   EXPECT_GT(thin.thin_mm3, 100);
   EXPECT_GT(std::abs(thin.thin_place[0]), 15);
+}
+
+// A bowl two voxels thick. The default Gaussian of 1.5 voxels leaves walls whose two sides cross.
+TEST(SurfaceImage, ThinWallsOnWhichSmoothingFailsAreSmoothedLessAndThisIsSaid) {
+  const std::filesystem::path folder = fresh_folder();
+  const ShapeImage bowl = shape_image({64, 64, 40}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 0}, [](const Point& p) {
+    return std::abs(std::hypot(p[0], p[1], p[2] + 15) - 28) < 1 && p[2] > -15 ? 1 : 0;
+  });
+  write_bytes(folder / "bowl.nrrd", as_nrrd(bowl, false, false));
+  const ProgramRun run = run_surface(folder, "bowl.nrrd --triangles 600 -o bowl.ply --report bowl.json");
+  ASSERT_EQ(run.code, 0) << run.errors;
+  EXPECT_THAT(run.errors,
+              testing::HasSubstr("no valid surface was found with a smoothing of 1.5 mm, and parts are only"));
+  const auto report = nlohmann::json::parse(file_bytes(folder / "bowl.json"));
+  // at most a quarter of the thickness of 2 mm, which is found to 15 % and to a voxel
+  EXPECT_LT(report["smooth_mm"].get<double>(), 0.8);
+  EXPECT_NEAR(report["volume_error"].get<double>(), 0, 1e-9);  // restored, up to rounding
+  // A Gaussian that leaves nothing of the organ is reduced as well.
+  const ProgramRun wide = run_surface(folder, "bowl.nrrd --triangles 600 --smooth 20 -o bowl.ply");
+  EXPECT_EQ(wide.code, 0) << wide.errors;
+  EXPECT_THAT(wide.errors, testing::HasSubstr("trying --smooth 0"));
+}
+
+TEST(SurfaceImage, CurvatureSpreadReachesTheAskedTrianglesAlsoWhereTheVoxelsGiveFewer) {
+  const ShapeImage shape =
+      shape_image({24, 24, 24}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 0}, ellipsoid(9, 8, 7));
+  const LabelImage image{shape.grid, {shape.values.begin(), shape.values.end()}};
+  for (const std::size_t asked : {std::size_t{1000}, std::size_t{6000}}) {
+    const ExtractedSurface extracted = surface_of(image, 1.5, asked, SurfaceTarget::Spread::curvature);
+    EXPECT_NEAR(static_cast<double>(extracted.surface.triangles.size()), static_cast<double>(asked),
+                0.05 * static_cast<double>(asked));
+    EXPECT_EQ(first_defect(extracted.surface), "");
+  }
+}
+
+TEST(SurfaceImage, ATipThatACoarseSurfaceLosesIsWarnedOf) {
+  const std::filesystem::path folder = fresh_folder();
+  // a ball with a horn, 24 mm long and 6 mm wide
+  const ShapeImage horned =
+      shape_image({90, 60, 60}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 0}, [](const Point& p) {
+        return std::hypot(p[0] + 15, p[1], p[2]) < 25 || (p[0] > 0 && p[0] < 34 && std::hypot(p[1], p[2]) < 3) ? 1 : 0;
+      });
+  write_bytes(folder / "horned.nrrd", as_nrrd(horned, false, false));
+  const auto warnings = [&](const std::string& options) {
+    const ProgramRun run = run_surface(folder, "horned.nrrd -o horned.ply " + options);
+    EXPECT_EQ(run.code, 0) << run.errors;
+    return run.errors;
+  };
+  EXPECT_THAT(warnings("--triangles 100"), testing::HasSubstr("a thin tip was lost"));
+  EXPECT_THAT(warnings("--triangles 6000 --smooth 0.7"), testing::Not(testing::HasSubstr("a thin tip was lost")));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Tests each repair of a segmented surface and each file format of surfaces.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -200,6 +201,34 @@ TEST_F(SurfaceRepair, TextStlTextPlyAndQuadsAreRead) {
     const TriangleSurface cube = read_surface(folder / name, 1000);
     EXPECT_EQ(cube.triangles.size(), 12u);
     EXPECT_NEAR(enclosed_volume(cube), 1e9, 1e-3);
+  }
+}
+
+// Text STL as programs write it: names with blanks and words of the format, other cases, "end" apart, no last line.
+TEST_F(SurfaceRepair, TextStlIsReadHoweverItsWordsAreWritten) {
+  const std::filesystem::path folder = fresh_folder();
+  const auto tetrahedron = [](const std::string& name, const std::string& facet_end, const std::string& end) {
+    std::ostringstream text;
+    text << name << '\n';
+    const std::array<const char*, 4> corner = {"0 0 0", "1 0 0", "0 1 0", "0 0 1"};
+    for (const auto& [a, b, c] : {std::array<std::size_t, 3>{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
+      text << "  facet normal 0 0 0\n outer loop\n";
+      for (const std::size_t p : {a, b, c}) text << "vertex " << corner[p] << '\n';
+      text << facet_end;
+    }
+    text << end;
+    return text.str();
+  };
+  const std::string plain = "endloop\nendfacet\n";
+  int number = 0;
+  for (const std::string& text :
+       {tetrahedron("solid Left Kidney (v2)", plain, "endsolid Left Kidney (v2)\n"),
+        tetrahedron("solid facet vertex 3", plain, "endsolid\n"), tetrahedron("solid", plain, "end solid\n"),
+        tetrahedron(" \r\nSOLID Organ", "EndLoop\r\nENDFACET\r\n", "ENDSOLID Organ\r\n"),
+        tetrahedron("solid a", "end loop\nend facet\n", "end solid a"), tetrahedron("solid a", plain, "")}) {
+    const std::filesystem::path file = folder / fmt::format("{}.stl", number++);
+    write_bytes(file, text);
+    EXPECT_NEAR(enclosed_volume(read_surface(file, 1)), 1.0 / 6, 1e-15) << text;
   }
 }
 

@@ -2,6 +2,7 @@
 #include <gmsh.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <csignal>
 #include <fstream>
 
@@ -105,6 +106,22 @@ TEST(RunInChild, TurnsACrashIntoOneSentence) {
     EXPECT_THAT(error.what(), HasSubstr("mesher crashed (Segmentation fault)"));
   }
   EXPECT_EQ(run_in_child("mesher", 10, [] { return std::string(1 << 20, 'x'); }).size(), std::size_t{1} << 20);
+}
+
+TEST(RunInChild, StopsAChildThatUsesUpItsProcessorTime) {
+  try {
+    run_in_child(
+        "mesher", 600,
+        []() -> std::string {
+          std::atomic<int> turns = 0;
+          while (turns >= 0) turns = 1;
+          return "";
+        },
+        1);
+    FAIL() << "no error";
+  } catch (const OperationError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("mesher did not finish within 1 s of processor time"));
+  }
 }
 
 // Writes a mesh with gmsh in the given version and encoding.

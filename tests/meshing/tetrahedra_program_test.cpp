@@ -8,6 +8,7 @@
 #include "formats/errors.h"
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/tetrahedra/mesh_quality.h"
+#include "meshing/tetrahedra/tetrahedra_from_surfaces.h"
 #include "studies/bodies/box_mesh.h"
 #include "tests/meshing/run_tetrahedra.h"
 #include "tests/support/closed_surfaces.h"
@@ -68,6 +69,17 @@ TEST(PassGate, NamesTheWorstElement) {
   EXPECT_THAT(sentence({30, 0}), AllOf(HasSubstr("tetrahedron " + std::to_string(worst) + " "), HasSubstr("\"box\""),
                                        HasSubstr("--min-dihedral")));
   EXPECT_THAT(sentence({0, 0.6}), HasSubstr("--min-radius-ratio"));
+  // The limits that the sentence offers let the mesh pass: both of them, rounded down.
+  const MeshQuality poor = measure_quality(mesh);
+  const std::string both = sentence({30, 0.6});
+  const auto offered = [&](const std::string& option) {
+    const std::size_t at = both.find("accept it with"), value = both.find(option, at);
+    EXPECT_NE(value, std::string::npos) << both;
+    return std::stod(both.substr(value + option.size()));
+  };
+  EXPECT_EQ(sentence({offered("--min-dihedral "), offered("--min-radius-ratio ")}), "");
+  EXPECT_NEAR(offered("--min-dihedral "), poor.dihedral.value, 0.1);
+  EXPECT_NEAR(offered("--min-radius-ratio "), poor.radius_ratio.value, 0.001);
   mesh.nodes[13] = {3, 1, 1};  // outside the box, so elements are inverted
   EXPECT_THAT(sentence({0, 0}), HasSubstr("positive"));
 }
@@ -134,6 +146,71 @@ TEST(PalpateTetrahedra, TheGateFailsWithExitCodeThreeAndWritesNothing) {
   expect_refusal(folder, "sphere.off --min-radius-ratio 0.99", 3, "has a radius ratio of");
 }
 
+// A ball of slices: 400 needles around each pole, with angles of 0.9 degrees.
+TriangleSurface needles() {
+  const int around = 400, down = 5;
+  TriangleSurface ball;
+  ball.points = {{0, 0, 50}, {0, 0, -50}};
+  for (int i = 1; i < down; ++i)
+    for (int j = 0; j < around; ++j) {
+      const double a = std::numbers::pi * i / down, b = 2 * std::numbers::pi * j / around;
+      ball.points.push_back({50 * std::sin(a) * std::cos(b), 50 * std::sin(a) * std::sin(b), 50 * std::cos(a)});
+    }
+  const auto at = [&](int i, int j) { return 2 + (i - 1) * around + j % around; };
+  for (int j = 0; j < around; ++j) {
+    ball.triangles.push_back({0, at(1, j), at(1, j + 1)});
+    for (int i = 1; i + 1 < down; ++i) {
+      ball.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      ball.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+    ball.triangles.push_back({1, at(down - 1, j + 1), at(down - 1, j)});
+  }
+  return ball;
+}
+
+// A wedge of 10 by 10 by 1 mm: atan(0.1) = 5.7 degrees at its thin end.
+TriangleSurface wedge() {
+  return {{{0, 0, 0}, {0, 10, 0}, {0, 0, 1}, {0, 10, 1}, {10, 0, 0}, {10, 10, 0}},
+          {{0, 1, 5}, {0, 5, 4}, {0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}, {0, 4, 2}, {1, 3, 5}}};
+}
+
+TEST(GateObstacle, FindsNeedlesAndSharpEdgesAndNothingElse) {
+  EXPECT_EQ(gate_obstacle(sphere_surface(2, 50), {10, 0.05}).found, "");
+  EXPECT_EQ(gate_obstacle(box_surface(1, {0, 0, 0}, {10, 10, 10}), {80, 0.05}).found, "");
+  EXPECT_THAT(gate_obstacle(box_surface(1, {0, 0, 0}, {10, 10, 10}), {91, 0.05}).found, HasSubstr("inner angle of 90"));
+  EXPECT_THAT(gate_obstacle(needles(), {10, 0.05}).found, HasSubstr("radius ratio"));
+  EXPECT_EQ(gate_obstacle(needles(), {10, 0}).found, "");
+  EXPECT_THAT(gate_obstacle(wedge(), {10, 0}).found, HasSubstr("inner angle of 5.7"));
+}
+
+TEST(PalpateTetrahedra, RemeshesASurfaceWhoseOwnTrianglesCannotMeetTheGateUnlessForbidden) {
+  const auto folder = fresh_folder();
+  const TriangleSurface ball = needles();
+  tests::write_off(folder / "needles.off", ball);
+  const auto run = run_tetrahedra(folder, "needles.off -o needles.msh --report needles.json");
+  ASSERT_EQ(run.code, 0) << run.errors;
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("needles.off: the surface's own triangles cannot meet the gate"),
+                                HasSubstr("remeshed evenly"), HasSubstr("--keep-surface forbids this")));
+  const auto report = nlohmann::json::parse(tests::file_bytes(folder / "needles.json"));
+  EXPECT_TRUE(report["remeshed"].get<bool>());
+  // remeshing restores the volume, and sums of 5,000 terms round below 1e-9
+  EXPECT_NEAR(report["regions"][0]["volume"].get<double>() / enclosed_volume(ball), 1, 1e-9);
+  tests::write_off(folder / "wedge.off", wedge());
+  expect_refusal(folder, "wedge.off --keep-surface", 3, "accept it with");
+}
+
+TEST(PalpateTetrahedra, AGateThatNoMeshMeetsIsMetAfterItsAdviceIsFollowed) {
+  const auto folder = fresh_folder();
+  tests::write_off(folder / "sphere.off", sphere_surface(2, 50));
+  const auto refused = run_tetrahedra(folder, "sphere.off --min-dihedral 60 --min-radius-ratio 0.9 -o a.msh");
+  ASSERT_EQ(refused.code, 3) << refused.errors;
+  const std::size_t advice = refused.errors.find("accept it with");
+  ASSERT_NE(advice, std::string::npos) << refused.errors;
+  const std::string options = refused.errors.substr(advice + 15);
+  const auto run = run_tetrahedra(folder, "sphere.off -o a.msh " + options.substr(0, options.find('\n')));
+  EXPECT_EQ(run.code, 0) << run.errors;
+}
+
 TEST(PalpateTetrahedra, DamagedSurfacesAreRefusedWithOneSentence) {
   const auto folder = fresh_folder();
   const auto write = [&](const std::string& name, const std::string& text) { std::ofstream(folder / name) << text; };
@@ -141,12 +218,12 @@ TEST(PalpateTetrahedra, DamagedSurfacesAreRefusedWithOneSentence) {
   TriangleSurface open = sphere_surface(2, 50);
   open.triangles.pop_back();
   tests::write_off(folder / "open.off", open);
-  expect_refusal(folder, "open.off", 2, "open loop");
+  expect_refusal(folder, "open.off", 2, "palpate-surface --wrap closes them");
 
   TriangleSurface crossing = sphere_surface(2, 50);
   tests::append(crossing, sphere_surface(2, 50, {60, 0, 0}));
   tests::write_off(folder / "crossing.off", crossing);
-  expect_refusal(folder, "crossing.off", 2, "intersect");
+  expect_refusal(folder, "crossing.off", 2, "palpate-surface --wrap unites what they enclose");
 
   tests::write_off(folder / "a.off", box_surface(2, {0, 0, 0}, {10, 10, 10}));
   tests::write_off(folder / "b.off", box_surface(2, {10, 0, 0}, {20, 10, 10}));

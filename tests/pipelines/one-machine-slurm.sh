@@ -9,7 +9,7 @@ set -euo pipefail
 PATH=$PATH:/usr/sbin
 for program in munged slurmctld slurmd sbatch; do
   command -v $program > /dev/null || {
-    echo "one-machine-slurm.sh: $program is not installed; packages: tests/pipelines/slurm-packages.txt" >&2; exit 1; }
+    echo "one-machine-slurm.sh: $program is not installed; packages: cmake/packages/slurm.txt" >&2; exit 1; }
 done
 
 folder=$(mktemp -d -t palpate_slurm_XXXXXX)

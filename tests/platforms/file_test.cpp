@@ -45,9 +45,11 @@ void write_file(const std::string& path, const std::string& bytes) {
   CloseHandle(file);
 }
 
-palpate_bundle* open(const std::string& path, palpate_error* error) {
+palpate_bundle* open(const std::string& path, palpate_error* error, palpate_file_access access = PALPATE_FILE_MAP) {
+  palpate_bundle_options options = palpate_default_bundle_options();
+  options.file_access = access;
   palpate_bundle* bundle = nullptr;
-  palpate_bundle_open_file(path.c_str(), nullptr, &bundle, error);
+  palpate_bundle_open_file(path.c_str(), &options, &bundle, error);
   return bundle;
 }
 
@@ -126,6 +128,14 @@ int main(int argc, char** argv) {
   expect(palpate_bundle_open(aligned, whole.size(), nullptr, &in_memory, &error) == PALPATE_OK, "its bytes open");
   const double force = press(bundle), from_memory = press(in_memory);
   expect(force != 0 && force == from_memory, "file and memory give the same force");
+  for (const palpate_file_access access : {PALPATE_FILE_MAP_GUARDED, PALPATE_FILE_COPY}) {
+    palpate_bundle* other = open(path, &error, access);
+    expect(other != nullptr, "it opens in every way");
+    if (!other) continue;
+    expect(palpate_bundle_check(other, &error) == PALPATE_OK, "its checksums hold in every way");
+    expect(press(other) == force, "every way to open it gives the same force");
+    palpate_bundle_close(other);
+  }
   palpate_bundle_close(in_memory), palpate_bundle_close(second), palpate_bundle_close(bundle);
   _aligned_free(aligned);
 

@@ -9,6 +9,7 @@
 
 #include "formats/errors.h"
 #include "formats/organ_config.h"
+#include "formats/program.h"
 #include "studies/bodies/box_mesh.h"
 
 namespace palpate::tests {
@@ -51,6 +52,7 @@ name = "liver"
 young = { value = 5.4, unit = "kPa", source = "a" }
 poisson = { value = 0.45, source = "b" }
 density = { value = 1.06, unit = "g/cm^3", source = "c" }
+stiffening = { value = 2.5, source = "g" }
 [response]
 curve = "curves/c.csv"
 source = "d"
@@ -79,6 +81,8 @@ TEST(OrganConfig, IsReadInSiUnits) {
   EXPECT_EQ(organ.regions[0].poisson.value, 0.45);
   ASSERT_TRUE(organ.regions[0].density.has_value());
   EXPECT_DOUBLE_EQ(organ.regions[0].density->value, 1060);
+  ASSERT_TRUE(organ.regions[0].stiffening.has_value());
+  EXPECT_EQ(organ.regions[0].stiffening->value, 2.5);
   ASSERT_TRUE(organ.response.has_value());
   EXPECT_EQ(organ.response->curve, file().parent_path() / "curves/c.csv");
   EXPECT_DOUBLE_EQ(organ.response->height, 0.013);
@@ -93,14 +97,16 @@ TEST(OrganConfig, RefusesEachFaultInOneSentenceWithItsLine) {
   };
   EXPECT_THAT(with("element = \"p1\"", "element = \"p1\"\ncolour = 3"),
               HasSubstr(":5: unknown key \"colour\"; the keys here are"));
-  EXPECT_THAT(with("name = \"liver\"\nmesh", "mesh"), HasSubstr("the key \"name\" is missing"));
+  EXPECT_THAT(with("name = \"liver\"\nmesh", "mesh"),
+              HasSubstr(":1: the key \"name\" is missing; add it, for example: name = \"liver\""));
   EXPECT_THAT(with("\"mm\"", "\"inch\""), HasSubstr(":2: mesh_unit: expected one of m, cm, mm, um, found \"inch\""));
-  EXPECT_THAT(with("\"mm\"", "5"), HasSubstr(":2: mesh_unit: expected a string such as m, found 5"));
-  EXPECT_THAT(with("5.4", "-1"), HasSubstr(":7: [[region]] 1: young: expected a modulus above 0"));
+  EXPECT_THAT(with("\"mm\"", "5"),
+              HasSubstr(":2: mesh_unit: expected a text in quotes, for example mesh_unit = \"mm\", found 5"));
+  EXPECT_THAT(with("5.4", "-1"), HasSubstr(":7: [[region]] 1: young: expected a modulus above 0, found -1 kPa"));
   EXPECT_THAT(with("5.4", "nan"), HasSubstr(":7: [[region]] 1.young: value: expected a finite number"));
   EXPECT_THAT(with("5.4", "\"5.4\""), HasSubstr(":7: [[region]] 1.young: value: expected a finite number"));
   EXPECT_THAT(with(", source = \"a\"", ""), HasSubstr(":7: [[region]] 1.young: the key \"source\" is missing"));
-  EXPECT_THAT(with("\"a\"", "\"\""), HasSubstr("source: expected a string that is not empty"));
+  EXPECT_THAT(with("\"a\"", "\"\""), HasSubstr("source: expected a text that is not empty"));
   EXPECT_THAT(with("5.4", "1e-300"), HasSubstr("young: expected a modulus from 1e-6 to 1e15 Pa"));
   EXPECT_THAT(with("5.4", "1e300"), HasSubstr("young: expected a modulus from 1e-6 to 1e15 Pa"));
   EXPECT_THAT(with("0.45", "0.4999999999"), HasSubstr("poisson: expected a ratio"));
@@ -109,12 +115,17 @@ TEST(OrganConfig, RefusesEachFaultInOneSentenceWithItsLine) {
   EXPECT_THAT(with("0.45", "0.5"), HasSubstr(":8: [[region]] 1: poisson: expected a ratio with -1 < value < 0.5"));
   EXPECT_THAT(with("0.45", "-1"), HasSubstr("poisson"));
   EXPECT_THAT(with("1.06", "0"), HasSubstr("a density above 0"));
+  EXPECT_THAT(with("2.5", "0"), HasSubstr("stiffening: expected a number above 0 and up to 1e4"));
+  EXPECT_THAT(with("2.5", "1e5"), HasSubstr("stiffening: expected a number above 0 and up to 1e4"));
+  EXPECT_FALSE(read_text(read_organ_config, replaced(kOrgan, "stiffening = { value = 2.5, source = \"g\" }\n", ""))
+                   .regions[0]
+                   .stiffening.has_value());
   EXPECT_THAT(with("degree = 7", "degree = 11"),
-              HasSubstr(":17: response: degree: expected an integer from 4 to 10, found 11"));
+              HasSubstr(":18: response: degree: expected an integer from 4 to 10, found 11"));
   EXPECT_THAT(with("value = 13", "value = 0"), HasSubstr("a length above 0"));
   EXPECT_THAT(with("frame = ", "frame : "), HasSubstr(":3: not valid TOML"));
   EXPECT_THAT(with("[[region]]\nname = \"liver\"", "[region]\nname = \"liver\""),
-              HasSubstr(":5: region: expected an array of tables"));
+              HasSubstr(":5: region: expected tables, each headed [[region]]"));
   EXPECT_THAT(with("[response]",
                    "[[region]]\nname = \"liver\"\nyoung = { value = 1, unit = \"Pa\", source = \"a\" }\n"
                    "poisson = { value = 0.1, source = \"a\" }\n[response]"),
@@ -138,6 +149,67 @@ gravity = { value = [0, 0, -9.81], unit = "m/s^2" }
 [store]
 interior = true
 )";
+
+const std::string kSupports = R"(name = "soft"
+[[foundation]]
+name = "diaphragm"
+normal = { value = 0.2, unit = "kPa/mm", source = "a" }
+tangential = { value = 500, unit = "N/m^3", source = "b" }
+select = { patch = "z1" }
+[[spring]]
+name = "ligament"
+from = { nearest = { points = [[1, 2, 3]] } }
+to = [ { patch = "x0" }, { patch = "x1" } ]
+stiffness = { value = 0.3, unit = "N/mm", source = "c" }
+[[spring]]
+name = "cord"
+from = { patch = "y0" }
+anchor = [1, 2, 3]
+stiffness = { value = 20, unit = "N/m", source = "d" }
+)";
+
+TEST(BoundaryConfig, ReadsSoftSupportsInSiUnits) {
+  const BoundaryConfig boundary = read_text(read_boundary_config, kSupports);
+  EXPECT_TRUE(boundary.fixed.empty());
+  ASSERT_EQ(boundary.foundations.size(), 1u);
+  const auto& foundation = boundary.foundations[0];
+  EXPECT_EQ(foundation.name, "diaphragm");
+  EXPECT_DOUBLE_EQ(foundation.normal.value, 2e5);
+  EXPECT_EQ(foundation.normal.source, "a");
+  EXPECT_DOUBLE_EQ(foundation.tangential.value, 500);
+  EXPECT_EQ(foundation.select.size(), 1u);
+  ASSERT_EQ(boundary.springs.size(), 2u);
+  EXPECT_DOUBLE_EQ(boundary.springs[0].stiffness.value, 300);
+  EXPECT_EQ(boundary.springs[0].from[0].kind, Selector::Kind::nearest);
+  EXPECT_EQ(boundary.springs[0].to.size(), 2u);
+  EXPECT_FALSE(boundary.springs[0].anchor);
+  EXPECT_TRUE(boundary.springs[1].to.empty());
+  ASSERT_TRUE(boundary.springs[1].anchor);
+  EXPECT_THAT(*boundary.springs[1].anchor, ElementsAre(1, 2, 3));
+}
+
+TEST(BoundaryConfig, RefusesEachFaultOfASoftSupportInOneSentenceWithItsLine) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return refusal(read_boundary_config, replaced(kSupports, from, to));
+  };
+  EXPECT_THAT(with("\"kPa/mm\"", "\"kPa\""),
+              HasSubstr(":4: [[foundation]] 1.normal: unit: expected one of N/m^3, kPa/cm"));
+  EXPECT_THAT(with("value = 0.2", "value = -0.2"), HasSubstr("normal: expected a stiffness from 0 to 1e15 N/m^3"));
+  EXPECT_THAT(with("value = 0.2", "value = 1e300"), HasSubstr("normal: expected a stiffness from 0 to 1e15 N/m^3"));
+  EXPECT_THAT(with(", source = \"a\"", ""), HasSubstr(":4: [[foundation]] 1.normal: the key \"source\" is missing"));
+  EXPECT_EQ(with("value = 0.2", "value = 0"), "");  // the tangential stiffness is left
+  EXPECT_THAT(with("value = 0.2, unit = \"kPa/mm\", source = \"a\" }\ntangential = { value = 500",
+                   "value = 0, unit = \"kPa/mm\", source = \"a\" }\ntangential = { value = 0"),
+              HasSubstr("normal: expected a stiffness above 0, as tangential has none either"));
+  EXPECT_THAT(with("value = 20", "value = 0"), HasSubstr("stiffness: expected a stiffness above 0 and up to 1e15 N/m"));
+  EXPECT_THAT(with("{ patch = \"y0\" }", "{ patch = \"y0\" }\nto = { patch = \"x1\" }"),
+              HasSubstr("[[spring]] 2: anchor: expected either to"));
+  EXPECT_THAT(with("\"cord\"", "\"ligament\""),
+              HasSubstr("[[spring]] 2: name: expected a name that no other [[spring]] has"));
+  EXPECT_THAT(with("to = [ { patch = \"x0\" }", "to = [ { path = \"x0\" }"),
+              HasSubstr(":10: select: expected exactly one of"));
+  EXPECT_THAT(with("from = { patch = \"y0\" }", ""), HasSubstr("[[spring]] 2: the key \"from\" is missing"));
+}
 
 TEST(BoundaryConfig, IsRead) {
   const BoundaryConfig boundary = read_text(read_boundary_config, kBoundary);
@@ -173,7 +245,8 @@ TEST(BoundaryConfig, RefusesEachFaultInOneSentenceWithItsLine) {
   EXPECT_THAT(with("normal = [0, 0, 1]", "normal = [0, 0, 0]"), HasSubstr("a vector that is not zero"));
   EXPECT_THAT(with("interior = true", "interior = 1"),
               HasSubstr(":13: store: interior: expected true or false, found 1"));
-  EXPECT_THAT(refusal(read_boundary_config, "name = \"a\"\n"), HasSubstr("at least one [[fixed]]"));
+  EXPECT_THAT(refusal(read_boundary_config, "name = \"a\"\n"),
+              HasSubstr("at least one [[fixed]], [[foundation]] or [[spring]]"));
 }
 
 // A box of 2 x 2 x 2 cells of size 1. Node number = i + 3 (j + 3 k); node 13 is the only one inside.
@@ -207,6 +280,58 @@ class Selectors : public ::testing::Test {
   std::vector<std::int32_t> surface_;
 };
 
+TEST_F(Selectors, FacingTakesSurfaceNodesWhoseNormalIsNearADirection) {
+  // The middles of the faces have the faces' normals; those of edges and corners lie between.
+  EXPECT_THAT(select("{ facing = { direction = [0, 0, 3], within = 1 } }"), ElementsAre(22));
+  EXPECT_THAT(select("{ facing = { direction = [1, 0, 1], within = 1 } }"), ElementsAre(23));
+  EXPECT_EQ(select("{ facing = { direction = [0, 0, 1], within = 60 } }").size(), 9u);
+  EXPECT_EQ(select("{ facing = { direction = [0, 0, 1], within = 180 } }").size(), 26u);
+  EXPECT_THAT(refused("{ facing = { direction = [0, 0, 1], within = 0 } }"), HasSubstr("an angle above 0"));
+  EXPECT_THAT(refused("{ facing = { direction = [0, 0, 1], within = 9 }, where = \"all\" }"),
+              HasSubstr("nodes inside the organ have no normal"));
+}
+TEST_F(Selectors, AndOrAndNotCombineOthers) {
+  const std::string low = "{ half_space = { point = [0, 0, 0], normal = [0, 0, 1] } }";
+  const std::string left = "{ half_space = { point = [0, 0, 0], normal = [1, 0, 0] } }";
+  EXPECT_THAT(select("{ and = [" + low + ", " + left + "] }"), ElementsAre(0, 3, 6));
+  EXPECT_EQ(select("{ or = [" + low + ", " + left + "] }").size(), 15u);
+  EXPECT_EQ(select("{ not = [" + low + ", " + left + "] }").size(), 26u - 15);
+  EXPECT_EQ(select("{ not = " + low + " }").size(), 17u);
+  EXPECT_EQ(select("{ not = " + low + ", where = \"all\" }").size(), 18u);
+  EXPECT_THAT(select("{ and = [" + low + ", { not = { or = [" + left + ", { patch = \"x1\" }] } }] }"),
+              ElementsAre(1, 4, 7));
+  // Nodes inside, as the inner selector says.
+  EXPECT_EQ(select("{ or = [{ everything = true, where = \"all\" }] }").size(), 27u);
+}
+TEST_F(Selectors, ACombinationNamesTheLineOfTheSelectorThatPicksNothing) {
+  const std::string far = "{ box = { min = [8, 8, 8], max = [9, 9, 9] } }", low = "{ patch = \"z0\" }",
+                    high = "{ patch = \"z1\" }";
+  EXPECT_THAT(refused("{ and = [\n" + low + ",\n" + far + "\n] }"), HasSubstr(":6: this selector picks none"));
+  EXPECT_THAT(refused("{ and = [" + low + ", " + high + "] }"),
+              HasSubstr(":4: this selector picks none of the 27 nodes"));
+  EXPECT_THAT(refused("{ not = { everything = true } }"), HasSubstr("picks none of the 26 surface nodes"));
+  EXPECT_THAT(refused("{ and = [] }"), HasSubstr("and: expected"));
+}
+TEST_F(Selectors, LabelAsksForTheNodesNearItsLabels) {
+  const std::string text =
+      "name = \"t\"\n[[fixed]]\ndofs = \"x\"\nselect = { and = [{ label = { labels = [3, 5], within = 2, "
+      "image = \"painted.nrrd\" } }, { label = { labels = [7] } }] }\n";
+  const BoundaryConfig boundary = read_text(read_boundary_config, text);
+  EXPECT_THAT(label_images(boundary), ElementsAre("", file().parent_path() / "painted.nrrd"));
+  std::vector<std::vector<double>> asked;
+  const auto nodes = select_nodes(boundary.fixed[0].select, mesh_, surface_, file(), [&](const Selector& s) {
+    asked.push_back(s.labels);
+    std::vector<char> near(mesh_.nodes.size(), 0);
+    near[2] = near[13] = 1;
+    near[s.labels.size() == 2 ? 5 : 6] = 1;
+    return near;
+  });
+  EXPECT_THAT(nodes, ElementsAre(2));
+  EXPECT_THAT(asked, ElementsAre(std::vector<double>{3, 5}, std::vector<double>{7}));
+  EXPECT_THAT(refused("{ label = { labels = [7] } }"), HasSubstr(":4: label: this program reads no label image"));
+  EXPECT_THAT(refused("{ label = { labels = [7], within = -1 } }"), HasSubstr("a distance of 0 or above"));
+  EXPECT_THAT(refused("{ label = { labels = [] } }"), HasSubstr("labels: expected an array of numbers, not empty"));
+}
 TEST_F(Selectors, BoxTakesItsBoundaryToo) {
   EXPECT_THAT(select("{ box = { min = [0, 0, 0], max = [1, 1, 0] } }"), ElementsAre(0, 1, 3, 4));
 }
@@ -219,6 +344,17 @@ TEST_F(Selectors, HalfSpaceTakesTheSideTheNormalPointsAwayFrom) {
 }
 TEST_F(Selectors, NearestTakesOneNodeForEachPoint) {
   EXPECT_THAT(select("{ nearest = { points = [[2.1, 2.2, 1.9], [-3, 0.1, 0]] } }"), ElementsAre(0, 26));
+}
+TEST_F(Selectors, NearestWarnsOfAPlaceFartherThanAnEdgeFromItsNode) {
+  forget_warnings();
+  select("{ nearest = { points = [[2.1, 2.2, 1.9], [-0.9, 0, 0]] } }");
+  EXPECT_THAT(warnings(), ::testing::IsEmpty());
+  select("{ nearest = { points = [[2, 2, 2], [300, 2, 2]] } }");
+  ASSERT_EQ(warnings().size(), 1u);
+  EXPECT_THAT(
+      warnings()[0],
+      HasSubstr(":4: nearest: [300, 2, 2] is 298 from the node that it picks, [2, 2, 2], farther than that node's "
+                "longest edge of 1.73 (all in mesh_unit); is the place right?"));
 }
 TEST_F(Selectors, BelowQuantileTakesTheShareOfNodesThatIsLowestAndThoseLevelWithIt) {
   // There are 26 surface nodes, 9 of them at x = 0. A fifth of 26 is 6 nodes, which all have x = 0.

@@ -92,6 +92,28 @@ TEST_F(Program, EveryBatchOfColumnsGoesThroughPetscsConjugateGradients) {
   EXPECT_GT(most, 5);
 }
 
+TEST_F(Program, StoresAnOrderOfEliminationForLargeDeformation) {
+  write("organ.toml", kOrgan + "stiffening = { value = 2.5, source = \"test\" }\n");
+  for (const std::string options : {"", "-- -column_pc_type multigrid"}) {
+    ASSERT_EQ(run("large.h5", "--large-deformation " + options), 0) << said_;
+    const std::string bytes = file_bytes(folder_ / "large.h5");
+    EXPECT_EQ(section<double>(bytes, formats::SectionId::large_stiffening), std::vector<double>{2.5});
+    auto order = section<std::int32_t>(bytes, formats::SectionId::large_order);
+    const auto fixed = section<std::uint8_t>(bytes, formats::SectionId::fixed);
+    std::vector<std::int32_t> free;
+    for (std::size_t n = 0; n < fixed.size() / 3; ++n)
+      if (!fixed[3 * n] || !fixed[3 * n + 1] || !fixed[3 * n + 2]) free.push_back(static_cast<std::int32_t>(n));
+    EXPECT_NE(order, free) << "not an elimination's order";
+    std::sort(order.begin(), order.end());
+    EXPECT_EQ(order, free);
+  }
+  ASSERT_EQ(run("linear.h5"), 0) << said_;
+  EXPECT_TRUE(section<std::int32_t>(file_bytes(folder_ / "linear.h5"), formats::SectionId::large_order).empty());
+  write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p2-p0\""));
+  EXPECT_EQ(run("no.h5", "--large-deformation"), 2);
+  EXPECT_THAT(said_, HasSubstr("expected the element p1 or p1-anp, found p2-p0"));
+}
+
 TEST_F(Program, DirectSkipsTheConjugateGradientsAndIsNamedSo) {
   ASSERT_EQ(run("direct.h5", "--direct"), 0) << said_;
   const std::string bytes = file_bytes(folder_ / "direct.h5");
@@ -187,6 +209,8 @@ TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
   const auto report = nlohmann::json::parse(file_bytes(folder_ / "report.json"), nullptr, false);
   ASSERT_TRUE(report.is_object());
   EXPECT_EQ(report["columns"], 360);
+  ASSERT_EQ(report["warnings"].size(), 1u);
+  EXPECT_EQ("warning: " + std::string(report["warnings"][0]) + "\n", said_);
   EXPECT_EQ(report["bundle_bytes"], std::filesystem::file_size(folder_ / "x.h5"));
   EXPECT_LE(report["certificate"]["worst_residual"], 1e-9);
   EXPECT_EQ(report["stages"].front()["name"], "read");

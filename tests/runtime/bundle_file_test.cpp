@@ -5,7 +5,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <set>
+#include <sstream>
+
 #include "tests/runtime/touched_box.h"
+#include "tests/support/bundle_forms.h"
 
 namespace palpate::tests {
 namespace {
@@ -149,7 +153,8 @@ TEST(BundleFile, ThatShrinksUnderTheMapRaisesAFlagAndNothingElse) {
   write_bundle(file, tiny_bundle());
   palpate_bundle* opened = nullptr;
   palpate_error error = {};
-  ASSERT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, &error), PALPATE_OK) << error.text;
+  const palpate_bundle_options options = options_for(PALPATE_FILE_MAP_GUARDED);
+  ASSERT_EQ(palpate_bundle_open_file(file.c_str(), &options, &opened, &error), PALPATE_OK) << error.text;
   const BundlePointer bundle(opened);
   const palpate_scene_def def = palpate_default_scene_def();
   palpate_scene* created = nullptr;
@@ -189,27 +194,136 @@ TEST(BundleFile, ThatShrinksUnderTheMapRaisesAFlagAndNothingElse) {
   std::filesystem::remove(theirs);
 }
 
-TEST(BundleFile, GivesTheSameStepsAsItsBytes) {
+TEST(BundleFile, GivesTheSameStepsAsItsBytesHoweverItIsOpened) {
   const TouchedBox box;
   const auto file = scratch_file("same.h5");
   write_bundle(file, tiny_bundle());
-  palpate_bundle* opened = nullptr;
-  ASSERT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, nullptr), PALPATE_OK);
-  const BundlePointer bundle(opened);
   const palpate_scene_def def = palpate_default_scene_def();
-  palpate_scene* created = nullptr;
-  ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &created, nullptr), PALPATE_OK);
-  const ScenePointer mapped(created), read = box.scene(def);
-  Contacts a(mapped.get()), b(read.get());
   const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), {.2, .3, .5}, {-.002, .001, 0})};
   const palpate_tool tool = tool_of(grips);
-  palpate_scene_touch(mapped.get(), &tool, 1, 1e-3, a.get(), a.bytes());
-  palpate_scene_touch(read.get(), &tool, 1, 1e-3, b.get(), b.bytes());
-  EXPECT_EQ(a.memory, b.memory);
-  EXPECT_EQ(displacements(mapped.get(), a.get(), box.body.surface_nodes),
-            displacements(read.get(), b.get(), box.body.surface_nodes));
-  EXPECT_EQ(palpate_bundle_check(bundle.get(), nullptr), PALPATE_OK);
+  const ScenePointer of_bytes = box.scene(def);
+  Contacts expected(of_bytes.get());
+  palpate_scene_touch(of_bytes.get(), &tool, 1, 1e-3, expected.get(), expected.bytes());
+  for (const palpate_file_access access : {PALPATE_FILE_MAP, PALPATE_FILE_MAP_GUARDED, PALPATE_FILE_COPY}) {
+    const palpate_bundle_options options = options_for(access);
+    palpate_bundle* opened = nullptr;
+    ASSERT_EQ(palpate_bundle_open_file(file.c_str(), &options, &opened, nullptr), PALPATE_OK);
+    const BundlePointer bundle(opened);
+    palpate_scene* created = nullptr;
+    ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &created, nullptr), PALPATE_OK);
+    const ScenePointer scene(created);
+    Contacts contacts(created);
+    palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    EXPECT_EQ(contacts.memory, expected.memory);
+    EXPECT_EQ(displacements(created, contacts.get(), box.body.surface_nodes),
+              displacements(of_bytes.get(), expected.get(), box.body.surface_nodes));
+    EXPECT_EQ(palpate_bundle_check(bundle.get(), nullptr), PALPATE_OK);
+  }
   std::filesystem::remove(file);
+}
+
+TEST(BundleFile, IsCopiedSectionBySectionIntoTheBundlesMemory) {
+  struct Host {
+    std::size_t taken = 0, most = SIZE_MAX;
+    int arrays = 0;
+  } host;
+  const auto file = scratch_file("copied.h5");
+  write_bundle(file, tiny_bundle());
+  palpate_bundle_options options = options_for(PALPATE_FILE_COPY);
+  options.allocator.user = &host;
+  options.allocator.allocate = [](void* user, std::size_t bytes, std::size_t alignment) -> void* {
+    Host& h = *static_cast<Host*>(user);
+    if (h.taken + bytes > h.most) return nullptr;
+    h.taken += bytes, ++h.arrays;
+    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  };
+  options.allocator.release = [](void* user, void* memory) {
+    --static_cast<Host*>(user)->arrays;
+    std::free(memory);
+  };
+  palpate_bundle* opened = nullptr;
+  palpate_error error = {};
+  ASSERT_EQ(palpate_bundle_open_file(file.c_str(), &options, &opened, &error), PALPATE_OK) << error.text;
+  BundlePointer bundle(opened);
+  EXPECT_EQ(host.arrays, 1) << "opening keeps no section";
+  const std::size_t opening = host.taken;
+  const palpate_scene_def def = palpate_default_scene_def();
+  host.most = host.taken + 1000;
+  palpate_scene* scene = nullptr;
+  EXPECT_EQ(palpate_scene_create(opened, &def, &scene, &error), PALPATE_ERROR_MEMORY);
+  EXPECT_THAT(error.text, testing::HasSubstr("PALPATE_FILE_MAP"));
+  host.most = SIZE_MAX;
+  ASSERT_EQ(palpate_scene_create(opened, &def, &scene, &error), PALPATE_OK) << error.text;
+  std::uint64_t planned = 0;
+  std::set<std::string> names;
+  for (const palpate_plan_pass& pass : plan_of(scene)) {
+    std::istringstream words(pass.sections);
+    for (std::string name; words >> name;) names.insert(name);
+    planned = std::max<std::uint64_t>(planned, pass.mapped_bytes);
+  }
+  EXPECT_EQ(host.arrays, 1 + static_cast<int>(names.size())) << "one copy for each section that the scene needs";
+  EXPECT_GT(host.taken - opening, planned);
+  const int arrays = host.arrays;
+  palpate_scene* second = nullptr;
+  ASSERT_EQ(palpate_scene_create(opened, &def, &second, &error), PALPATE_OK);
+  EXPECT_EQ(host.arrays, arrays) << "scenes share the copies";
+  palpate_scene_destroy(second);
+  palpate_scene_destroy(scene);
+  bundle.reset();
+  EXPECT_EQ(host.arrays, 0);
+  const int none = 7;
+  std::memcpy(&options.file_access, &none, sizeof none);
+  EXPECT_EQ(palpate_bundle_open_file(file.c_str(), &options, &opened, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_THAT(error.text, testing::HasSubstr("file_access is 7"));
+  std::filesystem::remove(file);
+}
+
+// ---- response curves ---------------------------------------------------------------------------------------------------
+
+TEST(BundleBytes, WithAResponseCurveThatCannotBeOneAreRefused) {
+  // Coefficients of T_0, T_1, T_2 over a range of 1.
+  struct Case {
+    const char* what;
+    std::vector<double> coefficients;
+    const char* sentence;
+  };
+  const std::vector<Case> cases = {
+      {"a millionfold", {5e5, 5e5}, "answers 1e+06 times the linear answer"},
+      {"a millionth", {5e-7, 5e-7}, "answers 1e-06 times the linear answer"},
+      {"all zero", {0, 0}, "falls to 0"},
+      {"decreasing", {-0.5, -0.5}, "falls to -1"},
+      {"rising and falling", {0.5, 0.2, -0.3}, "falls"},
+      {"not zero at zero", {5.5, 0.5}, "is 5"},
+      {"one coefficient", {1}, "has 1 coefficients"},
+  };
+  for (const auto section : {formats::SectionId::response_radial, formats::SectionId::response_force})
+    for (const Case& c : cases) {
+      BundleParts parts = tiny_bundle();
+      add_everything(parts);
+      parts.set(section, {c.coefficients.size()}, c.coefficients);
+      palpate_error error = {};
+      EXPECT_EQ(status_of(bundle_bytes(parts), &error), PALPATE_ERROR_CONTENT) << c.what;
+      EXPECT_THAT(error.text, testing::HasSubstr(c.sentence)) << c.what;
+      EXPECT_THAT(error.text, testing::HasSubstr(formats::describe_section(section)->path)) << c.what;
+    }
+}
+
+// The bytes of a bundle can change after it was opened; palpate_bundle_check reads the curves anew.
+TEST(BundleBytes, WhoseResponseCurveWasChangedAfterOpeningAreRefusedByTheCheck) {
+  BundleParts parts = tiny_bundle();
+  add_everything(parts);
+  AlignedBytes bytes(bundle_bytes(parts));
+  formats::BundleIndex index;
+  ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);
+  palpate_bundle* opened = nullptr;
+  ASSERT_EQ(palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, nullptr), PALPATE_OK);
+  const BundlePointer bundle(opened);
+  palpate_error error = {};
+  EXPECT_EQ(palpate_bundle_check(opened, &error), PALPATE_OK) << error.text;
+  auto* force = reinterpret_cast<double*>(const_cast<unsigned char*>(bytes.data()) +
+                                          formats::find_section(index, formats::SectionId::response_force)->offset);
+  force[1] = -force[1];
+  EXPECT_EQ(palpate_bundle_check(opened, &error), PALPATE_ERROR_CHECKSUM);
 }
 
 }  // namespace

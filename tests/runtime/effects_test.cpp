@@ -1,12 +1,14 @@
 // A scene pays for the effects it names and for no others: in mapped sections, passes, bits and memory.
 
 #include <atomic>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
 #include <thread>
 
 #include "tests/runtime/played_box.h"
+#include "tests/support/fine_body.h"
 #include "tests/support/packed_bundle.h"
 
 namespace palpate::tests {
@@ -26,6 +28,13 @@ const palpate_render_mesh& vertices() {
   return mesh;
 }
 
+// The box's surface with finer triangles.
+const palpate_fine_surface& fine_surface() {
+  static const FineHost host = fine_of(box().body, 1, 0.0003);
+  static const palpate_fine_surface view = host.view();
+  return view;
+}
+
 template <class Each>
 void play(palpate_scene* scene, Contacts& contacts, int steps, Each each) {
   play(box(), scene, contacts, steps, each);
@@ -36,7 +45,7 @@ TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {
     long taken = 0, given = 0, limit = 1000;
   } host;
   palpate_scene_def def = palpate_default_scene_def();
-  def.render_mesh = &vertices();
+  def.render_mesh = &vertices(), def.fine_surface = &fine_surface();
   def.allocator.user = &host;
   def.allocator.allocate = [](void* user, std::size_t bytes, std::size_t alignment) -> void* {
     Host& h = *static_cast<Host*>(user);
@@ -87,6 +96,38 @@ TEST(Scene, TakesMemoryForLettingContactsGoOnlyWhereItFollowsTheSurface) {
   EXPECT_GE(growth(PALPATE_COLLISION_DEFORMED) - growth(PALPATE_COLLISION_REST), sizeof(double) * 9 * 3 * 32);
 }
 
+// The bytes that a scene holds of its allocator.
+std::size_t bytes_of(palpate_scene_def def, const TouchedBox& on, std::uint64_t* planned = nullptr) {
+  static std::map<void*, std::size_t> held;
+  held.clear();
+  def.allocator.allocate = [](void*, std::size_t count, std::size_t alignment) -> void* {
+    void* memory = std::aligned_alloc(alignment, (count + alignment - 1) / alignment * alignment);
+    held[memory] = count;
+    return memory;
+  };
+  def.allocator.release = [](void*, void* memory) {
+    held.erase(memory);
+    std::free(memory);
+  };
+  const ScenePointer scene = on.scene(def);
+  std::size_t sum = 0;
+  for (const auto& [memory, count] : held) sum += count;
+  if (planned) {
+    *planned = 0;
+    for (const palpate_plan_pass& pass : plan_of(scene.get())) *planned += pass.memory_bytes;
+  }
+  return sum;
+}
+
+// The compliance between nodes takes 72 bytes for each pair of nodes, of which there are at most S.
+TEST(Scene, TakesMemoryForAsManyContactNodesAsTheBundleHasColumns) {
+  palpate_scene_def usual = palpate_default_scene_def(), many = usual;
+  usual.max_contact_nodes = 192, many.max_contact_nodes = 3000;
+  const std::size_t columns = box().touchable.size();
+  ASSERT_LT(columns, 192u);
+  EXPECT_LT(bytes_of(many, box()) - bytes_of(usual, box()), 3000 * std::size_t{1000});  // no square
+}
+
 // All output bytes of a scene in a played run. forces: include the forces of tools and nodes.
 std::string played(const palpate_scene_def& def, const std::function<void(palpate_scene*)>& before = {},
                    const TouchedBox& on = box(), bool forces = true, double radius = 0.004) {
@@ -124,6 +165,7 @@ TEST(Scene, IsBitIdenticalWhenAnEffectThatDoesNothingIsAddedOrLeftOut) {
   EXPECT_EQ(played(volume), reference);
   palpate_scene_def bigger = plain;
   bigger.max_tools = 8, bigger.max_points = 100;
+  bigger.max_contact_nodes = 512;  // as for 64 points: the contacts name it
   EXPECT_EQ(played(bigger), reference);
   palpate_scene_def drawn = plain;
   drawn.render_mesh = &vertices();
@@ -215,6 +257,21 @@ TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
             "touch output []\n");
 }
 
+TEST(Plan, HasAFineSurfaceOnlyWhereTheSceneHasOne) {
+  palpate_scene_def def = palpate_default_scene_def();
+  const std::string without = plan_text(box().scene(def).get());
+  const std::size_t bytes = bytes_of(def, box());
+  def.fine_surface = &fine_surface();
+  std::string with = plan_text(box().scene(def).get());
+  const std::string pass = "create fine surface on the mesh [mesh/nodes mesh/triangles]\n";
+  ASSERT_NE(with.find(pass), std::string::npos);
+  EXPECT_EQ(with.erase(with.find(pass), pass.size()), without);
+  EXPECT_GT(bytes_of(def, box()), bytes + 20000);
+  // It leaves nothing behind.
+  def.fine_surface = nullptr;
+  EXPECT_EQ(bytes_of(def, box()), bytes);
+}
+
 // Every combination of effects, with half of the laws, because the other laws map the same sections.
 template <class Each>
 void for_every_scene(Each each) {
@@ -273,6 +330,23 @@ TEST(Plan, HasAPassForEveryEffectThatIsOnAndNoneForOneThatIsOff) {
     ++scenes;
   });
   EXPECT_EQ(scenes, 1680);
+}
+
+// All but the scene object itself, whose size is the same for every scene.
+TEST(Plan, StatesAllMemoryOfAScene) {
+  std::set<std::uint64_t> unplanned;
+  for_every_scene([&](const palpate_scene_def& def) {
+    std::uint64_t planned = 0;
+    unplanned.insert(bytes_of(def, box(), &planned) - planned);
+  });
+  for (const int collision : {1, 2}) {
+    palpate_scene_def def = palpate_default_scene_def();
+    def.collision = static_cast<palpate_collision>(collision), def.fine_surface = &fine_surface();
+    std::uint64_t planned = 0;
+    unplanned.insert(bytes_of(def, box(), &planned) - planned);
+  }
+  EXPECT_EQ(unplanned.size(), 1u);
+  EXPECT_LT(*unplanned.begin(), 100000u);
 }
 
 // A watched step reports exactly the passes of its plan, and watching changes no result.

@@ -2,6 +2,7 @@
 #include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_device.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
+#include "runtime/include/palpate/palpate_tool_shape.h"
 
 static int mailbox_works(void) {
   static unsigned char plain[8192 + 63];

@@ -2,7 +2,8 @@
 // energy.
 #include <random>
 
-#include "tests/runtime/touched_box.h"
+#include "tests/runtime/rough_indenter.h"
+#include "tests/runtime/sliding_crowd.h"
 
 namespace palpate::tests {
 namespace {
@@ -422,7 +423,10 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
         }
         // Points: 1e-8 for rounding, because the last gaps make no difference any more. Discs have a compliance of their own: the
         // stiffness below the deeper disc changes over the gap (4e-4 per 0.05 mm, patch_test).
-        EXPECT_GE(conflict, before * (1 - (radius == 0 ? 1e-8 : 1e-3)))
+        // A force at its limit keeps it; what the rows beside it do then changes a little.
+        EXPECT_GE(conflict, before * (1 - (radius > 0                   ? 1e-3
+                                           : law <= PALPATE_LAW_SLIDING ? 0.1
+                                                                        : 1e-8)))
             << law << " radius " << radius << " gap " << gap;
         before = conflict;
       }
@@ -450,6 +454,138 @@ TEST(Laws, HoldForManyContactsAtOnce) {
   }
   EXPECT_GT(palpate_contacts_tool(contacts, 0)->contact_count, 8);
   EXPECT_GT(contacts->sweeps, 0);
+}
+
+TEST(Laws, TellWhereTheyAreMissed) {
+  for (const double friction : {0.3, 20.0}) {
+    RoughIndenter indenter(box(), kPlace, friction);
+    int decided = 0, told = 0;
+    for (int s = 0; s < RoughIndenter::kSteps; ++s) {
+      const palpate_step_flags flags = indenter.step(s);
+      const palpate_contacts* contacts = indenter.contacts->get();
+      EXPECT_EQ(flags, palpate_contacts_tool(contacts, 0)->flags);
+      decided += contacts->sweeps > 0;
+      told += (flags & PALPATE_STEP_SOLVE_INEXACT) != 0;
+      if (flags == 0) {
+        EXPECT_LE(contacts->residual_displacement, RoughIndenter::trusted()) << friction << " " << s;
+      }
+    }
+    EXPECT_GT(decided, 200);
+    // Gauss-Seidel alone missed the laws in 23 of 297 steps with friction 0.3, and in 294 with friction 20. The solver misses them
+    // in 5 and in 112: there many states of sticking and slipping nearly fit, and the search for one that fits ends at its limit.
+    EXPECT_LE(told, friction < 1 ? decided / 30 : decided / 2) << friction;
+  }
+}
+
+TEST(Laws, LimitForcesWhereverTheSolverEnds) {
+  // Friction 20 wedges the points. Where the limit of work fell, decided the force of a row: 3.5 times the limit with 500,000
+  // operations, 10 times with 3 million.
+  for (const std::int64_t most : {200'000, 500'000, 700'000}) {
+    RoughIndenter indenter(box(), kPlace, 20, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE, most);
+    for (int s = 0; s < RoughIndenter::kSteps; ++s) {
+      indenter.step(s);
+      const RoughIndenter::Forces forces = indenter.forces();
+      ASSERT_LE(forces.pull, 0) << most << " " << s;
+      ASSERT_LE(forces.beyond_friction, 1e-12) << most << " " << s;
+      ASSERT_LE(forces.over_limit, 1 + 2e-6) << most << " " << s;
+    }
+  }
+}
+
+TEST(Conflict, OfPointsThatSlideAndJumpLeavesTheShapeNearTheirTargets) {
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING})
+    for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
+      SlidingCrowd crowd(contact, law);
+      double over = 0, beyond = 0;
+      int limited = 0;
+      for (int s = 0; s < 400; ++s) {
+        crowd.step();
+        if (crowd.largest_target == 0) continue;
+        over = std::max(over, crowd.largest_displacement / crowd.largest_target);
+        const double force = crowd.largest_force / crowd.largest_target;
+        beyond = std::max(beyond, force / ContactSolver::kMostForceNear);
+        limited += force > ContactSolver::kMostForce && (crowd.flags & PALPATE_STEP_REGULARISED);
+      }
+      // Was up to 570 under POINT. A pair of points g edges apart that contradict each other moves the vertices around them by 1/g of
+      // their targets; its force grows by 1/g^2 up to the limit of 64, so to 8 targets. Four such pairs around one vertex: twice that.
+      EXPECT_LE(over, 16) << law << " " << contact;
+      EXPECT_LE(beyond, 1 + 2e-6) << law << " " << contact;
+      EXPECT_GT(limited, 0) << law << " " << contact;
+    }
+}
+
+// A pair of points in one triangle, 1/20 of an edge apart, that press together and move apart by more and more.
+TEST(Conflict, MovesTheShapeContinuouslyWhereItsForceIsLimited) {
+  const double gap = 0.05, step = 1e-6;
+  palpate_scene_def def = unlimited_def();
+  def.contact = PALPATE_CONTACT_POINT;
+  const ScenePointer scene = box().scene(def);
+  Contacts contacts(scene.get());
+  const std::int32_t triangle = box().far_triangle();
+  std::vector<float> before;
+  int limited = 0, met = 0;
+  double first = 0;
+  for (int s = 0; s < 2000; ++s) {
+    const std::vector<palpate_grip> grips = {grip_at_place(triangle, {.3, .3, .4}, {-0.001 - s * step, 0, 0}),
+                                             grip_at_place(triangle, {.3 + gap, .3 - gap, .4}, {-0.001, 0, 0})};
+    const palpate_tool tool = tool_of(grips);
+    const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    (flags & PALPATE_STEP_REGULARISED ? limited : met) += 1;
+    const auto u = displacements(scene.get(), contacts.get(), box().body.surface_nodes);
+    double moved = 0;
+    for (std::size_t i = 0; i < before.size(); ++i) moved = std::max(moved, std::fabs(double{u[i]} - before[i]));
+    if (s == 1) first = moved;
+    // The targets are met at first, and the shape answers their motion linearly. A limit that falls with the reciprocal of the
+    // displacement lets the shape go back no faster than it came; the soft solution moves, too. Single precision of 20 mm.
+    if (s > 1) {
+      EXPECT_LE(moved, 2 * first + 1e-8) << s;
+    }
+    before = u;
+  }
+  EXPECT_GT(met, 100);
+  EXPECT_GT(limited, 100);
+}
+
+TEST(Laws, AreMetAtFlagZeroUnderEveryLawAndContactModel) {
+  int trusted = 0;
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+    for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+      RoughIndenter indenter(box(), kPlace, 0.3, law, contact);
+      for (int s = 0; s < RoughIndenter::kSteps; ++s) {
+        if (indenter.step(s) != 0) continue;
+        ++trusted;
+        EXPECT_LE((*indenter.contacts)->residual_displacement, RoughIndenter::trusted())
+            << law << " " << contact << " " << s;
+      }
+    }
+  EXPECT_GT(trusted, 1000);
+}
+
+TEST(Laws, KeepTheFlagOfContactsThatConflictWhereAnotherSlips) {
+  palpate_scene_def def = unlimited_def();
+  def.law = PALPATE_LAW_COULOMB;
+  const ScenePointer scene = box().scene(def);
+  Contacts contacts(scene.get());
+  Vector3d p = kPlace + 1e-4 * kOut;
+  const std::int32_t node = box().touchable[0];
+  const std::vector<palpate_grip> grips = {grip_at_node(node, {0.001, 0, 0}), grip_at_node(node, {-0.001, 0, 0})};
+  palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
+  tools[0].points = p.data(), tools[0].point_count = 1, tools[0].disc_radius = 0.004, tools[0].friction = 0.1;
+  tools[1] = tool_of(grips);
+  const auto touch = [&](const Vector3d& to) {
+    p = to;
+    return palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+  };
+  // The factor alone decides, and then the law.
+  EXPECT_TRUE(touch(p) & PALPATE_STEP_REGULARISED);
+  for (const double along : {0.0, 0.002}) {
+    const palpate_step_flags flags = touch(kPlace + Vector3d(-0.002, along, 0));
+    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->slip_count, along > 0);
+    EXPECT_EQ(flags, std::uint32_t{PALPATE_STEP_REGULARISED}) << along;
+    EXPECT_TRUE(palpate_contacts_tool(contacts, 1)->flags & PALPATE_STEP_REGULARISED) << along;
+    EXPECT_NEAR(contacts->residual_displacement, 0.001, 1e-6) << along;
+  }
+  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->flags, 0u);  // of the last step, in which the law decided
 }
 
 }  // namespace

@@ -2,8 +2,11 @@
 #include "runtime/contact/contact_patch.h"
 
 #include <numbers>
+#include <numeric>
+#include <random>
 
-#include "tests/runtime/touched_box.h"
+#include "runtime/contact/thinned_disc.h"
+#include "tests/runtime/many_discs.h"
 
 namespace palpate::tests {
 namespace {
@@ -251,6 +254,106 @@ TEST(PatchContact, TakesItsStiffnessFromTheRegionUnderIt) {
                stiff = force_at(two, parted.get(), 0.042, 0.001, {-1, 0, 0});
   EXPECT_NEAR(soft, force_at(one, uniform.get(), 0.008, 0.001, {-1, 0, 0}), 1e-12);
   EXPECT_GT(stiff, 2 * force_at(one, uniform.get(), 0.042, 0.001, {-1, 0, 0}));
+}
+
+// ---- more discs than there are nodes for ---------------------------------------------------------------------------
+
+TEST(Discs, OfAllPointsAreFeltUnderTheDefaultLimits) {
+  ManyDiscs all(3000), usual(-1);
+  EXPECT_EQ(all.state().contact_count, 64);
+  EXPECT_EQ(usual.state().contact_count, 64);
+  EXPECT_EQ(usual.flags & PALPATE_STEP_CONTACTS_DROPPED, 0u);
+  EXPECT_LE((*usual.contacts)->node_count, (*usual.contacts)->node_capacity);
+  // Under the former 192 nodes 27 of 64 discs were felt, with two thirds of the force.
+  EXPECT_LT((usual.force() - all.force()).norm(), 0.02 * all.force().norm());
+}
+
+TEST(Discs, AreThinnedWhereNodesAreShortAndNoContactIsDropped) {
+  ManyDiscs all(3000);
+  for (const std::int32_t nodes : {512, 256, 192, 128, 64}) {
+    ManyDiscs some(nodes);
+    EXPECT_EQ(some.state().contact_count, 64) << nodes;
+    EXPECT_EQ(some.flags & PALPATE_STEP_CONTACTS_DROPPED, 0u) << nodes;
+    EXPECT_LE((*some.contacts)->node_count, nodes);
+    // A disc is softer on fewer nodes, and on two or one it is a poor disc.
+    const double share = some.force()[0] / all.force()[0];
+    EXPECT_LT(share, 1.01) << nodes;
+    EXPECT_GT(share, nodes >= 192 ? 0.95 : 0.9) << nodes;
+    EXPECT_EQ((some.flags & PALPATE_STEP_DISCS_THINNED) != 0, nodes < 512) << nodes;
+    // At rest: the same nodes, the same bits.
+    const Eigen::Vector3d force = some.force();
+    some.press(1e-3);
+    EXPECT_EQ(some.force(), force) << nodes;
+  }
+  ManyDiscs too_few(60);
+  EXPECT_EQ(too_few.state().contact_count, 60);
+  EXPECT_TRUE(too_few.flags & PALPATE_STEP_CONTACTS_DROPPED);
+}
+
+TEST(Discs, ThatAreThinnedWithoutAFlagKeepTheirForce) {
+  int trusted = 0, flagged = 0;
+  for (const double radius : {0.001, 0.004, 0.008})
+    for (std::int32_t nodes = 1; nodes < 16; ++nodes) {
+      const auto press = [&](std::int32_t limit, palpate_step_flags* flags) {
+        palpate_scene_def def = unlimited_def();
+        def.max_points = 1, def.max_contact_nodes = limit;
+        const ScenePointer scene = ManyDiscs::box().scene(def);
+        Contacts contacts(scene.get());
+        const std::vector<palpate_grip> grips = {
+            grip_at_place(ManyDiscs::box().far_triangle(37), {.5, .3, .2}, {-0.001, 0.0005, 0})};
+        palpate_tool tool = tool_of(grips);
+        tool.disc_radius = radius;
+        *flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+        return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
+      };
+      palpate_step_flags flags = 0, of_all = 0;
+      const Eigen::Vector3d thinned = press(nodes, &flags), all = press(3000, &of_all);
+      EXPECT_EQ(of_all, 0u);
+      EXPECT_TRUE(flags == 0 || flags == PALPATE_STEP_DISCS_THINNED);
+      if (flags == 0) {
+        EXPECT_LT((thinned - all).norm(), 0.05 * all.norm()) << radius << " " << nodes;  // as palpate.h states
+      }
+      trusted += flags == 0, flagged += flags != 0;
+    }
+  EXPECT_GT(trusted, 10);
+  EXPECT_GT(flagged, 10);
+}
+
+TEST(ThinnedDisc, KeepsItsWeightAndItsMean) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(0, 1);
+  const Vec3 u = {1, 0, 0}, v = {0, 1, 0};
+  int moved = 0;
+  for (int disc = 0; disc < 200; ++disc) {
+    const int count = 4 + static_cast<int>(random() % 20), most = 1 + static_cast<int>(random() % (count - 1));
+    std::vector<double> rest(3 * static_cast<std::size_t>(count)), weight(count);
+    std::vector<std::int32_t> node(count);
+    double sum = 0;
+    for (double& x : rest) x = any(random);
+    for (int e = 0; e < count; ++e) node[e] = e, sum += weight[e] = 0.01 + any(random) * any(random);
+    for (double& w : weight) w /= sum;
+    const auto mean = [&](int nodes) {
+      Eigen::Vector3d m = Eigen::Vector3d::Zero();
+      for (int e = 0; e < nodes; ++e) m += weight[e] * Eigen::Vector3d(1, rest[3 * node[e]], rest[3 * node[e] + 1]);
+      return m;
+    };
+    const Eigen::Vector3d before = mean(count);
+    std::vector<double> sorted = weight;
+    std::sort(sorted.rbegin(), sorted.rend());
+    WeightedNodes nodes = {node.data(), weight.data(), count};
+    const double kept = thin_nodes(rest.data(), u, v, most, &nodes);
+    EXPECT_EQ(nodes.count, most);
+    EXPECT_NEAR(kept, std::accumulate(sorted.begin(), sorted.begin() + most, 0.0), 1e-14);
+    EXPECT_TRUE(std::is_sorted(node.begin(), node.begin() + most));
+    const Eigen::Vector3d after = mean(most);
+    EXPECT_NEAR(after[0], 1, 1e-14);
+    for (int e = 0; e < most; ++e) EXPECT_GT(weight[e], 0);
+    moved += (after - before).norm() > 1e-9;
+    if (most > count / 2 && most > 5) {
+      EXPECT_LT((after - before).norm(), 1e-12) << count << " to " << most;
+    }
+  }
+  EXPECT_GT(moved, 0);  // a node or two cannot keep the mean
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <cstddef>
 
 #include "tests/runtime/played_box.h"
+#include "tests/support/fine_body.h"
 #include "tests/support/guarded_device.h"
 #include "tests/support/packed_bundle.h"
 
@@ -65,13 +66,19 @@ int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 namespace palpate::tests {
 namespace {
 
+void add_every_section(BundleParts& parts) {
+  add_everything(parts);
+  add_large_deformation(parts);
+}
+
 // A bundle file with all sections, so large that its tensors fill many pages.
 class FileBox {
  public:
   // in_blocks: stores the surface as a compliance in half-precision blocks.
-  explicit FileBox(bool in_blocks = false) : box(kForm, add_everything) {
+  explicit FileBox(bool in_blocks = false, palpate_file_access access = PALPATE_FILE_MAP)
+      : box(kForm, add_every_section), access_(access) {
     BundleParts parts = tiny_bundle(kForm);
-    add_everything(parts);
+    add_every_section(parts);
     if (in_blocks) store_in_blocks(parts, {formats::ElementType::f16, 1e-3});
     file_ = scratch_file(in_blocks ? "blocks.h5" : "bundle.h5");
     write_bundle(file_, parts);
@@ -82,7 +89,8 @@ class FileBox {
   void open() {
     palpate_bundle* opened = nullptr;
     palpate_error error = {};
-    if (palpate_bundle_open_file(file_.c_str(), nullptr, &opened, &error) != PALPATE_OK)
+    const palpate_bundle_options options = options_for(access_);
+    if (palpate_bundle_open_file(file_.c_str(), &options, &opened, &error) != PALPATE_OK)
       throw std::runtime_error(error.text);
     bundle.reset(opened);
   }
@@ -97,6 +105,7 @@ class FileBox {
 
  private:
   static constexpr TinyBox kForm = {{5, 4, 4}, {0.06, 0.05, 0.04}};
+  palpate_file_access access_;
   std::filesystem::path file_;
 };
 
@@ -107,6 +116,13 @@ const palpate_render_mesh& vertices() {
   static const float normals[3 * kVertices] = {0, 0, 1, 1, 0, 0, 0, 0, 1};
   static const palpate_render_mesh mesh = render_mesh(positions, normals, kVertices);
   return mesh;
+}
+
+// The box's surface with finer triangles.
+const palpate_fine_surface& fine_surface() {
+  static const FineHost host = fine_of(dense_box({.cells = {5, 4, 4}, .size = {0.06, 0.05, 0.04}}).body, 1, 0.0003);
+  static const palpate_fine_surface view = host.view();
+  return view;
 }
 
 // Every value of every effect, each collision with each contact model; the others are all on, or all off.
@@ -125,8 +141,16 @@ std::vector<palpate_scene_def> every_effect() {
         if (on) {
           def.shape = PALPATE_SHAPE_VOLUME, def.radial = PALPATE_RADIAL_RESPONSE;
           def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
-          def.render_mesh = &vertices();
+          def.render_mesh = &vertices(), def.queries = PALPATE_QUERIES_ON;
+          def.report = PALPATE_REPORT_CONTACTS;
+          def.fine_surface = &fine_surface();
         }
+        all.push_back(def);
+        const bool deforms = contact == PALPATE_CONTACT_NODE
+                                 ? collision == PALPATE_COLLISION_OFF
+                                 : contact == PALPATE_CONTACT_PATCH && collision == PALPATE_COLLISION_REST;
+        if (on || !deforms) continue;
+        def.deformation = PALPATE_DEFORMATION_LARGE;
         all.push_back(def);
       }
   return all;
@@ -140,16 +164,25 @@ struct Running {
         u(static_cast<std::size_t>(from.box.dofs())),
         out(shape_out(u.data(), nullptr, static_cast<std::int32_t>(from.box.dofs() / 3))),
         skinned(def.render_mesh),
+        queries(def.queries != PALPATE_QUERIES_OFF),
         box(from.box) {}
 
-  // Runs both halves. Each touchable node is held at some time, so that each tensor column is read.
+  // Runs both halves, and saves and restores the state now and then. Each touchable node is held at some time, so that each tensor
+  // column is read.
   void run(int steps) {
     contact_steps = 0;
+    palpate_pose pose = palpate_default_pose();
+    pose.angular_velocity[2] = 0.05;
+    palpate_scene_set_pose(scene.get(), &pose, nullptr);
     play(box, scene.get(), contacts, steps, [&](palpate_step_flags) {
       contact_steps += palpate_contacts_tool(contacts, 0)->contact_count > 0;
       palpate_scene_shape(scene.get(), contacts.get(), &out);
       if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
+      if (queries) ask();
       device.step(device.force, palpate_contacts_tool(contacts, 0)->force_raw, contacts->step);
+      if (contacts->step % 50 != 20) return;
+      restored += palpate_scene_save(scene.get(), state.data(), 8 * state.size(), nullptr) == PALPATE_OK &&
+                  palpate_scene_restore(scene.get(), state.data(), 8 * state.size(), nullptr) == PALPATE_OK;
     });
     for (const std::int32_t node : box.touchable) {
       const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
@@ -159,16 +192,34 @@ struct Running {
     }
   }
 
+  void ask() {
+    const double place[3] = {0.08, 0.03, 0.05}, along[3] = {-1, 0, -0.3};
+    palpate_surface_hit hit = palpate_default_surface_hit();
+    double distance = 0;
+    const palpate_contacts* surfaces[2] = {nullptr, contacts.get()};
+    for (const palpate_contacts* of : surfaces) {
+      palpate_scene_cast_ray(scene.get(), of, place, along, INFINITY, &hit);
+      palpate_scene_closest_point(scene.get(), of, place, INFINITY, &hit);
+      palpate_scene_signed_distance(scene.get(), of, place, &distance);
+    }
+    palpate_shape_out drawn = out;
+    drawn.positions = out.displacements;  // any finite places
+    palpate_scene_normals(scene.get(), &drawn, normals.data(), out.node_count);
+    answered += hit.hit && distance > 0;
+  }
+
   ScenePointer scene;
   Contacts contacts;
-  std::vector<float> u;
+  std::vector<float> u, normals = u;
   palpate_shape_out out;
-  bool skinned;
+  bool skinned, queries = false;
+  int answered = 0;
   float moved[2][3 * kVertices];
   palpate_skin_out skin = skin_out(moved[0], moved[1], kVertices);
   GuardedDevice device;
   const TouchedBox& box;
-  int contact_steps = 0;
+  std::vector<std::uint64_t> state = std::vector<std::uint64_t>(500'000);
+  int contact_steps = 0, restored = 0;
 };
 
 TEST(Step, AllocatesAndLocksNothing) {
@@ -184,6 +235,8 @@ TEST(Step, AllocatesAndLocksNothing) {
       EXPECT_EQ(allocations, 0);
       EXPECT_EQ(locks, 0);
       EXPECT_TRUE(def.collision == PALPATE_COLLISION_OFF || running.contact_steps > 20);
+      EXPECT_TRUE(def.queries == PALPATE_QUERIES_OFF || running.answered == 1000);
+      EXPECT_EQ(running.restored, 20);
     }
   allocations = locks = 0;
   pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
@@ -249,7 +302,7 @@ long page_faults() {
 
 TEST(Step, TakesNoPageFaultOncePrefaulted) {
   if (!kCounts) GTEST_SKIP() << "a sanitizer's shadow takes page faults of its own";
-  FileBox file;
+  FileBox file, copied(false, PALPATE_FILE_COPY);
   for (const palpate_scene_def& def : every_effect()) {
     // The system may move a page at any time, but hardly in three runs: one run of three without page faults is enough.
     long least = 1000;
@@ -266,9 +319,16 @@ TEST(Step, TakesNoPageFaultOncePrefaulted) {
     }
     EXPECT_EQ(least, 0) << "collision " << def.collision << ", contact " << def.contact;
   }
+  copied.open();
+  Running warm(copied, palpate_default_scene_def());
+  warm.run(0);
+  play(copied.box, warm.scene.get(), warm.contacts, 100, [](palpate_step_flags) {});
+  long before = page_faults();
+  warm.run(1000);
+  EXPECT_EQ(page_faults() - before, 0) << "a copy is in memory without prefault";
   file.open();
   Running cold(file, palpate_default_scene_def());
-  const long before = page_faults();
+  before = page_faults();
   cold.run(0);
   EXPECT_GT(page_faults() - before, 0) << "without prefault the first steps bring the pages in, and this would show it";
 }

@@ -24,8 +24,8 @@ inline void write_recorded_bundle(const std::filesystem::path& file, const Recor
   for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.01 * nodes[i - 2] : 0;
   parts.set(SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
   // The curves grow on their ranges, because the higher terms are small.
-  parts.set(SectionId::response_radial, {4}, std::vector<double>{1.1e-3, 1.2e-3, 2e-4, 3e-5});
-  parts.set(SectionId::response_force, {5}, std::vector<double>{0.3, 0.34, 0.05, 0.01, 1e-3});
+  parts.set(SectionId::response_radial, {4}, std::vector<double>{1.03e-3, 1.2e-3, 2e-4, 3e-5});
+  parts.set(SectionId::response_force, {5}, std::vector<double>{0.299, 0.34, 0.05, 0.01, 1e-3});
   parts.set(SectionId::response_range, {2}, std::vector<double>{0.002, 0.5});
   if (store) store(parts);
   write_bundle(file, parts);

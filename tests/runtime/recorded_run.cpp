@@ -3,6 +3,7 @@
 // Each build of the runtime gets such a program. It uses the C API alone, so that one compiler command can build it.
 #include "tests/runtime/recorded_path.h"
 
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -42,11 +43,25 @@ std::vector<RecordedStep> read_path(const char* file) {
 // Enough rows, two for each grip, that the widest instructions are used.
 constexpr int kMostGrips = 24;
 
+// In scenes under COULOMB the organ is turned and moves: every 16 steps a pose is sent, and the steps between move it on.
+palpate_pose moving_pose() {
+  palpate_pose pose = palpate_default_pose();
+  // Written out: the compilers of hosts may contract a product and a sum, which has other bits.
+  const double position[3] = {0.3, 0.1, -0.1}, axis[3] = {0.02, 0.01, -0.015}, velocity[3] = {-0.01, 0.005, 0.01},
+               angular_velocity[3] = {0.2, -0.1, 0.15};
+  std::copy_n(position, 3, pose.position);
+  std::copy_n(axis, 3, pose.orientation + 1);
+  std::copy_n(velocity, 3, pose.velocity);
+  std::copy_n(angular_velocity, 3, pose.angular_velocity);
+  return pose;
+}
+
 // These structs have no padding, so every byte is a result.
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
-static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 9 * sizeof(double));
+static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 15 * sizeof(double));
 
-Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, const std::vector<RecordedStep>& path) {
+Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, bool moves,
+            const std::vector<RecordedStep>& path) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene) / 8 + 1);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
@@ -54,7 +69,18 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
   Played played;
   GuardedDevice device;
   for (std::size_t s = 0; s < path.size(); ++s) {
-    const RecordedStep& step = path[s];
+    RecordedStep step = path[s];
+    if (moves && s % 16 == 0) {
+      const palpate_pose pose = moving_pose();
+      palpate_scene_set_pose(scene, &pose, nullptr);
+      std::copy_n(pose.position, 3, contacts->organ_position);
+      std::copy_n(pose.orientation, 4, contacts->organ_orientation);
+    }
+    const auto place = [&](double* p) {
+      if (moves) palpate_point_to_world(contacts->organ_position, contacts->organ_orientation, p, p);
+    };
+    for (auto& p : step.press) place(p);
+    for (auto& p : step.pinch) place(p);
     palpate_grip grips[kMostGrips];
     for (int g = 0; g < grip_count; ++g) {
       // The grips move on one after the other, so that rows of the contact matrix come and go.
@@ -126,7 +152,8 @@ std::string play(const Combination& c, palpate_bundle* bundle, const std::vector
     std::fprintf(stderr, "recorded_run: %s\n", error.text);
     std::exit(3);
   }
-  const std::string line = line_of(c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1, path));
+  const std::string line = line_of(
+      c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1, c.law == PALPATE_LAW_COULOMB, path));
   palpate_scene_destroy(scene);
   return line;
 }

@@ -1,5 +1,8 @@
 // The quasi-non-linear corrections P and Q: the paper's rule for one tool, ours for several, and the ends of the range.
 #include "runtime/tissue/response_curve.h"
+
+#include <random>
+
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -48,6 +51,78 @@ TEST(ResponseCurve, ReproducesItsPolynomialOddlyAndContinuesItLinearly) {
   EXPECT_NEAR(curve.ratio(1e-300), 1, 1e-14);
   EXPECT_NEAR(curve.value(0.9), kQ(0.5) + 0.4 * kQ.slope(0.5), 1e-13);
   EXPECT_TRUE(curve.outside(0.51) && curve.outside(-0.51) && !curve.outside(0.5));
+}
+
+// ---- which curves are one: formats/response_check.h ----------------------------------------------------------------
+
+// Chebyshev coefficients of y on [0, 1], by interpolation.
+std::vector<double> coefficients_of(int count, const std::function<double(double)>& y) {
+  std::vector<double> c(static_cast<std::size_t>(count), 0.0);
+  for (int p = 0; p < count; ++p) {
+    const double angle = M_PI * (p + 0.5) / count, value = y((std::cos(angle) + 1) / 2);
+    for (int k = 0; k < count; ++k)
+      c[static_cast<std::size_t>(k)] += (k == 0 ? 1.0 : 2.0) / count * value * std::cos(k * angle);
+  }
+  c[0] = 0;  // such that y(0) = sum (-1)^k c_k is zero
+  for (int k = 1; k < count; ++k) c[0] += (k % 2 ? 1 : -1) * c[static_cast<std::size_t>(k)];
+  return c;
+}
+formats::ResponseFault fault_of(const std::vector<double>& c, double range = 1) {
+  return formats::check_response(c.data(), c.size(), range).fault;
+}
+
+TEST(ResponseCheck, TakesEveryCurveThatRisesFromZero) {
+  using formats::ResponseFault;
+  const std::vector<std::function<double(double)>> rising = {
+      [](double x) { return x; },
+      [](double x) { return 900 * x; },
+      [](double x) { return x * x; },                          // flat at the start
+      [](double x) { return 2 * x - x * x; },                  // flat at the end
+      [](double x) { return std::expm1(6 * x) / 6; },          // stiffens 400-fold
+      [](double x) { return x - std::sin(12.5 * x) / 12.5; },  // flat, but nowhere falling, in the middle
+      [](double x) { return std::pow(x - 0.5, 3) + 0.125; },
+  };
+  for (std::size_t i = 0; i < rising.size(); ++i)
+    for (const int count : {8, 17, 33}) {
+      if (i == 5 && count < 33) continue;  // fewer coefficients do not resolve it
+      EXPECT_EQ(fault_of(coefficients_of(count, rising[i])), ResponseFault::none) << i << " " << count;
+    }
+  EXPECT_EQ(fault_of(kP.coefficients(), kP.range), ResponseFault::none);
+  EXPECT_EQ(fault_of(kQ.coefficients(), kQ.range), ResponseFault::none);
+}
+
+TEST(ResponseCheck, FindsTheDipHoweverNarrow) {
+  using formats::ResponseFault;
+  for (const double depth : {1.02, 1.1, 3.0})
+    for (const double waves : {3.0, 9.0, 20.0}) {
+      // The slope falls below zero by (depth - 1) on a few hundredths of the range.
+      const auto y = [&](double x) { return x - depth * std::sin(waves * x) / waves + (depth - 1) * x; };
+      const std::vector<double> c = coefficients_of(33, y);
+      const formats::ResponseVerdict verdict = formats::check_response(c.data(), c.size(), 1);
+      // y' = depth (1 - cos) >= 0: rises; and with more of the sine it falls.
+      EXPECT_EQ(verdict.fault, ResponseFault::none) << depth << " " << waves;
+      const std::vector<double> falls =
+          coefficients_of(33, [&](double x) { return y(x) - 0.01 * depth * std::sin(waves * x) / waves; });
+      EXPECT_EQ(fault_of(falls), ResponseFault::falls) << depth << " " << waves;
+    }
+}
+
+TEST(ResponseCheck, SaysWhichRuleACurveBreaks) {
+  using formats::ResponseFault;
+  EXPECT_EQ(fault_of({0.5, 0.5}), ResponseFault::none);
+  EXPECT_EQ(fault_of({5.5, 0.5}), ResponseFault::origin);
+  EXPECT_EQ(fault_of({0.5 + 1e-7, 0.5}), ResponseFault::origin);
+  EXPECT_EQ(fault_of({0.5 + 1e-12, 0.5}), ResponseFault::none) << "rounding";
+  EXPECT_EQ(fault_of({0, 0}), ResponseFault::falls);
+  EXPECT_EQ(fault_of({-0.5, -0.5}), ResponseFault::falls);
+  EXPECT_EQ(fault_of({501, 501}), ResponseFault::scale);
+  EXPECT_EQ(fault_of({4.9e-4, 4.9e-4}), ResponseFault::scale);
+  EXPECT_EQ(fault_of({0.5, NAN}), ResponseFault::not_finite);
+  EXPECT_EQ(fault_of({0.5, INFINITY}), ResponseFault::not_finite);
+  EXPECT_EQ(fault_of({0.5, 0.5}, 0), ResponseFault::not_finite);
+  EXPECT_EQ(fault_of({0.5, 0.5}, INFINITY), ResponseFault::not_finite);
+  EXPECT_EQ(fault_of({0.5}), ResponseFault::count);
+  EXPECT_EQ(fault_of(std::vector<double>(34, 0.5)), ResponseFault::count);
 }
 
 TEST(ResponseCurve, RefusesUnusableNumbers) {
@@ -175,6 +250,84 @@ TEST(Response, SaysWhenItLeavesTheMeasuredRange) {
   EXPECT_EQ(outside.touch_flags, PALPATE_STEP_RESPONSE_RANGE);
   EXPECT_EQ(outside.shape_flags, PALPATE_STEP_RESPONSE_RANGE);
   for (const float x : outside.u) EXPECT_TRUE(std::isfinite(x));
+}
+
+// Two grips of one tool press a bar together from two sides by 5 mm. The direction of the sum of their displacements is noise.
+std::vector<palpate_grip> pinch(const Eigen::Vector3d& first, const Eigen::Vector3d& second) {
+  std::int32_t low = -1, high = -1;
+  for (const std::int32_t n : box().touchable) {
+    if (box().node(n)[0] < 0.03) continue;
+    if (low < 0 || box().node(n)[2] < box().node(low)[2]) low = n;
+    if (high < 0 || box().node(n)[2] > box().node(high)[2]) high = n;
+  }
+  return {grip_at_node(low, first), grip_at_node(high, second)};
+}
+
+// With G the largest abs(P' - 1), and A how much the linear field exceeds what is imposed: the corrected part of the field is
+// share * (P(r) / r - 1) * (field across the direction). Its change per sum of the inputs' changes is at most 3 G A through the
+// share (3 t (1 - t / 1) <= 1.5 over kAgreed = 0.5), 4.5 G A through the direction (share / length of the sum <= 9 / 8 over 0.5,
+// times 2 for what turns), and G A through the field itself.
+TEST(Radial, OfAPinchChangesByNoMoreThanAMultipleOfItsInput) {
+  const double g = kP.slope(kP.range) - 1, a = 1.5, linear = a, bound = linear + 8.5 * g * a;
+  const ScenePointer scene = box().scene(corrected_def());
+  Contacts contacts(scene.get());
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  // From noise alone to a sum of half the lengths' sum, where the correction acts fully.
+  for (const double noise : {1e-7, 1e-5, 1e-3}) {
+    std::vector<float> before;
+    Eigen::Vector3d first_before = Eigen::Vector3d::Zero(), second_before = Eigen::Vector3d::Zero();
+    for (int s = 0; s < 200; ++s) {
+      const Eigen::Vector3d first = Eigen::Vector3d(0, 0, 0.005) +
+                                    noise * Eigen::Vector3d::NullaryExpr([&](auto) { return any(random); }),
+                            second = Eigen::Vector3d(0, 0, -0.005) +
+                                     noise * Eigen::Vector3d::NullaryExpr([&](auto) { return any(random); });
+      const std::vector<palpate_grip> grips = pinch(first, second);
+      const palpate_tool tool = tool_of(grips);
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+      const auto u = displacements(scene.get(), contacts.get(), box().body.surface_nodes);
+      if (s > 0) {
+        const double input = (first - first_before).norm() + (second - second_before).norm();
+        double moved = 0;
+        for (int n = 0; n < box().body.surface_nodes; ++n) moved = std::max(moved, (at(u, n) - at(before, n)).norm());
+        // 6e-8 of 5 mm, for each of a few float operations.
+        ASSERT_LE(moved, bound * input + 3e-9) << noise << " " << s;
+      }
+      before = u, first_before = first, second_before = second;
+    }
+  }
+}
+
+TEST(Response, FadesWithTheDirectionAsAToolsMotionsCancel) {
+  // From a push of both grips in one direction to a pinch, in small steps: direction, force and shape change in small steps.
+  const ScenePointer scene = box().scene(corrected_def());
+  Contacts contacts(scene.get());
+  Eigen::Vector3d direction_before = Eigen::Vector3d::Zero(), force_before = Eigen::Vector3d::Zero();
+  double longest_step = 0, largest_jump = 0, shortest = 1, longest = 0;
+  constexpr int kSteps = 2000;
+  for (int s = 0; s <= kSteps; ++s) {
+    const double angle = 3.14159265358979 * s / kSteps;
+    const Eigen::Vector3d first(0, 0, 0.002), second(0, 0.002 * std::sin(angle), 0.002 * std::cos(angle));
+    const std::vector<palpate_grip> grips = pinch(first, second);
+    const palpate_tool tool = tool_of(grips);
+    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    const palpate_tool_state* state = palpate_contacts_tool(contacts, 0);
+    const Eigen::Vector3d direction(state->direction), force(state->force_raw);
+    shortest = std::min(shortest, direction.norm()), longest = std::max(longest, direction.norm());
+    if (angle < 2.09) {  // 120 degrees: the sum is half of the lengths' sum
+      EXPECT_NEAR(direction.norm(), 1, 1e-15);
+    }
+    if (s > 0) {
+      longest_step = std::max(longest_step, (direction - direction_before).norm());
+      largest_jump = std::max(largest_jump, (force - force_before).norm());
+    }
+    direction_before = direction, force_before = force;
+  }
+  EXPECT_LT(shortest, 1e-5);
+  EXPECT_NEAR(longest, 1, 1e-15);
+  // Per radian of the angle the length changes by at most 1.5 / kAgreed times 0.5, and the direction turns by a half.
+  EXPECT_LT(longest_step, 2.1 * 3.14159265358979 / kSteps);
+  EXPECT_LT(largest_jump, 0.01 * kQ.range);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/half.h"
+#include "runtime/dense/node_sum.h"
 
 namespace palpate {
 namespace {
@@ -62,6 +63,36 @@ TEST(Superposition, SumsTheColumnsInOrderWithEveryInstructionSet) {
                     first, count, out.data());
           ASSERT_EQ(out, expected) << "type " << static_cast<int>(type) << ", " << columns << " columns of " << count
                                    << ", instructions " << set;
+        }
+      }
+}
+
+TEST(NodeSum, AddsFourSumsSideBySideWithEveryInstructionSetAlsoAtTheEndOfAColumn) {
+  for (const ElementType type : {ElementType::f32, ElementType::f64, ElementType::f16})
+    for (const int columns : {0, 1, 3, 4, 7, 30, 101})
+      for (const std::size_t first : {0u, 5u, 12u}) {
+        const std::size_t length = 15;  // the last node is at 12
+        const Columns stored(type, columns, length);
+        const std::vector<double> coefficient(stored.coefficient.begin(), stored.coefficient.end());
+        std::vector<double> expected(3);
+        for (std::size_t d = 0; d < 3; ++d) {
+          volatile double sum[4] = {};
+          for (int j = 0; j < columns; ++j) {
+            double number = stored.numbers[j][first + d];
+            if (type == ElementType::f64)
+              std::memcpy(&number, &stored.run[j][(first + d) * sizeof number], sizeof number);
+            const volatile double product = coefficient[j] * number;
+            sum[j % 4] = sum[j % 4] + product;
+          }
+          const volatile double left = sum[0] + sum[1], right = sum[2] + sum[3];
+          expected[d] = left + right;
+        }
+        for (int set = 0; set <= static_cast<int>(best_instructions()); ++set) {
+          std::vector<double> out(3, NAN);
+          sum_at_node(static_cast<Instructions>(set), type, stored.column.data(), coefficient.data(), columns, first,
+                      length, out.data());
+          ASSERT_EQ(out, expected) << "type " << static_cast<int>(type) << ", " << columns << " columns, first "
+                                   << first << ", instructions " << set;
         }
       }
 }

@@ -129,6 +129,46 @@ TEST(StabilityCorrection, MotionsOfAToolThatCancelButForRounding) {
   attack.hold("length of the direction", length, 0, "0.1 + 0.2 - 0.3 is rounding, not a direction");
 }
 
+TEST(StabilityCorrection, APinchUnderTheNoiseOfADevice) {
+  StabilityCase attack(
+      "Two opposed grips of one tool: the direction of the sum of their displacements is that of the noise, and P "
+      "along "
+      "a direction of noise moves the drawn surface by millimetres from frame to frame.");
+  // response_test.cpp derives the bound: G = P' - 1 at most, A = 1.5 by which the linear field exceeds what is imposed.
+  const double g = 2 * 0.002 / 0.004 + 3 * 0.25, a = 1.5, bound = a + 8.5 * g * a;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  Corrected scene;
+  std::int32_t low = -1, high = -1;
+  for (const std::int32_t n : box().touchable) {
+    if (box().node(n)[0] < 0.03) continue;
+    if (low < 0 || box().node(n)[2] < box().node(low)[2]) low = n;
+    if (high < 0 || box().node(n)[2] > box().node(high)[2]) high = n;
+  }
+  for (const double noise : {1e-7, 1e-5, 1e-3}) {
+    std::vector<float> before;
+    Vector3d first_before = Vector3d::Zero(), second_before = Vector3d::Zero();
+    double worst = 0;
+    for (int s = 0; s < quick_or_long(200, 20'000); ++s) {
+      const Vector3d first = Vector3d(0, 0, 0.005) + noise * Vector3d::NullaryExpr([&](auto) { return any(random); }),
+                     second = Vector3d(0, 0, -0.005) + noise * Vector3d::NullaryExpr([&](auto) { return any(random); });
+      scene.hold({{grip_at_node(low, first), grip_at_node(high, second)}});
+      const std::vector<float> u = scene.shape();
+      double moved = 0;
+      for (std::size_t i = 0; s > 0 && i < u.size(); i += 3)
+        moved =
+            std::max<double>(moved, std::hypot(u[i] - before[i], u[i + 1] - before[i + 1], u[i + 2] - before[i + 2]));
+      // 6e-8 of 5 mm, for each of a few float operations.
+      if (s > 0)
+        worst = std::max(worst, (moved - 3e-9) / ((first - first_before).norm() + (second - second_before).norm()));
+      before = u, first_before = first, second_before = second;
+    }
+    attack.hold(
+        "change of the surface over that of the grips, noise " + std::to_string(1e6 * noise).substr(0, 4) + " um",
+        worst, bound, "1.5 + 8.5 x 1.75 x 1.5: through share, direction and field");
+  }
+}
+
 TEST(StabilityCorrection, TwoToolsThatPullOneNodeApart) {
   StabilityCase attack(
       "Two tools with opposite directions at one node: their displacements cancel, and each tool's force is as large "

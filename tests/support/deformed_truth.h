@@ -33,6 +33,34 @@ class DeformedTruth {
     const double winding = angle / (4 * 3.14159265358979323846);
     return (winding > 0.5 ? -1 : 1) * std::sqrt(nearest);
   }
+  // The first crossing of a ray with the triangles: triangle -1 where there is none. along: unit length.
+  struct Crossing {
+    std::int32_t triangle = -1;
+    double distance = INFINITY;  // m
+    double slope = 0;            // cosine between the ray and the triangle's normal
+    double from_border = 0;      // smallest barycentric weight
+  };
+  Crossing first_crossing(const Eigen::Vector3d& origin, const Eigen::Vector3d& along, double longest) const {
+    Crossing first;
+    for (std::size_t f = 0; f < body_->triangles.size(); ++f) {
+      const Eigen::Vector3d a = corner(f, 0), u = corner(f, 1) - a, v = corner(f, 2) - a, n = u.cross(v);
+      Eigen::Matrix3d m;
+      m << u, v, -along;
+      const double area = n.norm();
+      if (!(area > 0) || std::abs(m.determinant()) < 1e-14 * area) continue;
+      const Eigen::Vector3d x = m.inverse() * (origin - a);
+      const double inner = std::min({x[0], x[1], 1 - x[0] - x[1]});
+      if (inner < 0 || x[2] < 0 || x[2] > longest || x[2] >= first.distance) continue;
+      first = {static_cast<std::int32_t>(f), x[2], n.dot(along) / area, inner};
+    }
+    return first;
+  }
+  Eigen::Vector3d place(std::int32_t node) const { return place_[node]; }
+  Eigen::Vector3d corner(std::size_t triangle, int v) const { return place_[body_->triangles[triangle][v]]; }
+  Eigen::Vector3d outward(std::size_t triangle) const {
+    const Eigen::Vector3d a = corner(triangle, 0);
+    return (corner(triangle, 1) - a).cross(corner(triangle, 2) - a).normalized();
+  }
   // m, the largest distance that any node moved to another truth's place.
   double largest_move(const DeformedTruth& other) const {
     double most = 0;

@@ -48,7 +48,9 @@ class HeldPlay {
     flags_ = palpate_scene_touch(scene_, tools, tool_count, dt, contacts(), memory_.size() * sizeof memory_[0]);
     const palpate_contacts& c = *contacts();
     if (c.flags != flags_) return "touch returned other flags than it wrote";
-    if (c.node_count < 0 || c.node_count > def_.max_contact_nodes) return "more contact nodes than the scene has";
+    if (def_.max_contact_nodes > 0 && c.node_capacity != def_.max_contact_nodes)
+      return "another limit of nodes than asked";
+    if (c.node_count < 0 || c.node_count > c.node_capacity) return "more contact nodes than the scene has";
     if (c.used_bytes != c.nodes_offset + static_cast<std::size_t>(c.node_count) * sizeof(palpate_contact_node))
       return "used_bytes is not what the contacts take";
     const palpate_contact_node* node = palpate_contacts_node(&c, 0);

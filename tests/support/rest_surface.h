@@ -11,18 +11,18 @@ class RestSurface {
   RestSurface(const double* position, std::int32_t nodes, const std::int32_t* triangles, std::int32_t triangle_count)
       : memory_(palpate_allocator{}) {
     if (!tree_.build(memory_, position, nodes, triangles, triangle_count)) throw std::bad_alloc();
-    surface_.create(&tree_, nullptr);
+    surface_.create(memory_, &tree_, nullptr, nullptr);
   }
   RestSurface(const RestSurface&) = delete;
   ~RestSurface() { memory_.release_all(); }
 
-  bool inside(Vec3 p) { return surface_.is_inside(p); }
+  bool inside(Vec3 p) { return surface_.is_inside({}, p); }
   int crossings(Vec3 a, Vec3 b, SurfaceCrossing* found) { return surface_.crossings(a, b, found); }
   int crossings(Vec3 a, Vec3 b) {
     SurfaceCrossing found[DeformedSurface::kMaxCrossings];
     return crossings(a, b, found);
   }
-  double distance(Vec3 p) { return surface_.nearest(p, INFINITY).distance; }
+  double distance(Vec3 p) { return surface_.nearest({}, p, INFINITY).distance; }
 
  private:
   SceneMemory memory_;

@@ -77,6 +77,7 @@ struct DenseBody {
   double young = 5400, poisson = 0.45;  // Pa
   bool interior = true;                 // store displacement_interior
   std::vector<std::uint8_t> fixed;      // [nodes][3]
+  Eigen::MatrixXd stiffness = {};       // of a body of several materials; empty: of the one above
 };
 
 // Fixed: the face x = 0.
@@ -88,6 +89,16 @@ inline DenseBody dense_box(const TinyBox& box) {
     if (nodes[i][0] == 0.0) dense.fixed[3 * i] = dense.fixed[3 * i + 1] = dense.fixed[3 * i + 2] = 1;
   if (box.single_dof) dense.fixed[3 * (dense.body.surface_nodes - 1)] = 1;
   return dense;
+}
+
+// What a scene that deforms largely needs. stiffening: of each region.
+inline void add_large_deformation(BundleParts& parts, const std::vector<double>& stiffening = {0}) {
+  const auto fixed = parts.get<std::uint8_t>(formats::SectionId::fixed);
+  std::vector<std::int32_t> order;
+  for (std::size_t n = 0; n < fixed.size() / 3; ++n)
+    if (!fixed[3 * n] || !fixed[3 * n + 1] || !fixed[3 * n + 2]) order.push_back(static_cast<std::int32_t>(n));
+  parts.set(formats::SectionId::large_order, {order.size()}, order);
+  parts.set(formats::SectionId::large_stiffening, {stiffening.size()}, stiffening);
 }
 
 // T^u_nk = C_nk C_kk^-1 and T^f_k = C_kk^-1, C_kk inverted on its free dofs.
@@ -107,7 +118,8 @@ inline BundleParts dense_bundle(const DenseBody& dense) {
   std::vector<Eigen::Index> free;
   for (std::size_t i = 0; i < 3 * n; ++i)
     if (!fixed[i]) free.push_back(static_cast<Eigen::Index>(i));
-  const Eigen::MatrixXd stiffness = dense_stiffness(body.mesh, dense.young, dense.poisson);
+  const Eigen::MatrixXd stiffness =
+      dense.stiffness.size() > 0 ? dense.stiffness : dense_stiffness(body.mesh, dense.young, dense.poisson);
   Eigen::MatrixXd compliance = Eigen::MatrixXd::Zero(stiffness.rows(), stiffness.cols());
   const Eigen::MatrixXd unit_loads = Eigen::MatrixXd::Identity(free.size(), free.size());
   const Eigen::MatrixXd on_free_dofs = Eigen::MatrixXd(stiffness(free, free)).llt().solve(unit_loads);

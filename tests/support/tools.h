@@ -5,6 +5,13 @@
 
 namespace palpate::tests {
 
+// How a test opens a bundle's file.
+inline palpate_bundle_options options_for(palpate_file_access access) {
+  palpate_bundle_options options = palpate_default_bundle_options();
+  options.file_access = access;
+  return options;
+}
+
 // A tool of points alone. points: [count][3] m, borrowed.
 inline palpate_tool point_tool(const double* points, std::int32_t count = 1, double disc_radius = 0,
                                double friction = 0, std::int32_t hold = 0) {

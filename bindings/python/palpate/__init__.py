@@ -13,6 +13,7 @@ from palpate._palpate import (
     DeviceFlags,
     Error,
     Grip,
+    Hit,
     Mailbox,
     Passivity,
     PlanPass,
@@ -20,6 +21,7 @@ from palpate._palpate import (
     Status,
     StepFlags,
     Tool,
+    ToolShape,
     Watchdog,
     __version__,
 )
@@ -33,6 +35,7 @@ __all__ = [
     "DeviceFlags",
     "Error",
     "Grip",
+    "Hit",
     "Mailbox",
     "Passivity",
     "PlanPass",
@@ -40,8 +43,9 @@ __all__ = [
     "Status",
     "StepFlags",
     "Tool",
+    "ToolShape",
     "Watchdog",
     "__version__",
 ]
-for _each in (Bundle, Contacts, Coupling, Device, Grip, Mailbox, Passivity, PlanPass, Scene, Tool, Watchdog):
+for _each in (Bundle, Contacts, Coupling, Device, Grip, Hit, Mailbox, Passivity, PlanPass, Scene, Tool, Watchdog):
     _each.__module__ = "palpate"

@@ -40,9 +40,12 @@ class StepFlags(enum.IntFlag):
     OTHER_BUNDLE = 256
     TRACKING_LOST = 512
     WORK_DEFERRED = 1024
+    SOLVE_INEXACT = 2048
+    DISCS_THINNED = 4096
+    DEFORMATION_BEHIND = 8192
 
 class Bundle:
-    def __init__(self, path: Union[str, bytes, os.PathLike[Any]]) -> None: ...
+    def __init__(self, path: Union[str, bytes, os.PathLike[Any]], *, access: str = ...) -> None: ...
     @staticmethod
     def from_bytes(data: Any) -> Bundle: ...
     @property
@@ -75,6 +78,8 @@ class Bundle:
     def has_force(self) -> bool: ...
     @property
     def has_preload(self) -> bool: ...
+    @property
+    def has_large(self) -> bool: ...
     def check(self) -> None: ...
     def prefault(self, lock: bool = ...) -> None: ...
 
@@ -86,6 +91,10 @@ class Contacts:
     @property
     def nodes(self) -> npt.NDArray[np.void]: ...
     @property
+    def organ_position(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def organ_orientation(self) -> npt.NDArray[np.float64]: ...
+    @property
     def data(self) -> npt.NDArray[np.uint8]: ...
     def assign(self, data: Any) -> None: ...
     @property
@@ -94,6 +103,8 @@ class Contacts:
     def step(self) -> int: ...
     @property
     def sweeps(self) -> int: ...
+    @property
+    def newton_steps(self) -> int: ...
     @property
     def residual_displacement(self) -> float: ...
     @property
@@ -138,6 +149,7 @@ class Tool:
         disc_radius: float = ...,
         friction: float = ...,
         id: int = ...,
+        torque_about: Optional[Sequence[float]] = ...,
     ) -> None: ...
     @property
     def points(self) -> npt.NDArray[np.float64]: ...
@@ -148,6 +160,25 @@ class Tool:
     disc_radius: float
     friction: float
     id: int
+    torque_about: Optional[Sequence[float]]
+
+class ToolShape:
+    def __init__(
+        self,
+        kind: Literal["point", "sphere", "capsule", "hull", "mesh"],
+        *,
+        spacing: float = ...,
+        radius: float = ...,
+        length: float = ...,
+        vertices: npt.ArrayLike = ...,
+        triangles: npt.ArrayLike = ...,
+        max_points: int = ...,
+    ) -> None: ...
+    @property
+    def points(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def patch_radius(self) -> float: ...
+    def place(self, tool: Tool, position: npt.ArrayLike, orientation: npt.ArrayLike = ...) -> None: ...
 
 class PlanPass:
     @property
@@ -158,6 +189,18 @@ class PlanPass:
     def sections(self) -> str: ...
     @property
     def mapped_bytes(self) -> int: ...
+
+class Hit:
+    @property
+    def triangle(self) -> int: ...
+    @property
+    def barycentric(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def point(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def normal(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def distance(self) -> float: ...
 
 class Scene:
     def __init__(
@@ -171,8 +214,12 @@ class Scene:
         shape: Literal["off", "surface", "volume"] = ...,
         radial: Literal["off", "response"] = ...,
         preload: Literal["off", "on"] = ...,
+        queries: Literal["off", "on"] = ...,
+        deformation: Literal["linear", "large"] = ...,
+        report: Literal["off", "contacts"] = ...,
         relaxation: Optional[Sequence[tuple[float, float]]] = ...,
         render_mesh: Union[npt.ArrayLike, tuple[npt.ArrayLike, npt.ArrayLike], None] = ...,
+        fine_surface: Optional[tuple[npt.ArrayLike, npt.ArrayLike]] = ...,
         max_tools: int = ...,
         max_points: int = ...,
         max_contact_nodes: int = ...,
@@ -180,6 +227,9 @@ class Scene:
         force_slew: float = ...,
         max_tool_speed: float = ...,
         release_distance: float = ...,
+        torque_limit: float = ...,
+        torque_slew: float = ...,
+        max_operations: int = ...,
     ) -> None: ...
     @property
     def bundle(self) -> Bundle: ...
@@ -203,8 +253,31 @@ class Scene:
         positions: Optional[npt.NDArray[np.float32]] = ...,
         normals: Optional[npt.NDArray[np.float32]] = ...,
     ) -> StepFlags: ...
+    def normals(self, positions: npt.NDArray[np.float32], normals: npt.NDArray[np.float32]) -> StepFlags: ...
+    def cast_ray(
+        self,
+        origin: npt.ArrayLike,
+        direction: npt.ArrayLike,
+        contacts: Optional[Contacts] = ...,
+        longest: float = ...,
+    ) -> Optional[Hit]: ...
+    def closest_point(
+        self, point: npt.ArrayLike, contacts: Optional[Contacts] = ..., farthest: float = ...
+    ) -> Optional[Hit]: ...
+    def report(self) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]: ...
+    def signed_distance(self, point: npt.ArrayLike, contacts: Optional[Contacts] = ...) -> float: ...
+    def set_pose(
+        self,
+        position: npt.ArrayLike = ...,
+        orientation: npt.ArrayLike = ...,
+        *,
+        velocity: npt.ArrayLike = ...,
+        angular_velocity: npt.ArrayLike = ...,
+    ) -> None: ...
     def reset(self) -> None: ...
     def reset_tool(self, id: int) -> None: ...
+    def save(self) -> bytes: ...
+    def restore(self, state: Any) -> None: ...
 
 class DeviceFlags(enum.IntFlag):
     BAD_INPUT = 1

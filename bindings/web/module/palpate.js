@@ -12,12 +12,16 @@
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
  *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
- *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh,
+ *   deformation?: "linear" | "large",
+ *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
- *   maxToolSpeed?: number, releaseDistance?: number
+ *   maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number
  * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
+/** @typedef {{positions: Float32Array, triangles: Int32Array}} FineSurface
+ *  A closed surface that tools meet in place of the bundle's triangles: [vertices][3] m in the bundle's frame, and [triangles][3]
+ *  vertices, counter-clockwise from outside; which creating the scene reads and does not keep. */
 /** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
 /** @typedef {{nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
  *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean}} BundleInfo */
@@ -30,6 +34,7 @@ const WORDS = /** @type {const} */ ({
   force: ["off", "linear", "response"],
   shape: ["off", "surface", "volume"],
   radial: ["off", "response"],
+  deformation: ["linear", "large"],
 });
 const STATUS = ["ok", "truncated", "magic", "version", "section", "checksum", "content", "argument", "memory", "file", "effect"];
 const ARGUMENT = 7, MEMORY = 8;
@@ -158,7 +163,7 @@ export class Bundle {
       nodeCount: number("node_count"), surfaceNodeCount: number("surface_node_count"),
       triangleCount: number("triangle_count"), tetrahedronCount: number("tetrahedron_count"),
       touchableCount: number("touchable_count"), hasInterior: !!number("has_interior"), hasRadial: !!number("has_radial"),
-      hasForce: !!number("has_force"), hasPreload: !!number("has_preload"),
+      hasForce: !!number("has_force"), hasPreload: !!number("has_preload"), hasLarge: !!number("has_large"),
     };
     heap.release(at);
     return info;
@@ -227,11 +232,12 @@ export class Scene {
     /** vertices of the render mesh, which skin() fills */
     this.vertexCount = (effects.renderMesh?.positions.length ?? 0) / 3;
     this.hasNormals = !!effects.renderMesh?.normals;
-    let mesh = 0;
+    let mesh = 0, fine = 0;
     try {
       api.palpate_init_scene_def(def, runtime.field("palpate_scene_def"));
       fillSceneDef(runtime, def, effects);
       if (effects.renderMesh) mesh = lendRenderMesh(runtime, def, effects.renderMesh);
+      if (effects.fineSurface) fine = lendFineSurface(runtime, def, effects.fineSurface);
       this.pointer = runtime.open((out, error) => api.palpate_scene_create(bundle.pointer, def, out, error));
       const limit = (/** @type {string} */ name) => heap.i32(def + runtime.field(`palpate_scene_def.${name}`));
       this.maxTools = limit("max_tools");
@@ -242,6 +248,7 @@ export class Scene {
     } finally {
       heap.release(def);
       if (mesh) heap.release(mesh);
+      if (fine) heap.release(fine);
     }
     this.#takeMemory();
   }
@@ -444,6 +451,7 @@ function fillSceneDef(runtime, def, effects) {
   if (effects.forceSlew !== undefined) data.setFloat64(field("force_slew"), effects.forceSlew, true);
   if (effects.maxToolSpeed !== undefined) data.setFloat64(field("max_tool_speed"), effects.maxToolSpeed, true);
   if (effects.releaseDistance !== undefined) data.setFloat64(field("release_distance"), effects.releaseDistance, true);
+  if (effects.maxOperations !== undefined) data.setBigInt64(field("max_operations"), BigInt(effects.maxOperations), true);
 }
 
 // Copies the mesh into the module's memory for palpate_scene_create. Returns the memory, which the caller then releases.
@@ -462,6 +470,27 @@ function lendRenderMesh(runtime, def, { positions, normals }) {
   put("normals", normals ? second : 0);
   put("vertex_count", positions.length / 3);
   heap.data.setUint32(def + runtime.field("palpate_scene_def.render_mesh"), at, true);
+  return at;
+}
+
+// The same for the surface that tools meet.
+/** @param {Runtime} runtime @param {number} def @param {FineSurface} surface @returns {number} */
+function lendFineSurface(runtime, def, { positions, triangles }) {
+  if (positions.length % 3 || triangles.length % 3)
+    throw new PalpateError(ARGUMENT, `fineSurface: expected three numbers a vertex and three a triangle, found ${positions.length} and ${triangles.length}`);
+  const { heap } = runtime, size = runtime.field("palpate_fine_surface");
+  const at = heap.take(size + 24 + 4 * (positions.length + triangles.length));
+  const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
+  new Float32Array(heap.buffer, first, positions.length).set(positions);
+  new Int32Array(heap.buffer, second, triangles.length).set(triangles);
+  const put = (/** @type {string} */ name, /** @type {number} */ value) =>
+    heap.data.setUint32(at + runtime.field(`palpate_fine_surface.${name}`), value, true);
+  runtime.api.palpate_init_fine_surface(at, size);
+  put("positions", first);
+  put("triangles", second);
+  put("vertex_count", positions.length / 3);
+  put("triangle_count", triangles.length / 3);
+  heap.data.setUint32(def + runtime.field("palpate_scene_def.fine_surface"), at, true);
   return at;
 }
 

@@ -25,7 +25,12 @@
  *   N, Ns       nodes of the mesh; surface nodes, which come first: 0 .. Ns-1
  *   F, E, S     triangles of the surface; tetrahedra; touchable nodes, which have a tensor
  *
- * Units    SI: metre, newton, second. Points are x y z, node after node, in the bundle's frame.
+ * Units    SI: metre, newton, second, radian. Points are x y z, node after node.
+ * Frames   The organ's frame is the bundle's. The tools are in the world's frame; palpate_scene_set_pose says where the organ is
+ *          in the world, and without it both frames are the same. In the world: tool points, and the forces and torques of
+ *          palpate_tool_state. In the organ's frame: everything that belongs to the organ, which is nodes, grips, contact
+ *          nodes, a tool state's direction, shape, skin, queries and the report.
+ *          palpate_contacts says the pose that its step used.
  * Memory   palpate_bundle_open* and palpate_scene_create take all memory. A step (palpate_scene_touch, palpate_scene_shape,
  *          palpate_scene_skin) never allocates, locks, prints, throws or makes a system call.
  * Threads  A bundle is constant and threads may share it. In one scene, palpate_scene_touch belongs to one thread and
@@ -64,6 +69,13 @@ extern "C" {
 #endif
 
 #define PALPATE_API_VERSION 2
+#define PALPATE_VERSION_MAJOR 0
+#define PALPATE_VERSION_MINOR 1
+#define PALPATE_VERSION_PATCH 0
+
+/* The version of the library that is linked at run time, "0.1.0"; the macros above are those of this header.
+ * numbers: [4] PALPATE_API_VERSION, major, minor and patch of the library; may be NULL. */
+PALPATE_API const char* palpate_version(int32_t* numbers);
 
 typedef struct palpate_bundle palpate_bundle; /* constant: the precomputed tensors of one organ */
 typedef struct palpate_scene palpate_scene;   /* mutable: one organ under one set of effects    */
@@ -101,10 +113,36 @@ typedef struct palpate_allocator {
 
 /* ---- bundle ------------------------------------------------------------------------------------------------------ */
 
+/* What palpate_bundle_open_file does with a section of the file that a scene needs. */
+typedef enum palpate_file_access {
+  PALPATE_FILE_MAP, /* maps it, read-only: pages are read when they are used, take no memory of the process and are shared with
+                       other processes. Reading a page of a file that was cut meanwhile raises SIGBUS in the host, which ends
+                       a process without a handler. The library installs none                                              */
+  PALPATE_FILE_MAP_GUARDED, /* the same with a handler of SIGBUS for the whole process: the lost page then reads as zeros, and
+                       each later step raises PALPATE_STEP_BUNDLE_LOST. Any other SIGBUS goes on to the handler that was there
+                       before. When the last bundle that was opened so is closed, or the library is unloaded, that handler is
+                       put back, unless the host has installed another one meanwhile: a host that passes signals from its own
+                       handler on to the library's must stop that before it unloads the library                            */
+  PALPATE_FILE_COPY /* copies it into memory of the bundle's allocator, once for all scenes of the bundle. No signal can come,
+                       and whoever cuts or overwrites the file later cannot harm a scene that exists                       */
+} palpate_file_access;
+
+typedef enum palpate_log_level {
+  PALPATE_LOG_NOTE,   /* what was opened or created                                                 */
+  PALPATE_LOG_WARNING /* works, but the host may want something else                                */
+} palpate_log_level;
+/* The host's log. Opening a bundle, creating a scene on it and palpate_bundle_prefault call it in the thread that calls
+ * them; a step never does. text: one sentence without a line break, valid during the call. Errors are not logged: they are
+ * in palpate_error. */
+typedef void (*palpate_log)(void* user, palpate_log_level level, const char* text);
+
 /* How to open a bundle. */
 typedef struct palpate_bundle_options {
-  uint32_t struct_bytes;       /* sizeof(palpate_bundle_options)                                         */
-  palpate_allocator allocator; /* default NULL, NULL, NULL: of the bundle; a scene has one of its own    */
+  uint32_t struct_bytes;           /* sizeof(palpate_bundle_options)                                         */
+  palpate_file_access file_access; /* default MAP; for palpate_bundle_open_file alone                        */
+  palpate_allocator allocator;     /* default NULL, NULL, NULL: of the bundle; a scene has one of its own    */
+  palpate_log log;                 /* default NULL: nothing is logged                                        */
+  void* log_user;                  /* default NULL: passed to log                                            */
 } palpate_bundle_options;
 PALPATE_API void palpate_init_bundle_options(palpate_bundle_options* options, size_t struct_bytes);
 static inline palpate_bundle_options palpate_default_bundle_options(void) {
@@ -120,21 +158,22 @@ PALPATE_API palpate_status palpate_bundle_open(const void* bytes, size_t byte_co
                                                const palpate_bundle_options* options, palpate_bundle** bundle,
                                                palpate_error* error);
 
-/* The same for a file. Creating a scene maps the sections that the scene needs, read-only, and no others. A file that shrinks
- * while it is mapped does not end the host: the lost pages read as zero. Every step after the file was cut or written over
- * raises PALPATE_STEP_BUNDLE_LOST. A new file that replaces the old one by renaming changes nothing.
+/* The same for a file. Creating a scene maps or copies (palpate_file_access) the sections that the scene needs and no others.
+ * The file stays open until the bundle is closed. A new file that replaces the old one by renaming changes nothing. Where a
+ * mapped file is written over in place, each later step raises PALPATE_STEP_BUNDLE_LOST.
  * Windows: path is UTF-8. While the bundle is open the system lets nobody write to its file, so it can neither shrink nor be
- * replaced before palpate_bundle_close; a file that another program is writing does not open. A file on a network drive whose
- * server goes away ends the host: read such a file and use palpate_bundle_open. */
+ * replaced before palpate_bundle_close; both ways of mapping are the same. A file that another program is writing does not open.
+ * A mapped file on a network drive whose server goes away ends the host: copy such a file. */
 PALPATE_API palpate_status palpate_bundle_open_file(const char* path, const palpate_bundle_options* options,
                                                     palpate_bundle** bundle, palpate_error* error);
 
 /* Compares every section with its checksum. Cost: reads the whole bundle. */
 PALPATE_API palpate_status palpate_bundle_check(const palpate_bundle* bundle, palpate_error* error);
 
-/* For loops with deadlines: reads every page of the sections that the bundle's scenes have mapped, so that no step waits for
- * the disk or takes a page fault. lock: not 0 also asks the system to keep those pages in memory (mlock; Windows: VirtualLock); without it the
- * system may take pages back when memory is short. Call it after palpate_scene_create and outside a step. Cost: one read of
+/* For loops with deadlines: reads every page of the sections that the bundle's scenes have mapped or copied, so that no step
+ * waits for the disk or takes a page fault. lock: not 0 also asks the system to keep those pages in memory (mlock; Windows:
+ * VirtualLock); without it the system may take pages back when memory is short. Call it after palpate_scene_create and outside
+ * a step. Cost: one read of
  * those sections, and their size in memory while the bundle is open. For a bundle opened from bytes it does nothing, because
  * those bytes are the host's memory. Returns PALPATE_ERROR_LOCK where the system refuses to lock (its limit is RLIMIT_MEMLOCK,
  * `ulimit -l`); the pages have then been read all the same and the scene works as before. */
@@ -155,7 +194,7 @@ typedef struct palpate_bundle_info {
   int32_t has_radial;         /* 1: the bundle has P (PALPATE_RADIAL_RESPONSE)            */
   int32_t has_force;          /* 1: the bundle has Q (PALPATE_FORCE_RESPONSE)             */
   int32_t has_preload;        /* 1: the bundle has the displacement under a body force    */
-  int32_t reserved;           /* 0                                                        */
+  int32_t has_large;          /* 1: PALPATE_DEFORMATION_LARGE is possible                 */
 } palpate_bundle_info;
 PALPATE_API void palpate_bundle_fill_info(const palpate_bundle* bundle, palpate_bundle_info* info, size_t struct_bytes);
 static inline palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {
@@ -164,8 +203,8 @@ static inline palpate_bundle_info palpate_bundle_describe(const palpate_bundle* 
   return info;
 }
 
-/* Views of the bundle's own bytes, valid until the bundle is closed; NULL where the section cannot be mapped. The first call
- * maps the section of a file: do not call these in a step.
+/* Views of the bundle's own bytes, valid until the bundle is closed; NULL where the section cannot be mapped or copied. The
+ * first call maps or copies the section of a file: do not call these in a step.
  *   nodes       [N][3] m, positions as meshed        triangles   [F][3] node indices, counter-clockwise from outside
  *   tetrahedra  [E][4] node indices                  touchable   [S] the node of each tensor column
  *   fixed       [N][3] 1: the node is fixed along x, y or z */
@@ -195,7 +234,9 @@ typedef enum palpate_contact_model {
                                belongs to the organ; that of the other three falls as the mesh is refined          */
 } palpate_contact_model;
 
-/* How the anchor of a tool point may move against the tool. A grip always sticks. */
+/* How the anchor of a tool point may move against the tool. A grip always sticks. "Normal" is that of the surface at rest, with
+ * collision against the deformed surface too: where the organ bends, a law's directions do not turn with it (docs/method.md,
+ * section 6: 2 degrees below a disc that is pressed 5 mm into a liver, 13 degrees at worst beside it). */
 typedef enum palpate_contact_law {
   PALPATE_LAW_STICKING,   /* the anchor moves with the tool in every direction as long as the contact lasts        */
   PALPATE_LAW_SLIDING,    /* only motion along the surface's normal is imposed; the anchor follows the tool over the
@@ -220,7 +261,8 @@ typedef enum palpate_shape_model {
   PALPATE_SHAPE_VOLUME   /* all N nodes                                                                            */
 } palpate_shape_model;
 
-/* Whether P corrects the shape. */
+/* Whether P corrects the shape. P changes what is drawn and not what tools meet: collision and contacts know the shape of linear
+ * elasticity alone (docs/method.md, section 7: 0.2 mm apart under a push of 5 mm into a liver, 0.7 mm at worst). */
 typedef enum palpate_radial_model {
   PALPATE_RADIAL_OFF,     /* the shape of linear elasticity                                                        */
   PALPATE_RADIAL_RESPONSE /* each tool's displacement of length r across the tool's direction gets the length P(r)  */
@@ -231,6 +273,27 @@ typedef enum palpate_preload_model {
   PALPATE_PRELOAD_OFF, /* rest is the shape as it was meshed                                                       */
   PALPATE_PRELOAD_ON   /* rest is the shape under the stored body force, such as gravity                           */
 } palpate_preload_model;
+
+/* Whether the scene answers queries about its surface (palpate_scene_cast_ray and others). */
+typedef enum palpate_query_model {
+  PALPATE_QUERIES_OFF, /* no queries, and no memory for them                                                       */
+  PALPATE_QUERIES_ON   /* rays, nearest points and distances, on the surface at rest and deformed                  */
+} palpate_query_model;
+
+/* Whether palpate_scene_report tells each contact of a step, and what began and ended in it. */
+typedef enum palpate_report_model {
+  PALPATE_REPORT_OFF,     /* no report, and neither time nor memory for it                                          */
+  PALPATE_REPORT_CONTACTS /* contacts and events                                                                   */
+} palpate_report_model;
+
+/* How the organ deforms. */
+typedef enum palpate_deformation_model {
+  PALPATE_DEFORMATION_LINEAR, /* by superposition of the tensors: right for small displacements                    */
+  PALPATE_DEFORMATION_LARGE /* as the hyperelastic body that its mesh and laws make: forces and shape are right at any depth,
+                                 and a step takes longer (docs/method.md, section 14). The bundle must have been made for it
+                                 (palpate-precompute --large-deformation). So far with law STICKING, collision OFF or REST, and
+                                 without RESPONSE, preload, queries and report; another combination is refused            */
+} palpate_deformation_model;
 
 /* Whether a force decays while a displacement is held. */
 typedef enum palpate_relaxation_model {
@@ -270,6 +333,28 @@ static inline palpate_render_mesh palpate_default_render_mesh(void) {
   return mesh;
 }
 
+/* A finer surface of the organ, which tools meet in place of the bundle's triangles: collision, the places and normals of contacts,
+ * the directions of contact laws and discs, the report and the queries are those of this surface. The mechanics stay those of
+ * the bundle: a contact acts on the nodes below its place. Give the surface that is drawn: its vertices move as those of the same
+ * render mesh, apart from what the mesh stretches (docs/method.md, section 9). Grips and the shape stay on the bundle's triangles.
+ * Creating the scene binds each vertex to the surface point that is nearest to it on the meshed shape. Refused: a surface that is
+ * not closed, is inside out, has a vertex that is not finite or farther from the mesh than a mean edge of the mesh. */
+typedef struct palpate_fine_surface {
+  uint32_t struct_bytes;  /* sizeof(palpate_fine_surface)                                                         */
+  int32_t vertex_count;   /* 4 .. 10 million                                                                      */
+  const float* positions; /* [vertex_count][3] m, in the bundle's frame, on the shape as it was meshed            */
+  const int32_t*
+      triangles;          /* [triangle_count][3] vertices, counter-clockwise from outside; each edge in two triangles */
+  int32_t triangle_count; /* 4 .. 20 million                                                                      */
+  int32_t reserved;       /* 0                                                                                    */
+} palpate_fine_surface;
+PALPATE_API void palpate_init_fine_surface(palpate_fine_surface* surface, size_t struct_bytes);
+static inline palpate_fine_surface palpate_default_fine_surface(void) {
+  palpate_fine_surface surface;
+  palpate_init_fine_surface(&surface, sizeof surface);
+  return surface;
+}
+
 typedef struct palpate_scene_def {
   uint32_t struct_bytes;         /* sizeof(palpate_scene_def)                                                     */
   palpate_collision collision;   /* default REST                                                                  */
@@ -282,8 +367,14 @@ typedef struct palpate_scene_def {
   palpate_relaxation relaxation; /* default OFF                                                                   */
   int32_t max_tools;             /* default 4    [1 .. PALPATE_MAX_TOOLS]                                         */
   int32_t max_points;            /* default 64   [1 .. 100000] tool points and grips of all tools together        */
-  int32_t max_contact_nodes;     /* default 192  [1 .. 3000] nodes under contact: up to 3 for each tool point or grip;
-                                    under a PATCH the nodes below the disc, about a dozen on a coarse mesh        */
+  int32_t max_contact_nodes;     /* default 0    [0 .. 3000] nodes under contact, a node under several contacts counted
+                                    for each: 3 for each tool point or grip, 1 under NODE, under PATCH those below the
+                                    disc, about a dozen on a coarse mesh. Where that is short, each disc and POINT acts
+                                    on fewer nodes (DISCS_THINNED), and no contact is dropped as long as there is a node
+                                    for each. 0: 8 for each of max_points, but 192 .. 1024. The solver takes 72 bytes
+                                    times the square of this number or of S, the smaller (at 3000 648 MB), and 144
+                                    bytes times the square of the contacts, of which each point or grip makes 1 (under
+                                    TRIANGLE 3). palpate_scene_plan states it                                   */
   double force_limit;            /* default 50   N, above 0: largest length of each tool's force                  */
   double force_slew;             /* default 1e4  N/s, above 0: largest change of each tool's force; INFINITY: none */
   double max_tool_speed;         /* default 10   m/s, above 0: a tool point that moves faster has lost its tracking;
@@ -293,6 +384,22 @@ typedef struct palpate_scene_def {
                                     of the diagonal of the organ's box; INFINITY: never                         */
   const palpate_render_mesh* render_mesh; /* default NULL: none. palpate_scene_create reads it and does not keep it */
   palpate_allocator allocator;            /* default NULL, NULL, NULL                                              */
+  palpate_query_model queries;            /* default OFF                                                           */
+  palpate_report_model report;            /* default OFF                                                           */
+  double torque_limit;    /* default 5    N m, above 0: largest length of each tool's torque; INFINITY: none          */
+  double torque_slew;     /* default 1e3  N m/s, above 0: largest change of each tool's torque; INFINITY: none        */
+  int64_t max_operations; /* default 300000, above 0: counted operations of a touch step, about 0.3 ms
+                                             where docs/speed.md was measured (palpate_operations_in). A step that has
+                                             reached them puts tests and moves of contacts off to the next one
+                                             (WORK_DEFERRED) and solves the contact laws less exactly (SOLVE_INEXACT). The
+                                             plan states what a step may do beyond them: the factor's rows that come and
+                                             go at once, and one test. Counts do not depend on the machine, so the same
+                                             input gives the same bits                                                  */
+  const palpate_fine_surface*
+      fine_surface; /* default NULL: tools meet the bundle's triangles. palpate_scene_create reads it and
+                                               does not keep it. Needs collision or queries                     */
+  palpate_deformation_model deformation; /* default LINEAR                                                           */
+  int32_t reserved;                      /* 0                                                                        */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -304,7 +411,7 @@ static inline palpate_scene_def palpate_default_scene_def(void) {
   return def;
 }
 
-/* Makes a scene: maps the sections that its effects need and no others, and takes all its memory. The bundle must outlive the
+/* Makes a scene: reads or maps the sections that its effects need and no others, and takes all its memory. The bundle must outlive the
  * scene. error may be NULL. Returns PALPATE_OK, or the reason, in which case *scene is NULL. */
 PALPATE_API palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def,
                                                 palpate_scene** scene, palpate_error* error);
@@ -312,13 +419,20 @@ PALPATE_API void palpate_scene_destroy(palpate_scene* scene);
 
 /* One pass of the plan: a piece of work that a step does, or that creating the scene did. */
 typedef struct palpate_plan_pass {
-  const char* name;      /* "collision: deformed", "superposition: surface", ...          */
-  const char* half;      /* who runs it: "create", "touch" or "shape"                     */
-  const char* sections;  /* the bundle sections it reads: "tensors/force mesh/nodes"      */
-  uint64_t mapped_bytes; /* of those sections                                             */
+  const char* name;        /* "collision: deformed", "superposition: surface", ...          */
+  const char* half;        /* who runs it: "create", "touch" or "shape"                     */
+  const char* sections;    /* the bundle sections it reads: "tensors/force mesh/nodes"      */
+  uint64_t mapped_bytes;   /* of those sections                                             */
+  uint64_t memory_bytes;   /* that the scene has taken for this pass                        */
+  int64_t most_operations; /* that a step may count in this pass, whatever the tools do; 0: nothing is counted */
 } palpate_plan_pass;
 /* The passes in order, pass 0 first; NULL behind the last one. Valid until the scene is destroyed. */
 PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t pass);
+
+/* How many counted operations this machine does in that time, for max_operations. Measures for some milliseconds (up to a
+ * second where the clock is coarse), so two calls differ; store the number if runs are to be the same to the bit. 0 where
+ * the time is not above 0, or there is no memory or no clock (the browser's module). */
+PALPATE_API int64_t palpate_operations_in(double microseconds);
 
 /* The quantities of a step that its cost depends on. */
 typedef struct palpate_step_load {
@@ -328,8 +442,7 @@ typedef struct palpate_step_load {
   int32_t rows;                 /* imposed directions: 3 of each contact, 1 where it slides, a grip's axes   */
   int32_t nodes;                /* under contact: node_count of palpate_contacts                            */
   int32_t slips;                /* contacts that slip                                                       */
-  int32_t sweeps;               /* of palpate_contacts                                                      */
-  int32_t reserved;             /* 0                                                                        */
+  int32_t sweeps, newton_steps; /* of palpate_contacts                                                      */
 } palpate_step_load;
 PALPATE_API void palpate_init_step_load(palpate_step_load* load, size_t struct_bytes);
 static inline palpate_step_load palpate_default_step_load(void) {
@@ -355,6 +468,51 @@ PALPATE_API palpate_pass_work palpate_predict_pass(const palpate_scene* scene, i
 typedef void (*palpate_pass_watcher)(void* user, int32_t pass);
 PALPATE_API void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, void* user);
 
+/* ---- pose: where the organ is in the world ------------------------------------------------------------------------ */
+
+/* The organ's frame in the world. A point p of the organ is at position + R p, R the turn of the orientation. */
+typedef struct palpate_pose {
+  uint32_t struct_bytes;      /* sizeof(palpate_pose)                                                               */
+  uint32_t reserved;          /* 0                                                                                  */
+  double position[3];         /* default 0 m, within 1e6 m: where the origin of the organ's frame is                */
+  double orientation[4];      /* default 1 0 0 0: quaternion w x y z of length 1                                    */
+  double velocity[3];         /* default 0 m/s, of that origin                                                      */
+  double angular_velocity[3]; /* default 0 rad/s, about the world's axes                                            */
+} palpate_pose;
+PALPATE_API void palpate_init_pose(palpate_pose* pose, size_t struct_bytes);
+static inline palpate_pose palpate_default_pose(void) {
+  palpate_pose pose;
+  palpate_init_pose(&pose, sizeof pose);
+  return pose;
+}
+
+/* Says where the organ is at the next touch step. Each later touch step without a new pose moves it on by its velocities times
+ * the step's dt, so a host that animates the organ at 60 Hz sends the velocities too, and an organ with velocities 0 stays.
+ * - Contacts depend on the motion of a tool relative to the organ alone: an organ that moves against a tool at rest is met,
+ *   drags and slips like a tool that moves against an organ at rest. Between two steps the tool points move along straight
+ *   lines in the organ's frame. Where the organ turns by an angle a in one step, a point at the distance r from the axis leaves
+ *   its true path by r a^2 / 8.
+ * - Relative motion faster than max_tool_speed is lost tracking (TRACKING_LOST), so a pose that jumps ends the contacts.
+ * - palpate_scene_reset does not change the pose.
+ * The organ stays in place once its velocity would take its origin beyond 1e6 m. Forces do not depend on the pose otherwise:
+ * gravity does not turn against an organ with a preload.
+ * An orientation whose length differs from 1 by 0.001 or less is brought to length 1; another one is refused, and so is a number
+ * that is not finite: PALPATE_ERROR_ARGUMENT, and the scene keeps its pose. error may be NULL.
+ * Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+PALPATE_API palpate_status palpate_scene_set_pose(palpate_scene* scene, const palpate_pose* pose, palpate_error* error);
+
+/* Between the frames. position and orientation: of a palpate_pose, or organ_position and organ_orientation of a
+ * palpate_contacts. The orientation counts with length 1, and as no turn where it is zero or not finite. *world and *organ may
+ * be the same array. A direction, velocity or force turns with the organ; a point also moves with its position. */
+PALPATE_API void palpate_point_to_world(const double position[3], const double orientation[4], const double organ[3],
+                                        double world[3]);
+PALPATE_API void palpate_point_to_organ(const double position[3], const double orientation[4], const double world[3],
+                                        double organ[3]);
+PALPATE_API void palpate_vector_to_world(const double orientation[4], const double organ[3], double world[3]);
+PALPATE_API void palpate_vector_to_organ(const double orientation[4], const double world[3], double organ[3]);
+/* The same as a matrix for a renderer, column after column: matrix[12 .. 14] is the position. */
+PALPATE_API void palpate_pose_matrix(const double position[3], const double orientation[4], double matrix[16]);
+
 /* ---- touch: the haptic half -------------------------------------------------------------------------------------- */
 
 /* What a grip holds. */
@@ -375,7 +533,7 @@ typedef struct palpate_grip {
   int32_t triangle;       /* under SURFACE_POINT: 0 .. F-1                                                   */
   int32_t reserved;       /* 0                                                                               */
   double barycentric[3];  /* under SURFACE_POINT: weights of the triangle's three vertices, 0 .. 1, that sum to 1 */
-  double displacement[3]; /* m, from rest                                                                    */
+  double displacement[3]; /* m, from rest, in the organ's frame                                              */
 } palpate_grip;
 PALPATE_API void palpate_init_grip(palpate_grip* grip, size_t struct_bytes);
 static inline palpate_grip palpate_default_grip(void) {
@@ -396,15 +554,17 @@ static inline palpate_grip palpate_default_grip(void) {
 typedef struct palpate_tool {
   uint32_t struct_bytes;     /* sizeof(palpate_tool)                                                            */
   int32_t id;                /* 0 or more, another one for each tool of a step; default -1: its index in the step */
-  const double* points;      /* [point_count][3] m, tested against the surface where the scene has collision    */
+  const double* points;      /* [point_count][3] m, in the world; tested where the scene has collision          */
   const palpate_grip* grips; /* [grip_count]                                                                    */
   int32_t point_count;       /* default 0                                                                       */
   int32_t grip_count;        /* default 0                                                                       */
   double disc_radius;        /* default 0 m, 0 .. 1: radius of the flat disc that each point presses on the organ, under
                                 PATCH. It is not a collision radius: the points themselves are tested. 0: a point */
   double friction;           /* default 0, 0 .. 100: Coulomb's coefficient, under COULOMB                       */
-  int32_t hold;     /* default 0: a contact ends when its tool point has come out again; 1: it stays, and pulls */
-  int32_t reserved; /* 0                                                                               */
+  int32_t hold;        /* default 0: a contact ends when its tool point has come out again; 1: it stays, and pulls */
+  int32_t has_torque;  /* default 0: no torque is computed; 1: the torque about `reference`. In a scene without
+                          collision and with a contact other than PATCH, 1 is bad input                           */
+  double reference[3]; /* default 0 m, in the world: the point of the tool about which its torque is taken        */
 } palpate_tool;
 PALPATE_API void palpate_init_tool(palpate_tool* tool, size_t struct_bytes);
 static inline palpate_tool palpate_default_tool(void) {
@@ -419,22 +579,29 @@ typedef struct palpate_contact_node {
   int32_t column;                  /* index of the node in tensors/nodes: its tensor column                           */
   int32_t tool;                    /* index of the tool in this step                                                  */
   int32_t point;                   /* index of the tool point, or point_count + index of the grip                     */
-  double modified_displacement[3]; /* u~ of eq. 8, m                                                                  */
+  double modified_displacement[3]; /* u~ of eq. 8, m; LARGE: 0                                                        */
   double force[3];                 /* N, on the organ at this node, after the correction by Q                         */
 } palpate_contact_node;
 
 /* What a step found out about one tool. */
 typedef struct palpate_tool_state {
-  double force[3];     /* N, on the tool, within force_limit and force_slew: send this one to a device              */
+  double force[3];     /* N, on the tool, in the world, within force_limit and force_slew: send it to a device      */
   double force_raw[3]; /* N, on the tool, before those limits                                                       */
-  double direction[3]; /* unit direction of the sum of the tool's imposed displacements. Zero where they cancel: P then
-                            leaves the tool's displacements as they are, and Q acts with its slope at zero             */
+  double direction[3]; /* direction of the sum of the tool's imposed displacements, in the organ's frame. Its length is
+                            the share of P and Q that acts: 1 where the sum is at least half as long as all displacements
+                            one after the other; it falls smoothly to 0 as they cancel, where the direction of their sum
+                            is noise. Q acts on the force along this vector                                           */
   int32_t contact_count; /* contacts of the tool                                                                      */
   int32_t slip_count;    /* of these, contacts that slipped in this step (COULOMB)                                    */
   int32_t release_count; /* of these, contacts without force although the point is inside (UNILATERAL, COULOMB)       */
   uint32_t flags;        /* the step flags that concern this tool                                                     */
   int32_t id;            /* of the tool; its index where the host gave none                                           */
   int32_t reserved;      /* 0                                                                                         */
+  double torque[3];      /* N m, on the tool, in the world, about its reference, within torque_limit and torque_slew.
+                            Zero where the tool does not ask for it                                                   */
+  double torque_raw[3];  /* N m, before those limits: the sum of r x f over the tool's contacts. f: the contact's force,
+                            of which force_raw is the sum; r: from the reference to the tool point, or to the place that
+                            the grip holds, moved by the grip's displacement                                          */
 } palpate_tool_state;
 
 /* The result of touch and the input of shape: plain data without pointers. In memory the head is followed by tool_count
@@ -453,11 +620,22 @@ typedef struct palpate_contacts {
   uint32_t nodes_offset;        /* of the first contact node, from the begin of the head                          */
   uint32_t node_bytes;          /* from one contact node to the next                                              */
   int32_t sweeps;               /* of projected Gauss-Seidel, which UNILATERAL and COULOMB may need; else 0       */
-  double residual_displacement; /* m: by how much the worst contact misses its u*                                 */
+  double residual_displacement; /* m: by how much the worst contact misses its u*, or its law                     */
   double residual_force;        /* N: the same, divided by that contact's own compliance                          */
+  int32_t newton_steps;         /* of Newton's method, which UNILATERAL and COULOMB may need; else 0              */
+  int32_t operations;           /* that the step counted (max_operations)                                          */
+  double organ_position[3];     /* m, of the organ's frame in the world in this step (palpate_pose)               */
+  double organ_orientation[4];  /* w x y z                                                                        */
+  uint32_t field_offset;        /* LARGE: of the displacements, from the begin of the head; else 0                */
+  int32_t field_nodes;          /* LARGE: nodes that have a displacement: those of the scene's shape; else 0      */
+  int32_t deformation_steps;    /* LARGE: quasi-Newton steps that this step took; else 0                          */
+  int32_t reserved;             /* 0                                                                              */
+  double deformation_residual;  /* LARGE: square root of the share of the energy that one more of them would find  */
+  double least_volume;          /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
 } palpate_contacts;
 
-/* Bytes of a palpate_contacts with room for PALPATE_MAX_TOOLS tools and the scene's max_contact_nodes; sizeof is not enough. */
+/* Bytes of a palpate_contacts with room for PALPATE_MAX_TOOLS tools and the scene's max_contact_nodes, and under LARGE for the
+ * displacement of every node of its shape; sizeof is not enough. */
 PALPATE_API size_t palpate_contacts_bytes(const palpate_scene* scene);
 /* The state of tool 0 .. tool_count - 1, inside *contacts. */
 static inline const palpate_tool_state* palpate_contacts_tool(const palpate_contacts* contacts, int32_t tool) {
@@ -470,15 +648,21 @@ static inline const palpate_contact_node* palpate_contacts_node(const palpate_co
                                                     (size_t)node * contacts->node_bytes);
 }
 
+/* [field_nodes][3] m, the displacements of the step under LARGE, inside *contacts; NULL where there are none. */
+static inline const float* palpate_contacts_field(const palpate_contacts* contacts) {
+  return contacts->field_offset ? (const float*)(const void*)((const char*)contacts + contacts->field_offset) : NULL;
+}
+
 /* Bits of a step's return value; 0 is a fully trusted step. */
 /* clang-format off */
 enum {
   PALPATE_STEP_BAD_INPUT        = 1 << 0, /* NaN, infinity, a negative count, an unknown node: the tool kept its last good input */
-  PALPATE_STEP_CONTACTS_DROPPED = 1 << 1, /* more points or contacts than the scene's limits; the step kept the first ones       */
+  PALPATE_STEP_CONTACTS_DROPPED = 1 << 1, /* more points than max_points, or more contacts than max_contact_nodes has nodes for
+                                             (3 each under TRIANGLE); the step kept the first ones                              */
   PALPATE_STEP_REGULARISED      = 1 << 2, /* contacts conflict: some miss their displacement; their force has a stated bound     */
   PALPATE_STEP_RESPONSE_RANGE   = 1 << 3, /* P or Q was used beyond its measured range, where it continues as a straight line    */
-  PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force was cut to force_limit or force_slew                                        */
-  PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the bundle's file was cut or written over: do not trust this step                   */
+  PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force or a torque was cut to its limit or slew                                    */
+  PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the mapped file of the bundle was cut or written over: do not trust this step       */
   PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met nodes without a tensor column (fixed ones, say): the contact acts on the
                                              other nodes there, or is not made where there are none                             */
   PALPATE_STEP_UNSOLVED         = 1 << 7, /* a number is not finite, or the stored precision is too coarse for so many contacts:
@@ -487,8 +671,18 @@ enum {
   PALPATE_STEP_TRACKING_LOST    = 1 << 9, /* a tool point moved faster than max_tool_speed, jumped through the organ in one
                                              step, or left its contact by more than release_distance: it has no contact until
                                              it has been outside and comes in again                                         */
-  PALPATE_STEP_WORK_DEFERRED    = 1 << 10 /* more contacts had to be tested than a step's work allows: some of them hold, although
-                                             they may have come out, and are tested in the next steps                       */
+  PALPATE_STEP_WORK_DEFERRED    = 1 << 10, /* the step reached max_operations: some contacts hold although they may have come
+                                             out, some free points may have come in, and some contacts stay where they are
+                                             although they should slide. The next steps begin with these                    */
+  PALPATE_STEP_SOLVE_INEXACT    = 1 << 11, /* UNILATERAL, COULOMB: the solver came to its limit with a law missed by more than 1e-6
+                                             of the step's largest u* plus 1e-9 m. Pushes never pull, friction is never exceeded,
+                                             and the force has the bound of REGULARISED                                         */
+  PALPATE_STEP_DISCS_THINNED    = 1 << 12, /* max_contact_nodes is short: a disc acts on so few of its nodes that these carry less
+                                             than 95 % of it, or a POINT on fewer than its three. Its force is then too small, by
+                                             up to a half on a single node. A disc with 95 % has its force within about 5 %      */
+  PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13 /* LARGE: the body has not followed its tools to the end: the steps of max_operations
+                                             ended far from the solution, or a move that would have turned a tetrahedron inside out
+                                             was cut. The next steps go on from there                                            */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
@@ -502,11 +696,116 @@ typedef uint32_t palpate_step_flags;
 PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
                                                    double dt, palpate_contacts* contacts, size_t contacts_bytes);
 
-/* Forgets contacts, last positions and forces: the state after creation. Call it in the thread of palpate_scene_touch. */
+/* ---- report: contacts and events ----------------------------------------------------------------------------------- */
+
+/* How a contact holds. */
+typedef enum palpate_contact_state {
+  PALPATE_CONTACT_STICKS = 0,       /* the place moves with the tool: STICKING, a grip, COULOMB within its friction  */
+  PALPATE_CONTACT_SLIPS = 1,        /* COULOMB: the tool slides over the organ against its friction                  */
+  PALPATE_CONTACT_FRICTIONLESS = 2, /* SLIDING, UNILATERAL: the tool slides freely                                   */
+  PALPATE_CONTACT_RELEASED = 3      /* UNILATERAL, COULOMB: no force, although the point is inside                   */
+} palpate_contact_state;
+
+/* One contact of a step: a tool point or a grip that holds the organ. Places, directions and forces are in the organ's frame. */
+typedef struct palpate_contact {
+  int32_t tool_id;  /* of the tool                                                                        */
+  int32_t tool;     /* its index in this step                                                             */
+  int32_t point;    /* index of the tool point, or point_count + index of the grip                        */
+  int32_t triangle; /* of the bundle, that it holds, under a fine_surface the one below its place; -1 for a grip of a
+                                  node                                                                               */
+  int32_t node;     /* that a grip holds; -1 for a surface point                                          */
+  palpate_contact_state state; /* in this step                                                                       */
+  uint64_t begun;              /* the step in which it began. Together with tool_id and point this names the contact */
+  double barycentric[3];       /* weights of the triangle's vertices                                                 */
+  double place[3];             /* m: where the held place is now, as this step deforms the organ (eq. 9)             */
+  double normal[3];   /* outward unit normal of the deformed triangle, of the fine_surface where there is one; zero for
+                                  a grip of a node                                                                   */
+  double depth;       /* m: how far the tool pushes the place in from rest, along the triangle's normal at rest */
+  double gap;         /* m: from the place to the tool along the normal: about 0 while the contact holds,
+                                  above 0 where it was released. Under PATCH also what the disc dents below the mesh's
+                                  resolution: below 0                                                                */
+  double force[3];    /* N, on the tool, after Q, before relaxation, force_limit and force_slew             */
+  double velocity[3]; /* m/s, of the tool past the organ there; 0 in the first step of a tool point or grip */
+} palpate_contact;
+
+typedef enum palpate_contact_event_kind {
+  PALPATE_EVENT_BEGIN = 1,      /* a contact began; its velocity is that of the impact                               */
+  PALPATE_EVENT_END = 2,        /* a contact ended: it came out, lost its tracking, or its tool or point was not sent */
+  PALPATE_EVENT_SLIP_START = 3, /* a contact that did not slip in the last step slips                                */
+  PALPATE_EVENT_STICK_START = 4 /* a contact that slipped or was released in the last step sticks                    */
+} palpate_contact_event_kind;
+
+typedef struct palpate_contact_event {
+  palpate_contact_event_kind kind;
+  int32_t tool_id;
+  int32_t point;         /* as in palpate_contact                                                                    */
+  int32_t contact;       /* index among the contacts of this report; -1: it has ended                                */
+  int32_t triangle;      /* as in palpate_contact; of a contact that has ended, its last one                         */
+  int32_t node;          /* the same                                                                                 */
+  double barycentric[3]; /* the same                                                                                 */
+  double place[3];       /* the same                                                                                 */
+} palpate_contact_event;
+
+/* Of one step: plain data without pointers. In memory the head is followed by contact_count palpate_contact and event_count
+ * palpate_contact_event; find them with palpate_report_contact and palpate_report_event. Copy used_bytes of it to keep it. */
+typedef struct palpate_contact_report {
+  uint32_t struct_bytes;  /* of this head; the contacts begin behind it                                              */
+  uint32_t used_bytes;    /* of the head and all that follows it                                                     */
+  uint64_t step;          /* of the touch step; 0: none since creation or reset                                      */
+  int32_t contact_count;  /* at most max_points                                                                      */
+  int32_t event_count;    /* at most 2 max_points, so that no event is ever lost                                     */
+  uint32_t contact_bytes; /* from one contact to the next                                                            */
+  uint32_t events_offset; /* of the first event, from the begin of the head                                          */
+  uint32_t event_bytes;   /* from one event to the next                                                              */
+  uint32_t reserved;      /* 0                                                                                       */
+} palpate_contact_report;
+
+/* The report of the last touch step, inside the scene and valid until the next one; NULL for a scene without a report. Read it in
+ * the thread of palpate_scene_touch after every step: the next step writes over its events. Ends come first; the rest is in the
+ * order of the contacts. A contact is known by its tool's id and its point, whatever the order of the tools; if another tool gets
+ * the id's place, its contacts end. palpate_scene_reset and palpate_scene_reset_tool forget contacts without events.
+ * Cost: each contact reads 6 entries of 3 x 3 numbers for each contact node of the step, under a fine_surface some 30. */
+PALPATE_API const palpate_contact_report* palpate_scene_report(const palpate_scene* scene);
+/* Contact 0 .. contact_count - 1, inside *report. */
+static inline const palpate_contact* palpate_report_contact(const palpate_contact_report* report, int32_t contact) {
+  return (const palpate_contact*)(const void*)((const char*)report + report->struct_bytes +
+                                               (size_t)contact * report->contact_bytes);
+}
+/* Event 0 .. event_count - 1, inside *report. */
+static inline const palpate_contact_event* palpate_report_event(const palpate_contact_report* report, int32_t event) {
+  return (const palpate_contact_event*)(const void*)((const char*)report + report->events_offset +
+                                                     (size_t)event * report->event_bytes);
+}
+
+/* ---- reset ---------------------------------------------------------------------------------------------------------- */
+
+/* Forgets contacts, last positions and forces: the state after creation, but the pose stays. Call it in the thread of
+ * palpate_scene_touch. */
 PALPATE_API void palpate_scene_reset(palpate_scene* scene);
 /* The same for the tool of that id alone: its next step is like its first. The surface stays as the last step deformed it
  * until the next step. An id that is not in use changes nothing. Call it in the thread of palpate_scene_touch. */
 PALPATE_API void palpate_scene_reset_tool(palpate_scene* scene, int32_t id);
+
+/* ---- state: to save, restore and copy what the steps have left --------------------------------------------------- */
+
+/* What the touch steps have left in a scene: contacts, forces, last positions, relaxation, the pose with its velocities, and the
+ * report. After a restore the next steps give the same bits as the next steps of the scene that was saved, if they get the same
+ * input. The shape half and the queries have no state of their own.
+ * A state is plain bytes, for the same version of the library, the same byte order, a scene with the same definition (render mesh
+ * and allocator aside), and a bundle with the same identity; it may be restored into another scene or another process.
+ * None of these functions allocates or locks; call them in the thread of palpate_scene_touch. */
+
+/* The bytes that a saved state of the scene takes now. They grow with the contacts: ask after the last step. */
+PALPATE_API size_t palpate_scene_state_bytes(const palpate_scene* scene);
+/* Writes palpate_scene_state_bytes(scene) bytes to `state`, which is 8-byte aligned and has state_bytes bytes, so many or more.
+ * The scene does not change. error may be NULL. Cost: a copy of these bytes and their checksum. */
+PALPATE_API palpate_status palpate_scene_save(const palpate_scene* scene, void* state, size_t state_bytes,
+                                              palpate_error* error);
+/* Restores a state of state_bytes bytes, 8-byte aligned. A state that is damaged, or of another version, definition or bundle, is
+ * refused, and the scene stays as it was. A checksum finds damage, not intent: restore no state that you would not run. Cost: as
+ * saving, and the compliances between the nodes under contact are read anew. */
+PALPATE_API palpate_status palpate_scene_restore(palpate_scene* scene, const void* state, size_t state_bytes,
+                                                 palpate_error* error);
 
 /* ---- shape: the render half -------------------------------------------------------------------------------------- */
 
@@ -555,6 +854,65 @@ static inline palpate_skin_out palpate_default_skin_out(void) {
  * triangles and one over the vertices. */
 PALPATE_API palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape,
                                                   palpate_skin_out* out);
+
+/* Fills the normals of the surface's vertices, for a host that draws the bundle's own triangles: of each vertex the mean of the
+ * normals of the triangles around it, weighted by their angles there; unit length, or zero where they cancel or have no area.
+ * shape: as palpate_scene_shape filled it; this call reads its positions and node_count, at least Ns. normals: [node_capacity][3],
+ * of which the first Ns are filled; node_capacity: Ns or more. This needs a scene with collision, with contact TRIANGLE, POINT or
+ * PATCH, with a contact law other than STICKING, or with queries (else: bad input). A triangle with a position that is not finite
+ * does not count (BAD_INPUT). Any thread may call it. Cost: one pass over the triangles. */
+PALPATE_API palpate_step_flags palpate_scene_normals(palpate_scene* scene, const palpate_shape_out* shape,
+                                                     float* normals, int32_t node_capacity);
+
+/* ---- queries ------------------------------------------------------------------------------------------------------ */
+
+/* What a scene with queries ON says about its surface: for a mouse, for navigation, for a camera that must not enter the organ.
+ *
+ * Surface  contacts NULL: the surface at rest. Else the surface as these contacts deform it, which is the one that the collision
+ *          of the next touch step meets. The radial correction P is not part of it, so under PALPATE_RADIAL_RESPONSE the drawn
+ *          surface differs from it. contacts: of this scene's touch step, or of another scene's on the same bundle; those of
+ *          another bundle give the surface at rest and OTHER_BUNDLE, damaged ones the surface at rest and BAD_INPUT.
+ * Threads  The queries of a scene belong to one thread at a time: that of touch, that of shape, or a third one. They may run at
+ *          the same time as touch and shape, and change nothing in either of them.
+ * Input    A number that is NaN, a coordinate beyond 1e6 m, a direction of length zero (or below 1e-150), a longest or farthest
+ *          distance of zero or below, or a scene without queries: no hit, and BAD_INPUT. INFINITY is a good longest distance.
+ * Cost     Microseconds. The first query with new contacts also reads the square of their nodes, 3 x 3 entries each. */
+typedef struct palpate_surface_hit {
+  uint32_t struct_bytes; /* sizeof(palpate_surface_hit)                                                              */
+  int32_t hit;           /* 1: a surface point was found; 0: none, and all that follows is zero, triangle is -1      */
+  int32_t triangle;      /* 0 .. F-1; under a fine_surface the one below the point                                   */
+  int32_t reserved;      /* 0                                                                                        */
+  double barycentric[3]; /* weights of the triangle's three vertices, that sum to 1: a palpate_grip takes them       */
+  double point[3];       /* m                                                                                        */
+  double
+      normal[3]; /* outward unit normal of the triangle as it is deformed, of the fine_surface where there is one; zero
+                            where it has no area                                                                     */
+  double distance; /* m                                                                                        */
+} palpate_surface_hit;
+PALPATE_API void palpate_init_surface_hit(palpate_surface_hit* hit, size_t struct_bytes);
+static inline palpate_surface_hit palpate_default_surface_hit(void) {
+  palpate_surface_hit hit;
+  palpate_init_surface_hit(&hit, sizeof hit);
+  return hit;
+}
+
+/* The first point where the ray passes through the surface, at most `longest` metres along it, from outside or from inside: a
+ * normal that points along the direction tells that the ray leaves the organ there. origin: [3] m; direction: [3] of any length.
+ * Exact arithmetic decides, so that a ray through an edge or a vertex passes through one triangle there and through no gap. A
+ * ray that only touches an edge or lies in a triangle's plane passes by that triangle. A ray that starts exactly on a triangle
+ * may or may not pass through it: start it a little in front. */
+PALPATE_API palpate_step_flags palpate_scene_cast_ray(palpate_scene* scene, const palpate_contacts* contacts,
+                                                      const double* origin, const double* direction, double longest,
+                                                      palpate_surface_hit* hit);
+/* The surface point that is nearest to a point, if it is nearer than `farthest` metres. point: [3] m. Of several triangles at
+ * the same distance, the first one counts. */
+PALPATE_API palpate_step_flags palpate_scene_closest_point(palpate_scene* scene, const palpate_contacts* contacts,
+                                                           const double* point, double farthest,
+                                                           palpate_surface_hit* hit);
+/* The distance of a point from the surface, m, below zero inside; 0 on the surface. A point is inside where the surface winds
+ * around it, so a place where the deformed surface overlaps itself is inside. *distance is INFINITY where there is none. */
+PALPATE_API palpate_step_flags palpate_scene_signed_distance(palpate_scene* scene, const palpate_contacts* contacts,
+                                                             const double* point, double* distance);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <palpate/palpate.h>
+#include <palpate/palpate_tool_shape.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -91,6 +92,20 @@ class Contacts {
   std::vector<std::uint64_t> words_;
 };
 
+// A saved state of a scene, as bytes. Empty until Scene::save fills it.
+class State {
+ public:
+  State() = default;
+  explicit State(std::size_t bytes) : words_((bytes + 7) / 8), bytes_(bytes) {}
+  void* get() noexcept { return words_.data(); }
+  const void* get() const noexcept { return words_.data(); }
+  std::size_t bytes() const noexcept { return bytes_; }
+
+ private:
+  std::vector<std::uint64_t> words_;
+  std::size_t bytes_ = 0;
+};
+
 // One organ under one set of effects. touch and reset belong to one thread, shape and skin to one thread, which may be another.
 class Scene {
  public:
@@ -115,8 +130,53 @@ class Scene {
   palpate_step_flags skin(const palpate_shape_out& shape, palpate_skin_out& out) noexcept {
     return palpate_scene_skin(get(), &shape, &out);
   }
+  // shape: with positions. normals: [capacity][3]
+  palpate_step_flags normals(const palpate_shape_out& shape, float* normals, std::int32_t capacity) noexcept {
+    return palpate_scene_normals(get(), &shape, normals, capacity);
+  }
+
+  // The queries, for scenes with queries ON. They belong to one thread at a time, whichever touch and shape run in.
+  // contacts: nullptr for the surface at rest. Without a hit, hit is 0.
+  palpate_surface_hit cast_ray(const palpate_contacts* contacts, const double (&origin)[3],
+                               const double (&direction)[3], double longest,
+                               palpate_step_flags* flags = nullptr) noexcept {
+    palpate_surface_hit hit = palpate_default_surface_hit();
+    const palpate_step_flags raised = palpate_scene_cast_ray(get(), contacts, origin, direction, longest, &hit);
+    if (flags) *flags = raised;
+    return hit;
+  }
+  palpate_surface_hit closest_point(const palpate_contacts* contacts, const double (&point)[3], double farthest,
+                                    palpate_step_flags* flags = nullptr) noexcept {
+    palpate_surface_hit hit = palpate_default_surface_hit();
+    const palpate_step_flags raised = palpate_scene_closest_point(get(), contacts, point, farthest, &hit);
+    if (flags) *flags = raised;
+    return hit;
+  }
+  double signed_distance(const palpate_contacts* contacts, const double (&point)[3],
+                         palpate_step_flags* flags = nullptr) noexcept {
+    double distance = 0;
+    const palpate_step_flags raised = palpate_scene_signed_distance(get(), contacts, point, &distance);
+    if (flags) *flags = raised;
+    return distance;
+  }
+
+  // False, with *error filled, where the pose is refused.
+  bool set_pose(const palpate_pose& pose, palpate_error* error = nullptr) noexcept {
+    return palpate_scene_set_pose(get(), &pose, error) == PALPATE_OK;
+  }
   void reset() noexcept { palpate_scene_reset(get()); }
   void reset_tool(std::int32_t id) noexcept { palpate_scene_reset_tool(get(), id); }
+
+  // Returns PALPATE_OK, or the reason and *error, which may be NULL. Takes memory where the state has fewer bytes than it needs.
+  palpate_status save(State& state, palpate_error* error = nullptr) const {
+    const std::size_t bytes = palpate_scene_state_bytes(get());
+    if (state.bytes() != bytes) state = State(bytes);
+    return palpate_scene_save(get(), state.get(), state.bytes(), error);
+  }
+  // The same; a state that is refused leaves the scene as it was.
+  palpate_status restore(const State& state, palpate_error* error = nullptr) noexcept {
+    return palpate_scene_restore(get(), state.get(), state.bytes(), error);
+  }
 
  private:
   struct Destroy {
@@ -129,6 +189,42 @@ class Scene {
  public:
   // create; it throws Error where it fails.
   explicit Scene(const Bundle& bundle, const palpate_scene_def& def = palpate_default_scene_def());
+#endif
+};
+
+// A rigid instrument as tool points (palpate_tool_shape.h).
+class ToolShape {
+ public:
+  ToolShape() = default;
+  // An empty ToolShape and *error where it fails.
+  static ToolShape create(const palpate_tool_shape_def& def, palpate_error* error) noexcept {
+    palpate_tool_shape* created = nullptr;
+    palpate_tool_shape_create(&def, &created, error);
+    return ToolShape(created);
+  }
+
+  explicit operator bool() const noexcept { return handle_ != nullptr; }
+  palpate_tool_shape* get() const noexcept { return handle_.get(); }
+  std::int32_t point_count() const noexcept { return palpate_tool_shape_point_count(get()); }
+  void place(const double (&position)[3], const double (&orientation)[4], palpate_tool& tool) noexcept {
+    palpate_tool_shape_place(get(), position, orientation, &tool);
+  }
+
+ private:
+  struct Destroy {
+    void operator()(palpate_tool_shape* shape) const noexcept { palpate_tool_shape_destroy(shape); }
+  };
+  explicit ToolShape(palpate_tool_shape* created) noexcept : handle_(created) {}
+  std::unique_ptr<palpate_tool_shape, Destroy> handle_;
+
+#ifdef __cpp_exceptions
+ public:
+  // create; it throws Error where it fails.
+  explicit ToolShape(const palpate_tool_shape_def& def) {
+    palpate_error error = {};
+    *this = create(def, &error);
+    if (!handle_) throw Error(error);
+  }
 #endif
 };
 

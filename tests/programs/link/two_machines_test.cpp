@@ -69,6 +69,20 @@ TEST_F(TwoMachines, DrawTheLastShapeBitForBitAsOneDoes) {
   EXPECT_THAT(draw.output(), HasSubstr("age when drawn"));
 }
 
+TEST_F(TwoMachines, WarnOfTheStepFlagsThatWereRaised) {
+  scene("weak", "[limits]\nforce = 1e-3\n");
+  Process draw = start(PALPATE_DRAW, "draw",
+                       {file("weak.toml"), "--from", "0", "--seconds", "60", "-o", file("drawn"), "--strict"});
+  Process feel = start(PALPATE_FEEL, "feel",
+                       {file("weak.toml"), "--to", draw.address(), "--every-step", "-o", file("felt"), "--strict"});
+  EXPECT_EQ(feel.wait(), 3) << feel.errors();
+  const std::string sentence = summary("felt")["warnings"].at(0);
+  EXPECT_THAT(sentence, testing::ContainsRegex("^[0-9]+ of 201 touches raised FORCE_LIMITED: "));
+  EXPECT_THAT(feel.errors(), HasSubstr("warning: " + sentence));
+  EXPECT_EQ(draw.wait(), 0) << draw.errors();
+  EXPECT_EQ(summary("drawn")["warnings"], nlohmann::json::array());
+}
+
 // This process stands between them: it loses, repeats and reorders, but lets the goodbye through.
 TEST_F(TwoMachines, DrawTheSameLastShapeThroughABadNetwork) {
   play_alone();

@@ -88,24 +88,181 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   palpate_bundle_close(bundle);
 }
 
-TEST_F(PlayedScene, WarnsWhereAToolMetNothingAndSaysWhereItAndTheOrganAre) {
-  write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 1]]\npath = [[0, 41, -26, 44], [0.1, 41, -26, 35]]\n");
+// The scene on the box's top that is 5 mm deep is deeper than a tenth of 40 mm.
+const std::string kAcceptsSixMillimetres = "[limits]\ndisplacement = 0.006\n";
+
+TEST_F(PlayedScene, WarnsOfAToolThatNeverTouchedWithTheLeastDistanceAndWhere) {
+  // Ends 26 mm beside the box and 4 mm below its top, level with y = 0: the nearest place is on the box's edge.
+  write_scene(
+      "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 1]]\npath = [[0, 41, -26, 44], [0.1, 41, -26, 35], [0.2, 41, -30, "
+      "30]]\n");
   const Ended missed = run("scene.toml -o out");
   EXPECT_EQ(missed.code, 0);
+  const std::string sentence =
+      "tool \"probe\" never touched the organ: its point 0 came nearest, 26 mm from the surface, at ";
+  EXPECT_THAT(missed.errors, HasSubstr("warning: " + sentence));
+  // The first step at which the point is level with the box, whose top is at z = 40.
   EXPECT_THAT(missed.errors,
-              HasSubstr("warning: tool \"probe\" met nothing: its points move within x 41 .. 41, y -26 .. -26, "
-                        "z 36 .. 45 mm, the organ at rest lies within x 0 .. 60, y 0 .. 50, z 0 .. 40 mm"));
-  write_scene(kProbe);
-  const Ended touched = run("scene.toml -o touched");
-  EXPECT_THAT(touched.errors, testing::Not(HasSubstr("warning")));
-  EXPECT_THAT(touched.errors, HasSubstr("note: tool \"probe\": largest force "));
+              HasSubstr("at 0.056 s and [41, -26, 39.96] mm, where the surface is at [41, 0, 39.96] mm"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  ASSERT_EQ(summary["warnings"].size(), 1u) << summary["warnings"];
+  EXPECT_THAT(std::string(summary["warnings"][0]), HasSubstr(sentence));
+
+  write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 41, 26, 4400], [1, 41, 26, 3500]]\n");
+  EXPECT_THAT(run("scene.toml -o out").errors,
+              HasSubstr("3460 mm from the surface, at 1 s and [41, 26, 3500] mm, where the "
+                        "surface is at [41, 26, 40] mm; is `unit` of the scene right?"));
+  // A grip is no touch of the tool's points.
+  write_scene(
+      "[[tool]]\nname = \"both\"\npoints = [[0, 0, 0]]\npath = [[0, 30, 25, 60], [0.1, 30, 25, 59]]\n[[tool.grip]]\n"
+      "nearest = [60, 50, 40]\n");
+  EXPECT_THAT(
+      run("scene.toml -o out").errors,
+      HasSubstr("tool \"both\" never touched the organ: its point 0 came nearest, 19 mm from the surface, at 0.1 s"));
   write_scene(kProbe, "[effects]\ncollision = \"off\"\n");
-  EXPECT_THAT(run("scene.toml -o off").errors, HasSubstr("tool \"probe\" met nothing: its points touch only where"));
+  EXPECT_THAT(run("scene.toml -o off").errors,
+              HasSubstr("tool \"probe\" never touched the organ: its points touch only where collision is"));
 }
 
-TEST_F(PlayedScene, NamesTheStepFlagsThatWereRaised) {
-  write_scene(kProbe, "[limits]\nforce = 1e-3\n");
-  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("touches raised FORCE_LIMITED: docs/troubleshooting.md"));
+TEST_F(PlayedScene, WarnsOfNothingWhereAToolTouchesWithinTheLimits) {
+  write_scene(kProbe, kAcceptsSixMillimetres);
+  const Ended touched = run("scene.toml -o touched --strict");
+  EXPECT_EQ(touched.code, 0);
+  EXPECT_THAT(touched.errors, testing::Not(HasSubstr("warning")));
+  EXPECT_THAT(touched.errors, HasSubstr("note: tool \"probe\": largest force "));
+  EXPECT_EQ(nlohmann::json::parse(read_text(folder_ / "touched/summary.json"))["warnings"], nlohmann::json::array());
+}
+
+TEST_F(PlayedScene, WarnsOfAToolThatBeganInside) {
+  const std::string tool = "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 5], [0, 0, -7]]\n";
+  write_scene(tool + "path = [[0, 41, 26, 37], [0.1, 41, 26, 36]]\n");
+  const std::string sentence =
+      "warning: tool \"probe\" began inside the organ: its point 1 begins 10 mm deep, at [41, 26, 30] mm; a point "
+      "touches "
+      "nothing until it has been outside";
+  const Ended ended = run("scene.toml -o out");
+  EXPECT_THAT(ended.errors, HasSubstr(sentence + ", and none of this tool's did; begin its path outside"));
+  EXPECT_THAT(ended.errors, testing::Not(HasSubstr("never touched")));  // one sentence for one cause
+  // Out and in again: it touches, and the sentence stays.
+  write_scene(tool + "path = [[0, 41, 26, 37], [0.1, 41, 26, 60], [0.2, 41, 26, 45]]\n", kAcceptsSixMillimetres);
+  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr(sentence + "; begin its path outside"));
+}
+
+TEST_F(PlayedScene, WarnsOfAGripFartherThanAnEdgeFromTheOrgan) {
+  const auto grip = [&](const std::string& place) {
+    write_scene("[[tool]]\nname = \"clamp\"\npath = [[0, 0, 0, 0], [0.1, 0, 0, 1]]\n[[tool.grip]]\nnearest = " + place +
+                "\n");
+    return run("scene.toml -o out").errors;
+  };
+  EXPECT_THAT(
+      grip("[60, 50, 340]"),
+      HasSubstr("scene.toml:7: the grip of tool \"clamp\" is 300 mm from [60, 50, 340] mm: the nearest touchable node "
+                "is at [60, 50, 40] mm, farther than its longest edge of "));
+  EXPECT_THAT(grip("[60, 50, 50]"), testing::Not(HasSubstr("warning")));  // the edges there are 13 to 29 mm long
+}
+
+TEST_F(PlayedScene, WarnsOfADisplacementBeyondLinearElasticity) {
+  write_scene(kProbe);
+  EXPECT_THAT(
+      run("scene.toml -o out").errors,
+      testing::ContainsRegex("warning: the organ moved by [0-9.]+ mm .node [0-9]+, at 0.1 s., beyond the 4 mm that are "
+                             "a tenth of its smallest extent .40 mm."));
+  write_scene(kProbe, "[limits]\ndisplacement = 0.001\n");
+  EXPECT_THAT(run("scene.toml -o out").errors,
+              HasSubstr("beyond the 1 mm that `displacement` in the scene's [limits] allows"));
+  // The bundle's own figure wins over 10 mm.
+  tests::BundleParts parts = tests::tiny_bundle();
+  parts.provenance.insert(1, "\"accuracy_linear_limit_mm\":3.5,");
+  write_bundle(folder_ / "box.h5", parts);
+  write_scene(kProbe);
+  EXPECT_THAT(
+      run("scene.toml -o out").errors,
+      HasSubstr("beyond the 3.5 mm up to which linear elasticity is good (measured: accuracy_linear_limit_mm of the "
+                "bundle)"));
+}
+
+TEST_F(PlayedScene, KnowsNoLimitOfLinearElasticityUnderLargeDeformation) {
+  tests::BundleParts parts = tests::tiny_bundle();
+  add_large_deformation(parts, {0});
+  write_bundle(folder_ / "box.h5", parts);
+  write_scene(kProbe, "[effects]\ndeformation = \"large\"\n");
+  const Ended ended = run("scene.toml -o out");
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.errors, testing::Not(HasSubstr("linear elasticity")));
+  write_scene(kProbe, "[effects]\ndeformation = \"large\"\n[limits]\ndisplacement = 0.001\n");
+  EXPECT_THAT(run("scene.toml -o out").errors,
+              HasSubstr("beyond the 1 mm that `displacement` in the scene's [limits] allows"));
+}
+
+TEST_F(PlayedScene, WarnsOfTenMillimetresOnALargeOrganWithoutAFigureOfItsOwn) {
+  write_bundle(folder_ / "box.h5", tests::tiny_bundle({.size = {0.3, 0.25, 0.2}}));
+  const auto pressed_to = [&](const std::string& z) {
+    write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 205, 130, 201], [0.1, 205, 130, " + z +
+                "]]\n");
+    return run("scene.toml -o out").errors;
+  };
+  EXPECT_THAT(
+      pressed_to("185"),
+      HasSubstr("beyond the 10 mm up to which linear elasticity is good (the default liver's figure; this bundle has "
+                "none of its own)"));
+  EXPECT_THAT(pressed_to("199"), testing::Not(HasSubstr("warning")));
+}
+
+TEST_F(PlayedScene, WarnsOfAnOrganThatIsNoOrgansSize) {
+  const auto warned_of = [&](double scale) {
+    write_bundle(folder_ / "box.h5", tests::tiny_bundle({.size = {0.06 * scale, 0.05 * scale, 0.04 * scale}}));
+    write_scene("[[tool]]\nname = \"clamp\"\npath = [[0, 0, 0, 0]]\n[[tool.grip]]\nnearest = [" +
+                std::to_string(60 * scale) + ", 0, 0]\n");
+    return run("scene.toml -o out").errors;
+  };
+  EXPECT_THAT(warned_of(1000),
+              HasSubstr("warning: the organ of this bundle is 60 m long, expected 1 cm to 1 m; was mesh_unit "
+                        "right when the bundle was computed?"));
+  EXPECT_THAT(warned_of(0.1), HasSubstr("warning: the organ of this bundle is 0.006 m long"));
+  EXPECT_THAT(warned_of(1), testing::Not(HasSubstr("warning")));
+}
+
+TEST_F(PlayedScene, NamesTheStepFlagsThatWereRaisedWithTheirCount) {
+  write_scene(kProbe, "[limits]\nforce = 1e-3\ndisplacement = 0.006\n");
+  const Ended ended = run("scene.toml -o out");
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  const int count = summary["touches_with_flag"]["FORCE_LIMITED"];
+  EXPECT_GT(count, 0);
+  const std::string sentence =
+      std::to_string(count) + " of 101 touches raised FORCE_LIMITED: docs/troubleshooting.md says what that means";
+  EXPECT_THAT(ended.errors, HasSubstr("warning: " + sentence));
+  EXPECT_EQ(summary["warnings"], nlohmann::json::array({sentence}));
+  const Ended realtime = run("scene.toml -o clock --realtime --seconds 0.3 --rate 1000");
+  EXPECT_THAT(realtime.errors,
+              testing::ContainsRegex("warning: [0-9]+ of [0-9]+ touches at 1000 Hz raised FORCE_LIMITED"));
+  EXPECT_EQ(nlohmann::json::parse(read_text(folder_ / "clock/summary.json"))["warnings"].size(), 1u);
+}
+
+TEST_F(PlayedScene, CountsTheFlagsOfShapes) {
+  tests::BundleParts parts = tests::tiny_bundle();
+  parts.set(formats::SectionId::response_radial, {2}, std::vector<double>{0.5e-3, 0.5e-3});
+  parts.set(formats::SectionId::response_force, {2}, std::vector<double>{0.5e-3, 0.5e-3});
+  parts.set(formats::SectionId::response_range, {2}, std::vector<double>{1e-3, 1e-3});
+  write_bundle(folder_ / "box.h5", parts);
+  write_scene(kProbe, "[effects]\nradial = \"response\"\n" + kAcceptsSixMillimetres);
+  EXPECT_THAT(run("scene.toml -o out").errors,
+              testing::ContainsRegex("warning: [1-7] of 7 shapes raised RESPONSE_RANGE"));
+  EXPECT_TRUE(
+      nlohmann::json::parse(read_text(folder_ / "out/summary.json"))["shapes_with_flag"].contains("RESPONSE_RANGE"));
+}
+
+TEST_F(PlayedScene, MakesWarningsErrorsUnderStrictAndWritesTheResultsAllTheSame) {
+  write_scene(kProbe);
+  const Ended ended = run("scene.toml -o out --strict");
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.errors, testing::EndsWith("palpate-run: --strict: expected no warning, found 1, printed above\n"));
+  EXPECT_TRUE(fs::exists(folder_ / "out/forces.csv"));
+}
+
+TEST_F(PlayedScene, HasContactNodesForEveryNumberOfPointsThatASceneMayHave) {
+  // Three for each would be more than palpate.h allows.
+  write_scene(kProbe, "[limits]\npoints = 1001\n");
+  EXPECT_EQ(run("scene.toml -o out").code, 0);
 }
 
 TEST_F(PlayedScene, WritesTheSameBytesTwiceButForTimings) {
@@ -395,6 +552,48 @@ TEST(Percentile, IsTheNearestRank) {
 TEST(Flags, HaveTheNamesOfTheApi) {
   EXPECT_THAT(flag_names(PALPATE_STEP_REGULARISED | PALPATE_STEP_NOT_TOUCHABLE),
               testing::ElementsAre("REGULARISED", "NOT_TOUCHABLE"));
+}
+
+// The box's sides, `above` mm beyond those of the bundle's box but at x = 0, as a PLY file.
+void write_box_around(const fs::path& file, double above, const std::string& last = "3 1 7 5\n") {
+  std::ofstream ply(file);
+  ply << "ply\nformat ascii 1.0\nelement vertex 8\nproperty double x\nproperty double y\nproperty double z\n"
+         "element face 12\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int v = 0; v < 8; ++v)
+    ply << (v & 1 ? 60 + above : 0) << ' ' << (v & 2 ? 50 + above : -above) << ' ' << (v & 4 ? 40 + above : -above)
+        << '\n';
+  ply << "3 0 2 3\n3 0 3 1\n3 4 5 7\n3 4 7 6\n3 0 1 5\n3 0 5 4\n3 2 6 7\n3 2 7 3\n3 0 4 6\n3 0 6 2\n3 1 3 7\n" << last;
+}
+
+TEST_F(PlayedScene, MeetsTheSurfaceThatTheSceneNames) {
+  write_box_around(folder_ / "fine.ply", 1);
+  fs::create_directories(folder_ / "scenes");
+  const std::string head = "name = \"test\"\nbundle = \"../box.h5\"\nunit = \"mm\"\n";
+  // Comes down by 9 mm in 0.1 s, from 4 mm above the mesh.
+  std::ofstream(folder_ / "scenes/mesh.toml") << head << kProbe;
+  std::ofstream(folder_ / "scenes/fine.toml") << head << "[surface]\nfile = \"../fine.ply\"\n" << kProbe;
+  const auto first_contact = [&](const std::string& scene) {
+    const Ended ended = run("scenes/" + scene + ".toml --output " + scene + " --record " + scene + ".record");
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    std::istringstream rows(read_text(folder_ / scene / "contacts.csv"));
+    std::string line;
+    std::getline(rows, line);
+    std::getline(rows, line);
+    return std::stod(line);  // s
+  };
+  EXPECT_NEAR(first_contact("mesh") - first_contact("fine"), 0.1 * 1 / 9, 0.0011) << "a step is 1 ms";
+  EXPECT_EQ(run("--replay fine.record").code, 0);
+  EXPECT_EQ(run("--replay fine.record scenes/fine.toml").code, 0);
+  const Ended other = run("--replay fine.record scenes/mesh.toml");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.errors, HasSubstr("found another \"surface\""));
+  write_box_around(folder_ / "fine.ply", 1.5);
+  EXPECT_NE(run("--replay fine.record").code, 0);
+
+  write_box_around(folder_ / "fine.ply", 1, "3 1 5 7\n");
+  expect_refused("scenes/fine.toml --output out", "fine.ply: palpate_fine_surface: the edge between vertices");
+  fs::remove(folder_ / "fine.ply");
+  expect_refused("scenes/fine.toml --output out", "fine.ply");
 }
 
 }  // namespace

@@ -142,11 +142,55 @@ TEST_F(SceneFile, RefusesWhatItDoesNotKnowWithLineAndKey) {
   expect_refused(kPoint + kPath, "realtime = true\n", "unknown key \"realtime\"");
 }
 
+TEST_F(SceneFile, NamesTheLineOfTheKeyAndDumpsNoTable) {
+  // The value, or the place in it, that is wrong may stand below its key.
+  expect_refused("points = [\n  [0, 0, 0],\n  [0, \"a\", 0],\n]\n" + kPath, "",
+                 "scene.toml:7: [[tool]] 1: points: expected a finite number, found \"a\"");
+  expect_refused(kPoint + kPath, "[effects]\nshape =\t\"deep\"\n", "scene.toml:4: effects: shape: expected one of off");
+  expect_refused(kPoint + kPath, "[effects]\nshape = \"\"\"de\nep\"\"\"\n",
+                 "shape: expected one of off, surface, volume, found \"de ep\"");
+  expect_refused(kPoint + kPath, "[tools]\nname = \"t\"\nlimits = { force = 3, speed = 4 }\n",
+                 "scene.toml:3: unknown key \"tools\"; the keys here are name, bundle, unit,");
+  // A heading of a sub-table is the only line on which its parent stands.
+  expect_refused(kPoint + kPath, "[limit.force]\nvalue = 3\n", "scene.toml:3: unknown key \"limit\"");
+  expect_refused(kPoint + kPath, "[limits]\nforce = { newton = 3, more = \"a\" }\n",
+                 "scene.toml:4: limits: force: expected a finite number, found a table");
+  expect_refused(kPoint + kPath, "[limits]\nforce = { value = 3, unit = \"N\" }\n",
+                 "scene.toml:4: limits: force: expected a finite number, found 3 N");
+  expect_refused(kPoint + kPath, "[[effects]]\nshape = \"off\"\n",
+                 "scene.toml:3: effects: expected a table, headed [effects], found an array of tables");
+  try {
+    read_scene_config(write("scene.toml", "name = \"s\"\nunit = \"mm\"\n[tool]\nname = \"t\"\n" + kPoint + kPath));
+    ADD_FAILURE() << "expected an error";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("scene.toml:3: tool: expected tables, each headed [[tool]], not empty, found a table"));
+  }
+}
+
+TEST_F(SceneFile, ShowsALineThatWouldDoForAMissingKeyOrAValueOfAnotherType) {
+  expect_refused(
+      kPath + "capsule = { length = 1, samples = 3 }\n", "",
+      "scene.toml:6: [[tool]] 1.capsule: the key \"radius\" is missing; add it, for example: radius = 4  # in `unit`");
+  expect_refused(kPath + "capsule = 4\n", "",
+                 "capsule: expected a table, for example capsule = { radius = 4, length = 60, samples = 40 }, found 4");
+  expect_refused(kPoint + kPath, "[relaxation]\nsource = \"a\"\n",
+                 "scene.toml:3: relaxation: the key \"terms\" is missing; add it, for example: terms = [[0.45, 0.5]]");
+  try {
+    read_scene_config(write("scene.toml", "name = \"s\"\n"));
+    ADD_FAILURE() << "expected an error";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("scene.toml:1: the key \"unit\" is missing; add it, for example: unit = \"mm\""));
+  }
+}
+
 TEST_F(SceneFile, RefusesValuesOutOfRange) {
   expect_refused(kPoint + kPath, "[rate]\ntouch = 0\n", "rate: touch");
   expect_refused(kPoint + kPath, "[rate]\ntouch = 10\nshape = 60\n", "rate: shape");
   expect_refused(kPoint + kPath, "[limits]\npoints = 0\n", "limits: points");
   expect_refused(kPoint + kPath, "[limits]\nforce = -1\n", "limits: force");
+  expect_refused(kPoint + kPath, "[limits]\ndisplacement = 0\n", "limits: displacement: expected a length above 0 m");
   expect_refused(kPoint + "path = [[1, 0, 0, 0], [1, 0, 0, 1]]\n", "", "path[1]");
   expect_refused(kPoint + "path = [[0, 0, 0, inf]]\n", "", "path");
   expect_refused(kPoint + "path = [[0, 0, 0]]\n", "", "path[0]");
@@ -159,10 +203,28 @@ TEST_F(SceneFile, RefusesValuesOutOfRange) {
   expect_refused(kPath + "[[tool.grip]]\naxes = \"x\"\n", "", "nearest");
 }
 
+TEST_F(SceneFile, PlacesAToolByAWordOrAPointWithDepths) {
+  const auto word = read(kPoint + "at = \"foremost\"\ndepth = [[0, -10], [1, 8]]\n").tools.at(0);
+  ASSERT_TRUE(word.place);
+  EXPECT_EQ(word.place->at, SceneConfig::Place::At::foremost);
+  EXPECT_DOUBLE_EQ(word.place->depth.at(1)[1], 0.008);
+  EXPECT_DOUBLE_EQ(word.path.at(1).time, 1);
+  const auto point = read(kPoint + "near = [1, 2, 3]\ndepth = [[0, -10]]\n").tools.at(0);
+  EXPECT_FALSE(point.place->at);
+  EXPECT_DOUBLE_EQ(point.place->near->at(2), 0.003);
+}
+
 TEST_F(SceneFile, RefusesWhatIsMissingOrGivenTwice) {
   expect_refused(kPath, "", "points");
   expect_refused(kPoint, "", "path");
   expect_refused(kPoint + kPath + "path_csv = \"p.csv\"\n", "", "not both");
+  const std::string depth = "depth = [[0, -10], [1, 8]]\n";
+  expect_refused(kPoint + depth, "", "either at = \"foremost\" or near = [x, y, z], not both");
+  expect_refused(kPoint + depth + "at = \"lowest\"\nnear = [1, 2, 3]\n", "", "not both");
+  expect_refused(kPoint + "at = \"lowest\"\n", "", "depth");
+  expect_refused(kPoint + "at = \"anterior\"\n" + depth, "", "one of foremost, hindmost");
+  expect_refused(kPoint + kPath + depth + "at = \"lowest\"\n", "", "no path, since the tool's place");
+  expect_refused(kPoint + "at = \"lowest\"\ndepth = [[1, 0], [1, 2]]\n", "", "after the row before");
   std::string nine_tools;
   for (int i = 0; i < 8; ++i) nine_tools += "[[tool]]\nname = \"more\"\n" + kPoint + kPath;
   expect_refused(kPoint + kPath + nine_tools, "", "at most 8 tools");

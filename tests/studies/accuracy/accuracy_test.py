@@ -126,6 +126,8 @@ class Accuracy(StudyTest):
         told = json.loads(subprocess.run([os.path.join(BIN, "palpate-bundle"), "info", "--json", bundle], check=True,
                                          stdout=subprocess.PIPE).stdout)["certificate"]
         self.assertLessEqual(told["accuracy_force_error"], limit)
+        depths = [p["depth_mm_at"]["5"][what] for p in self.all["large_strain"] for what in ("force", "field")]
+        self.assertEqual(told.get("accuracy_linear_limit_mm"), min((d for d in depths if d is not None), default=None))
         self.assertIn("stated", accuracy("check", bundle, "--study", self.folder))
         # A certificate that states a smaller error than the bundle has is refused.
         with open(os.path.join(chosen, "measured.json")) as file:

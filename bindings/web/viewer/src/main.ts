@@ -130,9 +130,11 @@ class Viewer {
     const name = String(provenance.organ ?? "organ");
     byId("name").textContent = name;
     document.title = `${name} – Palpate`;
+    // Soft supports hold without fixing a node, so that the held region does not show them.
+    const soft = Object.keys(provenance).flatMap((key) => /^(?:foundation|spring) (.+)$/.exec(key)?.[1] ?? []);
     this.facts = [
       `${info.nodeCount.toLocaleString("en")} vertices, ${info.touchableCount.toLocaleString("en")} touchable`,
-      provenance.boundary && `held: ${provenance.boundary}`, provenance.element, `${megabytes(bytes)} MB`, simd ? "" : "without SIMD",
+      provenance.boundary && `held: ${provenance.boundary}${soft.length ? ` (softly: ${soft.join(", ")})` : ""}`, provenance.element, `${megabytes(bytes)} MB`, simd ? "" : "without SIMD",
     ].filter(Boolean).join(" · ");
     this.showFacts();
     byId("notice").textContent = "";

@@ -1,0 +1,32 @@
+#!/bin/bash
+# make_packages.sh SOURCE BUILD WEB OUT JOBS: Debian packages of the programs, of the runtime and of its headers, a Python wheel and an
+# npm package, in OUT. BUILD: a folder of its own, for the shared library. WEB: the folder of {simd,baseline}/palpate.wasm.
+set -euo pipefail
+source=$1 build=$2 web=$3 out=$4 jobs=$5
+rm -rf "$out"
+mkdir -p "$out"
+
+cmake --preset release -S "$source" -B "$build" -DBUILD_SHARED_LIBS=ON -DPALPATE_BUILD_TESTS=OFF -DPALPATE_BUILD_PYTHON=OFF \
+  -DPALPATE_BUILD_WEB=OFF -DCMAKE_INSTALL_PREFIX=/usr
+cmake --build "$build" -j "$jobs"
+(cd "$build" && cpack -G DEB -B "$out" > cpack.log)
+rm -rf "$out/_CPack_Packages"
+
+(cd "$source/bindings/python" && /usr/bin/python3 -c "import build_backend; build_backend.build_wheel('$out')" > "$build/wheel.log")
+
+# The npm package: the module, both builds of the runtime, and the types that TypeScript reads from the module's comments.
+version=$(sed -n 's/^project(palpate VERSION \([0-9.]*\).*/\1/p' "$source/CMakeLists.txt")
+package=$build/npm
+rm -rf "$package"
+mkdir -p "$package"
+cp "$source/bindings/web/module/palpate.js" "$source/LICENSE" "$package/"
+sed "s/@VERSION@/$version/" "$source/cmake/binary-packages/package.json.in" > "$package/package.json"
+sed "s/@VERSION@/$version/" "$source/cmake/binary-packages/npm-readme.md" > "$package/README.md"
+for variant in simd baseline; do
+  mkdir "$package/$variant"
+  cp "$web/$variant/palpate.wasm" "$package/$variant/"
+done
+"$source/bindings/web/node_modules/.bin/tsc" "$package/palpate.js" --declaration --emitDeclarationOnly --allowJs --target es2022 \
+  --module esnext --moduleResolution bundler --skipLibCheck --outDir "$package"
+(cd "$package" && npm pack --silent --pack-destination "$out")
+ls -l "$out"

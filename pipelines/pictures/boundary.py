@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""boundary.py BUNDLE -o PNG: what may be touched, what is held and what is softly supported, from the front and from behind."""
+import argparse
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+import offscreen  # noqa: E402
+import picture_file  # noqa: E402
+from mesh import BEHIND, FRONT, HELD, STRIPES, TISSUE, triangles_actor, triangles_data  # noqa: E402
+
+NEITHER, SUPPORTED = (0.80, 0.80, 0.80), (0.72, 0.62, 0.66)
+# What is seen from the side of small y, and from that of large y, in each frame.
+SIDES = {"LPS": ("from the front", "from behind"), "RAS": ("from behind", "from the front"),
+         "none": ("from small y", "from large y")}
+
+
+def areas_of(nodes, triangles):
+    a, b, c = (nodes[triangles[:, i]] for i in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def box_text(points):
+    low, high = points.min(axis=0), points.max(axis=0)
+    return ", ".join("%s %.0f .. %.0f" % (axis, low[d], high[d]) for d, axis in enumerate("xyz")) + " mm"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("bundle")
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args()
+    with h5py.File(arguments.bundle, "r") as file:
+        nodes, triangles = file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/triangles"][:]
+        fixed, touchable = file["boundary/fixed"][:].any(axis=1), np.zeros(len(nodes), bool)
+        touchable[file["tensors/nodes"][:]] = True
+        frame = file.attrs.get("frame", "none")
+        soft = file["boundary/foundation"][:].any(axis=1) if "boundary/foundation" in file else np.zeros(len(triangles), bool)
+    # A triangle with held and touchable nodes is shown as neither. What is softly supported may be touched as well.
+    held = fixed[triangles].all(axis=1)
+    touched = touchable[triangles].all(axis=1) & ~held
+    soft &= ~held
+    groups = [(held, HELD), (soft, SUPPORTED), (touched & ~soft, TISSUE), (~held & ~touched & ~soft, NEITHER)]
+    actors = [triangles_actor(nodes, triangles[which], colour) for which, colour in groups if which.any()]
+    size = np.linalg.norm(np.ptp(nodes, axis=0))
+    if held.any():
+        actors.append(offscreen.hatch(triangles_data(nodes, triangles[held]), size, STRIPES))
+
+    figure, panels = plt.subplots(1, 2, figsize=(15, 6.8))
+    for panel, look_from, title in zip(panels, (FRONT, BEHIND), SIDES.get(frame, SIDES["none"])):
+        image, pixel = offscreen.render(actors, look_from, size=(900, 700), zoom=1.1, bounds=offscreen.bounds_of(nodes))
+        panel.imshow(image)
+        panel.set_title(title, fontsize=15)
+        panel.axis("off")
+        offscreen.draw_scale(panel, image, pixel, nodes.mean(axis=0), look_from, size, frame)
+    areas = areas_of(nodes, triangles)
+    lines = []
+    supported = np.zeros(len(nodes), bool)
+    supported[triangles[soft]] = True
+    for name, which, colour in (("touchable", touchable, TISSUE), ("held", fixed, HELD), ("softly supported", supported, SUPPORTED)):
+        share = (which[triangles].mean(axis=1) * areas).sum()  # a node has a third of each triangle around it
+        if which.any():
+            lines.append(("%s: %.0f mm2, %.0f %% of the surface; %s"
+                          % (name, share, 100 * share / areas.sum(), box_text(nodes[which])), colour))
+    for row, (text, colour) in enumerate(lines):
+        figure.text(0.5, 0.03 + 0.04 * (len(lines) - 1 - row), text, ha="center", fontsize=15, color=tuple(0.75 * c for c in colour))
+    figure.subplots_adjust(left=0.005, right=0.995, bottom=0.12, top=0.94, wspace=0.01)
+    picture_file.save(figure, arguments.output)
+
+
+if __name__ == "__main__":
+    main()

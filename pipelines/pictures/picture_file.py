@@ -1,0 +1,46 @@
+"""Writes a picture, with the warnings of the scenes that it shows above its title."""
+import json
+import os
+import textwrap
+
+WARNING = "#b2182b"
+FONT, LINE = 11, 0.21  # points, inches from line to line
+MOST = 4  # warnings; summary.json has the others
+
+
+def warnings_of(scenes):
+    """What palpate-run warned of in these scenes (folders), each sentence once, with the scene's name where there are several."""
+    sentences = []
+    for scene in scenes:
+        with open(os.path.join(scene, "summary.json")) as stream:
+            found = json.load(stream).get("warnings", [])
+        name = "%s: " % os.path.basename(os.path.normpath(scene)) if len(scenes) > 1 else ""
+        sentences += [name + sentence for sentence in found if name + sentence not in sentences]
+    return sentences
+
+
+def add_warnings(figure, sentences):
+    """Makes room above the figure, and writes the sentences there."""
+    width, height = figure.get_size_inches()
+    shown = sentences[:MOST] + (["%d more in summary.json" % (len(sentences) - MOST)] if len(sentences) > MOST else [])
+    lines = [line for sentence in shown for line in textwrap.wrap("warning: " + sentence, int(11 * width), subsequent_indent="   ")]
+    whole = height + LINE * len(lines) + 0.15
+    places = [(axes, axes.get_position()) for axes in figure.axes]
+    for axes, place in places:
+        axes.set_position([place.x0, place.y0 * height / whole, place.width, place.height * height / whole])
+    for text in figure.texts:  # the figure's own title
+        text.set_y(text.get_position()[1] * height / whole)
+    figure.set_size_inches(width, whole)
+    figure.text(0.01, 1 - 0.08 / whole, "\n".join(lines), va="top", fontsize=FONT, color=WARNING, linespacing=1.25)
+
+
+def save(figure, output, scenes=()):
+    """Writes the whole PNG or none. The same input gives the same bytes. scenes: the folders of the played scenes that the picture
+    shows; their warnings stand above the picture, and in the PNG's text "Warnings"."""
+    sentences = warnings_of(scenes)
+    if sentences:
+        add_warnings(figure, sentences)
+    metadata = {"Software": None, **({"Warnings": "\n".join(sentences)} if sentences else {})}
+    os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
+    figure.savefig(output + ".part", format="png", dpi=120, facecolor="white", metadata=metadata)
+    os.replace(output + ".part", output)

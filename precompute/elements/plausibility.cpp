@@ -1,0 +1,159 @@
+#include "precompute/elements/plausibility.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cctype>
+#include <limits>
+
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using Sentences = std::vector<std::string>;
+
+// Lengths of 1e-6 to 1e6 m as a person reads them.
+std::string length_text(double metres) {
+  return metres < 1e-3 || metres >= 10 ? fmt::format("{:.3g} m", metres) : fmt::format("{:.4g} mm", 1e3 * metres);
+}
+
+void warn_of_size(const ElasticBody& body, const OrganConfig& organ, const BodyFiles& files, Sentences& sentences) {
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const auto& node : body.nodes)
+    low = low.cwiseMin(Vector3d(node.data())), high = high.cwiseMax(Vector3d(node.data()));
+  const double longest = (high - low).maxCoeff();
+  if (longest >= kSmallestOrgan && longest <= kLargestOrgan) return;
+  std::string meant;
+  for (const auto& [name, metres] : {std::pair{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"um", 1e-6}}) {
+    const double then = longest / organ.mesh_unit.metres * metres;
+    if (meant.empty() && then >= kSmallestOrgan && then <= kLargestOrgan)
+      meant = fmt::format("; with mesh_unit = \"{}\" it would be {} long", name, length_text(then));
+  }
+  sentences.push_back(fmt::format("{}: the organ is {} long, expected 1 cm to 1 m; mesh_unit is \"{}\" in {}{}",
+                                  files.mesh.string(), length_text(longest), organ.mesh_unit.name, files.organ.string(),
+                                  meant));
+}
+
+std::string pressure_text(double pascal) {
+  for (const auto& [unit, size] : {std::pair{"GPa", 1e9}, {"MPa", 1e6}, {"kPa", 1e3}})
+    if (pascal >= size) return fmt::format("{:.4g} {}", pascal / size, unit);
+  return fmt::format("{:.4g} Pa", pascal);
+}
+
+void warn_of_stiffness(const OrganConfig& organ, const BodyFiles& files, Sentences& sentences) {
+  for (const OrganConfig::Region& region : organ.regions) {
+    const double young = region.young.value;
+    if (young >= kSoftestTissue && young <= kStiffestTissue) continue;
+    std::string meant;
+    for (const double factor : {1e-3, 1e3, 1e-6, 1e6})
+      if (meant.empty() && young * factor >= kSoftestTissue && young * factor <= kStiffestTissue)
+        meant = fmt::format("; was {} meant, in another unit?", pressure_text(young * factor));
+    sentences.push_back(
+        fmt::format("{}: [[region]] \"{}\": young is {}, expected 100 Pa to 10 MPa, within which soft tissue lies{}",
+                    files.organ.string(), region.name, pressure_text(young), meant));
+  }
+}
+
+// By any support: held along an axis, or tied by a spring.
+std::vector<char> supported_nodes(const ElasticBody& body) {
+  std::vector<char> supported(body.nodes.size(), 0);
+  for (std::size_t n = 0; n < body.nodes.size(); ++n)
+    supported[n] = body.fixed[n][0] || body.fixed[n][1] || body.fixed[n][2];
+  for (const SpringSet& set : body.springs)
+    for (const Spring& spring : set.springs) supported[static_cast<std::size_t>(spring.a)] = 1;
+  return supported;
+}
+
+void warn_of_held_area(const ElasticBody& body, const BodyFiles& files, Sentences& sentences) {
+  const std::vector<char> supported = supported_nodes(body);
+  std::vector<char> on_foundation(body.triangles.size(), 0);
+  for (const Foundation& foundation : body.foundations)
+    for (const auto f : foundation.triangles) on_foundation[static_cast<std::size_t>(f)] = 1;
+  double whole = 0, held = 0;
+  for (std::size_t f = 0; f < body.triangles.size(); ++f) {
+    const auto& t = body.triangles[f];
+    const Vector3d a(body.nodes[t[0]].data()), b(body.nodes[t[1]].data()), c(body.nodes[t[2]].data());
+    const double area = (b - a).cross(c - a).norm() / 2;
+    whole += area;
+    if (on_foundation[f] || (supported[t[0]] && supported[t[1]] && supported[t[2]])) held += area;
+  }
+  if (held >= kLeastHeldShare * whole) return;
+  sentences.push_back(
+      fmt::format("{}: {:.3g} % of the surface is held ({:.4g} of {:.4g} mm2), expected at least 1 %; pressed, the "
+                  "organ turns about so "
+                  "small a hold; hold what the body holds, and compare the places of [[fixed]] with the organ's box",
+                  files.boundary.string(), 100 * held / whole, 1e6 * held, 1e6 * whole));
+}
+
+// ---- a copied organ ------------------------------------------------------------------------------------------------
+
+// "my liver" and "my-liver" are one name.
+std::string letters_of(const std::string& name) {
+  std::string letters;
+  for (const unsigned char c : name)
+    if (std::isalnum(c) || c >= 0x80) letters += static_cast<char>(std::tolower(c));
+  return letters;
+}
+
+bool is_assumption(const std::string& source) {
+  return source.find("ssum") != std::string::npos;
+}
+
+// The other organ folders' organ.toml that can be read.
+std::vector<std::pair<fs::path, OrganConfig>> neighbours(const fs::path& folder) {
+  std::vector<std::pair<fs::path, OrganConfig>> found;
+  std::error_code unreadable;
+  for (const auto& entry : fs::directory_iterator(folder.parent_path(), unreadable)) {
+    if (entry.path() == folder || !fs::is_regular_file(entry.path() / "organ.mk")) continue;
+    try {
+      found.emplace_back(entry.path() / "organ.toml", read_organ_config(entry.path() / "organ.toml"));
+    } catch (const InputError&) {  // not this organ's fault
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  return found;
+}
+
+void warn_of_foreign_sources(const OrganConfig& organ, const fs::path& folder, const BodyFiles& files,
+                             Sentences& sentences) {
+  const auto others = neighbours(folder);
+  for (const OrganConfig::Region& region : organ.regions)
+    for (const auto& [file, other] : others)
+      for (const OrganConfig::Region& foreign : other.regions)
+        if (foreign.name != region.name && foreign.young.source == region.young.source &&
+            !is_assumption(region.young.source))
+          sentences.push_back(fmt::format(
+              "{}: [[region]] \"{}\": the source of young is, word for word, that of \"{}\" in {}; state where this "
+              "organ's value is from",
+              files.organ.string(), region.name, foreign.name, file.string()));
+}
+
+void warn_of_a_copied_organ(const OrganConfig& organ, const BodyFiles& files, Sentences& sentences) {
+  const fs::path folder = fs::absolute(files.organ).lexically_normal().parent_path();
+  if (!fs::is_regular_file(folder / "organ.mk")) return;
+  const std::string expected = folder.filename().string();
+  if (letters_of(organ.name).rfind(letters_of(expected), 0) != 0)
+    sentences.push_back(
+        fmt::format("{}: name is \"{}\", but the organ's folder is \"{}\": a copied file keeps the name and the "
+                    "sources of the other "
+                    "organ; expected a name that begins with \"{}\"",
+                    files.organ.string(), organ.name, expected, expected));
+  warn_of_foreign_sources(organ, folder, files, sentences);
+}
+
+}  // namespace
+
+Sentences plausibility_warnings(const ElasticBody& body, const OrganConfig& organ, const BodyFiles& files) {
+  Sentences sentences;
+  warn_of_size(body, organ, files, sentences);
+  warn_of_stiffness(organ, files, sentences);
+  warn_of_held_area(body, files, sentences);
+  warn_of_a_copied_organ(organ, files, sentences);
+  return sentences;
+}
+
+}  // namespace palpate

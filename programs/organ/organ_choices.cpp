@@ -1,0 +1,115 @@
+#include "programs/organ/organ_choices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// Rounded down to two digits, so that the files are easy to read.
+double two_digits(double value) {
+  if (!(value > 0)) return value;
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::floor(value / unit + 1e-9) * unit;
+}
+
+// Both from meshes of the liver of pipelines/liver, of 200 to 20,000 vertices.
+constexpr double kVertexShare = 0.75;   // vertices = share * volume / edge^3, edge: --size
+constexpr double kSurfaceFactor = 1.5;  // edges on the surface, of those inside
+
+double vertices_of(const OrganSource& source, double edge) {
+  return kVertexShare * source.volume_mm3 / std::pow(edge, 3);
+}
+
+void choose_sizes(const OrganSource& source, OrganChoices& choices) {
+  constexpr double kVertices = 1700, kMostVertices = 10'000;  // of the default size
+  const double by_volume = std::cbrt(kVertexShare * source.volume_mm3 / kVertices);
+  const double by_thickness = source.thickness_mm / 2;
+  const double least = std::cbrt(kVertexShare * source.volume_mm3 / kMostVertices);
+  const double edge = std::max(std::min(by_volume, by_thickness), least);
+  choices.size_reason =
+      edge == by_volume
+          ? fmt::format("From the volume of {:.4g} cm3: about {} vertices, which take seconds.",
+                        source.volume_mm3 / 1000, kVertices)
+          : fmt::format("From the thickness: {}, and thin parts need two edges across{}.", source.thickness_text,
+                        edge == least ? fmt::format("; no more than about {} vertices", kMostVertices) : "");
+  for (const auto& [name, factor] : {std::pair{"coarse", 1.4}, std::pair{"medium", 1.0}, std::pair{"fine", 0.7}}) {
+    const double inside = two_digits(factor * edge);
+    choices.sizes.push_back({name, inside, two_digits(kSurfaceFactor * inside), vertices_of(source, inside)});
+  }
+}
+
+// Gaussian smoothing by a width s loses a rod that is thinner than 2.35 s: in its middle exp(-r^2 / (2 s^2)) is one half.
+void choose_smoothing(const OrganSource& source, OrganChoices& choices) {
+  const double by_voxel = 2 * source.voxel_mm, by_thickness = source.thickness_mm / 3;
+  choices.smooth_mm = two_digits(std::min(by_voxel, by_thickness));
+  choices.smooth_reason =
+      by_voxel <= by_thickness
+          ? fmt::format("Twice the voxels' mean side of {:.3g} mm, which hides their steps.", source.voxel_mm)
+          : fmt::format(
+                "A third of the thickness of {:.3g} mm, so that thin parts are kept; the voxels' mean side is "
+                "{:.3g} mm.",
+                source.thickness_mm, source.voxel_mm);
+}
+
+std::array<double, 3> back_of(const std::string& frame) {
+  return frame == "RAS" ? std::array<double, 3>{0, -1, 0} : std::array<double, 3>{0, 1, 0};
+}
+
+// The extents of the points beyond a share of them along a direction, across it; direction: along y.
+double narrower_extent(std::vector<std::array<double, 3>> points, double towards, double share) {
+  std::sort(points.begin(), points.end(),
+            [&](const auto& a, const auto& b) { return towards * a[1] > towards * b[1]; });
+  points.resize(std::max<std::size_t>(3, static_cast<std::size_t>(share * static_cast<double>(points.size()))));
+  double extent[2];
+  for (const int d : {0, 2}) {
+    const auto [low, high] =
+        std::minmax_element(points.begin(), points.end(), [d](const auto& a, const auto& b) { return a[d] < b[d]; });
+    extent[d / 2] = (*high)[d] - (*low)[d];
+  }
+  return std::min(extent[0], extent[1]);
+}
+
+void choose_held(const OrganSource& source, OrganChoices& choices) {
+  const std::array<double, 3> back = back_of(source.frame);
+  choices.held_towards = back;
+  const double across = std::min(source.high[0] - source.low[0], source.high[2] - source.low[2]);
+  constexpr double kWide = 0.4;  // of the organ's narrower extent across; on a narrower base it would swing as a whole
+  double width = 0;
+  for (const double share : {0.2, 0.3, 0.4}) {
+    choices.held_share = share;
+    width = narrower_extent(source.border_points, back[1], share);
+    if (width >= kWide * across) break;
+  }
+  choices.held_reason = fmt::format(
+      "An assumption: the {:.0f} % of the surface that lies farthest {} is held, {:.0f} mm wide where it is "
+      "narrower{}. "
+      "Hold what the body holds, and keep the rest free.",
+      100 * choices.held_share, source.frame == "none" ? "along y" : "to the back", width,
+      choices.held_share > 0.2 ? " (20 % would be a base too narrow)" : "");
+}
+
+void choose_press(const OrganSource& source, OrganChoices& choices) {
+  double extent = source.high[0] - source.low[0];
+  for (int d = 1; d < 3; ++d) extent = std::min(extent, source.high[d] - source.low[d]);
+  choices.depth_mm = two_digits(std::min(10.0, 0.1 * extent));
+  choices.disc_mm = two_digits(std::min(8.0, 0.12 * extent));
+  choices.press_reason = fmt::format(
+      "A tenth of the organ's smallest extent of {:.3g} mm, at most 10 mm: what linear elasticity is good for.",
+      extent);
+}
+
+}  // namespace
+
+OrganChoices choose(const OrganSource& source) {
+  OrganChoices choices;
+  if (source.kind != OrganSource::Kind::mesh) choose_sizes(source, choices);
+  if (source.kind == OrganSource::Kind::image) choose_smoothing(source, choices);
+  choose_held(source, choices);
+  choose_press(source, choices);
+  return choices;
+}
+
+}  // namespace palpate

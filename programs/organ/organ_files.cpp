@@ -1,0 +1,225 @@
+#include "programs/organ/organ_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+std::string in_make(const std::string& text) {
+  return replaced(replaced(text, "$", "$$"), "#", "\\#");
+}
+
+// A TOML string with its quotes; names of regions come from files.
+std::string in_toml(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += static_cast<unsigned char>(c) < 32 ? ' ' : c;
+  }
+  return quoted + "\"";
+}
+
+// The text as lines of a comment, each at most 120 characters.
+std::string comment(const std::string& text) {
+  std::string lines, line = "#";
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const std::string word = text.substr(at, end - at);
+    if (line.size() + 1 + word.size() > 120) lines += line + "\n", line = "#";
+    line += " " + word;
+    at = end + 1;
+  }
+  return lines + line + "\n";
+}
+
+std::string source_text(const OrganSource& source) {
+  const std::string file = source.file.string();
+  switch (source.kind) {
+    case OrganSource::Kind::image:
+      return fmt::format("label {} of {}", source.labels_text, file);
+    case OrganSource::Kind::surface:
+      return fmt::format("the surface {}, in {}", file, source.unit);
+    case OrganSource::Kind::mesh:
+      return fmt::format("the mesh {}, in {}", file, source.unit);
+  }
+  return file;
+}
+
+// ---- organ.toml ----------------------------------------------------------------------------------------------------
+
+std::string organ_toml(const OrganRequest& request, const OrganSource& source) {
+  std::string text = comment(
+      fmt::format("{}: {}; {:.4g} cm3, box x {:.1f} .. {:.1f}, y {:.1f} .. {:.1f}, z {:.1f} .. {:.1f} mm. Written by "
+                  "palpate-organ; docs/files.md explains every key.",
+                  request.name, source_text(source), source.volume_mm3 / 1000, source.low[0], source.high[0],
+                  source.low[1], source.high[1], source.low[2], source.high[2]));
+  text += fmt::format("name = \"{}\"\n", request.name);
+  const bool mesh = source.kind == OrganSource::Kind::mesh;
+  if (!mesh) text += "# What palpate-surface and palpate-tetrahedra write.\n";
+  text += fmt::format("mesh_unit = \"{}\"\n", mesh ? source.unit : "mm");
+  if (source.kind != OrganSource::Kind::image && !request.frame)
+    text += "# An assumption: the file does not say what its axes mean. FRAME= says it (LPS, RAS, none).\n";
+  text += fmt::format("frame = \"{}\"\n", source.frame);
+  text += "# The element for soft, nearly incompressible tissue.\nelement = \"p1-anp\"\n";
+  for (const std::string& region : mesh ? source.region_names : std::vector<std::string>{request.name}) {
+    text += fmt::format("\n[[region]]\nname = {}\n", in_toml(region));
+    text +=
+        "# No image tells the stiffness, and the force is proportional to it: replace the value and its source.\n"
+        "young = { value = 5.4, unit = \"kPa\", source = \"assumed: that of liver, 3 x the shear modulus 1.8 +- 0.4 "
+        "kPa "
+        "of Phys. Med. Biol. 64 (2019) 225001, table 1\" }\n"
+        "poisson = { value = 0.45, source = \"assumed: soft tissue is nearly incompressible\" }\n"
+        "density = { value = 1060, unit = \"kg/m^3\", source = \"assumed: that of liver, same table\" }\n";
+  }
+  return text;
+}
+
+// ---- boundary/held.toml --------------------------------------------------------------------------------------------
+
+std::string held_toml(const OrganChoices& choices) {
+  const auto& d = choices.held_towards;
+  return comment(choices.held_reason + " Pictures: boundary.png.") +
+         fmt::format(
+             "name = \"held\"\n\n[[fixed]]\ndofs = \"xyz\"\nselect = {{ below_quantile = {{ direction = [{}, {}, {}], "
+             "quantile = {} }} }}\n",
+             -d[0] + 0.0, -d[1] + 0.0, -d[2] + 0.0, choices.held_share);
+}
+
+// ---- scenes/press.toml ---------------------------------------------------------------------------------------------
+
+std::string press_toml(const OrganSource& source, const OrganChoices& choices) {
+  const double away = std::max(5.0, choices.depth_mm);
+  std::string text =
+      comment("A finger comes from outside, presses the organ along the surface's normal, rests and withdraws.") +
+      "name = \"press\"\nunit = \"mm\"\n\n[[tool]]\nname = \"finger\"\npoints = [[0, 0, 0]]\n";
+  text += comment("A disc: the force of a point without a radius belongs to the mesh, not to the organ.");
+  text += fmt::format("disc_radius = {:.3g}\n", choices.disc_mm);
+  if (source.frame == "none") {
+    text += comment(
+        "The middle of the side of small y, opposite the held part; the frame does not say where the front is.");
+    text += fmt::format("near = [{:.4g}, {:.4g}, {:.4g}]\n", 0.5 * (source.low[0] + source.high[0]), source.low[1],
+                        0.5 * (source.low[2] + source.high[2]));
+  } else {
+    text += comment(
+        "The touchable point nearest to the patient's front. Other places: hindmost, leftmost, rightmost, uppermost, "
+        "lowest; or near = [x, y, z].");
+    text += "at = \"foremost\"\n";
+  }
+  text +=
+      comment("Rows of seconds and depth in mm; below 0 the tool is in front of the surface. " + choices.press_reason);
+  text += fmt::format("depth = [[0, -{0:.3g}], [0.5, 0], [1, {1:.3g}], [1.3, {1:.3g}], [1.8, -{0:.3g}]]\n", away,
+                      choices.depth_mm);
+  return text;
+}
+
+// ---- organ.mk ------------------------------------------------------------------------------------------------------
+
+std::string surface_options(const OrganSource& source, const OrganChoices& choices,
+                            const OrganChoices::MeshSize& size) {
+  std::string text;
+  if (source.kind == OrganSource::Kind::image) {
+    std::string labels;
+    for (const double label : source.labels) labels += fmt::format("{}{}", labels.empty() ? "" : ",", label);
+    text = fmt::format("--labels {} --smooth {:.3g}", labels, choices.smooth_mm);
+  } else {
+    text = "--unit " + source.unit;
+  }
+  if (source.pieces > 1 || source.kind == OrganSource::Kind::surface) text += " --components largest";
+  return text + fmt::format(" --edge-mm {:.3g}", size.surface_mm);
+}
+
+std::string organ_mk(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices) {
+  std::string text = comment(fmt::format("{}: {}. Written by palpate-organ; docs/files.md explains every variable.",
+                                         request.name, source_text(source)));
+  const std::string file = in_make(source.file.string());
+  if (source.kind == OrganSource::Kind::mesh)
+    return text + "# The mesh as it is.\nRESOLUTIONS := given\nMESH ?= " + file + "\n";
+  text += (source.kind == OrganSource::Kind::image ? "IMAGE ?= " : "SURFACE ?= ") + file + "\n";
+  text += "\n" + comment("Mesh sizes, edges in mm: --edge-mm on the surface, --size inside. " + choices.size_reason);
+  std::string names, options;
+  if (source.kind == OrganSource::Kind::image) options += comment("--smooth: " + choices.smooth_reason);
+  if (source.pieces > 1)
+    options +=
+        comment(fmt::format("--components: the label has {} pieces. Only the largest is held and kept; the others "
+                            "have {:.3g} cm3 together.",
+                            source.pieces, source.dropped_mm3 / 1000));
+  for (const auto& size : choices.sizes) {
+    text += fmt::format("# {}: about {:.0f} vertices\n", size.name, size.vertices);
+    names += " " + size.name;
+    options += fmt::format("SURFACE_OPTIONS_{} := {}\n", size.name, surface_options(source, choices, size));
+  }
+  for (const auto& size : choices.sizes)
+    options +=
+        fmt::format("TETRAHEDRA_OPTIONS_{} := --region {} --size {:.3g}\n", size.name, request.name, size.inside_mm);
+  return text + "RESOLUTIONS :=" + names + "\nRESOLUTION ?= medium\n" + options;
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  stream.close();
+  if (!stream) throw OperationError(fmt::format("{}: cannot be written", file.string()));
+}
+
+// Removed unless it was renamed.
+struct PartFolder {
+  explicit PartFolder(fs::path p) : path(std::move(p)) { fs::remove_all(path); }
+  ~PartFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  fs::path path;
+};
+
+}  // namespace
+
+void check_organ_name(const OrganRequest& request) {
+  const std::string& name = request.name;
+  const bool plain =
+      !name.empty() && name.size() <= 64 && std::isalnum(static_cast<unsigned char>(name[0])) &&
+      std::all_of(name.begin(), name.end(), [](unsigned char c) { return c < 128 && (std::isalnum(c) || c == '-'); });
+  if (!plain)
+    throw InputError(fmt::format("NAME: expected letters, digits and - (spleen, left-kidney), found \"{}\"", name));
+  if (!fs::is_directory(request.folder))
+    throw InputError(
+        fmt::format("{}: expected the folder that holds the organs' folders, found none", request.folder.string()));
+  const fs::path target = request.folder / name;
+  if (fs::exists(target))
+    throw InputError(
+        fmt::format("{}: expected no such folder yet, found one, which is left as it is; choose another NAME "
+                    "or remove the folder",
+                    target.string()));
+}
+
+fs::path write_organ(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices) {
+  const fs::path target = request.folder / request.name;
+  try {
+    const PartFolder part(request.folder / (request.name + ".part"));
+    fs::create_directories(part.path / "boundary");
+    fs::create_directories(part.path / "scenes");
+    write_text(part.path / "organ.toml", organ_toml(request, source));
+    write_text(part.path / "boundary" / "held.toml", held_toml(choices));
+    write_text(part.path / "scenes" / "press.toml", press_toml(source, choices));
+    write_text(part.path / "organ.mk", organ_mk(request, source, choices));
+    fs::rename(part.path, target);
+  } catch (const fs::filesystem_error& error) {
+    throw OperationError(fmt::format("{}: cannot be written: {}", target.string(), error.code().message()));
+  }
+  return target;
+}
+
+}  // namespace palpate

@@ -1,0 +1,15 @@
+// Writes an organ's folder: organ.toml, boundary/held.toml, scenes/press.toml, organ.mk.
+#pragma once
+
+#include "programs/organ/organ_choices.h"
+
+namespace palpate {
+
+// Call before the source is measured. Errors: InputError for a name with other characters than letters, digits and -, for one
+// whose folder exists, and where the folder that is to hold it does not.
+void check_organ_name(const OrganRequest& request);
+
+// Writes folder/name whole or not at all, and returns its path. Errors: OperationError.
+std::filesystem::path write_organ(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices);
+
+}  // namespace palpate

@@ -1,0 +1,177 @@
+#include "programs/organ/organ_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "formats/errors.h"
+#include "formats/tetrahedral_mesh.h"
+#include "meshing/image/label_list.h"
+#include "meshing/image/thickness.h"
+#include "meshing/image/voxel_mask.h"
+#include "meshing/surface/repair_surface.h"
+#include "meshing/surface/surface_file.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kThickShare = 0.95;  // of the volume is at least as thick as thickness_mm
+
+double millimetres(const std::string& unit) {
+  return unit == "m" ? 1000 : unit == "cm" ? 10 : unit == "um" ? 1e-3 : 1;
+}
+
+void set_box(OrganSource& source) {
+  source.low.fill(std::numeric_limits<double>::infinity());
+  source.high.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& p : source.border_points)
+    for (int d = 0; d < 3; ++d)
+      source.low[d] = std::min(source.low[d], p[d]), source.high[d] = std::max(source.high[d], p[d]);
+  for (int d = 0; d < 3; ++d)  // an image's points are voxels' centres
+    source.low[d] -= 0.5 * source.voxel_mm, source.high[d] += 0.5 * source.voxel_mm;
+}
+
+// ---- from an image -------------------------------------------------------------------------------------------------
+
+std::string listed(const std::vector<LabelEntry>& labels) {
+  std::string text;
+  for (const LabelEntry& e : labels)
+    text += fmt::format("{}{}{} ({:.4g} cm3)", text.empty() ? "" : ", ", e.label, e.name.empty() ? "" : " " + e.name,
+                        e.volume_mm3 / 1000);
+  return text;
+}
+
+// The labels that the text names, by number or by name, separated by commas.
+std::vector<LabelEntry> chosen_labels(const std::string& text, const std::vector<LabelEntry>& labels,
+                                      const std::string& file) {
+  if (labels.empty())
+    throw InputError(fmt::format("{}: expected a segmented organ, found an image that is 0 everywhere", file));
+  if (text.empty()) {
+    if (labels.size() == 1) return labels;
+    throw InputError(fmt::format("{}: expected LABEL=, the number or the name of the organ, found several labels: {}",
+                                 file, listed(labels)));
+  }
+  std::vector<LabelEntry> chosen;
+  std::istringstream words(text);
+  for (std::string word; std::getline(words, word, ',');) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    const bool is_number = error == std::errc() && end == word.data() + word.size();
+    const auto found = std::find_if(labels.begin(), labels.end(), [&](const LabelEntry& e) {
+      return is_number ? e.label == static_cast<float>(number) : e.name == word;
+    });
+    if (found == labels.end())
+      throw InputError(
+          fmt::format("{}: expected one of its labels, found LABEL={}; its labels are {}", file, word, listed(labels)));
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
+// The centres of the voxels that have a neighbour outside, and the area of the faces between the two. The faces of a smooth body
+// have 1.5 times its area, the mean over all directions of |n_x| + |n_y| + |n_z|.
+void measure_border(const VoxelMask& mask, OrganSource& source) {
+  constexpr double kStaircase = 1.5;
+  const std::array<double, 3> side = mask.grid.spacing();
+  const std::array<double, 3> face = {side[1] * side[2], side[0] * side[2], side[0] * side[1]};
+  double faces = 0;
+  const auto inside = [&](std::array<int, 3> at) { return mask.inside[mask.grid.index(at[0], at[1], at[2])] != 0; };
+  for (int k = 1; k + 1 < mask.grid.size[2]; ++k)
+    for (int j = 1; j + 1 < mask.grid.size[1]; ++j)
+      for (int i = 1; i + 1 < mask.grid.size[0]; ++i) {
+        const std::array<int, 3> at = {i, j, k};
+        if (!inside(at)) continue;
+        double here = 0;
+        for (int a = 0; a < 3; ++a)
+          for (const int way : {-1, 1}) {
+            std::array<int, 3> next = at;
+            next[a] += way;
+            if (!inside(next)) here += face[a];
+          }
+        faces += here;
+        if (here > 0) source.border_points.push_back(mask.grid.point(i, j, k));
+      }
+  source.area_mm2 = faces / kStaircase;
+}
+
+void measure_image(const OrganRequest& request, OrganSource& source) {
+  const std::string name = request.image.string();
+  const LabelImage image = read_label_image({name}, {});
+  const std::vector<LabelEntry> chosen = chosen_labels(request.label, list_labels(image, name), name);
+  for (const LabelEntry& e : chosen) {
+    source.labels.push_back(e.label);
+    source.labels_text += fmt::format("{}{}{}", source.labels_text.empty() ? "" : ", ", e.label,
+                                      e.name.empty() ? "" : " (" + e.name + ")");
+  }
+  VoxelMask mask = select_voxels(image, {source.labels, {}}, 0, name);
+  const PieceChanges changes = filter_pieces(mask, {PieceFilter::Kind::largest, 1}, true, name);
+  source.pieces = changes.pieces, source.dropped_mm3 = changes.dropped_mm3;
+  source.touches_border = mask.touched_border;
+  const std::array<double, 3> side = mask.grid.spacing();
+  source.voxel_mm = (side[0] + side[1] + side[2]) / 3;
+  source.volume_mm3 = static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume();
+  measure_border(mask, source);
+  source.thickness_mm = local_thickness(mask, kThickShare);
+  source.thickness_text = fmt::format("95 % of the organ is at least {:.3g} mm thick", source.thickness_mm);
+}
+
+// ---- from a surface or a mesh --------------------------------------------------------------------------------------
+
+void measure_triangles(const TriangleSurface& surface, OrganSource& source) {
+  source.border_points = surface.points;
+  source.volume_mm3 = enclosed_volume(surface), source.area_mm2 = area(surface);
+  source.thickness_mm = 2 * source.volume_mm3 / source.area_mm2;  // of a plate; a third of a ball's diameter
+  source.thickness_text = fmt::format("a plate of this volume and area is {:.3g} mm thick", source.thickness_mm);
+}
+
+void measure_surface(const OrganRequest& request, OrganSource& source) {
+  const std::string name = request.surface.string();
+  const RepairedSurface repaired =
+      repair_surface(read_surface(name, millimetres(source.unit)), {PieceFilter::Kind::largest, 1}, "", name);
+  measure_triangles(repaired.surface, source);
+}
+
+void measure_mesh(const OrganRequest& request, OrganSource& source) {
+  const TetrahedralMesh mesh = read_mesh(request.mesh);
+  source.region_names = mesh.region_names;
+  const std::vector<std::array<std::int32_t, 3>> triangles = boundary_triangles(mesh);
+  std::vector<bool> used(mesh.nodes.size());
+  for (const auto& triangle : triangles)
+    for (const auto n : triangle) used[n] = true;
+  TriangleSurface surface;
+  std::vector<std::int32_t> number(mesh.nodes.size(), -1);
+  const double scale = millimetres(source.unit);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    if (!used[n]) continue;
+    number[n] = static_cast<std::int32_t>(surface.points.size());
+    surface.points.push_back(scale * mesh.nodes[n]);
+  }
+  for (const auto& [a, b, c] : triangles) surface.triangles.push_back({number[a], number[b], number[c]});
+  measure_triangles(surface, source);
+}
+
+}  // namespace
+
+OrganSource measure_source(const OrganRequest& request) {
+  OrganSource source;
+  source.unit = request.unit.value_or("mm"), source.frame = request.frame.value_or("LPS");
+  std::filesystem::path file = request.image;
+  if (!request.image.empty()) {
+    measure_image(request, source);
+  } else if (!request.surface.empty()) {
+    source.kind = OrganSource::Kind::surface, file = request.surface;
+    measure_surface(request, source);
+  } else {
+    source.kind = OrganSource::Kind::mesh, file = request.mesh;
+    measure_mesh(request, source);
+  }
+  source.file = std::filesystem::absolute(file).lexically_normal();
+  set_box(source);
+  return source;
+}
+
+}  // namespace palpate

@@ -1,0 +1,208 @@
+#include "programs/player/tool_places.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "formats/errors.h"
+
+namespace palpate {
+namespace {
+
+using Vector = SceneConfig::Vector;
+using Triangle = std::array<std::int32_t, 3>;
+using At = SceneConfig::Place::At;
+
+Vector minus(const Vector& a, const Vector& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+double dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Vector weighted(const std::array<Vector, 3>& v, const Vector& weights) {
+  Vector sum{};
+  for (int c = 0; c < 3; ++c)
+    for (int d = 0; d < 3; ++d) sum[d] += weights[c] * v[c][d];
+  return sum;
+}
+
+// The surface of a bundle with its normals.
+struct Surface {
+  std::vector<Vector> nodes, normals;   // of the surface nodes; normals as long as twice the area around
+  std::vector<char> touchable;          // [surface nodes]
+  std::vector<Triangle> triangles;      // with three touchable nodes
+  std::vector<char> away_from_the_end;  // [surface nodes] touchable, as all nodes around
+  Vector low{}, high{};
+};
+
+Surface surface_of(const palpate_bundle* bundle) {
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  const double* nodes = palpate_bundle_nodes(bundle);
+  const std::int32_t *triangles = palpate_bundle_triangles(bundle), *touchable = palpate_bundle_touchable(bundle);
+  Surface surface;
+  const auto count = static_cast<std::size_t>(info.surface_node_count);
+  surface.nodes.resize(count), surface.normals.resize(count), surface.touchable.resize(count);
+  surface.low.fill(std::numeric_limits<double>::infinity()), surface.high = surface.low;
+  for (double& x : surface.high) x = -x;
+  for (std::size_t n = 0; n < count; ++n)
+    for (int d = 0; d < 3; ++d) {
+      surface.nodes[n][d] = nodes[3 * n + static_cast<std::size_t>(d)];
+      surface.low[d] = std::min(surface.low[d], surface.nodes[n][d]);
+      surface.high[d] = std::max(surface.high[d], surface.nodes[n][d]);
+    }
+  for (std::int32_t t = 0; t < info.touchable_count; ++t) surface.touchable[touchable[t]] = 1;
+  surface.away_from_the_end = surface.touchable;
+  for (std::int32_t t = 0; t < info.triangle_count; ++t) {
+    const std::int32_t* n = triangles + 3 * static_cast<std::size_t>(t);
+    const Vector normal =
+        cross(minus(surface.nodes[n[1]], surface.nodes[n[0]]), minus(surface.nodes[n[2]], surface.nodes[n[0]]));
+    const bool whole = surface.touchable[n[0]] && surface.touchable[n[1]] && surface.touchable[n[2]];
+    for (int c = 0; c < 3; ++c) {
+      for (int d = 0; d < 3; ++d) surface.normals[n[c]][d] += normal[d];
+      if (!whole) surface.away_from_the_end[n[c]] = 0;
+    }
+    if (whole) surface.triangles.push_back({n[0], n[1], n[2]});
+  }
+  return surface;
+}
+
+// The direction in the frame's axes; LPS: x to the left, y to the back, z to the head. RAS: x to the right, y to the front.
+Vector direction_of(At at, const std::string& frame) {
+  const double turned = frame == "RAS" ? -1 : 1;
+  switch (at) {
+    case At::foremost:
+      return {0, -turned, 0};
+    case At::hindmost:
+      return {0, turned, 0};
+    case At::leftmost:
+      return {turned, 0, 0};
+    case At::rightmost:
+      return {-turned, 0, 0};
+    case At::uppermost:
+      return {0, 0, 1};
+    case At::lowest:
+      return {0, 0, -1};
+  }
+  return {};
+}
+
+std::string frame_of(const palpate_bundle* bundle) {
+  std::size_t bytes = 0;
+  const char* text = palpate_bundle_provenance(bundle, &bytes);
+  const nlohmann::json json = text ? nlohmann::json::parse(text, text + bytes, nullptr, false) : nlohmann::json();
+  return json.is_object() && json.contains("frame") && json["frame"].is_string() ? json["frame"].get<std::string>()
+                                                                                 : "";
+}
+
+// The barycentric coordinates of the point of a triangle that is nearest to p: Ericson 2005, Real-Time Collision Detection,
+// section 5.1.5.
+Vector nearest_in_triangle(const Vector& p, const Vector& a, const Vector& b, const Vector& c) {
+  const Vector ab = minus(b, a), ac = minus(c, a), ap = minus(p, a), bp = minus(p, b), cp = minus(p, c);
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
+               d6 = dot(ac, cp);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+SurfacePlace with_unit_normal(const Vector& point, Vector normal) {
+  const double length = std::sqrt(dot(normal, normal));
+  for (double& x : normal) x /= length > 0 ? length : 1;
+  return {point, normal};
+}
+
+// Of nodes that lie equally far, as on a flat face, the one whose normal points best along the direction: not a corner.
+SurfacePlace farthest(const Surface& surface, const Vector& direction) {
+  const Vector diagonal = minus(surface.high, surface.low);
+  const double level = 1e-6 * std::sqrt(dot(diagonal, diagonal));
+  for (const std::vector<char>* allowed : {&surface.away_from_the_end, &surface.touchable}) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t n = 0; n < surface.nodes.size(); ++n)
+      if ((*allowed)[n]) most = std::max(most, dot(surface.nodes[n], direction));
+    std::optional<SurfacePlace> best;
+    for (std::size_t n = 0; n < surface.nodes.size(); ++n) {
+      if (!(*allowed)[n] || dot(surface.nodes[n], direction) < most - level) continue;
+      const SurfacePlace place = with_unit_normal(surface.nodes[n], surface.normals[n]);
+      if (!best || dot(place.normal, direction) > dot(best->normal, direction)) best = place;
+    }
+    if (best) return *best;
+  }
+  return {};  // a surface with touchable triangles has touchable nodes
+}
+
+SurfacePlace nearest(const Surface& surface, const Vector& p, double* distance) {
+  const Triangle* best = nullptr;
+  Vector at{};
+  double least = std::numeric_limits<double>::infinity();
+  for (const Triangle& t : surface.triangles) {
+    const std::array<Vector, 3> corners = {surface.nodes[t[0]], surface.nodes[t[1]], surface.nodes[t[2]]};
+    const Vector weights = nearest_in_triangle(p, corners[0], corners[1], corners[2]);
+    const Vector away = minus(weighted(corners, weights), p);
+    if (dot(away, away) < least) least = dot(away, away), best = &t, at = weights;
+  }
+  *distance = std::sqrt(least);
+  const auto& t = *best;
+  return with_unit_normal(weighted({surface.nodes[t[0]], surface.nodes[t[1]], surface.nodes[t[2]]}, at),
+                          weighted({surface.normals[t[0]], surface.normals[t[1]], surface.normals[t[2]]}, at));
+}
+
+}  // namespace
+
+SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
+                        const std::filesystem::path& scene) {
+  const auto refuse = [&](const std::string& text) {
+    throw InputError(fmt::format("{}:{}: tool \"{}\": {}", scene.string(), tool.line, tool.name, text));
+  };
+  const Surface surface = surface_of(bundle);
+  if (surface.triangles.empty())
+    refuse(
+        "expected a touchable surface to place the tool on, found no triangle of three touchable nodes; compare with "
+        "\"palpate-bundle info\"");
+  if (tool.place->at) {
+    const std::string frame = frame_of(bundle);
+    if (frame != "LPS" && frame != "RAS")
+      refuse(
+          fmt::format("at: expected a bundle of frame LPS or RAS, which says where the patient's front is, found frame "
+                      "\"{}\"; give near = [x, y, z], or set frame in organ.toml",
+                      frame));
+    return farthest(surface, direction_of(*tool.place->at, frame));
+  }
+  double distance = 0;
+  const SurfacePlace place = nearest(surface, *tool.place->near, &distance);
+  const Vector diagonal = minus(surface.high, surface.low);
+  if (!(distance <= std::sqrt(dot(diagonal, diagonal))))
+    refuse(fmt::format(
+        "near: expected a point near the organ, whose box is x {:.4g} .. {:.4g}, y {:.4g} .. {:.4g}, z {:.4g} "
+        ".. {:.4g} mm, found one {:.4g} mm away; check the numbers and unit",
+        1e3 * surface.low[0], 1e3 * surface.high[0], 1e3 * surface.low[1], 1e3 * surface.high[1], 1e3 * surface.low[2],
+        1e3 * surface.high[2], 1e3 * distance));
+  return place;
+}
+
+void resolve_places(SceneConfig& scene, const palpate_bundle* bundle) {
+  for (SceneConfig::Tool& tool : scene.tools) {
+    if (!tool.place) continue;
+    const SurfacePlace place = find_place(tool, bundle, scene.file);
+    for (std::size_t i = 0; i < tool.path.size(); ++i)
+      for (int d = 0; d < 3; ++d) tool.path[i].position[d] = place.point[d] - tool.place->depth[i][1] * place.normal[d];
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,25 @@
+// Finds where on the organ a tool presses whose scene says so in words, and makes the tool's path.
+#pragma once
+
+#include <palpate/palpate.h>
+#include "formats/scene_config.h"
+
+namespace palpate {
+
+// A point of the surface at rest and the outward normal there, m; the normal has length 1.
+struct SurfacePlace {
+  SceneConfig::Vector point, normal;
+};
+
+// at: of the touchable nodes the one that lies farthest in that direction of the patient. Nodes with an untouchable node
+// beside them come last, since a disc there acts on a part of its area only. near: the nearest point of the triangles whose
+// three nodes are touchable. The normal is that of the triangles around, weighted by area. Errors: InputError, which names
+// the line of the tool, for a bundle whose frame does not say where the front is, a bundle without touchable triangles,
+// and a point that is farther from the organ than the organ's box is large.
+SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
+                        const std::filesystem::path& scene);
+
+// Gives every tool that has a place its positions: point - depth * normal.
+void resolve_places(SceneConfig& scene, const palpate_bundle* bundle);
+
+}  // namespace palpate

@@ -1,0 +1,197 @@
+#include "runtime/contact/contact_report.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace palpate {
+
+bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, const double* position,
+                           const std::int32_t* triangles, const FineSurface* fine) {
+  position_ = position, triangles_ = triangles, fine_ = fine;
+  max_tools_ = def.max_tools, max_points_ = def.max_points;
+  const std::size_t points = static_cast<std::size_t>(def.max_points),
+                    nodes = static_cast<std::size_t>(def.max_contact_nodes);
+  static_assert(sizeof(palpate_contact_report) % 8 == 0 && sizeof(palpate_contact) % 8 == 0);
+  const std::size_t words =
+      (sizeof(palpate_contact_report) + points * (sizeof(palpate_contact) + 2 * sizeof(palpate_contact_event))) / 8 + 1;
+  bytes_ = memory.array<std::uint64_t>(words);
+  slots_ = memory.array<Slot>(static_cast<std::size_t>(def.max_tools) * points);
+  now_.at = memory.array<Load>(nodes);
+  before_.at = memory.array<Load>(nodes);
+  memory.keep(ids_);
+  memory.keep(used_);
+  memory.keep(step_);
+  memory.keep(now_.count);
+  memory.keep_array(now_.at, nodes, now_.count);
+  memory.keep_array(slots_, static_cast<std::size_t>(def.max_tools) * points);
+  memory.keep_array(bytes_, words);
+  if (memory.failed()) return false;
+  report_ = reinterpret_cast<palpate_contact_report*>(bytes_);
+  contacts_ = reinterpret_cast<palpate_contact*>(report_ + 1);
+  events_ = reinterpret_cast<palpate_contact_event*>(contacts_ + points);
+  forget();
+  return true;
+}
+
+void ContactReport::forget() {
+  for (std::int32_t t = 0; t < max_tools_; ++t) {
+    used_[t] = max_points_;
+    forget_tool(t);
+  }
+  now_.count = before_.count = 0;
+  step_ = 0;
+  *report_ = palpate_contact_report{};
+  end();
+}
+
+void ContactReport::forget_tool(std::int32_t t) {
+  for (std::int32_t i = 0; i < used_[t]; ++i) slot(t, i) = Slot{};
+  ids_[t] = -1, used_[t] = 0;
+}
+
+void ContactReport::begin(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified,
+                          std::uint64_t step, double dt) {
+  std::swap(now_, before_);
+  now_.count = set.node_count;
+  for (std::int32_t e = 0; e < set.node_count; ++e) now_.at[e] = {set.nodes[e].column, 0, modified[e]};
+  tensors_ = &tensors;
+  step_ = step, dt_ = dt;
+  report_->contact_count = report_->event_count = 0;
+}
+
+palpate_contact_event& ContactReport::tell(palpate_contact_event_kind kind, std::int32_t t, std::int32_t point) {
+  palpate_contact_event& event = events_[report_->event_count++];
+  const Slot& held = slot(t, point);
+  event = palpate_contact_event{};
+  event.kind = kind;
+  event.tool_id = ids_[t], event.point = point, event.contact = -1;
+  event.triangle = held.surface_point.triangle, event.node = held.node;
+  std::copy(held.surface_point.barycentric, held.surface_point.barycentric + 3, event.barycentric);
+  store3(held.place, event.place);
+  return event;
+}
+
+// Another tool in the place ends the contacts of the one before.
+void ContactReport::hold_tool(std::int32_t t, std::int32_t id) {
+  if (ids_[t] == id) return;
+  for (std::int32_t i = 0; i < used_[t]; ++i)
+    if (slot(t, i).held_step + 1 == step_ && slot(t, i).held_step > 0) tell(PALPATE_EVENT_END, t, i);
+  forget_tool(t);
+  ids_[t] = id;
+}
+
+void ContactReport::hold(std::int32_t t, std::int32_t point) {
+  Slot& held = slot(t, point);
+  used_[t] = std::max(used_[t], point + 1);
+  if (held.held_step == 0 || held.held_step + 1 != step_) held.begun = step_;
+  held.held_step = step_;
+}
+
+// Contacts of the step before that this step does not have.
+void ContactReport::end_missing() {
+  for (std::int32_t t = 0; t < max_tools_; ++t)
+    for (std::int32_t i = 0; i < used_[t]; ++i)
+      if (slot(t, i).held_step > 0 && slot(t, i).held_step + 1 == step_) tell(PALPATE_EVENT_END, t, i);
+}
+
+// Displacement of a node by the contacts of one step (eq. 9 of the paper), m.
+Vec3 ContactReport::displacement(const Loads& loads, std::int32_t node) const {
+  Vec3 sum;
+  for (std::int32_t e = 0; e < loads.count; ++e)
+    sum += tensors_->displacement(node, loads.at[e].column) * loads.at[e].modified;
+  return is_finite(sum) ? sum : Vec3{};
+}
+
+ContactReport::Corner ContactReport::corner_of(std::int32_t node) const {
+  return {at_rest(node), displacement(now_, node), displacement(before_, node)};
+}
+
+// The nodes around the three vertices are mostly the same: each of them is evaluated once.
+void ContactReport::find_fine_corners(std::int32_t triangle, Corner corner[3]) const {
+  constexpr int kMost = 64;
+  std::int32_t node[kMost];
+  Corner known[kMost];
+  int count = 0;
+  const auto find = [&](std::int32_t wanted) {
+    for (int i = 0; i < count; ++i)
+      if (node[i] == wanted) return known[i];
+    const Corner found = corner_of(wanted);
+    if (count < kMost) node[count] = wanted, known[count++] = found;
+    return found;
+  };
+  for (int v = 0; v < 3; ++v) {
+    const std::int32_t vertex = fine_->triangles()[3 * static_cast<std::size_t>(triangle) + v];
+    corner[v].rest = load3(fine_->rest() + 3 * static_cast<std::size_t>(vertex));
+    corner[v].now = fine_->displacement(vertex, [&](std::int32_t n) { return find(n).now; });
+    corner[v].before = fine_->displacement(vertex, [&](std::int32_t n) { return find(n).before; });
+  }
+}
+
+void ContactReport::add(const ReportedContact& from, std::int32_t index) {
+  Slot& held = slot(from.tool, from.point);
+  const bool begins = held.begun == step_, slips = from.state == PALPATE_CONTACT_SLIPS,
+             sticks = from.state == PALPATE_CONTACT_STICKS;
+  // The place now, where this material point was before, and the triangle's normals at rest and now.
+  Vec3 place, moved, corner[3], rest[3], rest_place;
+  const int corners = from.node >= 0 ? 1 : 3;
+  const SurfacePoint& held_point = from.fine.triangle >= 0 ? from.fine : from.surface_point;
+  Corner held_corner[3];
+  if (from.fine.triangle >= 0) find_fine_corners(from.fine.triangle, held_corner);
+  for (int v = 0; v < corners; ++v) {
+    if (from.fine.triangle < 0)
+      held_corner[v] =
+          corner_of(from.node >= 0 ? from.node : triangles_[3 * static_cast<std::size_t>(held_point.triangle) + v]);
+    const double weight = from.node >= 0 ? 1 : held_point.barycentric[v];
+    const Vec3 now = held_corner[v].now;
+    rest[v] = held_corner[v].rest;
+    corner[v] = rest[v] + now;
+    place += weight * corner[v];
+    rest_place += weight * rest[v];
+    moved += weight * (now - held_corner[v].before);
+  }
+  const Vec3 outward = corners == 3 ? unit_or_zero(cross(corner[1] - corner[0], corner[2] - corner[0])) : Vec3{},
+             at_rest = corners == 3 ? unit_or_zero(cross(rest[1] - rest[0], rest[2] - rest[0])) : Vec3{};
+
+  palpate_contact& contact = contacts_[report_->contact_count];
+  contact = palpate_contact{};
+  contact.tool_id = ids_[from.tool], contact.tool = index, contact.point = from.point;
+  contact.triangle = from.surface_point.triangle, contact.node = from.node;
+  contact.state = from.state;
+  contact.begun = held.begun;
+  std::copy(from.surface_point.barycentric, from.surface_point.barycentric + 3, contact.barycentric);
+  store3(place, contact.place);
+  store3(outward, contact.normal);
+  contact.depth = -dot(from.holder - rest_place, at_rest);
+  contact.gap = dot(from.holder - place, outward);
+  store3(from.force, contact.force);
+  if (held.last_step > 0 && held.last_step + 1 == step_)
+    store3((1 / dt_) * (from.holder - held.last - moved), contact.velocity);
+
+  const palpate_contact_state before = held.state;
+  held.surface_point = from.surface_point, held.node = from.node, held.place = place, held.state = from.state;
+  if (begins)
+    tell(PALPATE_EVENT_BEGIN, from.tool, from.point).contact = report_->contact_count;
+  else if (slips && before != PALPATE_CONTACT_SLIPS)
+    tell(PALPATE_EVENT_SLIP_START, from.tool, from.point).contact = report_->contact_count;
+  else if (sticks && before != PALPATE_CONTACT_STICKS)
+    tell(PALPATE_EVENT_STICK_START, from.tool, from.point).contact = report_->contact_count;
+  ++report_->contact_count;
+}
+
+void ContactReport::note(std::int32_t t, std::int32_t point, Vec3 holder) {
+  used_[t] = std::max(used_[t], point + 1);
+  slot(t, point).last = holder, slot(t, point).last_step = step_;
+}
+
+void ContactReport::end() {
+  const std::size_t contacts = static_cast<std::size_t>(report_->contact_count) * sizeof(palpate_contact),
+                    events = static_cast<std::size_t>(report_->event_count) * sizeof(palpate_contact_event);
+  std::memmove(reinterpret_cast<char*>(contacts_) + contacts, events_, events);
+  report_->struct_bytes = sizeof(palpate_contact_report);
+  report_->contact_bytes = sizeof(palpate_contact), report_->event_bytes = sizeof(palpate_contact_event);
+  report_->events_offset = static_cast<std::uint32_t>(sizeof(palpate_contact_report) + contacts);
+  report_->used_bytes = static_cast<std::uint32_t>(report_->events_offset + events);
+  report_->step = step_;
+}
+
+}  // namespace palpate

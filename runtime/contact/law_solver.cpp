@@ -1,0 +1,204 @@
+#include "runtime/contact/law_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr std::int32_t kFirstSweeps = 3;   // before the first Newton step
+constexpr std::int32_t kSweepsAgain = 10;  // where Newton's direction does not help; half as many more each time
+
+// Two sweeps that change the reactions alike, up to this share, are a drift: one contact hands its force to another that holds
+// the same place a little deeper, by the same amount in each sweep.
+constexpr double kDrift = 0.02;
+
+// After the last sweep or step of Newton's method the reactions are made to obey the laws, and then measured.
+constexpr std::int64_t kLooksAtTheEnd = 3;
+
+// Rounding of sums of work.
+constexpr double kRounding = 1e-9;
+
+// `ahead` for all rows, and the residual. A constraint's own 3 x 3 problem takes as long as hundreds of multiply-adds of long rows.
+std::int64_t operations_of_look(const ContactSystem& system) {
+  return std::int64_t{system.rows_end} * system.rows_end + 200 * std::int64_t{system.constraint_count};
+}
+std::int64_t operations_of_sweep(const ContactSystem& system) {
+  return std::int64_t{system.rows_end} * system.rows_end + 600 * std::int64_t{system.constraint_count};
+}
+
+// Makes the reactions obey the laws exactly: Newton's method ends within rounding of them.
+void obey(const ContactSystem& system, const double* ahead, double* reaction) {
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const ContactConstraint& constraint = system.constraints[p];
+    const Mat3 own = own_compliance(system, p);
+    const Vec3 r = gather(system, reaction, p), w = gather(system, ahead, p), limits = most_of(system, p);
+    Vec3 now;
+    if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) {
+      now = r;
+    } else if (r.x > 0 && r.x * own.m[0][0] > w.x) {
+      const double compliance = std::max(own.m[1][1], own.m[2][2]), most = constraint.friction * r.x;
+      const Vec3 to = {0, r.y - w.y / compliance, r.z - w.z / compliance};
+      const double size = length(to), held = length({0, r.y, r.z});
+      now = r;
+      if (size > most)
+        now = (most / size) * to, now.x = r.x;
+      else if (held > most)
+        now.y *= most / held, now.z *= most / held;
+    }
+    now = within_limits(constraint, now, limits);
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = system.rows[p].at[i]; row >= 0) reaction[row] = now[i];
+  }
+}
+
+// Forces that obey the laws do no more work on the tissue than their targets allow: r^T (A r - d) <= 0 with A the matrix and its
+// soft part, because a contact does no work where it is released or held and loses work where it slips. Forces that break this
+// are made smaller, all by one factor; they then still obey friction and never pull. So no force exceeds the bound of
+// ContactSolver, however far from the laws the reactions may be. Returns the factor.
+double limit_work(const ContactSystem& system, const double* ahead, double* reaction) {
+  double excess = 0, offered = 0;
+  for (std::int32_t p = 0; p < system.constraint_count; ++p)
+    for (const std::int32_t row : system.rows[p].at)
+      if (row >= 0) excess += reaction[row] * ahead[row], offered += reaction[row] * system.target[row];
+  if (!(excess > kRounding * std::fabs(offered))) return 1;
+  const double factor = std::max(0.0, offered / (offered + excess));
+  for (std::int32_t row = 0; row < system.rows_end; ++row) reaction[row] *= factor;
+  return factor;
+}
+
+}  // namespace
+
+bool LawSolver::create(SceneMemory& memory, std::int32_t rows) {
+  const std::size_t all = static_cast<std::size_t>(rows);
+  ahead_ = memory.array<double>(all);
+  best_ = memory.array<double>(all);
+  before_ = memory.array<double>(all);
+  change_ = memory.array<double>(2 * all);
+  return newton_.create(memory, rows) && !memory.failed();
+}
+
+// A drift goes on until a contact has given its whole force away: goes there at once. False where there is no drift.
+bool LawSolver::extrapolate(const ContactSystem& system, double* reaction) const {
+  const double *const now = change_, *const earlier = change_ + system.rows_end;
+  double most = 0, differs = 0;
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const Mat3 own = own_compliance(system, p);
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = system.rows[p].at[i];
+      if (row < 0) continue;
+      most = std::max(most, std::fabs(now[row]) * own.m[i][i]);
+      differs = std::max(differs, std::fabs(now[row] - earlier[row]) * own.m[i][i]);
+    }
+  }
+  if (!(differs <= kDrift * most)) return false;
+  double sweeps = INFINITY;
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const ContactLaw law = system.constraints[p].law;
+    const std::int32_t row = system.rows[p].at[0];
+    if (row < 0 || law == ContactLaw::sticking || law == ContactLaw::sliding) continue;
+    const double own = system.matrix[static_cast<std::size_t>(row) * system.stride + row] + system.soft[row];
+    if (now[row] * own < -1e-3 * most) sweeps = std::min(sweeps, reaction[row] / -now[row]);
+  }
+  if (!(sweeps > 1 && std::isfinite(sweeps))) return false;
+  for (std::int32_t i = 0; i < system.rows_end; ++i) reaction[i] += sweeps * now[i];
+  return true;
+}
+
+void LawSolver::sweep_for_a_while(const ContactSystem& system, std::int32_t sweeps, double tolerance,
+                                  double* reaction) {
+  const std::int32_t rows = system.rows_end;
+  const std::int64_t cost = operations_of_sweep(system);
+  bool has_earlier = false;
+  for (std::int32_t sweep = 0; sweep < sweeps && (may_sweep(system) || effort_.sweeps == 0); ++sweep) {
+    std::copy(reaction, reaction + rows, before_);
+    std::copy(change_, change_ + rows, change_ + rows);
+    const double change = sweep_contacts(system, reaction);
+    left_ -= cost;
+    ++effort_.sweeps;
+    if (change <= tolerance) return;
+    for (std::int32_t i = 0; i < rows; ++i) change_[i] = reaction[i] - before_[i];
+    // The last sweep stands, so that the reactions obey the laws.
+    has_earlier = has_earlier && sweep + 1 < sweeps && may_sweep(system) ? !extrapolate(system, reaction) : true;
+  }
+}
+
+std::int64_t LawSolver::fewest_operations(const ContactSystem& system) {
+  return operations_of_sweep(system) + (2 + kLooksAtTheEnd) * operations_of_look(system);
+}
+
+// A sweep, and the look that follows it.
+bool LawSolver::may_sweep(const ContactSystem& system) const {
+  return left_ >= operations_of_sweep(system) + operations_of_look(system);
+}
+
+void LawSolver::keep_best(const ContactSystem& system, double residual, const double* reaction) {
+  if (!(residual < best_residual_)) return;
+  best_residual_ = residual;
+  std::copy(reaction, reaction + system.rows_end, best_);
+}
+
+// Newton's method alone, as long as it helps. True where the laws are met.
+bool LawSolver::improve(const ContactSystem& system, double tolerance, double* reaction) {
+  find_ahead(system, reaction, ahead_);
+  left_ -= operations_of_look(system);
+  newton_.begin();
+  for (;;) {
+    const double residual = law_residual(system, reaction, ahead_).displacement;
+    keep_best(system, residual, reaction);
+    if (residual <= tolerance) return true;
+    if (!newton_.step(system, reaction, ahead_, &left_)) return false;
+    ++effort_.newton_steps;
+  }
+}
+
+double LawSolver::solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction) {
+  effort_ = {};
+  left_ = most_operations - kLooksAtTheEnd * operations_of_look(system) - operations_of_look(system);
+  newton_.forget();
+  find_ahead(system, reaction, ahead_);
+  limit_work(system, ahead_, reaction);
+  sweep_for_a_while(system, kFirstSweeps, tolerance, reaction);
+  return finish(system, tolerance, most_operations, reaction);
+}
+
+double LawSolver::solve_again(const ContactSystem& system, double tolerance, std::int64_t most_operations,
+                              double* reaction) {
+  effort_ = {};
+  left_ = most_operations - kLooksAtTheEnd * operations_of_look(system);
+  return finish(system, tolerance, most_operations, reaction);
+}
+
+double LawSolver::finish(const ContactSystem& system, double tolerance, std::int64_t most_operations,
+                         double* reaction) {
+  best_residual_ = INFINITY;
+  std::copy(reaction, reaction + system.rows_end, best_);
+  std::int32_t sweeps = kSweepsAgain;
+  while (!improve(system, tolerance, reaction) && may_sweep(system)) {
+    sweep_for_a_while(system, sweeps, tolerance, reaction);
+    sweeps += sweeps / 2;
+  }
+  std::copy(best_, best_ + system.rows_end, reaction);
+  find_ahead(system, reaction, ahead_);
+  obey(system, ahead_, reaction);
+  find_ahead(system, reaction, ahead_);
+  if (limit_work(system, ahead_, reaction) < 1) find_ahead(system, reaction, ahead_);
+  effort_.operations = most_operations - left_;
+  return law_residual(system, reaction, ahead_).displacement;
+}
+
+double LawSolver::sweep(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction) {
+  effort_ = {};
+  left_ = most_operations;
+  double change = INFINITY;
+  while (change > tolerance && (may_sweep(system) || effort_.sweeps == 0)) {
+    change = sweep_contacts(system, reaction);
+    left_ -= operations_of_sweep(system);
+    ++effort_.sweeps;
+  }
+  find_ahead(system, reaction, ahead_);
+  effort_.operations = most_operations - left_ + operations_of_look(system);
+  return law_residual(system, reaction, ahead_).displacement;
+}
+
+}  // namespace palpate

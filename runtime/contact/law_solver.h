@@ -1,0 +1,55 @@
+// Reactions that obey the contact laws: Gauss-Seidel to find which contacts release, stick and slip, and Newton's method to
+// solve for the forces.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact/law_newton.h"
+
+namespace palpate {
+
+// What a solution took.
+struct LawEffort {
+  std::int32_t sweeps = 0;        // of Gauss-Seidel
+  std::int32_t newton_steps = 0;  // of Newton's method
+  std::int64_t operations = 0;    // multiply-adds of both, as counted
+};
+
+class LawSolver {
+ public:
+  // rows: of the largest system.
+  bool create(SceneMemory& memory, std::int32_t rows);
+
+  // Improves `reaction` ([rows_end] N; in: a start, such as the last step's) until the laws of the system, with its soft part, are
+  // missed by no more than `tolerance` metres, or for most_operations multiply-adds, but for fewest_operations() at least. Returns
+  // by how much they are missed, m. However much that is, the reactions never pull where they may not, never exceed their
+  // friction, and do no more work than their targets allow: r^T (A r - d) <= 0 but for rounding.
+  double solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
+  // The same for targets that differ little from those of the last solve(), from whose reactions it goes on.
+  double solve_again(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
+  // The same as solve() by Gauss-Seidel alone, for comparison.
+  double sweep(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
+
+  const LawEffort& effort() const { return effort_; }  // of the last solution
+  // One sweep and what measures it.
+  static std::int64_t fewest_operations(const ContactSystem& system);
+
+ private:
+  double finish(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
+  bool improve(const ContactSystem& system, double tolerance, double* reaction);
+  void sweep_for_a_while(const ContactSystem& system, std::int32_t sweeps, double tolerance, double* reaction);
+  bool extrapolate(const ContactSystem& system, double* reaction) const;
+  bool may_sweep(const ContactSystem& system) const;
+  void keep_best(const ContactSystem& system, double residual, const double* reaction);
+
+  LawNewton newton_;
+  LawEffort effort_;
+  std::int64_t left_ = 0;     // operations
+  double best_residual_ = 0;  // m
+  double* ahead_ = nullptr;   // [rows] m
+  double* best_ = nullptr;    // [rows] N
+  double* before_ = nullptr;  // [rows] N, before a sweep
+  double* change_ = nullptr;  // [2][rows] N, of the last two sweeps
+};
+
+}  // namespace palpate

@@ -1,0 +1,367 @@
+#include "runtime/large/block_factor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "runtime/base/instructions.h"
+#include "runtime/large/lanes.h"
+
+namespace palpate {
+namespace {
+
+// The parent of each column: its first nonzero row below the diagonal in the factor; -1: none.
+// Source: Liu 1990, The role of elimination trees in sparse factorization, SIAM J. Matrix Anal. Appl. 11(1).
+void find_parents(const BlockRows& matrix, std::int32_t* ancestor, std::int32_t* parent) {
+  for (std::int32_t row = 0; row < matrix.rows; ++row) {
+    parent[row] = ancestor[row] = -1;
+    for (std::int64_t at = matrix.first[row]; at < matrix.first[row + 1] && matrix.column[at] < row; ++at)
+      for (std::int32_t k = matrix.column[at]; k != -1 && k < row;) {
+        const std::int32_t next = ancestor[k];
+        ancestor[k] = row;
+        if (next == -1) parent[k] = row;
+        k = next;
+      }
+  }
+}
+
+// Calls visit(row, column) for each block of the factor below the diagonal, rows ascending.
+template <class Visit>
+void for_each_block(const BlockRows& matrix, const std::int32_t* parent, std::int32_t* seen, Visit visit) {
+  std::fill(seen, seen + matrix.rows, -1);
+  for (std::int32_t row = 0; row < matrix.rows; ++row) {
+    seen[row] = row;
+    for (std::int64_t at = matrix.first[row]; at < matrix.first[row + 1] && matrix.column[at] < row; ++at)
+      for (std::int32_t k = matrix.column[at]; seen[k] != row; k = parent[k]) {
+        visit(row, k);
+        seen[k] = row;
+      }
+  }
+}
+
+// The share of zeros that a supernode may store so that it becomes wider.
+double allowed_zeros(std::int32_t columns) {
+  return columns <= 4 ? 0.5 : columns <= 16 ? 0.2 : 0.05;
+}
+
+constexpr int kStep = kLanesOf<EightFloats>;
+
+}  // namespace
+
+bool postorder(SceneMemory& memory, const BlockRows& matrix, std::int32_t* new_place) {
+  SceneMemory scratch = memory.of_same_host();
+  const auto rows = static_cast<std::size_t>(matrix.rows);
+  std::int32_t* const parent = scratch.array<std::int32_t>(rows);
+  std::int32_t* const work = scratch.array<std::int32_t>(rows);
+  std::int32_t* const child = scratch.array<std::int32_t>(rows + 1);
+  std::int32_t* const sibling = scratch.array<std::int32_t>(rows);
+  const bool made = !scratch.failed();
+  if (made) {
+    find_parents(matrix, work, parent);
+    std::fill(child, child + rows + 1, -1);
+    for (std::int32_t j = matrix.rows - 1; j >= 0; --j) {
+      const std::int32_t p = parent[j] < 0 ? matrix.rows : parent[j];
+      sibling[j] = child[p], child[p] = j;
+    }
+    // Depth first from the roots; work: the path.
+    std::int32_t depth = 0, place = 0, next = child[matrix.rows];
+    while (next != -1 || depth > 0) {
+      if (next != -1) {
+        work[depth++] = next, next = child[next];
+      } else {
+        const std::int32_t done = work[--depth];
+        new_place[done] = place++, next = sibling[done];
+      }
+    }
+  }
+  scratch.release_all();
+  return made;
+}
+
+bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, const BlockRows& matrix) {
+  const auto rows = static_cast<std::size_t>(rows_);
+  std::int32_t* const parent = scratch.array<std::int32_t>(rows);
+  std::int32_t* const seen = scratch.array<std::int32_t>(rows);
+  std::int32_t* const below = scratch.array<std::int32_t>(rows);  // rows of each column below the diagonal
+  std::int32_t* const supernode_of = scratch.array<std::int32_t>(rows);
+  supernodes_ = memory.array<Supernode>(rows);
+  if (scratch.failed() || memory.failed()) return false;
+  find_parents(matrix, seen, parent);
+  for_each_block(matrix, parent, seen, [&](std::int32_t, std::int32_t column) { ++below[column]; });
+  double zeros = 0;
+  for (std::int32_t j = 0; j < rows_; ++j) {
+    Supernode* const last = count_ > 0 ? supernodes_ + count_ - 1 : nullptr;
+    const bool follows = last && parent[j - 1] == j;
+    const double more = follows ? zeros + static_cast<double>(last->columns) * (below[j] + 1 - below[j - 1]) : 0;
+    const double columns = follows ? last->columns + 1 : 1;
+    if (follows && more <= allowed_zeros(last->columns + 1) * columns * (0.5 * columns + below[j])) {
+      ++last->columns, zeros = more;
+    } else {
+      supernodes_[count_++] = {j, 1, 0, 0, 0, 0}, zeros = 0;
+    }
+    supernode_of[j] = count_ - 1;
+  }
+  std::int64_t listed = 0;
+  std::int32_t longest = 0;
+  for (std::int32_t s = 0; s < count_; ++s) {
+    Supernode& node = supernodes_[s];
+    node.rows = below[node.first + node.columns - 1];
+    node.stride = (3 * (node.columns + node.rows) + kStep - 1) / kStep * kStep;
+    node.panel = numbers_, numbers_ += 3 * static_cast<std::int64_t>(node.columns) * node.stride;
+    node.row_list = listed, listed += node.rows;
+    longest = std::max(longest, node.stride);
+  }
+  row_lists_ = memory.array<std::int32_t>(static_cast<std::size_t>(listed));
+  panels_ = memory.array<float>(static_cast<std::size_t>(numbers_));
+  gathered_ = memory.array<float>(2 * static_cast<std::size_t>(longest));
+  std::int32_t* const filled = scratch.array<std::int32_t>(static_cast<std::size_t>(count_));
+  if (scratch.failed() || memory.failed()) return false;
+  for_each_block(matrix, parent, seen, [&](std::int32_t row, std::int32_t column) {
+    const std::int32_t s = supernode_of[column];
+    const Supernode& node = supernodes_[s];
+    if (column == node.first + node.columns - 1) row_lists_[node.row_list + filled[s]++] = row;
+  });
+  return true;
+}
+
+namespace {
+
+// c -= a b^T for column-major panels: a [m][k], b [n][k], c [m][n].
+void subtract_product(std::int32_t m, std::int32_t n, std::int32_t k, const double* a, std::int32_t a_stride,
+                      const double* b, std::int32_t b_stride, double* c, std::int32_t c_stride) {
+  for (std::int32_t j = 0; j < n; ++j) {
+    double* const out = c + static_cast<std::int64_t>(j) * c_stride;
+    std::int32_t l = 0;
+    for (; l + 4 <= k; l += 4) {
+      const double* const a0 = a + static_cast<std::int64_t>(l) * a_stride;
+      const double *const a1 = a0 + a_stride, *const a2 = a1 + a_stride, *const a3 = a2 + a_stride;
+      const double* const at = b + static_cast<std::int64_t>(l) * b_stride + j;
+      const double b0 = at[0], b1 = at[b_stride], b2 = at[2 * b_stride],
+                   b3 = at[3 * static_cast<std::int64_t>(b_stride)];
+      for (std::int32_t i = 0; i < m; ++i) out[i] -= (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3);
+    }
+    for (; l < k; ++l) {
+      const double* const a0 = a + static_cast<std::int64_t>(l) * a_stride;
+      const double b0 = b[static_cast<std::int64_t>(l) * b_stride + j];
+      for (std::int32_t i = 0; i < m; ++i) out[i] -= a0[i] * b0;
+    }
+  }
+}
+
+// The Cholesky factor of a panel [rows][columns] whose upper part is square. False where a pivot is not positive.
+bool factorise_panel(std::int32_t rows, std::int32_t columns, double* panel, std::int32_t stride) {
+  for (std::int32_t c = 0; c < columns; ++c) {
+    double* const column = panel + static_cast<std::int64_t>(c) * stride;
+    if (!(column[c] > 0)) return false;
+    const double root = std::sqrt(column[c]);
+    for (std::int32_t i = c; i < rows; ++i) column[i] /= root;
+    for (std::int32_t d = c + 1; d < columns; ++d) {
+      double* const other = panel + static_cast<std::int64_t>(d) * stride;
+      const double factor = column[d];
+      for (std::int32_t i = d; i < rows; ++i) other[i] -= factor * column[i];
+    }
+  }
+  return true;
+}
+
+// Turns the lower triangle of a panel's square part into its inverse.
+void invert_triangle(std::int32_t size, double* panel, std::int32_t stride, double* column) {
+  for (std::int32_t c = 0; c < size; ++c) {
+    std::fill(column, column + size, 0.0);
+    column[c] = 1;
+    for (std::int32_t k = c; k < size; ++k) {
+      const double* const l = panel + static_cast<std::int64_t>(k) * stride;
+      column[k] /= l[k];
+      for (std::int32_t i = k + 1; i < size; ++i) column[i] -= column[k] * l[i];
+    }
+    // Column c of L is not read again: later columns of the inverse begin below it.
+    std::copy(column + c, column + size, panel + static_cast<std::int64_t>(c) * stride + c);
+  }
+}
+
+}  // namespace
+
+BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRows& matrix) {
+  std::int32_t longest = 0, widest = 0;
+  for (std::int32_t s = 0; s < count_; ++s) {
+    longest = std::max(longest, supernodes_[s].stride);
+    widest = std::max(widest, 3 * supernodes_[s].columns);
+  }
+  double* const panels = scratch.array<double>(static_cast<std::size_t>(numbers_));
+  double* const update =
+      scratch.array<double>(static_cast<std::size_t>(longest) * static_cast<std::size_t>(std::max(widest, 3)));
+  std::int32_t* const position = scratch.array<std::int32_t>(static_cast<std::size_t>(rows_));  // of a row in the panel
+  std::int32_t* const waiting =
+      scratch.array<std::int32_t>(static_cast<std::size_t>(count_));  // 1 + first supernode that updates this one
+  std::int32_t* const next = scratch.array<std::int32_t>(static_cast<std::size_t>(count_));
+  std::int32_t* const begin =
+      scratch.array<std::int32_t>(static_cast<std::size_t>(count_));  // its first row that waits
+  std::int32_t* const supernode_of = scratch.array<std::int32_t>(static_cast<std::size_t>(rows_));
+  if (scratch.failed()) return Outcome::no_memory;
+  for (std::int32_t s = 0; s < count_; ++s)
+    for (std::int32_t j = 0; j < supernodes_[s].columns; ++j) supernode_of[supernodes_[s].first + j] = s;
+  const auto wait = [&](std::int32_t s) {
+    if (begin[s] == supernodes_[s].rows) return;
+    const std::int32_t target = supernode_of[row_lists_[supernodes_[s].row_list + begin[s]]];
+    next[s] = waiting[target], waiting[target] = s + 1;
+  };
+  for (std::int32_t s = 0; s < count_; ++s) {
+    const Supernode& node = supernodes_[s];
+    double* const panel = panels + node.panel;
+    for (std::int32_t j = 0; j < node.columns; ++j) position[node.first + j] = 3 * j;
+    for (std::int32_t i = 0; i < node.rows; ++i) position[row_lists_[node.row_list + i]] = 3 * (node.columns + i);
+    for (std::int32_t j = 0; j < node.columns; ++j) {
+      const std::int32_t row = node.first + j;  // K is symmetric: its row is its column
+      for (std::int64_t at = matrix.first[row]; at < matrix.first[row + 1]; ++at) {
+        if (matrix.column[at] < row) continue;
+        const std::int32_t i0 = position[matrix.column[at]];
+        for (int c = 0; c < 3; ++c)
+          for (int r = 0; r < 3; ++r)
+            panel[static_cast<std::int64_t>(3 * j + c) * node.stride + i0 + r] = matrix.block[9 * at + 3 * c + r];
+      }
+    }
+    for (std::int32_t d = waiting[s]; d != 0;) {
+      const std::int32_t from = d - 1;
+      d = next[from];
+      const Supernode& other = supernodes_[from];
+      const std::int32_t* const list = row_lists_ + other.row_list;
+      const std::int32_t p = begin[from];
+      std::int32_t q = p;
+      while (q < other.rows && list[q] < node.first + node.columns) ++q;
+      const std::int32_t m = 3 * (other.rows - p), n = 3 * (q - p);
+      std::fill(update, update + static_cast<std::int64_t>(m) * n, 0.0);
+      const double* const a = panels + other.panel + 3 * (other.columns + p);
+      subtract_product(m, n, 3 * other.columns, a, other.stride, a, other.stride, update, m);
+      for (std::int32_t c = 0; c < n; ++c) {
+        double* const column = panel + static_cast<std::int64_t>(position[list[p + c / 3]] + c % 3) * node.stride;
+        for (std::int32_t i = c / 3; i < other.rows - p; ++i)
+          for (int r = 0; r < 3; ++r)
+            column[position[list[p + i]] + r] += update[static_cast<std::int64_t>(c) * m + 3 * i + r];
+      }
+      begin[from] = q;
+      wait(from);
+    }
+    if (!factorise_panel(3 * (node.columns + node.rows), 3 * node.columns, panel, node.stride))
+      return Outcome::not_definite;
+    wait(s);
+  }
+  for (std::int32_t s = 0; s < count_; ++s) {
+    const Supernode& node = supernodes_[s];
+    double* const panel = panels + node.panel;
+    const std::int32_t size = 3 * node.columns;
+    invert_triangle(size, panel, node.stride, update);
+    for (std::int32_t c = 0; c < size; ++c)
+      for (std::int32_t i = c; i < 3 * (node.columns + node.rows); ++i) {
+        const std::int64_t at = static_cast<std::int64_t>(c) * node.stride + i;
+        panels_[node.panel + at] = static_cast<float>(panel[at]);
+      }
+  }
+  return Outcome::made;
+}
+
+BlockFactor::Outcome BlockFactor::create(SceneMemory& memory, const BlockRows& matrix) {
+  rows_ = matrix.rows;
+  SceneMemory scratch = memory.of_same_host();
+  Outcome outcome = Outcome::no_memory;
+  if (find_supernodes(memory, scratch, matrix)) outcome = factorise(scratch, matrix);
+  scratch.release_all();
+  return outcome;
+}
+
+// The inner loops, once for each instruction set.
+struct SolveWith {
+  // out[i] += sum over the columns c of column[c][i] x[c], rows begin .. end - 1. columns: a multiple of 3.
+  static PALPATE_INLINE void add_columns(const float* panel, std::int32_t end, std::int32_t stride, std::int32_t begin,
+                                         std::int32_t columns, const float* x, float* out) {
+    for (std::int32_t c = 0; c < columns; c += 3) {
+      const float* const a0 = panel + static_cast<std::int64_t>(c) * stride;
+      const float *const a1 = a0 + stride, *const a2 = a1 + stride;
+      const float x0 = x[c], x1 = x[c + 1], x2 = x[c + 2];
+      for (std::int32_t i = begin; i < end; ++i) out[i] += a0[i] * x0 + (a1[i] * x1 + a2[i] * x2);
+    }
+  }
+  // out[c] = sum over rows 0 .. end - 1 of column[c][i] x[i]. end: a multiple of kStep.
+  static PALPATE_INLINE void dot_columns(const float* panel, std::int32_t end, std::int32_t stride,
+                                         std::int32_t columns, const float* x, float* out) {
+    for (std::int32_t c = 0; c < columns; c += 3) {
+      const float* const a0 = panel + static_cast<std::int64_t>(c) * stride;
+      EightFloats sum[3] = {};
+      for (std::int32_t i = 0; i < end; i += kStep) {
+        EightFloats v, a;
+        std::memcpy(&v, x + i, sizeof v);
+        for (int d = 0; d < 3; ++d) {
+          std::memcpy(&a, a0 + static_cast<std::int64_t>(d) * stride + i, sizeof a);
+          sum[d] = sum[d] + a * v;
+        }
+      }
+      for (int d = 0; d < 3; ++d) {
+        float part[kStep];
+        std::memcpy(part, &sum[d], sizeof part);
+        for (int k = 1; k < kStep; ++k) part[0] += part[k];
+        out[c + d] = part[0];
+      }
+    }
+  }
+
+  static PALPATE_INLINE void solve(const BlockFactor& factor, float* x) {
+    std::int32_t longest = 0;
+    for (std::int32_t s = 0; s < factor.count_; ++s) longest = std::max(longest, factor.supernodes_[s].stride);
+    float *const below = factor.gathered_, *const own = below + longest;
+    for (std::int32_t s = 0; s < factor.count_; ++s) {
+      const BlockFactor::Supernode& node = factor.supernodes_[s];
+      const float* const panel = factor.panels_ + node.panel;
+      const std::int32_t size = 3 * node.columns;
+      float* const at = x + 3 * static_cast<std::int64_t>(node.first);
+      // The rows of the inverse end at `size`; the rest of that pass is overwritten.
+      std::fill(own, own + node.stride, 0.0f);
+      add_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, 0, size, at, own);
+      std::copy(own, own + size, at);
+      if (node.rows == 0) continue;
+      std::fill(below, below + node.stride, 0.0f);
+      add_columns(panel, node.stride, node.stride, size / kStep * kStep, size, at, below);
+      const std::int32_t* const list = factor.row_lists_ + node.row_list;
+      for (std::int32_t i = 0; i < node.rows; ++i)
+        for (int r = 0; r < 3; ++r) x[3 * static_cast<std::int64_t>(list[i]) + r] -= below[size + 3 * i + r];
+    }
+    for (std::int32_t s = factor.count_ - 1; s >= 0; --s) {
+      const BlockFactor::Supernode& node = factor.supernodes_[s];
+      const float* const panel = factor.panels_ + node.panel;
+      const std::int32_t size = 3 * node.columns;
+      float* const at = x + 3 * static_cast<std::int64_t>(node.first);
+      const std::int32_t* const list = factor.row_lists_ + node.row_list;
+      std::fill(below, below + node.stride, 0.0f);
+      std::fill(own, own + node.stride, 0.0f);
+      for (std::int32_t i = 0; i < node.rows; ++i)
+        for (int r = 0; r < 3; ++r) below[size + 3 * i + r] = x[3 * static_cast<std::int64_t>(list[i]) + r];
+      if (node.rows > 0) {
+        dot_columns(panel, node.stride, node.stride, size, below, own);
+        for (std::int32_t c = 0; c < size; ++c) at[c] -= own[c];
+      }
+      std::fill(below, below + (size + kStep - 1) / kStep * kStep, 0.0f);
+      std::copy(at, at + size, below);
+      dot_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, size, below, at);
+    }
+  }
+};
+
+namespace {
+
+void solve_plainly(const BlockFactor& factor, float* x) {
+  SolveWith::solve(factor, x);
+}
+#ifdef PALPATE_DISPATCHES
+__attribute__((target(PALPATE_AVX2))) void solve_with_avx2(const BlockFactor& factor, float* x) {
+  SolveWith::solve(factor, x);
+}
+#endif
+
+}  // namespace
+
+void BlockFactor::solve(float* x) const {
+#ifdef PALPATE_DISPATCHES
+  if (best_instructions() != Instructions::baseline) return solve_with_avx2(*this, x);
+#endif
+  solve_plainly(*this, x);
+}
+
+}  // namespace palpate

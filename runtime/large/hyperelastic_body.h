@@ -1,0 +1,53 @@
+// The body that large deformation works on: the bundle's tetrahedra with a law for each region.
+#pragma once
+
+#include <cstdint>
+
+namespace palpate {
+
+// Of a region. stiffening: b of exponential_law.h; 0: neo-Hookean.
+struct TissueLaw {
+  double shear = 0, bulk = 0;  // Pa, near rest
+  double stiffening = 0;
+};
+
+// Borrowed arrays; indices are checked, volumes positive.
+//
+// With nodal_dilatation (element p1-anp) the energy is that of isochoric laws, and the volume changes at the nodes:
+//     E = sum_e V_e W_e(F_e) + sum_(n,m) V_nm kappa_m / 2 (J_nm - 1)^2
+// J_nm is the mean of J over the tetrahedra of region m at node n, each with a quarter of its volume, and V_nm the sum of these
+// quarters. Without (element p1) a neo-Hookean region is compressible_neo_hookean and an exponential one adds
+// kappa / 2 (J_e - 1)^2 in each tetrahedron. Either way the stiffness at rest is that of docs/method.md, section 1.
+struct HyperelasticBody {
+  const double* nodes = nullptr;             // [node_count][3] m, at rest
+  const std::int32_t* tetrahedra = nullptr;  // [tetrahedron_count][4]
+  const std::int32_t* region = nullptr;      // [tetrahedron_count]
+  const std::uint8_t* fixed = nullptr;       // [node_count][3] 1: held at zero
+  const TissueLaw* laws = nullptr;           // [region_count]
+  std::int32_t node_count = 0, tetrahedron_count = 0, region_count = 0;
+  bool nodal_dilatation = false;
+};
+
+// Gradients of the shape functions of corners 1, 2 and 3, [3][3] 1/m; that of corner 0 is minus their sum. Returns the volume, m^3.
+inline double shape_gradients(const HyperelasticBody& body, std::int32_t e, double gradient[3][3]) {
+  const std::int32_t* corner = body.tetrahedra + 4 * static_cast<std::int64_t>(e);
+  double edge[3][3];
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < 3; ++i)
+      edge[a][i] = body.nodes[3 * static_cast<std::int64_t>(corner[a + 1]) + i] -
+                   body.nodes[3 * static_cast<std::int64_t>(corner[0]) + i];
+  double determinant = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      gradient[a][i] = edge[b][j] * edge[c][k] - edge[b][k] * edge[c][j];
+    }
+    if (a == 0) determinant = edge[0][0] * gradient[0][0] + edge[0][1] * gradient[0][1] + edge[0][2] * gradient[0][2];
+  }
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < 3; ++i) gradient[a][i] /= determinant;
+  return determinant / 6;
+}
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// Numbers that the element loops compute with: a plain number, or eight of them side by side. The same source serves both, so
+// that tests compute in double precision what a step computes in single precision.
+#pragma once
+
+#include "runtime/base/instructions.h"
+
+namespace palpate {
+
+#if defined(__GNUC__)
+// Every function that takes or returns these is inlined, so no call depends on how the compiler passes them.
+#pragma GCC diagnostic ignored "-Wpsabi"
+typedef float EightFloats __attribute__((vector_size(32)));
+typedef double EightDoubles __attribute__((vector_size(64)));
+#else
+using EightFloats = float;
+using EightDoubles = double;
+#endif
+
+// The plain number of which Real has one or eight.
+template <class Real>
+struct ScalarOf {
+  using type = Real;
+};
+#if defined(__GNUC__)
+template <>
+struct ScalarOf<EightFloats> {
+  using type = float;
+};
+template <>
+struct ScalarOf<EightDoubles> {
+  using type = double;
+};
+#endif
+template <class Real>
+using Scalar = typename ScalarOf<Real>::type;
+template <class Real>
+inline constexpr int kLanesOf = static_cast<int>(sizeof(Real) / sizeof(Scalar<Real>));
+
+template <class Real>
+PALPATE_INLINE Real smaller(const Real& a, const Real& b) {
+  return a < b ? a : b;
+}
+template <class Real>
+PALPATE_INLINE Real larger(const Real& a, const Real& b) {
+  return a > b ? a : b;
+}
+
+}  // namespace palpate

@@ -1,0 +1,99 @@
+#include "runtime/query/queried_field.h"
+
+#include <algorithm>
+
+#include "runtime/base/contact_nodes.h"
+
+namespace palpate {
+namespace {
+
+// Share of the squared sum of the loads' own norms by which the rounding of stored tensors may falsify the square of their norm:
+// rows in half precision, or a compressed compliance; rows in single or double precision.
+constexpr double kCoarseRounding = 1e-3, kRounding = 1e-6;
+
+bool is_sound(const palpate_contact_node& node, std::int32_t columns) {
+  if (node.column < 0 || node.column >= columns) return false;
+  return std::all_of(node.modified_displacement, node.modified_displacement + 3,
+                     [](double u) { return std::fabs(u) <= 1e12; });
+}
+
+}  // namespace
+
+bool QueriedField::create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable,
+                          std::int32_t node_capacity) {
+  const std::size_t capacity = static_cast<std::size_t>(node_capacity),
+                    surface = static_cast<std::size_t>(tensors.surface_nodes);
+  touchable_ = touchable;
+  loads_ = memory.array<Load>(capacity);
+  row_ = memory.array<const void*>(3 * capacity);
+  coefficient_ = memory.array<double>(3 * capacity);
+  known_ = memory.array<Vec3>(surface);
+  stamp_ = memory.array<std::uint32_t>(surface);
+  return !memory.failed();
+}
+
+std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* contacts) {
+  std::uint32_t flags = 0;
+  const std::int32_t sent = contacts ? contacts->node_count : 0;
+  std::int32_t count = 0;
+  bool changed = false;
+  for (std::int32_t e = 0; e < sent; ++e) {
+    const palpate_contact_node& node = nodes_behind(*contacts)[e];
+    if (!is_sound(node, tensors.columns)) {
+      flags |= PALPATE_STEP_BAD_INPUT;
+      continue;
+    }
+    const Load load = {node.column, load3(node.modified_displacement)};
+    Load& held = loads_[count];
+    changed = changed || count >= count_ || held.column != load.column || held.modified.x != load.modified.x ||
+              held.modified.y != load.modified.y || held.modified.z != load.modified.z;
+    held = load;
+    ++count;
+  }
+  if (!changed && count == count_) return flags;
+  count_ = count;
+  for (std::int32_t r = 0; r < 3 * count && !tensors.compliance; ++r) {
+    const Load& load = loads_[r / 3];
+    row_[r] = tensors.surface.row(load.column, r % 3);
+    coefficient_[r] = load.modified[r % 3] * static_cast<double>(tensors.surface.row_scale(load.column, r % 3));
+  }
+  // However much changed, the field went from one norm to the other.
+  path_ += norm_;
+  norm_ = norm_of_loads(tensors);
+  path_ += norm_;
+  if (++now_ == 0) {
+    std::fill(stamp_, stamp_ + tensors.surface_nodes, 0u);
+    now_ = 1;
+  }
+  return flags;
+}
+
+// sqrt(f^T C f), with the forces f_i = T^f_i u~_i of the loads; C f at the node of load i is sum_j T^u_ij u~_j.
+double QueriedField::norm_of_loads(const Tensors& tensors) const {
+  double energy = 0, own = 0;
+  for (std::int32_t i = 0; i < count_; ++i) {
+    const Vec3 force = tensors.stiffness_of(loads_[i].column) * loads_[i].modified;
+    own += std::sqrt(std::max(0.0, dot(force, loads_[i].modified)));
+    Vec3 there;
+    for (std::int32_t j = 0; j < count_; ++j)
+      there += tensors.displacement(touchable_[loads_[i].column], loads_[j].column) * loads_[j].modified;
+    energy += dot(force, there);
+  }
+  const bool coarse = tensors.compliance || tensors.surface.type == formats::ElementType::f16;
+  energy = std::max(0.0, energy) + (coarse ? kCoarseRounding : kRounding) * own * own;
+  return energy <= own * own ? std::sqrt(energy) : own;  // also where it is not a number
+}
+
+Vec3 QueriedField::at_node(const Tensors& tensors, std::int32_t node) {
+  if (count_ == 0) return {};
+  if (stamp_[node] == now_) return known_[node];
+  Vec3 u;
+  if (!tensors.compliance)
+    u = tensors.surface.sum_at_node(row_, coefficient_, 3 * count_, node);
+  else
+    for (std::int32_t e = 0; e < count_; ++e) u += tensors.displacement(node, loads_[e].column) * loads_[e].modified;
+  stamp_[node] = now_;
+  return known_[node] = is_finite(u) ? u : Vec3{};
+}
+
+}  // namespace palpate

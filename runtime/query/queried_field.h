@@ -1,0 +1,44 @@
+// The displacement field of the contacts that a query is asked about, evaluated at single nodes (eq. 9 of the paper), and a bound
+// on how far it moves any node.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/bundle/tensors.h"
+#include "runtime/surface/surface_tree.h"
+
+namespace palpate {
+
+class QueriedField {
+ public:
+  // touchable: [columns] the surface node of each tensor column, borrowed.
+  bool create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable, std::int32_t node_capacity);
+
+  // Takes over the contact nodes; contacts: laid out (contact_nodes.h), or nullptr for the surface at rest. Returns the step flags.
+  // Cost: a comparison where they are those of the last call, else nodes^2 entries of the tensors.
+  std::uint32_t set(const Tensors& tensors, const palpate_contacts* contacts);
+
+  // Displacement of a surface node, m. The field remembers it until the contacts change.
+  Vec3 at_node(const Tensors& tensors, std::int32_t node);
+  FieldBound bound() const { return {norm_, path_, 0}; }
+
+ private:
+  struct Load {
+    std::int32_t column;
+    Vec3 modified;  // m, u~
+  };
+  double norm_of_loads(const Tensors& tensors) const;
+
+  const std::int32_t* touchable_ = nullptr;
+  Load* loads_ = nullptr;          // [capacity]
+  const void** row_ = nullptr;     // [capacity][3] stored displacement rows; unused with a stored compliance
+  double* coefficient_ = nullptr;  // [capacity][3] m, of each row
+  std::int32_t count_ = 0;
+  double norm_ = 0, path_ = 0;      // sqrt(J), as surface_tree.h explains
+  Vec3* known_ = nullptr;           // [surface nodes] m
+  std::uint32_t* stamp_ = nullptr;  // [surface nodes] of the evaluation
+  std::uint32_t now_ = 1;
+};
+
+}  // namespace palpate

@@ -1,0 +1,185 @@
+// Saving and restoring what the touch steps have left in a scene: the values and arrays that its memory marks as kept.
+#include "runtime/scene/state.h"
+#include "formats/checksum.h"
+#include "runtime/base/alignment.h"
+#include "runtime/base/error_text.h"
+#include "runtime/contact/touch.h"
+#include "runtime/scene/scene.h"
+
+namespace palpate {
+namespace {
+
+// In front of the kept bytes.
+struct StateHead {
+  char magic[8];
+  std::uint64_t bytes;       // with this head
+  std::uint64_t checksum;    // XXH64 of the bytes behind this field
+  std::uint64_t definition;  // of palpate_scene
+  std::uint64_t bundle;      // its identity
+};
+constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'S', 'T', 'A', 'T'};
+constexpr std::size_t kCheckedFrom = offsetof(StateHead, definition);
+
+std::uint64_t checksum_of(const void* state, std::uint64_t bytes) {
+  return formats::xxh64(static_cast<const unsigned char*>(state) + kCheckedFrom,
+                        static_cast<std::size_t>(bytes) - kCheckedFrom);
+}
+
+// Every value takes whole words, so that each begins aligned.
+std::size_t whole_words(std::size_t bytes) {
+  return (bytes + 7) / 8 * 8;
+}
+
+std::int32_t used_of(const SceneMemory::Kept& kept) {
+  return kept.used ? *kept.used : static_cast<std::int32_t>(kept.count);
+}
+
+std::size_t bytes_of_state(const SceneMemory& memory) {
+  std::size_t bytes = sizeof(StateHead);
+  for (int k = 0; k < memory.kept_count(); ++k) {
+    const SceneMemory::Kept& kept = memory.kept()[k];
+    bytes += whole_words(kept.bytes * static_cast<std::size_t>(used_of(kept)));
+  }
+  return bytes;
+}
+
+// Writes the kept values behind the head. Returns the bytes of the state.
+std::size_t write_kept(const SceneMemory& memory, unsigned char* state) {
+  std::size_t at = sizeof(StateHead);
+  for (int k = 0; k < memory.kept_count(); ++k) {
+    const SceneMemory::Kept& kept = memory.kept()[k];
+    const std::size_t bytes = kept.bytes * static_cast<std::size_t>(used_of(kept)), whole = whole_words(bytes);
+    std::memcpy(state + at, kept.memory(), bytes);
+    std::memset(state + at + bytes, 0, whole - bytes);
+    at += whole;
+  }
+  return at;
+}
+
+// Whether a state of so many bytes holds exactly what the memory keeps. The number of elements in use stands in the state itself,
+// before the array.
+bool fits(const SceneMemory& memory, const unsigned char* state, std::size_t bytes) {
+  std::size_t at = sizeof(StateHead), begin[SceneMemory::kMaxKept];
+  for (int k = 0; k < memory.kept_count(); ++k) {
+    const SceneMemory::Kept& kept = memory.kept()[k];
+    std::int32_t used = static_cast<std::int32_t>(kept.count);
+    for (int earlier = 0; kept.used && earlier < k; ++earlier)
+      if (const std::ptrdiff_t inside = memory.kept()[earlier].find(kept.used); inside >= 0)
+        std::memcpy(&used, state + begin[earlier] + inside, sizeof used);
+    if (used < 0 || static_cast<std::size_t>(used) > kept.count) return false;
+    begin[k] = at;
+    const std::size_t whole = whole_words(kept.bytes * static_cast<std::size_t>(used));
+    if (bytes - at < whole) return false;
+    at += whole;
+  }
+  return at == bytes;
+}
+
+// Of a state that fits. The number of elements in use is read before the array, because it was marked before.
+void read_kept(const SceneMemory& memory, const unsigned char* state) {
+  std::size_t at = sizeof(StateHead);
+  for (int k = 0; k < memory.kept_count(); ++k) {
+    const SceneMemory::Kept& kept = memory.kept()[k];
+    const std::size_t bytes = kept.bytes * static_cast<std::size_t>(used_of(kept));
+    std::memcpy(kept.memory(), state + at, bytes);
+    at += whole_words(bytes);
+  }
+}
+
+// A running checksum of numbers.
+class Digest {
+ public:
+  template <class... Numbers>
+  Digest& add(const Numbers&... numbers) {
+    (sum_.update(&numbers, sizeof numbers), ...);
+    return *this;
+  }
+  std::uint64_t value() const { return sum_.digest(); }
+
+ private:
+  formats::Xxh64 sum_;
+};
+
+// The size of palpate_scene_def on 64-bit systems when this file was last told of a new field. A field that takes the place of
+// `reserved` does not change the size.
+constexpr std::size_t kDefinitionBytes = 296;
+
+}  // namespace
+
+std::uint64_t definition_of(const palpate_scene_def& def, const SceneMemory& memory, std::uint64_t fine_surface) {
+  Digest digest;
+  std::int32_t version[4];
+  palpate_version(version);
+  digest.add(version);
+  // Field by field, because the padding between fields has any bits.
+  static_assert(sizeof(void*) != 8 || sizeof(palpate_scene_def) == kDefinitionBytes, "digest the new field here");
+  digest.add(def.collision, def.contact, def.law, def.force, def.shape, def.radial, def.preload);
+  digest.add(def.relaxation.model, def.relaxation.terms, def.relaxation.share, def.relaxation.time);
+  digest.add(def.max_tools, def.max_points, def.max_contact_nodes, def.force_limit, def.force_slew);
+  digest.add(def.max_tool_speed, def.release_distance, def.queries, def.report);
+  digest.add(def.torque_limit, def.torque_slew, def.max_operations, fine_surface, def.deformation);
+  for (int k = 0; k < memory.kept_count(); ++k) digest.add(memory.kept()[k].bytes, memory.kept()[k].count);
+  return digest.value();
+}
+
+}  // namespace palpate
+
+using palpate::fail;
+
+size_t palpate_scene_state_bytes(const palpate_scene* scene) {
+  return scene ? palpate::bytes_of_state(scene->memory) : 0;
+}
+
+palpate_status palpate_scene_save(const palpate_scene* scene, void* state, size_t state_bytes, palpate_error* error) {
+  if (!scene || !state) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and state must not be NULL");
+  if (!palpate::is_aligned(static_cast<const std::uint64_t*>(state)))
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "state must be 8-byte aligned");
+  if (const size_t needed = palpate_scene_state_bytes(scene); state_bytes < needed)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "state has %llu bytes; expected %llu, as palpate_scene_state_bytes returns now",
+                static_cast<unsigned long long>(state_bytes), static_cast<unsigned long long>(needed));
+  const std::size_t bytes = palpate::write_kept(scene->memory, static_cast<unsigned char*>(state));
+  palpate::StateHead head = {};
+  std::memcpy(head.magic, palpate::kMagic, sizeof head.magic);
+  head.bytes = bytes;
+  head.definition = scene->definition;
+  head.bundle = scene->context.bundle.index.header.index_checksum;
+  std::memcpy(state, &head, sizeof head);
+  head.checksum = palpate::checksum_of(state, bytes);
+  std::memcpy(state, &head, sizeof head);
+  return palpate::succeed(error);
+}
+
+palpate_status palpate_scene_restore(palpate_scene* scene, const void* state, size_t state_bytes,
+                                     palpate_error* error) {
+  if (!scene || !state) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and state must not be NULL");
+  if (!palpate::is_aligned(static_cast<const std::uint64_t*>(state)))
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "state must be 8-byte aligned");
+  palpate::StateHead head = {};
+  if (state_bytes < sizeof head)
+    return fail(error, PALPATE_ERROR_TRUNCATED, 0, "state has %llu bytes; expected those that palpate_scene_save wrote",
+                static_cast<unsigned long long>(state_bytes));
+  std::memcpy(&head, state, sizeof head);
+  if (std::memcmp(head.magic, palpate::kMagic, sizeof head.magic) != 0)
+    return fail(error, PALPATE_ERROR_MAGIC, 0, "these bytes are not a state that palpate_scene_save wrote");
+  if (head.bytes > state_bytes || head.bytes < sizeof head)
+    return fail(error, PALPATE_ERROR_TRUNCATED, 0, "state has %llu bytes; expected %llu, as its head says",
+                static_cast<unsigned long long>(state_bytes), static_cast<unsigned long long>(head.bytes));
+  if (head.checksum != palpate::checksum_of(state, head.bytes))
+    return fail(error, PALPATE_ERROR_CHECKSUM, 0, "state differs from what palpate_scene_save wrote; save it again");
+  if (head.bundle != scene->context.bundle.index.header.index_checksum)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "state is of bundle %016llx; expected %016llx, the bundle of this scene",
+                static_cast<unsigned long long>(head.bundle),
+                static_cast<unsigned long long>(scene->context.bundle.index.header.index_checksum));
+  if (head.definition != scene->definition)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "state is of a scene with another palpate_scene_def, or of another version of the library; create this "
+                "scene as that one was created");
+  const auto* bytes = static_cast<const unsigned char*>(state);
+  if (!palpate::fits(scene->memory, bytes, static_cast<std::size_t>(head.bytes)))
+    return fail(error, PALPATE_ERROR_CONTENT, 0, "state contradicts itself, although its checksum fits; save it again");
+  palpate::read_kept(scene->memory, bytes);
+  palpate::touch_restored(scene->context, scene->touch);
+  return palpate::succeed(error);
+}

@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""What the pictures of the pipelines promise: letters on the right sides, every contact seen, nothing cut off."""
+import os
+import sys
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "..", "pipelines", "pictures"))
+import views  # noqa: E402
+
+FRONT, FROM_PATIENTS_LEFT = (0, -1, 0), (1, 0, 0)
+
+
+class Letters(unittest.TestCase):
+    def test_of_a_patient_who_faces_us_left_is_on_the_right(self):
+        right, up = views.screen_axes(FRONT)
+        self.assertEqual(views.letters_of("LPS", right), "L")
+        self.assertEqual(views.letters_of("LPS", -right), "R")
+        self.assertEqual(views.letters_of("LPS", up), "S")
+        right, up = views.screen_axes((0, 1, 0))  # the front in RAS
+        self.assertEqual(views.letters_of("RAS", right), "L")
+
+    def test_seen_from_the_left_front_is_on_the_left(self):
+        right, _ = views.screen_axes(FROM_PATIENTS_LEFT)
+        self.assertEqual(views.letters_of("LPS", -right), "A")
+
+    def test_slanted_directions_have_two_letters_and_other_frames_none(self):
+        self.assertEqual(views.letters_of("LPS", (0.5, 0, 0.9)), "SL")
+        self.assertEqual(views.letters_of("LPS", (0.2, 0, 0.9)), "S")
+        self.assertEqual(views.letters_of("none", (1, 0, 0)), "")
+
+
+class Views(unittest.TestCase):
+    def test_two_views_see_all_places_that_cameras_above_the_organ_can_see(self):
+        rng = np.random.default_rng(7)
+        for _ in range(200):
+            normals = rng.normal(size=(rng.integers(1, 5), 3))
+            normals[:, 2] = np.abs(normals[:, 2])
+            # One place is always seen; of several most, because two cameras may not see all.
+            first, second = (np.array([views.unit(n) @ views.unit(v) for n in normals]) for v in views.two_views(normals))
+            seen = np.maximum(first, second) > 0.1
+            self.assertTrue(seen.all() if len(normals) == 1 else seen.mean() >= 0.5, normals)
+            self.assertFalse((first == second).all())
+
+    def test_opposite_contacts_are_seen_from_opposite_sides(self):
+        first, second = views.two_views(np.array([[0, -1, 0], [0, 1, 0]]))
+        self.assertLess(np.array(first)[:2] @ np.array(second)[:2], -0.3)
+
+    def test_a_shaft_points_back_along_the_way_in(self):
+        path = np.array([[0, 0, 30], [0, 0, 20], [5, 0, 10]])
+        np.testing.assert_allclose(views.shaft(path, 1, np.array([0, 0.6, 0.8])), [0, 0, 1])
+        # A tool that began in contact, or came from inside, stands on the surface.
+        np.testing.assert_allclose(views.shaft(path, 0, np.array([0, 0.6, 0.8])), [0, 0.6, 0.8])
+        np.testing.assert_allclose(views.shaft(path, 1, np.array([0, 0, -1.0])), [0, 0, -1])
+
+
+class Rendered(unittest.TestCase):
+    def test_nothing_is_cut_off_however_far_a_rod_stands_out(self):
+        import offscreen
+        for far in (1, 10, 100):
+            actors = [offscreen.sphere((0, 0, 0), 10, (1, 0, 0)), offscreen.rod((0, 0, 0), (10 * far, 3, -5 * far), 1, (0, 0, 0))]
+            image, _ = offscreen.render(actors, views.CAMERAS[0], size=(300, 200), zoom=None)
+            edges = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
+            self.assertTrue((edges > 250).all(), "a rod of %d mm reaches an edge of the picture" % (10 * far))
+            self.assertTrue((image < 200).any(), "the picture is empty")
+            shown = np.nonzero((image < 250).any(axis=2))
+            self.assertGreater(max(np.ptp(shown[0]) / 200, np.ptp(shown[1]) / 300), 0.5, "what is shown is small")
+
+
+if __name__ == "__main__":
+    unittest.main()

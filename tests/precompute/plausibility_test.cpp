@@ -1,0 +1,132 @@
+// Warnings of sizes, stiffnesses and supports that no organ has, and of copied organs: each with its figure and what was meant.
+#include "precompute/elements/plausibility.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "studies/bodies/box_mesh.h"
+#include "tests/support/test_files.h"
+
+namespace palpate::tests {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string kOrgan = R"(name = "spleen"
+mesh_unit = "mm"
+frame = "none"
+element = "p1-anp"
+[[region]]
+name = "spleen"
+young = { value = 5.4, unit = "kPa", source = "Author 1999, table 1" }
+poisson = { value = 0.45, source = "assumed" }
+)";
+const std::string kHeldAtOneEnd = "name = \"end\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"x0\" }\n";
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+class Plausibility : public testing::Test {
+ protected:
+  void SetUp() override { folder_ = fresh_folder(); }
+
+  void write(const std::filesystem::path& name, const std::string& text) {
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name) << text;
+  }
+
+  // size: of a box in the mesh's unit.
+  std::vector<std::string> warned(const std::string& organ, std::array<double, 3> size = {60, 50, 40},
+                                  const std::string& boundary = kHeldAtOneEnd, const std::string& in = "spleen") {
+    write(in + "/organ.toml", organ);
+    write(in + "/end.toml", boundary);
+    const BodyFiles files{"box.msh", folder_ / in / "organ.toml", folder_ / in / "end.toml"};
+    TetrahedralMesh mesh = box_mesh({6, 5, 4}, size, 0.1);
+    mesh.region_names = {"spleen"};
+    const OrganConfig config = read_organ_config(files.organ);
+    return plausibility_warnings(make_elastic_body(mesh, config, read_boundary_config(files.boundary), files), config,
+                                 files);
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(Plausibility, SaysNothingOfAnOrganAsTheyAre) {
+  EXPECT_THAT(warned(kOrgan), IsEmpty());
+}
+
+TEST_F(Plausibility, WarnsOfAnOrganBelowACentimetreOrAboveAMetre) {
+  EXPECT_THAT(warned(with(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
+              ElementsAre(HasSubstr("box.msh: the organ is 104 m long, expected 1 cm to 1 m; mesh_unit is \"m\" in ")));
+  EXPECT_THAT(warned(with(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
+              ElementsAre(HasSubstr("; with mesh_unit = \"mm\" it would be 104 mm long")));
+  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}),
+              ElementsAre(HasSubstr("is 0.000104 m long, expected 1 cm to 1 m; mesh_unit is \"mm\" in ")));
+  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}),
+              ElementsAre(HasSubstr("with mesh_unit = \"m\" it would be 104 mm long")));
+  EXPECT_THAT(warned(kOrgan, {10.01, 10, 10}), IsEmpty());
+  EXPECT_THAT(warned(kOrgan, {999, 500, 400}), IsEmpty());
+}
+
+TEST_F(Plausibility, WarnsOfAStiffnessThatNoTissueHas) {
+  EXPECT_THAT(warned(with(kOrgan, "kPa", "GPa")),
+              ElementsAre(HasSubstr(
+                  "organ.toml: [[region]] \"spleen\": young is 5.4 GPa, expected 100 Pa to 10 MPa, within which "
+                  "soft tissue lies; was 5.4 MPa meant, in another unit?")));
+  EXPECT_THAT(warned(with(kOrgan, "kPa", "Pa")),
+              ElementsAre(HasSubstr("young is 5.4 Pa, expected 100 Pa to 10 MPa, within which "
+                                    "soft tissue lies; was 5.4 kPa meant")));
+  EXPECT_THAT(warned(with(kOrgan, "5.4", "0.101")), IsEmpty());
+  EXPECT_THAT(warned(with(kOrgan, "5.4", "9999")), IsEmpty());
+}
+
+TEST_F(Plausibility, WarnsOfASmallHeldArea) {
+  const std::string sentence = "end.toml: 0 % of the surface is held (0 of 1.48e+04 mm2), expected at least 1 %";
+  EXPECT_THAT(warned(kOrgan, {60, 50, 40},
+                     "name = \"points\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { nearest = { points = [[0, 0, 0], [60, "
+                     "0, 0], [0, 50, "
+                     "0]] } }\n"),
+              ElementsAre(HasSubstr(sentence)));
+  // Soft supports hold too.
+  EXPECT_THAT(warned(kOrgan, {60, 50, 40},
+                     "name = \"soft\"\n[[foundation]]\nname = \"diaphragm\"\nselect = { patch = \"x0\" }\n"
+                     "normal = { value = 1e6, unit = \"N/m^3\", source = \"assumed\" }\n"
+                     "tangential = { value = 1e6, unit = \"N/m^3\", source = \"assumed\" }\n"),
+              IsEmpty());
+  EXPECT_THAT(warned(kOrgan, {60, 50, 40},
+                     "name = \"springs\"\n[[spring]]\nname = \"ligament\"\nfrom = { patch = \"x0\" }\n"
+                     "stiffness = { value = 30, unit = \"N/m\", source = \"assumed\" }\n"),
+              IsEmpty());
+  // Held along one axis is held: 60 x 50 of 14,800 mm2.
+  EXPECT_THAT(warned(kOrgan, {60, 50, 40}, with(with(kHeldAtOneEnd, "xyz", "z"), "x0", "z0")), IsEmpty());
+}
+
+TEST_F(Plausibility, WarnsOfACopiedOrgansNameAndSources) {
+  write("liver/organ.toml",
+        with(with(kOrgan, "name = \"spleen\"", "name = \"liver\""), "name = \"spleen\"", "name = \"liver\""));
+  write("broken/organ.toml", "name = 3\n");
+  for (const char* organ : {"liver", "spleen", "broken"}) write(std::string(organ) + "/organ.mk", "");
+  const auto copied = warned(with(kOrgan, "name = \"spleen\"", "name = \"liver\""));
+  ASSERT_EQ(copied.size(), 2u);
+  EXPECT_THAT(
+      copied[0],
+      HasSubstr("spleen/organ.toml: name is \"liver\", but the organ's folder is \"spleen\": a copied file keeps "
+                "the name and the sources of the other organ; expected a name that begins with \"spleen\""));
+  EXPECT_THAT(copied[1],
+              HasSubstr("[[region]] \"spleen\": the source of young is, word for word, that of \"liver\" in "));
+  EXPECT_THAT(warned(with(kOrgan, "Author 1999, table 1", "Author 2001, page 3")), IsEmpty());
+  EXPECT_THAT(warned(with(with(kOrgan, "\"spleen\"", "\"Spleen, soft\""), "Author 1999, table 1", "own")), IsEmpty());
+}
+
+TEST_F(Plausibility, LeavesOrgansOutsideTheFoldersOfPipelinesAlone) {
+  EXPECT_THAT(warned(with(kOrgan, "name = \"spleen\"", "name = \"liver\"")), IsEmpty());  // no organ.mk
+}
+
+}  // namespace
+}  // namespace palpate::tests

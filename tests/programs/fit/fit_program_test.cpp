@@ -1,0 +1,308 @@
+// palpate-fit on small bundles that dense matrices make: forces of known materials come back as these materials.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "formats/organ_config.h"
+#include "programs/fit/presses.h"
+#include "tests/support/grid_body.h"
+#include "tests/support/program_run.h"
+
+namespace palpate::fit {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace tests;
+using formats::SectionId;
+using testing::HasSubstr;
+using testing::Not;
+using Json = nlohmann::json;
+
+// A layer of 60 x 60 x 15 mm on a rigid ground, 7 x 7 x 3 nodes: where a wide disc presses it, nu stiffens it more than under a narrow one.
+GridBody layer(double young, double poisson) {
+  GridBody grid;
+  grid.lines = {grid_lines(0, 0.06, 6), grid_lines(0, 0.06, 6), grid_lines(0, 0.015, 2)};
+  grid.held = [](std::array<double, 3> p) { return p[2] == 0; };
+  grid.young = young, grid.poisson = poisson;
+  return grid;
+}
+
+// The layer with a region "lump" in the quarter of small x and y, whose modulus is that many times the other's.
+BundleParts layer_with_lump(double young, double ratio) {
+  DenseBody dense = dense_grid(layer(young, 0.4));
+  auto& mesh = dense.body.mesh;
+  TetrahedralMesh parts[2] = {mesh, mesh};
+  parts[0].tetrahedra.clear(), parts[1].tetrahedra.clear();
+  for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) {
+    double x = 0, y = 0;
+    for (const auto node : mesh.tetrahedra[e]) x += mesh.nodes[node][0] / 4, y += mesh.nodes[node][1] / 4;
+    mesh.region[e] = x < 0.03 && y < 0.03;
+    parts[mesh.region[e]].tetrahedra.push_back(mesh.tetrahedra[e]);
+  }
+  dense.stiffness = dense_stiffness(parts[0], young, 0.4) + dense_stiffness(parts[1], ratio * young, 0.4);
+  BundleParts bundle = dense_bundle(dense);
+  bundle.set(SectionId::young, {2}, std::vector<double>{young, ratio * young});
+  bundle.set(SectionId::poisson, {2}, std::vector<double>{0.4, 0.4});
+  bundle.set_text(SectionId::region_names, "layer\nlump\n");
+  return bundle;
+}
+
+class FitProgram : public testing::Test {
+ protected:
+  void SetUp() override { folder_ = fresh_folder(); }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write_layer(const std::string& name, double young, double poisson) {
+    write_bundle(folder_ / name, dense_bundle(dense_grid(layer(young, poisson))));
+  }
+  void write_text(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
+
+  ProgramRun run(const std::string& arguments) {
+    return run_in(folder_, std::string("'") + PALPATE_FIT + "' " + arguments);
+  }
+  Json fitted(const std::string& arguments) {
+    const ProgramRun ended = run(arguments + " --json fit.json");
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    errors_ = ended.errors, out_ = ended.out;
+    std::ifstream stream(folder_ / "fit.json");
+    return Json::parse(stream, nullptr, false);
+  }
+  void expect_refused(const std::string& arguments, const std::string& part) {
+    for (const char* name : {"plot.svg", "fit.json"}) fs::remove(folder_ / name);
+    const ProgramRun ended = run(arguments + " -o plot.svg --json fit.json");
+    EXPECT_EQ(ended.code, 2) << ended.errors;
+    EXPECT_THAT(ended.errors, HasSubstr(part));
+    for (const char* name : {"plot.svg", "fit.json", "plot.svg.part", "fit.json.part"})
+      EXPECT_FALSE(fs::exists(folder_ / name)) << name;
+  }
+
+  // A CSV of presses on a bundle at nine places by discs of 4 and 12 mm in turn, three depths each; forces times the factor.
+  void write_presses(const std::string& name, const std::string& bundle, double factor) {
+    std::vector<Spot> spots;
+    for (int i = 0; i < 9; ++i)
+      spots.push_back({{0.02 + 0.01 * (i % 3), 0.02 + 0.01 * (i / 3), 0.0152}, i % 2 ? 0.004 : 0.012, i, 0});
+    PressedBundle pressed(folder_ / bundle);
+    const std::vector<double> stiffness = pressed.stiffness(spots, Press::sticking, "test");
+    std::ostringstream text;
+    text << "# presses\nx_mm,y_mm,z_mm,radius_mm,depth_mm,force_mN,source\n";
+    text.precision(15);
+    for (std::size_t s = 0; s < spots.size(); ++s)
+      for (const double mm : {0.5, 1.0, 2.0})
+        text << 1e3 * spots[s].at[0] << ',' << 1e3 * spots[s].at[1] << ',' << 1e3 * spots[s].at[2] << ','
+             << 1e3 * spots[s].radius << ',' << mm << ',' << 1e3 * factor * stiffness[s] * 1e-3 * mm
+             << ",\"a bench, \"\"A\"\"\"\n";
+    write_text(name, text.str());
+  }
+
+  fs::path folder_;
+  std::string errors_, out_;
+};
+
+// Another program, another way to touch (a path of many steps from above), the same force.
+TEST_F(FitProgram, FindsTheModulusOfTheBundleFromForcesThatPalpateRunPlays) {
+  write_layer("layer.h5", 5400, 0.45);
+  write_text("scene.toml",
+             "name = \"press\"\nunit = \"mm\"\n[[tool]]\nname = \"finger\"\npoints = [[0, 0, 0]]\ndisc_radius = 8\n"
+             "path = [[0, 31, 32, 16], [0.3, 31, 32, 13]]\n");
+  ASSERT_EQ(run_in(folder_, std::string("'") + PALPATE_RUN + "' scene.toml --bundle layer.h5 -o played").code, 0);
+  std::ifstream rows(folder_ / "played/forces.csv");
+  std::ostringstream text;
+  text.precision(15);
+  text << "x_mm,y_mm,z_mm,radius_mm,depth_m,force_N\n";
+  std::string line;
+  std::getline(rows, line);
+  while (std::getline(rows, line)) {
+    std::vector<double> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(std::atof(cell.c_str()));
+    if (cells.at(11) > 0) text << "31,32,15,8," << 0.015 - cells.at(4) << ',' << cells.at(10) << '\n';
+  }
+  write_text("forces.csv", text.str());
+  const Json fit = fitted("layer.h5 forces.csv");
+  // Both programs have the same columns in f32; a normal between vertices is rounded to 1e-7 in f32 by one of them.
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 5400, 1e-6 * 5400);
+  EXPECT_LT(fit["residual_N"].get<double>(), 1e-6 * fit["largest_force_N"].get<double>());
+  EXPECT_THAT(errors_,
+              HasSubstr("the interval holds the scatter of the rows about the fit alone, since 1 place is too few"));
+}
+
+TEST_F(FitProgram, WritesLinesOfOrganTomlThatTheOrganFilesReaderTakes) {
+  write_layer("layer.h5", 5400, 0.45);
+  write_presses("forces.csv", "layer.h5", 2.5);
+  const Json fit = fitted("layer.h5 forces.csv --organ lines.toml -o plot.svg");
+  EXPECT_THAT(out_, HasSubstr("Young's modulus   box: 13.5 kPa, 95 % interval 13.5 to 13.5 kPa"));
+  EXPECT_EQ(fit["drawn"], "places");
+  EXPECT_EQ(errors_, "");
+  write_text("organ.toml", "name = \"layer\"\nmesh_unit = \"mm\"\nframe = \"none\"\nelement = \"p1\"\n\n" +
+                               file_bytes(folder_ / "lines.toml"));
+  const OrganConfig organ = read_organ_config(folder_ / "organ.toml");
+  ASSERT_EQ(organ.regions.size(), 1u);
+  EXPECT_EQ(organ.regions[0].name, "box");
+  EXPECT_NEAR(organ.regions[0].young.value, 13500, 5);  // four digits
+  EXPECT_EQ(organ.regions[0].poisson.value, 0.45);
+  EXPECT_THAT(organ.regions[0].young.source,
+              HasSubstr("forces.csv (sha256 " + fit["measurements_sha256"].get<std::string>()));
+  EXPECT_THAT(organ.regions[0].young.source, HasSubstr("95 % interval 13.5 to 13.5 kPa; a bench, \"A\""));
+  EXPECT_THAT(file_bytes(folder_ / "plot.svg"),
+              testing::AllOf(testing::StartsWith("<svg"), testing::EndsWith("</svg>\n")));
+  // A file of that name may be the user's own organ.toml.
+  expect_refused("layer.h5 forces.csv --organ organ.toml",
+                 "expected a new file for the lines of organ.toml, found one that exists");
+  EXPECT_EQ(read_organ_config(folder_ / "organ.toml"), organ);
+}
+
+TEST_F(FitProgram, FindsPoissonsRatioBetweenBundles) {
+  for (const auto& [name, nu] : {std::pair{"a.h5", 0.3}, {"b.h5", 0.4}, {"c.h5", 0.45}, {"truth.h5", 0.42}})
+    write_layer(name, 4000, nu);
+  write_presses("forces.csv", "truth.h5", 1.5);
+  const Json fit = fitted("c.h5 a.h5 b.h5 forces.csv -o plot.svg");
+  EXPECT_EQ(fit["parameter"]["name"], "poisson");
+  // Parabolas in the compliance of these three bundles miss that of the fourth one by less than 2e-3.
+  EXPECT_NEAR(fit["parameter"]["fitted"]["value"].get<double>(), 0.42, 0.003);
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 6000, 0.01 * 6000);
+  EXPECT_THAT(out_, HasSubstr("interpolation     compliance between 0.3, 0.4, 0.45: parabolas"));
+  EXPECT_THAT(out_, HasSubstr("poisson = { value = 0.42"));
+  EXPECT_THAT(file_bytes(folder_ / "plot.svg"), HasSubstr("width=\"1260\""));
+}
+
+TEST_F(FitProgram, FindsTheRatioOfTwoRegionsModuli) {
+  for (const auto& [name, ratio] : {std::pair{"a.h5", 1.0}, {"b.h5", 3.0}, {"c.h5", 9.0}, {"truth.h5", 4.0}})
+    write_bundle(folder_ / name, layer_with_lump(2000, ratio));
+  write_presses("forces.csv", "truth.h5", 1.25);
+  const Json fit = fitted("a.h5 b.h5 c.h5 forces.csv");
+  EXPECT_EQ(fit["parameter"]["meaning"], "modulus of lump over that of layer");
+  // A factor of 9 in three bundles, by parabolas in the logarithm of the ratio: the compliance between them is met to 1 %.
+  EXPECT_NEAR(fit["parameter"]["fitted"]["value"].get<double>(), 4, 0.05 * 4);
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 2500, 0.01 * 2500);
+  EXPECT_NEAR(fit["regions"][1]["young_Pa"]["value"].get<double>(), 10000, 0.05 * 10000);
+  // Beyond the last bundle it tells that it does not know.
+  const Json edge = fitted("a.h5 b.h5 forces.csv");
+  EXPECT_EQ(edge["parameter"]["at_edge"], true);
+  EXPECT_THAT(errors_, HasSubstr("the best value is that of the last bundle, and may lie beyond; add a bundle there"));
+}
+
+// A prism of the cylinder's section and height: its force under a plate depends on its section's area alone, E A x / h.
+BundleParts prism() {
+  const double side = std::sqrt(std::numbers::pi) * 0.015;
+  GridBody grid;
+  grid.lines = {grid_lines(0, side, 3), grid_lines(0, side, 3), grid_lines(0, 0.013, 3)};
+  grid.young = 1000;
+  DenseBody dense = dense_grid(grid);
+  std::fill(dense.fixed.begin(), dense.fixed.end(), 0);
+  const auto& nodes = dense.body.mesh.nodes;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    dense.fixed[3 * n + 2] = nodes[n][2] == 0;
+    if (nodes[n] == std::array<double, 3>{0, 0, 0}) dense.fixed[3 * n] = dense.fixed[3 * n + 1] = 1;
+    if (nodes[n] == std::array<double, 3>{grid.lines[0].back(), 0, 0}) dense.fixed[3 * n + 1] = 1;
+  }
+  // [touchable]: the top alone, as in pipelines/brain-cylinder.
+  BundleParts all = dense_bundle(dense);
+  const auto touchable = all.get<std::int32_t>(SectionId::touchable);
+  const auto force = all.get<double>(SectionId::force);
+  const auto surface = all.get<float>(SectionId::displacement_surface);
+  const std::size_t row = surface.size() / touchable.size();
+  std::vector<std::int32_t> top;
+  std::vector<double> top_force;
+  std::vector<float> top_surface;
+  for (std::size_t k = 0; k < touchable.size(); ++k) {
+    if (nodes[touchable[k]][2] < grid.lines[2].back()) continue;
+    top.push_back(touchable[k]);
+    top_force.insert(top_force.end(), force.begin() + 9 * k, force.begin() + 9 * (k + 1));
+    top_surface.insert(top_surface.end(), surface.begin() + row * k, surface.begin() + row * (k + 1));
+  }
+  const std::size_t s = top.size();
+  all.set(SectionId::touchable, {s}, top);
+  all.set(SectionId::force, {s, 3, 3}, top_force);
+  all.set(SectionId::displacement_surface, {s, 3, row / 9, 3}, top_surface);
+  all.set(SectionId::residual, {s, 3}, std::vector<double>(3 * s, 1e-15));
+  all.set(SectionId::iterations, {s, 3}, std::vector<std::int32_t>(3 * s, 1));
+  return all;
+}
+
+TEST_F(FitProgram, FindsTheSmallStrainModulusOfThePublishedCurveOfBrain) {
+  write_bundle(folder_ / "prism.h5", prism());
+  const std::string curve = std::string("'") + PALPATE_CURVES + "/swine-brain-at-once.csv'";
+  const Json fit =
+      fitted("prism.h5 " + curve + " --plate --initial-slope --most-depth 0.26 --source 'Miller and Chinzei 1997'");
+  // 6 (C100 + C010) = 6 (263 + 263) Pa. To 2 % strain the curve's cubic term takes the parabola's slope 0.25 % below.
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 3156, 0.005 * 3156);
+  EXPECT_EQ(fit["press"], "plate");
+  EXPECT_THAT(errors_, Not(HasSubstr("deeper")));
+  EXPECT_THAT(errors_, HasSubstr("columns that are not read: radial_mm"));
+  EXPECT_THAT(out_, HasSubstr("Miller and Chinzei 1997"));
+  // The whole curve is far from linear: 9.2 kPa by a straight line (least squares of the file's rows), and the program says so.
+  const Json whole = fitted("prism.h5 " + curve + " --plate");
+  EXPECT_NEAR(whole["regions"][0]["young_Pa"]["value"].get<double>(), 9196.8, 0.1);
+  EXPECT_THAT(errors_, HasSubstr("65 of 78 rows are deeper than 0.05 of the organ's height"));
+  expect_refused("prism.h5 " + curve + " --plate --initial-slope", "expected forces that grow with the depth");
+}
+
+TEST_F(FitProgram, WarnsOfDeepRowsAndOfAPlaceThatDoesNotFit) {
+  write_layer("layer.h5", 5400, 0.45);
+  write_presses("forces.csv", "layer.h5", 1);
+  std::ofstream(folder_ / "forces.csv", std::ios::app) << "25,25,15,4,3.7,1,bench\n";
+  fitted("layer.h5 forces.csv");
+  EXPECT_THAT(errors_, HasSubstr("1 of 28 rows are deeper than 0.9 of the indenter's radius (the deepest: 3.7 mm)"));
+  EXPECT_THAT(errors_, HasSubstr("place (25, 25, 15) mm: on its own it gives 0.0"));
+  fitted("layer.h5 forces.csv --initial-slope");
+  EXPECT_THAT(errors_, Not(HasSubstr("deeper")));
+  // The bundle's own figure counts before the rule of thumb.
+  BundleParts parts = dense_bundle(dense_grid(layer(5400, 0.45)));
+  parts.provenance.pop_back();
+  parts.provenance += ",\"accuracy_linear_limit_mm\":1.5}";
+  write_bundle(folder_ / "stated.h5", parts);
+  fitted("stated.h5 forces.csv");
+  EXPECT_THAT(errors_, HasSubstr("10 of 28 rows are deeper than the 1.5 mm that the bundle states"));
+  fitted("layer.h5 forces.csv --most-depth 2");
+  EXPECT_EQ(errors_, "");
+  EXPECT_THAT(out_, HasSubstr("left out          1 rows deeper than --most-depth"));
+}
+
+TEST_F(FitProgram, WarnsThatSoftSupportsDoNotScaleWithTheModulus) {
+  write_layer("layer.h5", 5400, 0.45);
+  BundleParts parts = dense_bundle(dense_grid(layer(5400, 0.45)));
+  parts.provenance.pop_back();
+  parts.provenance += ",\"foundation diaphragm\":\"normal 50 N/m^3\"}";
+  write_bundle(folder_ / "soft.h5", parts);
+  write_presses("forces.csv", "soft.h5", 2);
+  fitted("soft.h5 forces.csv");
+  EXPECT_THAT(errors_, HasSubstr("soft.h5: it has foundations or springs, and the fit takes them as 2 times as stiff"));
+  write_presses("forces.csv", "soft.h5", 1.01);
+  fitted("soft.h5 forces.csv");
+  EXPECT_EQ(errors_, "");
+  expect_refused("layer.h5 soft.h5 forces.csv", "found others (the supports)");
+}
+
+TEST_F(FitProgram, RefusesWhatCannotBeFitted) {
+  write_layer("layer.h5", 5400, 0.45);
+  write_presses("forces.csv", "layer.h5", 1);
+  const std::string header = "x_mm,y_mm,z_mm,radius_mm,depth_mm,force_N\n";
+  write_text("far.csv", header + "30,30,15,5,1,0.1\n130,30,15,5,1,0.1\n");
+  expect_refused("layer.h5 far.csv",
+                 "far.csv:3: expected a place within the indenter's radius (5 mm) of the surface of layer.h5, found "
+                 "(130, 30, 15) mm, 70 mm away");
+  for (const char* place :
+       {"30,30,0", "0.03,0.03,0.015"}) {  // the ground; metres under a title in mm, near a held corner
+    write_text("held.csv", header + place + ",5,1,0.1\n");
+    expect_refused("layer.h5 held.csv", "held.csv:2: expected a place of layer.h5 that can be touched");
+  }
+  expect_refused("layer.h5 layer.h5 forces.csv", "expected bundles that differ in one thing");
+  write_bundle(folder_ / "box.h5", tiny_bundle());
+  expect_refused(
+      "layer.h5 box.h5 forces.csv",
+      "box.h5: expected the mesh, supports, touchable nodes and regions of layer.h5, found others (the mesh)");
+  expect_refused("forces.csv layer.h5", "layer.h5:1: expected a header with x_mm");
+  expect_refused("layer.h5 forces.csv --plate", "forces.csv:2: expected a header with depth_mm and force_N");
+  expect_refused("layer.h5 forces.csv --organ missing/lines.toml", "missing");
+  write_text("plate.csv", "depth_mm,force_N\n1,0.1\n");
+  expect_refused("layer.h5 plate.csv --plate",
+                 "--plate: expected a touchable part of the surface that looks along x, y or z");
+  EXPECT_EQ(run("layer.h5 forces.csv -o plot.png").code, 2);
+}
+
+}  // namespace
+}  // namespace palpate::fit

@@ -1,0 +1,109 @@
+// The CSV file of measured forces.
+#include "programs/fit/measurements.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "formats/errors.h"
+#include "tests/support/test_files.h"
+
+namespace palpate::fit {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::filesystem::path written(const std::string& text) {
+  const auto file = tests::scratch("forces.csv");
+  std::ofstream(file) << text;
+  return file;
+}
+
+void expect_refused(const std::string& text, const std::string& part, const ReadOptions& options = {}) {
+  const auto file = written(text);
+  try {
+    read_measurements(file, options);
+    ADD_FAILURE() << "not refused: " << text;
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(part)) << text;
+    EXPECT_THAT(error.what(), HasSubstr(file.string()));
+  }
+}
+
+const std::string kHeader = "x_mm,y_mm,z_mm,radius_mm,depth_mm,force_N\n";
+
+TEST(Measurements, ConvertsUnitsAndGathersSpots) {
+  const Measurements data = read_measurements(
+      written("\xef\xbb\xbf# a comment\r\nforce_mN,depth_um,x_cm,y_m,z_mm,radius_mm,source,temperature\r\n"
+              "20, 500 ,1,0.02,30,5,\"bench, \"\"A\"\"\",21\r\n\n40,1000,1,0.02,30,5,\"bench, \"\"A\"\"\",21\n"
+              "10,500,1,0.02,40,5,bench B,21\n5,0,1,0.02,50,5,bench B,21\n"),
+      {});
+  ASSERT_EQ(data.rows.size(), 3u);  // a depth of 0 says nothing
+  EXPECT_DOUBLE_EQ(data.rows[1].depth, 1e-3);
+  EXPECT_DOUBLE_EQ(data.rows[1].force, 0.04);
+  ASSERT_EQ(data.spots.size(), 2u);
+  EXPECT_THAT(data.spots[0].at, ElementsAre(testing::DoubleEq(0.01), 0.02, testing::DoubleEq(0.03)));
+  EXPECT_DOUBLE_EQ(data.spots[0].radius, 5e-3);
+  EXPECT_EQ(data.rows[1].spot, 0);
+  EXPECT_EQ(data.rows[2].spot, 1);
+  EXPECT_THAT(data.places, ElementsAre("(10, 20, 30) mm", "(10, 20, 40) mm"));
+  EXPECT_THAT(data.sources, ElementsAre("bench, \"A\"", "bench B"));
+  EXPECT_THAT(data.unused, ElementsAre("temperature"));
+  EXPECT_EQ(data.sha256.size(), 64u);
+}
+
+TEST(Measurements, GathersSpotsOfOnePlaceByItsName) {
+  const Measurements data = read_measurements(
+      written("place," + kHeader + "lobe,1,2,3,5,1,0.1\nlobe,1.1,2,3,5,1,0.1\ntip,1,2,3,5,1,0.1\n"), {});
+  EXPECT_THAT(data.places, ElementsAre("lobe", "tip"));
+  ASSERT_EQ(data.spots.size(), 3u);
+  EXPECT_EQ(data.spots[1].place, 0);
+  EXPECT_EQ(data.spots[2].place, 1);
+}
+
+TEST(Measurements, TakesTheRadiusFromTheCommandLineAndLeavesOutDeepRows) {
+  ReadOptions options;
+  options.radius = 4e-3, options.most_depth = 2e-3;
+  const Measurements data =
+      read_measurements(written("x_mm,y_mm,z_mm,depth_mm,force_N\n1,2,3,1,0.1\n1,2,3,2.5,0.3\n"), options);
+  EXPECT_EQ(data.spots[0].radius, 4e-3);
+  EXPECT_EQ(data.rows.size(), 1u);
+  EXPECT_EQ(data.left_out, 1);
+}
+
+TEST(Measurements, OfAPlateNeedDepthAndForceAlone) {
+  ReadOptions options;
+  options.plate = true;
+  const Measurements data =
+      read_measurements(written("displacement_mm,force_N,radial_mm\n0,0,0\n0.5,0.1,0.2\n"), options);
+  EXPECT_DOUBLE_EQ(data.rows.at(0).depth, 5e-4);
+  EXPECT_THAT(data.unused, ElementsAre("radial_mm"));
+  expect_refused(kHeader + "1,2,3,5,1,0.1\n", ":1: expected a header with depth_mm and force_N", options);
+}
+
+TEST(Measurements, AreRefusedWithFileLineAndWhatWasFound) {
+  expect_refused("", "found no header");
+  expect_refused("x_mm,y_mm,z_mm,depth_mm,force_N\n",
+                 "found no column for radius; add the indenter's radius as a column");
+  expect_refused("x_mm;y_mm;z_mm\n", "not by semicolons");
+  expect_refused("x_in,y_mm,z_mm,radius_mm,depth_mm,force_N\n",
+                 ":1: expected the column x with its unit, x_m, _cm, _mm or _um, found \"x_in\"");
+  expect_refused("x_mm,y_mm,z_mm,radius_mm,depth_mm,force\n", "force_N or _mN, found \"force\"");
+  expect_refused("depth_mm," + kHeader, "found depth twice");
+  expect_refused(kHeader, "expected rows with a depth above 0, found none");
+  expect_refused(kHeader + "1,2,3,5,1\n", ":2: expected 6 cells as in the header, found \"1,2,3,5,1\"");
+  expect_refused("# lines count\n" + kHeader + "1,2,3,5,1,0.1\n1,2,3,5,1,0.1N\n",
+                 ":4: expected a number in the column force_N, found \"0.1N\"");
+  expect_refused(kHeader + "1,2,3,5,1,nan\n", ":2: expected a number in the column force_N");
+  expect_refused(kHeader + "1,2,3,5,-1,0.1\n",
+                 ":2: expected a depth of at least 0, from first contact into the organ, found \"-1\"");
+  expect_refused(kHeader + "1,2,3,0,1,0.1\n", ":2: expected a radius above 0, found \"0\"");
+  expect_refused("place," + kHeader + "\"a,1,2,3,5,1,0.1\n", ":2: expected a quote at the end of the quoted cell");
+  ReadOptions shallow;
+  shallow.most_depth = 1e-4;
+  expect_refused(kHeader + "1,2,3,5,1,0.1\n", "above 0 and within --most-depth, found none", shallow);
+}
+
+}  // namespace
+}  // namespace palpate::fit

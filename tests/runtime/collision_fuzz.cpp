@@ -1,0 +1,65 @@
+// collision_fuzz [--steps=1000000] [--seed=0] [--scene-steps=500] [--bump=0]: plays random scenes, one for each seed, and compares
+// every step with the exact inside test of the deformed mesh; with a bump (um), of a finer surface with bumps of that height. Prints
+// each contradiction with the seed that replays it:
+//   collision_fuzz --seed=SEED --steps=500
+// Exit code 0: none; 1: some; 2: bad usage.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "tests/runtime/random_scenes.h"
+
+namespace {
+
+// The number of --name=NUMBER; false where the argument is another one or has no whole number of 0 or more.
+bool read_option(const char* argument, const char* name, long long* value) {
+  const std::size_t length = std::strlen(name);
+  if (std::strncmp(argument, name, length) != 0) return false;
+  char* end = nullptr;
+  const long long number = std::strtoll(argument + length, &end, 10);
+  if (end == argument + length || *end != 0 || number < 0) return false;
+  *value = number;
+  return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  long long steps = 1000000, seed = 0, scene_steps = 500, bump = 0;
+  for (int a = 1; a < argc; ++a)
+    if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
+        !read_option(argv[a], "--scene-steps=", &scene_steps) && !read_option(argv[a], "--bump=", &bump)) {
+      std::fprintf(stderr,
+                   "%s: expected --steps=N, --seed=N, --scene-steps=N or --bump=N with a whole number of 0 or more\n",
+                   argv[a]);
+      return 2;
+    }
+  if (scene_steps < 1 || scene_steps > 1000000)
+    return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
+  const palpate::tests::RandomScenes scenes(1e-6 * static_cast<double>(bump));
+  palpate::tests::Contradictions all;
+  long long first_failing = -1;
+  const auto start = std::chrono::steady_clock::now();
+  double told = 0;
+  const auto summary = [&](double seconds) {
+    std::printf(
+        "%ld steps, %ld within 2 mm of the surface, %ld in contact, %ld contacts begun, %ld contradictions, %.0f s\n",
+        all.steps, all.near, all.touched, all.begun, all.found, seconds);
+    std::fflush(stdout);
+  };
+  for (long long at = seed; all.steps < steps; ++at) {
+    scenes.play(static_cast<std::uint64_t>(at), static_cast<int>(std::min<long long>(scene_steps, steps - all.steps)),
+                &all, [&](const palpate::tests::Contradiction& found) {
+                  if (first_failing < 0) first_failing = at;
+                  std::printf("%s\n", palpate::tests::sentence_of(found).c_str());
+                });
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (seconds < told + 10) continue;
+    told = seconds;
+    summary(seconds);
+  }
+  summary(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  if (first_failing >= 0) std::printf("first failing seed: %lld\n", first_failing);
+  return first_failing >= 0 ? 1 : 0;
+}

@@ -1,0 +1,263 @@
+// Large deformation as an effect of a scene: through the C API, with every contact model.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/runtime/touched_box.h"
+#include "tests/support/large_reference.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using testing::HasSubstr;
+using testing::Not;
+
+std::function<void(BundleParts&)> with_large(bool nodal, double stiffening = 0) {
+  return [=](BundleParts& parts) {
+    add_large_deformation(parts, {stiffening});
+    if (nodal) parts.provenance.replace(parts.provenance.find("\"p1\""), 4, "\"p1-anp\"");
+  };
+}
+
+palpate_scene_def large_def(palpate_contact_model contact) {
+  palpate_scene_def def = unlimited_def();
+  def.deformation = PALPATE_DEFORMATION_LARGE, def.contact = contact, def.collision = PALPATE_COLLISION_OFF;
+  return def;
+}
+
+std::string refusal(const TouchedBody& body, const palpate_scene_def& def) {
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  if (palpate_scene_create(body.bundle(), &def, &scene, &error) == PALPATE_OK) {
+    palpate_scene_destroy(scene);
+    return "";
+  }
+  EXPECT_EQ(scene, nullptr);
+  return error.text;
+}
+
+// A body of one region, seen as a HyperelasticBody.
+struct Seen {
+  Seen(const TouchedBody& from, bool nodal, double stiffening) {
+    for (const auto& n : from.body.mesh.nodes) nodes.insert(nodes.end(), n.begin(), n.end());
+    for (const auto& t : from.body.mesh.tetrahedra) tetrahedra.insert(tetrahedra.end(), t.begin(), t.end());
+    region.assign(from.body.mesh.tetrahedra.size(), 0);
+    fixed = from.fixed;
+    const double young = 5400, poisson = 0.45;
+    law = {young / (2 * (1 + poisson)), young / (3 * (1 - 2 * poisson)), stiffening};
+    body = {nodes.data(),
+            tetrahedra.data(),
+            region.data(),
+            fixed.data(),
+            &law,
+            static_cast<std::int32_t>(nodes.size() / 3),
+            static_cast<std::int32_t>(region.size()),
+            1,
+            nodal};
+  }
+  std::vector<double> nodes;
+  std::vector<std::int32_t> tetrahedra, region;
+  std::vector<std::uint8_t> fixed;
+  TissueLaw law;
+  HyperelasticBody body;
+};
+
+TEST(LargeScene, ASmallPushIsTheLinearOneForEachContactModel) {
+  const TouchedBox box({}, with_large(false));
+  for (const auto contact :
+       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+    palpate_scene_def def = large_def(contact);
+    std::vector<palpate_grip> grips;
+    const Vector3d way(-2e-6, 1e-6, 3e-6);
+    if (contact == PALPATE_CONTACT_NODE)
+      grips = {grip_at_node(box.touchable.back(), way)};
+    else
+      grips = {grip_at_place(box.far_triangle(), {0.5, 0.3, 0.2}, way)};
+    palpate_tool tool = tool_of(grips);
+    tool.disc_radius = 0.008;
+    Vector3d force[2];
+    std::vector<float> field[2];
+    for (int large = 0; large < 2; ++large) {
+      def.deformation = static_cast<palpate_deformation_model>(large);
+      const ScenePointer scene = box.scene(def);
+      Contacts contacts(scene.get());
+      palpate_step_flags flags = 0;
+      for (int tick = 0; tick < 5; ++tick)
+        flags = palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes());
+      EXPECT_EQ(flags, 0u);
+      force[large] = Eigen::Map<const Vector3d>(palpate_contacts_tool(contacts.get(), 0)->force_raw);
+      field[large] = displacements(scene.get(), contacts, box.body.surface_nodes);
+    }
+    EXPECT_GT(force[0].norm(), 0);
+    // The strain is 1e-4, and the difference of the second order.
+    EXPECT_LE((force[0] - force[1]).norm(), 1e-3 * force[0].norm()) << contact;
+    const Eigen::Map<Eigen::VectorXf> linear(field[0].data(), static_cast<Eigen::Index>(field[0].size())),
+        large(field[1].data(), static_cast<Eigen::Index>(field[1].size()));
+    EXPECT_LE((linear - large).norm(), 2e-3f * linear.norm()) << contact;
+  }
+}
+
+TEST(LargeScene, ADeepPushIsTheConvergedSolution) {
+  for (const bool nodal : {false, true})
+    for (const double stiffening : {0.0, 1.5}) {
+      const TouchedBox box({}, with_large(nodal, stiffening));
+      palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+      def.shape = PALPATE_SHAPE_VOLUME;
+      const ScenePointer scene = box.scene(def);
+      Contacts contacts(scene.get());
+      const std::int32_t node = box.touchable.back();
+      for (int tick = 1; tick <= 160; ++tick) {
+        const std::vector<palpate_grip> grips = {grip_at_node(node, {-1e-4 * tick, 0.2e-4 * tick, 0.3e-4 * tick})};
+        const palpate_tool tool = tool_of(grips);
+        EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes()), 0u) << tick;
+      }
+      EXPECT_LT(contacts->least_volume, 0.9) << "not a large strain";
+      const auto count = static_cast<std::int32_t>(box.body.mesh.nodes.size());
+      const std::vector<float> field = displacements(scene.get(), contacts, count);
+      const Seen seen(box, nodal, stiffening);
+      const LargeReference reference(seen.body);
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, reference.dofs());
+      for (int i = 0; i < 3; ++i) rows(i, 3 * node + i) = 1;
+      VectorXd u = Eigen::Map<const Eigen::VectorXf>(field.data(), reference.dofs()).cast<double>();
+      const VectorXd found = u;
+      const VectorXd force = reference.solve(rows, Vector3d(-0.016, 0.0032, 0.0048), &u);
+      const Vector3d on_tool(palpate_contacts_tool(contacts.get(), 0)->force_raw);
+      EXPECT_LE((found - u).norm(), 0.01 * u.norm()) << nodal << stiffening;
+      EXPECT_LE((on_tool + force).norm(), 0.02 * force.norm()) << nodal << stiffening;
+    }
+}
+
+TEST(LargeScene, AToolPointThatPressesTheSurfaceIsPushedBack) {
+  const TouchedBox box({}, with_large(true));
+  palpate_scene_def def = large_def(PALPATE_CONTACT_PATCH);
+  def.collision = PALPATE_COLLISION_REST;
+  const ScenePointer scene = box.scene(def);
+  Contacts contacts(scene.get());
+  double before = 0;
+  for (int tick = 0; tick <= 100; ++tick) {
+    const double point[3] = {0.0605 - 1e-4 * tick, 0.025, 0.02};
+    palpate_tool tool = palpate_default_tool();
+    tool.points = point, tool.point_count = 1, tool.disc_radius = 0.008;
+    EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes()), 0u);
+    const double push = palpate_contacts_tool(contacts.get(), 0)->force_raw[0];
+    if (tick > 10) {
+      EXPECT_GT(push, before);
+    }
+    before = push;
+  }
+  EXPECT_GT(before, 0.05);
+}
+
+TEST(LargeScene, AJumpRaisesTheFlagUntilTheBodyHasFollowed) {
+  const TouchedBox box({}, with_large(false));
+  palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  def.max_operations = 1;  // one step of the method a tick
+  const ScenePointer scene = box.scene(def);
+  Contacts contacts(scene.get());
+  const std::vector<palpate_grip> grips = {grip_at_node(box.touchable.back(), {-0.012, 0.01, 0})};
+  const palpate_tool tool = tool_of(grips);
+  palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes());
+  EXPECT_EQ(flags, PALPATE_STEP_DEFORMATION_BEHIND);
+  EXPECT_EQ(palpate_contacts_tool(contacts.get(), 0)->flags, PALPATE_STEP_DEFORMATION_BEHIND);
+  for (int tick = 0; tick < 40 && flags; ++tick)
+    flags = palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes());
+  EXPECT_EQ(flags, 0u);
+}
+
+TEST(LargeScene, ARestoredStateGoesOnWithTheSameBits) {
+  const TouchedBox box({}, with_large(true));
+  const palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  const ScenePointer scene = box.scene(def), other = box.scene(def);
+  Contacts contacts(scene.get()), restored(other.get());
+  std::vector<std::uint64_t> state;
+  const auto play = [&](palpate_scene* played, Contacts& into, int from, int to) {
+    for (int tick = from; tick < to; ++tick) {
+      const std::vector<palpate_grip> grips = {
+          grip_at_node(box.touchable.back(), {-1e-4 * tick, 0, 1e-4 * tick}),
+          grip_at_node(box.touchable[box.touchable.size() / 2], {0, 5e-5 * tick, 0})};
+      palpate_tool tool = tool_of(grips);
+      if (tick % 15 < 5) tool.grip_count = 1;
+      palpate_scene_touch(played, &tool, 1, 0.001, into.get(), into.bytes());
+    }
+  };
+  play(scene.get(), contacts, 0, 40);
+  state.resize(palpate_scene_state_bytes(scene.get()) / 8 + 1);
+  palpate_error error = {};
+  ASSERT_EQ(palpate_scene_save(scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  ASSERT_EQ(palpate_scene_restore(other.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  play(scene.get(), contacts, 40, 90), play(other.get(), restored, 40, 90);
+  EXPECT_EQ(0, std::memcmp(contacts.get(), restored.get(), contacts->used_bytes));
+}
+
+TEST(LargeScene, AfterAResetTheOrganIsAtRest) {
+  const TouchedBox box({}, with_large(true));
+  const ScenePointer scene = box.scene(large_def(PALPATE_CONTACT_NODE));
+  Contacts contacts(scene.get());
+  const std::vector<palpate_grip> grips = {grip_at_node(box.touchable.back(), {-0.005, 0, 0})};
+  const palpate_tool tool = tool_of(grips);
+  palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes());
+  palpate_scene_reset(scene.get());
+  palpate_scene_touch(scene.get(), nullptr, 0, 0.001, contacts.get(), contacts.bytes());
+  for (const float x : displacements(scene.get(), contacts, box.body.surface_nodes)) EXPECT_EQ(x, 0);
+}
+
+TEST(LargeScene, ItsSectionsAreMappedWhereTheEffectIsOnAlone) {
+  const TouchedBox box({}, with_large(false)), plain;
+  EXPECT_EQ(palpate_bundle_describe(box.bundle()).has_large, 1);
+  EXPECT_EQ(palpate_bundle_describe(plain.bundle()).has_large, 0);
+  std::string on, off;
+  for (const auto& pass : plan_of(box.scene(large_def(PALPATE_CONTACT_NODE)).get()))
+    on += std::string(pass.name) + " " + pass.sections + " ";
+  for (const auto& pass : plan_of(box.scene(unlimited_def()).get()))
+    off += std::string(pass.name) + " " + pass.sections + " ";
+  EXPECT_THAT(on, HasSubstr("deformation: large"));
+  EXPECT_THAT(on, HasSubstr("large/order large/stiffening"));
+  EXPECT_THAT(off, Not(HasSubstr("large")));
+}
+
+TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
+  const TouchedBox plain, box({}, with_large(false));
+  EXPECT_THAT(refusal(plain, large_def(PALPATE_CONTACT_NODE)), HasSubstr("deformation LARGE"));
+  const auto changed = [&](auto change) {
+    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+    change(def);
+    return refusal(box, def);
+  };
+  EXPECT_EQ(changed([](palpate_scene_def&) {}), "");
+  EXPECT_THAT(changed([](palpate_scene_def& def) { def.law = PALPATE_LAW_COULOMB; }), HasSubstr("law STICKING"));
+  EXPECT_THAT(changed([](palpate_scene_def& def) { def.collision = PALPATE_COLLISION_DEFORMED; }),
+              HasSubstr("collision OFF or REST"));
+  EXPECT_THAT(changed([](palpate_scene_def& def) { def.queries = PALPATE_QUERIES_ON; }), HasSubstr("queries"));
+  EXPECT_THAT(changed([](palpate_scene_def& def) { def.report = PALPATE_REPORT_CONTACTS; }), HasSubstr("report"));
+
+  const auto damaged = [&](auto damage) {
+    return refusal(TouchedBox({}, [&](BundleParts& parts) { add_large_deformation(parts), damage(parts); }),
+                   large_def(PALPATE_CONTACT_NODE));
+  };
+  const auto order_with = [](BundleParts& parts, std::size_t at, std::int32_t node) {
+    auto order = parts.get<std::int32_t>(formats::SectionId::large_order);
+    order[at] = node;
+    parts.set(formats::SectionId::large_order, {order.size()}, order);
+  };
+  EXPECT_THAT(damaged([&](BundleParts& parts) { order_with(parts, 3, -1); }), HasSubstr("large/order"));
+  EXPECT_THAT(damaged([&](BundleParts& parts) { order_with(parts, 3, 1 << 20); }), HasSubstr("large/order"));
+  EXPECT_THAT(damaged([&](BundleParts& parts) {
+                order_with(parts, 3, parts.get<std::int32_t>(formats::SectionId::large_order)[4]);
+              }),
+              HasSubstr("each node that is not held once"));
+  EXPECT_THAT(damaged([](BundleParts& parts) {
+                parts.set(formats::SectionId::large_stiffening, {1}, std::vector<double>{NAN});
+              }),
+              HasSubstr("large/stiffening"));
+  EXPECT_THAT(refusal(TouchedBox({},
+                                 [](BundleParts& parts) {
+                                   add_large_deformation(parts);
+                                   parts.provenance.replace(parts.provenance.find("\"p1\""), 4, "\"p2-p0\"");
+                                 }),
+                      large_def(PALPATE_CONTACT_NODE)),
+              HasSubstr("p1 or p1-anp, found p2-p0"));
+}
+
+}  // namespace
+}  // namespace palpate::tests

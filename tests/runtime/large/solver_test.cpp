@@ -1,0 +1,381 @@
+// The solver of a step against the converged reference: force and field on the way in, and what else a tool may do.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <Eigen/Sparse>
+#include <cmath>
+#include <cstdio>
+
+#include "precompute/elements/discretisation.h"
+#include "runtime/large/large_solver.h"
+#include "tests/support/large_bodies.h"
+#include "tests/support/large_reference.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// An order of elimination: Eigen's, of the graph of nodes.
+std::vector<std::int32_t> elimination_order(const HyperelasticBody& body) {
+  std::vector<std::int32_t> free;
+  std::vector<int> row(static_cast<std::size_t>(body.node_count), -1);
+  for (std::int32_t n = 0; n < body.node_count; ++n)
+    if (!body.fixed[3 * n] || !body.fixed[3 * n + 1] || !body.fixed[3 * n + 2])
+      row[static_cast<std::size_t>(n)] = static_cast<int>(free.size()), free.push_back(n);
+  std::vector<Eigen::Triplet<double>> pairs;
+  for (std::int32_t c = 0; c < 16 * body.tetrahedron_count; ++c) {
+    const int a = row[static_cast<std::size_t>(body.tetrahedra[c / 4])],
+              b = row[static_cast<std::size_t>(body.tetrahedra[c / 16 * 4 + c % 4])];
+    if (a >= 0 && b >= 0) pairs.emplace_back(a, b, 1.0);
+  }
+  Eigen::SparseMatrix<double> graph(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()));
+  graph.setFromTriplets(pairs.begin(), pairs.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+  Eigen::AMDOrdering<int>()(graph.selfadjointView<Eigen::Lower>(), order);
+  std::vector<std::int32_t> result;
+  for (Eigen::Index i = 0; i < order.size(); ++i) result.push_back(free[static_cast<std::size_t>(order.indices()[i])]);
+  return result;
+}
+
+// Discs whose mean displacement is held in three directions.
+struct Discs {
+  std::vector<LargeRow> rows;
+  std::vector<std::int32_t> nodes;
+  std::vector<double> weights;
+
+  void add(const HyperelasticBody& body, const Vector3d& centre, double radius, double compliance = 0) {
+    const auto first = static_cast<std::int32_t>(nodes.size()), group = static_cast<std::int32_t>(rows.size());
+    for (std::int32_t n = 0; n < body.node_count; ++n)
+      if ((Vector3d(body.nodes + 3 * n) - centre).norm() <= radius) nodes.push_back(n);
+    const auto count = static_cast<std::int32_t>(nodes.size()) - first;
+    weights.resize(nodes.size(), 1.0 / count);
+    for (int i = 0; i < 3; ++i) {
+      LargeRow row = {first, count, {0, 0, 0}, 0, group, 0, {0, 0, 0}};
+      row.direction[i] = 1, row.compliance[i] = compliance;
+      rows.push_back(row);
+    }
+  }
+  void set(std::size_t disc, const Vector3d& target) {
+    for (std::size_t i = 0; i < 3; ++i) rows[3 * disc + i].target = target[static_cast<Eigen::Index>(i)];
+  }
+  LargeContacts contacts() const {
+    return {rows.data(), nodes.data(), weights.data(), static_cast<std::int32_t>(rows.size())};
+  }
+  Eigen::MatrixXd dense(Eigen::Index dofs) const {
+    Eigen::MatrixXd w = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), dofs);
+    for (std::size_t r = 0; r < rows.size(); ++r)
+      for (std::int32_t e = rows[r].first; e < rows[r].first + rows[r].count; ++e)
+        for (int i = 0; i < 3; ++i)
+          w(static_cast<Eigen::Index>(r), 3 * nodes[static_cast<std::size_t>(e)] + i) +=
+              weights[static_cast<std::size_t>(e)] * rows[r].direction[i];
+    return w;
+  }
+  VectorXd targets() const {
+    VectorXd d(static_cast<Eigen::Index>(rows.size()));
+    for (std::size_t r = 0; r < rows.size(); ++r) d[static_cast<Eigen::Index>(r)] = rows[r].target;
+    return d;
+  }
+};
+
+class Solved {
+ public:
+  explicit Solved(const HyperelasticBody& body) : body_(body), memory_(palpate_allocator{}) {
+    const auto order = elimination_order(body);
+    if (solver.create(memory_, body, order.data(), static_cast<std::int32_t>(order.size()), 30, 1000) !=
+        LargeSolver::Created::made)
+      throw std::runtime_error("not made");
+  }
+  ~Solved() { memory_.release_all(); }
+  VectorXd force;
+  LargeOutcome step(const Discs& discs, int steps = LargeSolver::kMostSteps) {
+    force.resize(static_cast<Eigen::Index>(discs.rows.size()));
+    const LargeOutcome outcome = solver.step(discs.contacts(), steps, force.data());
+    EXPECT_TRUE(force.allFinite());
+    return outcome;
+  }
+  VectorXd field() const {
+    VectorXd u(3 * body_.node_count);
+    for (std::int32_t n = 0; n < body_.node_count; ++n) {
+      float v[3];
+      solver.displacement(n, v);
+      for (int i = 0; i < 3; ++i) u[3 * n + i] = static_cast<double>(v[i]);
+    }
+    EXPECT_TRUE(u.allFinite());
+    return u;
+  }
+  LargeSolver solver;
+
+ private:
+  HyperelasticBody body_;
+  SceneMemory memory_;
+};
+
+ElasticBody block(double poisson) {
+  ElasticBody body = body_of(box_mesh({6, 6, 4}, {0.12, 0.12, 0.08}, 0.15), {{5400, poisson, 0}});
+  hold(body, [](const auto& p) { return p[2] == 0 ? 7 : 0; });
+  return body;
+}
+ElasticBody beam() {
+  ElasticBody body = body_of(box_mesh({15, 4, 4}, {0.10, 0.02, 0.02}, 0.1), {{5400, 0.45, 0}});
+  hold(body, [](const auto& p) { return p[0] == 0 ? 7 : 0; });
+  return body;
+}
+
+TEST(LargeSolver, ItsFactorInvertsTheStiffnessOfThePrecomputation) {
+  for (const bool nodal : {false, true}) {
+    ElasticBody elastic = beam();
+    hold(elastic, [](const auto& p) { return p[0] == 0.1 && p[1] == 0 && p[2] == 0 ? 2 : 0; });  // a single dof
+    const LargeBody body(elastic, nodal);
+    const auto order = elimination_order(body.get());
+    SceneMemory memory{palpate_allocator{}};
+    std::vector<std::int32_t> place(static_cast<std::size_t>(body.get().node_count), -1), improved(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+      place[static_cast<std::size_t>(order[i])] = static_cast<std::int32_t>(i);
+    const auto rows = static_cast<std::int32_t>(order.size());
+    std::int32_t last = rows;
+    for (auto& p : place)
+      if (p < 0) p = last++;
+    BlockRows k;
+    ASSERT_TRUE(assemble_stiffness(memory, body.get(), place.data(), rows, &k));
+    ASSERT_TRUE(postorder(memory, k, improved.data()));
+    for (auto& p : place)
+      if (p < rows) p = improved[static_cast<std::size_t>(p)];
+    k = {};
+    ASSERT_TRUE(assemble_stiffness(memory, body.get(), place.data(), rows, &k));
+    BlockFactor factor;
+    ASSERT_EQ(factor.create(memory, k), BlockFactor::Outcome::made);
+    const HeldStiffness held =
+        remove_held_dofs(discretise(elastic, nodal ? Element::p1_anp : Element::p1).stiffness, elastic.fixed);
+    std::vector<float> x(static_cast<std::size_t>(3 * rows + 64));
+    std::vector<double> there(static_cast<std::size_t>(3 * rows)), expected(there.size());
+    for (std::int32_t n = 0; n < body.get().node_count; ++n)
+      for (int i = 0; i < 3; ++i)
+        if (place[n] < rows) {
+          const auto at = static_cast<std::size_t>(3 * place[n] + i);
+          const double v = std::sin(0.7 * n + i);
+          x[at] = static_cast<float>(v), expected[at] = static_cast<double>(x[at]);
+        }
+    factor.solve(x.data());
+    for (std::int32_t n = 0; n < body.get().node_count; ++n)
+      for (int i = 0; i < 3; ++i)
+        if (place[n] < rows)
+          there[static_cast<std::size_t>(3 * held.row_of_node[n] + i)] =
+              static_cast<double>(x[static_cast<std::size_t>(3 * place[n] + i)]);
+    const std::vector<double> back = multiply(held.matrix, there);
+    double miss = 0, largest = 0, entry = 0;
+    for (const auto& block : held.matrix.block)
+      for (const double v : block) entry = std::max(entry, std::abs(v));
+    for (std::int32_t n = 0; n < body.get().node_count; ++n)
+      for (int i = 0; i < 3; ++i)
+        if (place[n] < rows) {
+          const auto at = static_cast<std::size_t>(3 * place[n] + i);
+          miss = std::max(miss, std::abs(back[static_cast<std::size_t>(3 * held.row_of_node[n] + i)] - expected[at]));
+          largest = std::max(largest, std::abs(static_cast<double>(x[at])));
+        }
+    // A rounding of 6e-8 for each of some 400 terms of a row, as a share of the largest entry times the largest displacement. The
+    // step asks for a metric and not for a solution.
+    EXPECT_LE(miss, 5e-5 * entry * largest);
+    EXPECT_GT(largest, 0);
+    memory.release_all();
+  }
+}
+
+struct Errors {
+  double field = 0, force = 0, evaluations = 0, least_volume = 1;
+};
+// Moves the discs at 100 mm/s, a tick each millisecond, to `depth` mm, and compares there with the converged solution.
+Errors follow(const HyperelasticBody& body, Discs discs, const std::vector<Vector3d>& ways, int depth) {
+  Solved solved(body);
+  Errors errors;
+  const int ticks = 10 * depth;
+  for (int tick = 1; tick <= ticks; ++tick) {
+    for (std::size_t i = 0; i < ways.size(); ++i) discs.set(i, 1e-4 * tick * ways[i]);
+    const LargeOutcome outcome = solved.step(discs);
+    EXPECT_FALSE(outcome.failed || outcome.cut);
+    errors.evaluations += static_cast<double>(outcome.evaluations) / ticks;
+    errors.least_volume = std::min(errors.least_volume, outcome.least_volume);
+  }
+  const LargeReference reference(body);
+  VectorXd u = solved.field();  // near the solution; the reference converges from there, to the end
+  const VectorXd force = reference.solve(discs.dense(reference.dofs()), discs.targets(), &u);
+  errors.field = (solved.field() - u).norm() / u.norm();
+  errors.force = (solved.force - force).norm() / force.norm();
+  return errors;
+}
+
+struct Case {
+  const char* name;
+  bool nodal;
+  double poisson;
+  std::vector<double> stiffening;
+  std::vector<Vector3d> places, ways;
+};
+
+// The limits are what the method promises: 1 % of the field and 2 % of the force, at 0.1 m/s.
+TEST(LargeSolver, FollowsTheConvergedSolutionOfABlock) {
+  const Vector3d top(0.06, 0.06, 0.08), left(0.03, 0.06, 0.08), right(0.09, 0.06, 0.08);
+  const std::vector<Case> cases = {
+      {"push, p1", false, 0.45, {}, {top}, {{0, 0, -1}}},
+      {"oblique, p1, exponential", false, 0.45, {1.5}, {top}, {{0.7, 0, -0.7}}},
+      {"pull, p1-anp", true, 0.45, {}, {top}, {{0, 0, 1}}},
+      {"drag, p1-anp", true, 0.45, {}, {top}, {{1, 0, -0.3}}},
+      {"push, p1-anp, nu 0.49", true, 0.49, {}, {top}, {{0, 0, -1}}},
+      {"pinch, p1-anp, nu 0.49", true, 0.49, {}, {left, right}, {{0.7, 0, -0.3}, {-0.7, 0, -0.3}}},
+      {"pull, p1-anp, exponential", true, 0.45, {1.5}, {top}, {{0, 0, 1}}}};
+  for (const Case& one : cases) {
+    const LargeBody body(block(one.poisson), one.nodal, one.stiffening);
+    Discs discs;
+    for (const Vector3d& place : one.places) discs.add(body.get(), place, 0.021);
+    for (const int depth : {10, 20, 30}) {
+      const Errors errors = follow(body.get(), discs, one.ways, depth);
+      std::printf("%-28s %d mm: field %.2f %% force %.2f %% least J %.2f evaluations %.2f\n", one.name, depth,
+                  100 * errors.field, 100 * errors.force, errors.least_volume, errors.evaluations);
+      EXPECT_LE(errors.field, 0.01) << one.name << depth;
+      EXPECT_LE(errors.force, 0.02) << one.name << depth;
+      EXPECT_LE(errors.evaluations, 4) << one.name << depth;
+    }
+  }
+}
+
+// Its tip turns, so that the metric of the straight beam is a bad one there.
+TEST(LargeSolver, FollowsABeamThatBends) {
+  const LargeBody body(beam(), true);
+  Discs discs;
+  discs.add(body.get(), {0.1, 0.01, 0.01}, 0.015);
+  for (const int depth : {10, 20, 40}) {
+    const Errors errors = follow(body.get(), discs, {{0, 0, -1}}, depth);
+    std::printf("beam %d mm: field %.2f %% force %.2f %% least J %.2f evaluations %.2f\n", depth, 100 * errors.field,
+                100 * errors.force, errors.least_volume, errors.evaluations);
+    EXPECT_LE(errors.field, 0.01) << depth;
+    EXPECT_LE(errors.force, 0.02) << depth;
+  }
+}
+
+// Ticks until the force at a target that stands still is within `share` of the converged one; `most` where it never is.
+int ticks_to_settle(Solved& solved, const Discs& discs, const VectorXd& force, double share, int most) {
+  for (int tick = 0; tick < most; ++tick) {
+    solved.step(discs);
+    if ((solved.force - force).norm() <= share * force.norm()) return tick;
+  }
+  return most;
+}
+
+TEST(LargeSolver, JumpsOfThirtyMillimetresInOneStepSettle) {
+  for (const bool nodal : {false, true}) {
+    const LargeBody body(block(0.45), nodal);
+    const LargeReference reference(body.get());
+    for (const Vector3d& way : {Vector3d(0, 0, -1), Vector3d(0, 0, 1), Vector3d(1, 0, 0)}) {
+      Discs discs;
+      discs.add(body.get(), {0.06, 0.06, 0.08}, 0.021);
+      discs.set(0, 0.03 * way);
+      VectorXd u = VectorXd::Zero(reference.dofs());
+      const Eigen::MatrixXd rows = discs.dense(reference.dofs());
+      VectorXd force;
+      for (const double share : {0.25, 0.5, 0.75, 1.0}) force = reference.solve(rows, share * discs.targets(), &u);
+      Solved solved(body.get());
+      EXPECT_LE(ticks_to_settle(solved, discs, force, 0.02, 40), 33) << nodal << way.transpose();  // the study's worst
+    }
+  }
+}
+
+TEST(LargeSolver, ReturnsToRestFromSixtyMillimetres) {
+  for (const bool nodal : {false, true})
+    for (const Vector3d& way : {Vector3d(0, 0, -1), Vector3d(0, 0, 1), Vector3d(0.8, 0, -0.6)}) {
+      const LargeBody body(block(0.45), nodal);
+      Solved solved(body.get());
+      Discs discs, none;
+      discs.add(body.get(), {0.06, 0.06, 0.08}, 0.021);
+      double most = 0;
+      for (int tick = 1; tick <= 300; ++tick) {  // 200 mm/s
+        discs.set(0, 2e-4 * tick * way);
+        EXPECT_FALSE(solved.step(discs).failed);
+        most = std::max(most, solved.field().cwiseAbs().maxCoeff());
+      }
+      EXPECT_GT(most, 0.05);
+      for (int tick = 299; tick >= 0; --tick) {
+        discs.set(0, 2e-4 * tick * way);
+        EXPECT_FALSE(solved.step(discs).failed);
+      }
+      for (int tick = 0; tick < 50; ++tick) solved.step(none);
+      EXPECT_LE(solved.field().cwiseAbs().maxCoeff(), 1e-4 * most) << nodal << way.transpose();
+    }
+}
+
+TEST(LargeSolver, AContactThatIsLetGoSpringsBack) {
+  const LargeBody body(block(0.45), true);
+  Solved solved(body.get());
+  Discs discs, none;
+  discs.add(body.get(), {0.06, 0.06, 0.08}, 0.021);
+  for (int tick = 1; tick <= 200; ++tick) discs.set(0, {0, 0, -1e-4 * tick}), solved.step(discs);
+  int ticks = 0;
+  while (solved.field().cwiseAbs().maxCoeff() > 2e-4 && ticks < 60) solved.step(none), ++ticks;
+  EXPECT_LE(ticks, 30);
+}
+
+// Memory of the body stays valid while another contact comes and goes: the force of the first one does not depend on it.
+TEST(LargeSolver, ContactsThatComeAndGoLeaveTheForceOfTheOthers) {
+  const LargeBody body(block(0.45), true);
+  Discs one, two;
+  one.add(body.get(), {0.03, 0.06, 0.08}, 0.021);
+  two.add(body.get(), {0.03, 0.06, 0.08}, 0.021), two.add(body.get(), {0.09, 0.06, 0.08}, 0.021);
+  Solved alone(body.get()), disturbed(body.get());
+  for (int tick = 1; tick <= 200; ++tick) {
+    one.set(0, {0, 0, -1e-4 * tick}), two.set(0, {0, 0, -1e-4 * tick});
+    two.set(1, disturbed.field().segment<3>(3 * two.nodes.back()));
+    alone.step(one);
+    disturbed.step(tick % 20 < 10 ? one : two);
+  }
+  for (int tick = 0; tick < 5; ++tick) alone.step(one), disturbed.step(one);
+  // Both are within the tolerance of the same solution.
+  EXPECT_LE((alone.force - disturbed.force).norm(), 0.01 * alone.force.norm());
+}
+
+TEST(LargeSolver, AComplianceBetweenRowAndBodyTakesItsShare) {
+  // L r adds to the displacement that the body takes: with the force r at the target d, the body alone has r at d - L r.
+  const LargeBody body(block(0.45), true);
+  const double compliance = 0.01;  // m/N, about that of the body
+  Discs soft, plain;
+  soft.add(body.get(), {0.06, 0.06, 0.08}, 0.021, compliance);
+  plain.add(body.get(), {0.06, 0.06, 0.08}, 0.021);
+  Solved with(body.get());
+  for (int tick = 1; tick <= 200; ++tick) soft.set(0, {0, 0, -1e-4 * tick}), with.step(soft);
+  for (int tick = 0; tick < 10; ++tick) with.step(soft);
+  const LargeReference reference(body.get());
+  VectorXd u = with.field();
+  const VectorXd left = soft.targets() - compliance * with.force;
+  EXPECT_LE(std::abs(left[2]), 0.9 * 0.02);
+  const VectorXd force = reference.solve(plain.dense(reference.dofs()), left, &u);
+  EXPECT_LE((with.force - force).norm(), 0.01 * force.norm());  // the tolerance of a step
+}
+
+TEST(LargeSolver, ImpossibleTargetsGiveFiniteAnswersAndARecovery) {
+  const LargeBody body(block(0.45), true);
+  Solved solved(body.get());
+  Discs discs, none;
+  discs.add(body.get(), {0.06, 0.06, 0.08}, 0.021), discs.add(body.get(), {0.06, 0.06, 0.08}, 0.021);
+  for (int tick = 0; tick < 20; ++tick) {  // through the fixed face, and two targets for the same disc
+    discs.set(0, {0, 0, -0.2}), discs.set(1, {0, 0, tick % 2 ? 0.3 : -0.1});
+    const LargeOutcome outcome = solved.step(discs);
+    EXPECT_GT(outcome.least_volume, 0);
+  }
+  for (int tick = 0; tick < 100; ++tick) solved.step(none);
+  EXPECT_LE(solved.field().cwiseAbs().maxCoeff(), 1e-5);
+}
+
+TEST(LargeSolver, AStepAtRestComputesNothingAndATargetThatStaysIsNotSolvedAgain) {
+  const LargeBody body(block(0.45), true);
+  Solved solved(body.get());
+  Discs discs, none;
+  EXPECT_EQ(solved.step(none).evaluations, 0);
+  discs.add(body.get(), {0.06, 0.06, 0.08}, 0.021);
+  discs.set(0, {0, 0, -0.005});
+  for (int tick = 0; tick < 20; ++tick) solved.step(discs);
+  const VectorXd before = solved.force;
+  EXPECT_EQ(solved.step(discs).evaluations, 0);
+  EXPECT_EQ(solved.force, before);
+}
+
+}  // namespace
+}  // namespace palpate::tests

@@ -1,0 +1,139 @@
+// The host's log: what opening and creating tell it, and that a step tells it nothing.
+#include "formats/bundle_reader.h"
+#include "tests/runtime/played_box.h"
+#include "tests/support/packed_bundle.h"
+#include "tests/support/sealed_index.h"
+
+namespace palpate::tests {
+namespace {
+
+struct Lines {
+  std::vector<std::string> notes, warnings;
+  static void write(void* user, palpate_log_level level, const char* text) {
+    auto& lines = *static_cast<Lines*>(user);
+    (level == PALPATE_LOG_WARNING ? lines.warnings : lines.notes).push_back(text);
+  }
+};
+
+// A bundle in memory whose log goes to `lines`.
+class Logged {
+ public:
+  explicit Logged(const std::string& bytes) : bytes_(bytes) {
+    palpate_bundle_options options = palpate_default_bundle_options();
+    options.log = Lines::write, options.log_user = &lines;
+    palpate_bundle* opened = nullptr;
+    EXPECT_EQ(palpate_bundle_open(bytes_.data(), bytes_.size(), &options, &opened, nullptr), PALPATE_OK);
+    bundle_.reset(opened);
+  }
+  ScenePointer scene(const palpate_scene_def& def) {
+    palpate_scene* scene = nullptr;
+    EXPECT_EQ(palpate_scene_create(bundle_.get(), &def, &scene, nullptr), PALPATE_OK);
+    return ScenePointer(scene);
+  }
+  palpate_bundle* bundle() { return bundle_.get(); }
+  Lines lines;
+
+ private:
+  AlignedBytes bytes_;
+  BundlePointer bundle_;
+};
+
+TEST(Log, TellsWhatWasOpenedAndCreatedInOneLineEach) {
+  Logged logged(bundle_bytes(tiny_bundle()));
+  ASSERT_EQ(logged.lines.notes.size(), 1u);
+  EXPECT_THAT(logged.lines.notes[0], testing::HasSubstr("64 nodes"));
+  logged.scene(palpate_default_scene_def());
+  ASSERT_EQ(logged.lines.notes.size(), 2u);
+  EXPECT_THAT(logged.lines.notes[1], testing::HasSubstr("passes"));
+  for (const std::string& line : logged.lines.notes) EXPECT_EQ(line.find('\n'), std::string::npos);
+  EXPECT_TRUE(logged.lines.warnings.empty());
+}
+
+TEST(Log, IsNotCalledInAStep) {
+  const TouchedBox box({}, add_everything);
+  BundleParts parts = tiny_bundle();
+  add_everything(parts);
+  Logged logged(bundle_bytes(parts));
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
+  def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
+  const ScenePointer scene = logged.scene(def);
+  const std::size_t notes = logged.lines.notes.size(), warnings = logged.lines.warnings.size();
+  Contacts contacts(scene.get());
+  std::vector<float> u(3 * static_cast<std::size_t>(box.body.surface_nodes));
+  palpate_shape_out out = shape_out(u.data(), nullptr, box.body.surface_nodes);
+  palpate_step_flags flags = 0;
+  play(box, scene.get(), contacts, 100,
+       [&](palpate_step_flags raised) { flags |= raised | palpate_scene_shape(scene.get(), contacts, &out); });
+  palpate_tool tool = point_tool(nullptr);  // bad input
+  flags |= palpate_scene_touch(scene.get(), &tool, 1, NAN, contacts.get(), contacts.bytes());
+  flags |= palpate_scene_shape(scene.get(), nullptr, &out);
+  EXPECT_TRUE(flags & PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(logged.lines.notes.size(), notes);
+  EXPECT_EQ(logged.lines.warnings.size(), warnings);
+}
+
+TEST(Log, WarnsOfAPreloadThatIsLeftOff) {
+  BundleParts parts = tiny_bundle();
+  add_everything(parts);
+  Logged logged(bundle_bytes(parts));
+  palpate_scene_def def = palpate_default_scene_def();
+  def.preload = PALPATE_PRELOAD_ON;
+  logged.scene(def);
+  EXPECT_TRUE(logged.lines.warnings.empty());
+  def.preload = PALPATE_PRELOAD_OFF;
+  logged.scene(def);
+  ASSERT_EQ(logged.lines.warnings.size(), 1u);
+  EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("preload is OFF"));
+}
+
+TEST(Log, WarnsOfMoreContactsThanHalfPrecisionBears) {
+  BundleParts parts = tiny_bundle();
+  store_as_f16(parts);
+  Logged logged(bundle_bytes(parts));
+  palpate_scene_def def = palpate_default_scene_def();
+  logged.scene(def);
+  EXPECT_TRUE(logged.lines.warnings.empty());
+  def.max_points = 1000;
+  logged.scene(def);
+  ASSERT_EQ(logged.lines.warnings.size(), 1u);
+  EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("half precision"));
+}
+
+TEST(Log, WarnsOfASceneThatTakesMuchMemory) {
+  Logged logged(bundle_bytes(tiny_bundle()));
+  palpate_scene_def def = palpate_default_scene_def();
+  def.max_points = def.max_contact_nodes = 1500;  // 4,500 rows: two squares of 162 MB
+  logged.scene(def);
+  ASSERT_EQ(logged.lines.warnings.size(), 1u);
+  EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("max_contact_nodes (now 1500)"));
+}
+
+TEST(Log, WarnsOfSectionsOfALaterVersion) {
+  std::string bytes = bundle_bytes(tiny_bundle());
+  formats::BundleIndex index;
+  ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);
+  for (std::uint32_t e = 0; e < index.header.section_count; ++e)
+    if (index.entries[e].id == static_cast<std::uint32_t>(formats::SectionId::displacement_interior)) {
+      const std::uint32_t later = 9999;
+      std::memcpy(bytes.data() + sizeof(formats::BundleHeader) + e * sizeof(formats::SectionEntry), &later, 4);
+    }
+  seal_checksum(bytes.data());
+  Logged logged(bytes);
+  ASSERT_EQ(logged.lines.warnings.size(), 1u);
+  EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("1 sections were written by a later version"));
+}
+
+TEST(Version, IsThatOfTheHeader) {
+  std::int32_t numbers[4] = {-1, -1, -1, -1};
+  const std::string text = palpate_version(numbers);
+  EXPECT_EQ(numbers[0], PALPATE_API_VERSION);
+  EXPECT_EQ(numbers[1], PALPATE_VERSION_MAJOR);
+  EXPECT_EQ(numbers[2], PALPATE_VERSION_MINOR);
+  EXPECT_EQ(numbers[3], PALPATE_VERSION_PATCH);
+  EXPECT_EQ(text, PALPATE_VERSION) << "the project's version";
+  EXPECT_EQ(palpate_version(nullptr), text);
+}
+
+}  // namespace
+}  // namespace palpate::tests

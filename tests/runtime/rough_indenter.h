@@ -1,0 +1,73 @@
+// An indenter of many points that differ in height by 0.2 mm, pressed in and dragged. Several points lie in each
+// triangle, so several contacts hold each vertex, each at another displacement. With friction 20 they wedge one another.
+#pragma once
+
+#include <random>
+
+#include "runtime/scene/scene.h"
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+
+struct RoughIndenter {
+  static constexpr int kPoints = 24, kSteps = 300;
+  static constexpr double kDepth = 0.004, kDrag = 0.008;
+  // What palpate.h trusts: 1e-6 of the largest u*, and 1e-9 m. A vertex gets at most 1.34 times the displacement of its point: the
+  // most that k + 1 - (sum of squares) can be.
+  static double trusted() { return 1e-6 * 1.34 * std::hypot(kDepth, kDrag) + 1e-9; }
+
+  // first: of the points, on the face of the box whose outward normal is +x.
+  RoughIndenter(const TouchedBox& box, const Eigen::Vector3d& first, double friction,
+                palpate_contact_law law = PALPATE_LAW_COULOMB, palpate_contact_model contact = PALPATE_CONTACT_TRIANGLE,
+                std::int64_t max_operations = 1'500'000)  // for some steps of Newton's method with 216 rows
+      : place(first), points(kPoints) {
+    palpate_scene_def def = unlimited_def();
+    def.law = law, def.contact = contact;
+    def.max_operations = max_operations;
+    scene = box.scene(def);
+    contacts = std::make_unique<Contacts>(scene.get());
+    tool.points = points[0].data(), tool.point_count = kPoints, tool.friction = friction;
+    tool.disc_radius = 0.002;  // under PATCH
+  }
+  palpate_step_flags step(int s) {
+    std::mt19937 random(29);
+    std::uniform_real_distribution<double> rough(-1e-4, 1e-4);
+    const double depth = kDepth * std::min(1.0, s / 100.0) - 2e-4, along = kDrag * std::max(0, s - 100) / 200;
+    for (int i = 0; i < kPoints; ++i)
+      points[i] = place + Eigen::Vector3d(rough(random) - depth, 0.0024 * (i % 6) + along, 0.0024 * (i / 6));  // NOLINT
+    return palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
+  }
+
+  // Of the last step, in the frames of the contacts: a node's force has the direction of the surface's normal, which turns at the
+  // edges of the face.
+  struct Forces {
+    double pull = 0, beyond_friction = 0;  // N, the largest
+    double over_limit = 0;                 // a row's reaction over its limit of contact_solver.h, the largest
+  };
+  Forces forces() const {
+    Forces found;
+    const ContactConstraints& set = scene->touch.rows.set();
+    const ContactSystem system = scene->touch.solver.last_system();
+    double target = 0;
+    for (std::int32_t p = 0; p < set.constraint_count; ++p)
+      for (int i = 0; i < 3; ++i) target = std::max(target, std::fabs(set.target[p][i]));
+    for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+      const Vec3 r = scene->touch.solver.reaction(p);
+      const Mat3 own = own_compliance(system, p);
+      found.pull = std::max(found.pull, -r.x);
+      found.beyond_friction = std::max(found.beyond_friction, std::hypot(r.y, r.z) - tool.friction * r.x * (1 + 1e-9));
+      for (int i = 0; i < 3; ++i)
+        found.over_limit =
+            std::max(found.over_limit, std::fabs(r[i]) * own.m[i][i] / (ContactSolver::kMostForce * target));
+    }
+    return found;
+  }
+
+  Eigen::Vector3d place;
+  ScenePointer scene;
+  std::unique_ptr<Contacts> contacts;
+  std::vector<Eigen::Vector3d> points;
+  palpate_tool tool = palpate_default_tool();
+};
+
+}  // namespace palpate::tests

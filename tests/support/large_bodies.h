@@ -1,0 +1,39 @@
+// Bodies for the tests of large deformation: an ElasticBody seen as a HyperelasticBody.
+#pragma once
+
+#include <vector>
+
+#include "precompute/elements/linear_tetrahedra.h"
+#include "runtime/large/hyperelastic_body.h"
+#include "studies/bodies/bodies.h"
+
+namespace palpate::tests {
+
+class LargeBody {
+ public:
+  // stiffening: of each region; 0 is neo-Hookean.
+  LargeBody(ElasticBody elastic, bool nodal_dilatation, std::vector<double> stiffening = {})
+      : elastic_(std::move(elastic)) {
+    for (std::size_t r = 0; r < elastic_.materials.size(); ++r) {
+      const Moduli moduli = moduli_of(elastic_.materials[r]);
+      laws_.push_back({moduli.shear, moduli.bulk, r < stiffening.size() ? stiffening[r] : 0});
+    }
+    body_.nodes = elastic_.nodes[0].data(), body_.tetrahedra = elastic_.tetrahedra[0].data();
+    body_.region = elastic_.region.data(), body_.fixed = elastic_.fixed[0].data(), body_.laws = laws_.data();
+    body_.node_count = static_cast<std::int32_t>(elastic_.nodes.size());
+    body_.tetrahedron_count = static_cast<std::int32_t>(elastic_.tetrahedra.size());
+    body_.region_count = static_cast<std::int32_t>(laws_.size());
+    body_.nodal_dilatation = nodal_dilatation;
+  }
+  LargeBody(const LargeBody&) = delete;
+  LargeBody& operator=(const LargeBody&) = delete;
+  const HyperelasticBody& get() const { return body_; }
+  const ElasticBody& elastic() const { return elastic_; }
+
+ private:
+  ElasticBody elastic_;
+  std::vector<TissueLaw> laws_;
+  HyperelasticBody body_;
+};
+
+}  // namespace palpate::tests
