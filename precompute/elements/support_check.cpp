@@ -376,9 +376,8 @@ class SupportCheck {
       hinge += fmt::format(", {} springs of [[foundation]] and [[spring]]", ties_of_[group[worst]].size());
     throw InputError(fmt::format(
         "{}: the organ is not held: part {} of {} ({} tetrahedra of region \"{}\" around {}, {} fixed degrees of "
-        "freedom{}) has {} of its 6 rigid motions left: {}; fix more of its nodes in [[fixed]], or support it by a "
-        "[[foundation]] or a "
-        "[[spring]] that resists these motions",
+        "freedom{}) has {} of its 6 rigid motions left: {}; fix more of its nodes, or support it by a [[foundation]] "
+        "or [[spring]]",
         file_.string(), group[worst] + 1, parts_.size(), part.tetrahedra, body_.region_names[part.region],
         position(part.center, unit_), held, hinge, count, describe(part, motions, unit_)));
   }

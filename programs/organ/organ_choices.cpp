@@ -94,10 +94,10 @@ void choose_held(const OrganSource& source, OrganChoices& choices) {
 void choose_press(const OrganSource& source, OrganChoices& choices) {
   double extent = source.high[0] - source.low[0];
   for (int d = 1; d < 3; ++d) extent = std::min(extent, source.high[d] - source.low[d]);
-  choices.depth_mm = two_digits(std::min(10.0, 0.1 * extent));
+  choices.depth_mm = two_digits(std::min(10.0, 0.08 * extent));  // the surface may move by more than the tool's place
   choices.disc_mm = two_digits(std::min(8.0, 0.12 * extent));
   choices.press_reason = fmt::format(
-      "A tenth of the organ's smallest extent of {:.3g} mm, at most 10 mm: what linear elasticity is good for.",
+      "8 % of the organ's smallest extent of {:.3g} mm, at most 10 mm: linear elasticity is good up to 10 %.",
       extent);
 }
 

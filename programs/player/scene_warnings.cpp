@@ -130,6 +130,8 @@ Place deepest_start(const SceneConfig::Tool& tool, const RestSurface& surface) {
 
 std::string never_touched(const SceneConfig::Tool& tool, const Place& nearest, const RestSurface& surface) {
   const std::string begin = fmt::format("tool \"{}\" never touched the organ: ", tool.name);
+  if (!std::isfinite(nearest.distance))
+    return begin + "its points were too far away at every step to find a distance; is `unit` of the scene right?";
   if (nearest.distance <= 0)
     return begin + fmt::format(
                        "its point {} was up to {:.3g} mm inside, at {:.4g} s and {}, and had no contact; its flags say "
