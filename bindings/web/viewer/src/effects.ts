@@ -3,7 +3,7 @@ import type { BundleInfo } from "../../module/palpate.js";
 import type { PageEffects, ToolShape } from "./messages";
 
 export const DEFAULT_EFFECTS: PageEffects = {
-  collision: "rest", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [], fine: false,
+  collision: "deformed", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [], fine: false,
 };
 export const DEFAULT_TOOL: ToolShape = { discRadius: 0.006, friction: 0.3 };
 

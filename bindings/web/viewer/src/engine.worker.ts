@@ -5,8 +5,8 @@ import { hasSimd, loadRuntime, PalpateError, type Bundle, type RenderMesh, type 
 import { measureCosts } from "./costs";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
-  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Recording, type Sample,
-  type ToWorker, type ToolFrame, type ToolTarget, type Vector,
+  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
+  type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
 import { Recorder, recordedTool, type RecordedTool } from "./recorder";
 import { ToolMotion } from "./tool_motion";
@@ -28,7 +28,7 @@ let toolShape = DEFAULT_TOOL;
 const motions: (ToolMotion | null)[] = Array(TOOL_COUNT).fill(null);
 const recorder = new Recorder();
 let lastRecording: Recording | null = null;
-let replay: { recording: Recording; step: number; forces: Float64Array } | null = null;
+let replay: { path: Path; step: number; touched: boolean } | null = null;
 
 // ---- bundles ---------------------------------------------------------------------------------------------------------
 
@@ -98,15 +98,18 @@ function meshOf({ info, nodes, triangles, tetrahedra, fixed, touchable }: Bundle
   };
 }
 
-function changeEffects(wanted: PageEffects, tool: typeof DEFAULT_TOOL) {
+function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMesh) {
   if (!bundle) return;
   try {
-    const changed = new TouchScene(bundle, wanted, tool, fineMesh);
+    const changed = new TouchScene(bundle, wanted, tool, mesh);
+    forget();
     scene?.destroy();
     scene = changed;
     effects = wanted;
     toolShape = tool;
+    fineMesh = mesh;
     stale = true;
+    say({ type: "accepted", effects, tool });
   } catch (error) {
     say({ type: "refused", name: "", what: "effects", message: (error as Error).message, byteOffset: 0 });
   }
@@ -126,6 +129,9 @@ let shapeMs = 0; // time of the newest shape
 let samples: Sample[] = [];
 let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
 const met: (Vector | null)[] = Array(TOOL_COUNT).fill(null); // where each tool met the organ
+const fresh: boolean[] = Array(TOOL_COUNT).fill(false); // a new tool took this one's place: the old one is gone for one touch
+let contacts = 0; // begun so far
+const contactOf: number[] = Array(TOOL_COUNT).fill(0);
 
 function run() {
   quiet = 0;
@@ -150,24 +156,23 @@ function tick() {
 
 function step() {
   present = replay ? replayedTools() : movedTools();
-  const active = present.some(Boolean);
-  if (active && !replay) recorder.add(present);
+  const active = replay !== null || present.some(Boolean) || motions.some(Boolean);
+  // A recording begins with a scene that remembers nothing, so that playing it again gives the same forces.
+  if (active && !recorder.steps) scene!.scene.reset();
   flags |= scene!.touch(present);
   ++stepsDone;
   ++touches;
   stale = true;
   present.forEach(note);
-  quiet = active || replay ? 0 : quiet + 1;
-  if (quiet === 1 && recorder.steps) {
-    lastRecording = recorder.take();
-    recorder.clear();
-  }
+  if (active) recorder.add(present, present.map((_, tool) => scene!.force(tool)));
+  quiet = active ? 0 : quiet + 1;
+  if (quiet === 1) endRecording();
   if (quiet > LINGER) running = false;
 }
 
 function movedTools(): RecordedTool[] {
   return motions.map((motion, index) => {
-    if (!motion) return null;
+    if (!motion || fresh[index]) return (fresh[index] = false), null;
     const tool = { point: [...motion.point] as Vector, hold: motion.holds };
     if (!motion.step(met[index] !== null)) motions[index] = null;
     return tool;
@@ -175,26 +180,40 @@ function movedTools(): RecordedTool[] {
 }
 
 function replayedTools(): RecordedTool[] {
-  const { recording } = replay!;
-  if (replay!.step === recording.steps) {
+  const { path } = replay!;
+  if (replay!.step === path.steps) {
     scene!.shape();
-    say({ type: "replayed", recording, forces: replay!.forces, positions: scene!.scene.positions.slice(), fine: scene!.scene.skinPositions.slice() });
-    lastRecording = recording;
+    endRecording();
+    const { touched } = replay!;
+    say({ type: "replayed", positions: scene!.scene.positions.slice(), fine: scene!.scene.skinPositions.slice(), touched, nearest: touched ? 0 : nearestOf(path) });
     replay = null;
     return Array(TOOL_COUNT).fill(null);
   }
-  const tools = motions.map((_, tool) => recordedTool(recording, replay!.step, tool));
+  const tools = motions.map((_, tool) => recordedTool(path, replay!.step, tool));
   ++replay!.step;
   return tools;
 }
 
+// The least distance between the path's tools and the organ's nodes at rest, m, at 500 touches of the path.
+function nearestOf({ points, steps }: Path): number {
+  const { nodes, info } = bundle!;
+  let least = Infinity;
+  for (let step = 0; step < steps; step += Math.ceil(steps / 500))
+    for (let p = 3 * TOOL_COUNT * step; p < 3 * TOOL_COUNT * (step + 1); p += 3)
+      for (let n = 0; n < 3 * info.surfaceNodeCount; n += 3)
+        least = Math.min(least, Math.hypot(points[p] - nodes[n], points[p + 1] - nodes[n + 1], points[p + 2] - nodes[n + 2]) || Infinity);
+  return least;
+}
+
 function note(tool: RecordedTool, index: number) {
-  if (!tool || scene!.scene.contactCount(index) === 0) met[index] = null;
-  else met[index] ??= tool.point;
-  if (!tool) return;
-  const force = scene!.scene.force(index);
-  if (replay) replay.forces.set(force, 3 * ((replay.step - 1) * TOOL_COUNT + index));
-  if (met[index] && stepsDone % SAMPLE_EVERY === 0) samples.push({ tool: index, depth: depth(index, tool.point), force: Math.hypot(...force) });
+  if (!tool || scene!.contacts(index) === 0) met[index] = null;
+  else if (!met[index]) {
+    met[index] = tool.point;
+    contactOf[index] = ++contacts;
+    if (replay) replay.touched = true;
+  }
+  if (tool && met[index] && stepsDone % SAMPLE_EVERY === 0)
+    samples.push({ tool: index, contact: contactOf[index], depth: depth(index, tool.point), force: Math.hypot(...scene!.force(index)) });
 }
 
 const depth = (index: number, point: Vector) => (met[index] ? distance(point, met[index]) : 0);
@@ -207,24 +226,49 @@ function place(index: number, target: ToolTarget) {
   if (!motion && !target.down) return;
   // A press elsewhere is a new tool, which begins at its own start.
   if (motion && distance(motion.target.start, target.start) === 0) motion.target = target;
-  else if (target.down) motions[index] = new ToolMotion(target);
+  else if (target.down) {
+    fresh[index] = motion !== null;
+    motions[index] = new ToolMotion(target);
+  }
   run();
 }
 
-function play(recording: Recording | null) {
-  const chosen = recording ?? lastRecording;
+function withdraw(index: number) {
+  motions[index] = null;
+  if (!motions.some(Boolean)) recorder.clear();
+}
+
+function play(path: Path | null) {
+  const chosen = path ?? newestRecording();
   if (!scene || !chosen?.steps) return;
   forget();
-  replay = { recording: chosen, step: 0, forces: new Float64Array(3 * TOOL_COUNT * chosen.steps) };
+  replay = { path: chosen, step: 0, touched: false };
   run();
 }
 
+// ---- recordings ------------------------------------------------------------------------------------------------------
+
+// The touch that goes on now, or else the last one.
+const newestRecording = () => (recorder.steps ? recorder.take(effects, toolShape) : lastRecording);
+
+function endRecording() {
+  lastRecording = newestRecording();
+  recorder.clear();
+}
+
+function save(as: SavedFile) {
+  const recording = newestRecording();
+  if (recording) say({ type: "saved", as, recording });
+}
+
+// Takes the tools away. What was recorded until now stays.
 function forget() {
+  endRecording();
   motions.fill(null);
+  fresh.fill(false);
   present = Array(TOOL_COUNT).fill(null);
   met.fill(null);
   replay = null;
-  recorder.clear();
   samples = [];
   scene?.scene.reset();
   scene?.scene.setTools([]);
@@ -250,7 +294,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   const frame: Frame = {
     type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost,
     touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
-    replaying: replay !== null, recorded: lastRecording !== null,
+    replaying: replay !== null, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];
   touches = scene.touchMs = 0;
@@ -272,7 +316,7 @@ function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, dis
 
 function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
   if (!tool) return null;
-  return { point: tool.point, force: scene!.force(index), contacts: scene!.scene.contactCount(index), depth: depth(index, tool.point) };
+  return { point: tool.point, force: scene!.force(index), contacts: scene!.contacts(index), depth: depth(index, tool.point) };
 }
 
 function measure(place: Vector, normal: Vector) {
@@ -284,11 +328,12 @@ function measure(place: Vector, normal: Vector) {
 addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "fetch") void fetchBundle(data.url);
   if (data.type === "open") void opening(data.name, async (engine) => engine.openBundle(new Uint8Array(data.bytes)));
-  if (data.type === "fine") fineMesh = data.mesh;
-  if (data.type === "effects") changeEffects(data.effects, data.tool);
+  if (data.type === "effects") changeEffects(data.effects, data.tool, data.mesh === undefined ? fineMesh : data.mesh);
   if (data.type === "tool") place(data.index, data.target);
+  if (data.type === "withdraw") withdraw(data.index);
   if (data.type === "frame") answerFrame(data.buffer);
-  if (data.type === "replay") play(data.recording);
+  if (data.type === "replay") play(data.path);
+  if (data.type === "save") save(data.as);
   if (data.type === "measure") measure(data.place, data.normal);
   if (data.type === "reset") forget();
 });

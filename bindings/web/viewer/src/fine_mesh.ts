@@ -1,4 +1,5 @@
 // Reads a finer surface from a PLY file. The runtime moves it and the view draws it.
+import { BufferAttribute, BufferGeometry } from "three";
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
 import type { RenderMesh } from "../../module/palpate.js";
 
@@ -6,18 +7,85 @@ export interface FineMesh extends Required<RenderMesh> {
   triangles: Uint32Array;
 }
 
-const UNITS = [1, 1e-2, 1e-3]; // m
+const UNITS: [metres: number, name: string][] = [[1, "m"], [1e-2, "cm"], [1e-3, "mm"]];
+const CHECKED = 2000; // vertices whose distance from the organ is computed
+const FARTHEST = 2; // mean edges of the organ's mesh between a vertex and the nearest node
 
-// radius: of the organ, m; the file's unit follows from it. Throws an Error that says what is wrong with the file.
-export function readFineMesh(bytes: ArrayBuffer, radius: number): FineMesh {
-  const geometry = new PLYLoader().parse(bytes), index = geometry.getIndex();
-  const position = geometry.getAttribute("position");
-  if (!index?.count || !position?.count) throw new Error("it has no triangles");
-  const triangles = Uint32Array.from(index.array);
-  if (triangles.some((vertex) => vertex >= position.count)) throw new Error("a triangle names a vertex that the file does not have");
+// organ: its surface at rest, m; the file's unit is the one in which both have the same size. Throws an Error that says what is wrong
+// with the file. Cost: CHECKED times the organ's nodes.
+export function readFineMesh(bytes: ArrayBuffer, organ: { positions: Float32Array; triangles: Uint32Array }): FineMesh {
+  const geometry = parsed(bytes), position = geometry.getAttribute("position") as BufferAttribute, triangles = Uint32Array.from(geometry.getIndex()!.array);
+  const beyond = triangles.findIndex((vertex) => vertex >= position.count);
+  if (beyond >= 0) throw new Error(`triangle ${Math.floor(beyond / 3)} names vertex ${triangles[beyond]}, and the file has vertices 0 to ${position.count - 1}`);
   geometry.computeVertexNormals();
-  geometry.computeBoundingSphere();
-  const off = (unit: number) => Math.abs(Math.log((unit * geometry.boundingSphere!.radius) / radius));
-  const unit = UNITS.reduce((best, one) => (off(one) < off(best) ? one : best));
-  return { positions: Float32Array.from(position.array, (x) => unit * x), normals: Float32Array.from(geometry.getAttribute("normal").array), triangles };
+  const size = sizeOf(position.array), wanted = sizeOf(organ.positions);
+  const off = ([unit]: [number, string]) => Math.abs(Math.log((unit * size) / wanted));
+  const [unit, name] = UNITS.reduce((best, one) => (off(one) < off(best) ? one : best));
+  const positions = Float32Array.from(position.array, (x) => unit * x);
+  checkPlace(positions, position, name, organ);
+  return { positions, normals: Float32Array.from(geometry.getAttribute("normal").array), triangles };
 }
+
+function parsed(bytes: ArrayBuffer): BufferGeometry {
+  const head = new TextDecoder("latin1").decode(bytes.slice(0, 4096));
+  const count = (element: string) => Number(new RegExp(`^element ${element} (\\d+)`, "m").exec(head)?.[1] ?? 0);
+  const vertices = count("vertex"), faces = count("face");
+  if (!/^ply\s/.test(head) || !head.includes("end_header")) throw new Error("it is no PLY file");
+  if (!vertices || !faces) throw new Error("it has no triangles");
+  const cut = () => new Error(`its head promises ${vertices} vertices and ${faces} faces, and the file ends before the last one: copy it again`);
+  let geometry: BufferGeometry;
+  try {
+    geometry = new PLYLoader().parse(bytes);
+  } catch {
+    throw cut(); // the loader read beyond the end
+  }
+  const position = geometry.getAttribute("position"), index = geometry.getIndex();
+  if (position?.count !== vertices || (index?.count ?? 0) < 3 * faces) throw cut();
+  const bad = position.array.findIndex((x) => !Number.isFinite(x));
+  if (bad >= 0) throw new Error(`vertex ${Math.floor(bad / 3)} has a coordinate that is no number`);
+  return geometry;
+}
+
+// The surface of another organ, or one in another frame, lies elsewhere.
+function checkPlace(positions: Float32Array, file: BufferAttribute, unit: string, { positions: nodes, triangles }: { positions: Float32Array; triangles: Uint32Array }) {
+  const count = positions.length / 3, allowed = FARTHEST * meanEdge(nodes, triangles);
+  let worst = 0, distance = 0;
+  for (let v = 0; v < count; v += Math.ceil(count / CHECKED)) {
+    const away = nearest(positions, v, nodes);
+    if (away > distance) [worst, distance] = [v, away];
+  }
+  if (distance <= allowed) return;
+  const at = [file.getX(worst), file.getY(worst), file.getZ(worst)].map((x) => Number(x.toPrecision(5))).join(", ");
+  throw new Error(`vertex ${worst} (${at} ${unit}) is ${brief(1000 * distance)} mm from the organ's nearest vertex, and ${brief(1000 * allowed)} mm is the most: is it the surface of another organ, or in another frame?`);
+}
+
+function nearest(positions: Float32Array, vertex: number, nodes: Float32Array): number {
+  const [x, y, z] = positions.subarray(3 * vertex, 3 * vertex + 3);
+  let least = Infinity;
+  for (let n = 0; n < nodes.length; n += 3) {
+    const a = nodes[n] - x, b = nodes[n + 1] - y, c = nodes[n + 2] - z;
+    least = Math.min(least, a * a + b * b + c * c);
+  }
+  return Math.sqrt(least);
+}
+
+function meanEdge(nodes: Float32Array, triangles: Uint32Array): number {
+  let sum = 0;
+  for (let i = 0; i < triangles.length; ++i) {
+    const a = 3 * triangles[i], b = 3 * triangles[i % 3 === 2 ? i - 2 : i + 1];
+    sum += Math.hypot(nodes[a] - nodes[b], nodes[a + 1] - nodes[b + 1], nodes[a + 2] - nodes[b + 2]);
+  }
+  return sum / triangles.length;
+}
+
+// The diagonal of the box around the points.
+function sizeOf(points: ArrayLike<number>): number {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < points.length; ++i) {
+    low[i % 3] = Math.min(low[i % 3], points[i]);
+    high[i % 3] = Math.max(high[i % 3], points[i]);
+  }
+  return Math.hypot(...low.map((x, d) => high[d] - x));
+}
+
+const brief = (value: number) => String(Number(value.toPrecision(3)));

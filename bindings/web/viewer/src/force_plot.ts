@@ -1,40 +1,73 @@
-// The live plot of force against depth: one curve per tool for the present touch; the axes grow with the values.
+// The live plot of force against depth: one curve for each contact of a tool since the first tool arrived; the axes grow with the
+// values.
 import { roundUp } from "./colours";
 import { TOOL_COUNT, type Sample } from "./messages";
+import { TOOL_COLOURS } from "./tool_readout";
 
 const MOST_SAMPLES = 6000;
 const MARGIN = { left: 40, right: 10, top: 8, bottom: 30 };
 
+// The samples of one tool. A trace that is full drops every second sample, and from then on takes half as many: a long touch keeps
+// its beginning.
+class Trace {
+  samples: Sample[] = [];
+  private every = 1;
+  private seen = 0;
+
+  add(sample: Sample) {
+    const last = this.samples.at(-1), ends = last && last.contact !== sample.contact;
+    if (this.seen++ % this.every && !ends) return;
+    this.samples.push(sample);
+    if (this.samples.length < MOST_SAMPLES) return;
+    this.samples = this.samples.filter((_, i) => i % 2 === 0);
+    this.every *= 2;
+  }
+
+  clear() {
+    this.samples = [];
+    this.every = 1;
+    this.seen = 0;
+  }
+
+  // The samples of each contact.
+  get curves(): Sample[][] {
+    const curves: Sample[][] = [];
+    for (const sample of this.samples)
+      if (curves.at(-1)?.[0].contact === sample.contact) curves.at(-1)!.push(sample);
+      else curves.push([sample]);
+    return curves;
+  }
+}
+
 export class ForcePlot {
-  private traces: Sample[][] = Array.from({ length: TOOL_COUNT }, () => []);
+  readonly traces = Array.from({ length: TOOL_COUNT }, () => new Trace());
   private drawn = "";
 
   constructor(private canvas: HTMLCanvasElement) {}
 
   clear() {
-    for (const trace of this.traces) trace.length = 0;
+    for (const trace of this.traces) trace.clear();
   }
 
   add(samples: Sample[]) {
-    for (const sample of samples) {
-      const trace = this.traces[sample.tool];
-      trace.push(sample);
-      if (trace.length > MOST_SAMPLES) trace.splice(0, trace.length - MOST_SAMPLES);
-    }
+    for (const sample of samples) this.traces[sample.tool].add(sample);
   }
 
   draw() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const style = getComputedStyle(this.canvas), colour = (name: string) => style.getPropertyValue(name);
-    const state = [width, height, devicePixelRatio, colour("--ink"), ...this.traces.map((t) => `${t.length} ${t.at(-1)?.depth} ${t.at(-1)?.force}`)].join();
+    const last = this.traces.map(({ samples }) => `${samples.length} ${samples.at(-1)?.depth} ${samples.at(-1)?.force}`);
+    const state = [width, height, devicePixelRatio, colour("--ink"), ...last].join();
     if (state === this.drawn || width === 0) return;
     this.drawn = state;
     this.canvas.width = width * devicePixelRatio;
     this.canvas.height = height * devicePixelRatio;
     const context = this.canvas.getContext("2d")!;
     context.scale(devicePixelRatio, devicePixelRatio);
-    const all = this.traces.flat();
-    const deepest = roundUp(Math.max(5, ...all.map((s) => 1000 * s.depth))), most = roundUp(Math.max(0.1, ...all.map((s) => s.force)));
+    let deepest = 0.005, most = 0.1; // m, N
+    for (const { samples } of this.traces)
+      for (const { depth, force } of samples) [deepest, most] = [Math.max(deepest, depth), Math.max(most, force)];
+    deepest = roundUp(1000 * deepest), most = roundUp(most);
     const x = (mm: number) => MARGIN.left + (mm / deepest) * (width - MARGIN.left - MARGIN.right);
     const y = (newtons: number) => height - MARGIN.bottom - (newtons / most) * (height - MARGIN.top - MARGIN.bottom);
 
@@ -53,14 +86,17 @@ export class ForcePlot {
     context.fillText("N", x(0) + 5, y(most) + 12);
     context.lineWidth = 2;
     context.lineJoin = "round";
-    ["--force", "--second"].forEach((name, tool) => {
-      const trace = this.traces[tool], last = trace.at(-1);
-      if (!last) return;
-      context.strokeStyle = context.fillStyle = colour(name);
-      line(context, trace.map((s) => [x(1000 * s.depth), y(s.force)]));
+    this.traces.forEach((trace, tool) => {
+      const end = trace.samples.at(-1);
+      if (!end) return;
+      context.strokeStyle = context.fillStyle = colour(TOOL_COLOURS[tool]);
+      for (const curve of trace.curves) line(context, curve.map((s) => [x(1000 * s.depth), y(s.force)]));
       context.beginPath();
-      context.arc(x(1000 * last.depth), y(last.force), 3.5, 0, 7);
+      context.arc(x(1000 * end.depth), y(end.force), 3.5, 0, 7);
       context.fill();
+      context.font = "600 11px system-ui, sans-serif";
+      context.textAlign = "right";
+      context.fillText(String(tool + 1), x(1000 * end.depth) - 6, y(end.force) - 5);
     });
   }
 }

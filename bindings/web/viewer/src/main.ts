@@ -5,10 +5,12 @@ import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords, isAvailable } from "./effects
 import { EffectsPanel } from "./effects_panel";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
-import { frameArrays, frameBytes, type Frame, type FromWorker, type PageEffects, type Recording, type ToWorker, type Vector } from "./messages";
+import { Keys } from "./keys";
+import { frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToWorker } from "./messages";
 import { OrganView, type Hit, type Shape } from "./organ_view";
-import { demonstration, forcesFile, pathOfRecording, recordingOfPath, save } from "./path_files";
+import { checkPlaceOfPath, demonstration, forcesFile, pathFile, pathOfFile, save } from "./path_files";
 import { ToolPointer } from "./tool_pointer";
+import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 
 const BUNDLE_URL = new URL("bundle.h5", location.href).href;
 const RENDER_MESH_URL = new URL("render.ply", location.href).href;
@@ -18,7 +20,10 @@ const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getEl
 const isOn = (id: string) => byId<HTMLInputElement>(id).checked;
 
 type State = "loading" | "ready" | "empty" | "error" | "unable";
-const state = (now: State) => (document.body.dataset.state = now);
+function state(now: State) {
+  document.body.dataset.state = now;
+  document.querySelector("main")!.inert = now !== "ready"; // the keyboard reaches what is visible alone
+}
 
 function begin() {
   if (typeof WebAssembly !== "object") return unable("The browser has no WebAssembly, which computes the organ. Browsers have had it since 2017; it may be switched off.");
@@ -44,14 +49,18 @@ class Viewer {
   private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects));
   private effects: PageEffects = DEFAULT_EFFECTS;
   private facts = ""; // of the bundle
+  private mesh: Mesh | null = null;
   private fine: FineMesh | null = null; // what effects.fine draws
+  private accepted: { effects: PageEffects; tool: ToolShape; fine: FineMesh | null } | null = null; // by the worker, to return to when it refuses others
   private fineFile: Promise<{ name: string; bytes: ArrayBuffer } | null>; // of the bundle that is being opened
-  private tool = { ...DEFAULT_TOOL };
+  private tool: ToolShape = DEFAULT_TOOL;
+  private readout = new ToolReadout(byId("readout"), byId("labels"));
   private info: BundleInfo | null = null;
   private opened = false;
   private pressed: Hit | null = null; // the point of the last press
-  private recorded = false;
+  private recordedSteps = 0;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
+  private flagged = false; // what the page says is a step's flags
   private moved = false; // the newest shape is not yet drawn
   private waiting = false; // for a frame of the worker
   private buffer: ArrayBuffer | null = null;
@@ -67,6 +76,7 @@ class Viewer {
       keeps: () => isOn("keep"),
       followsDeformed: () => this.effects.collision === "deformed",
       send: (index, target) => this.tell({ type: "tool", index, target }),
+      withdraw: (index) => this.tell({ type: "withdraw", index }),
       pressed: (hit) => {
         this.pressed = hit;
         byId("hint").classList.add("done");
@@ -91,11 +101,9 @@ class Viewer {
     if (message.type === "progress") return this.progress(message.done, message.total);
     if (message.type === "costs") return this.effectsPanel.showCosts(message.costs);
     if (message.type === "opened") return void this.open(message);
-    if (message.type === "replayed") {
-      this.replayed = message;
-      byId<HTMLButtonElement>("save-forces").disabled = byId<HTMLButtonElement>("save-path").disabled = false;
-      return;
-    }
+    if (message.type === "accepted") return void (this.accepted = { effects: message.effects, tool: message.tool, fine: this.fine });
+    if (message.type === "replayed") return this.afterReplay(message);
+    if (message.type === "saved") return this.saveFile(message);
     if (message.what === "absent") return void state(this.opened ? "ready" : "empty");
     if (message.what === "effects") return this.refuseEffects(message.message);
     const title = message.what === "bundle" ? "This bundle cannot be used" : "The engine could not be started";
@@ -115,18 +123,19 @@ class Viewer {
   private async open({ mesh, info, provenance, bytes, simd }: Extract<FromWorker, { type: "opened" }>) {
     this.opened = true;
     this.info = info;
+    this.mesh = mesh;
     this.effects = DEFAULT_EFFECTS;
-    this.tool = { ...DEFAULT_TOOL };
+    this.tool = DEFAULT_TOOL;
     this.buffer = this.newest = this.pressed = this.replayed = null;
-    this.recorded = this.measured = false;
+    this.recordedSteps = 0;
+    this.measured = false;
     this.pointer.forget();
     this.plot.clear();
     this.view.most = 0.005;
     this.view.open(mesh);
     this.fine = null;
+    this.accepted = { effects: this.effects, tool: this.tool, fine: null };
     this.showEffects();
-    byId<HTMLInputElement>("radius").value = String(1000 * this.tool.discRadius);
-    this.showRadius();
     const name = String(provenance.organ ?? "organ");
     byId("name").textContent = name;
     document.title = `${name} – Palpate`;
@@ -137,8 +146,7 @@ class Viewer {
       provenance.boundary && `held: ${provenance.boundary}${soft.length ? ` (softly: ${soft.join(", ")})` : ""}`, provenance.element, `${megabytes(bytes)} MB`, simd ? "" : "without SIMD",
     ].filter(Boolean).join(" · ");
     this.showFacts();
-    byId("notice").textContent = "";
-    byId<HTMLButtonElement>("save-forces").disabled = byId<HTMLButtonElement>("save-path").disabled = true;
+    this.tellUser("");
     byId("hint").classList.remove("done");
     const file = await this.fineFile;
     if (file) this.drawFine(file.name, file.bytes);
@@ -146,18 +154,16 @@ class Viewer {
     this.lastTouch = performance.now();
   }
 
-  // Opens a finer surface for the open organ.
+  // Opens a finer surface for the open organ. What is drawn stays where the file is refused.
   private drawFine(name: string, bytes: ArrayBuffer) {
     try {
-      this.fine = readFineMesh(bytes, this.view.radius);
+      this.fine = readFineMesh(bytes, this.mesh!);
     } catch (error) {
-      byId("notice").textContent = `${name}: no finer surface in this file: ${(error as Error).message}`;
-      return;
+      return this.tellUser(`${name}: this finer surface cannot be used: ${(error as Error).message}`);
     }
-    const { positions, normals } = this.fine;
+    this.tellUser("");
     this.view.openFine(this.fine);
-    this.tell({ type: "fine", mesh: { positions, normals } });
-    this.changeEffects({ ...this.effects, fine: true });
+    this.changeEffects({ ...this.effects, fine: true }, true);
     this.showEffects();
   }
 
@@ -167,6 +173,8 @@ class Viewer {
   }
 
   private showEffects() {
+    byId<HTMLInputElement>("radius").value = String(1000 * this.tool.discRadius);
+    this.showRadius();
     this.effectsPanel.open(this.effects, (effect) => isAvailable(effect, this.info!, this.fine !== null));
   }
 
@@ -179,13 +187,18 @@ class Viewer {
   }
 
   private refuseEffects(why: string) {
-    byId("notice").textContent = why;
-    if (this.effects.fine) this.fine = null; // the finer mesh may belong to another organ
-    if (this.info) {
-      this.effects = DEFAULT_EFFECTS;
-      this.showEffects();
-    }
-    this.changeEffects(DEFAULT_EFFECTS);
+    this.tellUser(why);
+    if (!this.accepted || !this.info) return;
+    const drew = this.fine !== this.accepted.fine;
+    Object.assign(this, this.accepted);
+    if (drew) this.view.openFine(this.fine);
+    this.showEffects();
+    this.showFacts();
+  }
+
+  // Says something beside the organ; on the empty page, in its card.
+  private tellUser(text: string) {
+    byId("notice").textContent = byId("empty-note").textContent = text;
   }
 
   // Files that the user drops: a bundle, perhaps with a finer surface; or a finer surface or a path for the open organ.
@@ -197,7 +210,8 @@ class Viewer {
       this.fineFile = Promise.resolve(bytes && bytes.then((given) => ({ name: fine!.name, bytes: given }))).then((file) => file ?? null);
       return this.openBundle(bundle);
     }
-    if (!this.opened) return;
+    const other = fine ?? path;
+    if (!this.opened) return other && this.tellUser(`${other.name} is a ${fine ? "finer surface of an organ" : "path over an organ"}: open a bundle first, or drop both together.`);
     if (bytes) this.drawFine(fine!.name, await bytes);
     if (path) return this.playPath(path);
   }
@@ -212,33 +226,47 @@ class Viewer {
 
   // ---- doing ---------------------------------------------------------------------------------------------------------
 
-  private changeEffects(effects: PageEffects) {
+  // otherMesh: the finer mesh is another one.
+  private changeEffects(effects: PageEffects, otherMesh = false) {
     this.effects = effects;
     this.showFacts();
     this.measured = false;
     this.pointer.forget();
-    this.tell({ type: "reset" });
-    this.tell({ type: "effects", effects, tool: this.tool });
+    const mesh = otherMesh && this.fine ? { positions: this.fine.positions, normals: this.fine.normals } : undefined;
+    this.tell({ type: "effects", effects, tool: this.tool, mesh });
   }
 
   private async playPath(file: File) {
     try {
-      this.replay(recordingOfPath(await file.text()));
+      const path = pathOfFile(await file.text());
+      checkPlaceOfPath(path, this.mesh!.positions);
+      this.replay(path);
     } catch (error) {
-      byId("notice").textContent = `${file.name}: ${(error as Error).message}`;
+      this.tellUser(`${file.name}: ${(error as Error).message}`);
     }
   }
 
-  private replay(recording: Recording | null) {
+  private replay(path: Path | null) {
     if (!this.opened) return;
     this.pointer.forget();
     this.plot.clear();
+    this.tellUser("");
     byId("hint").classList.add("done");
-    if (!recording && !this.recorded) {
+    if (!path && !this.recordedSteps) {
       const hit = this.pressed ?? this.front();
-      if (hit) recording = demonstration(hit.place, hit.normal);
+      if (hit) path = demonstration(hit.place, hit.normal);
     }
-    this.tell({ type: "replay", recording });
+    this.tell({ type: "replay", path });
+  }
+
+  private afterReplay(message: Extract<FromWorker, { type: "replayed" }>) {
+    this.replayed = message;
+    if (!message.touched) this.tellUser(`The tool of this path never met the organ: it came within ${(1000 * message.nearest).toFixed(1)} mm of a vertex.`);
+  }
+
+  private saveFile({ as, recording }: Extract<FromWorker, { type: "saved" }>) {
+    if (as === "path") save("path.csv", pathFile(recording));
+    else save("forces.csv", forcesFile(recording));
   }
 
   // The point of the organ in the middle of the view, or near it.
@@ -255,19 +283,19 @@ class Viewer {
     this.pointer.forget();
     this.plot.clear();
     this.tell({ type: "reset" });
-    this.view.home();
-    byId("notice").textContent = "";
+    this.tellUser("");
   }
 
   private connect(canvas: HTMLCanvasElement) {
     const click = (id: string, act: () => void) => byId(id).addEventListener("click", act);
     click("replay", () => this.replay(null));
     click("reset", () => this.reset());
+    click("home", () => this.view.camera.home());
     click("open", () => byId("file").click());
     click("open-path", () => byId("path-file").click());
     click("error-back", () => state("ready"));
-    click("save-path", () => this.replayed && save("path.csv", pathOfRecording(this.replayed.recording)));
-    click("save-forces", () => this.replayed && save("forces.csv", forcesFile(this.replayed.recording, this.replayed.forces)));
+    click("save-path", () => this.tell({ type: "save", as: "path" }));
+    click("save-forces", () => this.tell({ type: "save", as: "forces" }));
     click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
     for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
     for (const id of ["file", "path-file"])
@@ -291,30 +319,12 @@ class Viewer {
   }
 
   private connectKeys(canvas: HTMLCanvasElement) {
-    const acts: Record<string, () => void> = {
-      ArrowLeft: () => this.view.turn(-0.08, 0), ArrowRight: () => this.view.turn(0.08, 0),
-      ArrowUp: () => this.view.turn(0, 0.08), ArrowDown: () => this.view.turn(0, -0.08),
-      "+": () => this.view.nearer(0.92), "=": () => this.view.nearer(0.92), "-": () => this.view.nearer(1 / 0.92),
-      r: () => this.replay(null), Escape: () => this.reset(), " ": () => this.pointer.key(true),
-    };
-    canvas.addEventListener("keydown", (event) => {
-      const act = acts[event.key];
-      if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
-      event.preventDefault();
-      act();
+    const { camera } = this.view;
+    new Keys(canvas, byId("cross"), {
+      isOpen: () => document.body.dataset.state === "ready",
+      turn: (right, up) => camera.turn(right, up), nearer: (factor) => camera.nearer(factor), home: () => camera.home(),
+      push: (down, x, y) => this.pointer.key(down, x, y), replay: () => this.replay(null), reset: () => this.reset(),
     });
-    canvas.addEventListener("keyup", (event) => event.key === " " && this.pointer.key(false));
-    canvas.addEventListener("blur", () => {
-      byId("cross").hidden = true;
-      this.pointer.key(false);
-    });
-    // The ring and the cross are shown to users of the keyboard alone.
-    const byKeys = (on: boolean) => {
-      canvas.classList.toggle("by-keys", on);
-      byId("cross").hidden = !on;
-    };
-    document.addEventListener("keyup", () => document.activeElement === canvas && byKeys(true));
-    canvas.addEventListener("pointerdown", () => byKeys(false), { capture: true });
   }
 
   private connectDrops() {
@@ -334,7 +344,7 @@ class Viewer {
   // ---- showing -------------------------------------------------------------------------------------------------------
 
   private showRadius() {
-    this.tool.discRadius = Number(byId<HTMLInputElement>("radius").value) / 1000;
+    this.tool = { ...this.tool, discRadius: Number(byId<HTMLInputElement>("radius").value) / 1000 };
     byId("radius-mm").textContent = `${1000 * this.tool.discRadius} mm`;
   }
 
@@ -346,7 +356,7 @@ class Viewer {
 
   private dress() {
     const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
-    this.view.dress(colour("--ink"), colour("--held"), colour("--touchable"), colour("--force"));
+    this.view.dress(colour("--ink"), colour("--held"), colour("--touchable"), TOOL_COLOURS.map(colour));
     byId("ramp").style.background = GRADIENT;
     this.show();
   }
@@ -382,7 +392,7 @@ class Viewer {
       this.newest.frame = frame;
     }
     this.buffer = frame.buffer;
-    this.recorded = frame.recorded;
+    this.recordedSteps = frame.recordedSteps;
     this.plot.add(frame.samples);
     this.numbers(frame);
   }
@@ -390,9 +400,7 @@ class Viewer {
   private numbers(frame: Frame) {
     const tools = frame.tools.filter((tool) => tool !== null);
     if (tools.length || frame.replaying) this.lastTouch = performance.now();
-    const most = tools.reduce((a, b) => (length(b.force) > length(a) ? b.force : a), [0, 0, 0] as Vector);
-    byId("newtons").textContent = length(most).toFixed(2);
-    byId("depth").textContent = (1000 * Math.max(0, ...tools.map((tool) => tool.depth))).toFixed(1);
+    this.readout.show(frame.tools);
     for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
       if (!frame[key]) continue;
       this.smooth[key] += (this.smooth[key] ? 0.08 : 1) * (frame[key] - this.smooth[key]);
@@ -400,7 +408,12 @@ class Viewer {
     }
     const words = flagWords(frame.flags);
     if (frame.lost) words.push(`${frame.lost} touches left out: this device is too busy`);
-    if (tools.length) byId("notice").textContent = words.join("; ");
+    if (words.length) this.flagged = true;
+    if (tools.length && (words.length || this.flagged)) {
+      this.tellUser(words.join("; "));
+      this.flagged = words.length > 0;
+    }
+    this.showRecorded();
     byId("touch-rate").textContent = frame.touchUs ? "1000 Hz" : "at rest";
     byId("replay").toggleAttribute("disabled", frame.replaying);
     byId("most").textContent = brief(1000 * this.view.most);
@@ -412,15 +425,14 @@ class Viewer {
   private showTools() {
     const frames = this.newest?.frame.tools ?? [];
     const radius = this.effects.contact === "patch" ? this.tool.discRadius : 0;
-    const places = this.view.moveTools(frames, radius), labels = byId("labels");
-    while (labels.childElementCount < places.length) labels.append(document.createElement("span"));
-    places.forEach((at, t) => {
-      const label = labels.children[t] as HTMLElement;
-      label.hidden = !at;
-      if (!at) return;
-      label.textContent = `${length(frames[t]!.force).toFixed(2)} N`;
-      label.style.transform = `translate(${at[0].toFixed(1)}px, ${at[1].toFixed(1)}px) translate(-50%, -110%)`;
-    });
+    this.readout.label(frames, this.view.moveTools(frames, radius));
+  }
+
+  // What Replay plays and the files hold.
+  private showRecorded() {
+    const none = this.recordedSteps === 0, seconds = (this.recordedSteps / TOUCH_HZ).toFixed(1);
+    for (const id of ["save-path", "save-forces"]) byId<HTMLButtonElement>(id).disabled = none;
+    byId("recorded").textContent = none ? "Nothing to save yet: touch the organ, or play a path." : `The last touch: ${seconds} s.`;
   }
 
   private measure() {
@@ -433,7 +445,7 @@ class Viewer {
   // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
-    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed };
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
 }
 
@@ -462,7 +474,6 @@ async function fetched(url: string) {
 }
 
 const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;
-const length = (v: Vector) => Math.hypot(...v);
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0);
 const brief = (value: number) => String(Number(value.toPrecision(2)));
 

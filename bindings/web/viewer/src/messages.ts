@@ -23,22 +23,32 @@ export type PageEffects = Omit<Effects, "renderMesh"> & { fine?: boolean };
 export type Vector = [number, number, number];
 
 // The tools' positions, touch by touch: [step][tool][x y z], NaN without a tool; hold: [step][tool].
-export interface Recording {
+export interface Path {
   steps: number;
   points: Float64Array;
   hold: Uint8Array;
 }
 
+// A path that was played, and what was felt.
+export interface Recording extends Path {
+  forces: Float64Array; // [step][tool][x y z] N, on the tool
+  effects: PageEffects;
+  tool: ToolShape;
+}
+
 export type ToWorker =
   | { type: "fetch"; url: string }
   | { type: "open"; name: string; bytes: ArrayBuffer }
-  | { type: "fine"; mesh: Required<RenderMesh> | null } // the mesh that the effect `fine` binds
-  | { type: "effects"; effects: PageEffects; tool: ToolShape }
+  | { type: "effects"; effects: PageEffects; tool: ToolShape; mesh?: Required<RenderMesh> | null } // mesh: that the effect `fine` binds; left out: as it is
   | { type: "tool"; index: number; target: ToolTarget }
+  | { type: "withdraw"; index: number } // takes a tool away at once; a touch of this tool alone is not recorded
   | { type: "frame"; buffer: ArrayBuffer | null }
-  | { type: "replay"; recording: Recording | null } // null: the last touch
+  | { type: "replay"; path: Path | null } // null: the last touch
+  | { type: "save"; as: SavedFile } // answered by "saved"
   | { type: "measure"; place: Vector; normal: Vector }
   | { type: "reset" };
+
+export type SavedFile = "path" | "forces";
 
 export interface Mesh {
   positions: Float32Array; // rest, [node][3] m, of the surface
@@ -57,6 +67,7 @@ export interface ToolFrame {
 
 export interface Sample {
   tool: number;
+  contact: number; // counts the tool's contacts: samples of two contacts belong to two curves
   depth: number; // m
   force: number; // N
 }
@@ -74,7 +85,7 @@ export interface Frame {
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late
   replaying: boolean;
-  recorded: boolean; // a touch was recorded, so a replay is possible
+  recordedSteps: number; // of the touch that a replay plays and a file would hold; 0: none
 }
 
 export const frameBytes = (nodes: number, inside: number, vertices: number) => 16 * nodes + 12 * inside + 28 * vertices;
@@ -96,6 +107,8 @@ export type FromWorker =
   | { type: "progress"; done: number; total: number }
   | { type: "opened"; name: string; mesh: Mesh; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
   | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime"; message: string; byteOffset: number }
-  | { type: "replayed"; recording: Recording; forces: Float64Array; positions: Float32Array; fine: Float32Array } // [step][tool][3] N; the nodes of the last shape, m, and the finer mesh's
+  | { type: "accepted"; effects: PageEffects; tool: ToolShape }
+  | { type: "replayed"; positions: Float32Array; fine: Float32Array; touched: boolean; nearest: number } // the nodes of the last shape, m, and the finer mesh's; whether a tool met the organ, and else the least distance, m, between a tool and the nodes at rest
+  | { type: "saved"; as: SavedFile; recording: Recording }
   | { type: "costs"; costs: Cost[] }
   | Frame;

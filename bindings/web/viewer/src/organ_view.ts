@@ -1,17 +1,16 @@
 // Draws the organ, the tools and their forces in three dimensions.
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DynamicDrawUsage, Group,
-  HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Points, PointsMaterial, Raycaster,
+  HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, Points, PointsMaterial, Raycaster,
   Scene, SphereGeometry, TorusGeometry, Vector2, Vector3, WebGLRenderer,
 } from "three";
-import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
+import { OrganCamera } from "./organ_camera";
 import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const NEWTON = 0.03; // m of arrow
 const LONGEST_ARROW = 0.08; // m
-const FRONT = new Vector3(0.42, -1, 0.34).normalize(); // from the patient's front, a little from above (LPS: y to the back, z up)
 
 export interface Hit {
   triangle: number;
@@ -38,8 +37,7 @@ export interface Shape {
 const FINE_HIDES = 0.004; // m: marks on the coarse surface show through a finer surface that lies up to this far above them
 
 export class OrganView {
-  readonly camera = new PerspectiveCamera(32, 1, 0.005, 20);
-  readonly controls: OrbitControls;
+  readonly camera: OrganCamera;
   most = 0.005; // m: the palest colour
   private renderer: WebGLRenderer;
   private scene = new Scene();
@@ -57,25 +55,20 @@ export class OrganView {
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false };
   radius = 0.1; // m, of the organ
-  private centre = new Vector3();
 
   constructor(private canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.camera.up.set(0, 0, 1);
+    this.camera = new OrganCamera(canvas);
     const lamp = new DirectionalLight(0xffffff, 2.1), rim = new DirectionalLight(0xffffff, 0.7);
     lamp.position.set(-0.5, 0.8, 1);
     rim.position.set(1, -0.6, -0.3);
-    this.camera.add(lamp, rim);
+    this.camera.camera.add(lamp, rim);
     const sky = new HemisphereLight(0xffffff, 0x998877, 0.75);
     sky.position.set(0, 0, 1);
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
-    this.scene.add(this.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
+    this.scene.add(this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
     for (const { material } of [this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.enablePan = false;
-    this.controls.enableDamping = true;
-    this.controls.dampingFactor = 0.12;
   }
 
   open(mesh: Mesh) {
@@ -101,14 +94,13 @@ export class OrganView {
     this.surface.frustumCulled = this.wire.frustumCulled = this.fine.frustumCulled = this.inside.frustumCulled = false;
     this.geometry.computeBoundingSphere();
     const sphere = this.geometry.boundingSphere!;
-    this.centre.copy(sphere.center);
     this.radius = sphere.radius;
     this.openFine(null);
     this.inside.geometry.dispose();
     this.inside.geometry = new BufferGeometry();
     this.tetrahedra = mesh.tetrahedra;
     this.move({ positions: mesh.positions, inside: new Float32Array(0), lengths: new Float32Array(nodes), fine: null });
-    this.home();
+    this.camera.open(sphere.center, sphere.radius, mesh.positions);
   }
 
   openFine(mesh: FineMesh | null) {
@@ -118,17 +110,6 @@ export class OrganView {
     for (const [name, numbers] of [["position", mesh.positions], ["normal", mesh.normals], ["color", mesh.positions]] as const)
       this.fine.geometry.setAttribute(name, new BufferAttribute(numbers.slice(), 3).setUsage(DynamicDrawUsage));
     this.fine.geometry.setIndex(new BufferAttribute(mesh.triangles, 1));
-  }
-
-  // The whole organ, from the front.
-  home() {
-    const tan = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = (0.92 * this.radius) / (tan * Math.min(1, this.camera.aspect));
-    this.controls.target.copy(this.centre);
-    this.camera.position.copy(this.centre).addScaledVector(FRONT, distance);
-    this.controls.minDistance = this.radius * 0.5;
-    this.controls.maxDistance = this.radius * 8;
-    this.controls.update();
   }
 
   // Takes the positions of a frame. A finer mesh is drawn instead of the surface, and the interior shows through it.
@@ -188,12 +169,13 @@ export class OrganView {
   }
 
   // Reads the colours of the style sheet, which differ between the light and the dark scheme.
-  dress(ink: string, held: string, touchable: string, force: string) {
+  // forces: of each tool.
+  dress(ink: string, held: string, touchable: string, forces: string[]) {
     this.wire.material.color = new Color(ink);
     this.inside.material.color = new Color(ink);
     this.fixed.material.color = new Color(held);
     this.touchable.material.color = new Color(touchable);
-    for (const tool of this.tools) tool.dress(ink, force);
+    this.tools.forEach((tool, t) => tool.dress(ink, forces[t]));
   }
 
   // Returns the position of each tool's label, in pixels of the canvas.
@@ -206,7 +188,7 @@ export class OrganView {
 
   pick(x: number, y: number): Hit | null {
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    this.raycaster.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
+    this.raycaster.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera.camera);
     const hit = this.raycaster.intersectObject(this.surface, false)[0];
     if (!hit?.face) return null;
     const corners = [hit.face.a, hit.face.b, hit.face.c];
@@ -220,44 +202,29 @@ export class OrganView {
   drag(point: Vector, dx: number, dy: number): Vector {
     const metres = this.metresPerPixel(point);
     const right = new Vector3(), up = new Vector3();
-    this.camera.matrixWorld.extractBasis(right, up, new Vector3());
+    this.camera.camera.matrixWorld.extractBasis(right, up, new Vector3());
     return new Vector3(...point).addScaledVector(right, dx * metres).addScaledVector(up, -dy * metres).toArray() as Vector;
   }
 
   metresPerPixel(point: Vector): number {
-    const depth = new Vector3(...point).sub(this.camera.position).dot(this.camera.getWorldDirection(new Vector3()));
-    return (2 * depth * Math.tan((this.camera.fov * Math.PI) / 360)) / this.canvas.clientHeight;
-  }
-
-  turn(right: number, up: number) {
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    const distance = offset.length(), angle = Math.atan2(offset.y, offset.x) + right;
-    const height = Math.max(-1.45, Math.min(1.45, Math.asin(offset.z / distance) + up));
-    offset.set(Math.cos(angle) * Math.cos(height), Math.sin(angle) * Math.cos(height), Math.sin(height)).multiplyScalar(distance);
-    this.camera.position.copy(this.controls.target).add(offset);
-  }
-
-  nearer(factor: number) {
-    this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
+    return this.camera.metresPerPixel(new Vector3(...point), this.canvas.clientHeight);
   }
 
   render() {
     const { clientWidth: width, clientHeight: height } = this.canvas, ratio = Math.min(2, devicePixelRatio);
     const size = this.renderer.getSize(new Vector2());
+    if (!width || !height) return; // while the page is laid out
     if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== ratio) {
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(width, height, false);
-      const before = this.camera.aspect;
-      this.camera.aspect = width / Math.max(1, height);
-      this.camera.updateProjectionMatrix();
-      if (before === 1 || Math.min(1, before) !== Math.min(1, this.camera.aspect)) this.home();
+      this.camera.resize(width / height);
     }
-    this.controls.update();
-    this.renderer.render(this.scene, this.camera);
+    this.camera.update();
+    this.renderer.render(this.scene, this.camera.camera);
   }
 
   private toScreen(point: Vector3): [number, number] {
-    const p = point.clone().project(this.camera);
+    const p = point.clone().project(this.camera.camera);
     return [((p.x + 1) / 2) * this.canvas.clientWidth, ((1 - p.y) / 2) * this.canvas.clientHeight];
   }
 }
@@ -298,9 +265,9 @@ class ToolFigure {
   private disc = new Object3(new CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2), this.metal);
   private rim = new Object3(new TorusGeometry(1, 0.09, 8, 60), new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.8 }));
   private ball = new Object3(new SphereGeometry(0.0016, 20, 14), this.metal);
-  private red = new MeshBasicMaterial({ depthTest: false, transparent: true });
-  private shaft = new Object3(new CylinderGeometry(0.0009, 0.0009, 1, 12).translate(0, 0.5, 0).rotateX(Math.PI / 2), this.red);
-  private head = new Object3(new ConeGeometry(0.0028, 0.008, 20).translate(0, -0.004, 0).rotateX(Math.PI / 2), this.red);
+  private ink = new MeshBasicMaterial({ depthTest: false, transparent: true });
+  private shaft = new Object3(new CylinderGeometry(0.0009, 0.0009, 1, 12).translate(0, 0.5, 0).rotateX(Math.PI / 2), this.ink);
+  private head = new Object3(new ConeGeometry(0.0028, 0.008, 20).translate(0, -0.004, 0).rotateX(Math.PI / 2), this.ink);
   private arrow = new Group().add(this.shaft, this.head);
   private axis = new Vector3(0, 0, 1);
 
@@ -313,8 +280,8 @@ class ToolFigure {
 
   dress(ink: string, force: string) {
     this.metal.color = new Color(ink).lerp(new Color("#8d9aa3"), 0.6);
-    this.red.color = new Color(force);
-    this.rim.material.color = new Color(ink);
+    this.ink.color = new Color(force);
+    this.rim.material.color = new Color(force);
   }
 
   // The arrow's tip, or null where there is no force to label.

@@ -1,8 +1,8 @@
 // Paths and forces as files: the CSV that palpate-run reads (path_csv, in metres) and writes (forces.csv).
-import { TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
+import { TOOL_COUNT, TOUCH_HZ, type Path, type Recording, type Vector } from "./messages";
 
 // Rows of time (s), x, y, z (m), with '#' comments and one header line. Linear between rows, as palpate-run plays them.
-export function recordingOfPath(text: string): Recording {
+export function pathOfFile(text: string): Path {
   const rows: number[][] = [];
   text.split(/\r?\n/).forEach((line, index) => {
     const row = line.replace(/#.*/, "").trim();
@@ -20,11 +20,11 @@ export function recordingOfPath(text: string): Recording {
   const duration = rows.at(-1)![0];
   if (duration > 600) throw new Error(`expected at most 600 s, found ${duration} s`);
   const steps = Math.floor(duration * TOUCH_HZ * (1 + 1e-9)) + 1;
-  const recording: Recording = {
+  const path: Path = {
     steps, points: new Float64Array(3 * TOOL_COUNT * steps).fill(NaN), hold: new Uint8Array(TOOL_COUNT * steps),
   };
-  for (let step = 0; step < steps; ++step) recording.points.set(positionAt(rows, step / TOUCH_HZ), 3 * TOOL_COUNT * step);
-  return recording;
+  for (let step = 0; step < steps; ++step) path.points.set(positionAt(rows, step / TOUCH_HZ), 3 * TOOL_COUNT * step);
+  return path;
 }
 
 function positionAt(rows: number[][], time: number): Vector {
@@ -36,8 +36,34 @@ function positionAt(rows: number[][], time: number): Vector {
   return a.map((x, d) => x + share * (b[d] - x)) as Vector;
 }
 
+// Throws an Error where the whole path is farther from the organ than the organ is large. organ: positions at rest, m.
+export function checkPlaceOfPath({ points }: Path, organ: Float32Array) {
+  const [low, high] = boxOf(organ), size = Math.hypot(...high.map((x, d) => x - low[d]));
+  let nearest = Infinity, nearestInMm = Infinity;
+  const away = (at: number, unit: number) => Math.hypot(...low.map((least, d) => Math.max(0, least - unit * points[at + d], unit * points[at + d] - high[d])));
+  for (let at = 0; at < points.length; at += 3) {
+    if (Number.isNaN(points[at])) continue;
+    nearest = Math.min(nearest, away(at, 1));
+    nearestInMm = Math.min(nearestInMm, away(at, 1e-3));
+  }
+  if (nearest <= size) return;
+  const found = `expected a path in metres near the organ, found one that stays ${brief(nearest)} m away from it`;
+  throw new Error(nearestInMm <= size ? `${found}; its numbers fit in mm: divide them by 1000` : `${found}; is it of another organ, or in another frame?`);
+}
+
+function boxOf(points: Float32Array): [low: number[], high: number[]] {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  points.forEach((x, i) => {
+    low[i % 3] = Math.min(low[i % 3], x);
+    high[i % 3] = Math.max(high[i % 3], x);
+  });
+  return [low, high];
+}
+
+const brief = (value: number) => String(Number(value.toPrecision(3)));
+
 // The path of a recording's first tool, from when it first appears until it first leaves.
-export function pathOfRecording({ steps, points }: Recording): string {
+export function pathFile({ steps, points }: Path): string {
   const rows = ["time_s,x_m,y_m,z_m"];
   for (let step = 0, begun = -1; step < steps; ++step) {
     const at = points.subarray(3 * TOOL_COUNT * step, 3 * TOOL_COUNT * step + 3);
@@ -52,7 +78,7 @@ export function pathOfRecording({ steps, points }: Recording): string {
 }
 
 // forces: [step][tool][3] N.
-export function forcesFile({ steps, points }: Recording, forces: Float64Array): string {
+export function forcesFile({ steps, points, forces }: Recording): string {
   const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N"];
   for (let step = 0; step < steps; ++step)
     for (let tool = 0; tool < TOOL_COUNT; ++tool) {
@@ -63,10 +89,10 @@ export function forcesFile({ steps, points }: Recording, forces: Float64Array): 
 }
 
 // The press that a replay plays before the user's first touch: the tool goes in, stays, and comes out.
-export function demonstration(place: Vector, normal: Vector, depth = 0.012): Recording {
+export function demonstration(place: Vector, normal: Vector, depth = 0.012): Path {
   const at = (height: number) => place.map((x, d) => x + height * normal[d]);
   const keys: [number, number][] = [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]];
-  return recordingOfPath(keys.map(([time, height]) => [time, ...at(height)].join(",")).join("\n"));
+  return pathOfFile(keys.map(([time, height]) => [time, ...at(height)].join(",")).join("\n"));
 }
 
 export function save(name: string, text: string) {

@@ -17,9 +17,11 @@ export class ToolMotion {
     return this.target.grasp !== null && this.target.down;
   }
 
-  // Moves the tool by one touch. meets: the tool was in contact in the last touch. Returns false when it has withdrawn.
+  // Moves the tool by one touch. meets: the tool was in contact in the last touch. Returns false when it has withdrawn; a tool that
+  // pulls lets go and is gone at once.
   step(meets: boolean): boolean {
     const { point, target } = this;
+    if (target.grasp && !target.down) return false;
     this.grasped ||= meets;
     const goal = !target.down ? target.start : target.grasp && !this.grasped ? target.grasp : target.point;
     const share = target.down ? FOLLOW : RETREAT;

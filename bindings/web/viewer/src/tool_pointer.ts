@@ -8,12 +8,14 @@ const TOUCH_DOWN = 0.001; // m, depth of a press before the pointer moves
 const DEEPEST = 0.03; // m
 const KEY_SPEED = 0.012; // m/s while space is held
 const KEYBOARD = -1; // stands for the id of a pointer
+const HANDED_OVER = "palpateHandedOver"; // marks an event that the camera alone hears
 
 export interface PointerOptions {
   pulls: () => boolean;
   keeps: () => boolean;
   followsDeformed: () => boolean;
   send: (index: number, target: ToolTarget) => void;
+  withdraw: (index: number) => void; // as if the press had not been
   pressed: (hit: Hit) => void;
 }
 
@@ -31,6 +33,7 @@ interface Held {
 
 export class ToolPointer {
   private held: Held[] = [];
+  private fingers = new Map<number, PointerEvent>(); // on the canvas, with their last events
   private targets: (ToolTarget | null)[] = Array(TOOL_COUNT).fill(null);
   private oldest = 0;
 
@@ -39,7 +42,7 @@ export class ToolPointer {
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event), { capture: true });
     for (const end of ["pointerup", "pointercancel"] as const)
-      canvas.addEventListener(end, (event) => this.up(event.pointerId, event), { capture: true });
+      canvas.addEventListener(end, (event) => (this.fingers.delete(event.pointerId), this.up(event.pointerId, event)), { capture: true });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
@@ -52,15 +55,15 @@ export class ToolPointer {
     this.held = [];
     this.targets.fill(null);
     this.canvas.classList.remove("held");
-    this.view.controls.enabled = true;
+    this.view.camera.controls.enabled = true;
   }
 
-  // The space key: pushes at the middle of the view, deeper the longer it is held.
-  key(down: boolean) {
+  // The space key: pushes at a point of the canvas, deeper the longer it is held.
+  key(down: boolean, x: number, y: number) {
     const held = this.held.find((h) => h.pointer === KEYBOARD);
     if (!down) return held && this.up(KEYBOARD);
     if (held) return;
-    const x = this.canvas.clientWidth / 2, y = this.canvas.clientHeight / 2, hit = this.view.pick(x, y);
+    const hit = this.view.pick(x, y);
     if (hit) this.take(KEYBOARD, hit, x, y);
   }
 
@@ -71,13 +74,18 @@ export class ToolPointer {
   }
 
   private down(event: PointerEvent) {
+    if ((event as unknown as Record<string, boolean>)[HANDED_OVER]) return;
+    if (event.pointerType === "touch") {
+      this.fingers.set(event.pointerId, event);
+      if (this.fingers.size > 1) return this.pinch();
+    }
     if (event.button !== 0) return;
     const hit = this.view.pick(event.offsetX, event.offsetY);
     if (!hit) return;
     event.stopImmediatePropagation();
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(event.pointerId);
-    this.view.controls.enabled = false;
+    this.view.camera.controls.enabled = false;
     this.canvas.classList.add("held");
     this.take(event.pointerId, hit, event.offsetX, event.offsetY);
   }
@@ -108,7 +116,20 @@ export class ToolPointer {
     return null;
   }
 
+  // Two fingers move the camera: a finger that pushed takes its tool back, and the camera gets the finger too.
+  private pinch() {
+    for (const { pointer, index } of this.held.filter((h) => this.fingers.has(h.pointer))) {
+      this.end(pointer);
+      this.targets[index] = null;
+      this.options.withdraw(index);
+      const { clientX, clientY } = this.fingers.get(pointer)!;
+      const event = new PointerEvent("pointerdown", { pointerId: pointer, pointerType: "touch", clientX, clientY, button: 0, buttons: 1 });
+      this.canvas.dispatchEvent(Object.assign(event, { [HANDED_OVER]: true }));
+    }
+  }
+
   private move(event: PointerEvent) {
+    if (this.fingers.has(event.pointerId)) this.fingers.set(event.pointerId, event);
     const held = this.held.find((h) => h.pointer === event.pointerId);
     if (!held) {
       if (event.pointerType === "mouse" && event.buttons === 0)
@@ -131,17 +152,22 @@ export class ToolPointer {
   }
 
   private up(pointer: number, event?: PointerEvent) {
-    const held = this.held.find((h) => h.pointer === pointer);
+    const held = this.end(pointer);
     if (!held) return;
     event?.stopImmediatePropagation();
-    this.held = this.held.filter((h) => h !== held);
-    if (this.held.length === 0) {
-      this.view.controls.enabled = true;
-      this.canvas.classList.remove("held");
-    }
     if (this.options.keeps()) return;
     this.targets[held.index] = null;
     this.options.send(held.index, { ...held.target, down: false });
+  }
+
+  private end(pointer: number): Held | undefined {
+    const held = this.held.find((h) => h.pointer === pointer);
+    this.held = this.held.filter((h) => h !== held);
+    if (held && this.held.length === 0) {
+      this.view.camera.controls.enabled = true;
+      this.canvas.classList.remove("held");
+    }
+    return held;
   }
 }
 

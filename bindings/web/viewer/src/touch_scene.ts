@@ -3,18 +3,23 @@ import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
 
-const POINTS = 1;
 const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
+
+// The runtime's tools: each of the page's pushes or pulls, which for the runtime are two tools, since a tool of a scene file either
+// holds or does not.
+const SCENE_TOOLS = 2 * TOOL_COUNT;
+const sceneTool = (tool: number, hold: boolean) => 2 * tool + (hold ? 1 : 0);
 
 export class TouchScene {
   readonly scene: Scene;
   touchMs = 0; // ms of all touches; the caller resets it
+  private pulls: boolean[] = Array(TOOL_COUNT).fill(false); // in the last touch
 
   // mesh: the finer mesh that effects.fine binds.
   constructor(bundle: Bundle, { fine, ...effects }: PageEffects, private tool: ToolShape, mesh: RenderMesh | null) {
     this.scene = bundle.createScene({
-      ...effects, renderMesh: fine && mesh ? mesh : undefined, maxTools: TOOL_COUNT, maxPoints: TOOL_COUNT * POINTS,
-      maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * TOOL_COUNT * POINTS,
+      ...effects, renderMesh: fine && mesh ? mesh : undefined, maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
+      maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * SCENE_TOOLS,
     });
     this.scene.setTools([]);
     this.scene.touch(1 / TOUCH_HZ);
@@ -27,8 +32,13 @@ export class TouchScene {
   }
 
   touch(tools: RecordedTool[]): number {
-    this.scene.setTools(tools.map((tool): Tool =>
-      tool ? { points: tool.point, hold: tool.hold, discRadius: this.tool.discRadius, friction: this.tool.friction } : {}));
+    const all: Tool[] = Array.from({ length: SCENE_TOOLS }, () => ({}));
+    tools.forEach((tool, t) => {
+      if (!tool) return;
+      this.pulls[t] = tool.hold;
+      all[sceneTool(t, tool.hold)] = { points: tool.point, hold: tool.hold, discRadius: this.tool.discRadius, friction: this.tool.friction };
+    });
+    this.scene.setTools(all);
     const start = performance.now();
     const flags = this.scene.touch(1 / TOUCH_HZ);
     this.touchMs += performance.now() - start;
@@ -36,7 +46,11 @@ export class TouchScene {
   }
 
   force(tool: number): Vector {
-    return [...this.scene.force(tool)] as unknown as Vector;
+    return [...this.scene.force(sceneTool(tool, this.pulls[tool]))] as unknown as Vector;
+  }
+
+  contacts(tool: number): number {
+    return this.scene.contactCount(sceneTool(tool, this.pulls[tool]));
   }
 
   destroy() {

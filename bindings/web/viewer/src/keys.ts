@@ -1,0 +1,77 @@
+// The keyboard: turns the organ, moves the cross, pushes at the cross. Keys work wherever the focus is, apart from those that the
+// focused control uses itself.
+const STEP = 24; // px: one move of the cross
+const TURN = 0.08; // rad
+const NEARER = 0.92;
+
+export interface KeyActions {
+  isOpen: () => boolean;
+  turn: (right: number, up: number) => void;
+  nearer: (factor: number) => void;
+  push: (down: boolean, x: number, y: number) => void; // at a point of the canvas, px
+  home: () => void;
+  replay: () => void;
+  reset: () => void;
+}
+
+export class Keys {
+  private at = { x: 0.5, y: 0.5 }; // of the cross, in the canvas's size
+  private pushes = false;
+
+  constructor(private canvas: HTMLElement, private cross: HTMLElement, private actions: KeyActions) {
+    document.addEventListener("keydown", (event) => this.down(event));
+    document.addEventListener("keyup", (event) => event.key === " " && this.push(false));
+    window.addEventListener("blur", () => this.push(false));
+    // The ring and the cross are shown to users of the keyboard alone.
+    canvas.addEventListener("focus", () => this.byKeys(canvas.matches(":focus-visible")));
+    canvas.addEventListener("blur", () => this.byKeys(false));
+    document.addEventListener("pointerdown", () => this.byKeys(false), { capture: true });
+  }
+
+  private down(event: KeyboardEvent) {
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.actions.isOpen() || usesKey(event.target as HTMLElement, event.key)) return;
+    const act = this.act(event);
+    if (!act) return;
+    event.preventDefault();
+    this.byKeys(true);
+    act();
+  }
+
+  private act({ key, shiftKey }: KeyboardEvent): (() => void) | undefined {
+    const { turn, nearer, home, replay, reset } = this.actions;
+    const arrow = (right: number, up: number) => () => (shiftKey ? this.move(right, -up) : turn(TURN * right, TURN * up));
+    const acts: Record<string, () => void> = {
+      ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1),
+      "+": () => nearer(NEARER), "=": () => nearer(NEARER), "-": () => nearer(1 / NEARER),
+      Home: home, h: home, r: replay, Escape: reset, " ": () => this.push(true),
+    };
+    return acts[key.length === 1 ? key.toLowerCase() : key];
+  }
+
+  private move(right: number, down: number) {
+    const { clientWidth: width, clientHeight: height } = this.canvas, inside = (share: number) => Math.max(0.02, Math.min(0.98, share));
+    this.at = { x: inside(this.at.x + (right * STEP) / width), y: inside(this.at.y + (down * STEP) / height) };
+    this.cross.style.left = `${100 * this.at.x}%`;
+    this.cross.style.top = `${100 * this.at.y}%`;
+  }
+
+  private push(down: boolean) {
+    if (down === this.pushes) return;
+    this.pushes = down;
+    this.actions.push(down, this.at.x * this.canvas.clientWidth, this.at.y * this.canvas.clientHeight);
+  }
+
+  private byKeys(on: boolean) {
+    this.canvas.classList.toggle("by-keys", on);
+    this.cross.hidden = !on;
+  }
+}
+
+// Whether a focused control does something of its own with the key.
+function usesKey(focused: HTMLElement, key: string): boolean {
+  if (focused.matches("select")) return key !== "Escape";
+  if (focused.matches("button, a, summary")) return key === " " || key === "Enter";
+  if (!(focused instanceof HTMLInputElement)) return false;
+  if (focused.type === "checkbox") return key === " ";
+  return focused.type !== "radio" && focused.type !== "range" ? true : key === " " || key === "Home" || key.startsWith("Arrow");
+}

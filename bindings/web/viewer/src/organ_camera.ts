@@ -1,0 +1,97 @@
+// The camera: turns around the organ, comes nearer, stays outside.
+import { MOUSE, PerspectiveCamera, Vector3 } from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+const FRONT = new Vector3(0.42, -1, 0.34).normalize(); // from the patient's front, a little from above (LPS: y to the back, z up)
+const BESIDE = 0.35; // in radii of the organ: nodes within this distance of the line of sight keep the camera away
+
+export class OrganCamera {
+  readonly camera = new PerspectiveCamera(32, 1, 0.005, 20);
+  readonly controls: OrbitControls;
+  private centre = new Vector3();
+  private radius = 0.1; // m, of the organ
+  private nodes: ArrayLike<number> = [];
+  private from = new Vector3(); // direction for which the least distance was computed
+  private sized = false;
+
+  constructor(canvas: HTMLCanvasElement) {
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enablePan = false;
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.12;
+    this.controls.mouseButtons.RIGHT = MOUSE.ROTATE;
+  }
+
+  open(centre: Vector3, radius: number, nodes: ArrayLike<number>) {
+    this.centre.copy(centre);
+    this.radius = radius;
+    this.nodes = nodes;
+    this.controls.target.copy(centre);
+    this.controls.maxDistance = radius * 8;
+    this.home();
+  }
+
+  // The whole organ, from the front.
+  home() {
+    const tan = Math.tan((this.camera.fov * Math.PI) / 360);
+    const distance = (0.92 * this.radius) / (tan * this.widest());
+    this.camera.position.copy(this.centre).addScaledVector(FRONT, distance);
+    this.update();
+  }
+
+  turn(right: number, up: number) {
+    const offset = this.offset(), distance = offset.length(), angle = Math.atan2(offset.y, offset.x) + right;
+    const height = Math.max(-1.45, Math.min(1.45, Math.asin(offset.z / distance) + up));
+    offset.set(Math.cos(angle) * Math.cos(height), Math.sin(angle) * Math.cos(height), Math.sin(height)).multiplyScalar(distance);
+    this.camera.position.copy(this.centre).add(offset);
+  }
+
+  nearer(factor: number) {
+    this.camera.position.sub(this.centre).multiplyScalar(factor).add(this.centre);
+  }
+
+  // The same view in a canvas of another shape; the whole organ in the first canvas.
+  resize(aspect: number) {
+    const before = this.widest();
+    this.camera.aspect = aspect;
+    this.camera.updateProjectionMatrix();
+    if (this.sized) this.nearer(before / this.widest());
+    else this.home();
+    this.sized = true;
+  }
+
+  update() {
+    const direction = this.offset().normalize();
+    if (direction.distanceTo(this.from) > 1e-3) {
+      this.from.copy(direction);
+      this.controls.minDistance = this.outside(direction) + 0.2 * this.radius;
+    }
+    this.controls.update();
+  }
+
+  metresPerPixel(point: Vector3, height: number): number {
+    const depth = point.clone().sub(this.camera.position).dot(this.camera.getWorldDirection(new Vector3()));
+    return (2 * depth * Math.tan((this.camera.fov * Math.PI) / 360)) / height;
+  }
+
+  private offset() {
+    return this.camera.position.clone().sub(this.centre);
+  }
+
+  // The smaller of height and width of the view, in heights.
+  private widest() {
+    return Math.min(1, this.camera.aspect);
+  }
+
+  // How far the organ reaches from its centre towards the camera, m.
+  private outside({ x, y, z }: Vector3): number {
+    const { nodes, centre, radius } = this, beside = (BESIDE * radius) ** 2;
+    let most = 0;
+    for (let n = 0; n < nodes.length; n += 3) {
+      const a = nodes[n] - centre.x, b = nodes[n + 1] - centre.y, c = nodes[n + 2] - centre.z, along = a * x + b * y + c * z;
+      if (along > most && a * a + b * b + c * c - along * along < beside) most = along;
+    }
+    return most;
+  }
+}

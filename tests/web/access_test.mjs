@@ -1,0 +1,89 @@
+// node access_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): the viewer by keyboard alone, on a phone's
+// screen, and under axe-core (https://github.com/dequelabs/axe-core).
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { frame, inState, noTools, open, picture, ready, require } from "./page.mjs";
+
+const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+async function violations(page) {
+  await page.evaluate(axe);
+  const { violations: found } = await page.evaluate(() => globalThis.axe.run(document));
+  return found.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.target.join(" ")}: ${node.any[0]?.message ?? node.failureSummary}`));
+}
+
+for (const colorScheme of ["light", "dark"])
+  test(`axe-core finds nothing, ${colorScheme}: the organ, the panel of a phone, the empty page, a refused bundle`, async () => {
+    const page = await ready({ colorScheme });
+    await page.keyboard.down("Space");
+    await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
+    assert.deepEqual(await violations(page), []);
+    await page.keyboard.up("Space");
+    for (const width of [820, 390]) {
+      await page.setViewportSize({ width, height: 844 });
+      if (width === 390) await page.click("#more");
+      await page.waitForTimeout(400);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `${colorScheme}-${width}`);
+    }
+    await page.close();
+    const empty = await open({ colorScheme }, (p) => p.route(/bundle\.h5|render\.ply/, (route) => route.fulfill({ status: 404, body: "" })));
+    await inState(empty, "empty");
+    assert.deepEqual(await violations(empty), []);
+    await empty.setInputFiles("#file", { name: "bad.h5", mimeType: "application/octet-stream", buffer: Buffer.from("no bundle") });
+    await inState(empty, "error");
+    assert.deepEqual(await violations(empty), []);
+    await empty.close();
+  });
+
+test("keys work wherever the focus is; the cross moves, and space pushes there", async () => {
+  const page = await ready();
+  const direction = () => page.evaluate(() => globalThis.palpateViewer.view.camera.camera.position.toArray());
+  const before = await direction();
+  await page.focus("#show-mesh");
+  await page.keyboard.press("ArrowLeft");
+  await frame(page);
+  assert.notDeepEqual(await direction(), before);
+  const distance = () => page.evaluate(() => globalThis.palpateViewer.view.camera.controls.getDistance());
+  const far = await distance();
+  await page.keyboard.press("+");
+  await frame(page);
+  assert.ok(Math.abs((await distance()) / far - 0.92) < 1e-3);
+  const pushed = async () => {
+    await page.keyboard.down("Space");
+    await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
+    const { point } = await page.evaluate(() => globalThis.palpateViewer.shown.tools[0]);
+    await page.keyboard.up("Space");
+    await noTools(page);
+    return point;
+  };
+  await page.evaluate(() => document.activeElement.blur());
+  const first = await pushed();
+  assert.equal(await page.isVisible("#cross"), true);
+  for (let i = 0; i < 3; ++i) await page.keyboard.press("Shift+ArrowRight");
+  const second = await pushed();
+  assert.ok(Math.hypot(...first.map((x, d) => x - second[d])) > 0.003, "the push is elsewhere");
+  await page.focus("#show-mesh");
+  await page.keyboard.press("Space");
+  assert.equal(await page.isChecked("#show-mesh"), true, "a switch keeps its own key");
+  await page.close();
+});
+
+test("on the empty page the first Tab comes to its button", async () => {
+  const page = await open({}, (p) => p.route(/bundle\.h5|render\.ply/, (route) => route.fulfill({ status: 404, body: "" })));
+  await inState(page, "empty");
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.closest("#empty-card")?.id), "empty-card");
+  await page.close();
+});
+
+test("on a phone every control is 44 px high or more", async () => {
+  const page = await ready({ viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
+  await page.click("#more");
+  await page.waitForTimeout(400);
+  const small = await page.evaluate(() => [...document.querySelectorAll("button, select, input[role=switch], .choice span, .toggle span, #radius")]
+    .filter((control) => control.checkVisibility({ visibilityProperty: true })).map((control) => [control.id || control.textContent || control.dataset.effect, control.getBoundingClientRect().height])
+    .filter(([, height]) => height < 44));
+  assert.deepEqual(small, []);
+  await page.close();
+});

@@ -1,0 +1,261 @@
+// node use_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): what users of the viewer ran into: recordings
+// that were lost, numbers of two tools in one line, files that were refused without a reason, a camera inside the organ.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { boxSurface, csv, drag, frame, give, inState, middle, noTools, notice, ofFine, open, pathRows, picture, ready, renderMesh, saved } from "./page.mjs";
+import { readForces } from "./reference.mjs";
+
+const shown = (page, of) => page.evaluate((name) => globalThis.palpateViewer.shown[name], of);
+const rowsOf = (text) => text.trim().split("\n").slice(1).map((row) => row.split(",").map(Number));
+const largest = (text) => Math.max(...readForces(text, 1).flat(2).map(Math.abs));
+const closed = async (page) => {
+  assert.deepEqual(page.failures, []);
+  await page.close();
+};
+
+// ---- recordings ------------------------------------------------------------------------------------------------------
+
+test("the last touch is saved as it was felt, without a replay; before any, the page says why nothing can be saved", async () => {
+  const page = await ready();
+  assert.equal(await page.isDisabled("#save-forces"), true);
+  assert.match(await page.textContent("#recorded"), /touch the organ/);
+  await drag(page, [0, 0], [90, -60]);
+  await noTools(page);
+  assert.ok(largest(await saved(page, "save-forces")) > 0.05);
+  assert.match(await page.textContent("#recorded"), /^The last touch: [\d.]+ s/);
+  // A path is played, then the organ is touched elsewhere: the files hold the touch.
+  const from = await middle(page), played = csv(pathRows(from, [[0, 0.002], [0.2, -0.004]]));
+  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
+  await give(page, "path.csv", played, "#path-file");
+  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  const start = (text) => rowsOf(text)[0].slice(1);
+  const distance = (a, b) => Math.hypot(...a.map((x, d) => x - b[d]));
+  assert.ok(distance(start(await saved(page, "save-path")), start(played)) < 1e-9);
+  await drag(page, [70, 10], [120, -60]);
+  await noTools(page);
+  assert.ok(distance(start(await saved(page, "save-path")), start(played)) > 0.002);
+  await closed(page);
+});
+
+test("a touch with a tool that stays is saved and replayed, after Reset and after an effect is switched", async () => {
+  const page = await ready();
+  await page.click("text=Keep");
+  await drag(page, [0, 0], [90, -60]);
+  const during = largest(await saved(page, "save-forces"));
+  assert.ok(during > 0.05);
+  await page.click("#reset");
+  await noTools(page);
+  const felt = await saved(page, "save-forces");
+  assert.ok(largest(felt) > 0.05);
+  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
+  await page.click("#replay");
+  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  assert.equal(await saved(page, "save-forces"), felt, "the replay gives the same forces to the last digit");
+  await drag(page, [0, 0], [90, -60]);
+  await page.selectOption('[data-effect="contact"]', "point");
+  await noTools(page);
+  assert.ok(largest(await saved(page, "save-forces")) > 0.05);
+  await closed(page);
+});
+
+// ---- numbers ---------------------------------------------------------------------------------------------------------
+
+test("each tool has its own force and depth; its headline, label, arrow and curve share a number and a colour", async () => {
+  const page = await ready();
+  await page.click("text=Keep");
+  await drag(page, [-50, 0], [60, -60]);
+  await drag(page, [60, 10], [85, 0]);
+  await page.waitForTimeout(300);
+  await frame(page);
+  const said = await page.evaluate(() => {
+    const { shown, view } = globalThis.palpateViewer, colour = (element) => getComputedStyle(element).color;
+    return [...document.querySelectorAll("#readout .tool")].map((row, t) => ({
+      force: Number(row.querySelector(".newtons").textContent), depth: Number(row.querySelector(".depth").textContent), number: row.querySelector(".number dd").textContent,
+      label: document.getElementById("labels").children[t].textContent, arrow: `#${view.tools[t].ink.color.getHexString()}`,
+      colours: [colour(row.querySelector(".newtons")), colour(document.getElementById("labels").children[t])], tool: shown.tools[t],
+    }));
+  });
+  assert.equal(said.length, 2);
+  const hex = (rgb) => `#${rgb.match(/\d+/g).slice(0, 3).map((x) => Number(x).toString(16).padStart(2, "0")).join("")}`;
+  said.forEach(({ force, depth, number, label, arrow, colours, tool }, t) => {
+    assert.ok(Math.abs(force - Math.hypot(...tool.force)) < 0.006, "the force is this tool's");
+    assert.ok(Math.abs(depth - 1000 * tool.depth) < 0.06, "the depth is this tool's");
+    assert.equal(number, String(t + 1));
+    assert.match(label, new RegExp(`^${t + 1}: ${force.toFixed(2)} N$`));
+    assert.equal(colours[0], colours[1]);
+    assert.equal(arrow, hex(colours[0]));
+  });
+  assert.notEqual(said[0].colours[0], said[1].colours[0]);
+  assert.notEqual(said[0].force, said[1].force);
+  await picture(page, "two-tools-numbered");
+  await closed(page);
+});
+
+test("the plot keeps two touches of one tool apart, and a long touch keeps its beginning", async () => {
+  const page = await ready();
+  await page.click("text=Keep");
+  for (const x of [-60, 60, 0]) await drag(page, [x, 0], [x + 60, -50]);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.curves[0].length === 2);
+  const curves = await shown(page, "curves");
+  for (const curve of curves.flat()) assert.equal(new Set(curve.map((sample) => sample.contact)).size, 1);
+  await page.click("#reset");
+  const long = await page.evaluate(() => {
+    const { plot } = globalThis.palpateViewer, steps = Array.from({ length: 100_000 }, (_, i) => i);
+    plot.clear();
+    for (const i of steps) plot.add([{ tool: 0, contact: 1, depth: 1e-7 * i, force: 1e-6 * i }]);
+    return globalThis.palpateViewer.shown.curves[0][0].map((sample) => sample.depth);
+  });
+  assert.equal(long[0], 0);
+  assert.ok(long.at(-1) > 0.0099 && long.length > 1000 && long.length < 10_000);
+  await closed(page);
+});
+
+test("tools meet the organ where it is drawn: a second tool beside a deep one begins without force", async () => {
+  const page = await ready();
+  assert.equal(await page.isChecked('[data-effect="follow"]'), true);
+  await page.click("text=Keep");
+  await drag(page, [0, 0], [180, -60]);
+  await page.waitForTimeout(300);
+  await drag(page, [14, 8], [40, 0]);
+  const [first] = (await shown(page, "curves"))[1][0];
+  const most = Math.max(...(await shown(page, "curves"))[0][0].map((sample) => sample.force));
+  assert.ok(first.depth < 5e-4 && first.force < 0.1 * most, `${first.force} N at ${first.depth} m, beside ${most} N`);
+  await closed(page);
+});
+
+// ---- files -----------------------------------------------------------------------------------------------------------
+
+const drawn = (page) => page.evaluate(() => globalThis.palpateViewer.shown.fine?.positions.length ?? 0);
+
+test("a finer surface that is refused leaves the one that is drawn, and the reason names the file's own vertex and unit", ofFine, async () => {
+  const page = await ready();
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
+  const before = await drawn(page), good = readFileSync(renderMesh);
+  await page.selectOption('[data-effect="law"]', "sliding");
+  const refused = async (name, content, pattern) => {
+    await give(page, name, content);
+    await notice(page, pattern);
+    await frame(page);
+    assert.equal(await drawn(page), before);
+    assert.equal(await page.isChecked('[data-effect="fine"]'), true);
+    assert.equal(await page.inputValue('[data-effect="law"]'), "sliding");
+  };
+  await refused("away.ply", boxSurface([60, 50, 40], 2, 1000), "away.ply.*vertex \\d+ \\(10?[0-9]+, [-\\d., ]+ mm\\).*another organ");
+  await picture(page, "refused-surface");
+  const apart = await page.evaluate(() => {
+    const box = (id) => document.getElementById(id).getBoundingClientRect(), said = box("notice");
+    const meets = ({ left, right, top, bottom }) => left < said.right && said.left < right && top < said.bottom && said.top < bottom;
+    return !meets(box("name")) && !meets(box("facts")) && !meets(box("readout"));
+  });
+  assert.ok(apart, "the reason covers no other text");
+  // Of another body: twice as thick.
+  await refused("other.ply", boxSurface([60, 50, 400], 6), "other.ply.*another organ");
+  for (const part of [0.3, 0.7, 0.97]) await refused("cut.ply", good.subarray(0, Math.floor(part * good.length)), "cut.ply.*(ends before|no number)");
+  await refused("binary.ply", binaryCut(), "binary.ply.*ends before");
+  await closed(page);
+});
+
+// A binary PLY file that ends in its second face.
+function binaryCut() {
+  const head = "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n" +
+    "property list uchar int vertex_indices\nend_header\n";
+  return Buffer.concat([Buffer.from(head), Buffer.alloc(4 * 12 + 13 + 5, 1)]);
+}
+
+test("a path in mm, one far away and one that never meets the organ are named", async () => {
+  const page = await ready();
+  const from = await middle(page), play = (text) => give(page, "path.csv", text, "#path-file");
+  const rows = pathRows(from, [[0, 0.002], [0.2, -0.004]]);
+  await play(csv(rows.map(([time, ...x]) => [time, ...x.map((m) => 1000 * m + 3000)])));
+  await notice(page, "path.csv: expected a path in metres.*away");
+  await play(csv(rows.map(([time, ...x]) => [time, ...x.map((m) => 1000 * m)])));
+  await notice(page, "path.csv.*fit in mm");
+  await play(csv(pathRows(from, [[0, 0.02], [0.3, 0.01]])));
+  await notice(page, "never met the organ.*within [\\d.]+ mm");
+  await closed(page);
+});
+
+test("files dropped on the empty page are answered", async () => {
+  const page = await open({}, (p) => p.route(/bundle\.h5|render\.ply/, (route) => route.fulfill({ status: 404, body: "" })));
+  await inState(page, "empty");
+  for (const name of ["surface.ply", "path.csv"]) {
+    await page.evaluate((file) => {
+      const files = new DataTransfer();
+      files.items.add(new File(["0,0,0,0\n"], file));
+      dispatchEvent(new DragEvent("drop", { dataTransfer: files }));
+    }, name);
+    await page.waitForFunction((file) => document.getElementById("empty-note").textContent.startsWith(file), name);
+    assert.match(await page.textContent("#empty-note"), /open a bundle first/);
+  }
+  await closed(page);
+});
+
+// ---- camera ----------------------------------------------------------------------------------------------------------
+
+const camera = (page) => page.evaluate(() => {
+  const { camera, controls } = globalThis.palpateViewer.view.camera, offset = camera.position.clone().sub(controls.target);
+  return { distance: offset.length(), direction: offset.normalize().toArray() };
+});
+// When its motion has ended: after a drag it runs on for some frames.
+async function still(page) {
+  for (let before = await camera(page); ; ) {
+    await frame(page);
+    const now = await camera(page);
+    if (same(now.direction, before.direction, 1e-5) && Math.abs(now.distance - before.distance) < 1e-6) return now;
+    before = now;
+  }
+}
+const same = (a, b, tolerance) => Math.hypot(...a.map((x, d) => x - b[d])) < tolerance;
+
+test("the wheel stops in front of the organ; Reset and another window size keep the view; the right button turns it", async () => {
+  const page = await ready();
+  const home = await camera(page);
+  await page.mouse.move(500, 400);
+  for (let i = 0; i < 60; ++i) await page.mouse.wheel(0, -400);
+  const near = await still(page);
+  assert.ok(near.distance < 0.8 * home.distance);
+  const sees = () => page.evaluate(() => {
+    const canvas = document.getElementById("organ");
+    return globalThis.palpateViewer.view.pick(canvas.clientWidth / 2, canvas.clientHeight / 2) !== null;
+  });
+  assert.ok(await sees(), "the camera is outside");
+  await drag(page, [0, 0], [120, 40], { button: "right" });
+  const turned = await still(page);
+  assert.ok(await sees(), "and stays outside when it turns");
+  assert.ok(!same(turned.direction, near.direction, 0.05), "the right button turns");
+  assert.deepEqual((await shown(page, "tools")).filter(Boolean), []);
+  await page.click("#reset");
+  await frame(page);
+  assert.ok(same((await camera(page)).direction, turned.direction, 1e-3));
+  for (const [width, height] of [[700, 800], [1400, 900]]) {
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(300);
+    const now = await camera(page);
+    assert.ok(now.distance > 0.7 * turned.distance && now.distance < 2 * turned.distance);
+    assert.ok(same(now.direction, turned.direction, 1e-3), `the direction stays: ${now.direction} after ${turned.direction}, at ${width} px`);
+  }
+  await page.click("#home");
+  await frame(page);
+  assert.ok(same((await camera(page)).direction, home.direction, 1e-3));
+  await closed(page);
+});
+
+test("on a phone two fingers on the organ zoom and press nothing", async () => {
+  const page = await ready({ viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
+  await page.evaluate(() => globalThis.palpateViewer.view.camera.nearer(0.01));
+  await frame(page);
+  const before = await camera(page);
+  const client = await page.context().newCDPSession(page);
+  const fingers = (type, ...at) => client.send("Input.dispatchTouchEvent", { type, touchPoints: at.map(([x, y], id) => ({ x, y, id })) });
+  await fingers("touchStart", [195, 250]);
+  await page.waitForTimeout(50);
+  await fingers("touchStart", [195, 250], [195, 550]);
+  for (let i = 1; i <= 6; ++i) await fingers("touchMove", [195, 250 + 20 * i], [195, 550 - 20 * i]);
+  assert.equal(await page.evaluate(() => globalThis.palpateViewer.pointer.active), false);
+  await fingers("touchEnd");
+  assert.ok((await still(page)).distance > 1.2 * before.distance, "the pinch moves the camera away");
+  await noTools(page);
+  assert.equal(await page.evaluate(() => globalThis.palpateViewer.recordedSteps), 0);
+  await closed(page);
+});
