@@ -313,6 +313,8 @@ const std::vector<ConfigKey>& config_keys() {
        "`path`, or `path_csv`, or a place (`at` or `near`) with `depth`."},
       {S, "tool", "path_csv", "file", "s, `unit`", "-", "as `path`",
        "A CSV file of `time,x,y,z`, relative to the scene's folder; `#` begins a comment, one header line is allowed."},
+      {S, "tool", "away", "rows", "s", "-", "ascending times of at least 0 s",
+       "Rows `[from, until]`: the tool is away and touches nothing from the first time until before the second."},
       {S, "tool", "at", "choice", "-", "-", "foremost, hindmost, leftmost, rightmost, uppermost, lowest",
        "A place on the organ at rest: the touchable surface node that lies farthest in this direction of the patient. "
        "The bundle's frame must be `LPS` or `RAS`."},

@@ -106,6 +106,17 @@ std::vector<SceneConfig::KeyFrame> read_csv_path(const std::filesystem::path& cs
   return path;
 }
 
+std::vector<std::array<double, 2>> read_away(TomlTable& tool) {
+  std::vector<std::array<double, 2>> away = tool.rows<2>("away", "[from, until]");
+  double before = 0;
+  for (std::size_t i = 0; i < away.size(); ++i) {
+    if (!(away[i][0] >= before && away[i][1] > away[i][0]))
+      tool.wrong_row("away", i, "two ascending times, of at least 0 s and not before the row before");
+    before = away[i][1];
+  }
+  return away;
+}
+
 SceneConfig::Place read_place(TomlTable& tool, double scale) {
   using At = SceneConfig::Place::At;
   SceneConfig::Place place;
@@ -213,6 +224,7 @@ SceneConfig::Tool read_tool(TomlTable& table, double scale) {
   } else {
     tool.path = read_path(table, scale);
   }
+  if (table.has("away")) tool.away = read_away(table);
   if (table.has("grip"))
     for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
   if (tool.points.empty() && !tool.capsule && tool.grips.empty())

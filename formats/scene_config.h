@@ -77,6 +77,7 @@ struct SceneConfig {
     double disc_radius = 0;      // m
     double friction = 0;
     bool hold = false;
+    std::vector<std::array<double, 2>> away;  // s: from, until; ascending
     int line = 0;
     bool operator==(const Tool&) const = default;
   };

@@ -231,7 +231,10 @@ int Player::shape_node_count() const {
 }
 
 void Player::move_tools(double time) {
-  for (std::size_t t = 0; t < tools_.size(); ++t) place_tool(t, position_at(scene_.tools[t].path, time));
+  for (std::size_t t = 0; t < tools_.size(); ++t) {
+    place_tool(t, position_at(scene_.tools[t].path, time));
+    if (is_away(scene_.tools[t], time)) withdraw_tool(t);
+  }
 }
 
 void Player::place_tool(std::size_t tool, const Vector& position, const Rotation& turn) {

@@ -69,8 +69,8 @@ class Player {
 
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
-  // For a caller with a loop of its own: move_tools puts all tools where their paths are at a time, place_tool puts one tool
-  // where the caller says, touch makes one step. None of them allocates.
+  // For a caller with a loop of its own: move_tools puts all tools where their paths are at a time and withdraws those that are
+  // away then, place_tool puts one tool where the caller says, touch makes one step. None of them allocates.
   void move_tools(double time);
   void place_tool(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
   void withdraw_tool(std::size_t tool);  // it touches nothing until it is placed again

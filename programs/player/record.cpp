@@ -101,6 +101,9 @@ toml::table tool_of(const Player& player, std::size_t t) {
   if (!points.empty()) table.insert("points", std::move(points));
   if (tool.disc_radius > 0) table.insert("disc_radius", tool.disc_radius);
   if (tool.friction > 0) table.insert("friction", tool.friction);
+  toml::array away;
+  for (const auto& [from, until] : tool.away) away.push_back(toml::array{from, until});
+  if (!away.empty()) table.insert("away", std::move(away));
   if (!player.grips()[t].empty()) table.insert("grip", grips_of(player.grips()[t], player.bundle()));
   return table;
 }

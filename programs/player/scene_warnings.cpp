@@ -101,6 +101,7 @@ Place nearest_place(const Player& player, std::size_t t, const RestSurface& surf
   Vector before = position_at(tool.path, 0);
   for (std::uint64_t step = 0; step < player.touch_count(); ++step) {
     const double time = static_cast<double>(step) / player.scene().touch_hz;
+    if (is_away(tool, time)) continue;
     const Vector position = position_at(tool.path, time);
     const double moved = distance(position, before);
     before = position;
@@ -115,15 +116,16 @@ Place nearest_place(const Player& player, std::size_t t, const RestSurface& surf
   return found;
 }
 
-// At the start of the path: the deepest point.
+// Where the tool first is there: the deepest point.
 Place deepest_start(const SceneConfig::Tool& tool, const RestSurface& surface) {
   const std::vector<Vector> points = tool_points(tool);
-  const Vector position = position_at(tool.path, 0);
+  const double start = tool.away.empty() || tool.away[0][0] > 0 ? 0 : tool.away[0][1];
+  const Vector position = position_at(tool.path, start);
   Place found;
   for (std::size_t p = 0; p < points.size(); ++p) {
     const Vector at = {position[0] + points[p][0], position[1] + points[p][1], position[2] + points[p][2]};
     const double d = surface.signed_distance(at);
-    if (d < found.distance) found = {d, 0, p, at};
+    if (d < found.distance) found = {d, start, p, at};
   }
   return found;
 }

@@ -57,6 +57,11 @@ std::vector<Vector> tool_points(const SceneConfig::Tool& tool) {
   return points;
 }
 
+bool is_away(const SceneConfig::Tool& tool, double time) {
+  return std::any_of(tool.away.begin(), tool.away.end(),
+                     [time](const auto& row) { return row[0] <= time && time < row[1]; });
+}
+
 Vector position_at(const std::vector<SceneConfig::KeyFrame>& path, double time) {
   const auto after =
       std::upper_bound(path.begin(), path.end(), time, [](double t, const auto& frame) { return t < frame.time; });

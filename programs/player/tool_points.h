@@ -17,6 +17,9 @@ std::vector<SceneConfig::Vector> sample_capsule(const SceneConfig::Capsule& caps
 std::vector<SceneConfig::Vector> tool_points(const SceneConfig::Tool& tool);
 
 // The tool's origin at a time, m: linear between key frames, at rest before the first and after the last.
+// Whether the scene takes the tool away at a time, s.
+bool is_away(const SceneConfig::Tool& tool, double time);
+
 SceneConfig::Vector position_at(const std::vector<SceneConfig::KeyFrame>& path, double time);
 
 }  // namespace palpate

@@ -1,9 +1,10 @@
 // node use_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): what users of the viewer ran into: recordings
 // that were lost, numbers of two tools in one line, files that were refused without a reason, a camera inside the organ.
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { execFileSync } from "node:child_process";
+import { readFileSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
-import { boxSurface, csv, drag, frame, give, inState, middle, noTools, notice, ofFine, open, pathRows, picture, ready, renderMesh, saved } from "./page.mjs";
+import { boxSurface, bundle, csv, drag, folder, frame, give, inState, middle, noTools, notice, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, saved } from "./page.mjs";
 import { readForces } from "./reference.mjs";
 
 const shown = (page, of) => page.evaluate((name) => globalThis.palpateViewer.shown[name], of);
@@ -29,12 +30,12 @@ test("the last touch is saved as it was felt, without a replay; before any, the 
   await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
   await give(page, "path.csv", played, "#path-file");
   await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
-  const start = (text) => rowsOf(text)[0].slice(1);
+  const start = (text) => (text.startsWith("#") ? JSON.parse(text.match(/path = \[\s*(\[.*?\])/)[1]) : rowsOf(text)[0]).slice(1);
   const distance = (a, b) => Math.hypot(...a.map((x, d) => x - b[d]));
-  assert.ok(distance(start(await saved(page, "save-path")), start(played)) < 1e-9);
+  assert.ok(distance(start(await saved(page, "save-scene")), start(played)) < 1e-9);
   await drag(page, [70, 10], [120, -60]);
   await noTools(page);
-  assert.ok(distance(start(await saved(page, "save-path")), start(played)) > 0.002);
+  assert.ok(distance(start(await saved(page, "save-scene")), start(played)) > 0.002);
   await closed(page);
 });
 
@@ -56,6 +57,35 @@ test("a touch with a tool that stays is saved and replayed, after Reset and afte
   await page.selectOption('[data-effect="contact"]', "point");
   await noTools(page);
   assert.ok(largest(await saved(page, "save-forces")) > 0.05);
+  await closed(page);
+});
+
+test("a saved scene plays in palpate-run to the same bytes as the page saves, and verifies as a record: all tools, pushes and pulls", async () => {
+  const page = await ready();
+  const plays = async (name) => {
+    const files = { forces: await saved(page, "save-forces"), scene: await saved(page, "save-scene") };
+    assert.equal(await page.evaluate(() => globalThis.palpateViewer.saved.difference), 0, "the forces are those that were felt");
+    writeFileSync(`${folder}/${name}.toml`, files.scene);
+    execFileSync(palpateRun, [`${folder}/${name}.toml`, "--bundle", bundle, "--quiet", "-o", `${folder}/${name}`], { stdio: "pipe" });
+    assert.ok(files.forces === readFileSync(`${folder}/${name}/forces.csv`, "utf8"), "forces.csv is the same to the byte");
+    assert.match(execFileSync(palpateRun, ["--replay", `${folder}/${name}.toml`, "--bundle", bundle], { encoding: "utf8" }), /as recorded/);
+    return files;
+  };
+  // Three pushes of two tools: the third one takes the first tool's place. Then a pull.
+  await page.click("text=Keep");
+  for (const x of [-60, 60, 0]) await drag(page, [x, 0], [x + 60, -50]);
+  await page.click("text=Keep");
+  await noTools(page);
+  const { scene, forces } = await plays("kept");
+  assert.equal(scene.match(/\[\[tool\]\]/g).length, 2);
+  assert.ok(largest(forces) > 0.05 && !/[eE]\+?\d{3}/.test(forces));
+  await page.click("text=Pull");
+  await page.selectOption('[data-effect="law"]', "coulomb");
+  await page.check('[data-effect="relaxation"]');
+  await drag(page, [0, 0], [70, -60]);
+  await noTools(page);
+  const pulled = await plays("pulled");
+  assert.match(pulled.scene, /law = "coulomb"[^]*terms = \[\[0.45, 0.5\][^]*hold = true\ndisc_radius = 0.006\nfriction = 0.3/);
   await closed(page);
 });
 
@@ -108,6 +138,29 @@ test("the plot keeps two touches of one tool apart, and a long touch keeps its b
   });
   assert.equal(long[0], 0);
   assert.ok(long.at(-1) > 0.0099 && long.length > 1000 && long.length < 10_000);
+  await closed(page);
+});
+
+test("the colour shows the dent at the tool, and hardly the parts that move as a whole", ofFine, async () => {
+  const page = await ready();
+  await page.click("text=Keep");
+  await drag(page, [0, 0], [120, -60]);
+  await page.waitForTimeout(500);
+  const drawnNow = async (by) => {
+    await page.selectOption("#colour-by", by);
+    for (let i = 0; i < 4; ++i) await frame(page);
+    return page.evaluate(() => {
+      const { fine, tools } = globalThis.palpateViewer.shown;
+      return { positions: [...fine.positions], lengths: [...fine.lengths], point: tools[0].point };
+    });
+  };
+  const { positions, lengths: dents, point } = await drawnNow("dent"), { lengths: moves } = await drawnNow("displacement");
+  const away = moves.map((_, v) => Math.hypot(...point.map((x, d) => positions[3 * v + d] - x)));
+  const mean = (lengths, chosen) => chosen.reduce((sum, v) => sum + lengths[v], 0) / chosen.length;
+  const far = [...away.keys()].filter((v) => away[v] > 0.03), deepest = dents.indexOf(Math.max(...dents));
+  assert.ok(away[deepest] < 0.015, `the deepest dent is ${away[deepest]} m from the tool`);
+  assert.ok(mean(dents, far) < 0.3 * mean(moves, far), `far away: ${mean(dents, far)} m of ${mean(moves, far)} m`);
+  assert.match(await page.textContent("#legend-name"), /Displacement/);
   await closed(page);
 });
 

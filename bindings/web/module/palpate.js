@@ -23,7 +23,7 @@
  *  A closed surface that tools meet in place of the bundle's triangles: [vertices][3] m in the bundle's frame, and [triangles][3]
  *  vertices, counter-clockwise from outside; which creating the scene reads and does not keep. */
 /** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
-/** @typedef {{nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
+/** @typedef {{identity: bigint, nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
  *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean}} BundleInfo */
 
 // The words of palpate.h's enums, in their order.
@@ -160,7 +160,7 @@ export class Bundle {
     api.palpate_bundle_fill_info(this.pointer, at, this.runtime.field("palpate_bundle_info"));
     const number = (/** @type {string} */ name) => heap.i32(at + this.runtime.field(`palpate_bundle_info.${name}`));
     const info = {
-      nodeCount: number("node_count"), surfaceNodeCount: number("surface_node_count"),
+      identity: heap.data.getBigUint64(at + this.runtime.field("palpate_bundle_info.identity"), true), nodeCount: number("node_count"), surfaceNodeCount: number("surface_node_count"),
       triangleCount: number("triangle_count"), tetrahedronCount: number("tetrahedron_count"),
       touchableCount: number("touchable_count"), hasInterior: !!number("has_interior"), hasRadial: !!number("has_radial"),
       hasForce: !!number("has_force"), hasPreload: !!number("has_preload"), hasLarge: !!number("has_large"),
@@ -381,6 +381,12 @@ export class Scene {
   contactCount(tool) {
     const { runtime } = this;
     return runtime.heap.i32(this.#toolStateAt(tool) + runtime.field("palpate_tool_state.contact_count"));
+  }
+
+  /** The flag bits of a tool. @param {number} tool @returns {number} */
+  toolFlags(tool) {
+    const { runtime } = this;
+    return runtime.heap.u32(this.#toolStateAt(tool) + runtime.field("palpate_tool_state.flags"));
   }
 
   /** view [nodeCount][3] m, of the last shape() */

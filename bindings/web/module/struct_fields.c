@@ -18,6 +18,7 @@ static const palpate_web_field fields[] = {
     FIELD(palpate_error, byte_offset),
     FIELD(palpate_error, text),
     SIZE(palpate_bundle_info),
+    FIELD(palpate_bundle_info, identity),
     FIELD(palpate_bundle_info, node_count),
     FIELD(palpate_bundle_info, surface_node_count),
     FIELD(palpate_bundle_info, triangle_count),

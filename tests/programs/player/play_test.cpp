@@ -49,6 +49,19 @@ std::vector<Row> read_rows(const fs::path& file) {
   return rows;
 }
 
+TEST_F(PlayedScene, TakesAToolAwayWhenItsSceneSaysSo) {
+  write_scene(kProbe + "away = [[0, 0.01], [0.08, 0.09]]\n");
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const auto rows = read_rows(folder_ / "out/forces.csv");
+  ASSERT_EQ(rows.size(), 101u);
+  EXPECT_GT(std::stod(rows[79].at("force_z_N")), 0.01);
+  for (std::size_t step = 80; step < 90; ++step) {
+    EXPECT_EQ(rows[step].at("contacts"), "0") << step;
+    EXPECT_EQ(std::stod(rows[step].at("raw_z_N")), 0) << step;
+  }
+}
+
 TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   write_scene(kProbe);
   ASSERT_EQ(run("scene.toml -o out").code, 0);

@@ -19,7 +19,7 @@ const std::string kTools =
     "[[tool]]\nname = \"probe \\\"1\\\"\"\npoints = [[0, 0, 0]]\nradius = 4\nfriction = 0.3\n"
     "path = [[0, 41, 26, 44], [0.05, 41, 26, 36], [0.1, 44.7, 29, 36.1]]\n"
     "[[tool]]\nname = \"rod\"\nhold = true\ncapsule = { radius = 3, length = 20, axis = [0.1, 1, 0], samples = 5 }\n"
-    "path = [[0, 20, 15, 47], [0.1, 20, 15, 41]]\n"
+    "path = [[0, 20, 15, 47], [0.1, 20, 15, 41]]\naway = [[0, 0.01], [0.06, 0.08]]\n"
     "[[tool]]\nname = \"clamp\"\npath = [[0.03, 60, 50, 40], [0.08, 61, 52, 40]]\n"
     "[[tool.grip]]\nbox = { min = [59, 49, -1], max = [61, 51, 41] }\naxes = \"xy\"\n";
 const std::string kEffects =

@@ -203,6 +203,13 @@ TEST_F(SceneFile, RefusesValuesOutOfRange) {
   expect_refused(kPath + "[[tool.grip]]\naxes = \"x\"\n", "", "nearest");
 }
 
+TEST_F(SceneFile, TakesTimesAtWhichAToolIsAway) {
+  const auto tool = read(kPoint + kPath + "away = [[0, 0.25], [0.5, 0.75]]\n").tools.at(0);
+  EXPECT_EQ(tool.away, (std::vector<std::array<double, 2>>{{0, 0.25}, {0.5, 0.75}}));
+  for (const char* rows : {"[[0.5, 0.25]]", "[[-1, 1]]", "[[0, 1], [0.5, 2]]"})
+    expect_refused(kPoint + kPath + "away = " + rows + "\n", "", "two ascending times");
+}
+
 TEST_F(SceneFile, PlacesAToolByAWordOrAPointWithDepths) {
   const auto word = read(kPoint + "at = \"foremost\"\ndepth = [[0, -10], [1, 8]]\n").tools.at(0);
   ASSERT_TRUE(word.place);

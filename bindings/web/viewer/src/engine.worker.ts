@@ -5,10 +5,12 @@ import { hasSimd, loadRuntime, PalpateError, type Bundle, type RenderMesh, type 
 import { measureCosts } from "./costs";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
-  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
+  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
+import { filesOf } from "./scene_file";
 import { Recorder, recordedTool, type RecordedTool } from "./recorder";
+import { SurfaceColours, surfaceOf } from "./surface_colours";
 import { ToolMotion } from "./tool_motion";
 import { TouchScene } from "./touch_scene";
 
@@ -20,10 +22,15 @@ const say = (message: FromWorker, transfer: Transferable[] = []) => postMessage(
 
 let runtime: Runtime | null = null;
 let bundle: Bundle | null = null;
+let bundleName = "";
 let scene: TouchScene | null = null;
 let effects: PageEffects = DEFAULT_EFFECTS;
 let fineMesh: Required<RenderMesh> | null = null;
 let toolShape = DEFAULT_TOOL;
+let colourBy: ColourBy = "dent";
+let spacing = 0; // of the bundle's surface, m
+let colours: SurfaceColours | null = null; // of the bundle's surface
+let fineColours: SurfaceColours | null = null;
 
 const motions: (ToolMotion | null)[] = Array(TOOL_COUNT).fill(null);
 const recorder = new Recorder();
@@ -57,12 +64,15 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     const first = new TouchScene(opened, DEFAULT_EFFECTS, DEFAULT_TOOL, null);
     close();
     bundle = opened;
+    bundleName = name.slice(name.lastIndexOf("/") + 1);
     scene = first;
     effects = DEFAULT_EFFECTS;
     toolShape = DEFAULT_TOOL;
     fineMesh = null;
     stale = true;
-    const mesh = meshOf(opened);
+    const mesh = meshOf(opened), surface = surfaceOf(mesh.positions.slice(), mesh.triangles);
+    spacing = surface.spacing;
+    colours = new SurfaceColours(surface, spacing);
     say({ type: "opened", name, mesh, info: opened.info, provenance: parsed(opened.provenance), bytes: opened.byteCount, simd: hasSimd() });
   } catch (error) {
     opened?.close();
@@ -107,6 +117,7 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
     scene = changed;
     effects = wanted;
     toolShape = tool;
+    if (mesh && mesh !== fineMesh) fineColours = new SurfaceColours({ rest: mesh.positions, normals: mesh.normals }, spacing);
     fineMesh = mesh;
     stale = true;
     say({ type: "accepted", effects, tool });
@@ -256,9 +267,11 @@ function endRecording() {
   recorder.clear();
 }
 
-function save(as: SavedFile) {
+async function save(as: SavedFile) {
   const recording = newestRecording();
-  if (recording) say({ type: "saved", as, recording });
+  if (!bundle || !recording) return;
+  const files = await filesOf(bundle, bundleName, recording);
+  say({ type: "saved", as, text: files[as], difference: files.difference });
 }
 
 // Takes the tools away. What was recorded until now stays.
@@ -302,16 +315,15 @@ function answerFrame(recycled: ArrayBuffer | null) {
   say(frame, [buffer]);
 }
 
-function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, displacements: u, nodeCount, vertexCount, skinPositions: x, skinNormals } }: TouchScene) {
+function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, displacements, nodeCount, vertexCount, skinPositions, skinNormals } }: TouchScene) {
   const out = frameArrays(buffer, nodes, nodeCount - nodes, vertexCount);
   out.positions.set(positions.subarray(0, 3 * nodes));
   out.inside.set(positions.subarray(3 * nodes));
-  for (let n = 0; n < nodes; ++n) out.lengths[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
-  if (!vertexCount) return;
-  out.fine.positions.set(x);
+  if (!vertexCount) return colours!.fill(colourBy, displacements, toolShape.discRadius, out.lengths);
+  out.fine.positions.set(skinPositions);
   out.fine.normals.set(skinNormals);
-  const rest = fineMesh!.positions;
-  for (let i = 0, v = 0; v < vertexCount; ++v, i += 3) out.fine.lengths[v] = Math.hypot(x[i] - rest[i], x[i + 1] - rest[i + 1], x[i + 2] - rest[i + 2]);
+  const moved = skinPositions.map((x, i) => x - fineMesh!.positions[i]);
+  fineColours!.fill(colourBy, moved, toolShape.discRadius, out.fine.lengths);
 }
 
 function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
@@ -333,7 +345,11 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "withdraw") withdraw(data.index);
   if (data.type === "frame") answerFrame(data.buffer);
   if (data.type === "replay") play(data.path);
-  if (data.type === "save") save(data.as);
+  if (data.type === "save") void save(data.as);
   if (data.type === "measure") measure(data.place, data.normal);
+  if (data.type === "colour") {
+    colourBy = data.by;
+    stale = true;
+  }
   if (data.type === "reset") forget();
 });

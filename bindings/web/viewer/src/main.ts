@@ -6,14 +6,15 @@ import { EffectsPanel } from "./effects_panel";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
 import { Keys } from "./keys";
-import { frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToWorker } from "./messages";
+import { type ColourBy, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToWorker } from "./messages";
 import { OrganView, type Hit, type Shape } from "./organ_view";
-import { checkPlaceOfPath, demonstration, forcesFile, pathFile, pathOfFile, save } from "./path_files";
+import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
 import { ToolPointer } from "./tool_pointer";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 
 const BUNDLE_URL = new URL("bundle.h5", location.href).href;
 const RENDER_MESH_URL = new URL("render.ply", location.href).href;
+const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 const QUIET = 400; // ms without a touch before effects are timed
 
 const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -61,6 +62,7 @@ class Viewer {
   private recordedSteps = 0;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
   private flagged = false; // what the page says is a step's flags
+  saved: Extract<FromWorker, { type: "saved" }> | null = null; // the last file
   private moved = false; // the newest shape is not yet drawn
   private waiting = false; // for a frame of the worker
   private buffer: ArrayBuffer | null = null;
@@ -132,7 +134,7 @@ class Viewer {
     this.pointer.forget();
     this.plot.clear();
     this.view.most = 0.005;
-    this.view.open(mesh);
+    this.view.open(mesh, String(provenance.frame));
     this.fine = null;
     this.accepted = { effects: this.effects, tool: this.tool, fine: null };
     this.showEffects();
@@ -264,19 +266,25 @@ class Viewer {
     if (!message.touched) this.tellUser(`The tool of this path never met the organ: it came within ${(1000 * message.nearest).toFixed(1)} mm of a vertex.`);
   }
 
-  private saveFile({ as, recording }: Extract<FromWorker, { type: "saved" }>) {
-    if (as === "path") save("path.csv", pathFile(recording));
-    else save("forces.csv", forcesFile(recording));
+  private saveFile(saved: Extract<FromWorker, { type: "saved" }>) {
+    this.saved = saved;
+    save(saved.as === "scene" ? "recording.toml" : "forces.csv", saved.text);
   }
 
-  // The point of the organ in the middle of the view, or near it.
+  // A touchable point of the organ near the middle of the view, which the view shows from the side: a press there is a dent that one
+  // sees.
   private front(): Hit | null {
-    const { clientWidth: width, clientHeight: height } = byId("organ");
-    for (const [x, y] of [[0.5, 0.5], [0.5, 0.4], [0.4, 0.5], [0.6, 0.5], [0.5, 0.6]]) {
-      const hit = this.view.pick(x * width, y * height);
-      if (hit) return hit;
-    }
-    return null;
+    const { clientWidth: width, clientHeight: height } = byId("organ"), touchable = new Set(this.mesh!.touchable);
+    let best: Hit | null = null, least = Infinity;
+    for (let x = 0.2; x < 0.81; x += 0.05)
+      for (let y = 0.2; y < 0.81; y += 0.05) {
+        const hit = this.view.pick(x * width, y * height);
+        if (!hit) continue;
+        const away = Math.hypot(x - 0.5, y - 0.5), beyond = hit.nodes.every((node) => touchable.has(node)) ? 0 : 10;
+        const cost = beyond + away + 2 * Math.abs(this.view.camera.facing(hit.normal) - FROM_THE_SIDE);
+        if (cost < least) [best, least] = [hit, cost];
+      }
+    return best;
   }
 
   private reset() {
@@ -294,7 +302,7 @@ class Viewer {
     click("open", () => byId("file").click());
     click("open-path", () => byId("path-file").click());
     click("error-back", () => state("ready"));
-    click("save-path", () => this.tell({ type: "save", as: "path" }));
+    click("save-scene", () => this.tell({ type: "save", as: "scene" }));
     click("save-forces", () => this.tell({ type: "save", as: "forces" }));
     click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
     for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
@@ -304,7 +312,7 @@ class Viewer {
         void this.openFiles(input.files ?? []);
         input.value = "";
       });
-    for (const id of ["show-colour", "show-mesh", "show-fixed", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
+    for (const id of ["colour-by", "show-mesh", "show-fixed", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
     byId("radius").addEventListener("input", () => this.showRadius());
     byId("radius").addEventListener("change", () => this.changeEffects(this.effects));
     byId("keep").addEventListener("change", () => !isOn("keep") && this.letGo());
@@ -349,9 +357,12 @@ class Viewer {
   }
 
   private show() {
-    this.view.show({ colour: isOn("show-colour"), mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), touchable: isOn("show-touchable") });
+    const by = byId<HTMLSelectElement>("colour-by").value as ColourBy;
+    this.tell({ type: "colour", by });
+    byId("legend-name").textContent = by === "dent" ? "Dent" : "Displacement";
+    this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), touchable: isOn("show-touchable") });
     if (this.newest) this.view.move(this.newest.shape);
-    byId("legend").hidden = !isOn("show-colour");
+    byId("legend").hidden = by === "nothing";
   }
 
   private dress() {
@@ -431,7 +442,7 @@ class Viewer {
   // What Replay plays and the files hold.
   private showRecorded() {
     const none = this.recordedSteps === 0, seconds = (this.recordedSteps / TOUCH_HZ).toFixed(1);
-    for (const id of ["save-path", "save-forces"]) byId<HTMLButtonElement>(id).disabled = none;
+    for (const id of ["save-scene", "save-forces"]) byId<HTMLButtonElement>(id).disabled = none;
     byId("recorded").textContent = none ? "Nothing to save yet: touch the organ, or play a path." : `The last touch: ${seconds} s.`;
   }
 

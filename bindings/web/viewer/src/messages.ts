@@ -46,9 +46,11 @@ export type ToWorker =
   | { type: "replay"; path: Path | null } // null: the last touch
   | { type: "save"; as: SavedFile } // answered by "saved"
   | { type: "measure"; place: Vector; normal: Vector }
+  | { type: "colour"; by: ColourBy } // what a frame's lengths are
   | { type: "reset" };
 
-export type SavedFile = "path" | "forces";
+export type ColourBy = "dent" | "displacement" | "nothing";
+export type SavedFile = "scene" | "forces";
 
 export interface Mesh {
   positions: Float32Array; // rest, [node][3] m, of the surface
@@ -109,6 +111,6 @@ export type FromWorker =
   | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime"; message: string; byteOffset: number }
   | { type: "accepted"; effects: PageEffects; tool: ToolShape }
   | { type: "replayed"; positions: Float32Array; fine: Float32Array; touched: boolean; nearest: number } // the nodes of the last shape, m, and the finer mesh's; whether a tool met the organ, and else the least distance, m, between a tool and the nodes at rest
-  | { type: "saved"; as: SavedFile; recording: Recording }
+  | { type: "saved"; as: SavedFile; text: string; difference: number } // difference: of the file's forces from those felt, N
   | { type: "costs"; costs: Cost[] }
   | Frame;

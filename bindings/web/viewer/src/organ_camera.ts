@@ -2,7 +2,7 @@
 import { MOUSE, PerspectiveCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-const FRONT = new Vector3(0.42, -1, 0.34).normalize(); // from the patient's front, a little from above (LPS: y to the back, z up)
+const FRONT = new Vector3(0.85, -1, 0.6).normalize(); // from the patient's front and left and from above (LPS: y to the back, z up)
 const BESIDE = 0.35; // in radii of the organ: nodes within this distance of the line of sight keep the camera away
 
 export class OrganCamera {
@@ -11,6 +11,7 @@ export class OrganCamera {
   private centre = new Vector3();
   private radius = 0.1; // m, of the organ
   private nodes: ArrayLike<number> = [];
+  private front = FRONT;
   private from = new Vector3(); // direction for which the least distance was computed
   private sized = false;
 
@@ -23,7 +24,9 @@ export class OrganCamera {
     this.controls.mouseButtons.RIGHT = MOUSE.ROTATE;
   }
 
-  open(centre: Vector3, radius: number, nodes: ArrayLike<number>) {
+  // frame: "LPS", or "RAS", in which x and y point the other way.
+  open(centre: Vector3, radius: number, nodes: ArrayLike<number>, frame: string) {
+    this.front = frame === "RAS" ? new Vector3(-FRONT.x, -FRONT.y, FRONT.z) : FRONT;
     this.centre.copy(centre);
     this.radius = radius;
     this.nodes = nodes;
@@ -36,7 +39,7 @@ export class OrganCamera {
   home() {
     const tan = Math.tan((this.camera.fov * Math.PI) / 360);
     const distance = (0.92 * this.radius) / (tan * this.widest());
-    this.camera.position.copy(this.centre).addScaledVector(FRONT, distance);
+    this.camera.position.copy(this.centre).addScaledVector(this.front, distance);
     this.update();
   }
 
@@ -68,6 +71,12 @@ export class OrganCamera {
       this.controls.minDistance = this.outside(direction) + 0.2 * this.radius;
     }
     this.controls.update();
+  }
+
+  // The cosine between a direction and the line of sight, 1: towards the camera.
+  facing(direction: ArrayLike<number>): number {
+    const { x, y, z } = this.offset().normalize();
+    return x * direction[0] + y * direction[1] + z * direction[2];
   }
 
   metresPerPixel(point: Vector3, height: number): number {

@@ -14,6 +14,7 @@ const LONGEST_ARROW = 0.08; // m
 
 export interface Hit {
   triangle: number;
+  nodes: number[]; // of the triangle
   barycentric: Vector;
   point: Vector; // on the surface as drawn
   place: Vector; // at rest
@@ -30,7 +31,7 @@ export interface Shown {
 export interface Shape {
   positions: Float32Array; // [node][3] m
   inside: Float32Array; // [node][3] m; empty: the interior is not drawn
-  lengths: Float32Array; // of displacement, m
+  lengths: Float32Array; // of displacement or dent, m
   fine: { positions: Float32Array; normals: Float32Array; lengths: Float32Array } | null; // [vertex]
 }
 
@@ -71,7 +72,8 @@ export class OrganView {
     for (const { material } of [this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
   }
 
-  open(mesh: Mesh) {
+  // frame: of the bundle's coordinates, "LPS" or "RAS".
+  open(mesh: Mesh, frame: string) {
     const nodes = mesh.positions.length / 3;
     this.geometry.dispose();
     this.geometry = new BufferGeometry();
@@ -100,7 +102,7 @@ export class OrganView {
     this.inside.geometry = new BufferGeometry();
     this.tetrahedra = mesh.tetrahedra;
     this.move({ positions: mesh.positions, inside: new Float32Array(0), lengths: new Float32Array(nodes), fine: null });
-    this.camera.open(sphere.center, sphere.radius, mesh.positions);
+    this.camera.open(sphere.center, sphere.radius, mesh.positions, frame);
   }
 
   openFine(mesh: FineMesh | null) {
@@ -116,7 +118,7 @@ export class OrganView {
   move({ positions, inside, lengths, fine }: Shape) {
     this.moveInside(positions, inside);
     let most = 0.002;
-    for (const length of lengths) most = Math.max(most, length);
+    for (const length of fine ? fine.lengths : lengths) most = Math.max(most, length);
     this.most = roundUp(Math.max(most, this.most > 2.5 * most ? most : Math.min(this.most, 2.5 * most)));
     put(this.geometry, "position", positions);
     this.geometry.boundingSphere!.radius = this.radius * 1.5;
@@ -195,7 +197,7 @@ export class OrganView {
     const barycentric = barycentricOf(hit.point, corners.map((n) => new Vector3().fromBufferAttribute(this.geometry.getAttribute("position") as BufferAttribute, n)));
     const mix = (of: Float32Array) => [0, 1, 2].map((d) => corners.reduce((sum, n, i) => sum + barycentric[i] * of[3 * n + d], 0)) as Vector;
     const normal = new Vector3(...mix(this.restNormals)).normalize();
-    return { triangle: hit.faceIndex!, barycentric, point: hit.point.toArray() as Vector, place: mix(this.rest), normal: normal.toArray() as Vector };
+    return { triangle: hit.faceIndex!, nodes: corners, barycentric, point: hit.point.toArray() as Vector, place: mix(this.rest), normal: normal.toArray() as Vector };
   }
 
   // Moves a point by pixels in the plane that faces the camera.

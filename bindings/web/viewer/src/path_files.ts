@@ -1,5 +1,5 @@
-// Paths and forces as files: the CSV that palpate-run reads (path_csv, in metres) and writes (forces.csv).
-import { TOOL_COUNT, TOUCH_HZ, type Path, type Recording, type Vector } from "./messages";
+// Reads paths: the CSV that palpate-run reads (path_csv, in metres).
+import { TOOL_COUNT, TOUCH_HZ, type Path, type Vector } from "./messages";
 
 // Rows of time (s), x, y, z (m), with '#' comments and one header line. Linear between rows, as palpate-run plays them.
 export function pathOfFile(text: string): Path {
@@ -62,32 +62,6 @@ function boxOf(points: Float32Array): [low: number[], high: number[]] {
 
 const brief = (value: number) => String(Number(value.toPrecision(3)));
 
-// The path of a recording's first tool, from when it first appears until it first leaves.
-export function pathFile({ steps, points }: Path): string {
-  const rows = ["time_s,x_m,y_m,z_m"];
-  for (let step = 0, begun = -1; step < steps; ++step) {
-    const at = points.subarray(3 * TOOL_COUNT * step, 3 * TOOL_COUNT * step + 3);
-    if (Number.isNaN(at[0])) {
-      if (begun >= 0) break;
-      continue;
-    }
-    if (begun < 0) begun = step;
-    rows.push([(step - begun) / TOUCH_HZ, ...at].join(","));
-  }
-  return rows.join("\n") + "\n";
-}
-
-// forces: [step][tool][3] N.
-export function forcesFile({ steps, points, forces }: Recording): string {
-  const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N"];
-  for (let step = 0; step < steps; ++step)
-    for (let tool = 0; tool < TOOL_COUNT; ++tool) {
-      const at = 3 * (TOOL_COUNT * step + tool);
-      if (!Number.isNaN(points[at])) rows.push([step / TOUCH_HZ, tool + 1, ...points.subarray(at, at + 3), ...forces.subarray(at, at + 3)].join(","));
-    }
-  return rows.join("\n") + "\n";
-}
-
 // The press that a replay plays before the user's first touch: the tool goes in, stays, and comes out.
 export function demonstration(place: Vector, normal: Vector, depth = 0.012): Path {
   const at = (height: number) => place.map((x, d) => x + height * normal[d]);
@@ -97,7 +71,7 @@ export function demonstration(place: Vector, normal: Vector, depth = 0.012): Pat
 
 export function save(name: string, text: string) {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);

@@ -3,7 +3,7 @@ import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
 
-const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
+export const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
 
 // The runtime's tools: each of the page's pushes or pulls, which for the runtime are two tools, since a tool of a scene file either
 // holds or does not.
@@ -15,8 +15,13 @@ export class TouchScene {
   touchMs = 0; // ms of all touches; the caller resets it
   private pulls: boolean[] = Array(TOOL_COUNT).fill(false); // in the last touch
 
+  private discRadius: number;
+  private friction: number;
+
   // mesh: the finer mesh that effects.fine binds.
-  constructor(bundle: Bundle, { fine, ...effects }: PageEffects, private tool: ToolShape, mesh: RenderMesh | null) {
+  constructor(bundle: Bundle, { fine, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
+    this.discRadius = effects.contact === "patch" ? tool.discRadius : 0;
+    this.friction = effects.law === "coulomb" ? tool.friction : 0;
     this.scene = bundle.createScene({
       ...effects, renderMesh: fine && mesh ? mesh : undefined, maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
       maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * SCENE_TOOLS,
@@ -36,7 +41,7 @@ export class TouchScene {
     tools.forEach((tool, t) => {
       if (!tool) return;
       this.pulls[t] = tool.hold;
-      all[sceneTool(t, tool.hold)] = { points: tool.point, hold: tool.hold, discRadius: this.tool.discRadius, friction: this.tool.friction };
+      all[sceneTool(t, tool.hold)] = { points: tool.point, hold: tool.hold, discRadius: this.discRadius, friction: this.friction };
     });
     this.scene.setTools(all);
     const start = performance.now();
