@@ -9,6 +9,7 @@
 #include "formats/atomic_file.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "formats/processor_limit.h"
 #include "formats/program.h"
 #include "meshing/image/label_image.h"
 #include "meshing/image/label_list.h"
@@ -196,7 +197,23 @@ void write_report(const Options& options, const TriangleSurface& surface, const 
   fmt::print("{}", report_text(quality, distance, input_mm3, "input", back));
 }
 
-void wrap(const Options& options, const TriangleSurface& soup) {
+// Seconds of processor time for a surface: 20, or 0.2 ms for each of its triangles and 2 ms for each that is asked for.
+double processor_limit(const Options& options, const TriangleSurface& soup) {
+  double asked = static_cast<double>(options.target.triangles.value_or(0));
+  if (options.target.edge_mm) asked = 2.3 * area(soup) / (*options.target.edge_mm * *options.target.edge_mm);
+  return std::max(20.0, 2e-4 * static_cast<double>(soup.triangles.size()) + 2e-3 * asked);
+}
+
+// What is said when a surface takes all of it.
+std::string too_slow(const Options& options, const TriangleSurface& soup, double limit) {
+  const std::string& name = options.inputs.front();
+  return fmt::format(
+      "{}: expected to be done within {:.0f} s of processor time, found triangles that take longer; {}; {}", name,
+      limit, text_of(worst_triangle(soup)),
+      options.wrap ? "wrap it with a larger ball, --wrap-mm, or ask for fewer --triangles" : wrap_advice(name));
+}
+
+void wrap(const Options& options, const TriangleSurface& soup, std::optional<ProcessorLimit>& ends_the_program) {
   const std::string& name = options.inputs.front();
   if (!options.cavities.empty()) throw InputError(fmt::format("{}: --wrap fills cavities; leave out --cavities", name));
   SurfaceTarget target = options.target;
@@ -214,6 +231,7 @@ void wrap(const Options& options, const TriangleSurface& soup) {
       warn(fmt::format("{}; wrapping it thicker", failed.what()));
       continue;
     }
+    ends_the_program.reset();
     for (const std::string& change : wrapped.changes) warn(fmt::format("{}: {}", name, change));
     note(fmt::format("wrapped with a ball of {:.3g} mm: gaps narrower than {:.3g} mm are bridged", wrapped.ball_mm,
                      2 * wrapped.ball_mm));
@@ -230,7 +248,10 @@ void from_surface(const Options& options) {
     throw InputError(fmt::format("{}: --labels, --threshold, --spacing and --smooth are for images", name));
   }
   const TriangleSurface soup = read_surface(name, millimetres(options.unit));
-  if (options.wrap) return wrap(options, soup);
+  const double limit = processor_limit(options, soup);
+  std::optional<ProcessorLimit> ends_the_program;
+  ends_the_program.emplace("palpate-surface", limit, too_slow(options, soup, limit));
+  if (options.wrap) return wrap(options, soup, ends_the_program);
   const RepairedSurface repaired = repair_surface(soup, parse_piece_filter(options.components), options.cavities, name);
   for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", name, repair));
 
@@ -238,6 +259,7 @@ void from_surface(const Options& options) {
   int attempts = 0;
   if (options.target.triangles || options.target.edge_mm)
     surface = remesh_surface(surface, options.target, name, &attempts);
+  ends_the_program.reset();
   write_report(options, surface, repaired.surface, enclosed_volume(repaired.surface),
                {{"repairs", repaired.repairs}, {"attempts", attempts}});
 }

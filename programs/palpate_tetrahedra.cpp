@@ -12,6 +12,7 @@
 #include "formats/atomic_file.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "formats/processor_limit.h"
 #include "formats/program.h"
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/image/label_image.h"
@@ -39,6 +40,7 @@ struct Options {
   std::string cavities;                   // empty: decided by the orientation of the shells
   std::optional<std::string> components;  // default: all pieces of a surface, 1% for an image
   QualityGate gate{10, 0.05};
+  std::optional<double> time_limit;
 };
 
 void define_for_images(CLI::App& app, Options& o) {
@@ -80,9 +82,11 @@ void define(CLI::App& app, Options& o) {
                  "Refuse a mesh with a smaller radius ratio (1 is regular)")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  app.add_option("--time-limit", o.fill.time_limit, "Stop the mesher after this many seconds")
-      ->check(positive_number())
-      ->capture_default_str();
+  app.add_option("--time-limit", o.time_limit,
+                 "Surfaces: seconds of processor time in all (default: 20, more for over 100,000 triangles or a "
+                 "small --size); "
+                 "others: seconds for each run of the mesher (default: 3600)")
+      ->check(positive_number());
   app.add_option("--region", o.regions, "NAME: name the regions in order; NAME=FILE: name all of a file's shells")
       ->allow_extra_args(false)
       ->group("For surfaces");
@@ -125,20 +129,34 @@ std::vector<ShellInput> named_inputs(const Options& o, std::vector<std::string>&
   return inputs;
 }
 
-TriangleSurface read_repaired(const std::string& file, const Options& o) {
+TriangleSurface repaired(const TriangleSurface& soup, const std::string& file, const Options& o) {
   const std::string cavities = o.nested_regions ? "keep" : o.cavities;
-  RepairedSurface repaired =
-      repair_surface(read_surface(file, 1), parse_piece_filter(o.components.value_or("all")), cavities, file);
+  RepairedSurface repaired = repair_surface(soup, parse_piece_filter(o.components.value_or("all")), cavities, file);
   for (const std::string& repair : repaired.repairs) warn(fmt::format("{}: {}", file, repair));
   return std::move(repaired.surface);
 }
 
-MeshReport mesh_surfaces(const Options& o) {
+// What is said when a surface takes all the processor time; tetrahedra_from_surfaces says more where its meshers do.
+std::string too_slow(const std::vector<ShellInput>& inputs, double limit) {
+  const WorstInput worst = worst_input(inputs);
+  return fmt::format(
+      "{}: expected to be done within {:.0f} s of processor time, found triangles that take longer; {}; {}, or give it "
+      "longer: --time-limit {:.0f}",
+      worst.file, limit, text_of(worst.triangle), wrap_advice(worst.file), 4 * limit);
+}
+
+MeshReport mesh_surfaces(Options& o) {
   if (o.nested_regions && !o.cavities.empty())
     throw InputError("--nested-regions leaves no cavities; leave out --cavities");
   SurfaceFillOptions options{o.nested_regions, {}, o.keep_surface, o.gate, o.fill};
   std::vector<ShellInput> inputs = named_inputs(o, options.names);
-  for (ShellInput& input : inputs) input.surface = read_repaired(input.file, o);
+  for (ShellInput& input : inputs) input.surface = read_surface(input.file, 1);
+  const double limit = o.time_limit.value_or(default_processor_limit(inputs, o.fill.size));
+  const ProcessorLimit ends_the_program("palpate-tetrahedra", limit, too_slow(inputs, limit));
+  for (ShellInput& input : inputs) input.surface = repaired(input.surface, input.file, o);
+  options.processor_limit = limit;
+  options.processor_used = processor_seconds();
+  options.fill.time_limit = std::max(o.fill.time_limit, limit);
   return tetrahedra_from_surfaces(std::move(inputs), options);
 }
 
@@ -190,6 +208,7 @@ void refuse_foreign_options(const CLI::App& app, InputKind kind) {
 MeshReport mesh_input(const CLI::App& app, Options& o) {
   const InputKind kind = kind_of(o.inputs);
   refuse_foreign_options(app, kind);
+  if (kind != InputKind::surfaces) o.fill.time_limit = o.time_limit.value_or(o.fill.time_limit);
   switch (kind) {
     case InputKind::geometry:
       return mesh_one_geometry(o);
@@ -214,7 +233,11 @@ void run(const CLI::App& app, Options& o) {
   report.goal = o.fill.goal;
   report.quality = measure_quality(report.mesh);
   fmt::print("{}", text_of(report));
-  pass_gate(report.mesh, report.quality, o.gate);
+  try {
+    pass_gate(report.mesh, report.quality, o.gate);
+  } catch (const VerificationError& missed) {
+    throw VerificationError(fmt::format("{}: {}", o.inputs.front(), missed.what()));
+  }
   write_mesh(o.output, report.mesh);
   if (!o.report.empty()) write_text_atomically(o.report, json_of(report));
 }

@@ -63,6 +63,28 @@ SurfaceQuality measure_quality(const TriangleSurface& closed) {
   return quality;
 }
 
+WorstTriangle worst_triangle(const TriangleSurface& surface) {
+  WorstTriangle worst;
+  for (const auto& [a, b, c] : surface.triangles) {
+    const Point &p = surface.points[a], &q = surface.points[b], &r = surface.points[c];
+    const double ratio = radius_ratio(p, q, r);
+    if (ratio < worst.radius_ratio) worst = {ratio, (1.0 / 3) * (p + q + r)};
+  }
+  return worst;
+}
+
+std::string text_of(const WorstTriangle& worst) {
+  return fmt::format("its worst triangle, of radius ratio {:.2g}, lies near ({:.6g}, {:.6g}, {:.6g})",
+                     worst.radius_ratio, worst.place[0], worst.place[1], worst.place[2]);
+}
+
+std::string wrap_advice(const std::string& file) {
+  std::string word;  // as a shell reads it
+  for (const char c : file) word += c == '\'' ? "'\\''" : std::string(1, c);
+  if (file.find_first_of(" '\"\\()&;*?$") != std::string::npos) word = "'" + word + "'";
+  return fmt::format("make a cleaner surface: palpate-surface {} --wrap -o NEW.ply", word);
+}
+
 nlohmann::ordered_json report_json(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
                                    const std::string& reference_name) {
   const auto spread = [](const Spread& s) {

@@ -25,6 +25,17 @@ struct SurfaceQuality {
 };
 SurfaceQuality measure_quality(const TriangleSurface& closed);
 
+// The triangle of the least radius ratio (0: flat, 1: equilateral), where mesh generators fail first.
+struct WorstTriangle {
+  double radius_ratio = 2;  // above 1: there is no triangle
+  Point place{};            // its centre
+};
+WorstTriangle worst_triangle(const TriangleSurface& surface);
+// "its worst triangle, of radius ratio 0.0001, lies near (1, 2, 3)"
+std::string text_of(const WorstTriangle& worst);
+// What to do with a surface that fails: "make a cleaner surface: palpate-surface 'a b.stl' --wrap -o NEW.ply".
+std::string wrap_advice(const std::string& file);
+
 // Distance from points of the reference to the nearest point of the surface. Uses at most 100,000 points, picked
 // evenly.
 struct SurfaceDistance {

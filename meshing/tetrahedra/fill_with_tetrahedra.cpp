@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 #include "formats/errors.h"
+#include "formats/processor_limit.h"
 #include "meshing/tetrahedra/connected_volumes.h"
 #include "meshing/tetrahedra/gmsh_session.h"
 #include "meshing/tetrahedra/in_child_process.h"
@@ -88,7 +90,13 @@ std::string fill_in_gmsh(const VolumeBoundary& boundary, const FillOptions& opti
   GmshSession session;
   session.use_hxt(options.size / frame.unit, options.optimize_below);
   describe_to_gmsh(boundary, parts, frame);
-  session.generate(3);
+  try {
+    session.generate(3);
+  } catch (const GmshFailure& failed) {
+    if (failed.nodes.empty() || failed.nodes.front() > boundary.points.size()) throw;
+    const Point& p = boundary.points[failed.nodes.front() - 1];
+    throw OperationError(fmt::format("{} near ({:.6g}, {:.6g}, {:.6g})", failed.what(), p[0], p[1], p[2]));
+  }
 
   TetrahedralMesh mesh;
   mesh.nodes = boundary.points;
@@ -187,10 +195,15 @@ TetrahedralMesh fill_once(const VolumeBoundary& boundary, const FillOptions& opt
 TetrahedralMesh best_of_tries(const std::vector<FillOptions>& tries, const FillOnce& fill, Improvement* improvement) {
   TetrahedralMesh best;
   double best_dihedral = -1;
-  for (std::size_t t = 0; t < tries.size(); ++t) {
+  const bool limited = tries.front().processor_limit > 0;
+  const double end = processor_seconds() + tries.front().processor_limit;
+  const auto left = [&] { return limited ? end - processor_seconds() : std::numeric_limits<double>::infinity(); };
+  for (std::size_t t = 0; t < tries.size() && left() > 0; ++t) {
     try {
-      TetrahedralMesh mesh = fill(tries[t]);
-      const Improvement tried_improvement = improve_worst_elements(mesh, tries[t].goal);
+      FillOptions tried = tries[t];
+      if (limited) tried.processor_limit = left();
+      TetrahedralMesh mesh = fill(tried);
+      const Improvement tried_improvement = improve_worst_elements(mesh, tries[t].goal, left());
       const double dihedral = measure_quality(mesh).dihedral.value;
       if (dihedral > best_dihedral) {
         best_dihedral = dihedral;

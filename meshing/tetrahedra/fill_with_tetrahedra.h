@@ -18,7 +18,7 @@ struct FillOptions {
   double goal =
       20;  // degrees; elements with a smaller dihedral angle are improved, then other settings are tried; 0: neither
   double time_limit = 3600;    // seconds for each try
-  double processor_limit = 0;  // seconds of processor time for each try; 0: none
+  double processor_limit = 0;  // seconds of processor time for all tries together; 0: none
 };
 
 // Fills every region. The nodes of the mesh are the points of the boundary, in the same order and with the same bits,
@@ -31,11 +31,13 @@ struct FillOptions {
 // function makes up to three tries with different settings, improves each mesh by improve_worst_elements and returns
 // the best one. improvement, if given, describes the improvement of that mesh. Cost: about 1 s for 4,000 vertices and
 // each try. Errors: OperationError when gmsh fails, crashes or runs out of time at the first try; VerificationError
-// from verify_boundary_kept at the first try. A later try that fails leaves the mesh of an earlier one.
+// from verify_boundary_kept at the first try. A later try that fails, or for which no processor time is left, leaves the mesh of an
+// earlier one.
 TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillOptions& options,
                                      Improvement* improvement = nullptr);
 
-// Chooses between tries; fill makes one mesh. Stops at the first mesh that meets the goal.
+// Chooses between tries; fill makes one mesh within the processor_limit that it is given: what is left of that of the first
+// try. Stops at the first mesh that meets the goal, or when no processor time is left.
 using FillOnce = std::function<TetrahedralMesh(const FillOptions&)>;
 TetrahedralMesh best_of_tries(const std::vector<FillOptions>& tries, const FillOnce& fill, Improvement* improvement);
 

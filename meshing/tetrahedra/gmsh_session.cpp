@@ -2,8 +2,6 @@
 
 #include <gmsh.h>
 
-#include "formats/errors.h"
-
 namespace palpate {
 
 GmshSession::GmshSession(const std::vector<std::string>& assignments) {
@@ -50,7 +48,13 @@ void GmshSession::generate(int dimension) {
         reason = line;
         break;
       }
-    throw OperationError(reason);
+    GmshFailure failure(reason);
+    gmsh::vectorpair entities;
+    gmsh::model::mesh::getLastNodeError(failure.nodes);
+    gmsh::model::mesh::getLastEntityError(entities);
+    for (const auto& [entity_dimension, tag] : entities)
+      if (entity_dimension == 2) failure.surfaces.push_back(tag);
+    throw failure;
   }
 }
 

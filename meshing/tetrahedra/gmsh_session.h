@@ -4,7 +4,16 @@
 #include <string>
 #include <vector>
 
+#include "formats/errors.h"
+
 namespace palpate {
+
+// gmsh could not make the mesh. nodes, surfaces: the tags of those where it failed, if gmsh names any.
+struct GmshFailure : OperationError {
+  using OperationError::OperationError;
+  std::vector<std::size_t> nodes;
+  std::vector<int> surfaces;
+};
 
 class GmshSession {
  public:
@@ -18,7 +27,7 @@ class GmshSession {
   // FillOptions.
   void use_hxt(double size, double optimize_below);
 
-  // Errors: OperationError with the first error that gmsh reports.
+  // Errors: GmshFailure with the first error that gmsh reports.
   void generate(int dimension);
 };
 

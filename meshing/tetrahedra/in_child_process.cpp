@@ -5,9 +5,11 @@
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -35,12 +37,14 @@ void write_all(int descriptor, const std::string& bytes) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // the kernel kills the child when the program ends
   const rlimit no_core = {0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  if (processor_limit > 0) {  // counts from the fork; the kernel then sends SIGXCPU
-    const auto seconds = static_cast<rlim_t>(std::ceil(processor_limit));
-    const rlimit processor = {seconds, seconds + 1};
-    setrlimit(RLIMIT_CPU, &processor);
+  for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGPROF}) std::signal(signal, SIG_DFL);
+  if (processor_limit > 0) {  // counts from the fork; the kernel then sends SIGPROF
+    const double seconds = std::floor(processor_limit);
+    const itimerval limit = {{0, 0},
+                             {static_cast<time_t>(seconds),
+                              std::max<suseconds_t>(1, static_cast<suseconds_t>(1e6 * (processor_limit - seconds)))}};
+    setitimer(ITIMER_PROF, &limit, nullptr);
   }
-  for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGXCPU}) std::signal(signal, SIG_DFL);
   const int silence = open("/dev/null", O_WRONLY);
   dup2(silence, STDOUT_FILENO);
   dup2(silence, STDERR_FILENO);
@@ -105,13 +109,13 @@ std::string run_in_child(const std::string& what, double time_limit, const std::
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!finished)
-    throw OperationError(
+    throw OutOfTime(
         fmt::format("{} did not finish within {:g} s and was stopped; give it longer with --time-limit, "
                     "or ask for larger elements",
                     what, time_limit));
-  if (processor_limit > 0 && WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
-    throw OperationError(
-        fmt::format("{} did not finish within {:.0f} s of processor time and was stopped", what, processor_limit));
+  if (processor_limit > 0 && WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF)
+    throw OutOfTime(
+        fmt::format("{} did not finish within {:.2g} s of processor time and was stopped", what, processor_limit));
   if (WIFSIGNALED(status))
     throw OperationError(fmt::format("{} crashed ({}); its input passed our checks, so please report it with the input",
                                      what, strsignal(WTERMSIG(status))));

@@ -78,4 +78,19 @@ TetrahedralMesh from_bytes(const std::string& bytes) {
   return mesh;
 }
 
+std::string to_bytes(const TriangleSurface& surface) {
+  std::string bytes;
+  put(bytes, surface.points);
+  put(bytes, surface.triangles);
+  return bytes;
+}
+
+TriangleSurface surface_from_bytes(const std::string& bytes) {
+  Cursor cursor{bytes};
+  TriangleSurface surface;
+  surface.points = cursor.get<Point>();
+  surface.triangles = cursor.get<Triangle>();
+  return surface;
+}
+
 }  // namespace palpate

@@ -98,12 +98,12 @@ void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const Qu
   if (!(quality.dihedral.value >= gate.min_dihedral))
     throw VerificationError(
         fmt::format("{} has a dihedral angle of {:.3g} degrees, less than the {:g} that --min-dihedral asks for; "
-                    "use more triangles there, change --size, or accept it with{}",
+                    "more triangles there or another --size may give a better mesh; accept it with{}",
                     describe(mesh, quality.dihedral.tetrahedron), quality.dihedral.value, gate.min_dihedral, accept));
   if (!(quality.radius_ratio.value >= gate.min_radius_ratio))
     throw VerificationError(fmt::format(
-        "{} has a radius ratio of {:.3g}, less than the {:g} that --min-radius-ratio asks for; use more "
-        "triangles there, change --size, or accept it with{}",
+        "{} has a radius ratio of {:.3g}, less than the {:g} that --min-radius-ratio asks for; "
+        "more triangles there or another --size may give a better mesh; accept it with{}",
         describe(mesh, quality.radius_ratio.tetrahedron), quality.radius_ratio.value, gate.min_radius_ratio, accept));
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "formats/processor_limit.h"
 #include "meshing/tetrahedra/mesh_quality.h"
 
 namespace palpate {
@@ -206,7 +207,7 @@ class Relocation {
 
 }  // namespace
 
-Improvement improve_worst_elements(TetrahedralMesh& mesh, double goal) {
+Improvement improve_worst_elements(TetrahedralMesh& mesh, double goal, double processor_limit) {
   std::vector<Index> below;
   for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e)
     if (shape_of(mesh, e).smallest_dihedral < goal) below.push_back(static_cast<Index>(e));
@@ -215,6 +216,7 @@ Improvement improve_worst_elements(TetrahedralMesh& mesh, double goal) {
 
   constexpr int kRounds = 12, kMostRings = 2;
   constexpr std::size_t kMostTries = 100000;
+  const double end = processor_seconds() + processor_limit;
   Relocation relocation(mesh, goal);
   const auto is_out_of_reach = [&](Index e) { return !relocation.has_movable_corner(e); };
   improvement.out_of_reach = std::erase_if(below, is_out_of_reach);
@@ -225,15 +227,19 @@ Improvement improve_worst_elements(TetrahedralMesh& mesh, double goal) {
     const std::vector<Index> vertices = relocation.vertices_near(below, rings);
     tries += vertices.size();
     bool any = false;
-    for (const Index v : vertices)
-      if (relocation.relocate(v)) {
-        moved[v] = 1;
-        any = true;
+    for (const Index v : vertices) {
+      if (processor_seconds() > end) {
+        improvement.out_of_time = true;
+        break;
       }
+      if (!relocation.relocate(v)) continue;
+      moved[v] = 1;
+      any = true;
+    }
     const std::size_t count = below.size();
     below = relocation.elements_below_goal_at(vertices);
     std::erase_if(below, is_out_of_reach);
-    if (!any && rings == kMostRings) break;
+    if (improvement.out_of_time || (!any && rings == kMostRings)) break;
     if (below.size() == count) rings = std::min(rings + 1, kMostRings);  // no progress: move vertices farther away too
   }
   improvement.below_after = below.size() + improvement.out_of_reach;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 #include "formats/tetrahedral_mesh.h"
 
@@ -11,6 +12,7 @@ struct Improvement {
   std::size_t below_before = 0, below_after = 0;  // elements with a dihedral angle below the goal
   std::size_t out_of_reach = 0;  // elements below the goal with all corners on surfaces, which cannot be improved
   std::size_t vertices_moved = 0;
+  bool out_of_time = false;
 };
 
 // Moves the vertices of elements whose smallest dihedral angle is below goal (degrees). Where this does not help, it
@@ -20,7 +22,8 @@ struct Improvement {
 // of elements below the goal does not grow there, and all volumes stay positive. Vertices of the outer surface, of
 // faces between regions and of patches keep their coordinates exactly. The elements keep their corners. The same mesh
 // gives the same result. Cost: one pass over the elements, then up to 1 ms for each vertex tried, in at most 12
-// rounds and about 100,000 tries.
-Improvement improve_worst_elements(TetrahedralMesh& mesh, double goal);
+// rounds and about 100,000 tries. Stops after processor_limit seconds of processor time with what is improved so far.
+Improvement improve_worst_elements(TetrahedralMesh& mesh, double goal,
+                                   double processor_limit = std::numeric_limits<double>::infinity());
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <gmsh.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <map>
 #include <regex>
@@ -165,6 +166,21 @@ class Collector {
   std::map<int, std::int32_t> region_of_;
 };
 
+// " near (x, y, z)" where gmsh names a node, " within the box ... of surface n" where it names a surface, else the box of all.
+std::string place_of(const GmshFailure& failed) {
+  if (!failed.nodes.empty()) {
+    std::vector<double> at, unused;
+    mesh_api::getNode(failed.nodes.front(), at, unused);
+    if (at.size() == 3) return fmt::format(" near ({:.6g}, {:.6g}, {:.6g})", at[0], at[1], at[2]);
+  }
+  const bool surface = !failed.surfaces.empty();
+  std::array<double, 3> low{}, high{};
+  gmsh::model::getBoundingBox(surface ? 2 : -1, surface ? failed.surfaces.front() : -1, low[0], low[1], low[2], high[0],
+                              high[1], high[2]);
+  return fmt::format(" between ({:.6g}, {:.6g}, {:.6g}) and ({:.6g}, {:.6g}, {:.6g}){}", low[0], low[1], low[2],
+                     high[0], high[1], high[2], surface ? fmt::format(", surface {}", failed.surfaces.front()) : "");
+}
+
 std::string mesh_in_gmsh(const std::filesystem::path& file, const std::vector<std::string>& assignments,
                          const FillOptions& options) {
   GmshSession session(assignments);
@@ -174,7 +190,11 @@ std::string mesh_in_gmsh(const std::filesystem::path& file, const std::vector<st
   gmsh::model::getEntities(volumes, 3);
   if (volumes.empty())
     throw InputError(fmt::format("{}: the geometry has no volume; expected at least one Volume", file.string()));
-  session.generate(3);
+  try {
+    session.generate(3);
+  } catch (const GmshFailure& failed) {
+    throw OperationError(failed.what() + place_of(failed));
+  }
   Collector collector(file);
   auto regions = groups(3, "region");
   if (regions.empty())
@@ -204,8 +224,18 @@ TetrahedralMesh tetrahedra_from_geometry(const std::filesystem::path& file, cons
   const std::string text = text_of(file);
   refuse_side_effects(file, text);
   check_assignments(file, text, assignments);
-  TetrahedralMesh mesh =
-      from_bytes(run_in_child("gmsh", options.time_limit, [&] { return mesh_in_gmsh(file, assignments, options); }));
+  TetrahedralMesh mesh;
+  try {
+    mesh =
+        from_bytes(run_in_child("gmsh", options.time_limit, [&] { return mesh_in_gmsh(file, assignments, options); }));
+  } catch (const OutOfTime& stopped) {
+    throw OutOfTime(fmt::format("{}: {}", file.string(), stopped.what()));
+  } catch (const OperationError& failed) {
+    throw OperationError(fmt::format(
+        "{}: {}; look there for surfaces that cross, leave a gap or meet at a sharp angle, or ask for smaller "
+        "edges in the geometry (--set where it has a parameter)",
+        file.string(), failed.what()));
+  }
   if (mesh.tetrahedra.empty())
     throw OperationError(fmt::format("{}: gmsh made no tetrahedra; check that the volumes are closed", file.string()));
   turn_patches_outward(mesh);

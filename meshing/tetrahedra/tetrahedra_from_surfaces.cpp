@@ -1,7 +1,6 @@
 #include "meshing/tetrahedra/tetrahedra_from_surfaces.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +9,13 @@
 #include <optional>
 
 #include "formats/errors.h"
+#include "formats/processor_limit.h"
 #include "formats/program.h"
 #include "meshing/surface/extract_surface.h"
 #include "meshing/surface/surface_checks.h"
 #include "meshing/surface/surface_report.h"
+#include "meshing/tetrahedra/in_child_process.h"
+#include "meshing/tetrahedra/mesh_bytes.h"
 
 namespace palpate {
 namespace {
@@ -22,7 +24,12 @@ constexpr double kFewest = 2000, kMost = 20'000;  // triangles of remeshed surfa
 // Radius ratios of triangles: below the first, the surface's own triangles get one quick try; from the second on, even
 // triangles would not be much better. Even remeshing gives 0.5 and more.
 constexpr double kHopeful = 0.2, kWellShaped = 0.5;
-constexpr double kMostSeconds = 20;  // of processor time; no further remeshing begins after it
+// Processor time: a step that hangs leaves time for another way.
+constexpr double kHurriedSeconds = 5, kShareOfOwn = 0.5, kShareOfRemeshing = 0.6, kLeastSeconds = 1, kShortest = 0.1;
+constexpr double kRemeshingSeconds = 1.2e-3;  // for each triangle made: twice that of an EPYC at 2.4 GHz
+constexpr double kShareOfTries = 0.9;         // of the limit; the rest is for checks
+constexpr double kPatience = 1e6;             // seconds by the clock, which other programs may take most of
+constexpr int kRounds = 4;
 
 std::string at(const Point& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]);
@@ -59,40 +66,17 @@ MeshReport fill(const std::vector<ShellInput>& inputs, const SurfaceFillOptions&
   return report;
 }
 
-// Processor seconds of this program and its finished children.
-double processor_seconds() {
-  double sum = 0;
-  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage usage{};
-    getrusage(who, &usage);
-    sum += static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-           1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-  }
-  return sum;
-}
-
-// Processor seconds that a try may take.
-double allowance(const std::vector<ShellInput>& inputs, double size) {
-  double vertices = static_cast<double>(triangles_of(inputs));
-  for (const ShellInput& input : inputs)
-    if (size > 0) vertices += 1.4 * std::abs(enclosed_volume(input.surface)) / (size * size * size);
-  return 10 + 1e-3 * vertices;
-}
-
 // The tries, and the best mesh of them.
 class Tries {
  public:
   explicit Tries(const SurfaceFillOptions& options) : options_(options) {}
 
-  // Returns whether the mesh meets the gate. Otherwise why() says what is wrong. hurried: one quick try, because the
-  // surface's own triangles give little hope.
-  bool run(const std::vector<ShellInput>& inputs, bool remeshed, bool hurried = false) {
+  // Returns whether the mesh meets the gate. Otherwise why() says what is wrong. seconds: of processor time. hurried: one
+  // quick try, because the surface's own triangles give little hope.
+  bool run(const std::vector<ShellInput>& inputs, bool remeshed, double seconds, bool hurried = false) {
     SurfaceFillOptions tried = options_;
-    if (!options_.keep_surface) tried.fill.processor_limit = allowance(inputs, options_.fill.size);
-    if (hurried) {
-      tried.fill.processor_limit = 5;
-      tried.fill.goal = 0;
-    }
+    tried.fill.processor_limit = seconds;
+    if (hurried) tried.fill.goal = 0;
     try {
       MeshReport report = fill(inputs, tried);
       report.remeshed = remeshed;
@@ -126,17 +110,9 @@ class Tries {
   std::string why_;
 };
 
-// The least radius ratio of the inputs' triangles.
-double worst_triangle(const std::vector<ShellInput>& inputs) {
-  double least = 1;
-  for (const auto& [surface, file, name] : inputs)
-    for (const auto& [a, b, c] : surface.triangles)
-      least = std::min(least, radius_ratio(surface.points[a], surface.points[b], surface.points[c]));
-  return least;
-}
-
-// Remeshes every input evenly with its share of the triangles.
-std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double triangles) {
+// Remeshes every input evenly with its share of the triangles. seconds: of processor time, for each input. Errors:
+// InputError where no valid surface is found, OutOfTime.
+std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double triangles, double seconds) {
   const double own = static_cast<double>(triangles_of(inputs));
   std::vector<ShellInput> result = inputs;
   for (ShellInput& input : result) {
@@ -144,8 +120,13 @@ std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double t
     const double share = static_cast<double>(before.triangles.size()) / own;
     SurfaceTarget target;
     target.triangles = static_cast<std::size_t>(std::max(40.0, triangles * share));
-    int attempts = 0;
-    input.surface = remesh_surface(before, target, input.file, &attempts);
+    input.surface = surface_from_bytes(run_in_child(
+        fmt::format("remeshing with {} triangles", *target.triangles), kPatience,
+        [&] {
+          int attempts = 0;
+          return to_bytes(remesh_surface(before, target, input.file, &attempts));
+        },
+        std::max(kLeastSeconds / 2, seconds * share)));
     const SurfaceDistance there = measure_distance(before, input.surface),
                           back = measure_distance(input.surface, before);
     warn(fmt::format(
@@ -157,11 +138,23 @@ std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double t
   return result;
 }
 
-std::string cure(const std::vector<ShellInput>& inputs) {
-  return fmt::format("make a cleaner surface: palpate-surface {} --wrap -o NEW.ply", inputs.front().file);
+}  // namespace
+
+double default_processor_limit(const std::vector<ShellInput>& inputs, double size) {
+  double vertices = 0;
+  for (const ShellInput& input : inputs)
+    if (size > 0) vertices += 1.4 * std::abs(enclosed_volume(input.surface)) / (size * size * size);
+  return std::max(20.0, 2e-4 * static_cast<double>(triangles_of(inputs)) + 5e-4 * vertices);
 }
 
-}  // namespace
+WorstInput worst_input(const std::vector<ShellInput>& inputs) {
+  WorstInput worst;
+  for (const ShellInput& input : inputs)
+    if (const WorstTriangle triangle = worst_triangle(input.surface);
+        triangle.radius_ratio < worst.triangle.radius_ratio)
+      worst = {triangle, input.file};
+  return worst;
+}
 
 GateObstacle gate_obstacle(const TriangleSurface& surface, const QualityGate& gate) {
   const auto normal = [&](const Triangle& t) {
@@ -204,7 +197,12 @@ GateObstacle gate_obstacle(const TriangleSurface& surface, const QualityGate& ga
 }
 
 MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const SurfaceFillOptions& options) {
+  const double limit =
+      options.processor_limit > 0 ? options.processor_limit : default_processor_limit(inputs, options.fill.size);
+  const double end = processor_seconds() - options.processor_used + kShareOfTries * limit;
+  const auto left = [&] { return std::max(kShortest, end - processor_seconds()); };
   if (inputs.size() > 1) refuse_contact(inputs);
+  regions_of_shells(inputs, options.nested_regions, options.names);  // refuses names and nesting before any try
   std::string file, why;
   for (const ShellInput& input : inputs) {
     const GateObstacle obstacle = gate_obstacle(input.surface, options.gate);
@@ -212,38 +210,58 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     why = fmt::format("{} near {}", obstacle.found, at(obstacle.place));
     file = input.file;
   }
+  const WorstInput worst = worst_input(inputs);
+  bool too_long = false;
+  const auto refuse = [&](const std::string& found, const std::string& other_way) {
+    throw OperationError(fmt::format(
+        "{}: no tetrahedra were found {}; {}; {}{}{}", worst.file, found, text_of(worst.triangle), other_way,
+        wrap_advice(worst.file),
+        too_long || left() < kLeastSeconds ? fmt::format(", or give it longer: --time-limit {:.0f}", 4 * limit) : ""));
+  };
   Tries tries(options);
   if (options.keep_surface) {
     if (!why.empty()) warn(fmt::format("{}: the surface's own triangles cannot meet the gate: {}", file, why));
-    if (!tries.run(inputs, false) && !tries.best())
-      throw OperationError(
-          fmt::format("{}: {}; leave out --keep-surface, or {}", inputs.front().file, tries.why(), cure(inputs)));
+    if (!tries.run(inputs, false, left()) && !tries.best())
+      refuse("(" + tries.why() + ")", "leave out --keep-surface, or ");
     return std::move(*tries.best());
   }
-  const double worst = worst_triangle(inputs);
-  if (why.empty() && tries.run(inputs, false, worst < kHopeful)) return std::move(*tries.best());
-  if (why.empty() && tries.best() && worst >= kWellShaped) return std::move(*tries.best());
+  const double ratio = worst.triangle.radius_ratio;
+  const bool hurried = ratio < kHopeful;
+  const double for_own = hurried ? std::min(kHurriedSeconds, left() / 4) : kShareOfOwn * left();
+  if (why.empty() && tries.run(inputs, false, for_own, hurried)) return std::move(*tries.best());
+  if (why.empty() && tries.best() && ratio >= kWellShaped) return std::move(*tries.best());
   if (why.empty())
     warn(fmt::format("{}: the surface's own triangles do not meet the gate: {}", inputs.front().file, tries.why()));
   else
     warn(fmt::format("{}: the surface's own triangles cannot meet the gate: {}", file, why));
   double triangles = std::clamp(static_cast<double>(triangles_of(inputs)), kFewest, kMost);
   std::string last;
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < kRounds && left() > kLeastSeconds; ++round) {
+    bool fewer = false;
+    const double seconds = kShareOfRemeshing * left();
+    triangles = std::max(kFewest, std::min(triangles, seconds / kRemeshingSeconds));
     try {
-      if (tries.run(remeshed(inputs, triangles), true)) return std::move(*tries.best());
+      const auto even = remeshed(inputs, triangles, seconds);
+      if (tries.run(even, true, left())) return std::move(*tries.best());
       last = tries.why();
+    } catch (const OutOfTime& stopped) {
+      last = stopped.what();
+      fewer = too_long = true;
+    } catch (const OperationError& failed) {
+      last = failed.what();
     } catch (const InputError& failed) {
       last = failed.what();
     }
-    if (triangles == kMost || processor_seconds() > kMostSeconds) break;
-    triangles = std::min(kMost, 3 * triangles);
+    const double next = fewer ? std::max(kFewest, triangles / 4) : std::min(kMost, 3 * triangles);
+    if (next == triangles) break;
+    triangles = next;
   }
-  if (tries.best()) return std::move(*tries.best());
-  throw OperationError(
-      fmt::format("{}: no tetrahedra were found, neither with the surface's own triangles nor with up to {} even "
-                  "ones: {}; {}",
-                  inputs.front().file, kMost, last, cure(inputs)));
+  if (!tries.best())
+    refuse(fmt::format(
+               "within {:.0f} s of processor time, neither with the surface's own triangles nor with even ones ({})",
+               limit, last.empty() ? tries.why() : last),
+           "");
+  return std::move(*tries.best());
 }
 
 }  // namespace palpate

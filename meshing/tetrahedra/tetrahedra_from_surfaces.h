@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "meshing/surface/surface_report.h"
 #include "meshing/tetrahedra/fill_with_tetrahedra.h"
 #include "meshing/tetrahedra/mesh_quality.h"
 #include "meshing/tetrahedra/mesh_report.h"
@@ -17,7 +18,20 @@ struct SurfaceFillOptions {
   bool keep_surface = false;       // forbids remeshing
   QualityGate gate;
   FillOptions fill;
+  double processor_limit = 0;  // seconds of processor time for everything; 0: default_processor_limit
+  double processor_used = 0;   // seconds of it that reading and repairing the surfaces took
 };
+
+// Seconds of processor time: 20, or 0.2 ms for each triangle of the inputs and 0.5 ms for each vertex that size asks for where that
+// is more (100,000 triangles; 40,000 vertices). size as in FillOptions.
+double default_processor_limit(const std::vector<ShellInput>& inputs, double size);
+
+// The input with the worst triangle.
+struct WorstInput {
+  WorstTriangle triangle;
+  std::string file;
+};
+WorstInput worst_input(const std::vector<ShellInput>& inputs);
 
 // A place of a surface and why no tetrahedra that keep its triangles can meet the gate there. found is empty where
 // nothing forbids it.
@@ -32,12 +46,12 @@ struct GateObstacle {
 GateObstacle gate_obstacle(const TriangleSurface& surface, const QualityGate& gate);
 
 // Fills the surfaces. When gmsh fails, when the gate is missed and a triangle has a radius ratio below 0.5, or when
-// gate_obstacle finds that the gate must be missed, remeshes all surfaces evenly, says so in a warning and tries again, with up to three numbers of triangles between 2,000 and
-// 20,000. A try takes at most 10 s of processor time, 1 ms more for each triangle, and 1 ms for each vertex that
-// fill.size asks for; no remeshing begins after 20 s of processor time. keep_surface has fill.time_limit alone. Returns the first mesh that meets the gate, else the
-// one with the largest smallest dihedral angle, without its quality measured. Errors: InputError for surfaces that touch one another and those of
-// regions_of_shells; OperationError or VerificationError, with the file, the place and what to do, when no try gives a
-// mesh.
+// gate_obstacle finds that the gate must be missed, remeshes all surfaces evenly, says so in a warning and tries again, with
+// up to three numbers of triangles between 2,000 and 20,000, more where remeshing fails and fewer where it takes too long.
+// keep_surface forbids this. Returns the first mesh that meets the gate, else the one with the largest smallest dihedral
+// angle, without its quality measured. Cost: the generators of triangles and tetrahedra run in child processes and end
+// within processor_limit. Errors: InputError for surfaces that touch one another and those of regions_of_shells;
+// OperationError, with the file, the place and what to do, when no try gives a mesh.
 MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const SurfaceFillOptions& options);
 
 }  // namespace palpate

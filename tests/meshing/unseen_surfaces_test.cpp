@@ -89,13 +89,14 @@ struct Row {
   TriangleSurface surface;
   Way way;        // how it reaches tetrahedra
   double volume;  // of the result, mm^3; 0: not known
+  std::string options = {};
 };
 
 const double kBall = 4 * std::numbers::pi / 3 * 125'000;
 
 std::vector<Row> rows() {
   const TriangleSurface ball = sphere_surface(3, 50);
-  TriangleSurface inner = sphere_surface(3, 49.9);
+  TriangleSurface inner = sphere_surface(2, 49.8);  // 320 triangles: the class needs a wall thin against its edges
   turn_inside_out(inner);
   return {
       {"closed", ball, Way::as_it_is, kBall},
@@ -113,7 +114,7 @@ std::vector<Row> rows() {
       {"doubled exactly", together(ball, ball), Way::as_it_is, kBall},
       {"doubled nearly", together(ball, shaken(ball, 0.01)), Way::wrapped, kBall},
       {"flipped in part", some_turned(ball), Way::as_it_is, kBall},
-      {"thin wall", together(ball, inner), Way::accepted, 0},
+      {"thin wall", together(sphere_surface(2, 50), inner), Way::accepted, 0, " --goal 0"},  // HXT once, not thrice
       {"thin plate", box_surface(8, {0, 0, 0}, {100, 100, 1}), Way::remeshed, 10e3},
       {"badly shaped, needles", cylinder_of_needles(), Way::remeshed, 502.6e3},
       {"badly shaped, tiny beside huge", tiny_beside_huge(), Way::remeshed, 480e3},
@@ -126,34 +127,41 @@ std::string offered(const std::string& errors) {
   return at == std::string::npos ? "" : errors.substr(at + 15, errors.find('\n', at) - at - 15);
 }
 
-TEST(UnseenSurfaces, PassToTetrahedraOrAreRefusedWithAdviceThatWorks) {
+class UnseenSurfaces : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(UnseenSurfaces, PassToTetrahedraOrAreRefusedWithAdviceThatWorks) {
   const std::filesystem::path folder = fresh_folder();
-  for (const Row& row : rows()) {
-    SCOPED_TRACE(row.name);
-    write_off(folder / "a.off", row.surface);
-    std::filesystem::remove(folder / "a.msh");
-    ProgramRun run = run_tetrahedra(folder, "a.off -o a.msh --region organ");
-    Way way = run.errors.find("remeshed evenly") == std::string::npos ? Way::as_it_is : Way::remeshed;
-    if (run.code == 2) {
-      ASSERT_THAT(run.errors, HasSubstr("palpate-surface --wrap"));
-      way = Way::wrapped;
-      const ProgramRun wrap = run_surface(folder, "a.off --wrap -o b.off");
-      ASSERT_EQ(wrap.code, 0) << wrap.errors;
-      run = run_tetrahedra(folder, "b.off -o a.msh --region organ");
-    } else if (run.code == 3) {
-      ASSERT_NE(offered(run.errors), "") << run.errors;
-      way = Way::accepted;
-      run = run_tetrahedra(folder, "a.off -o a.msh --region organ " + offered(run.errors));
-    }
-    ASSERT_EQ(run.code, 0) << run.errors;
-    EXPECT_EQ(static_cast<int>(way), static_cast<int>(row.way)) << run.errors;
-    const double volume = measure_quality(read_mesh(folder / "a.msh")).region_volume[0];
-    // a ball of 1,280 triangles holds 1.6 % less than the round one; a wrap of 2,000 triangles loses less
-    if (row.volume > 0) {
-      EXPECT_NEAR(volume / row.volume, 1, 0.02);
-    }
+  const Row row = rows()[GetParam()];
+  SCOPED_TRACE(row.name);
+  write_off(folder / "a.off", row.surface);
+  ProgramRun run = run_tetrahedra(folder, "a.off -o a.msh --region organ" + row.options);
+  Way way = run.errors.find("remeshed evenly") == std::string::npos ? Way::as_it_is : Way::remeshed;
+  if (run.code == 2) {
+    ASSERT_THAT(run.errors, HasSubstr("palpate-surface --wrap"));
+    way = Way::wrapped;
+    const ProgramRun wrap = run_surface(folder, "a.off --wrap -o b.off");
+    ASSERT_EQ(wrap.code, 0) << wrap.errors;
+    run = run_tetrahedra(folder, "b.off -o a.msh --region organ");
+  } else if (run.code == 3) {
+    ASSERT_NE(offered(run.errors), "") << run.errors;
+    way = Way::accepted;
+    run = run_tetrahedra(folder, "a.off -o a.msh --region organ " + offered(run.errors) + row.options);
+  }
+  ASSERT_EQ(run.code, 0) << run.errors;
+  EXPECT_EQ(static_cast<int>(way), static_cast<int>(row.way)) << run.errors;
+  const double volume = measure_quality(read_mesh(folder / "a.msh")).region_volume[0];
+  // a ball of 1,280 triangles holds 1.6 % less than the round one; a wrap of 2,000 triangles loses less
+  if (row.volume > 0) {
+    EXPECT_NEAR(volume / row.volume, 1, 0.02);
   }
 }
+
+std::string name_of(const testing::TestParamInfo<std::size_t>& row) {
+  std::string name;
+  for (const char c : std::string(rows()[row.param].name)) name += std::isalnum(c) ? c : '_';
+  return name;
+}
+INSTANTIATE_TEST_SUITE_P(Classes, UnseenSurfaces, testing::Range(std::size_t{0}, rows().size()), name_of);
 
 }  // namespace
 }  // namespace palpate
