@@ -45,7 +45,7 @@ void GmshSession::generate(int dimension) {
     gmsh::logger::get(log);
     for (const std::string& line : log)
       if (line.rfind("Error", 0) == 0) {
-        reason = line;
+        reason = line.rfind("Error: ", 0) == 0 ? line.substr(7) : line;
         break;
       }
     GmshFailure failure(reason);

@@ -95,6 +95,33 @@ TEST(MeshGeometry, WhatIsNoSoundGeometryIsRefused) {
   EXPECT_THAT(refusal("For i In {1 : 1000000000}\n a = i;\nEndFor\n", {}, 1), HasSubstr("did not finish within 1 s"));
 }
 
+// The tip of the upper pyramid comes out of the base of the lower one, so gmsh finds no tetrahedra.
+TEST(MeshGeometry, AFailureOfGmshNamesFilePlaceAndCure) {
+  const char* crossing = R"(
+h = 0.5;
+Point(1) = {0,0,0,h}; Point(2) = {1,0,0,h}; Point(3) = {1,1,0,h}; Point(4) = {0,1,0,h}; Point(5) = {0.5,0.5,-1,h};
+Line(1) = {1,2}; Line(2) = {2,3}; Line(3) = {3,4}; Line(4) = {4,1};
+Line(5) = {1,5}; Line(6) = {2,5}; Line(7) = {3,5}; Line(8) = {4,5};
+Line Loop(1) = {1,2,3,4}; Plane Surface(1) = {1};
+Line Loop(2) = {1,6,-5}; Plane Surface(2) = {2};
+Line Loop(3) = {2,7,-6}; Plane Surface(3) = {3};
+Line Loop(4) = {3,8,-7}; Plane Surface(4) = {4};
+Line Loop(5) = {4,5,-8}; Plane Surface(5) = {5};
+Point(11) = {0.2,0.2,-0.2,h}; Point(12) = {0.8,0.2,-0.2,h}; Point(13) = {0.5,0.8,-0.2,h}; Point(14) = {0.5,0.5,0.5,h};
+Line(11) = {11,12}; Line(12) = {12,13}; Line(13) = {13,11}; Line(14) = {11,14}; Line(15) = {12,14}; Line(16) = {13,14};
+Line Loop(11) = {11,12,13}; Plane Surface(11) = {11};
+Line Loop(12) = {11,15,-14}; Plane Surface(12) = {12};
+Line Loop(13) = {12,16,-15}; Plane Surface(13) = {13};
+Line Loop(14) = {13,14,-16}; Plane Surface(14) = {14};
+Surface Loop(1) = {1,2,3,4,5}; Surface Loop(2) = {11,12,13,14};
+Volume(1) = {1,2};
+Volume(2) = {2};
+)";
+  EXPECT_THAT(refusal(crossing),
+              AllOf(HasSubstr("bad.geo: gmsh failed: HXT 3D mesh failed"),
+                    HasSubstr("between (0, 0, -1) and (1, 1, 0.5)"), HasSubstr("look there for surfaces that cross")));
+}
+
 TEST(RunInChild, TurnsACrashIntoOneSentence) {
   try {
     run_in_child("mesher", 10, []() -> std::string {
