@@ -176,11 +176,14 @@ std::string position(const Vector3d& metres, const LengthUnit& unit) {
   return components(metres / unit.metres) + ' ' + unit.name;
 }
 
-// Turned so that its largest component is positive: the sign of an eigenvector is arbitrary, the message must not be.
-Vector3d upright(const Vector3d& v) {
+// Turned so that its largest component is positive: the sign of an eigenvector is arbitrary, the message must not be. Three
+// digits are a twentieth of a degree.
+std::string direction(const Vector3d& v) {
   Eigen::Index most;
   v.cwiseAbs().maxCoeff(&most);
-  return (v[most] < 0 ? -v : v).normalized();
+  const Vector3d unit = (v[most] < 0 ? -v : v).normalized();
+  const auto digits = [](double x) { return std::abs(x) < 5e-4 ? 0.0 : x; };
+  return fmt::format("({:.3g}, {:.3g}, {:.3g})", digits(unit[0]), digits(unit[1]), digits(unit[2]));
 }
 
 // "can still slide along (1, 0, 0) and rotate about the axis through (...) m along (0, 1, 0)".
@@ -197,7 +200,7 @@ std::string describe(const Part& part, const MatrixXd& motions, const LengthUnit
     const bool turns = m < 3 && turn.values[m] > 1e-4;
     if (!turns) slides.push_back(basis.col(m).head<3>().normalized());
   }
-  for (const auto& slide : slides) ways.push_back("slide along " + components(upright(slide)));
+  for (const auto& slide : slides) ways.push_back("slide along " + direction(slide));
   for (Eigen::Index m = 0; m < basis.cols() && m < 3; ++m) {
     if (turn.values[m] <= 1e-4) continue;
     const Vector3d w = basis.col(m).tail<3>() / part.size;
@@ -206,7 +209,7 @@ std::string describe(const Part& part, const MatrixXd& motions, const LengthUnit
     const Vector3d through = part.center + w.cross(t) / w.squaredNorm();
     const bool screws = std::abs(w.dot(t)) > 1e-4 * w.norm() * t.norm() && t.norm() > 1e-6 * part.size * w.norm();
     ways.push_back(fmt::format("{} about the axis through {} along {}", screws ? "screw" : "rotate",
-                               position(through, unit), components(upright(w))));
+                               position(through, unit), direction(w)));
   }
   std::string text = "it can still ";
   for (std::size_t i = 0; i < ways.size(); ++i) text += (i == 0 ? "" : i + 1 == ways.size() ? " and " : ", ") + ways[i];
@@ -376,7 +379,7 @@ class SupportCheck {
       hinge += fmt::format(", {} springs of [[foundation]] and [[spring]]", ties_of_[group[worst]].size());
     throw InputError(fmt::format(
         "{}: the organ is not held: part {} of {} ({} tetrahedra of region \"{}\" around {}, {} fixed degrees of "
-        "freedom{}) has {} of its 6 rigid motions left: {}; fix more of its nodes, or support it by a [[foundation]] "
+        "freedom{}) has {} of its 6 rigid motions left: {}; fix more nodes, or support it by a [[foundation]] "
         "or [[spring]]",
         file_.string(), group[worst] + 1, parts_.size(), part.tetrahedra, body_.region_names[part.region],
         position(part.center, unit_), held, hinge, count, describe(part, motions, unit_)));

@@ -333,8 +333,8 @@ class NewOrgan(unittest.TestCase):
         self.assertLess(option("o-40", "--smooth"), option("o-1", "--smooth"))
         self.assertIn("A third of the thickness of ", self.text("o-40", "organ.mk"))
         deepest = {o: float(re.search(r"\[1, ([0-9.]+)\]", self.text(o, "scenes", "press.toml"))[1]) for o in ("o-1", "o-kidney")}
-        self.assertAlmostEqual(deepest["o-1"], 5.4, delta=0.3)  # a tenth of 55 mm, in voxels of 3 mm
-        self.assertAlmostEqual(deepest["o-kidney"], 3.6, delta=0.3)  # of 36 mm
+        self.assertAlmostEqual(deepest["o-1"], 4.4, delta=0.3)  # 8 % of 55 mm, in voxels of 3 mm
+        self.assertAlmostEqual(deepest["o-kidney"], 2.9, delta=0.3)  # of 36 mm
 
     def test_refusals_say_what_is_expected_and_leave_nothing(self):
         self.assertIn("found several labels: 1 spleen (155.6 cm3), 2 kidney (", self.refused("NAME=a", "IMAGE=" + self.image))
