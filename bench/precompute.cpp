@@ -1,7 +1,8 @@
 // Processor time of everything that a column takes, measured in turns in one run: PETSc's KSPSolve as the program calls it,
 // the factor alone (--direct), and CHOLMOD on batches of 64 dense columns. And what the plan predicts against what happens.
-//   precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [batches to sample; all]
-//   precompute_bench model [p1|p1-anp] [most vertices]
+//   precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp|p1-anp-k] [batches to sample; all]
+//   precompute_bench model [p1|p1-anp|p1-anp-k] [most vertices]
+// p1-anp factors the pressure form, as the program does; p1-anp-k factors K itself.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -34,23 +35,26 @@ using studies::processor_seconds;
 
 constexpr int kWidth = 96, kReferenceWidth = 64;
 
-// A body's held stiffness and the block rows of its touchable vertices.
+// A body's held stiffness, what is factored, and the block rows of its touchable vertices.
 struct Problem {
   ElasticBody body;
   HeldStiffness held;
+  std::shared_ptr<PressureForm> form;  // null: K is factored
   std::vector<std::int32_t> column_rows;
 
-  Problem(ElasticBody b, Element element) : body(std::move(b)) {
-    const Discretisation discretisation = discretise(body, element);
+  Problem(ElasticBody b, const std::string& name) : body(std::move(b)) {
+    const Discretisation discretisation = discretise(body, name == "p1" ? Element::p1 : Element::p1_anp);
     held = remove_held_dofs(discretisation.stiffness, discretisation.fixed);
+    if (name == "p1-anp") form = std::make_shared<PressureForm>(pressure_form(body, held));
     for (const auto node : body.touchable) column_rows.push_back(held.row_of_node[node]);
   }
   std::int64_t dofs() const { return 3 * static_cast<std::int64_t>(held.matrix.rows); }
+  Elimination analyse() const { return form ? analyse_elimination(*form) : analyse_elimination(held.matrix); }
+  std::unique_ptr<BatchPreconditioner> factor(std::shared_ptr<const Elimination> elimination) const {
+    if (form) return std::make_unique<PressureFactor>(*form, std::move(elimination), kWidth);
+    return std::make_unique<SupernodalFactor>(held.matrix, std::move(elimination), kWidth);
+  }
 };
-
-Element element_named(const std::string& name) {
-  return name == "p1-anp" ? Element::p1_anp : Element::p1;
-}
 
 // The reference, what a user would write: METIS on the dofs, supernodal factor, cholmod_l_solve2.
 class Reference {
@@ -140,7 +144,7 @@ std::vector<Load> unit_loads(const std::vector<std::int32_t>& nodes) {
 // Solves a batch with the factor, measures its residuals, turns it into rows of T^u and writes them, as the program does.
 class Ours {
  public:
-  Ours(const Problem& problem, SupernodalFactor& factor)
+  Ours(const Problem& problem, BatchPreconditioner& factor)
       : problem_(problem), factor_(factor), x_(make_column_buffer(problem.dofs(), kWidth)), file_(std::tmpfile()) {
     const auto stored = static_cast<std::size_t>(problem.body.surface_count);
     for (std::size_t v = 0; v < stored; ++v) vertex_rows_.push_back(problem.held.row_of_node[v]);
@@ -178,7 +182,7 @@ class Ours {
 
  private:
   const Problem& problem_;
-  SupernodalFactor& factor_;
+  BatchPreconditioner& factor_;
   ColumnBuffer x_;
   std::FILE* file_;
   std::vector<std::int32_t> vertex_rows_;
@@ -188,20 +192,19 @@ class Ours {
 void compare(Problem problem, const char* element, std::size_t most_batches) {
   auto reference = std::make_unique<Reference>(problem.held.matrix);
   double begun = processor_seconds();
-  std::shared_ptr<const Elimination> elimination =
-      std::make_shared<const Elimination>(analyse_elimination(problem.held.matrix));
+  std::shared_ptr<const Elimination> elimination = std::make_shared<const Elimination>(problem.analyse());
   const double order_seconds = processor_seconds() - begun;
   const auto batches_before = batches_of(problem, *elimination);
   const auto old_place = elimination->place;
   const double numbers = static_cast<double>(elimination->numbers());
-  elimination = put_in_order(problem.held, *elimination);
+  elimination = put_in_order(problem.held, *elimination, problem.form.get());
   for (auto& row : problem.column_rows) row = old_place[row];
   begun = processor_seconds();
-  SupernodalFactor factor(problem.held.matrix, elimination, kWidth);
+  const auto factor = problem.factor(elimination);
   const double factor_seconds = processor_seconds() - begun;
 
-  ColumnSolver solver(problem.held.matrix, {}, {.width = kWidth, .elimination = elimination});
-  Ours ours(problem, factor);
+  ColumnSolver solver(problem.held.matrix, {}, {.width = kWidth, .form = problem.form, .elimination = elimination});
+  Ours ours(problem, *factor);
   const auto batches = batches_of(problem, *elimination);
   const std::size_t sampled = std::min(most_batches, batches.size());
   Shares shares, warm_up;
@@ -267,17 +270,17 @@ struct ModelPoint {
 };
 
 ModelPoint measure_point(int cells, const char* element) {
-  Problem problem(box_body(cells), element_named(element));
+  Problem problem(box_body(cells), element);
   const double before = resident_bytes();
-  const SolverPlan plan =
-      make_plan({problem.held.matrix, problem.column_rows, problem.body.surface_count, 0, 1e13, 0, 1});
+  const SolverPlan plan = make_plan(
+      {problem.held.matrix, problem.column_rows, problem.body.surface_count, 0, 1e13, 0, 1, 1, 0, problem.form.get()});
   const std::vector<std::int32_t> place = plan.elimination->place;
-  const auto elimination = put_in_order(problem.held, *plan.elimination);
+  const auto elimination = put_in_order(problem.held, *plan.elimination, problem.form.get());
   for (auto& row : problem.column_rows) row = place[row];
   const double begun = processor_seconds();
-  SupernodalFactor factor(problem.held.matrix, elimination, kWidth);
+  const auto factor = problem.factor(elimination);
   const double setup = processor_seconds() - begun;
-  Ours ours(problem, factor);
+  Ours ours(problem, *factor);
   const auto batches = batches_of(problem, *elimination);
   const std::size_t sampled = std::min<std::size_t>(batches.size(), 6);
   Shares shares, warm_up;
@@ -363,13 +366,13 @@ int main(int count, char** arguments) {
   }
   return bench::petsc_bench(
       count, arguments, 3,
-      "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp] [batches] [-- PETSc options], or\n"
-      "       precompute_bench model [p1|p1-anp] [most vertices]",
+      "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp|p1-anp-k] [batches] [-- PETSc options], or\n"
+      "       precompute_bench model [p1|p1-anp|p1-anp-k] [most vertices]",
       [](const std::vector<std::string>& given) {
         const char* element = given.size() > 3 ? given[3].c_str() : "p1";
         compare(Problem(make_elastic_body(read_mesh(given[0]), read_organ_config(given[1]),
                                           read_boundary_config(given[2]), {given[0], given[1], given[2]}),
-                        element_named(element)),
+                        element),
                 element, given.size() > 4 ? std::stoul(given[4]) : static_cast<std::size_t>(-1));
       });
 }

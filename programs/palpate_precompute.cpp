@@ -57,9 +57,8 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
                  "(3 tell a few per cent from a factor); default 0: not measured")
       ->check(CLI::Range(0, 1000))
       ->option_text("N");
-  app.add_flag(
-      "--direct", options.direct,
-      "solve with the Cholesky factor alone, without PETSc's conjugate gradients; the certificate then says so");
+  app.add_flag("--direct", options.direct,
+               "solve with the factor alone, without PETSc's conjugate gradients; the certificate then says so");
   app.add_flag("--large-deformation", options.large_deformation,
                "store what a scene with deformation = \"large\" needs; elements p1 and p1-anp");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");

@@ -44,11 +44,7 @@ void add_tetrahedra(const ElasticBody& body, double bulk_share, BlockMatrix& mat
   }
 }
 
-// The terms kappa / V D^T D of nodal_dilatation_stiffness(): one for each node and each region that meets there.
-struct Dilatations {
-  Lists nodes;                                // of each term: the nodes it couples, ascending
-  std::vector<std::array<double, 3>> factor;  // sqrt(kappa / V) D at each of them
-};
+}  // namespace
 
 Dilatations nodal_dilatations(const ElasticBody& body) {
   const auto count = static_cast<std::int32_t>(body.nodes.size());
@@ -83,12 +79,13 @@ Dilatations nodal_dilatations(const ElasticBody& body) {
         sum[node] = {0, 0, 0};
       }
       result.nodes.append(star);
+      result.centre.push_back(n);
     }
   }
   return result;
 }
 
-// Adds factor_a factor_b^T to block (a, b), for each term and each pair (a, b) of its nodes. Row by row of K.
+// Row by row of K.
 void add_dilatations(const Dilatations& terms, BlockMatrix& matrix) {
   const Lists around = lists_around(terms.nodes, matrix.rows);
   std::vector<std::int64_t> block_in_column(matrix.rows);
@@ -107,7 +104,9 @@ void add_dilatations(const Dilatations& terms, BlockMatrix& matrix) {
   }
 }
 
-}  // namespace
+void add_deviatoric_stiffness(const ElasticBody& body, BlockMatrix& matrix) {
+  add_tetrahedra(body, 0, matrix);
+}
 
 Moduli moduli_of(const Material& material) {
   return {material.young / (3 * (1 - 2 * material.poisson)), material.young / (2 * (1 + material.poisson))};
@@ -142,7 +141,7 @@ BlockMatrix linear_stiffness(const ElasticBody& body) {
 BlockMatrix nodal_dilatation_stiffness(const ElasticBody& body) {
   const Dilatations terms = nodal_dilatations(body);
   BlockMatrix matrix = coupled_blocks(terms.nodes, static_cast<std::int32_t>(body.nodes.size()));
-  add_tetrahedra(body, 0, matrix);
+  add_deviatoric_stiffness(body, matrix);
   add_dilatations(terms, matrix);
   return matrix;
 }

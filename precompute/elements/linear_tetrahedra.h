@@ -33,6 +33,21 @@ BlockMatrix linear_stiffness(const ElasticBody& body);
 // so has about four times the blocks of p1. Symmetric to the last bit.
 BlockMatrix nodal_dilatation_stiffness(const ElasticBody& body);
 
+// The terms kappa / V D^T D of nodal_dilatation_stiffness(): one for each node and each region that meets there, in the order of
+// the nodes.
+struct Dilatations {
+  Lists nodes;                                // of each term: the nodes it couples, ascending
+  std::vector<std::array<double, 3>> factor;  // sqrt(kappa / V) D at each of them, N^(1/2) m^(-1/2)
+  std::vector<std::int32_t> centre;           // of each term: the node around which it averages
+};
+Dilatations nodal_dilatations(const ElasticBody& body);
+
+// factor_a factor_b^T to block (a, b), for each term and each pair (a, b) of its nodes. The matrix must have these blocks.
+void add_dilatations(const Dilatations& terms, BlockMatrix& matrix);
+
+// K_dev, the part of K without the bulk modulus: its blocks are added to the matrix, which must have them.
+void add_deviatoric_stiffness(const ElasticBody& body, BlockMatrix& matrix);
+
 // The mass of each node: a quarter of the mass of each tetrahedron around it; [N] kg.
 std::vector<double> linear_mass(const ElasticBody& body);
 

@@ -51,11 +51,6 @@ BlockMatrix coupled_blocks(const Lists& coupled, std::int32_t rows) {
   return matrix;
 }
 
-std::int64_t index_of_block(const BlockMatrix& matrix, std::int32_t row, std::int32_t column) {
-  const auto begin = matrix.column.begin() + matrix.first[row], end = matrix.column.begin() + matrix.first[row + 1];
-  return std::lower_bound(begin, end, column) - matrix.column.begin();
-}
-
 HeldStiffness remove_held_dofs(const BlockMatrix& all, std::span<const std::array<std::uint8_t, 3>> fixed) {
   HeldStiffness result;
   result.row_of_node.assign(all.rows, -1);

@@ -1,7 +1,8 @@
 // The stiffness matrix K as sparse 3 x 3 blocks, for all elements, and the operations on it. In this project "block"
-// means one 3 x 3 entry of such a matrix.
+// means one entry of such a matrix.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -9,14 +10,16 @@
 
 namespace palpate {
 
-// Square and symmetric: one 3 x 3 block (row-major, N/m) for each pair of coupled nodes. In each row the columns
+// Square and symmetric: one kSize x kSize block (row-major) for each pair of coupled nodes. In each row the columns
 // ascend.
-struct BlockMatrix {
+template <int kSize>
+struct BlockMatrixOf {
   std::int32_t rows = 0;             // block rows
   std::vector<std::int64_t> first;   // [rows + 1] into column
   std::vector<std::int32_t> column;  // block columns
-  std::vector<std::array<double, 9>> block;
+  std::vector<std::array<double, kSize * kSize>> block;
 };
+using BlockMatrix = BlockMatrixOf<3>;  // of displacements, N/m
 
 // Lists of node or tetrahedron numbers, stored one after the other: list i is item[first[i]] .. item[first[i + 1] - 1].
 struct Lists {
@@ -37,7 +40,11 @@ Lists lists_around(const Lists& lists, std::int32_t count);
 BlockMatrix coupled_blocks(const Lists& coupled, std::int32_t rows);
 
 // Index of the block (row, column) in matrix.block. The matrix must have that block.
-std::int64_t index_of_block(const BlockMatrix& matrix, std::int32_t row, std::int32_t column);
+template <int kSize>
+std::int64_t index_of_block(const BlockMatrixOf<kSize>& matrix, std::int32_t row, std::int32_t column) {
+  const auto begin = matrix.column.begin() + matrix.first[row], end = matrix.column.begin() + matrix.first[row + 1];
+  return std::lower_bound(begin, end, column) - matrix.column.begin();
+}
 
 // K without the held dofs. A node whose three dofs are held has no row. A node with one or two held dofs keeps its
 // three rows, so that every block stays 3 x 3: the rows of held dofs are zero but for the diagonal, which is the mean

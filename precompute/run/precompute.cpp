@@ -71,6 +71,7 @@ class Output {
 struct Assembled {
   Discretisation discretisation;  // without its stiffness
   HeldStiffness held;
+  std::shared_ptr<PressureForm> form;  // of held.matrix, where the element has one and one rank has all of K; else null
   RowPartition partition;
   BlockMatrix own_rows;
 };
@@ -80,6 +81,8 @@ Assembled assemble_whole(const RunInputs& inputs) {
   assembled.discretisation = discretise(inputs.body, inputs.organ.element);
   assembled.held = remove_held_dofs(assembled.discretisation.stiffness, assembled.discretisation.fixed);
   assembled.discretisation.stiffness = {};
+  if (inputs.organ.element == Element::p1_anp)
+    assembled.form = std::make_shared<PressureForm>(pressure_form(inputs.body, assembled.held));
   return assembled;
 }
 
@@ -107,7 +110,7 @@ SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const Gr
   std::vector<std::int32_t> column_rows;
   for (const auto node : body.touchable) column_rows.push_back(assembled.held.row_of_node[node]);
   return make_plan({assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes, ranks,
-                    usable_cores(), memory * ranks_here});
+                    usable_cores(), memory * ranks_here, assembled.form.get()});
 }
 
 // On rank 0: whether an earlier run with the same input and tolerance used the factor; nothing where there is none.
@@ -159,6 +162,7 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
   solver.tolerance = options.tolerance;
   solver.cholesky = plan.cholesky;
   solver.width = options.columns_at_a_time > 0 ? options.columns_at_a_time : plan.width();
+  solver.form = assembled.form;
   solver.elimination = plan.elimination;
   solver.node_of_row = assembled.held.node_of_row;
   solver.direct = options.direct;
@@ -197,11 +201,13 @@ struct BegunPart {
   std::vector<formats::SectionEntry> entries;
 };
 
-// The nodes of the rows of K in the order of elimination; empty where the run does not store it.
+// The nodes of the rows of K in an order that keeps the factor of K itself sparse, which the runtime makes; empty where the run
+// does not store it. The order of the pressure form does not: its separators divide K's graph less well.
 std::vector<std::int32_t> elimination_order_of(const HeldStiffness& held, const SolverPlan& plan,
                                                const PrecomputeOptions& options) {
   if (!options.large_deformation) return {};
-  if (plan.elimination) return held.node_of_row;  // put_in_order() has brought the rows into that order
+  if (plan.elimination && !plan.form_blocks)
+    return held.node_of_row;  // put_in_order() has brought the rows into that order
   std::vector<std::int32_t> order;
   for (const auto row : analyse_elimination(held.matrix).order) order.push_back(held.node_of_row[row]);
   return order;
@@ -309,7 +315,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   const double resident_at_plan = resident_bytes();
   SolverPlan plan = report.stage("plan", [&] {
     SolverPlan made = plan_of(inputs, assembled, choice, ranks.count(), ranks.here(), left, options);
-    if (made.elimination) made.elimination = put_in_order(assembled.held, *made.elimination);
+    if (made.elimination) made.elimination = put_in_order(assembled.held, *made.elimination, assembled.form.get());
     return made;
   });
   plan = with_earlier_choice(std::move(plan), factor_of_earlier_run(inputs, options, output.part()), options, ranks);

@@ -40,11 +40,16 @@ const WholeMatrix& whole_of(const ColumnOperator& op, const char* type) {
   return *op.whole();
 }
 
+template <class Number, int kBlock>
+Made make_factor(const BlockMatrixOf<kBlock>& matrix, const WholeMatrix& k, int width) {
+  return std::make_unique<SupernodalFactorOf<Number, kBlock>>(
+      matrix, k.elimination ? k.elimination : std::make_shared<const Elimination>(analyse_elimination(matrix)), width,
+      RowNames{k.node_of_row, k.coordinates});
+}
+
 Made make_supernodal(const ColumnOperator& op) {
   const WholeMatrix& k = whole_of(op, kPcSupernodal);
-  return std::make_unique<SupernodalFactor>(
-      k.matrix, k.elimination ? k.elimination : std::make_shared<const Elimination>(analyse_elimination(k.matrix)),
-      op.width(), RowNames{k.node_of_row, k.coordinates});
+  return k.form ? make_factor<double>(*k.form, k, op.width()) : make_factor<double>(k.matrix, k, op.width());
 }
 
 Made make_multigrid(const ColumnOperator& op) {

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-inline constexpr const char* kPcSupernodal = "supernodal";  // our Cholesky factor (SupernodalFactor)
+inline constexpr const char* kPcSupernodal = "supernodal";  // our factor (SupernodalFactorOf)
 inline constexpr const char* kPcMultigrid = "multigrid";    // our multigrid (BatchMultigrid)
 inline constexpr const char* kPcPerColumn = "percolumn";    // a PETSc PC of K, for one column after another
 

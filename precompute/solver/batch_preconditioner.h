@@ -26,7 +26,7 @@ class BatchPreconditioner {
   // nothing; the caller then writes b out and calls apply().
   virtual bool apply_to_loads(std::span<const Load>, double*) { return false; }
 
-  // For the certificate: "supernodal (Cholesky factor by CHOLMOD)".
+  // For the certificate: "supernodal (Cholesky factor)".
   virtual std::string description() const = 0;
 
   // M is K up to rounding (a factor), so that M^-1 b is an initial guess which usually meets the tolerance.

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "precompute/elements/pressure_form.h"
 #include "precompute/elements/stiffness.h"
 #include "precompute/solver/batch_preconditioner.h"
 
@@ -24,6 +25,7 @@ struct WholeMatrix {
   std::vector<std::array<double, 3>> coordinates;  // m, of each block row's node
   std::shared_ptr<const Elimination> elimination;  // null: not analysed yet
   std::vector<std::int32_t> node_of_row;           // in the mesh, for errors; may be empty
+  std::shared_ptr<const PressureForm> form;        // of K, to be factored in its place; null: none
 };
 
 // Two kinds: all of K on this rank (whole_operator), or K divided among the ranks of a group (ranks/divided_operator.h).

@@ -281,10 +281,13 @@ void ColumnSolver::State::solve_batch(std::span<const Load> loads, double* solut
 
 ColumnSolver::ColumnSolver(const BlockMatrix& matrix, std::span<const std::array<double, 3>> coordinates,
                            const ColumnSolverOptions& options)
-    : ColumnSolver(
-          whole_operator({matrix, {coordinates.begin(), coordinates.end()}, options.elimination, options.node_of_row},
-                         options.width),
-          options) {}
+    : ColumnSolver(whole_operator({matrix,
+                                   {coordinates.begin(), coordinates.end()},
+                                   options.elimination,
+                                   options.node_of_row,
+                                   options.form},
+                                  options.width),
+                   options) {}
 
 ColumnSolver::ColumnSolver(std::unique_ptr<ColumnOperator> op, const ColumnSolverOptions& options)
     : state_(std::make_unique<State>(std::move(op), options)) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "precompute/elements/elastic_body.h"
+#include "precompute/elements/pressure_form.h"
 #include "precompute/elements/stiffness.h"
 #include "precompute/solver/batch_preconditioner.h"
 
@@ -22,8 +23,10 @@ struct ColumnSolverOptions {
   int width = 96;           // columns in a batch; rounded up to a multiple of 8
   bool cholesky = true;  // the default preconditioner: a Cholesky factor, else multigrid; -column_pc_type overrides it
   bool direct = false;   // no CG: x = M^-1 b by the factor, and its true residual
-  int most_restarts = 12;                                    // of CG on the true residual, before a column is given up
-  std::shared_ptr<const Elimination> elimination = nullptr;  // of this matrix; null: the solver analyses it
+  int most_restarts = 12;  // of CG on the true residual, before a column is given up
+  std::shared_ptr<const PressureForm> form =
+      nullptr;  // of the matrix: the factor is this form's; null: the matrix's own
+  std::shared_ptr<const Elimination> elimination = nullptr;  // of what is factored; null: the solver analyses it
   std::vector<std::int32_t> node_of_row = {};  // in the mesh, of each block row, so that errors name it; may be empty
 };
 
@@ -69,7 +72,7 @@ class ColumnSolver {
   // Whether this rank gets x and must pass room for it; the reports come on every rank.
   bool has_result() const;
 
-  // For the provenance: "PETSc 3.18.5 cg + supernodal (Cholesky factor by CHOLMOD)", or "direct, ...".
+  // For the provenance: "PETSc 3.18.5 cg + supernodal (quasi-definite factor)", or "direct, ...".
   std::string description() const;
 
   // Position of each block row in the preconditioner's elimination order; empty where it has none.

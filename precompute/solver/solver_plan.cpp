@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "precompute/elements/column_buffer.h"
+#include "precompute/solver/supernodal_factorisation.h"
 #include "precompute/solver/supernodal_kernels.h"
 
 namespace palpate {
@@ -20,12 +21,12 @@ namespace {
 // time is arithmetic, the constant is a share of the rate of the triangular solves' kernel, so that the prediction is right
 // for a slower machine too.
 constexpr double kSolveShare = 0.62;         // share of the kernel's rate that the triangular solves reach
-constexpr double kFactorShare = 0.33;        // the same of CHOLMOD's factorisation, through BLAS
-constexpr double kFactorPerRow = 10e-6;      // s: CHOLMOD's assembly of the factor
+constexpr double kFactorShare = 0.33;        // the same of the factorisation, through BLAS
+constexpr double kFactorPerRow = 10e-6;      // s: small supernodes, for which calling BLAS takes longest
 constexpr double kFactorPerNumber = 5e-9;    // s: conversion of the factor into our panels
 constexpr double kProductShare = 0.45;       // share of the kernel's rate that K x and the residuals reach
 constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error, the write
-constexpr double kFactorBytes = 3e6;         // bytes that CHOLMOD and BLAS use for themselves
+constexpr double kFactorBytes = 3e6;         // bytes that BLAS uses for itself
 constexpr double kMultigridProducts = 300;   // products with K for a column, in all V-cycles, until 1e-9
 constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
 constexpr double kStartSeconds = 0.4;        // mpiexec and MPI_Init of a few ranks on one machine
@@ -37,24 +38,25 @@ double processor_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// Measures the operations per second of the backward kernel on one supernode of 72 columns with 216 rows below and 96
+// Measures the operations per second of the backward kernel on one supernode of 24 block columns with 72 block rows below and 96
 // right-hand sides, the size in which a factor spends most of its time. Takes the fastest of several runs, because other work
 // on the machine can only slow a run.
-double kernel_rate() {
+double kernel_rate(int block) {
   constexpr std::int32_t kColumns = 24, kBelow = 72;
   constexpr int kWidth = 96, kRuns = 8, kCalls = 40;
-  const std::int64_t numbers = supernode_numbers(kColumns, kBelow);
+  const std::int64_t numbers = supernode_numbers(kColumns, kBelow, block);
   std::vector<double> values(static_cast<std::size_t>(numbers), 1e-3);
   std::vector<std::int32_t> rows(kBelow);
   for (std::int32_t i = 0; i < kBelow; ++i) rows[i] = kColumns + 2 * i;
-  const std::int64_t dofs = 3 * (kColumns + 2 * kBelow);
+  const std::int64_t dofs = block * (kColumns + 2 * kBelow);
   const ColumnBuffer y = make_column_buffer(dofs, kWidth);
   std::fill_n(y.get(), dofs * kWidth, 1.0);
-  const Supernode supernode{0, kColumns, kBelow, rows.data(), values.data()};
+  const Supernode<double> supernode{0, kColumns, kBelow, rows.data(), values.data()};
+  const SupernodalKernels<double> kernels = supernodal_kernels<double>(block);
   double best = std::numeric_limits<double>::infinity();
   for (int run = 0; run < kRuns; ++run) {
     const double begun = processor_seconds();
-    for (int call = 0; call < kCalls; ++call) supernodal_kernels().backward(supernode, false, y.get(), kWidth);
+    for (int call = 0; call < kCalls; ++call) kernels.backward(supernode, false, y.get(), kWidth);
     best = std::min(best, processor_seconds() - begun);
   }
   return 2.0 * static_cast<double>(numbers) * kWidth * kCalls / best;
@@ -68,8 +70,8 @@ double forward_numbers(const Elimination& e, std::span<const std::int32_t> colum
   std::vector<double> numbers(supernodes);
   for (std::size_t s = 0; s < supernodes; ++s) {
     std::fill(supernode_of.begin() + e.first[s], supernode_of.begin() + e.first[s + 1], static_cast<std::int32_t>(s));
-    numbers[s] =
-        static_cast<double>(supernode_numbers(e.first[s + 1] - e.first[s], e.row_begin[s + 1] - e.row_begin[s]));
+    numbers[s] = static_cast<double>(
+        supernode_numbers(e.first[s + 1] - e.first[s], e.row_begin[s + 1] - e.row_begin[s], e.block));
   }
   for (const auto row : column_rows) places.push_back(e.place[row]);
   std::sort(places.begin(), places.end());
@@ -89,29 +91,19 @@ double forward_numbers(const Elimination& e, std::span<const std::int32_t> colum
   return batches > 0 ? sum / static_cast<double>(batches) : 0;
 }
 
-// How many numbers factoring holds at its peak beside the triangle of K: CHOLMOD's supernodes, stored as rectangles, and its
-// largest update matrix.
-double factoring_numbers(const Elimination& e) {
-  double rectangles = 0, largest = 0;
-  for (std::size_t s = 0; s + 1 < e.first.size(); ++s) {
-    const double c = 3.0 * (e.first[s + 1] - e.first[s]),
-                 r = 3.0 * static_cast<double>(e.row_begin[s + 1] - e.row_begin[s]);
-    rectangles += c * (c + r);
-    largest = std::max(largest, std::max(r * r, c * (c + r)));
-  }
-  return rectangles + largest;
-}
-
 SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& request, int width) {
   const Elimination& e = *plan.elimination;
   const double dofs = 3.0 * static_cast<double>(plan.rows), blocks = static_cast<double>(plan.blocks);
   const double numbers = static_cast<double>(e.numbers()), stored = 3.0 * static_cast<double>(request.stored_rows);
   SolverEstimate result;
   result.width = width;
-  const double triangle = 16 * (9 * blocks + dofs) / 2;  // a value and an index of 64 bits for each entry
-  const double columns = width * (8 * dofs + 2 * 4 * stored);
-  const double renumbered = 76 * blocks;  // a second K while its rows are put in order
-  result.bytes = kFactorBytes + renumbered + std::max(8 * factoring_numbers(e) + triangle, 8 * numbers + columns);
+  const double renumbered =
+      76 * blocks + 132 * static_cast<double>(plan.form_blocks);  // copies while rows are put in order
+  const FactoringNumbers at_once = factoring_numbers(e);
+  const double factoring = 8.0 * static_cast<double>(at_once.rectangles + std::max(2 * at_once.work, at_once.largest));
+  const double of_l = e.block == 3 ? 0 : 8.0 * e.block * static_cast<double>(plan.rows);  // a batch with pressures
+  const double columns = width * (8 * dofs + of_l + 2 * 4 * stored);
+  result.bytes = kFactorBytes + std::max({renumbered, factoring, 8 * numbers + columns});
   result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second) +
                          kFactorPerRow * static_cast<double>(plan.rows) + kFactorPerNumber * numbers;
   result.column_seconds =
@@ -170,11 +162,10 @@ void choose(SolverPlan& plan, const PlanRequest& request) {
   plan.multigrid = estimate_multigrid(plan, request, asked > 0 ? asked : std::min(widest, 32));
   plan.cholesky = plan.factor.bytes <= plan.available_bytes;
   if (plan.cholesky) {
-    plan.why =
-        fmt::format("the Cholesky factor fits the {} available and is the fastest", bytes_text(plan.available_bytes));
+    plan.why = fmt::format("the factor fits the {} available and is the fastest", bytes_text(plan.available_bytes));
     return;
   }
-  plan.why = fmt::format("the Cholesky factor needs {} of the {} available", bytes_text(plan.factor.bytes),
+  plan.why = fmt::format("the factor needs {} of the {} available", bytes_text(plan.factor.bytes),
                          bytes_text(plan.available_bytes));
   if (plan.multigrid.bytes > plan.available_bytes)
     plan.why += fmt::format("; multigrid needs {}, which is more as well: expect the machine to swap, or fail",
@@ -206,9 +197,11 @@ SolverPlan make_plan(const PlanRequest& request) {
   plan.columns = 3 * static_cast<std::int64_t>(request.column_rows.size());
   plan.ranks = std::max(1, request.ranks);
   const double begun = processor_seconds();
-  plan.elimination = std::make_shared<const Elimination>(analyse_elimination(request.matrix));
+  plan.form_blocks = request.form ? static_cast<std::int64_t>(request.form->column.size()) : 0;
+  plan.elimination = std::make_shared<const Elimination>(request.form ? analyse_elimination(*request.form)
+                                                                      : analyse_elimination(request.matrix));
   plan.order_seconds = processor_seconds() - begun;
-  plan.flops_per_second = kernel_rate();
+  plan.flops_per_second = kernel_rate(plan.elimination->block);
   choose(plan, request);
   plan.useful_ranks = find_useful_ranks(plan, request);
   return plan;
@@ -226,13 +219,14 @@ std::string plan_text(const SolverPlan& plan) {
         plan.cholesky ? "PETSc CG with a Cholesky factor by MUMPS" : "PETSc CG with PETSc's multigrid (gamg)",
         plan.width(), plan.why, bytes_text(plan.chosen().bytes), bytes_text(plan.bundle_bytes));
   const SolverEstimate& other = plan.cholesky ? plan.multigrid : plan.factor;
-  const char* other_name = plan.cholesky ? "multigrid" : "the Cholesky factor";
+  const char* other_name = plan.cholesky ? "multigrid" : "the factor";
   const std::string each = plan.ranks > 1 ? fmt::format(", each of {} ranks", plan.ranks) : "";
-  const std::string solver =
-      plan.cholesky ? fmt::format("PETSc CG with a Cholesky factor of {:.3g} million numbers, {:.3g} Gflop",
-                                  1e-6 * static_cast<double>(plan.elimination->numbers()),
-                                  1e-9 * plan.elimination->factor_flops())
-                    : "PETSc CG with algebraic multigrid";
+  const std::string solver = plan.cholesky
+                                 ? fmt::format("PETSc CG with a {} factor of {:.3g} million numbers, {:.3g} Gflop",
+                                               plan.form_blocks > 0 ? "quasi-definite" : "Cholesky",
+                                               1e-6 * static_cast<double>(plan.elimination->numbers()),
+                                               1e-9 * plan.elimination->factor_flops())
+                                 : "PETSc CG with algebraic multigrid";
   return fmt::format(
       "solver  {}, {} columns at a time\n"
       "why     {}\n"
@@ -262,6 +256,7 @@ nlohmann::json plan_json(const SolverPlan& plan) {
           {"ranks", plan.ranks},
           {"useful_ranks", plan.useful_ranks},
           {"ranks_per_operator", plan.ranks_per_operator},
+          {"factored", plan.form_blocks > 0 ? "pressure form" : "stiffness matrix"},
           {"factor_numbers", plan.elimination ? plan.elimination->numbers() : 0},
           {"factor_flops", plan.elimination ? plan.elimination->factor_flops() : 0},
           {"flops_per_second", plan.flops_per_second},

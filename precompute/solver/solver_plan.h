@@ -23,6 +23,7 @@ struct PlanRequest {
   int ranks = 1;                              // they share the columns
   int cores = 1;                              // cores of this machine, for useful_ranks
   double all_available_bytes = 0;             // what all processes on this machine may take, for useful_ranks
+  const PressureForm* form = nullptr;         // of the matrix: what the factor would be made of; null: the matrix
 };
 
 // Bytes and seconds are of one rank, beyond what the process holds when the plan is made.
@@ -40,6 +41,7 @@ struct SolverPlan {
   double available_bytes = 0;
   double bundle_bytes = 0;
   std::int64_t rows = 0, blocks = 0;  // of K: nodes, and 3 x 3 blocks that are not zero
+  std::int64_t form_blocks = 0;       // 4 x 4 blocks of its pressure form, where that is factored
   std::int64_t columns = 0;           // to solve
   int ranks = 1;
   int ranks_per_operator = 1;                      // more than one: no time is predicted, and there is no elimination

@@ -41,7 +41,7 @@
 
 namespace palpate {
 
-template <int kLanes>
+template <int kLanes, class Number = double>
 struct VectorOf;
 template <>
 struct VectorOf<8> {
@@ -54,6 +54,18 @@ struct VectorOf<4> {
 template <>
 struct VectorOf<2> {
   typedef double Type __attribute__((vector_size(16), aligned(8), may_alias));
+};
+template <>
+struct VectorOf<16, float> {
+  typedef float Type __attribute__((vector_size(64), aligned(4), may_alias));
+};
+template <>
+struct VectorOf<8, float> {
+  typedef float Type __attribute__((vector_size(32), aligned(4), may_alias));
+};
+template <>
+struct VectorOf<4, float> {
+  typedef float Type __attribute__((vector_size(16), aligned(4), may_alias));
 };
 
 // Calls work.template operator()<registers>(column) for strips of kMost registers and then for the rest of the width.

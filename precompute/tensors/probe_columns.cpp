@@ -20,13 +20,17 @@ std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, Element elem
           fmt::format("node {}: expected one of the {} nodes with a free degree of freedom", n, body.nodes.size()));
   const Discretisation discretisation = discretise(body, element);
   const HeldStiffness held = remove_held_dofs(discretisation.stiffness, discretisation.fixed);
+  std::shared_ptr<const PressureForm> form;
+  if (element == Element::p1_anp) form = std::make_shared<const PressureForm>(pressure_form(body, held));
   ColumnSolverOptions options;
   options.tolerance = tolerance;
   std::vector<std::int32_t> column_rows;
   for (const auto n : nodes) column_rows.push_back(held.row_of_node[n]);
-  const SolverPlan plan = make_plan({held.matrix, column_rows, held.matrix.rows, 0, memory_left_bytes(0, 1), 0, 1});
+  const SolverPlan plan =
+      make_plan({held.matrix, column_rows, held.matrix.rows, 0, memory_left_bytes(0, 1), 0, 1, 1, 0, form.get()});
   options.width = plan.width();
   options.cholesky = plan.cholesky;
+  options.form = form;
   options.elimination = plan.elimination;
   options.node_of_row = held.node_of_row;
   ColumnSolver solver(held.matrix, row_coordinates(discretisation, held), options);

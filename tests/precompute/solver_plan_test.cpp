@@ -68,6 +68,27 @@ TEST(SolverPlan, PredictsTheMemoryOfFactorAndBlockWithinATenthAndABit) {
   EXPECT_GE(grown, 0.5 * plan.factor.bytes - 20e6);
 }
 
+TEST(SolverPlan, CountsThePressureFormWhereThatIsFactored) {
+  ElasticBody body = body_of(box_mesh({16, 16, 16}, {1, 1, 1}, 0.2), {{5400, 0.49, 0}});
+  hold(body, [](const auto& p) { return p[0] == 0 ? 7 : 0; });
+  HeldStiffness held = remove_held_dofs(assemble_stiffness(body, Element::p1_anp), body.fixed);
+  PressureForm form = pressure_form(body, held);
+  std::vector<std::int32_t> rows;
+  for (const auto n : body.touchable) rows.push_back(held.row_of_node[n]);
+  const SolverPlan plan = make_plan({held.matrix, rows, held.matrix.rows, 0, 1e11, 0, 1, 1, 0, &form});
+  EXPECT_EQ(plan.elimination->block, 4);
+  EXPECT_EQ(plan.elimination->numbers(), analyse_elimination(form).numbers());
+  EXPECT_EQ(plan_json(plan)["factored"], "pressure form");
+  const auto elimination = put_in_order(held, *plan.elimination, &form);
+  const double before = resident_bytes();
+  PressureFactor factor(form, elimination, plan.width());
+  const ColumnBuffer x = make_column_buffer(3 * static_cast<std::int64_t>(held.matrix.rows), plan.width());
+  factor.apply_to_loads(std::vector<Load>{{7, 0, 1.0}}, x.get());
+  // The rows to be written are in the prediction too; other tests may have left memory for reuse.
+  EXPECT_LE(peak_resident_bytes() - before, 1.1 * plan.factor.bytes + 20e6);
+  EXPECT_GE(plan.factor.bytes, 8.0 * static_cast<double>(plan.elimination->numbers()));
+}
+
 TEST(SolverPlan, DividesTheColumnsAmongTheRanksAndNotTheFactor) {
   const Case box(6);
   const SolverPlan one = box.plan(1e10), four = box.plan(1e10, 0, 4);

@@ -115,7 +115,7 @@ struct OneSupernode {
         for (Eigen::Index j = panel; j < std::min<Eigen::Index>(panel + 6, l.cols()); ++j)
           values.push_back(i == j ? 1 / l(i, j) : l(i, j));
   }
-  Supernode part() const { return {kFirst, kColumns, kBelow, rows.data(), values.data()}; }
+  Supernode<double> part() const { return {kFirst, kColumns, kBelow, rows.data(), values.data()}; }
   RowMajor below(const RowMajor& y) const {
     RowMajor result(3 * kBelow, y.cols());
     for (std::int32_t i = 0; i < kBelow; ++i) result.middleRows(3 * i, 3) = y.middleRows(3 * rows[i], 3);
@@ -126,11 +126,11 @@ struct OneSupernode {
 TEST(Supernodal, KernelsOfEveryRegisterWidthAgreeWithDenseArithmetic) {
   const OneSupernode supernode;
   ASSERT_EQ(static_cast<std::int64_t>(supernode.values.size()),
-            supernode_numbers(OneSupernode::kColumns, OneSupernode::kBelow));
+            supernode_numbers(OneSupernode::kColumns, OneSupernode::kBelow, 3));
   const MatrixXd l11 = supernode.l.topRows(15), l21 = supernode.l.bottomRows(12);
   for (const int lanes : {2, 4, 8}) {
     if (lanes > lanes_here()) continue;
-    const SupernodalKernels kernels = supernodal_kernels(lanes);
+    const SupernodalKernels<double> kernels = supernodal_kernels<double>(3, lanes);
     for (const int width : {8, 24, 56, 96}) {
       const RowMajor y = random_block(3 * OneSupernode::kRows, width, 11);
       const MatrixXd own = y.middleRows(9, 15), below = supernode.below(y);
