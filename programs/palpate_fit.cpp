@@ -52,6 +52,12 @@ void run(const Options& options) {
   check_outputs(options);
   const Press press = options.plate ? Press::plate : options.press;
   const Measurements measurements = read_measurements(options.inputs.back(), read_options(options));
+  const bool balls = !measurements.spots.empty() && measurements.spots.front().ball_depth > 0;
+  if (balls && options.fit.initial_slope)
+    throw InputError(
+        fmt::format("{}: --initial-slope is for flat ends, whose force grows in proportion to the depth; for a ball "
+                    "leave it out and leave deep rows out with --most-depth",
+                    measurements.file.string()));
   const BundleFamily family = press_bundles({options.inputs.begin(), options.inputs.end() - 1}, measurements, press);
   const StiffnessModel model(family.values, family.stiffness);
   const Fit fit = fit_forces(measurements, model, options.fit);
@@ -93,7 +99,8 @@ void define(CLI::App& app, Options& options) {
                    "a smooth plate presses all touchable nodes at once, along the axis that they look along; the file "
                    "then has columns for neither place nor radius");
   plate->excludes(law);
-  app.add_option("--radius", options.radius_mm, "the indenter's radius, mm, where the file has no column for it")
+  app.add_option("--radius", options.radius_mm,
+                 "the radius of the indenter's flat end, mm, where the file has no column for it")
       ->check(positive_number())
       ->excludes(plate)
       ->option_text("MM");

@@ -13,6 +13,8 @@ using Json = nlohmann::ordered_json;
 
 // Of the indenter's radius: linear elasticity is off by 5 % in the force from 9 mm on, under a disc of 10 mm (docs/accuracy.md).
 constexpr double kLinearDepth = 0.9;
+// The same share of a ball's contact radius, which is about sqrt(R d): 0.9^2 of the ball's radius.
+constexpr double kLinearDepthOfBall = 0.81;
 // Of the organ's height under a plate: an incompressible neo-Hookean column of strain e is 1 + e times as stiff as a linear one.
 constexpr double kLinearStrain = 0.05;
 // With a term in depth^2: at twice that depth the curves of brain-cylinder give a modulus that is 8 % too small.
@@ -86,11 +88,15 @@ Json json_of(const Estimate& estimate) {
   return out;
 }
 
+double linear_share(const Spot& spot) {
+  return spot.ball_depth > 0 ? kLinearDepthOfBall : kLinearDepth;
+}
+
 // The depth up to which a spot's force grows in proportion, m.
 double linear_depth(const FitReport& report, int spot) {
   if (report.press == Press::plate) return kLinearStrain * report.family.plate_height;
-  return report.family.linear_limit > 0 ? report.family.linear_limit
-                                        : kLinearDepth * report.measurements.spots[spot].radius;
+  const Spot& pressed = report.measurements.spots[spot];
+  return report.family.linear_limit > 0 ? report.family.linear_limit : linear_share(pressed) * pressed.radius;
 }
 
 std::string linear_depth_in_words(const FitReport& report) {
@@ -98,7 +104,7 @@ std::string linear_depth_in_words(const FitReport& report) {
   if (report.family.linear_limit > 0)
     return fmt::format("the {:.3g} mm that the bundle states (accuracy_linear_limit_mm)",
                        1e3 * report.family.linear_limit);
-  return fmt::format("{:g} of the indenter's radius", kLinearDepth);
+  return fmt::format("{:g} of the indenter's radius", linear_share(report.measurements.spots.front()));
 }
 
 void warn_of_depth(const FitReport& report, std::vector<std::string>& warnings) {

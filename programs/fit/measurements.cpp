@@ -14,8 +14,8 @@
 namespace palpate::fit {
 namespace {
 
-enum Column { kX, kY, kZ, kRadius, kDepth, kForce, kColumns };
-constexpr const char* kNames[kColumns] = {"x", "y", "z", "radius", "depth", "force"};
+enum Column { kX, kY, kZ, kRadius, kBallRadius, kDepth, kForce, kColumns };
+constexpr const char* kNames[kColumns] = {"x", "y", "z", "radius", "ball_radius", "depth", "force"};
 constexpr std::pair<const char*, double> kLengths[] = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
 constexpr std::pair<const char*, double> kForces[] = {{"N", 1}, {"mN", 1e-3}};
 
@@ -102,18 +102,29 @@ class Reader {
         result_.unused.push_back(title);
       }
     }
+    expect_one_radius();
     for (int q = 0; q < kColumns; ++q) {
-      const bool of_place = q <= kRadius, given = q == kRadius && options_.radius > 0;
+      const bool of_radius = q == kRadius || q == kBallRadius, of_place = q < kRadius || of_radius;
+      const bool given = of_radius && options_.radius > 0;
       if (of_place && header_.column[q] >= 0 && (options_.plate || given))
         refuse_columns(fmt::format("found \"{}\", although {}", cells[header_.column[q]],
                                    options_.plate ? "a plate has no place" : "--radius is given"));
       if (header_.column[q] >= 0 || (of_place && options_.plate) || given) continue;
+      if (of_radius && header_.column[q == kRadius ? kBallRadius : kRadius] >= 0) continue;
       const bool semicolons = cells.size() == 1 && cells[0].find(';') != std::string::npos;
       refuse_columns(fmt::format(
           "found no column for {}{}{}", kNames[q],
-          q == kRadius ? "; add the indenter's radius as a column, or give it with --radius MM" : "",
+          q == kRadius
+              ? "; add the radius of the indenter's flat end as a column, or give it with --radius MM; a ball has "
+                "ball_radius_mm instead"
+              : "",
           semicolons ? "; separate the columns by commas, not by semicolons, and write decimal points" : ""));
     }
+  }
+
+  void expect_one_radius() const {
+    if (header_.column[kRadius] >= 0 && header_.column[kBallRadius] >= 0)
+      refuse_columns("found both a radius (of a flat end) and a ball_radius; write two files, one for each indenter");
   }
 
   // "depth_mm" and the like. False: no quantity of ours.
@@ -163,8 +174,10 @@ class Reader {
     std::string place = "all";
     if (!options_.plate) {
       for (const Column q : {kX, kY, kZ}) spot.at[q] = number(cells, q);
-      if (header_.column[kRadius] >= 0) spot.radius = number(cells, kRadius);
-      if (!(spot.radius > 0)) refuse("a radius above 0", cells[header_.column[kRadius]]);
+      const Column radius = header_.column[kBallRadius] >= 0 ? kBallRadius : kRadius;
+      if (header_.column[radius] >= 0) spot.radius = number(cells, radius);
+      if (!(spot.radius > 0)) refuse("a radius above 0", cells[header_.column[radius]]);
+      if (radius == kBallRadius) spot.ball_depth = row.depth;
       place = fmt::format("({:g}, {:g}, {:g}) mm", 1e3 * spot.at[0], 1e3 * spot.at[1], 1e3 * spot.at[2]);
     }
     if (header_.place >= 0) place = cells[header_.place];
@@ -176,7 +189,8 @@ class Reader {
     }
     spot.place = remember(result_.places, place);
     const auto same = [&](const Spot& other) {
-      return other.place == spot.place && other.at == spot.at && other.radius == spot.radius;
+      return other.place == spot.place && other.at == spot.at && other.radius == spot.radius &&
+             other.ball_depth == spot.ball_depth;
     };
     const auto known = std::find_if(result_.spots.begin(), result_.spots.end(), same);
     row.spot = static_cast<int>(known - result_.spots.begin());

@@ -9,12 +9,14 @@
 
 namespace palpate::fit {
 
-// A place of the organ and the indenter that pressed it there. Rows with the same place, point and radius share one spot.
+// A place of the organ and the indenter that pressed it there. Rows with the same place, point and radius share one spot; each row
+// of a ball has a spot of its own, because its contact grows with the depth.
 struct Spot {
   std::array<double, 3> at{};  // m, in the bundle's frame
-  double radius = 0;           // m
+  double radius = 0;           // m: of the flat end, or of the ball
   int place = 0;               // index into Measurements::places
   int line = 0;                // of its first row, for refusals
+  double ball_depth = 0;       // m; above 0: a ball that is pressed so deep
 };
 
 struct Row {
@@ -35,7 +37,7 @@ struct Measurements {
 
 struct ReadOptions {
   bool plate = false;  // a plate presses everything at once: the file has columns for neither point nor radius
-  double radius = 0;   // m; above 0: the radius of every row, and the file has no column for it
+  double radius = 0;   // m; above 0: the radius of every row's flat end, and the file has no column for it
   double most_depth = std::numeric_limits<double>::infinity();  // m; deeper rows are left out
 };
 

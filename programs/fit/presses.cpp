@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/errors.h"
+#include "programs/fit/ball.h"
 #include "programs/player/bundle_fields.h"
 #include "programs/player/summary.h"
 
@@ -106,6 +107,7 @@ PressedBundle::PressedBundle(const std::filesystem::path& file) : file_(file) {
   if (palpate_bundle_open_file(file.c_str(), nullptr, &bundle, &error) != PALPATE_OK)
     throw InputError(fmt::format("{}: {}", file.string(), error.text));
   bundle_.reset(bundle);
+  region_of_ = fields.region;
   read_provenance(fields.provenance);
   std::size_t begin = 0;
   for (std::size_t r = 0; r < fields.young.size(); ++r) {
@@ -161,6 +163,22 @@ std::vector<double> PressedBundle::stiffness(const std::vector<Spot>& spots, Pre
   return press == Press::plate ? std::vector<double>(spots.size(), press_plate()) : press_discs(spots, press, source);
 }
 
+// E / (1 - nu^2) of the tissue behind a triangle of the surface, Pa.
+double PressedBundle::plane_modulus(std::int32_t triangle) const {
+  const std::int32_t *corner = palpate_bundle_triangles(bundle_.get()) + 3 * std::size_t(triangle),
+                     *elements = palpate_bundle_tetrahedra(bundle_.get());
+  for (std::size_t e = 0; e < region_of_.size(); ++e) {
+    const auto has = [&](std::int32_t node) {
+      return std::find(elements + 4 * e, elements + 4 * e + 4, node) != elements + 4 * e + 4;
+    };
+    if (!has(corner[0]) || !has(corner[1]) || !has(corner[2])) continue;
+    const Region& tissue = regions_[region_of_[e]];
+    return tissue.young / (1 - tissue.poisson * tissue.poisson);
+  }
+  throw InputError(fmt::format("{}: triangle {} of its surface belongs to no tetrahedron; compute the bundle again",
+                               file_.string(), triangle));
+}
+
 std::vector<double> PressedBundle::press_discs(const std::vector<Spot>& spots, Press press,
                                                const std::filesystem::path& source) {
   palpate_scene_def def = linear_press();
@@ -175,6 +193,9 @@ std::vector<double> PressedBundle::press_discs(const std::vector<Spot>& spots, P
     palpate_surface_hit hit = palpate_default_surface_hit();
     palpate_scene_closest_point(scene.get(), nullptr, spot.at.data(), std::numeric_limits<double>::infinity(), &hit);
     const auto line = fmt::format("{}:{}", source.string(), spot.line);
+    if (spot.ball_depth > 0 && press != Press::sliding)
+      throw InputError(fmt::format(
+          "{}: a ball is taken as one without friction, but the law is sticking; give --law sliding", line));
     if (!hit.hit || hit.distance > spot.radius)
       throw InputError(
           fmt::format("{}: expected a place within the indenter's radius ({:.3g} mm) of the surface of {}, found "
@@ -205,7 +226,16 @@ std::vector<double> PressedBundle::press_discs(const std::vector<Spot>& spots, P
     if (toucher.flags())
       warnings_.push_back(fmt::format("{}: the press on {} raised {}; do not trust this place", line, file_.string(),
                                       flags_in_words(toucher.flags())));
-    result.push_back(force / depth);
+    double stiffness = force / depth;
+    if (spot.ball_depth > 0) {
+      stiffness = ball_stiffness({plane_modulus(hit.triangle), stiffness}, spot.radius, spot.ball_depth);
+      if (std::isnan(stiffness))
+        throw InputError(
+            fmt::format("{}: expected a depth at which the ball of {:.3g} mm touches with less than its equator, found "
+                        "{:.3g} mm; leave such rows out with --most-depth",
+                        line, 1e3 * spot.radius, 1e3 * spot.ball_depth));
+    }
+    result.push_back(stiffness);
   }
   return result;
 }

@@ -32,8 +32,9 @@ class PressedBundle {
   // Errors: InputError that names both files where mesh, supports, touchable nodes or the regions' names differ.
   void expect_same_body(const PressedBundle& other) const;
 
-  // Force over depth of each spot, N/m. source: the file of the spots, for refusals. Under plate all spots have the same.
-  // Errors: InputError where a spot is farther from the surface than its radius, or cannot be touched.
+  // Force over depth of each spot, N/m; of a ball at its depth (ball.h). source: the file of the spots, for refusals. Under plate all
+  // spots have the same. Errors: InputError where a spot is farther from the surface than its radius, cannot be touched, or is a
+  // ball under another press than sliding or deeper than its contact can reach.
   std::vector<double> stiffness(const std::vector<Spot>& spots, Press press, const std::filesystem::path& source);
 
   // The depth up to which the bundle says that linear elasticity is good (accuracy_linear_limit_mm of its provenance), m; 0: it says
@@ -54,6 +55,7 @@ class PressedBundle {
     void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
   };
   void read_provenance(const std::string& text);
+  double plane_modulus(std::int32_t triangle) const;
   std::vector<double> press_discs(const std::vector<Spot>& spots, Press press, const std::filesystem::path& source);
   double press_plate();
   int plate_axis(double& sign) const;
@@ -61,6 +63,7 @@ class PressedBundle {
   std::filesystem::path file_;
   std::unique_ptr<palpate_bundle, Close> bundle_;
   std::vector<Region> regions_;
+  std::vector<std::int32_t> region_of_;  // [tetrahedron]
   std::vector<std::string> warnings_;
   std::map<std::string, std::string> soft_supports_;
   double plate_height_ = 0, linear_limit_ = 0;

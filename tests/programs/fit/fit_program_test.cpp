@@ -102,6 +102,31 @@ class FitProgram : public testing::Test {
   std::string errors_, out_;
 };
 
+// A block of 120 x 120 x 60 mm: nearly a half-space for a ball of 10 mm.
+TEST_F(FitProgram, FindsTheModulusFromHertzsForcesOfABall) {
+  const double young = 5400, poisson = 0.45, radius = 0.01;
+  GridBody block;
+  block.lines = {grid_lines(0, 0.12, 8), grid_lines(0, 0.12, 8), grid_lines(0, 0.06, 4)};
+  block.held = [](std::array<double, 3> p) { return p[2] == 0; };
+  block.young = young, block.poisson = poisson;
+  write_bundle(folder_ / "block.h5", dense_bundle(dense_grid(block)));
+  std::ostringstream text;
+  text << "x_mm,y_mm,z_mm,ball_radius_mm,depth_mm,force_N\n";
+  for (const auto& [x, y] : {std::pair{60, 60}, {50, 60}, {60, 50}, {70, 60}, {60, 70}, {70, 70}})
+    for (const double depth : {0.1e-3, 0.2e-3})
+      text << x << ',' << y << ",60,10," << 1e3 * depth << ','
+           << 4.0 / 3 * young / (1 - poisson * poisson) * std::sqrt(radius * depth) * depth << '\n';
+  write_text("ball.csv", text.str());
+  const Json fit = fitted("block.h5 ball.csv --law sliding");
+  // The contact is at most 1.4 mm wide. What the coarse block has more than the half-space's compliance under a disc of 10 mm, half of
+  // it at most, counts at two thirds of 1.4 / 10 of the depth; Sneddon's ball differs from Hertz's by d / R = 2 %.
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>() / young, 1, 0.07);
+  expect_refused("block.h5 ball.csv", "a ball is taken as one without friction");
+  expect_refused("block.h5 ball.csv --law sliding --initial-slope", "--initial-slope is for flat ends");
+  write_text("both.csv", "x_mm,y_mm,z_mm,radius_mm,ball_radius_mm,depth_mm,force_N\n60,60,60,5,5,1,1\n");
+  expect_refused("block.h5 both.csv --law sliding", "found both a radius");
+}
+
 // Another program, another way to touch (a path of many steps from above), the same force.
 TEST_F(FitProgram, FindsTheModulusOfTheBundleFromForcesThatPalpateRunPlays) {
   write_layer("layer.h5", 5400, 0.45);

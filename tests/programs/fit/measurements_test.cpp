@@ -85,7 +85,7 @@ TEST(Measurements, OfAPlateNeedDepthAndForceAlone) {
 TEST(Measurements, AreRefusedWithFileLineAndWhatWasFound) {
   expect_refused("", "found no header");
   expect_refused("x_mm,y_mm,z_mm,depth_mm,force_N\n",
-                 "found no column for radius; add the indenter's radius as a column");
+                 "found no column for radius; add the radius of the indenter's flat end as a column");
   expect_refused("x_mm;y_mm;z_mm\n", "not by semicolons");
   expect_refused("x_in,y_mm,z_mm,radius_mm,depth_mm,force_N\n",
                  ":1: expected the column x with its unit, x_m, _cm, _mm or _um, found \"x_in\"");
