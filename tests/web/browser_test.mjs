@@ -277,9 +277,9 @@ async function timed(page) {
   await page.click("#replay");
   await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
   return page.evaluate(() => {
-    const { info, shown, frames, smooth, fine } = globalThis.palpateViewer;
+    const { info, shown, frames, times, fine } = globalThis.palpateViewer;
     return { vertices: info.nodeCount, surface: info.surfaceNodeCount, drawnTriangles: shown.fine ? fine.triangles.length / 3 : info.triangleCount,
-      drawMs: frames.median, framesPerSecond: frames.rate, touchUs: smooth.touchUs, shapeUs: smooth.shapeUs };
+      drawMs: frames.median, framesPerSecond: frames.rate, touchUs: times.touchUs.median, shapeUs: times.shapeUs.median };
   });
 }
 

@@ -156,6 +156,7 @@ for (const wasm of wasms) {
     assert.equal(seen.at(-1), bytes.length);
     assert.equal(bundle.info.touchableCount, bundle.touchable.length);
     assert.equal(JSON.parse(bundle.provenance).organ, "box");
+    assert.equal(bundle.foundation.length, 0);
     assert.equal(bundle.fixed.reduce((sum, held) => sum + held, 0), 3 * 16);
     bundle.close();
   });

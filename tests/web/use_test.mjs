@@ -89,6 +89,39 @@ test("a saved scene plays in palpate-run to the same bytes as the page saves, an
   await closed(page);
 });
 
+test("the address restores effects, disc, colour and camera; Back takes an effect back; a link of another bundle changes nothing", async () => {
+  const page = await ready();
+  const kept = (part) => page.waitForFunction((text) => location.hash.includes(text), part);
+  await page.selectOption('[data-effect="law"]', "sliding");
+  await kept("law=sliding");
+  await page.fill("#radius", "9");
+  await page.selectOption("#colour-by", "displacement");
+  await kept("disc=9");
+  await page.evaluate(() => globalThis.palpateViewer.view.camera.turn(0.7, 0.2));
+  await page.waitForTimeout(1500);
+  await kept("colour=displacement");
+  const { direction } = await camera(page);
+  await page.reload();
+  await inState(page, "ready");
+  await page.waitForFunction(() => globalThis.palpateViewer.link);
+  assert.equal(await page.inputValue('[data-effect="law"]'), "sliding");
+  assert.equal(await page.textContent("#radius-mm"), "9 mm");
+  assert.equal(await page.inputValue("#colour-by"), "displacement");
+  assert.ok(same((await camera(page)).direction, direction, 0.01));
+  await page.check('[data-effect="relaxation"]');
+  await kept("relaxation=on");
+  await page.goBack();
+  await page.waitForFunction(() => !document.querySelector('[data-effect="relaxation"]').checked);
+  assert.equal(await page.inputValue('[data-effect="law"]'), "sliding");
+  const other = (await page.evaluate(() => location.href)).replace(/bundle=[0-9a-f]{4}/, "bundle=0000").replace("law=sliding", "law=glue");
+  await page.goto("about:blank");
+  await page.goto(other);
+  await inState(page, "ready");
+  await notice(page, "another bundle");
+  assert.equal(await page.inputValue('[data-effect="law"]'), "sticking");
+  await closed(page);
+});
+
 // ---- numbers ---------------------------------------------------------------------------------------------------------
 
 test("each tool has its own force and depth; its headline, label, arrow and curve share a number and a colour", async () => {
@@ -138,6 +171,41 @@ test("the plot keeps two touches of one tool apart, and a long touch keeps its b
   });
   assert.equal(long[0], 0);
   assert.ok(long.at(-1) > 0.0099 && long.length > 1000 && long.length < 10_000);
+  await closed(page);
+});
+
+test("times have a median and a spread, the touch rate is measured, and a push beyond what linear elasticity is good for is marked", async () => {
+  const page = await ready();
+  assert.equal(await page.textContent("#touch-rate"), "at rest");
+  const limit = Number((await page.textContent("#trust")).match(/^Linear elasticity: .* ([\d.]+) mm \(/)[1]);
+  assert.ok(limit > 1 && limit <= 10);
+  const beyond = () => page.evaluate(() => document.getElementById("trust").classList.contains("beyond"));
+  await page.click("text=Keep");
+  await drag(page, [0, 0], [150, -60]);
+  await page.waitForFunction((mm) => Number(document.getElementById("depth").textContent) > mm, limit);
+  await page.waitForTimeout(1200);
+  assert.equal(await beyond(), true);
+  const hertz = Number((await page.textContent("#touch-rate")).match(/^(\d+) Hz$/)[1]);
+  assert.ok(hertz > 50 && hertz < 1100, `${hertz} Hz`);
+  const [low, high] = (await page.textContent("#touch-us-spread")).split(" to ").map(Number), median = Number(await page.textContent("#touch-us"));
+  assert.ok(low > 0 && low <= median && median <= high);
+  await page.click("#reset");
+  await noTools(page);
+  await frame(page);
+  assert.equal(await beyond(), false);
+  await closed(page);
+});
+
+test("a soft support is shown where the bundle has one", async () => {
+  const page = await ready();
+  const soft = /softly/.test(await page.textContent("#facts")), triangles = await page.evaluate(() => globalThis.palpateViewer.mesh.soft.length);
+  assert.equal(triangles > 0, soft);
+  assert.equal(await page.isEnabled("#show-soft"), soft);
+  if (soft) {
+    await page.check("#show-soft");
+    await picture(page, "soft-support");
+    assert.equal(await page.evaluate(() => globalThis.palpateViewer.view.soft.visible && globalThis.palpateViewer.view.soft.geometry.getIndex().count), 3 * triangles);
+  }
   await closed(page);
 });
 

@@ -40,6 +40,7 @@ const STATUS = ["ok", "truncated", "magic", "version", "section", "checksum", "c
 const ARGUMENT = 7, MEMORY = 8;
 const GRIP_NODE = 1, GRIP_SURFACE_POINT = 2;
 const MAX_RELAXATION_TERMS = 8;
+const FOUNDATION = 21; // the section boundary/foundation
 
 /** The reason why a bundle or a scene was refused. */
 export class PalpateError extends Error {
@@ -188,6 +189,16 @@ export class Bundle {
   /** view [N][3]: 1 where a node is fixed along x, y or z */
   get fixed() {
     return new Uint8Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_fixed(this.pointer) >>> 0, 3 * this.info.nodeCount);
+  }
+
+  /** view [F][2] N/m^3: the stiffness of the elastic foundation under each triangle, along its normal and along the surface; zeros where
+   *  there is none. Empty where the bundle has no foundation. Read from the bundle's index (formats/BUNDLE.md), which opening checked. */
+  get foundation() {
+    const { heap } = this.runtime, { start } = this.store;
+    for (let entry = start + 64, end = entry + 72 * heap.u32(start + 12); entry < end; entry += 72)
+      if (heap.u32(entry) === FOUNDATION)
+        return new Float64Array(heap.buffer, start + Number(heap.data.getBigUint64(entry + 48, true)), 2 * this.info.triangleCount);
+    return new Float64Array(0);
   }
 
   /** Compares every section with its checksum; throws where one differs. Reads the whole bundle. */

@@ -98,13 +98,14 @@ function parsed(provenance: string): Record<string, unknown> {
   }
 }
 
-function meshOf({ info, nodes, triangles, tetrahedra, fixed, touchable }: Bundle): Mesh {
+function meshOf({ info, nodes, triangles, tetrahedra, fixed, touchable, foundation }: Bundle): Mesh {
   const held: number[] = [];
   for (let n = 0; n < info.surfaceNodeCount; ++n) if (fixed[3 * n] && fixed[3 * n + 1] && fixed[3 * n + 2]) held.push(n);
   return {
     positions: Float32Array.from(nodes.subarray(0, 3 * info.surfaceNodeCount)), triangles: Uint32Array.from(triangles),
     tetrahedra: Uint32Array.from(info.hasInterior ? tetrahedra : []),
     fixed: Int32Array.from(held), touchable: Int32Array.from(touchable),
+    soft: Int32Array.from(Array.from({ length: foundation.length / 2 }, (_, t) => t).filter((t) => foundation[2 * t] > 0 || foundation[2 * t + 1] > 0)),
   };
 }
 
@@ -305,7 +306,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   }
   fillFrame(buffer, nodes, scene);
   const frame: Frame = {
-    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost,
+    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost, touches,
     touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
     replaying: replay !== null, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };

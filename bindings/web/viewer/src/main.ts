@@ -3,9 +3,12 @@ import type { BundleInfo } from "../../module/palpate.js";
 import { GRADIENT } from "./colours";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
+import { FrameClock, Spread, TouchRate } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
 import { Keys } from "./keys";
+import { bundleOfLink, linkOf, stateOfLink, type PageState } from "./links";
+import { linearLimit, type LinearLimit } from "./linear_limit";
 import { type ColourBy, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToWorker } from "./messages";
 import { OrganView, type Hit, type Shape } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
@@ -61,6 +64,8 @@ class Viewer {
   private pressed: Hit | null = null; // the point of the last press
   private recordedSteps = 0;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
+  private link = ""; // of the page's state
+  private linked = 0; // ms, when the address was last compared
   private flagged = false; // what the page says is a step's flags
   saved: Extract<FromWorker, { type: "saved" }> | null = null; // the last file
   private moved = false; // the newest shape is not yet drawn
@@ -69,7 +74,9 @@ class Viewer {
   private lastTouch = 0; // ms
   private measured = false;
   private frames = new FrameClock();
-  private smooth = { touchUs: 0, shapeUs: 0 };
+  private times = { touchUs: new Spread(), shapeUs: new Spread() };
+  private rate = new TouchRate();
+  private limit: LinearLimit | null = null;
   private newest: { shape: Shape; frame: Frame } | null = null;
 
   constructor(canvas: HTMLCanvasElement, private view: OrganView) {
@@ -148,12 +155,53 @@ class Viewer {
       provenance.boundary && `held: ${provenance.boundary}${soft.length ? ` (softly: ${soft.join(", ")})` : ""}`, provenance.element, `${megabytes(bytes)} MB`, simd ? "" : "without SIMD",
     ].filter(Boolean).join(" · ");
     this.showFacts();
+    const softSwitch = byId<HTMLInputElement>("show-soft");
+    softSwitch.disabled = mesh.soft.length === 0;
+    softSwitch.closest(".line")!.classList.toggle("absent", softSwitch.disabled);
+    this.limit = linearLimit(provenance, mesh.positions);
     this.tellUser("");
     byId("hint").classList.remove("done");
     const file = await this.fineFile;
     if (file) this.drawFine(file.name, file.bytes);
     state("ready");
     this.lastTouch = performance.now();
+    this.followLink();
+  }
+
+  // Restores what the page's address holds, where it was made with this bundle.
+  private followLink() {
+    const made = bundleOfLink(location.hash), now = this.pageState();
+    if (made && made !== now.bundle) this.tellUser("This link was made with another bundle: effects and view are the page's own.");
+    if (made === now.bundle) this.restore(stateOfLink(location.hash, now, (effect) => isAvailable(effect, this.info!, this.fine !== null)));
+    this.link = linkOf(this.pageState());
+    history.replaceState(null, "", this.link);
+  }
+
+  private restore({ effects, discRadius, colour, view }: PageState) {
+    const changed = JSON.stringify([effects, discRadius]) !== JSON.stringify([this.effects, this.tool.discRadius]);
+    this.tool = { ...this.tool, discRadius };
+    if (changed) this.changeEffects(effects);
+    this.showEffects();
+    byId<HTMLSelectElement>("colour-by").value = colour;
+    this.show();
+    this.view.camera.view = view;
+  }
+
+  private pageState(): PageState {
+    const colour = byId<HTMLSelectElement>("colour-by").value as ColourBy, { effects, tool: { discRadius } } = this;
+    return { bundle: this.info!.identity.toString(16).padStart(16, "0"), effects, discRadius, colour, view: this.view.camera.view };
+  }
+
+  // Keeps the address up to date. A change of effects makes a step of the browser's history; turning the camera does not.
+  private keepLink(now: number) {
+    if (now - this.linked < 500 || document.body.dataset.state !== "ready") return;
+    this.linked = now;
+    const link = linkOf(this.pageState());
+    if (link === this.link) return;
+    const withoutView = (one: string) => one.replace(/&view=.*/, "");
+    if (withoutView(link) === withoutView(this.link)) history.replaceState(null, "", link);
+    else history.pushState(null, "", link);
+    this.link = link;
   }
 
   // Opens a finer surface for the open organ. What is drawn stays where the file is refused.
@@ -312,11 +360,12 @@ class Viewer {
         void this.openFiles(input.files ?? []);
         input.value = "";
       });
-    for (const id of ["colour-by", "show-mesh", "show-fixed", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
+    for (const id of ["colour-by", "show-mesh", "show-fixed", "show-soft", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
     byId("radius").addEventListener("input", () => this.showRadius());
     byId("radius").addEventListener("change", () => this.changeEffects(this.effects));
     byId("keep").addEventListener("change", () => !isOn("keep") && this.letGo());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
+    window.addEventListener("popstate", () => this.opened && this.followLink());
     this.connectKeys(canvas);
     this.connectDrops();
   }
@@ -360,14 +409,14 @@ class Viewer {
     const by = byId<HTMLSelectElement>("colour-by").value as ColourBy;
     this.tell({ type: "colour", by });
     byId("legend-name").textContent = by === "dent" ? "Dent" : "Displacement";
-    this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), touchable: isOn("show-touchable") });
+    this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), soft: isOn("show-soft"), touchable: isOn("show-touchable") });
     if (this.newest) this.view.move(this.newest.shape);
     byId("legend").hidden = by === "nothing";
   }
 
   private dress() {
     const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
-    this.view.dress(colour("--ink"), colour("--held"), colour("--touchable"), TOOL_COLOURS.map(colour));
+    this.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), TOOL_COLOURS.map(colour));
     byId("ramp").style.background = GRADIENT;
     this.show();
   }
@@ -388,6 +437,7 @@ class Viewer {
     this.showTools();
     this.plot.draw();
     this.frames.add(start, performance.now());
+    this.keepLink(start);
     if (!this.measured && start - this.lastTouch > QUIET) this.measure();
   }
 
@@ -414,9 +464,13 @@ class Viewer {
     this.readout.show(frame.tools);
     for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
       if (!frame[key]) continue;
-      this.smooth[key] += (this.smooth[key] ? 0.08 : 1) * (frame[key] - this.smooth[key]);
-      byId(id).textContent = this.smooth[key].toFixed(1);
+      const times = this.times[key];
+      times.add(frame[key]);
+      byId(id).textContent = threeDigits(times.median);
+      byId(`${id}-spread`).textContent = `${threeDigits(times.low)} to ${threeDigits(times.high)}`;
     }
+    this.rate.add(frame.touches, performance.now());
+    this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
     const words = flagWords(frame.flags);
     if (frame.lost) words.push(`${frame.lost} touches left out: this device is too busy`);
     if (words.length) this.flagged = true;
@@ -425,12 +479,21 @@ class Viewer {
       this.flagged = words.length > 0;
     }
     this.showRecorded();
-    byId("touch-rate").textContent = frame.touchUs ? "1000 Hz" : "at rest";
+    byId("touch-rate").textContent = frame.touches ? `${this.rate.hertz.toFixed(0)} Hz` : "at rest";
     byId("replay").toggleAttribute("disabled", frame.replaying);
     byId("most").textContent = brief(1000 * this.view.most);
     byId("middle").textContent = brief(500 * this.view.most);
     byId("frame-ms").textContent = this.frames.median.toFixed(1);
     byId("frame-rate").textContent = `${this.frames.rate.toFixed(0)} per s`;
+  }
+
+  // What the forces are, and up to which depth they can be trusted.
+  private showTrust(depth: number) {
+    const { force, deformation } = this.effects, note = byId("trust"), { limit } = this;
+    const linear = deformation !== "large" && force !== "response";
+    note.textContent = !linear || !limit ? (force === "response" ? "Force from the tissue's measured curve." : "")
+      : `Linear elasticity: ${limit.measured ? "5 % off" : "good"} ${limit.measured ? "at" : "up to"} ${brief(1000 * limit.depth)} mm ${limit.measured ? "(measured for this bundle)" : `(${limit.rule})`}.`;
+    note.classList.toggle("beyond", linear && !!limit && depth > limit.depth);
   }
 
   private showTools() {
@@ -460,23 +523,6 @@ class Viewer {
   }
 }
 
-// Milliseconds of the page's own work per frame (the shape into the mesh, normals, colours, drawing), and frames per second, of the last two seconds.
-class FrameClock {
-  times: { start: number; ms: number }[] = [];
-  add(start: number, end: number) {
-    this.times.push({ start, ms: end - start });
-    while (this.times.length > 2 && start - this.times[0].start > 2000) this.times.shift();
-  }
-  get median() {
-    const sorted = this.times.map((t) => t.ms).sort((a, b) => a - b);
-    return sorted[sorted.length >> 1] ?? 0;
-  }
-  get rate() {
-    const first = this.times[0], last = this.times.at(-1);
-    return first && last && last.start > first.start ? ((this.times.length - 1) * 1000) / (last.start - first.start) : 0;
-  }
-}
-
 // A file from the server; null where the server does not have it.
 async function fetched(url: string) {
   const answer = await fetch(url).catch(() => null);
@@ -486,6 +532,7 @@ async function fetched(url: string) {
 
 const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0);
+const threeDigits = (value: number) => value.toFixed(value < 99.5 ? 1 : 0);
 const brief = (value: number) => String(Number(value.toPrecision(2)));
 
 begin();

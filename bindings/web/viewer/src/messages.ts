@@ -58,6 +58,7 @@ export interface Mesh {
   tetrahedra: Uint32Array; // empty where the bundle has no interior
   fixed: Int32Array; // surface nodes that are fixed in every direction
   touchable: Int32Array;
+  soft: Int32Array; // triangles over an elastic foundation
 }
 
 export interface ToolFrame {
@@ -83,6 +84,7 @@ export interface Frame {
   samples: Sample[]; // since the last frame
   changed: boolean; // the shape differs from that of the frame before
   flags: number; // of the last steps
+  touches: number; // since the last frame
   touchUs: number; // 0: nothing was timed since the last frame
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late

@@ -13,7 +13,8 @@ export class OrganCamera {
   private nodes: ArrayLike<number> = [];
   private front = FRONT;
   private from = new Vector3(); // direction for which the least distance was computed
-  private sized = false;
+  private sized = false; // the canvas has had a size
+  private placed = false; // before that, the camera was
 
   constructor(canvas: HTMLCanvasElement) {
     this.camera.up.set(0, 0, 1);
@@ -54,13 +55,25 @@ export class OrganCamera {
     this.camera.position.sub(this.centre).multiplyScalar(factor).add(this.centre);
   }
 
+  // Azimuth and height of the camera as the centre sees it, degrees; distance, m.
+  get view(): [number, number, number] {
+    const { x, y, z } = this.offset(), distance = Math.hypot(x, y, z);
+    return [(Math.atan2(y, x) * 180) / Math.PI, (Math.asin(z / distance) * 180) / Math.PI, distance];
+  }
+  set view([azimuth, height, distance]) {
+    const a = (azimuth * Math.PI) / 180, h = (Math.max(-89, Math.min(89, height)) * Math.PI) / 180;
+    this.camera.position.set(Math.cos(a) * Math.cos(h), Math.sin(a) * Math.cos(h), Math.sin(h)).multiplyScalar(distance).add(this.centre);
+    this.placed = true;
+    this.update();
+  }
+
   // The same view in a canvas of another shape; the whole organ in the first canvas.
   resize(aspect: number) {
     const before = this.widest();
     this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
     if (this.sized) this.nearer(before / this.widest());
-    else this.home();
+    else if (!this.placed) this.home();
     this.sized = true;
   }
 

@@ -26,6 +26,7 @@ export interface Shown {
   mesh: boolean;
   fixed: boolean;
   touchable: boolean;
+  soft: boolean;
 }
 
 export interface Shape {
@@ -50,11 +51,12 @@ export class OrganView {
   private wire = new Object3(this.geometry, new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.35, depthWrite: false }));
   private fixed = new Points(new BufferGeometry(), new PointsMaterial({ size: 7, sizeAttenuation: false }));
   private touchable = new Points(new BufferGeometry(), new PointsMaterial({ size: 5, sizeAttenuation: false }));
+  private soft = new Object3(new BufferGeometry(), new MeshBasicMaterial({ transparent: true, opacity: 0.55, depthWrite: false })); // triangles over a foundation
   private tools = Array.from({ length: TOOL_COUNT }, () => new ToolFigure());
   private raycaster = new Raycaster();
   private rest: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
-  private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false };
+  private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false, soft: false };
   radius = 0.1; // m, of the organ
 
   constructor(private canvas: HTMLCanvasElement) {
@@ -68,8 +70,8 @@ export class OrganView {
     sky.position.set(0, 0, 1);
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
-    this.scene.add(this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
-    for (const { material } of [this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
+    this.scene.add(this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
+    for (const { material } of [this.soft, this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
   }
 
   // frame: of the bundle's coordinates, "LPS" or "RAS".
@@ -93,7 +95,11 @@ export class OrganView {
       points.geometry.setIndex(new BufferAttribute(Uint32Array.from(list), 1));
       points.frustumCulled = false;
     }
-    this.surface.frustumCulled = this.wire.frustumCulled = this.fine.frustumCulled = this.inside.frustumCulled = false;
+    this.soft.geometry.dispose();
+    this.soft.geometry = new BufferGeometry();
+    this.soft.geometry.setAttribute("position", this.geometry.getAttribute("position"));
+    this.soft.geometry.setIndex(new BufferAttribute(Uint32Array.from([...mesh.soft].flatMap((t) => [...mesh.triangles.subarray(3 * t, 3 * t + 3)])), 1));
+    this.soft.frustumCulled = this.surface.frustumCulled = this.wire.frustumCulled = this.fine.frustumCulled = this.inside.frustumCulled = false;
     this.geometry.computeBoundingSphere();
     const sphere = this.geometry.boundingSphere!;
     this.radius = sphere.radius;
@@ -168,14 +174,16 @@ export class OrganView {
     this.wire.visible = shown.mesh;
     this.fixed.visible = shown.fixed;
     this.touchable.visible = shown.touchable;
+    this.soft.visible = shown.soft;
   }
 
   // Reads the colours of the style sheet, which differ between the light and the dark scheme.
   // forces: of each tool.
-  dress(ink: string, held: string, touchable: string, forces: string[]) {
+  dress(ink: string, held: string, soft: string, touchable: string, forces: string[]) {
     this.wire.material.color = new Color(ink);
     this.inside.material.color = new Color(ink);
     this.fixed.material.color = new Color(held);
+    this.soft.material.color = new Color(soft);
     this.touchable.material.color = new Color(touchable);
     this.tools.forEach((tool, t) => tool.dress(ink, forces[t]));
   }
