@@ -7,7 +7,8 @@
 PIPELINES := $(patsubst %/,%,$(dir $(lastword $(MAKEFILE_LIST))))
 # Where the organs' folders are. new-organ writes to the first; make finds those of all.
 ORGANS_DIR ?= $(PIPELINES)
-ORGANS := $(sort $(foreach d,$(ORGANS_DIR) $(PIPELINES),$(patsubst $d/%/organ.mk,%,$(wildcard $d/*/organ.mk))))
+# An organ's folder may hold those of the organs that it welds together.
+ORGANS := $(sort $(foreach d,$(ORGANS_DIR) $(PIPELINES),$(patsubst $d/%/organ.mk,%,$(wildcard $d/*/organ.mk $d/*/*/organ.mk))))
 
 ORGAN ?= liver
 RANKS ?=
@@ -26,9 +27,13 @@ empty :=
 prerequisite = $(subst $(empty) ,\ ,$(strip $1))
 quoted = '$(subst ','\'',$(strip $1))'
 
-.PHONY: pipeline mesh show-resolutions new-organ
+.PHONY: pipeline mesh separate show-resolutions new-organ
 pipeline:
 
+# Of the command line or organ.mk, never of the environment.
+ifeq ($(origin LABELS),environment)
+LABELS :=
+endif
 include $(ORGAN_DIR)/organ.mk
 # What an organ.mk leaves out: the first mesh size, the first boundary set, all scenes, the options of the mesh size.
 toml_names = $(basename $(notdir $(sort $(wildcard $(ORGAN_DIR)/$1/*.toml))))
@@ -52,10 +57,42 @@ pipeline: $(CASE)/index.html $(foreach m,$(MATERIALS),$(call case_of,$m)/verifie
                                                $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json))
 	@echo "$(ORGAN): results in $(WORK); all pictures, figures and warnings: $(CASE)/index.html"
 
+# ---- several organs of one image ----------------------------------------------------------------------------------
+
+# LABELS: "5=liver 2=right-kidney". Welded: one mesh with a region for each, which share their triangles where they touch.
+# separate: a bundle for each, by the rules and the folder of that organ alone. All are in the frame of the image.
+comma := ,
+parts := $(foreach l,$(LABELS),$(if $(filter 2,$(words $(subst =, ,$l))),$(lastword $(subst =, ,$l)),\
+    $(error LABELS="$(LABELS)": expected VALUE=NAME VALUE=NAME (5=liver 2=right-kidney), found "$l")))
+ifneq ($(parts),)
+part_bundles = $(parts:%=$(DATA)/$(ORGAN)/%/$(RESOLUTION)/$(BC)/bundle.h5)
+.PHONY: $(parts:%=separate-%)
+$(parts:%=separate-%): separate-%: $(call prerequisite,$(IMAGE)) $(BIN)/palpate-precompute
+	+$(MAKE) -f $(PIPELINES)/built.mk ORGAN=$(ORGAN)/$* LABELS= RESOLUTION=$(RESOLUTION) BC=$(BC) BIN=$(BIN) DATA=$(DATA) \
+	    PYTHON=$(PYTHON) ORGANS_DIR=$(ORGANS_DIR)
+$(part_bundles): $(DATA)/$(ORGAN)/%/$(RESOLUTION)/$(BC)/bundle.h5: separate-%
+	@test -f $@
+
+separate: $(WORK)/separate-$(BC).png
+	@echo "$(ORGAN): $(words $(parts)) bundles in one frame: $(part_bundles); all in one picture: $<"
+$(WORK)/separate-$(BC).png: $(part_bundles) $(addprefix $(PIPELINES)/pictures/,organs.py mesh.py \
+                            offscreen.py views.py picture_file.py)
+	mkdir -p $(@D)
+	$(PYTHON) $(PIPELINES)/pictures/organs.py $(part_bundles) -o $@
+else
+separate:
+	$(error separate: expected an organ of several, with LABELS in its organ.mk (ORGAN=upper-abdomen), found ORGAN=$(ORGAN))
+endif
+
 # ---- image or surface -> surface -> tetrahedra; geometry -> tetrahedra; or a mesh as it is -------------------------
 
 SOURCE = $(or $(IMAGE),$(SURFACE))
-ifneq ($(SOURCE),)
+ifneq ($(parts),)
+$(WORK)/mesh.msh: $(call prerequisite,$(IMAGE)) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
+	mkdir -p $(@D)
+	$(BIN)/palpate-tetrahedra $(call quoted,$(IMAGE)) --labels $(call quoted,$(subst $(empty) $(empty),$(comma),$(strip $(LABELS)))) \
+	    -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
+else ifneq ($(SOURCE),)
 $(WORK)/surface.ply: $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
 	mkdir -p $(@D)
 	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ $(SURFACE_OPTIONS)
@@ -149,6 +186,6 @@ $(CASE)/index.html: $(PICTURES) $(CASE)/verified.json $(SCENES:%=$(CASE)/scenes/
 # Make takes names and paths from the command line alone: some systems have an environment variable NAME.
 option = $(if $(filter command,$(origin $2)),$1 $(call quoted,$($2)))
 new-organ: $(BIN)/palpate-organ
-	@$(BIN)/palpate-organ $(call option,--name,NAME) $(call option,--image,IMAGE) $(call option,--label,LABEL) \
+	@$(BIN)/palpate-organ $(call option,--name,NAME) $(call option,--image,IMAGE) $(call option,--label,LABEL) $(call option,--labels,LABELS) \
 	    $(call option,--surface,SURFACE) $(call option,--mesh,MESH) $(call option,--unit,UNIT) $(call option,--frame,FRAME) \
 	    --folder $(firstword $(ORGANS_DIR))

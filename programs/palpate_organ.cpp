@@ -17,9 +17,12 @@ void define(CLI::App& app, OrganRequest& request) {
   auto* surface = app.add_option("--surface", request.surface, "Closed surface: .off .obj .ply .stl .vtp");
   auto* mesh = app.add_option("--mesh", request.mesh, "Tetrahedral mesh: MSH 2.2 or 4.1");
   surface->excludes(image), mesh->excludes(image)->excludes(surface);
-  app.add_option("--label", request.label,
-                 "The organ in the image: a number, several (2,7), or a name of palpate-surface --list")
-      ->needs(image);
+  auto* label = app.add_option("--label", request.label,
+                               "The organ in the image: a number, several (2,7), or a name of palpate-surface --list")
+                    ->needs(image);
+  app.add_option("--labels", request.labels, "Several organs: \"5=liver 2=right-kidney\", LABEL=NAME of each")
+      ->needs(image)
+      ->excludes(label);
   app.add_option("--unit", request.unit, "Unit of a surface or a mesh; images have their own (default: mm)")
       ->check(CLI::IsMember({"m", "cm", "mm", "um"}))
       ->excludes(image);
@@ -33,18 +36,39 @@ void define(CLI::App& app, OrganRequest& request) {
   });
 }
 
-void run(const OrganRequest& request) {
-  check_organ_name(request);
-  const OrganSource source = measure_source(request);
+void warn_of(const std::string& organ, const OrganSource& source) {
   if (source.pieces > 1)
-    warn(fmt::format("the organ has {} pieces; the largest is kept, {:.4g} cm3; the others have {:.3g} cm3 together",
+    warn(fmt::format("{} has {} pieces; the largest is kept, {:.4g} cm3; the others have {:.3g} cm3 together", organ,
                      source.pieces, source.volume_mm3 / 1000, source.dropped_mm3 / 1000));
-  if (source.touches_border) warn("the label touches the image's border, where the organ may be cut off");
-  const OrganChoices choices = choose(source);
-  const std::filesystem::path folder = write_organ(request, source, choices);
-  fmt::print("{}: {:.4g} cm3, {:.0f} x {:.0f} x {:.0f} mm, {}\n", request.name, source.volume_mm3 / 1000,
+  if (source.touches_border) warn(organ + " touches the image's border, where the organ may be cut off");
+}
+
+void say_size(const std::string& organ, const OrganSource& source) {
+  fmt::print("{}: {:.4g} cm3, {:.0f} x {:.0f} x {:.0f} mm, {}\n", organ, source.volume_mm3 / 1000,
              source.high[0] - source.low[0], source.high[1] - source.low[1], source.high[2] - source.low[2],
              source.thickness_text);
+}
+
+void write_several(const OrganRequest& request) {
+  const std::vector<NamedLabel> labels = parse_named_labels(request.labels);
+  const OrganGroup group = measure_group(request, labels);
+  for (std::size_t o = 0; o < labels.size(); ++o) warn_of(labels[o].name, group.organs[o]);
+  const std::filesystem::path folder = write_organs(request, labels, group);
+  for (std::size_t o = 0; o < labels.size(); ++o) say_size(labels[o].name, group.organs[o]);
+  fmt::print("wrote {}, and in it a folder for each organ\n", folder.string());
+  fmt::print("next: make -f Makefile.data ORGAN={}              one bundle, the organs welded where they touch\n",
+             request.name);
+  fmt::print("or:   make -f Makefile.data separate ORGAN={}     one bundle for each organ\n", request.name);
+}
+
+void run(const OrganRequest& request) {
+  check_organ_name(request);
+  if (!request.labels.empty()) return write_several(request);
+  const OrganSource source = measure_source(request);
+  warn_of("the organ", source);
+  const OrganChoices choices = choose(source);
+  const std::filesystem::path folder = write_organ(request, source, choices);
+  say_size(request.name, source);
   for (const char* file : {"organ.toml", "boundary/held.toml", "scenes/press.toml", "organ.mk"})
     fmt::print("wrote {}\n", (folder / file).string());
   fmt::print("next: make -f Makefile.data ORGAN={}\n", request.name);

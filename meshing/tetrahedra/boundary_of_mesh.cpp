@@ -99,14 +99,17 @@ VolumeBoundary without_unused_points(const VolumeBoundary& boundary) {
 }
 
 NonManifoldEdges non_manifold_edges(const VolumeBoundary& boundary) {
-  std::map<std::pair<std::int32_t, std::int32_t>, int> triangles_at;
+  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<std::int32_t>> regions_at;  // one for each triangle
   for (const auto& patch : boundary.patches)
     if (patch.ahead < 0)
       for (const Triangle& t : patch.triangles)
-        for (int i = 0; i < 3; ++i) ++triangles_at[std::minmax(t[i], t[(i + 1) % 3])];
+        for (int i = 0; i < 3; ++i) regions_at[std::minmax(t[i], t[(i + 1) % 3])].push_back(patch.behind);
   NonManifoldEdges edges;
-  for (const auto& [edge, count] : triangles_at)
-    if (count != 2) edges.places.push_back(0.5 * (boundary.points[edge.first] + boundary.points[edge.second]));
+  for (const auto& [edge, regions] : regions_at)
+    if (regions.size() != 2) {
+      edges.places.push_back(0.5 * (boundary.points[edge.first] + boundary.points[edge.second]));
+      edges.regions.push_back(regions);
+    }
   return edges;
 }
 

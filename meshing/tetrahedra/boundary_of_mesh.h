@@ -18,7 +18,8 @@ VolumeBoundary without_unused_points(const VolumeBoundary& boundary);
 
 // Edges of the outer surface (patches ahead of which is kOutside or kCavity) that do not have exactly two triangles.
 struct NonManifoldEdges {
-  std::vector<Point> places;  // the middles of these edges
+  std::vector<Point> places;                       // the middles of these edges
+  std::vector<std::vector<std::int32_t>> regions;  // behind their triangles
 };
 NonManifoldEdges non_manifold_edges(const VolumeBoundary& boundary);
 

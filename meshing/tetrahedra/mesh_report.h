@@ -12,6 +12,15 @@
 
 namespace palpate {
 
+// What became of a tissue's volume on its way from the image, mm^3.
+struct TissueVolume {
+  double voxels = 0;    // as segmented
+  double smoothed = 0;  // after the borders were smoothed
+  double meshed = 0;    // of the triangles that Mesh_3 made, before they were moved to the voxels' volume
+  double moved_mm = 0;  // outward, where the tissue has no neighbour
+  double edge = 0;      // mm, longest edge wanted of its triangles
+};
+
 struct MeshReport {
   std::vector<std::string> inputs;
   TetrahedralMesh mesh;
@@ -21,7 +30,7 @@ struct MeshReport {
   std::size_t surface_triangles = 0, kept_triangles = 0;  // 0 if the input was not a surface
   bool remeshed = false;                                  // the triangles are not the input's own
   std::vector<double> region_volume_of_surface;           // [regions] or empty
-  std::vector<double> region_volume_of_voxels;            // [regions] or empty, mm^3
+  std::vector<TissueVolume> tissue_volumes;               // [regions] of a label image, or empty
 };
 
 // Returns the volume that the triangles of each region enclose, by the divergence theorem.

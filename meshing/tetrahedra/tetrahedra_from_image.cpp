@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "formats/errors.h"
@@ -12,6 +13,7 @@
 #include "meshing/image/label_image.h"
 #include "meshing/image/voxel_mask.h"
 #include "meshing/tetrahedra/boundary_of_mesh.h"
+#include "meshing/tetrahedra/move_to_volumes.h"
 #include "meshing/tetrahedra/tetrahedra_from_tissues.h"
 
 namespace palpate {
@@ -35,8 +37,10 @@ void fill_cavities(std::vector<VoxelMask>& masks, const std::string& image_name)
   const std::vector<std::uint8_t> before = all.inside;
   const PieceChanges changes = filter_pieces(all, parse_piece_filter("all"), /*fill_cavities=*/true, image_name);
   if (changes.filled == 0) return;
-  warn(fmt::format("filled {} cavities, {:.4g} mm3 in all (--cavities keep keeps them)", changes.filled,
-                   changes.filled_mm3));
+  constexpr double kFew = 1e-3;  // of the volume
+  const double volume = static_cast<double>(std::count(before.begin(), before.end(), 1)) * all.grid.voxel_volume();
+  (changes.filled_mm3 > kFew * volume ? warn : note)(fmt::format(
+      "filled {} cavities, {:.4g} mm3 in all (--cavities keep keeps them)", changes.filled, changes.filled_mm3));
   std::vector<std::size_t> left;
   for (std::size_t v = 0; v < before.size(); ++v)
     if (all.inside[v] && !before[v]) left.push_back(v);
@@ -61,10 +65,71 @@ void fill_cavities(std::vector<VoxelMask>& masks, const std::string& image_name)
   }
 }
 
-double twelfth_of_size(const std::vector<VoxelMask>& masks) {
-  double volume = 0;
-  for (const VoxelMask& mask : masks) volume += static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume();
-  return std::cbrt(volume) / 12;
+double twelfth_of_size(const std::vector<double>& volumes) {
+  return std::cbrt(std::accumulate(volumes.begin(), volumes.end(), 0.0)) / 12;
+}
+
+// A tissue smaller than four edges gets shorter ones, so that its triangles show its shape; none shorter than a voxel.
+LabelMeshOptions mesh_sizes(const LabelImageOptions& o, const FillOptions& fill, const std::vector<double>& volumes,
+                            double voxel_mm) {
+  constexpr double kEdgesAcross = 4, kEdgesOverDistance = 8;
+  LabelMeshOptions sizes;
+  sizes.time_limit = fill.time_limit;
+  const double edge = o.edge_mm > 0 ? o.edge_mm : twelfth_of_size(volumes);
+  for (std::size_t t = 0; t < volumes.size(); ++t) {
+    sizes.edges.push_back(std::min(edge, std::max(voxel_mm, std::cbrt(volumes[t]) / kEdgesAcross)));
+    sizes.facet_distances.push_back(o.facet_distance > 0 ? o.facet_distance : sizes.edges[t] / kEdgesOverDistance);
+    if (o.fill == LabelImageOptions::Fill::mesh_3) sizes.interior.push_back(fill.size > 0 ? fill.size : sizes.edges[t]);
+  }
+  return sizes;
+}
+
+void shorten(LabelMeshOptions& sizes, std::size_t tissue, double factor) {
+  sizes.edges[tissue] *= factor, sizes.facet_distances[tissue] *= factor;
+  if (!sizes.interior.empty()) sizes.interior[tissue] *= factor;
+}
+
+void shorten_all(LabelMeshOptions& sizes, double factor) {
+  for (std::size_t t = 0; t < sizes.edges.size(); ++t) shorten(sizes, t, factor);
+}
+
+double longest_edge(const LabelMeshOptions& sizes) {
+  return *std::max_element(sizes.edges.begin(), sizes.edges.end());
+}
+
+// The map and its pieces.
+struct SmoothTissues {
+  TissueMap map;
+  std::vector<TissuePiece> pieces;
+  std::vector<double> volumes;  // [tissues] mm^3
+};
+
+SmoothTissues smooth_tissues(const std::vector<VoxelMask>& masks, double smooth, const std::string& image_name) {
+  SmoothTissues result{TissueMap(masks, smooth), {}, std::vector<double>(masks.size(), 0.0)};
+  result.pieces = pieces_of(result.map, image_name);
+  for (const TissuePiece& piece : result.pieces)
+    if (piece.tissue > 0)
+      result.volumes[piece.tissue - 1] += static_cast<double>(piece.voxels) * masks.front().grid.voxel_volume();
+  return result;
+}
+
+// Smoothing shrinks thin and small tissues. Unless the user chose its width, it is made smaller until no tissue loses more
+// than a twentieth, or the width hides no voxel's steps any more.
+SmoothTissues smooth_as_tissues_allow(const std::vector<VoxelMask>& masks, const std::vector<double>& voxels_mm3,
+                                      const LabelImageOptions& o, double voxel_mm, const std::string& image_name) {
+  constexpr double kMostLost = 0.05, kLeastVoxels = 0.4;
+  double smooth = o.smooth_mm.value_or(1.5 * voxel_mm);
+  for (;;) {
+    SmoothTissues result = smooth_tissues(masks, smooth, image_name);
+    std::size_t worst = 0;
+    for (std::size_t t = 1; t < masks.size(); ++t)
+      if (result.volumes[t] / voxels_mm3[t] < result.volumes[worst] / voxels_mm3[worst]) worst = t;
+    const double lost = 1 - result.volumes[worst] / voxels_mm3[worst], next = 0.6 * smooth;
+    if (o.smooth_mm || lost <= kMostLost || next < kLeastVoxels * voxel_mm) return result;
+    note(fmt::format("smoothing by {:.3g} mm takes {:.1f} % of \"{}\"; trying {:.3g} mm", smooth, 100 * lost,
+                     o.tissues[worst].name, next));
+    smooth = next;
+  }
 }
 
 struct Attempt {
@@ -72,45 +137,164 @@ struct Attempt {
   VolumeBoundary boundary;
 };
 
+// A place where tissues nearly touch, and how wide the gap is filled there: as wide as the shortest edge of these tissues.
+struct Gap {
+  Point place;
+  double width;  // mm
+};
+
+// At the triangles of cavities. The image has none, or they are filled: such a cavity is a gap between tissues, too narrow for the
+// triangles.
+std::vector<Gap> gaps_at_cavities(const VolumeBoundary& boundary, const LabelMeshOptions& sizes) {
+  std::vector<Gap> gaps;
+  for (const auto& patch : boundary.patches)
+    if (patch.ahead == VolumeBoundary::kCavity)
+      for (const auto& [a, b, c] : patch.triangles)
+        gaps.push_back(
+            {(1.0 / 3) * (boundary.points[a] + boundary.points[b] + boundary.points[c]), sizes.edges[patch.behind]});
+  return gaps;
+}
+
+std::vector<Gap> gaps_at_edges(const VolumeBoundary& boundary, const LabelMeshOptions& sizes) {
+  const NonManifoldEdges edges = non_manifold_edges(boundary);
+  std::vector<Gap> gaps;
+  for (std::size_t e = 0; e < edges.places.size(); ++e) {
+    double width = longest_edge(sizes);
+    for (const std::int32_t region : edges.regions[e]) width = std::min(width, sizes.edges[region]);
+    gaps.push_back({edges.places[e], width});
+  }
+  return gaps;
+}
+
 // Mesh_3 gives each tissue a good surface, but where two parts nearly touch, the outer surface of all tissues may not be
-// a manifold. A smaller edge moves every vertex. Where that does not help, the gap there is filled.
+// a manifold. A smaller edge moves every vertex. Where that does not help, the gap there is filled, and so is a gap that became a
+// cavity; one that is still there after three attempts stays.
 Attempt manifold_mesh(TissueMap& map, const std::vector<Tissue>& tissues, const std::vector<TissuePiece>& pieces,
-                      LabelMeshOptions& options) {
-  constexpr int kPlain = 2, kAttempts = 8;
-  const double edge = options.edge;
-  std::vector<Point> bad;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+                      bool keep_cavities, LabelMeshOptions& options) {
+  constexpr int kPlain = 2, kForCavities = 3, kAttempts = 8;
+  const double edge = longest_edge(options);
+  std::vector<Gap> bad;
+  for (int attempt = 1; attempt <= kAttempts; ++attempt) {
     Attempt result;
     result.mesh = tetrahedra_from_tissues(map, tissues, pieces, options);
     result.boundary = boundary_of(result.mesh);
-    bad = non_manifold_edges(result.boundary).places;
-    if (bad.empty()) return result;
+    bad = gaps_at_edges(result.boundary, options);
+    const std::vector<Gap> cavities = keep_cavities ? std::vector<Gap>{} : gaps_at_cavities(result.boundary, options);
+    if (bad.empty() && (cavities.empty() || attempt > kForCavities)) return result;
+    const Point& first = bad.empty() ? cavities[0].place : bad[0].place;
     std::string change;
-    if (attempt + 1 >= kPlain) {
-      for (const Point& place : bad) map.fill_gap(place, edge / 2);
-      change = fmt::format("filling the gaps there, up to {:.3g} mm around, and ", edge);
+    if (attempt >= kPlain || bad.empty()) {
+      std::vector<Gap> gaps = bad;
+      gaps.insert(gaps.end(), cavities.begin(), cavities.end());
+      double widest = 0;
+      for (const Gap& gap : gaps) {
+        map.fill_gap(gap.place, gap.width / 2);
+        widest = std::max(widest, gap.width);
+      }
+      change = fmt::format("filling the gaps there, up to {:.3g} mm around, and ", widest);
     }
-    options.edge *= 0.96;
-    note(fmt::format(
-        "{} non-manifold edges on the outer surface, the first at ({:.5g}, {:.5g}, {:.5g}) mm; {}trying edges of "
-        "{:.4g} mm",
-        bad.size(), bad[0][0], bad[0][1], bad[0][2], change, options.edge));
+    shorten_all(options, 0.96);
+    note(fmt::format("{} on the outer surface, the first at ({:.5g}, {:.5g}, {:.5g}) mm; {}trying edges of {:.4g} mm",
+                     bad.empty() ? "a gap that became a cavity" : fmt::format("{} non-manifold edges", bad.size()),
+                     first[0], first[1], first[2], change, longest_edge(options)));
   }
+  const Point& place = bad[0].place;
   throw VerificationError(fmt::format(
       "the outer surface has {} edges with more than two triangles after {} attempts with smaller edges and "
       "filled gaps, one at ({:.5g}, {:.5g}, {:.5g}) mm; correct the labels there, or try --edge-mm {:.2g}",
-      bad.size(), kAttempts, bad[0][0], bad[0][1], bad[0][2], edge / 2));
+      bad.size(), kAttempts, place[0], place[1], place[2], edge / 2));
 }
 
-void compare_volumes(const MeshReport& report, const std::vector<double>& voxels_mm3, const LabelImageOptions& o) {
+constexpr double kKept = 0.02;  // of a tissue's volume may be missing or too much
+
+std::vector<double> shares_missing(const VolumeBoundary& boundary, const std::vector<double>& voxels_mm3) {
+  std::vector<double> missing = enclosed_volumes(boundary);
+  for (std::size_t t = 0; t < missing.size(); ++t) missing[t] = 1 - missing[t] / voxels_mm3[t];
+  return missing;
+}
+
+// The surfaces of the tissues with the volumes of their voxels.
+struct TissueSurfaces {
+  Attempt attempt;
+  std::vector<double> meshed_mm3;  // before they were moved
+  VolumeMove move;
+};
+
+// Chords of a curved border lie inside of it, and smoothing shrinks what is convex, so that meshes of organs are too small. The
+// surfaces are moved to the volumes of the voxels. Tissues for which that move is too long get shorter edges.
+TissueSurfaces surfaces_of_volume(SmoothTissues& smooth, const LabelImageOptions& o,
+                                  const std::vector<double>& voxels_mm3, LabelMeshOptions& sizes, double voxel_mm) {
+  const std::vector<Tissue>& tissues = o.tissues;
+  constexpr int kAttempts = 4;
+  constexpr double kShorter = 0.75;
+  for (int attempt = 1;; ++attempt) {
+    TissueSurfaces result{manifold_mesh(smooth.map, tissues, smooth.pieces, o.keep_cavities, sizes), {}, {}};
+    VolumeBoundary& boundary = result.attempt.boundary;
+    result.meshed_mm3 = enclosed_volumes(boundary);
+    result.move = move_to_volumes(boundary, voxels_mm3);
+    const std::vector<double> missing = shares_missing(boundary, voxels_mm3);
+    bool shorter = false;
+    for (std::size_t t = 0; t < tissues.size() && attempt < kAttempts; ++t) {
+      if (std::abs(missing[t]) <= kKept || kShorter * sizes.edges[t] < voxel_mm) continue;
+      shorten(sizes, t, kShorter);
+      shorter = true;
+      note(
+          fmt::format("\"{}\": its mesh of {:.4g} mm3 cannot be moved to the {:.4g} mm3 of its voxels; trying edges of "
+                      "{:.3g} mm there",
+                      tissues[t].name, result.meshed_mm3[t], voxels_mm3[t], sizes.edges[t]));
+    }
+    if (!shorter) return result;
+  }
+}
+
+void compare_volumes(const MeshReport& report, const LabelImageOptions& o) {
   for (std::size_t t = 0; t < o.tissues.size(); ++t) {
-    const double share = report.region_volume_of_surface[t] / voxels_mm3[t];
-    if (share < 0.5)
+    const auto& v = report.tissue_volumes[t];
+    const Tissue& tissue = o.tissues[t];
+    if (v.meshed < 0.5 * v.voxels)
       throw InputError(
           fmt::format("tissue \"{}\" (label {}): its mesh holds {:.4g} mm3 of its voxels' {:.4g} mm3; make triangles "
                       "smaller with --edge-mm, or --smooth less",
-                      o.tissues[t].name, o.tissues[t].label, report.region_volume_of_surface[t], voxels_mm3[t]));
+                      tissue.name, tissue.label, v.meshed, v.voxels));
+    const double change = report.region_volume_of_surface[t] / v.voxels - 1;
+    if (std::abs(change) > kKept)
+      warn(fmt::format(
+          "tissue \"{}\" (label {}): its mesh holds {:.4g} mm3, {:+.1f} % of its voxels' {:.4g} mm3, more than {:g} "
+          "% off; smoothing changed {:+.1f} %, triangles and filled gaps {:+.1f} %; try {}",
+          tissue.name, tissue.label, report.region_volume_of_surface[t], 100 * change, v.voxels, 100 * kKept,
+          100 * (v.smoothed / v.voxels - 1), 100 * (v.meshed - v.smoothed) / v.voxels,
+          v.smoothed < (1 - kKept) * v.voxels ? "to --smooth less" : fmt::format("--edge-mm {:.2g}", 0.6 * v.edge)));
   }
+}
+
+void fill_surfaces(MeshReport& report, TissueSurfaces& surfaces, const FillOptions& fill) {
+  surfaces.attempt.boundary = without_unused_points(surfaces.attempt.boundary);
+  report.mesh = fill_with_tetrahedra(surfaces.attempt.boundary, fill, &report.improvement);
+}
+
+// The least volume of an element, as a share of what it was.
+double least_volume_kept(const TetrahedralMesh& before, const TetrahedralMesh& after) {
+  double least = 1;
+  for (std::size_t e = 0; e < before.tetrahedra.size(); ++e)
+    least = std::min(least, shape_of(after, e).volume / shape_of(before, e).volume);
+  return least;
+}
+
+// The elements of Mesh_3, their surfaces moved as far as no element loses more than half its volume.
+void keep_elements(MeshReport& report, TissueSurfaces& surfaces, const FillOptions& fill) {
+  VolumeBoundary& boundary = surfaces.attempt.boundary;
+  const TetrahedralMesh before = surfaces.attempt.mesh;
+  report.mesh = before;
+  for (double share = 1; share > 0.1; share -= 0.25) {
+    for (std::size_t n = 0; n < before.nodes.size(); ++n)
+      report.mesh.nodes[n] = before.nodes[n] + share * (boundary.points[n] - before.nodes[n]);
+    if (least_volume_kept(before, report.mesh) > 0.5) break;
+    report.mesh.nodes = before.nodes;
+  }
+  boundary.points = report.mesh.nodes;
+  for (const auto& patch : boundary.patches)
+    report.mesh.patches.push_back({patch_name(boundary, patch), patch.triangles});
+  report.improvement = improve_worst_elements(report.mesh, fill.goal);
 }
 
 }  // namespace
@@ -140,48 +324,47 @@ MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const L
                                  const FillOptions& fill) {
   const std::string& name = inputs.front();
   const LabelImage image = read_label_image(inputs, options.spacing);
-  const double smooth = options.smooth_mm.value_or(1.5 * std::cbrt(image.grid.voxel_volume()));
-  std::vector<VoxelMask> masks = tissue_masks(image, options.tissues, 3 * smooth, name);
+  const double voxel_mm = std::cbrt(image.grid.voxel_volume());
+  std::vector<VoxelMask> masks =
+      tissue_masks(image, options.tissues, 3 * options.smooth_mm.value_or(1.5 * voxel_mm), name);
   for (std::size_t t = 0; t < masks.size(); ++t) drop_small_pieces(masks[t], options.tissues[t], options, name);
   if (!options.keep_cavities) fill_cavities(masks, name);
   std::vector<double> voxels_mm3;
   for (const VoxelMask& mask : masks)
     voxels_mm3.push_back(static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume());
 
-  LabelMeshOptions mesh_options;
-  mesh_options.edge = options.edge_mm > 0 ? options.edge_mm : twelfth_of_size(masks);
-  mesh_options.facet_distance = options.facet_distance > 0 ? options.facet_distance : mesh_options.edge / 8;
-  mesh_options.time_limit = fill.time_limit;
-  const bool by_mesh_3 = options.fill == LabelImageOptions::Fill::mesh_3;
-  if (by_mesh_3) mesh_options.interior = fill.size > 0 ? fill.size : mesh_options.edge;
-  TissueMap map(masks, smooth);
-  const std::vector<TissuePiece> pieces = pieces_of(map, name);
-  note(fmt::format("meshing {} tissues in {} pieces with triangles of {:.4g} mm", options.tissues.size(), pieces.size(),
-                   mesh_options.edge));
-  Attempt attempt = manifold_mesh(map, options.tissues, pieces, mesh_options);
-
+  LabelMeshOptions sizes = mesh_sizes(options, fill, voxels_mm3, voxel_mm);
+  SmoothTissues smooth = smooth_as_tissues_allow(masks, voxels_mm3, options, voxel_mm, name);
+  note(fmt::format("meshing {} tissues in {} pieces with triangles of {:.4g} mm", options.tissues.size(),
+                   smooth.pieces.size(), longest_edge(sizes)));
   MeshReport report;
-  if (by_mesh_3) {
-    report.mesh = std::move(attempt.mesh);
-    for (const auto& patch : attempt.boundary.patches)
-      report.mesh.patches.push_back({patch_name(attempt.boundary, patch), patch.triangles});
-    report.improvement = improve_worst_elements(report.mesh, fill.goal);
-  } else {
-    attempt.boundary = without_unused_points(attempt.boundary);
+  TissueSurfaces surfaces;
+  constexpr int kFills = 3;
+  for (int attempt = 1;; ++attempt) {
+    surfaces = surfaces_of_volume(smooth, options, voxels_mm3, sizes, voxel_mm);
     try {
-      report.mesh = fill_with_tetrahedra(attempt.boundary, fill, &report.improvement);
+      options.fill == LabelImageOptions::Fill::mesh_3 ? keep_elements(report, surfaces, fill)
+                                                      : fill_surfaces(report, surfaces, fill);
+      break;
     } catch (const OperationError& failed) {
-      throw OperationError(
-          fmt::format("{}: no tetrahedra were found between surfaces with edges of {:.3g} mm: {}; try "
-                      "--edge-mm {:.3g}, or --fill mesh_3",
-                      name, mesh_options.edge, failed.what(), 0.9 * mesh_options.edge));
+      if (attempt == kFills)
+        throw OperationError(
+            fmt::format("{}: no tetrahedra were found between surfaces with edges of {:.3g} mm: {}; try "
+                        "--edge-mm {:.3g}, or --fill mesh_3",
+                        name, longest_edge(sizes), failed.what(), 0.9 * longest_edge(sizes)));
+      shorten_all(sizes, 0.9);
+      note(fmt::format("no tetrahedra were found between these surfaces; trying edges of {:.4g} mm",
+                       longest_edge(sizes)));
     }
   }
-  for (const auto& patch : attempt.boundary.patches) report.surface_triangles += patch.triangles.size();
-  report.kept_triangles = verify_boundary_kept(attempt.boundary, report.mesh);
-  report.region_volume_of_surface = enclosed_volumes(attempt.boundary);
-  report.region_volume_of_voxels = voxels_mm3;
-  compare_volumes(report, voxels_mm3, options);
+  const VolumeBoundary& boundary = surfaces.attempt.boundary;
+  for (const auto& patch : boundary.patches) report.surface_triangles += patch.triangles.size();
+  report.kept_triangles = verify_boundary_kept(boundary, report.mesh);
+  report.region_volume_of_surface = enclosed_volumes(boundary);
+  for (std::size_t t = 0; t < voxels_mm3.size(); ++t)
+    report.tissue_volumes.push_back(
+        {voxels_mm3[t], smooth.volumes[t], surfaces.meshed_mm3[t], surfaces.move.distance[t], sizes.edges[t]});
+  compare_volumes(report, options);
   return report;
 }
 

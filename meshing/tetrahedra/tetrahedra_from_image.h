@@ -15,9 +15,10 @@ namespace palpate {
 struct LabelImageOptions {
   std::vector<Tissue> tissues;
   std::optional<std::array<double, 3>> spacing;  // mm; for PNG slices only
-  std::optional<double> smooth_mm;               // Gaussian width; default: 1.5 times the mean voxel side
-  double edge_mm = 0;                            // largest edge of triangles; 0: a twelfth of the tissues' size
-  double facet_distance = 0;                     // mm; 0: an eighth of the edge
+  std::optional<double>
+      smooth_mm;       // Gaussian width; default: 1.5 times the mean voxel side, less where a tissue shrinks
+  double edge_mm = 0;  // largest edge of triangles; 0: a twelfth of the tissues' size; a small tissue's are shorter
+  double facet_distance = 0;  // mm; 0: an eighth of the edge
   std::string components = "1%";
   bool keep_cavities = false;
   enum class Fill { hxt, mesh_3 } fill = Fill::hxt;  // what fills the surfaces that Mesh_3 makes
@@ -28,7 +29,8 @@ struct LabelImageOptions {
 std::vector<Tissue> parse_tissues(const std::vector<std::string>& texts);
 
 // Reads, smooths, meshes, fills and verifies. The outer surface is a manifold. Neighbouring tissues share their
-// triangles. Errors: those of read_label_image, tetrahedra_from_tissues and fill_with_tetrahedra; InputError for a
+// triangles. Each tissue has the volume of its voxels, or a warning says by how much it misses it: the surfaces are moved to that
+// volume (move_to_volumes), with shorter edges where this move would be too long. Errors: those of read_label_image, tetrahedra_from_tissues and fill_with_tetrahedra; InputError for a
 // tissue that vanishes or loses more than half its volume; VerificationError when no attempt gives a manifold outer
 // surface.
 MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,

@@ -46,6 +46,32 @@ double radius_of(const VoxelGrid& grid) {
   return radius;
 }
 
+// The length wanted at a place of the border between two tissues, or inside of one: the smaller of theirs.
+struct LengthOfTissue {
+  using FT = double;
+  using Point_3 = Kernel::Point_3;
+  using Index = Domain::Index;
+
+  double operator()(const Point_3&, int, const Index& index) const {
+    if (const auto* inside = boost::get<Domain::Subdomain_index>(&index)) return of(*inside);
+    const auto& sides = boost::get<Domain::Surface_patch_index>(index);
+    return std::min(of(sides.first), of(sides.second));
+  }
+  double of(int tissue) const {
+    return tissue == 0 ? *std::max_element(lengths.begin(), lengths.end()) : lengths[tissue - 1];
+  }
+
+  std::vector<double> lengths;  // [tissues]
+};
+
+Criteria criteria_of(const LabelMeshOptions& o) {
+  const LengthOfTissue edges{o.edges}, distances{o.facet_distances}, interior{o.interior};
+  if (o.interior.empty())
+    return Criteria(options::facet_angle = 30, options::facet_size = edges, options::facet_distance = distances);
+  return Criteria(options::facet_angle = 30, options::facet_size = edges, options::facet_distance = distances,
+                  options::cell_radius_edge_ratio = 2, options::cell_size = interior);
+}
+
 // Chooses crossings about an edge apart all over the piece as first points of Mesh_3. A small piece gets a few in any
 // case, because Mesh_3 would miss a piece without a first point.
 std::vector<std::array<Point, 2>> spread_out(const TissuePiece& piece, double edge) {
@@ -67,11 +93,11 @@ std::vector<std::array<Point, 2>> spread_out(const TissuePiece& piece, double ed
 }
 
 void insert_seeds(Complex& complex, const Domain& domain, const std::vector<TissuePiece>& pieces, const Point& centre,
-                  double edge) {
+                  const LengthOfTissue& edges) {
   const auto intersect = domain.construct_intersection_object();
   Triangulation& triangulation = complex.triangulation();
   for (const TissuePiece& piece : pieces)
-    for (const auto& [inside, outside] : spread_out(piece, edge)) {
+    for (const auto& [inside, outside] : spread_out(piece, edges.of(piece.tissue))) {
       const Point a = inside - centre, b = outside - centre;
       const auto hit = intersect(Kernel::Segment_3({a[0], a[1], a[2]}, {b[0], b[1], b[2]}));
       if (std::get<2>(hit) == 0) continue;
@@ -102,18 +128,16 @@ TetrahedralMesh collect(const Complex& complex, const Point& centre) {
 std::string mesh_in_cgal(const TissueMap& map, const std::vector<TissuePiece>& pieces, const LabelMeshOptions& o) {
   const Point centre = centre_of(map.grid());
   const double radius = radius_of(map.grid());
+  const double least = *std::min_element(o.facet_distances.begin(), o.facet_distances.end());
   const auto tissue_at = [&](const Kernel::Point_3& p) { return map.at(centre + Point{p.x(), p.y(), p.z()}); };
-  // Mesh_3 finds the border to a hundredth of the distance that triangles may have from it.
+  // Mesh_3 finds the border to a hundredth of the least distance that triangles may have from it.
   const Domain domain(options::function = tissue_at,
                       options::bounding_object = Kernel::Sphere_3(CGAL::ORIGIN, 1.01 * radius * radius),
-                      options::relative_error_bound = std::min(1e-3, 0.01 * o.facet_distance / radius));
-  const Criteria criteria(options::facet_angle = 30, options::facet_size = o.edge,
-                          options::facet_distance = o.facet_distance,
-                          options::cell_radius_edge_ratio = o.interior > 0 ? 2 : 0, options::cell_size = o.interior);
+                      options::relative_error_bound = std::min(1e-3, 0.01 * least / radius));
   Complex complex;
-  insert_seeds(complex, domain, pieces, centre, o.edge);
-  CGAL::refine_mesh_3(complex, domain, criteria, options::no_perturb(), options::no_exude());
-  if (o.interior > 0) {
+  insert_seeds(complex, domain, pieces, centre, LengthOfTissue{o.edges});
+  CGAL::refine_mesh_3(complex, domain, criteria_of(o), options::no_perturb(), options::no_exude());
+  if (!o.interior.empty()) {
     CGAL::perturb_mesh_3(complex, domain, options::sliver_bound = 15);
     CGAL::exude_mesh_3(complex, options::sliver_bound = 15);
   }
@@ -134,7 +158,7 @@ TetrahedralMesh tetrahedra_from_tissues(const TissueMap& map, const std::vector<
       throw InputError(
           fmt::format("tissue \"{}\" (label {}) is too small or thin for triangles of {:g} mm and vanished; make "
                       "them smaller with --edge-mm or leave the label out",
-                      tissues[t].name, tissues[t].label, o.edge));
+                      tissues[t].name, tissues[t].label, o.edges[t]));
   }
   return mesh;
 }

@@ -10,11 +10,12 @@
 
 namespace palpate {
 
+// Lengths in mm for each tissue. Between two tissues the smaller one holds.
 struct LabelMeshOptions {
-  double edge = 0;            // mm, largest edge of surface triangles
-  double facet_distance = 0;  // mm, largest distance from a triangle to the border of the tissue
-  double interior = 0;        // mm, largest edge inside; 0: only the surfaces are good, and HXT then fills them
-  double time_limit = 3600;   // s
+  std::vector<double> edges;            // longest edge wanted of surface triangles
+  std::vector<double> facet_distances;  // largest distance from a triangle to the border of the tissue
+  std::vector<double> interior;  // largest edge inside; empty: only the surfaces are good, and HXT then fills them
+  double time_limit = 3600;      // s
 };
 
 // Meshes the map with CGAL's Mesh_3 in a child process. The regions come in the order of the tissues; there are no

@@ -7,7 +7,8 @@ SCENES ?= push push-response drag tools stroke
 
 # A resolution is about the number of vertices: 1700 has 1,696 and a smallest dihedral angle of 25 degrees, 20000 has 19,656 and
 # 22 degrees. --size: largest edge inside, mm.
-IMAGE ?= $(DATA)/liver/liver.inr.gz
+include $(PIPELINES)/liver/image.mk
+IMAGE ?= $(LIVER_IMAGE)
 SURFACE_OPTIONS_200 := --labels 255 --smooth 4 --triangles 274
 SURFACE_OPTIONS_600 := --labels 255 --smooth 2.5 --triangles 680
 SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
@@ -23,10 +24,6 @@ TETRAHEDRA_OPTIONS_20000 := --region liver --size 3.8
 
 # The surface that is drawn over any of the meshes: 14,000 triangles, denser where the liver is curved.
 RENDER_OPTIONS ?= --labels 255 --triangles 14000 --spread curvature
-
-$(DATA)/liver/liver.inr.gz: $(PIPELINES)/liver/extract-image.sh
-	mkdir -p $(@D)
-	$< $@
 
 # ---- pictures ------------------------------------------------------------------------------------------------------
 

@@ -9,14 +9,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+import mesh  # noqa: E402
 import offscreen  # noqa: E402
 import picture_file  # noqa: E402
-from mesh import BEHIND, FRONT, HELD, STRIPES, TISSUE, triangles_actor, triangles_data  # noqa: E402
+from mesh import BEHIND, FRONT, HELD, SIDES, STRIPES, TISSUE, triangles_actor, triangles_data  # noqa: E402
 
 NEITHER, SUPPORTED = (0.80, 0.80, 0.80), (0.72, 0.62, 0.66)
-# What is seen from the side of small y, and from that of large y, in each frame.
-SIDES = {"LPS": ("from the front", "from behind"), "RAS": ("from behind", "from the front"),
-         "none": ("from small y", "from large y")}
 
 
 def areas_of(nodes, triangles):
@@ -38,20 +36,30 @@ def main():
         nodes, triangles = file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/triangles"][:]
         fixed, touchable = file["boundary/fixed"][:].any(axis=1), np.zeros(len(nodes), bool)
         touchable[file["tensors/nodes"][:]] = True
+        tetrahedra, region = file["mesh/tetrahedra"][:], file["mesh/region"][:]
+        names = [name for name in file["material/names"].asstr()[()].split("\n") if name]
         frame = file.attrs.get("frame", "none")
         soft = file["boundary/foundation"][:].any(axis=1) if "boundary/foundation" in file else np.zeros(len(triangles), bool)
     # A triangle with held and touchable nodes is shown as neither. What is softly supported may be touched as well.
     held = fixed[triangles].all(axis=1)
     touched = touchable[triangles].all(axis=1) & ~held
     soft &= ~held
-    groups = [(held, HELD), (soft, SUPPORTED), (touched & ~soft, TISSUE), (~held & ~touched & ~soft, NEITHER)]
+    outside, _ = mesh.colours_of_regions(names)
+    of_triangle = mesh.region_of_triangles(triangles, tetrahedra, region)
+    groups = [(held, HELD), (~held & ~touched & ~soft, NEITHER)]
+    for r, colour in enumerate(outside):
+        supported_here = SUPPORTED if len(names) == 1 else tuple(0.5 * (np.array(colour) + SUPPORTED))
+        groups += [(touched & ~soft & (of_triangle == r), colour), (soft & (of_triangle == r), supported_here)]
     actors = [triangles_actor(nodes, triangles[which], colour) for which, colour in groups if which.any()]
     size = np.linalg.norm(np.ptp(nodes, axis=0))
     if held.any():
         actors.append(offscreen.hatch(triangles_data(nodes, triangles[held]), size, STRIPES))
 
-    figure, panels = plt.subplots(1, 2, figsize=(15, 6.8))
-    for panel, look_from, title in zip(panels, (FRONT, BEHIND), SIDES.get(frame, SIDES["none"])):
+    sides = list(zip((FRONT, BEHIND), SIDES.get(frame, SIDES["none"])))
+    if len(names) > 1:
+        sides.append((mesh.view_of_all(nodes, triangles, of_triangle), "where all tissues are seen"))
+    figure, panels = plt.subplots(1, len(sides), figsize=(7.5 * len(sides), 6.8))
+    for panel, (look_from, title) in zip(panels, sides):
         image, pixel = offscreen.render(actors, look_from, size=(900, 700), zoom=1.1, bounds=offscreen.bounds_of(nodes))
         panel.imshow(image)
         panel.set_title(title, fontsize=15)
@@ -61,14 +69,19 @@ def main():
     lines = []
     supported = np.zeros(len(nodes), bool)
     supported[triangles[soft]] = True
-    for name, which, colour in (("touchable", touchable, TISSUE), ("held", fixed, HELD), ("softly supported", supported, SUPPORTED)):
+    dark = (0.3, 0.3, 0.3)
+    for name, which, colour in (("touchable", touchable, TISSUE if len(names) == 1 else dark), ("held", fixed, HELD),
+                                ("softly supported", supported, SUPPORTED)):
         share = (which[triangles].mean(axis=1) * areas).sum()  # a node has a third of each triangle around it
         if which.any():
             lines.append(("%s: %.0f mm2, %.0f %% of the surface; %s"
                           % (name, share, 100 * share / areas.sum(), box_text(nodes[which])), colour))
+    low = 0.03 if len(names) == 1 else 0.075
+    if len(names) > 1:
+        mesh.name_regions(figure, names, outside)
     for row, (text, colour) in enumerate(lines):
-        figure.text(0.5, 0.03 + 0.04 * (len(lines) - 1 - row), text, ha="center", fontsize=15, color=tuple(0.75 * c for c in colour))
-    figure.subplots_adjust(left=0.005, right=0.995, bottom=0.12, top=0.94, wspace=0.01)
+        figure.text(0.5, low + 0.04 * (len(lines) - 1 - row), text, ha="center", fontsize=15, color=tuple(0.75 * c for c in colour))
+    figure.subplots_adjust(left=0.005, right=0.995, bottom=low + 0.01 + 0.04 * max(len(lines), 2), top=0.94, wspace=0.01)
     picture_file.save(figure, arguments.output)
 
 

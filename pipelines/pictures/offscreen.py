@@ -25,7 +25,8 @@ def end_with_parent():
 def start_display():
     """Starts Xvfb on a display number that it picks itself, so that pictures can be made in parallel."""
     read_end, write_end = os.pipe()
-    server = subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"],
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x1024x24", "-nolisten", "tcp",
+                               "-noreset"],  # else it starts anew after each window, and the next one may not find it
                               pass_fds=[write_end], preexec_fn=end_with_parent,
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     os.close(write_end)
@@ -209,9 +210,14 @@ def hatch(data, size, colour):
     cutter.SetCutFunction(plane)
     cutter.GenerateValues(max(int(np.ptp(along) / (size / 50)), 2), along.min(), along.max())
     cutter.Update()
-    actor = plain_actor(cutter.GetOutput(), colour)
+    return line_actor(cutter.GetOutput(), colour)
+
+
+def line_actor(data, colour, width=3):
+    """Lines that lie in a surface (VTK data)."""
+    actor = plain_actor(data, colour)
     actor.GetProperty().LightingOff()
-    actor.GetProperty().SetLineWidth(3)
+    actor.GetProperty().SetLineWidth(width)
     # Lines are drawn in front of the triangles in which they lie.
     actor.GetMapper().SetResolveCoincidentTopologyToPolygonOffset()
     actor.GetMapper().SetRelativeCoincidentTopologyLineOffsetParameters(-6, -6)
@@ -318,19 +324,27 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=
     return image, pixel
 
 
-def label_arrows(panel, pixel, labels, **style):
-    """labels: [(end at the organ, free end, text)]. Each text stands beyond its arrow's free end. Two texts that would overlap
-    stand to the left and to the right of their arrows instead."""
-    placed = []
-    for inner, outer, text in labels:
+def text_size(panel, text, fontsize):
+    """(width, height) of a line of bold text in the pixels of the panel's image."""
+    left, right = panel.get_xlim()
+    panel_inches = panel.get_position().width * panel.figure.get_size_inches()[0]
+    point = abs(right - left) / panel_inches / 72  # pixels of the image
+    return 0.68 * len(text) * fontsize * point + 6, 1.3 * fontsize * point + 6
+
+
+def label_arrows(panel, pixel, labels, taken, fontsize, **style):
+    """labels: [(end at the organ, free end, text)]. Each text stands beyond its arrow's free end, or near it where another text or one
+    of the boxes taken is in the way. Call when the panel has its place in the figure."""
+    sizes = [text_size(panel, text, fontsize) for *_, text in labels]
+    wanted = []
+    for (inner, outer, _), size in zip(labels, sizes):
         at, away = np.array(pixel(outer)), np.array(pixel(outer)) - np.array(pixel(inner))
         away = away / np.linalg.norm(away) if np.linalg.norm(away) > 1 else np.array([1.0, 0])
-        placed.append((at + 38 * away * np.array([1.5, 1]), text))
-    for i, (at, text) in enumerate(placed):
-        near = [other for j, (other, _) in enumerate(placed) if j != i and (abs(other - at) < (130, 45)).all()]
-        side = "center" if not near else "right" if at[0] <= near[0][0] else "left"
-        panel.text(*at, text, ha=side, va="center", bbox=dict(facecolor="white", edgecolor="none", alpha=0.7, pad=1.5),
-                   **style)
+        wanted.append(at + (0.5 * np.abs(away) @ size + 10) * away)
+    picture = abs(np.diff(panel.get_xlim())[0]), abs(np.diff(panel.get_ylim())[0])
+    for at, (*_, text) in zip(views.free_places(wanted, sizes, taken, picture), labels):
+        panel.text(*at, text, ha="center", va="center", bbox=dict(facecolor="white", edgecolor="none", alpha=0.7, pad=1.5),
+                   fontsize=fontsize, **style)
 
 
 def emptiest_corner(image, side):
@@ -345,7 +359,8 @@ def emptiest_corner(image, side):
 def draw_scale(panel, image, pixel, centre, look_from, size, frame=None):
     """Draws a bar of a round length in mm at the lower edge, which holds at the depth of centre, the middle of what is shown. In a
     body's frame ("LPS", "RAS") each edge has the letters of the side that lies there (R right, L left, A front, P back, I below,
-    S above, of the patient); else the axes stand in an empty corner. size: its diagonal, mm."""
+    S above, of the patient); else the axes stand in an empty corner. size: its diagonal, mm. Returns the boxes of what it wrote, (left,
+    top, right, bottom) in pixels of the image."""
     right, up = views.screen_axes(look_from)
     pixels_per_mm = np.linalg.norm(np.subtract(pixel(centre + size * right), pixel(centre))) / size
     length = max(n for n in (1, 2, 5, 10, 20, 50, 100, 200) if n <= max(0.25 * size, 1))
@@ -353,19 +368,25 @@ def draw_scale(panel, image, pixel, centre, look_from, size, frame=None):
     begin, end, low = 20, 20 + length * pixels_per_mm, rows - 15
     panel.plot([begin, end], [low, low], color="black", linewidth=3, solid_capstyle="butt", scalex=False, scaley=False)
     panel.text((begin + end) / 2, low - 10, "%d mm" % length, ha="center", va="bottom", fontsize=14)
+    written = [(0, rows - 65, max(end, (begin + end) / 2 + 60) + 10, rows)]
 
     if frame in views.LETTERS:
         for direction, at, sides in ((-right, (8, rows / 2), ("left", "center")), (right, (columns - 8, rows / 2), ("right", "center")),
                                      (up, (columns / 2, 8), ("center", "top")), (-up, (columns / 2, rows - 8), ("center", "bottom"))):
-            panel.text(*at, views.letters_of(frame, direction), ha=sides[0], va=sides[1], fontsize=17, weight="bold", color="#2b4a7a",
+            letters = views.letters_of(frame, direction)
+            written.append(views.around((np.clip(at[0], 32, columns - 32), np.clip(at[1], 24, rows - 24)), (64, 48)))
+            panel.text(*at, letters, ha=sides[0], va=sides[1], fontsize=17, weight="bold", color="#2b4a7a",
                        bbox=dict(facecolor="white", edgecolor="none", alpha=0.6, pad=1))
-        return
+        return written
     reach = 55  # pixels of an axis that lies in the plane of the picture
-    start = emptiest_corner(image, 3 * reach) + np.array([-0.4 * reach, 0.4 * reach])
+    corner = emptiest_corner(image, 3 * reach)
+    written.append(views.around(corner, (3 * reach, 3 * reach)))
+    start = corner + np.array([-0.4 * reach, 0.4 * reach])
     for name, axis in zip("xyz", np.eye(3)):
         along = np.subtract(pixel(centre + 0.1 * size * axis), pixel(centre)) * reach / (0.1 * size * pixels_per_mm)
         panel.annotate("", start + along, start, arrowprops=dict(arrowstyle="-|>", color="black", linewidth=1.5, shrinkA=0, shrinkB=0))
         panel.text(*(start + along + 16 * along / max(np.linalg.norm(along), 20)), name, ha="center", va="center", fontsize=14)
+    return written
 
 
 def bounds_of(points):

@@ -65,7 +65,7 @@ def main():
         panel.imshow(image)
         panel.axis("off")
         panel.set_title(os.path.basename(scene.rstrip("/")).replace("-", " "), fontsize=17)
-        offscreen.label_arrows(panel, pixel, labels, color=FORCE, fontsize=15)
+        offscreen.label_arrows(panel, pixel, labels, [], fontsize=15, color=FORCE)
     bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(-largest, largest), COLOURS),
                           cax=figure.add_axes([0.915, 0.15, 0.014, 0.68]))
     bar.set_label("vertical displacement (mm)", fontsize=15)

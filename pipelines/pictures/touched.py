@@ -4,12 +4,14 @@ the forces that they feel, from two sides."""
 import argparse
 import os
 
+import h5py
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+import mesh  # noqa: E402
 import offscreen  # noqa: E402
 import picture_file  # noqa: E402
 import views  # noqa: E402
@@ -17,7 +19,30 @@ from offscreen import vtk  # noqa: E402
 
 COLOURS = plt.get_cmap("viridis")
 STEEL, FORCE, EDGE, PATH, HATCH = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15), (0.95, 0.55, 0.1), (0.9, 0.9, 0.95)
-FORCE_HEX = "#d91a1a"
+FORCE_HEX, BORDER = "#d91a1a", (0.0, 0.0, 0.0)
+
+
+def region_lines(bundle, points):
+    """Lines on the outer surface between the regions of the bundle; none where the bundle has one region or is not there.
+    points: where the bundle's nodes are, mm."""
+    if not os.path.exists(bundle):
+        return []
+    with h5py.File(bundle, "r") as file:
+        tetrahedra, region, triangles = (file["mesh/" + name][:] for name in ("tetrahedra", "region", "triangles"))
+    if region.max() == 0:
+        return []
+    of_triangle = mesh.region_of_triangles(triangles, tetrahedra, region)
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)
+    edges, owners = edges[order].reshape(-1, 2, 2)[:, 0], np.repeat(of_triangle, 3)[order].reshape(-1, 2)
+    between = edges[owners[:, 0] != owners[:, 1]]
+    lines = vtk.vtkPolyData()
+    offscreen.set_points(lines, points)
+    cells = vtk.vtkCellArray()
+    cells.ImportLegacyFormat(offscreen.numpy_to_vtk(np.hstack([np.full((len(between), 1), 2), between]).astype(np.int64).ravel(),
+                                                    deep=1, array_type=vtk.VTK_ID_TYPE))
+    lines.SetLines(cells)
+    return [offscreen.line_actor(lines, BORDER, width=7)]
 
 
 def contact_centres(scene, time, points):
@@ -45,6 +70,13 @@ def read_paths(scene, time):
     return paths
 
 
+def radius_of(tool, size):
+    """Of the shaft that is drawn, mm."""
+    if tool.get("capsule"):
+        return tool["capsule"]["radius_m"] / offscreen.MILLIMETRE
+    return tool["radius_m"] / offscreen.MILLIMETRE if "radius_m" in tool else 0.011 * size
+
+
 def tool_actors(tool, points, shaft, size):
     """A capsule is drawn as it is, a single point as the tip of a thin rod along shaft, a disc as the flat end of a rod, and
     several points as balls."""
@@ -54,7 +86,7 @@ def tool_actors(tool, points, shaft, size):
         axis = np.array(capsule["axis"])
         ends = points[-capsule["samples"]] + radius * axis, points[-1] - radius * axis
         return [offscreen.rod(*ends, radius, STEEL)] + [offscreen.sphere(end, radius, STEEL) for end in ends]
-    radius = tool["radius_m"] / offscreen.MILLIMETRE if "radius_m" in tool else 0.011 * size
+    radius = radius_of(tool, size)
     if len(points) == 1 and "radius_m" in tool:  # a flat disc: the end of the rod
         return [offscreen.rod(points[0], points[0] + 0.3 * size * shaft, radius, STEEL)]
     if len(points) == 1:
@@ -81,12 +113,12 @@ def normals_at(surface, places):
 
 
 def tools_and_forces(scene, summary, time, surface, now, tool_grid, size):
-    """Actors of the tools, their paths and their forces; the arrows' labels; the outward normals where tools act."""
+    """Actors of the tools and their paths; their forces, for force_arrows; the outward normals where tools act."""
     centres, paths = contact_centres(scene, time, now), read_paths(scene, time)
     owners = offscreen.point_data(tool_grid, "tool") if tool_grid.GetNumberOfPoints() else np.zeros(0)
     tool_points = offscreen.points_of(tool_grid)
     strongest = max(np.linalg.norm(force) for _, _, force in paths.values())
-    actors, labels, normals = [], [], []
+    actors, forces, normals = [], [], []
     for index, tool in enumerate(summary["tools"]):
         path, first, force = paths[tool["name"]]
         mine, strength = tool_points[owners == index], np.linalg.norm(force)
@@ -101,13 +133,22 @@ def tools_and_forces(scene, summary, time, surface, now, tool_grid, size):
         if np.linalg.norm(np.ptp(path, axis=0)) > 2:
             actors.append(offscreen.path_line(path, 0.0025 * size, PATH))
         if strength > 0 and tool["name"] in centres:
-            direction = force / strength
-            reach = direction * size * (0.10 + 0.15 * strength / strongest)
-            # A pull would put the arrow inside the organ: there it ends at the contact.
-            start = place if direction @ normal > 0 else place - reach
-            actors += offscreen.arrow(start, direction, np.linalg.norm(reach), 0.006 * size, FORCE)
-            labels.append((place, start + reach if start is place else start, "%.2f N" % strength))
-    return actors, labels, normals
+            forces.append((place, force / strength, size * (0.10 + 0.15 * strength / strongest), normal, shaft,
+                           radius_of(tool, size) if len(mine) else 0.04 * size, "%.2f N" % strength))
+    return actors, forces, normals
+
+
+def force_arrows(forces, look_from, size):
+    """The arrows as they are seen from there, and their labels. An arrow that would lie inside its tool's shaft stands beside it."""
+    actors, labels = [], []
+    for place, direction, length, normal, shaft, radius, text in forces:
+        reach = direction * length
+        # A pull would put the arrow inside the organ: there it ends at the contact.
+        start = place if direction @ normal > 0 else place - reach
+        start = start + (radius + 0.02 * size) * views.beside(start + reach / 2 - place, shaft, look_from)
+        actors += offscreen.arrow(start, direction, length, 0.006 * size, FORCE)
+        labels.append((start, start + reach, text) if direction @ normal > 0 else (start + reach, start, text))
+    return actors, labels
 
 
 def main():
@@ -130,23 +171,27 @@ def main():
     held = offscreen.cells_where(surface, offscreen.point_data(surface, "fixed") > 0)
     if held.GetNumberOfCells():
         actors.append(offscreen.hatch(held, size, HATCH))
-    more, labels, normals = tools_and_forces(arguments.scene, summary, time, surface, now, offscreen.read_grid(tools_file), size)
+    borders = region_lines(summary["bundle"], now)
+    actors += borders
+    more, forces, normals = tools_and_forces(arguments.scene, summary, time, surface, now, offscreen.read_grid(tools_file), size)
     actors += more
 
     figure, panels = plt.subplots(1, 2, figsize=(16, 7.2))
+    figure.subplots_adjust(left=0.003, right=0.928, bottom=0.005, top=0.94, wspace=0.01)
     for panel, look_from in zip(panels, views.two_views(np.array(normals))):
-        image, pixel = offscreen.render(actors, look_from, size=(1000, 860), zoom=None)
+        arrows, labels = force_arrows(forces, look_from, size)
+        image, pixel = offscreen.render(actors + arrows, look_from, size=(1000, 860), zoom=None)
         panel.imshow(image)
         panel.axis("off")
-        offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), look_from, size, summary["provenance"].get("frame"))
-        offscreen.label_arrows(panel, pixel, labels, color=FORCE_HEX, fontsize=15, weight="bold")
+        written = offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), look_from, size, summary["provenance"].get("frame"))
+        offscreen.label_arrows(panel, pixel, labels, written, fontsize=15, color=FORCE_HEX, weight="bold")
     bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(0, largest), COLOURS),
                           cax=figure.add_axes([0.935, 0.14, 0.014, 0.68]))
     bar.set_label("displacement (mm)", fontsize=16)
     bar.ax.tick_params(labelsize=14)
-    figure.suptitle("%s, %.2f s, from two sides; red: force of the organ on the %s; orange: path; striped: held"
-                    % (summary["scene"], time, "tools" if len(summary["tools"]) > 1 else "tool"), fontsize=16, y=0.985)
-    figure.subplots_adjust(left=0.003, right=0.928, bottom=0.005, top=0.94, wspace=0.01)
+    figure.suptitle("%s, %.2f s, from two sides; red: force of the organ on the %s; orange: path; striped: held%s"
+                    % (summary["scene"], time, "tools" if len(summary["tools"]) > 1 else "tool",
+                       "; thick lines: between tissues" if borders else ""), fontsize=16, y=0.985)
     picture_file.save(figure, arguments.output, [arguments.scene])
 
 

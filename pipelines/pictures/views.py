@@ -50,6 +50,43 @@ def shaft(path, contact, normal):
     return unit(came)
 
 
+def beside(direction, shaft, look_from):
+    """Where an arrow along direction goes so that a shaft does not hide it: to the side of the shaft, as seen from look_from. Zero for
+    an arrow that leaves the shaft at more than 37 degrees."""
+    if unit(direction) @ unit(shaft) < 0.8:
+        return np.zeros(3)
+    side = np.cross(look_from, shaft)
+    if np.linalg.norm(side) < 1e-6 * np.linalg.norm(look_from):  # seen along the shaft: any side
+        side = np.cross(shaft, np.eye(3)[np.argmin(np.abs(shaft))])
+    return unit(side)
+
+
+def overlap(one, two):
+    """Whether two boxes (left, top, right, bottom) have a place in common."""
+    return one[0] < two[2] and two[0] < one[2] and one[1] < two[3] and two[1] < one[3]
+
+
+def around(middle, size):
+    half = np.asarray(size) / 2
+    return (*(np.asarray(middle) - half), *(np.asarray(middle) + half))
+
+
+def free_places(wanted, sizes, taken, picture):
+    """Where texts go: the middles of their boxes, each as near as possible to where it is wanted, inside the picture and so that no
+    box covers another one or one of those taken. wanted: [n, 2]; sizes: [n, 2], width and height; taken: boxes (left, top, right,
+    bottom); picture: its width and height. A text for which there is no free place stays where it is wanted."""
+    rings = [(0, 0)] + [(radius * np.cos(turn), radius * np.sin(turn)) for radius in range(10, 400, 10)
+                        for turn in np.linspace(0, 2 * np.pi, 16, endpoint=False)]
+    taken, placed = list(taken), []
+    for middle, size in zip(wanted, sizes):
+        boxes = [around(np.add(middle, ring), size) for ring in rings]
+        inside = [box for box in boxes if box[0] >= 0 and box[1] >= 0 and box[2] <= picture[0] and box[3] <= picture[1]]
+        box = next((box for box in inside if not any(overlap(box, other) for other in taken)), boxes[0])
+        taken.append(box)
+        placed.append(((box[0] + box[2]) / 2, (box[1] + box[3]) / 2))
+    return placed
+
+
 def largest_zoom(points_on_screen, margin):
     """The factor by which a view may be enlarged so that all points, in -1 .. 1 across and up, stay within 1 - margin."""
     return (1 - margin) / max(np.abs(points_on_screen).max(), 1e-9)

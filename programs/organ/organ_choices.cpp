@@ -97,8 +97,7 @@ void choose_press(const OrganSource& source, OrganChoices& choices) {
   choices.depth_mm = two_digits(std::min(10.0, 0.08 * extent));  // the surface may move by more than the tool's place
   choices.disc_mm = two_digits(std::min(8.0, 0.12 * extent));
   choices.press_reason = fmt::format(
-      "8 % of the organ's smallest extent of {:.3g} mm, at most 10 mm: linear elasticity is good up to 10 %.",
-      extent);
+      "8 % of the organ's smallest extent of {:.3g} mm, at most 10 mm: linear elasticity is good up to 10 %.", extent);
 }
 
 }  // namespace
@@ -110,6 +109,54 @@ OrganChoices choose(const OrganSource& source) {
   choose_held(source, choices);
   choose_press(source, choices);
   return choices;
+}
+
+OrganSource welded(const OrganGroup& group) {
+  OrganSource all = group.organs.front();
+  all.labels.clear(), all.labels_text.clear(), all.border_points.clear();
+  all.volume_mm3 = all.area_mm2 = all.thickness_mm = all.dropped_mm3 = 0;
+  for (const OrganSource& organ : group.organs) {
+    all.labels.insert(all.labels.end(), organ.labels.begin(), organ.labels.end());
+    all.labels_text += (all.labels_text.empty() ? "" : ", ") + organ.labels_text;
+    all.border_points.insert(all.border_points.end(), organ.border_points.begin(), organ.border_points.end());
+    all.volume_mm3 += organ.volume_mm3, all.area_mm2 += organ.area_mm2, all.dropped_mm3 += organ.dropped_mm3;
+    all.touches_border |= organ.touches_border, all.pieces = std::max(all.pieces, organ.pieces);
+    // The mesher gives small and thin tissues finer triangles by itself: the thickest organ sets the common size.
+    if (organ.thickness_mm > all.thickness_mm)
+      all.thickness_mm = organ.thickness_mm, all.thickness_text = organ.thickness_text;
+    for (int d = 0; d < 3; ++d)
+      all.low[d] = std::min(all.low[d], organ.low[d]), all.high[d] = std::max(all.high[d], organ.high[d]);
+  }
+  return all;
+}
+
+std::vector<HeldSet> choose_held_sets(const OrganGroup& group) {
+  constexpr double kLeastContact = 0.02, kHeldShare = 0.2;
+  const std::size_t count = group.organs.size();
+  std::vector<HeldSet> sets;
+  std::vector<bool> placed(count, false);
+  for (std::size_t first = 0; first < count; ++first) {
+    if (placed[first]) continue;
+    HeldSet set;
+    set.organs = {first}, placed[first] = true;
+    for (std::size_t at = 0; at < set.organs.size(); ++at)
+      for (std::size_t other = 0; other < count; ++other) {
+        const OrganSource &one = group.organs[set.organs[at]], &two = group.organs[other];
+        if (placed[other] ||
+            group.contact[set.organs[at]][other] < kLeastContact * std::min(one.area_mm2, two.area_mm2))
+          continue;
+        set.organs.push_back(other), placed[other] = true;
+      }
+    std::vector<double> back;
+    for (const std::size_t o : set.organs)
+      for (const auto& p : group.organs[o].border_points) back.push_back(p[1]);
+    const auto at = back.begin() + static_cast<std::ptrdiff_t>((1 - kHeldShare) * static_cast<double>(back.size()));
+    std::nth_element(back.begin(), at, back.end());
+    set.beyond = *at;
+    set.within = std::max(3.0, 2 * group.organs.front().voxel_mm);
+    sets.push_back(std::move(set));
+  }
+  return sets;
 }
 
 }  // namespace palpate

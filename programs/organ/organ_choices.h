@@ -29,4 +29,15 @@ struct OrganChoices {
 
 OrganChoices choose(const OrganSource& source);
 
+// Several organs as one mesh: the volumes, boxes and surfaces of all of them together, which choose() takes like those of one organ.
+OrganSource welded(const OrganGroup& group);
+
+// Organs that touch over more than a fiftieth of the smaller one's surface hold each other; each such set is held by itself.
+struct HeldSet {
+  std::vector<std::size_t> organs;  // of the group
+  double beyond = 0;                // y in mm: what lies farther to the back is held, a fifth of the set's surface
+  double within = 0;                // mm: how far a mesh's node may lie from the voxels of its organ
+};
+std::vector<HeldSet> choose_held_sets(const OrganGroup& group);
+
 }  // namespace palpate

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
+#include <functional>
 
 #include "formats/errors.h"
 
@@ -61,7 +61,8 @@ std::string source_text(const OrganSource& source) {
 
 // ---- organ.toml ----------------------------------------------------------------------------------------------------
 
-std::string organ_toml(const OrganRequest& request, const OrganSource& source) {
+std::string organ_toml(const OrganRequest& request, const OrganSource& source,
+                       const std::vector<std::string>& regions) {
   std::string text = comment(
       fmt::format("{}: {}; {:.4g} cm3, box x {:.1f} .. {:.1f}, y {:.1f} .. {:.1f}, z {:.1f} .. {:.1f} mm. Written by "
                   "palpate-organ; docs/files.md explains every key.",
@@ -75,7 +76,7 @@ std::string organ_toml(const OrganRequest& request, const OrganSource& source) {
     text += "# An assumption: the file does not say what its axes mean. FRAME= says it (LPS, RAS, none).\n";
   text += fmt::format("frame = \"{}\"\n", source.frame);
   text += "# The element for soft, nearly incompressible tissue.\nelement = \"p1-anp\"\n";
-  for (const std::string& region : mesh ? source.region_names : std::vector<std::string>{request.name}) {
+  for (const std::string& region : regions) {
     text += fmt::format("\n[[region]]\nname = {}\n", in_toml(region));
     text +=
         "# No image tells the stiffness, and the force is proportional to it: replace the value and its source.\n"
@@ -97,6 +98,29 @@ std::string held_toml(const OrganChoices& choices) {
              "name = \"held\"\n\n[[fixed]]\ndofs = \"xyz\"\nselect = {{ below_quantile = {{ direction = [{}, {}, {}], "
              "quantile = {} }} }}\n",
              -d[0] + 0.0, -d[1] + 0.0, -d[2] + 0.0, choices.held_share);
+}
+
+std::string listed(const HeldSet& set, const std::function<std::string(std::size_t)>& text) {
+  std::string all;
+  for (const std::size_t organ : set.organs) all += (all.empty() ? "" : ", ") + text(organ);
+  return all;
+}
+
+std::string held_sets_toml(const std::vector<NamedLabel>& labels, const OrganGroup& group) {
+  std::string text = comment(
+      "An assumption: of each set of organs that touch, the fifth of the surface that lies farthest to the back is "
+      "held. Hold what "
+      "the body holds, and keep the rest free. Pictures: boundary.png.");
+  text += "name = \"held\"\n";
+  for (const HeldSet& set : choose_held_sets(group)) {
+    text += "\n" + comment(listed(set, [&](std::size_t o) { return labels[o].name; }));
+    text += fmt::format(
+        "[[fixed]]\ndofs = \"xyz\"\nselect = {{ and = [\n  {{ label = {{ labels = [{}], within = {:.3g} }} }},\n"
+        "  {{ half_space = {{ point = [0, {:.4g}, 0], normal = [0, -1, 0] }} }},\n] }}\n",
+        listed(set, [&](std::size_t o) { return fmt::format("{}", group.organs[o].labels.front()); }), set.within,
+        set.beyond);
+  }
+  return text;
 }
 
 // ---- scenes/press.toml ---------------------------------------------------------------------------------------------
@@ -168,6 +192,34 @@ std::string organ_mk(const OrganRequest& request, const OrganSource& source, con
   return text + "RESOLUTIONS :=" + names + "\nRESOLUTION ?= medium\n" + options;
 }
 
+// Several organs: LABELS in place of a surface.
+std::string welded_mk(const OrganRequest& request, const std::vector<NamedLabel>& labels, const OrganSource& source,
+                      const OrganGroup& group, const OrganChoices& choices) {
+  std::string text =
+      comment(fmt::format("{}: {}, welded: one mesh, whose organs share their triangles where they touch, so that they "
+                          "cannot slide or part. `make -f "
+                          "Makefile.data separate ORGAN={}` makes a bundle of each organ, from the folders in this "
+                          "one. Written by palpate-organ; "
+                          "docs/files.md explains every variable.",
+                          request.name, source_text(source), request.name));
+  text += "IMAGE ?= " + in_make(source.file.string()) + "\nLABELS :=";
+  for (std::size_t o = 0; o < labels.size(); ++o)
+    text += fmt::format(" {}={}", group.organs[o].labels.front(), labels[o].name);
+  text += "\n\n" +
+          comment(
+              "Mesh sizes, edges in mm: --edge-mm on the surfaces, --size inside. A small organ gets shorter edges by "
+              "itself. " +
+              choices.size_reason);
+  std::string names, options;
+  for (const auto& size : choices.sizes) {
+    text += fmt::format("# {}: about {:.0f} vertices, and more for small organs\n", size.name, size.vertices);
+    names += " " + size.name;
+    options += fmt::format("TETRAHEDRA_OPTIONS_{} := --edge-mm {:.3g} --size {:.3g}{}\n", size.name, size.surface_mm,
+                           size.inside_mm, source.pieces > 1 ? " --components largest" : "");
+  }
+  return text + "RESOLUTIONS :=" + names + "\nRESOLUTION ?= medium\n" + options;
+}
+
 void write_text(const fs::path& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
@@ -189,10 +241,7 @@ struct PartFolder {
 
 void check_organ_name(const OrganRequest& request) {
   const std::string& name = request.name;
-  const bool plain =
-      !name.empty() && name.size() <= 64 && std::isalnum(static_cast<unsigned char>(name[0])) &&
-      std::all_of(name.begin(), name.end(), [](unsigned char c) { return c < 128 && (std::isalnum(c) || c == '-'); });
-  if (!plain)
+  if (!is_plain_name(name))
     throw InputError(fmt::format("NAME: expected letters, digits and - (spleen, left-kidney), found \"{}\"", name));
   if (!fs::is_directory(request.folder))
     throw InputError(
@@ -205,21 +254,61 @@ void check_organ_name(const OrganRequest& request) {
                     target.string()));
 }
 
-fs::path write_organ(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices) {
+namespace {
+
+struct OrganTexts {
+  std::string material, held, press, make;
+};
+
+void write_folder(const fs::path& folder, const OrganTexts& texts) {
+  fs::create_directories(folder / "boundary");
+  fs::create_directories(folder / "scenes");
+  write_text(folder / "organ.toml", texts.material);
+  write_text(folder / "boundary" / "held.toml", texts.held);
+  write_text(folder / "scenes" / "press.toml", texts.press);
+  write_text(folder / "organ.mk", texts.make);
+}
+
+void write_one(const fs::path& folder, const OrganRequest& request, const OrganSource& source,
+               const OrganChoices& choices) {
+  const bool mesh = source.kind == OrganSource::Kind::mesh;
+  write_folder(folder, {organ_toml(request, source, mesh ? source.region_names : std::vector{request.name}),
+                        held_toml(choices), press_toml(source, choices), organ_mk(request, source, choices)});
+}
+
+// Calls write with a folder that becomes folder/name at the end.
+fs::path write_whole(const OrganRequest& request, const std::function<void(const fs::path&)>& write) {
   const fs::path target = request.folder / request.name;
   try {
     const PartFolder part(request.folder / (request.name + ".part"));
-    fs::create_directories(part.path / "boundary");
-    fs::create_directories(part.path / "scenes");
-    write_text(part.path / "organ.toml", organ_toml(request, source));
-    write_text(part.path / "boundary" / "held.toml", held_toml(choices));
-    write_text(part.path / "scenes" / "press.toml", press_toml(source, choices));
-    write_text(part.path / "organ.mk", organ_mk(request, source, choices));
+    write(part.path);
     fs::rename(part.path, target);
   } catch (const fs::filesystem_error& error) {
     throw OperationError(fmt::format("{}: cannot be written: {}", target.string(), error.code().message()));
   }
   return target;
+}
+
+}  // namespace
+
+fs::path write_organ(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices) {
+  return write_whole(request, [&](const fs::path& folder) { write_one(folder, request, source, choices); });
+}
+
+fs::path write_organs(const OrganRequest& request, const std::vector<NamedLabel>& labels, const OrganGroup& group) {
+  const OrganSource all = welded(group);
+  const OrganChoices choices = choose(all);
+  std::vector<std::string> regions;
+  for (const NamedLabel& label : labels) regions.push_back(label.name);
+  return write_whole(request, [&](const fs::path& folder) {
+    write_folder(folder, {organ_toml(request, all, regions), held_sets_toml(labels, group), press_toml(all, choices),
+                          welded_mk(request, labels, all, group, choices)});
+    for (std::size_t o = 0; o < labels.size(); ++o) {
+      OrganRequest one = request;
+      one.name = labels[o].name;
+      write_one(folder / one.name, one, group.organs[o], choose(group.organs[o]));
+    }
+  });
 }
 
 }  // namespace palpate

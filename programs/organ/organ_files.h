@@ -12,4 +12,8 @@ void check_organ_name(const OrganRequest& request);
 // Writes folder/name whole or not at all, and returns its path. Errors: OperationError.
 std::filesystem::path write_organ(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices);
 
+// Writes folder/name for several organs as one welded mesh, and in it a folder for each organ by itself; whole or not at all.
+std::filesystem::path write_organs(const OrganRequest& request, const std::vector<NamedLabel>& labels,
+                                   const OrganGroup& group);
+
 }  // namespace palpate

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -47,7 +48,7 @@ std::string listed(const std::vector<LabelEntry>& labels) {
 
 // The labels that the text names, by number or by name, separated by commas.
 std::vector<LabelEntry> chosen_labels(const std::string& text, const std::vector<LabelEntry>& labels,
-                                      const std::string& file) {
+                                      const std::string& file, const char* variable) {
   if (labels.empty())
     throw InputError(fmt::format("{}: expected a segmented organ, found an image that is 0 everywhere", file));
   if (text.empty()) {
@@ -65,8 +66,8 @@ std::vector<LabelEntry> chosen_labels(const std::string& text, const std::vector
       return is_number ? e.label == static_cast<float>(number) : e.name == word;
     });
     if (found == labels.end())
-      throw InputError(
-          fmt::format("{}: expected one of its labels, found LABEL={}; its labels are {}", file, word, listed(labels)));
+      throw InputError(fmt::format("{}: expected one of its labels, found {}={}; its labels are {}", file, variable,
+                                   word, listed(labels)));
     chosen.push_back(*found);
   }
   return chosen;
@@ -98,10 +99,8 @@ void measure_border(const VoxelMask& mask, OrganSource& source) {
   source.area_mm2 = faces / kStaircase;
 }
 
-void measure_image(const OrganRequest& request, OrganSource& source) {
-  const std::string name = request.image.string();
-  const LabelImage image = read_label_image({name}, {});
-  const std::vector<LabelEntry> chosen = chosen_labels(request.label, list_labels(image, name), name);
+void measure_labels(const LabelImage& image, const std::vector<LabelEntry>& chosen, const std::string& name,
+                    OrganSource& source) {
   for (const LabelEntry& e : chosen) {
     source.labels.push_back(e.label);
     source.labels_text += fmt::format("{}{}{}", source.labels_text.empty() ? "" : ", ", e.label,
@@ -117,6 +116,41 @@ void measure_image(const OrganRequest& request, OrganSource& source) {
   measure_border(mask, source);
   source.thickness_mm = local_thickness(mask, kThickShare);
   source.thickness_text = fmt::format("95 % of the organ is at least {:.3g} mm thick", source.thickness_mm);
+}
+
+void measure_image(const OrganRequest& request, OrganSource& source) {
+  const std::string name = request.image.string();
+  const LabelImage image = read_label_image({name}, {});
+  measure_labels(image, chosen_labels(request.label, list_labels(image, name), name, "LABEL"), name, source);
+}
+
+// The area of the faces between voxels of two organs, for each pair.
+std::vector<std::vector<double>> contact_areas(const LabelImage& image, const std::vector<OrganSource>& organs) {
+  const auto organ_of = [&](float value) {
+    for (std::size_t o = 0; o < organs.size(); ++o)
+      if (static_cast<float>(organs[o].labels.front()) == value) return static_cast<int>(o);
+    return -1;
+  };
+  const std::array<double, 3> side = image.grid.spacing();
+  const std::array<double, 3> face = {side[1] * side[2], side[0] * side[2], side[0] * side[1]};
+  std::vector<std::vector<double>> contact(organs.size(), std::vector<double>(organs.size(), 0.0));
+  const auto [nx, ny, nz] = image.grid.size;
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) {
+        const float here = image.values[image.grid.index(i, j, k)];
+        if (here == 0) continue;
+        for (int a = 0; a < 3; ++a) {
+          const std::array<int, 3> next = {i + (a == 0), j + (a == 1), k + (a == 2)};
+          if (next[0] >= nx || next[1] >= ny || next[2] >= nz) continue;
+          const float there = image.values[image.grid.index(next[0], next[1], next[2])];
+          if (there == here) continue;
+          const int one = organ_of(here), two = organ_of(there);
+          if (one < 0 || two < 0) continue;
+          contact[one][two] += face[a], contact[two][one] += face[a];
+        }
+      }
+  return contact;
 }
 
 // ---- from a surface or a mesh --------------------------------------------------------------------------------------
@@ -154,7 +188,64 @@ void measure_mesh(const OrganRequest& request, OrganSource& source) {
   measure_triangles(surface, source);
 }
 
+void finish(OrganSource& source, const std::filesystem::path& file) {
+  source.file = std::filesystem::absolute(file).lexically_normal();
+  set_box(source);
+}
+
 }  // namespace
+
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name.size() <= 64 && std::isalnum(static_cast<unsigned char>(name[0])) &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return c < 128 && (std::isalnum(c) || c == '-'); });
+}
+
+std::vector<NamedLabel> parse_named_labels(const std::string& text) {
+  std::string blanks = text;
+  std::replace(blanks.begin(), blanks.end(), ',', ' ');
+  std::istringstream words(blanks);
+  std::vector<NamedLabel> labels;
+  for (std::string word; words >> word;) {
+    const std::size_t equals = word.find('=');
+    const NamedLabel label{word.substr(0, equals), equals == std::string::npos ? "" : word.substr(equals + 1)};
+    if (label.label.empty() || !is_plain_name(label.name))
+      throw InputError(
+          fmt::format("LABELS: expected LABEL=NAME LABEL=NAME (5=liver 2=right-kidney), each NAME of letters, digits "
+                      "and -, found \"{}\"",
+                      word));
+    for (const NamedLabel& other : labels)
+      if (other.label == label.label || other.name == label.name)
+        throw InputError(fmt::format("LABELS: expected each label and each name once, found \"{}\" after \"{}={}\"",
+                                     word, other.label, other.name));
+    labels.push_back(label);
+  }
+  if (labels.size() < 2)
+    throw InputError(
+        fmt::format("LABELS: expected two organs or more (5=liver 2=right-kidney), found \"{}\"; for one organ: "
+                    "LABEL=",
+                    text));
+  return labels;
+}
+
+OrganGroup measure_group(const OrganRequest& request, const std::vector<NamedLabel>& labels) {
+  const std::string name = request.image.string();
+  const LabelImage image = read_label_image({name}, {});
+  const std::vector<LabelEntry> entries = list_labels(image, name);
+  OrganGroup group;
+  for (const NamedLabel& label : labels) {
+    OrganSource source;
+    measure_labels(image, chosen_labels(label.label, entries, name, "LABELS"), name, source);
+    for (std::size_t other = 0; other < group.organs.size(); ++other)
+      if (group.organs[other].labels == source.labels)
+        throw InputError(fmt::format("LABELS: expected each label once, found {} for \"{}\" and \"{}\"",
+                                     source.labels_text, labels[other].name, label.name));
+    finish(source, request.image);
+    group.organs.push_back(std::move(source));
+  }
+  group.contact = contact_areas(image, group.organs);
+  return group;
+}
 
 OrganSource measure_source(const OrganRequest& request) {
   OrganSource source;
@@ -169,8 +260,7 @@ OrganSource measure_source(const OrganRequest& request) {
     source.kind = OrganSource::Kind::mesh, file = request.mesh;
     measure_mesh(request, source);
   }
-  source.file = std::filesystem::absolute(file).lexically_normal();
-  set_box(source);
+  finish(source, file);
   return source;
 }
 

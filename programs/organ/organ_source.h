@@ -15,7 +15,8 @@ struct OrganRequest {
   std::filesystem::path folder;                // in which the organ's folder is written
   std::filesystem::path image, surface, mesh;  // exactly one
   std::string label;                           // of an image: "1", "2,7" or a name that the image has
-  std::optional<std::string> unit, frame;      // of a surface or a mesh; default: mm, LPS
+  std::string labels;  // of an image, for several organs: "5=liver 2=right-kidney"; instead of label
+  std::optional<std::string> unit, frame;  // of a surface or a mesh; default: mm, LPS
 };
 
 // Lengths in mm, in the axes of the source; an image's are LPS.
@@ -38,6 +39,26 @@ struct OrganSource {
   std::array<double, 3> low{}, high{};               // the box
   std::vector<std::array<double, 3>> border_points;  // on the surface, about evenly
 };
+
+// One of several organs: "2=right-kidney" or "kidney_right=right-kidney".
+struct NamedLabel {
+  std::string label, name;
+};
+
+// Reads "5=liver 2=right-kidney", with blanks or commas between. Errors: InputError for another text, for a name with other
+// characters than letters, digits and -, and for a label or a name that is given twice.
+std::vector<NamedLabel> parse_named_labels(const std::string& text);
+
+// Whether a name is one for a folder and a tissue: letters, digits and -, at most 64, not - first.
+bool is_plain_name(const std::string& name);
+
+// The organs of one image.
+struct OrganGroup {
+  std::vector<OrganSource> organs;           // in the order of the labels
+  std::vector<std::vector<double>> contact;  // [organ][organ] mm^2 of voxel faces between the two
+};
+// Reads the image once. Errors: as measure_source.
+OrganGroup measure_group(const OrganRequest& request, const std::vector<NamedLabel>& labels);
 
 // Reads and measures. Errors: InputError for a label that the image does not have, with the list of its labels; for several
 // labels where none is asked for; for files that cannot be read.

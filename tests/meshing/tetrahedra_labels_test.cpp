@@ -4,13 +4,17 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <set>
 
 #include "formats/errors.h"
+#include "formats/program.h"
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/tetrahedra/boundary_of_mesh.h"
+#include "meshing/tetrahedra/move_to_volumes.h"
 #include "meshing/tetrahedra/tetrahedra_from_image.h"
+#include "meshing/tetrahedra/triangle_crossings.h"
 #include "tests/meshing/run_tetrahedra.h"
 
 namespace palpate {
@@ -129,7 +133,120 @@ TEST(TetrahedraFromLabels, TissuesThatPartAtASmallAngleHaveAManifoldOutside) {
   EXPECT_TRUE(non_manifold_edges(boundary_of(report.mesh)).places.empty());
   // Gaps are filled within an edge of 4 mm of the bad places, where the gap is below 2 mm wide: less than 1 % of either.
   for (std::size_t t = 0; t < 2; ++t)
-    EXPECT_NEAR(report.region_volume_of_surface[t] / report.region_volume_of_voxels[t], 1, 0.02);
+    EXPECT_NEAR(report.region_volume_of_surface[t] / report.tissue_volumes[t].voxels, 1, 0.02);
+}
+
+// A small organ on a large one, meshed with triangles that are far too large for it.
+TEST(TetrahedraFromLabels, EveryTissueHasTheVolumeOfItsVoxels) {
+  const auto folder = fresh_folder();
+  const std::string image =
+      write_ball(folder, [](double x, double y, double z) { return (x - 11) * (x - 11) + y * y + z * z < 36 ? 2 : 1; });
+  for (const auto fill : {LabelImageOptions::Fill::hxt, LabelImageOptions::Fill::mesh_3}) {
+    LabelImageOptions options = options_for({"1=liver", "2=gallbladder"});
+    options.edge_mm = 10, options.facet_distance = 0, options.smooth_mm = {}, options.fill = fill;
+    forget_warnings();
+    const MeshReport report = tetrahedra_from_image({image}, options, {});
+    EXPECT_TRUE(warnings().empty()) << warnings().front();
+    const auto volume = measure_quality(report.mesh).region_volume;
+    for (std::size_t t = 0; t < 2; ++t) {
+      const TissueVolume& tissue = report.tissue_volumes[t];
+      EXPECT_LT(tissue.meshed, 0.975 * tissue.voxels) << t;  // what the triangles lose without the move
+      EXPECT_NEAR(volume[t] / tissue.voxels, 1, fill == LabelImageOptions::Fill::hxt ? 1e-6 : 0.02) << t;
+      EXPECT_GT(tissue.moved_mm, 0) << t;
+    }
+    EXPECT_LT(report.tissue_volumes[1].edge, 3);  // a quarter of the gallbladder's size, not 10 mm
+    EXPECT_GT(measure_quality(report.mesh).dihedral.value, 5);
+  }
+}
+
+// Smoothing takes a third of a plate of 4 mm, and triangles as small as voxels can be moved by half a voxel only.
+TEST(TetrahedraFromLabels, AVolumeThatIsNotReachedIsWarnedOfWithItsNumbers) {
+  const auto folder = fresh_folder();
+  const std::string image =
+      write_ball(folder, [](double x, double y, double z) { return x * x + y * y < 64 && std::abs(z) < 2 ? 2 : 0; });
+  LabelImageOptions options = options_for({"2=plate"});
+  options.smooth_mm = 1.75, options.edge_mm = 0.8, options.facet_distance = 0.2;
+  forget_warnings();
+  const MeshReport report = tetrahedra_from_image({image}, options, {});
+  EXPECT_LT(report.region_volume_of_surface[0], 0.98 * report.tissue_volumes[0].voxels);
+  EXPECT_GT(report.region_volume_of_surface[0], 1.05 * report.tissue_volumes[0].meshed);  // moved as far as it may
+  ASSERT_EQ(warnings().size(), 1u);
+  EXPECT_THAT(warnings().front(),
+              testing::AllOf(testing::HasSubstr("tissue \"plate\" (label 2): its mesh holds"),
+                             testing::HasSubstr("smoothing changed -"), testing::HasSubstr("try to --smooth less")));
+}
+
+// Two boxes of 2 x 2 x 1 that share a wall, with a regular grid of triangles.
+VolumeBoundary two_boxes() {
+  VolumeBoundary boundary;
+  boundary.region_names = {"low", "high"};
+  std::map<std::array<int, 3>, std::int32_t> number;
+  const auto at = [&](int x, int y, int z) {
+    const auto [found, fresh] = number.emplace(std::array{x, y, z}, static_cast<std::int32_t>(boundary.points.size()));
+    if (fresh) boundary.points.push_back({0.5 * x, 0.5 * y, 0.5 * z});
+    return found->second;
+  };
+  boundary.patches = {{0, VolumeBoundary::kOutside, {}}, {1, VolumeBoundary::kOutside, {}}, {0, 1, {}}};
+  // The square whose normal is axis d, at level c, with its corner at (u, v) of the two other axes.
+  const auto square = [&](std::size_t patch, int d, int c, int u, int v, bool up) {
+    std::array<std::int32_t, 4> corner{};
+    for (int i = 0; i < 4; ++i) {
+      std::array<int, 3> p{};
+      p[d] = c, p[(d + 1) % 3] = u + (i == 1 || i == 2), p[(d + 2) % 3] = v + (i >= 2);
+      corner[i] = at(p[0], p[1], p[2]);
+    }
+    if (!up) std::swap(corner[1], corner[3]);
+    boundary.patches[patch].triangles.push_back({corner[0], corner[1], corner[2]});
+    boundary.patches[patch].triangles.push_back({corner[0], corner[2], corner[3]});
+  };
+  for (int u = 0; u < 4; ++u)
+    for (int v = 0; v < 4; ++v) {
+      square(0, 2, 0, u, v, false);
+      square(2, 2, 2, u, v, true);
+      square(1, 2, 4, u, v, true);
+      for (const int d : {0, 1})
+        for (const int c : {0, 4})
+          d == 0 ? square(v < 2 ? 0 : 1, 0, c, u, v, c > 0) : square(u < 2 ? 0 : 1, 1, c, u, v, c > 0);
+    }
+  return boundary;
+}
+
+TEST(MoveToVolumes, GivesEachRegionItsVolumeAndKeepsTheSharedWall) {
+  VolumeBoundary boundary = two_boxes();
+  const auto before = enclosed_volumes(boundary);
+  ASSERT_NEAR(before[0], 4, 1e-12);
+  ASSERT_NEAR(before[1], 4, 1e-12);
+  const VolumeMove move = move_to_volumes(boundary, {4.4, 3.8});
+  EXPECT_EQ(move.share, 1);
+  const auto after = enclosed_volumes(boundary);
+  EXPECT_NEAR(after[0], 4.4, 1e-8);
+  EXPECT_NEAR(after[1], 3.8, 1e-8);
+  EXPECT_GT(move.distance[0], 0);
+  EXPECT_LT(move.distance[1], 0);
+  const std::size_t points = two_boxes().points.size();
+  EXPECT_EQ(boundary.points.size(), points);  // the wall is still one sheet
+}
+
+TEST(MoveToVolumes, StopsBeforeTrianglesCross) {
+  VolumeBoundary boundary = two_boxes();
+  const VolumeMove move = move_to_volumes(boundary, {0.4, 7.9});
+  EXPECT_LT(move.share, 1);
+  std::vector<Triangle> all;
+  for (const auto& patch : boundary.patches) all.insert(all.end(), patch.triangles.begin(), patch.triangles.end());
+  EXPECT_FALSE(first_crossing(boundary.points, all));
+  const auto after = enclosed_volumes(boundary);  // the stated share of what was missing
+  EXPECT_NEAR(after[0], 4 - 3.6 * move.share, 1e-7);
+}
+
+TEST(FirstCrossing, FindsEveryKindOfContactBetweenTriangles) {
+  const std::vector<Point> flat = {{0, 0, 0},      {1, 0, 0},     {0, 1, 0},    {1, 1, 0},
+                                   {0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.3, 0.6, 1}};
+  EXPECT_FALSE(first_crossing(flat, {{0, 1, 2}, {1, 3, 2}}));  // neighbours in a plane
+  EXPECT_TRUE(first_crossing(flat, {{0, 1, 2}, {4, 5, 6}}));   // one pierces the other
+  EXPECT_TRUE(first_crossing(flat, {{0, 1, 2}, {0, 4, 5}}));   // beyond their shared corner
+  EXPECT_FALSE(first_crossing(flat, {{0, 1, 2}, {0, 5, 6}}));  // only in their shared corner
+  EXPECT_TRUE(first_crossing({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5, 0.5, 0}}, {{0, 1, 2}, {1, 0, 3}}));  // folded
+  EXPECT_FALSE(first_crossing(flat, {{0, 1, 2}, {0, 1, 5}, {1, 0, 4}}));  // three at one edge, as where tissues meet
 }
 
 TEST(TetrahedraFromLabels, ATissueInsideAnotherHasNoOutside) {

@@ -55,6 +55,37 @@ class Views(unittest.TestCase):
         np.testing.assert_allclose(views.shaft(path, 1, np.array([0, 0, -1.0])), [0, 0, -1])
 
 
+class Labels(unittest.TestCase):
+    def test_no_label_covers_another_one_or_a_letter_or_leaves_the_picture(self):
+        rng = np.random.default_rng(3)
+        letters = [views.around(at, (64, 48)) for at in ((32, 430), (968, 430), (500, 24), (500, 836))]
+        for _ in range(300):
+            wanted = rng.uniform((0, 0), (1000, 860), size=(rng.integers(1, 7), 2))
+            wanted[1:] = wanted[:1] + rng.normal(scale=15, size=wanted[1:].shape)  # all about the same place
+            sizes = rng.uniform((60, 25), (150, 40), size=wanted.shape)
+            boxes = [views.around(at, size) for at, size in zip(views.free_places(wanted, sizes, letters, (1000, 860)), sizes)]
+            for i, box in enumerate(boxes):
+                self.assertTrue(box[0] >= 0 and box[1] >= 0 and box[2] <= 1000 and box[3] <= 860)
+                self.assertFalse(any(views.overlap(box, other) for other in letters + boxes[:i]))
+
+    def test_a_label_with_room_stays_where_it_is_wanted(self):
+        np.testing.assert_allclose(views.free_places([(300, 300)], [(100, 30)], [(0, 0, 50, 50)], (1000, 860)), [(300, 300)])
+
+
+class Arrows(unittest.TestCase):
+    def test_an_arrow_along_a_shaft_stands_beside_it_and_is_seen(self):
+        rng = np.random.default_rng(5)
+        for _ in range(200):
+            shaft, look_from = views.unit(rng.normal(size=3)), views.unit(rng.normal(size=3))
+            side = views.beside(shaft + 0.3 * rng.normal(size=3) * 0.5, shaft, look_from)
+            if side.any():
+                self.assertAlmostEqual(side @ look_from, 0, places=9)  # beside it on the screen, neither in front nor behind
+                self.assertAlmostEqual(side @ shaft, 0, places=9)
+        self.assertFalse(views.beside((1, 0, 0), (0, 0, 1), (0, -1, 0)).any())
+        self.assertTrue(views.beside((0, 0, 1), (0, 0, 1), (0, -1, 0)).any())
+        self.assertTrue(views.beside((0, 0, 1), (0, 0, 1), (0, 0, 1)).any())
+
+
 class Rendered(unittest.TestCase):
     def test_nothing_is_cut_off_however_far_a_rod_stands_out(self):
         import offscreen

@@ -2,6 +2,8 @@
 """Runs the pipelines' rules with the real programs on small inputs. Usage: pipeline_test.py BIN [TEST ...]"""
 import csv
 import glob
+import gzip
+import hashlib
 import json
 import os
 import re
@@ -12,7 +14,9 @@ import tempfile
 import time
 import unittest
 
+import h5py
 import numpy as np
+from matplotlib import image
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 BIN = os.path.abspath(sys.argv.pop(1))
@@ -53,6 +57,14 @@ def shown_warnings(picture):
         png = file.read()
     at = png.find(b"tEXtWarnings\0")
     return png[at + 13:at + 4 + int.from_bytes(png[at - 4:at], "big")].decode() if at >= 0 else ""
+
+
+def picture_colours():
+    """The colours of regions in pipelines/pictures/mesh.py, which cannot be imported without starting a display."""
+    with open(os.path.join(ROOT, "pipelines", "pictures", "mesh.py")) as script:
+        text = script.read()
+    tissue = re.search(r"^TISSUE, .* = (\(.*?\)),", text, re.M)[1]
+    return eval(re.search(r"^OUTSIDE = (\(.*?\)\))$", text, re.M | re.S)[1], {"TISSUE": eval(tissue)})
 
 
 class Pipeline(unittest.TestCase):
@@ -348,6 +360,150 @@ class NewOrgan(unittest.TestCase):
         before = file_times(self.organs)
         self.assertIn("expected no such folder yet", self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=2"))
         self.assertEqual(file_times(self.organs), before)
+
+
+def sha256(file):
+    with open(file, "rb") as stream:
+        return hashlib.sha256(stream.read()).hexdigest()
+
+
+def tissues_of(bundle):
+    """{name: (volume in cm3, centre of volume in mm, LPS)} of the regions, the image's hash, the frame."""
+    with h5py.File(bundle, "r") as file:
+        names = file["material/names"].asstr()[()].split()
+        corners = file["mesh/nodes"][:][file["mesh/tetrahedra"][:]] * 1e3
+        region, attributes = file["mesh/region"][:], dict(file.attrs)
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    found = {}
+    for r, name in enumerate(names):
+        own = region == r
+        centre = (corners[own].mean(axis=1) * volume[own, None]).sum(axis=0) / volume[own].sum()
+        found[name] = volume[own].sum() / 1000, centre
+    return found, attributes["image_sha256"], attributes["frame"]
+
+
+class SeveralOrgans(unittest.TestCase):
+    """LABELS: several organs of one image, welded into one bundle or a bundle each."""
+
+    LABELS = {"liver": 255, "right-kidney": 127, "gallbladder": 85}
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="palpate_organs_")
+        self.data, self.organs = os.path.join(self.folder.name, "data"), os.path.join(self.folder.name, "organs")
+        os.mkdir(self.organs)
+        self.image = os.path.join(self.data, "liver", "liver.inr.gz")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def voxels(self):
+        """{name: (volume in cm3, centre in mm)} of the shipped image, read here."""
+        with gzip.open(self.image) as stream:
+            values = np.frombuffer(stream.read()[256:], np.uint8).reshape(165, 353, 438)
+        step = np.array([0.6171875, 0.6171875, 4 / 3])
+        found = {}
+        for name, label in self.LABELS.items():
+            places = np.argwhere(values == label)[:, ::-1] * step
+            found[name] = len(places) * step.prod() / 1000, places.mean(axis=0)
+        return found
+
+    def expect_volumes(self, found, share):
+        for name, (volume, centre) in self.voxels().items():
+            self.assertAlmostEqual(found[name][0] / volume, 1, delta=share, msg=name)
+            self.assertLess(np.linalg.norm(found[name][1] - centre), 1.5, name)  # mm; a voxel is 1.3 mm high
+
+    def expect_colours(self, picture, colours):
+        """Each colour covers a part of the picture: pixels of about its hue, however bright."""
+        pixels = image.imread(picture)[..., :3].reshape(-1, 3)
+        pixels = pixels[(pixels.max(axis=1) > 0.2) & (np.ptp(pixels, axis=1) > 0.08)]
+        directions = pixels / np.linalg.norm(pixels, axis=1, keepdims=True)
+        for colour in colours:
+            near = directions @ (np.array(colour) / np.linalg.norm(colour)) > 0.9985
+            self.assertGreater(near.sum(), 300, "%s lacks the colour %s" % (picture, colour))
+
+    def test_welded_organs_keep_names_volumes_and_places_and_then_nothing_is_redone(self):
+        organ = ["ORGAN=upper-abdomen", "RESOLUTION=coarse"]
+        said = make(self.data, "-j2", *organ)
+        self.assertNotIn("warning: tissue", said)
+        case = os.path.join(self.data, "upper-abdomen", "coarse", "held")
+        found, image_hash, frame = tissues_of(os.path.join(case, "bundle.h5"))
+        self.assertEqual(list(found), list(self.LABELS))
+        self.expect_volumes(found, 0.02)
+        self.assertEqual((image_hash, frame), (sha256(self.image), "LPS"))
+        with open(os.path.join(self.data, "upper-abdomen", "coarse", "mesh-quality.json")) as file:
+            gallbladder = json.load(file)["regions"][2]
+        self.assertLess(gallbladder["meshed_volume"], 0.98 * gallbladder["voxel_volume"])  # what moving the surface gives back
+        summary = summary_of(os.path.join(case, "scenes", "press"))
+        self.assertEqual(summary["warnings"], [])
+        self.assertEqual([tool["peak_force_N"] > 0.02 for tool in summary["tools"]], [True, True])
+        for picture in ("mesh", "boundary"):
+            self.expect_colours(os.path.join(case, "pictures", picture + ".png"), picture_colours()[:3])
+        before = file_times(self.data)
+        self.assertNotIn(BIN, make(self.data, "-j2", *organ))
+        self.assertEqual(file_times(self.data), before)
+
+    def test_separate_organs_lie_where_the_image_has_them(self):
+        organ = ["separate", "ORGAN=upper-abdomen", "RESOLUTION=coarse"]
+        self.assertIn("3 bundles in one frame", make(self.data, "-j2", *organ))
+        found = {}
+        for name in self.LABELS:
+            case = os.path.join(self.data, "upper-abdomen", name, "coarse", "held")
+            regions, image_hash, frame = tissues_of(os.path.join(case, "bundle.h5"))
+            self.assertEqual((list(regions), image_hash, frame), ([name], sha256(self.image), "LPS"))
+            self.assertEqual(summary_of(os.path.join(case, "scenes", "press"))["warnings"], [])
+            found.update(regions)
+        self.expect_volumes(found, 0.02)
+        self.expect_colours(os.path.join(self.data, "upper-abdomen", "coarse", "separate-held.png"), picture_colours()[:3])
+        before = file_times(self.data)
+        make(self.data, *organ)
+        self.assertEqual(file_times(self.data), before)
+
+    def test_a_new_folder_of_several_organs_goes_both_ways(self):
+        scan = os.path.join(self.folder.name, "case of A's.nii.gz")
+        three_organs_image.write(scan)
+        new = lambda *more: make(self.data, "ORGANS_DIR=" + self.organs, *more)
+        said = new("new-organ", "NAME=case", "IMAGE=" + scan, "LABELS=spleen=milz 2=right-kidney")
+        self.assertIn("next: make -f Makefile.data ORGAN=case ", said)
+        self.assertIn("milz has 2 pieces; the largest is kept", said)
+        self.assertEqual(sorted(os.listdir(os.path.join(self.organs, "case"))),
+                         ["boundary", "milz", "organ.mk", "organ.toml", "right-kidney", "scenes"])
+        new("ORGAN=case", "RESOLUTION=coarse")
+        welded, image_hash, _ = tissues_of(os.path.join(self.data, "case", "coarse", "held", "bundle.h5"))
+        new("separate", "ORGAN=case", "RESOLUTION=coarse")
+        self.assertEqual(image_hash, sha256(scan))
+        for name, volume in (("milz", 155.4), ("right-kidney", 52.6)):  # of the largest pieces
+            (own, _, _) = tissues_of(os.path.join(self.data, "case", name, "coarse", "held", "bundle.h5"))
+            for found in (welded, own):
+                self.assertAlmostEqual(found[name][0] / volume, 1, delta=0.02)
+            self.assertLess(np.linalg.norm(welded[name][1] - own[name][1]), 1)
+        for scene in (("case", "coarse", "held"), ("case", "milz", "coarse", "held")):
+            summary = summary_of(os.path.join(self.data, *scene, "scenes", "press"))
+            self.assertEqual(summary["warnings"], [])
+            self.assertGreater(summary["tools"][0]["peak_force_N"], 0.05)
+
+    def test_refusals_name_what_is_wrong_and_leave_nothing(self):
+        scan = os.path.join(self.folder.name, "scan.nii.gz")
+        three_organs_image.write(scan)
+
+        def refused(*more):
+            run = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, *more), stdout=subprocess.PIPE,
+                                 stderr=subprocess.STDOUT, text=True)
+            self.assertEqual(run.returncode, 2, run.stdout)
+            return run.stdout
+
+        new = ["new-organ", "NAME=case", "IMAGE=" + scan]
+        self.assertIn("found LABELS=9; its labels are 1 spleen", refused(*new, "LABELS=1=spleen 9=pancreas"))
+        self.assertIn('VALUE=NAME (5=liver 2=right-kidney), found "kidney"', refused(*new, "LABELS=1=spleen kidney"))
+        self.assertIn('found "2=../kidney"', refused(*new, "LABELS=1=spleen 2=../kidney"))
+        self.assertIn("each label and each name once", refused(*new, "LABELS=1=spleen 2=spleen"))
+        self.assertIn("each label once, found 1 (spleen)", refused(*new, "LABELS=1=spleen spleen=milz"))
+        self.assertIn("expected two organs or more", refused(*new, "LABELS=1=spleen"))
+        self.assertIn("--label excludes --labels", refused(*new, "LABELS=1=spleen 2=kidney", "LABEL=1"))
+        self.assertEqual(os.listdir(self.organs), [])
+        self.assertIn("expected an organ of several", refused("separate", "ORGAN=plate"))
+        for labels, answer in (("255=liver 9=spleen", "9"), ("255=liver 127", 'found "127"')):
+            self.assertIn(answer, refused("ORGAN=upper-abdomen", "RESOLUTION=coarse", "LABELS=" + labels))
+        self.assertEqual(glob.glob(self.data + "/**/mesh.msh*", recursive=True), [])
 
 
 class Curves(unittest.TestCase):
