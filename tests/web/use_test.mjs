@@ -369,10 +369,12 @@ test("on a phone two fingers on the organ zoom and press nothing", async () => {
   const before = await camera(page);
   const client = await page.context().newCDPSession(page);
   const fingers = (type, ...at) => client.send("Input.dispatchTouchEvent", { type, touchPoints: at.map(([x, y], id) => ({ x, y, id })) });
-  await fingers("touchStart", [195, 250]);
+  const [high, low] = [340, 440];
+  assert.equal(await page.evaluate((at) => at.every((y) => globalThis.palpateViewer.view.pick(195, y)), [high, low]), true, "both on the organ");
+  await fingers("touchStart", [195, high]);
   await page.waitForTimeout(50);
-  await fingers("touchStart", [195, 250], [195, 550]);
-  for (let i = 1; i <= 6; ++i) await fingers("touchMove", [195, 250 + 20 * i], [195, 550 - 20 * i]);
+  await fingers("touchStart", [195, high], [195, low]);
+  for (let i = 1; i <= 6; ++i) await fingers("touchMove", [195, high + 6 * i], [195, low - 6 * i]);
   assert.equal(await page.evaluate(() => globalThis.palpateViewer.pointer.active), false);
   await fingers("touchEnd");
   assert.ok((await still(page)).distance > 1.2 * before.distance, "the pinch moves the camera away");
