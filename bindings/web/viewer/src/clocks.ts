@@ -40,6 +40,8 @@ export class Spread {
   }
 }
 
+const SHORTEST = 400; // ms, over which a rate is measured
+
 // Touches per second, of the last second in which there were any.
 export class TouchRate {
   private frames: { at: number; touches: number }[] = [];
@@ -48,9 +50,10 @@ export class TouchRate {
     this.frames.push({ at: now, touches });
     while (this.frames.length > 2 && now - this.frames[0].at > 1000) this.frames.shift();
   }
-  get hertz() {
+  get words() {
     const first = this.frames[0], last = this.frames.at(-1);
-    if (!first || !last || last.at === first.at) return 0;
-    return (1000 * this.frames.slice(1).reduce((sum, { touches }) => sum + touches, 0)) / (last.at - first.at);
+    if (!first || !last || last.at - first.at < SHORTEST) return "measuring";
+    const hertz = (1000 * this.frames.slice(1).reduce((sum, { touches }) => sum + touches, 0)) / (last.at - first.at);
+    return `${hertz.toFixed(0)} Hz`;
   }
 }

@@ -306,7 +306,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   }
   fillFrame(buffer, nodes, scene);
   const frame: Frame = {
-    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost, touches,
+    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost, touches, at: performance.now(),
     touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
     replaying: replay !== null, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };

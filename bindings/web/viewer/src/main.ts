@@ -469,7 +469,7 @@ class Viewer {
       byId(id).textContent = threeDigits(times.median);
       byId(`${id}-spread`).textContent = `${threeDigits(times.low)} to ${threeDigits(times.high)}`;
     }
-    this.rate.add(frame.touches, performance.now());
+    this.rate.add(frame.touches, frame.at);
     this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
     const words = flagWords(frame.flags);
     if (frame.lost) words.push(`${frame.lost} touches left out: this device is too busy`);
@@ -479,7 +479,7 @@ class Viewer {
       this.flagged = words.length > 0;
     }
     this.showRecorded();
-    byId("touch-rate").textContent = frame.touches ? `${this.rate.hertz.toFixed(0)} Hz` : "at rest";
+    byId("touch-rate").textContent = frame.touches ? this.rate.words : "at rest";
     byId("replay").toggleAttribute("disabled", frame.replaying);
     byId("most").textContent = brief(1000 * this.view.most);
     byId("middle").textContent = brief(500 * this.view.most);

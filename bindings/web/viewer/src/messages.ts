@@ -85,6 +85,7 @@ export interface Frame {
   changed: boolean; // the shape differs from that of the frame before
   flags: number; // of the last steps
   touches: number; // since the last frame
+  at: number; // ms, the worker's clock
   touchUs: number; // 0: nothing was timed since the last frame
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late
