@@ -128,6 +128,22 @@ class Accuracy(StudyTest):
         self.assertLessEqual(told["accuracy_force_error"], limit)
         depths = [p["depth_mm_at"]["5"][what] for p in self.all["large_strain"] for what in ("force", "field")]
         self.assertEqual(told.get("accuracy_linear_limit_mm"), min((d for d in depths if d is not None), default=None))
+        # One of the sites was pressed until linear elasticity was off by 5 %, and palpate-run warns beyond that depth.
+        limit_mm = told["accuracy_linear_limit_mm"]
+        self.assertGreater(limit_mm, 0)
+        scene = os.path.join(self.scratch.name, "deep.toml")
+        with open(scene, "w") as file:
+            file.write(f"""name = "deep"
+unit = "mm"
+[[tool]]
+name = "probe"
+points = [[0, 0, 0]]
+at = "foremost"
+depth = [[0, -2], [0.1, {1.5 * limit_mm}]]
+disc_radius = 20
+""")
+        said = run_program("palpate-run", scene, "--bundle", bundle, "-o", os.path.join(self.scratch.name, "deep"))
+        self.assertIn(f"beyond the {limit_mm:.3g} mm up to which linear elasticity is good (measured: accuracy_linear_limit_mm", said)
         self.assertIn("stated", accuracy("check", bundle, "--study", self.folder))
         # A certificate that states a smaller error than the bundle has is refused.
         with open(os.path.join(chosen, "measured.json")) as file:
