@@ -17,8 +17,8 @@
 #include "precompute/solver/elimination.h"
 #include "runtime/include/palpate/palpate.h"
 #include "runtime/large/large_solver.h"
-#include "tests/support/large_bodies.h"
-#include "tests/support/large_reference.h"
+#include "studies/hyperelastic/large_body.h"
+#include "studies/hyperelastic/large_reference.h"
 
 namespace palpate {
 namespace {
@@ -141,7 +141,7 @@ int run(int argc, char** argv) {
   const ElasticBody elastic =
       make_elastic_body(read_mesh(argv[1]), organ, read_boundary_config(argv[3]), {argv[1], argv[2], argv[3]});
   const bool nodal = organ.element == Element::p1_anp;
-  const tests::LargeBody body(elastic, nodal);
+  const LargeBody body(elastic, nodal);
   const HeldStiffness held =
       remove_held_dofs(nodal ? nodal_dilatation_stiffness(elastic) : linear_stiffness(elastic), elastic.fixed);
   const Elimination elimination = analyse_elimination(held.matrix);
@@ -178,7 +178,7 @@ int run(int argc, char** argv) {
 
   std::vector<double> microseconds, evaluations, field_errors, force_errors;
   double newton = 0;
-  const tests::LargeReference reference(body.get());
+  const LargeReference reference(body.get());
   for (int place = 0; place < places; ++place) {
     const auto node =
         elastic

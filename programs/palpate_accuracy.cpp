@@ -55,6 +55,21 @@ void define_study(CLI::App& app, StudyOptions& options) {
       "variables for the pipeline's rules, for example IMAGE=organ.nrrd SURFACE_OPTIONS_200=...");
 }
 
+// "20mm", "2cm", "0.02m"; mm.
+double length_in_mm(const char* option, const std::string& text) {
+  std::size_t read = 0;
+  double value = -1;
+  try {
+    value = std::stod(text, &read);
+  } catch (const std::exception&) {
+  }
+  const std::string unit = text.substr(read);
+  const double scale = unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "m" ? 1000 : 0;
+  if (!(value > 0) || scale == 0)
+    throw CLI::ValidationError(option, "expected a length above 0 with its unit, such as 20mm; found " + text);
+  return scale * value;
+}
+
 // "2%" or "0.02".
 double number_or_percent(const char* option, const std::string& text) {
   std::size_t read = 0;
@@ -88,6 +103,13 @@ CLI::App* define_choose(CLI::App& app, ChooseOptions& options) {
   limit("--bundle-mb", "bundle_MB", "largest bundle, 1e6 bytes");
   limit("--precompute-s", "precompute_s", "longest precompute with packing, s");
   limit("--precompute-gb", "precompute_GB", "most memory of the precompute, 1e9 bytes");
+  choose
+      ->add_option_function<std::string>(
+          "--depth", [&options](const std::string& text) { options.depth_mm = length_in_mm("--depth", text); },
+          "the deepest push: also chooses the deformation (linear, response, large) whose errors there are within "
+          "limits, "
+          "5% where none is given")
+      ->option_text("LENGTH");
   choose->add_option("--least", options.least, "the figure to minimise among the settings within the limits")
       ->check(CLI::IsMember({"precompute_s", "bundle_MB", "touch_us", "shape_us", "force_error", "field_error"}))
       ->capture_default_str();

@@ -20,6 +20,11 @@ void define_options(CLI::App& app, palpate::validation::StudyOptions& options) {
                  "compare with CalculiX on this mesh of a pipeline too; the pipeline makes it if it is missing; may be "
                  "repeated")
       ->option_text("ORGAN/BC/RESOLUTION");
+  app.add_option(
+         "--organ-push", options.organ_pushes,
+         "compare with CalculiX on this mesh with large strain: a disc of 10 mm radius pushed in by 10, 20 and 30 mm; "
+         "may be repeated")
+      ->option_text("ORGAN/BC/RESOLUTION");
   app.add_option("--only", options.only, "run only this case; may be repeated")->option_text("CASE");
   app.add_flag("--short", options.brief,
                "only the two coarsest meshes of each case; checks that errors fall and that exact answers are exact");

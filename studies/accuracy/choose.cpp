@@ -65,6 +65,35 @@ std::string what_stands_in_the_way(const std::vector<Record>& points, const std:
   return text.empty() ? "nothing was measured that could be chosen" : text;
 }
 
+namespace {
+
+// The error at a depth of one push's steps; the error is zero at no depth. Nothing below the deepest step.
+std::optional<double> error_at(const Record& steps, const char* error, double depth_mm) {
+  double depth = 0, before = 0;
+  for (const auto& step : steps) {
+    const double here = step.at(error), at = step.at("depth_mm");
+    if (depth_mm <= at * (1 + 1e-9)) return before + (here - before) * (depth_mm - depth) / (at - depth);
+    depth = at, before = here;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<DeepError> deep_error(const Record& study, const std::string& model, double depth_mm) {
+  std::optional<DeepError> worst;
+  for (const auto& push : study.value("large_strain", Record::array())) {
+    const auto models = push.value("models", Record::object());
+    if (!models.contains(model)) continue;
+    const auto& steps = models.at(model).at("steps");
+    const auto force = error_at(steps, "force_error", depth_mm), field = error_at(steps, "field_error", depth_mm);
+    if (!force || !field) continue;
+    if (!worst) worst = DeepError{0, 0};
+    worst->force = std::max(worst->force, *force), worst->field = std::max(worst->field, *field);
+  }
+  return worst;
+}
+
 nlohmann::ordered_json picks(const std::vector<Record>& points, const Scatter& scatter) {
   const std::vector<std::pair<std::string, std::vector<Limit>>> budgets = {
       {"small: a download, a browser, a small computer",

@@ -28,6 +28,13 @@ const nlohmann::ordered_json* cheapest(const std::vector<nlohmann::ordered_json>
 // the smallest measured value for each limit.
 std::string what_stands_in_the_way(const std::vector<nlohmann::ordered_json>& points, const std::vector<Limit>& limits);
 
+// The error of a deformation (linear, response, large) at a depth of the study's deep pushes: the worst site, by linear interpolation
+// between depths. Nothing where no site was pushed so deep.
+struct DeepError {
+  double force, field;
+};
+std::optional<DeepError> deep_error(const nlohmann::ordered_json& study, const std::string& model, double depth_mm);
+
 // Scatter of the errors of the reference meshes about their fitted order, relative: smaller differences mean nothing.
 struct Scatter {
   double force = 0, field = 0;

@@ -98,7 +98,7 @@ Record measured_json(const Record& study, const Record& point) {
   return m;
 }
 
-std::string bake_script(const Record& study, const Record& point, const ChooseOptions& options) {
+std::string bake_script(const Record& study, const Record& point, bool large, const ChooseOptions& options) {
   const std::string organ = study.at("organ"), boundary = study.at("boundary"), mesh = point.at("resolution");
   const std::string source = options.source.string(), storage = point.at("storage");
   std::string pack = storage == "f16" ? "--precision f16 " : "";
@@ -107,16 +107,65 @@ std::string bake_script(const Record& study, const Record& point, const ChooseOp
       "#!/bin/sh\n# {}: force {}, field {}, measured against {}.\n# BIN: the programs; MESH: made by make -f "
       "Makefile.data "
       "ORGAN={} BC={} RESOLUTION={} mesh\nset -eu\ncd \"$(dirname \"$0\")\"\n: \"${{BIN:={}}}\" \"${{MESH:={}}}\"\n"
-      "\"$BIN/palpate-precompute\" \"$MESH\" --organ organ.toml --boundary {} --store {} --tolerance {} -o baked.h5\n"
+      "\"$BIN/palpate-precompute\" \"$MESH\" --organ organ.toml --boundary {} --store {} --tolerance {}{} -o baked.h5\n"
       "\"$BIN/palpate-bundle\" pack baked.h5 -o bundle.h5 {}--accuracy measured.json\n",
       point.at("name").get<std::string>(), percent(point.at("force_error")), percent(point.at("field_error")),
       study.at("reference").at("name").get<std::string>(), organ, boundary, mesh, study.at("bin").get<std::string>(),
       (std::filesystem::path(study.at("data").get<std::string>()) / organ / mesh / "mesh.msh").string(),
       (options.source / "pipelines" / organ / "boundary" / (boundary + ".toml")).string(),
-      storage == "f64" ? "f64" : "f32", point.at("tolerance").get<double>(), pack);
+      storage == "f64" ? "f64" : "f32", point.at("tolerance").get<double>(), large ? " --large-deformation" : "", pack);
 }
 
-void write_choice(const Record& study, const Record& point, const ChooseOptions& options) {
+// ---- the deformation at a depth ----
+
+constexpr double kDeepLimit = 0.05;  // of force and field, where the user gives none
+
+double limit_of(const ChooseOptions& options, const char* field) {
+  for (const Limit& limit : options.limits)
+    if (limit.field == field) return limit.most;
+  return kDeepLimit;
+}
+
+// A cost of a deformation: the largest over the study's deep pushes.
+double deep_cost(const Record& study, const std::string& model, const char* cost) {
+  double most = 0;
+  for (const auto& push : study.at("large_strain"))
+    if (push.at("models").contains(model)) most = std::max(most, push.at("models").at(model).at(cost).get<double>());
+  return most;
+}
+
+// The cheapest deformation within the limits at the depth; prints all. Errors: VerificationError where none is.
+std::string choose_deformation(const Record& study, const ChooseOptions& options) {
+  const double force = limit_of(options, "force_error"), field = limit_of(options, "field_error");
+  std::string chosen;
+  double least = INFINITY;
+  for (const char* model : {"linear", "response", "large"}) {
+    const auto error = deep_error(study, model, options.depth_mm);
+    if (!error) continue;
+    const double touch_us = deep_cost(study, model, "touch_us");
+    fmt::print(
+        "{:9} at {:g} mm: force off by {:.2g} %, field by {:.2g} % (worst site); touch {:.3g} us, scene {:.3g} MB\n",
+        model, options.depth_mm, 100 * error->force, 100 * error->field, touch_us, deep_cost(study, model, "scene_MB"));
+    if (error->force > force || error->field > field || touch_us >= least) continue;
+    chosen = model, least = touch_us;
+  }
+  if (least == INFINITY)
+    throw VerificationError(
+        fmt::format("--depth {:g}mm: no deformation that was measured so deep has a force error within {:.2g} % and a "
+                    "field error within {:.2g} %; raise --force-error and --field-error, or push less deep",
+                    options.depth_mm, 100 * force, 100 * field));
+  fmt::print("take deformation {}\n", chosen);
+  return chosen;
+}
+
+std::string effects_of(const std::string& deformation) {
+  if (deformation == "large") return "deformation = \"large\"\n";
+  if (deformation == "response") return "force = \"response\"\nradial = \"response\"\n";
+  return "";
+}
+
+void write_choice(const Record& study, const Record& point, const std::string& deformation,
+                  const ChooseOptions& options) {
   std::filesystem::create_directories(options.output);
   const auto put = [&](const char* name, const std::string& text) {
     write_text_atomically(options.output / name, text);
@@ -125,10 +174,11 @@ void write_choice(const Record& study, const Record& point, const ChooseOptions&
   put("organ.toml", organ_text(organ, point.at("element"), 0));
   put("effects.toml",
       fmt::format("# For a scene.toml; the tools have a radius, in the study {} mm.\n[effects]\ncontact = "
-                  "\"{}\"\n",
-                  study.at("radius_mm").get<double>(), point.at("contact").get<std::string>()));
+                  "\"{}\"\n{}",
+                  study.at("radius_mm").get<double>(), point.at("contact").get<std::string>(),
+                  effects_of(deformation)));
   put("measured.json", measured_json(study, point).dump(1) + "\n");
-  put("bake.sh", bake_script(study, point, options));
+  put("bake.sh", bake_script(study, point, deformation == "large", options));
   std::filesystem::permissions(options.output / "bake.sh", std::filesystem::perms::owner_exec,
                                std::filesystem::perm_options::add);
   note(
@@ -164,7 +214,13 @@ void choose(const ChooseOptions& options) {
       if (const double error = p.at(limit.field), band = p.at(own); error + band > limit.most)
         note(fmt::format("{}: the limit may be exceeded, because the reference itself is off by about {:.2g} %",
                          limit.option, 100 * band));
-  if (!options.output.empty()) write_choice(study, p, options);
+  const std::string deformation = options.depth_mm > 0 ? choose_deformation(study, options) : "linear";
+  if (deformation == "large" && p.at("element") == "p2-p0")
+    throw VerificationError(
+        "deformation large works with the elements p1 and p1-anp, and the cheapest setting within the limits has "
+        "p2-p0; "
+        "raise --force-error or --field-error");
+  if (!options.output.empty()) write_choice(study, p, deformation, options);
 }
 
 void check(const CheckOptions& options) {

@@ -16,8 +16,10 @@ struct ChooseOptions {
   std::filesystem::path data, source, output;
   std::vector<Limit> limits;
   std::string least = "precompute_s";
+  double depth_mm = 0;  // of the deepest push; 0: not said, and the deformation stays linear
 };
-// Prints the setting. If output is given, writes there organ.toml, effects.toml, measured.json (for the bundle's
+// Prints the setting, and with a depth the cheapest deformation (linear, response, large) whose error there is within the limits of
+// force and field, 5 % where there is none. If output is given, writes there organ.toml, effects.toml, measured.json (for the bundle's
 // certificate) and bake.sh, which makes bundle.h5. Errors: InputError; VerificationError that names the limit to relax.
 void choose(const ChooseOptions& options);
 

@@ -41,13 +41,15 @@ double mean_edge(const ElasticBody& body) {
 
 }  // namespace
 
-std::string organ_text(const std::filesystem::path& organ_toml, const std::string& element, double poisson) {
+std::string organ_text(const std::filesystem::path& organ_toml, const std::string& element, double poisson,
+                       double stiffening) {
   toml::table organ = toml::parse_file(organ_toml.string());
   organ.insert_or_assign("element", element);
-  if (poisson != 0)
-    for (auto& region : *organ["region"].as_array())
-      region.as_table()->insert_or_assign(
-          "poisson", toml::table{{"value", poisson}, {"source", "one of those that the study compares"}});
+  for (const auto& [key, value] : {std::pair("poisson", poisson), std::pair("stiffening", stiffening)})
+    if (value != 0)
+      for (auto& region : *organ["region"].as_array())
+        region.as_table()->insert_or_assign(
+            key, toml::table{{"value", value}, {"source", "one of those that the study compares"}});
   if (auto* response = organ["response"].as_table())
     response->insert_or_assign(
         "curve", std::filesystem::absolute(organ_toml.parent_path() / (*response)["curve"].value_or("")).string());
@@ -126,10 +128,11 @@ std::filesystem::path OrganCase::make_mesh(const std::string& resolution) const 
   return mesh;
 }
 
-std::filesystem::path OrganCase::organ_file(const std::string& element, double poisson) const {
-  const std::string name = element + (poisson != 0 ? fmt::format("-nu-{}", poisson) : "");
+std::filesystem::path OrganCase::organ_file(const std::string& element, double poisson, double stiffening) const {
+  const std::string name = element + (poisson != 0 ? fmt::format("-nu-{}", poisson) : "") +
+                           (stiffening != 0 ? fmt::format("-stiffening-{}", stiffening) : "");
   return write_variant(options_.output / "inputs" / (name + ".toml"),
-                       organ_text(folder() / "organ.toml", element, poisson));
+                       organ_text(folder() / "organ.toml", element, poisson, stiffening));
 }
 
 std::filesystem::path OrganCase::boundary_file() const {

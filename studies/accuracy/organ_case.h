@@ -27,9 +27,10 @@ struct StudyOptions {
   int sites = 6, samples = 200;             // pressed; compared
 };
 
-// organ.toml with another element and, if poisson is not 0, that Poisson's ratio in every region. The path of its response
-// curve is made absolute, so that the text may be written to any folder.
-std::string organ_text(const std::filesystem::path& organ_toml, const std::string& element, double poisson);
+// organ.toml with another element and, if poisson is not 0, that Poisson's ratio in every region, and if stiffening is not 0 that
+// stiffening. The path of its response curve is made absolute, so that the text may be written to any folder.
+std::string organ_text(const std::filesystem::path& organ_toml, const std::string& element, double poisson,
+                       double stiffening = 0);
 
 class OrganCase {
  public:
@@ -47,7 +48,7 @@ class OrganCase {
   // Runs the pipeline's rules if the mesh is missing or out of date. Errors: OperationError.
   std::filesystem::path make_mesh(const std::string& resolution) const;
   // Writes organ_text to a file of the study.
-  std::filesystem::path organ_file(const std::string& element, double poisson) const;
+  std::filesystem::path organ_file(const std::string& element, double poisson, double stiffening = 0) const;
   // The boundary set as it is. With sites: a copy in which only nodes near the sites are touchable, unless the set itself
   // has [touchable].
   std::filesystem::path boundary_file() const;

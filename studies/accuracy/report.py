@@ -7,6 +7,7 @@ import sys
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
 from page import ELEMENTS, Page, Plot, number, study_and_output  # noqa: E402
 
+MODELS = {"linear": ("#c2410c", "s"), "response": ("#a16207", "v"), "large": ("#0b6fa4", "o")}
 CONTACTS = {"node": ("#c2410c", "s"), "triangle": ("#a16207", "v"), "point": ("#7c3aed", "D"), "patch": ("#0b6fa4", "o")}
 
 
@@ -291,11 +292,44 @@ def large_strain(page, study):
             plot.curve(push["steps"], "depth_mm", lambda s: 100 * s[error], lambda s: f"{site}, {told_step(s)}", label=site)
         plots.append((plot, f"large-strain-{error.split('_')[0]}", ""))
     page.plots(plots)
+    deformation(page, pushes)
     deepest = {p["site"]: number(p["steps"][-1]["depth_mm"]) for p in pushes}
     page.table(("site", "force off by 1 % at, mm", "5 %", "10 %", "field off by 1 % at, mm", "5 %", "10 %", "solved to, mm"),
                [(str(p["site"] + 1),
                  *(number(p["depth_mm_at"][share][what]) if p["depth_mm_at"][share][what] is not None else "deeper"
                    for what in ("force", "field") for share in ("1", "5", "10")), deepest[p["site"]]) for p in pushes])
+
+
+def worst_at(pushes, model, depth, what):
+    """The largest error of a model at a depth, over the sites that CalculiX solved so deep; None where there is none."""
+    errors = [step[what] for push in pushes for step in push["models"].get(model, {"steps": []})["steps"] if step["depth_mm"] == depth]
+    return max(errors) if errors else None
+
+
+def deformation(page, pushes):
+    """The three ways to answer a deep push: superposition, with P and Q, hyperelastic."""
+    page.heading("Which deformation for which depth", 3, anchor="deformation")
+    page.words("The same pushes answered by superposition (<i>linear</i>), with the corrections P and Q of the measured curve (<i>response</i>), and as the "
+               "hyperelastic body with CalculiX's law (<i>large</i>, 0.1 m/s, a touch each millisecond). Worst site at each depth. P and Q are fitted to "
+               "one compressed cylinder and its tissue, which is not the neo-Hookean one here. "
+               "<code>palpate-accuracy choose --depth 20mm</code> names the cheapest of the three within your limits.")
+    depths = sorted({step["depth_mm"] for push in pushes for step in push["steps"]})
+    models = [m for m in MODELS if any(m in push["models"] for push in pushes)]
+    plots = []
+    for what, text in (("force_error", "force"), ("field_error", "surface displacement")):
+        plot = Plot(f"Error at the worst site: {text}", "depth of the push, mm", f"error of the {text}, %", log_x=True, log_y=True)
+        for model in models:
+            colour, marker = MODELS[model]
+            known = [(d, worst_at(pushes, model, d, what)) for d in depths]
+            known = [(d, e) for d, e in known if e]
+            plot.points([d for d, _ in known], [100 * e for _, e in known], [f"{model}, {number(d)} mm: {percent(e)}" for d, e in known],
+                        label=model, joined=True, color=colour, marker=marker)
+        plots.append((plot, f"deformation-{text.split()[-1]}", ""))
+    page.plots(plots)
+    page.table(("deformation", *(f"{number(d)} mm: force, field" for d in depths if d >= 5), "touch, us", "99 %, us", "shape, us", "bundle, MB", "scene, MB"),
+               [(model, *(f"{percent(worst_at(pushes, model, d, 'force_error'))}, {percent(worst_at(pushes, model, d, 'field_error'))}" for d in depths if d >= 5),
+                 *(max(push["models"][model][cost] for push in pushes if model in push["models"])
+                   for cost in ("touch_us", "touch_us_99", "shape_us", "bundle_MB", "scene_MB"))) for model in models], whole=True)
 
 
 def reference_error(page, study):

@@ -12,6 +12,7 @@ std::string name_of(const Setting& setting) {
   if (b.poisson != 0) name += fmt::format(", nu {}", b.poisson);
   if (b.solver != "auto") name += ", " + b.solver;
   if (b.tolerance != BundleSetting{}.tolerance) name += fmt::format(", tolerance {:.0e}", b.tolerance);
+  if (b.large) name += ", large";
   if (s.contact != plain.contact) name += ", " + s.contact + " contact";
   if (s.exercise != plain.exercise) name += ", " + s.exercise;
   if (s.law != plain.law) name += ", " + s.law;

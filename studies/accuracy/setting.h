@@ -15,8 +15,10 @@ struct BundleSetting {
   double tolerance = 1e-9;
   std::string storage = "f32";  // f64, f32, f16, "low-rank 1e-3"
   bool everywhere = true;       // columns of every touchable node; false: only of nodes near the sites
+  bool large = false;           // with what large deformation needs, and CalculiX's neo-Hookean law in every region
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BundleSetting, resolution, element, poisson, solver, tolerance, storage, everywhere)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BundleSetting, resolution, element, poisson, solver, tolerance, storage, everywhere,
+                                   large)
 
 // exercise, law and contacts define the physical situation; the other members say how the scene models it.
 struct SceneSetting {

@@ -78,30 +78,6 @@ std::vector<std::int32_t> free_nodes(const ElasticBody& body, double distance) {
   return found;
 }
 
-// The mean normal over the disc about the site, so that the direction is nearly the same on every mesh.
-TouchSite site_at(const ElasticBody& body, Vec3 p, double radius) {
-  Vec3 outward;
-  const Vec3 own = [&] {
-    std::size_t best = 0;
-    double least = INFINITY, k[3];
-    for (std::size_t t = 0; t < body.triangles.size(); ++t) {
-      const auto& c = body.triangles[t];
-      const double d = closest_on_triangle(p, at(body, c[0]), at(body, c[1]), at(body, c[2]), k);
-      if (d < least) least = d, best = t;
-    }
-    return twice_area(body, body.triangles[best]);
-  }();
-  for (const auto& t : body.triangles) {
-    const Vec3 middle = (1.0 / 3) * (at(body, t[0]) + at(body, t[1]) + at(body, t[2]));
-    const Vec3 normal = twice_area(body, t);
-    if (length(middle - p) <= radius && dot(normal, own) > 0) outward += normal;
-  }
-  if (length(outward) == 0) outward = own;
-  outward = unit_or_zero(outward);
-  const Vec3 axis = std::fabs(outward.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  return {p, -1 * outward, unit_or_zero(cross(outward, axis))};
-}
-
 // The middle of a triangle at the node. At a vertex, the finest mesh would meet the disc in a special way that no other
 // mesh has.
 Vec3 beside(const ElasticBody& body, std::int32_t node) {
@@ -131,6 +107,29 @@ std::vector<TouchSite> touch_sites_of(const nlohmann::json& json) {
 }
 
 }  // namespace
+
+TouchSite site_at(const ElasticBody& body, Vec3 p, double radius) {
+  Vec3 outward;
+  const Vec3 own = [&] {
+    std::size_t best = 0;
+    double least = INFINITY, k[3];
+    for (std::size_t t = 0; t < body.triangles.size(); ++t) {
+      const auto& c = body.triangles[t];
+      const double d = closest_on_triangle(p, at(body, c[0]), at(body, c[1]), at(body, c[2]), k);
+      if (d < least) least = d, best = t;
+    }
+    return twice_area(body, body.triangles[best]);
+  }();
+  for (const auto& t : body.triangles) {
+    const Vec3 middle = (1.0 / 3) * (at(body, t[0]) + at(body, t[1]) + at(body, t[2]));
+    const Vec3 normal = twice_area(body, t);
+    if (length(middle - p) <= radius && dot(normal, own) > 0) outward += normal;
+  }
+  if (length(outward) == 0) outward = own;
+  outward = unit_or_zero(outward);
+  const Vec3 axis = std::fabs(outward.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  return {p, -1 * outward, unit_or_zero(cross(outward, axis))};
+}
 
 namespace {
 

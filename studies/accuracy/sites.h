@@ -33,6 +33,9 @@ StudySites choose_sites(const ElasticBody& body, double radius, int touch_count,
 inline constexpr double kCrowdDistance = 2.2;
 StudySites choose_crowd(const ElasticBody& body, double radius, int most, const std::vector<Vec3>& samples);
 
+// The site about a point of the surface. Its normal is the mean over the disc, so that it is nearly the same on every mesh.
+TouchSite site_at(const ElasticBody& body, Vec3 p, double radius);
+
 nlohmann::json json_of(const StudySites& sites);
 StudySites sites_of(const nlohmann::json& json);
 

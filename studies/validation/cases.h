@@ -90,5 +90,9 @@ Case cantilever();
 Case elliptic_plate_le10();
 Case pressed_cylinder();
 Case superposition(const Workshop& workshop);
+Case stretched_bar();
+Case sheared_block();
+Case twisted_cylinder();
+Case elastica();
 
 }  // namespace palpate::validation

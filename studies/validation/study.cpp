@@ -101,12 +101,15 @@ class Study {
 
   void plan_calculix() {
     calculix_ = built_in_meshes();
+    for (auto& block : pushed_blocks()) calculix_.push_back(std::move(block));
     if (options_.brief)
       std::erase_if(calculix_, [](const auto& m) { return m.name.find("16 cells") != std::string::npos; });
     accuracy::StudyOptions folders;
     folders.source = options_.source, folders.bin = options_.bin, folders.data = options_.data;
     folders.output = options_.output;
     for (const auto& name : options_.organ_meshes) calculix_.push_back(organ_mesh(name, folders));
+    for (const auto& name : options_.organ_pushes)
+      for (auto& pushed : pushed_organ(name, folders)) calculix_.push_back(std::move(pushed));
   }
 
   std::vector<int> levels_of(const Variant& variant) const {
@@ -240,9 +243,10 @@ class Study {
 }  // namespace
 
 std::vector<Case> all_cases(const Workshop& workshop) {
-  return {patch_test(),    rigid_motion(), superposition(workshop), pressed_cylinder(),   manufactured(4),
-          manufactured(0), thick_sphere(), point_force(),           flat_punch_squared(), flat_punch_even(),
-          hertz_contact(), cantilever(),   elliptic_plate_le10()};
+  return {patch_test(),       rigid_motion(), superposition(workshop), pressed_cylinder(),   manufactured(4),
+          manufactured(0),    thick_sphere(), point_force(),           flat_punch_squared(), flat_punch_even(),
+          hertz_contact(),    cantilever(),   elliptic_plate_le10(),   stretched_bar(),      sheared_block(),
+          twisted_cylinder(), elastica()};
 }
 
 void run_study(StudyOptions options) {

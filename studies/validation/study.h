@@ -13,6 +13,7 @@ struct StudyOptions {
   std::filesystem::path python;             // with matplotlib, for the report
   std::filesystem::path output;             // default: DATA/validation
   std::vector<std::string> organ_meshes;    // ORGAN/BC/RESOLUTION: further meshes for CalculiX
+  std::vector<std::string> organ_pushes;    // the same, with large strain
   std::vector<std::string> only;            // ids of cases ("calculix" too); empty: all
   bool brief = false;                       // the two coarsest meshes of each variant
 };

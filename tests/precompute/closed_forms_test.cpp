@@ -7,6 +7,7 @@
 #include "studies/validation/cases.h"
 #include "studies/validation/closed_forms.h"
 #include "studies/validation/judge.h"
+#include "studies/validation/large_closed_forms.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::validation {
@@ -43,6 +44,58 @@ TEST(ClosedForm, GivesThePublishedNumbers) {
   const PressedCylinder cylinder = {0.015, 0.013, 1e-3, kGel};
   EXPECT_NEAR(cylinder.force(std::numbers::pi * 0.015 * 0.015), 0.1631, 5e-5);
   EXPECT_NEAR(cylinder.displacement({0.015, 0, 0})[0], 0.5192e-3, 5e-8);
+}
+
+TEST(ClosedForm, TheElasticaHasMattiassonsNumbers) {
+  // Mattiasson 1981, table I: five digits.
+  const struct {
+    double alpha, down, back;
+  } table[] = {{1, 0.30172, 0.05643}, {2, 0.49346, 0.16064}, {5, 0.71379, 0.38763}, {10, 0.81061, 0.55500}};
+  for (const auto& row : table) {
+    const Elastica::Tip tip = Elastica{row.alpha}.tip();
+    EXPECT_NEAR(tip.down, row.down, 6e-6) << row.alpha;
+    EXPECT_NEAR(tip.back, row.back, 6e-6) << row.alpha;
+  }
+}
+
+TEST(ClosedForm, LargeStrainBeginsAsHookesLaw) {
+  for (const LargeLaw law : {LargeLaw::compressible, LargeLaw::split})
+    for (const double stiffening : {0.0, 1.5}) {
+      constexpr double strain = 1e-5;  // errors of its order
+      const StretchedBar bar = {law, kGel, 1 + strain, stiffening};
+      EXPECT_NEAR(bar.stress() / (kGel.young * strain), 1, 1e-4);
+      EXPECT_NEAR((1 - bar.width()) / (kGel.poisson * strain), 1, 1e-4);
+      EXPECT_NEAR((ShearedBlock{law, kGel, strain, stiffening}.shear_stress()) / (shear_modulus(kGel) * strain), 1,
+                  1e-4);
+    }
+}
+
+// Incompressible: the stress is mu (s - 1 / s^2), exponential times exp(b x).
+TEST(ClosedForm, ABarNearIncompressibilityHasTheTextbooksStress) {
+  const Material nearly = {3000, 0.499999, 0};
+  for (const double s : {0.6, 1.5}) {
+    const double mu = shear_modulus(nearly), x = s * s + 2 / s - 3, plain = mu * (s - 1 / (s * s));
+    EXPECT_NEAR((StretchedBar{LargeLaw::split, nearly, s}.stress()) / plain, 1, 1e-5);
+    EXPECT_NEAR((StretchedBar{LargeLaw::split, nearly, s, 1.5}.stress()) / (plain * std::exp(1.5 * x)), 1, 1e-5);
+  }
+}
+
+TEST(LargeStrain, UniformStrainsAreExact) {
+  for (const Case& c : {stretched_bar(), sheared_block()})
+    for (const auto& variant : c.variants)
+      for (const auto& q : c.measure(variant, 2).quantities)
+        EXPECT_LE(q.error, c.expect(q.name, variant).bound)
+            << c.id << ' ' << name_of(variant.element) << ' ' << variant.poisson << ' ' << q.name;
+}
+
+// Coarse: bounds from the order of theory, 2, below the errors of the level before.
+TEST(LargeStrain, TorsionAndTheElasticaConverge) {
+  for (const auto& [c, element, poisson] :
+       {std::tuple(twisted_cylinder(), Element::p1_anp, 0.4999), std::tuple(elastica(), Element::p1_anp, 0.3)})
+    for (const auto& q : c.measure({element, poisson, {2}}, 2).quantities) {
+      const auto finer = found(c, element, poisson, q.name, {3});
+      EXPECT_LT(finer[0].error, 0.7 * q.error) << c.id << ' ' << q.name;
+    }
 }
 
 TEST(ClosedForm, FieldsOfIndentersHaveTheirSurfaceDisplacementOutside) {

@@ -1,4 +1,4 @@
-"""The setup and the checks that the tests of the three studies share. Each test is called as NAME_test.py BIN [TEST ...].
+"""The setup and the checks that the tests of the studies share. Each test is called as NAME_test.py BIN [TEST ...].
 
 A test derives from StudyTest, sets `result` to the name of the study's JSON file, and runs the study in run_study().
 """

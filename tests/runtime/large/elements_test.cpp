@@ -5,8 +5,9 @@
 #include <cmath>
 
 #include "precompute/elements/discretisation.h"
-#include "tests/support/large_bodies.h"
-#include "tests/support/large_reference.h"
+#include "studies/bodies/bodies.h"
+#include "studies/hyperelastic/large_body.h"
+#include "studies/hyperelastic/large_reference.h"
 
 namespace palpate::tests {
 namespace {

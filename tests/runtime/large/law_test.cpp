@@ -12,8 +12,9 @@
 #include "runtime/large/exponential_law.h"
 #include "runtime/large/neo_hookean.h"
 #include "studies/accuracy/calculix.h"
-#include "tests/support/large_bodies.h"
-#include "tests/support/large_reference.h"
+#include "studies/bodies/bodies.h"
+#include "studies/hyperelastic/large_body.h"
+#include "studies/hyperelastic/large_reference.h"
 
 namespace palpate::tests {
 namespace {

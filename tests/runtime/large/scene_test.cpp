@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/touched_box.h"
-#include "tests/support/large_reference.h"
 
 namespace palpate::tests {
 namespace {

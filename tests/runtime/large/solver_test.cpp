@@ -8,8 +8,9 @@
 
 #include "precompute/elements/discretisation.h"
 #include "runtime/large/large_solver.h"
-#include "tests/support/large_bodies.h"
-#include "tests/support/large_reference.h"
+#include "studies/bodies/bodies.h"
+#include "studies/hyperelastic/large_body.h"
+#include "studies/hyperelastic/large_reference.h"
 
 namespace palpate::tests {
 namespace {

@@ -1,13 +1,12 @@
-// Bodies for the tests of large deformation: an ElasticBody seen as a HyperelasticBody.
+// An ElasticBody seen as a HyperelasticBody.
 #pragma once
 
 #include <vector>
 
 #include "precompute/elements/linear_tetrahedra.h"
 #include "runtime/large/hyperelastic_body.h"
-#include "studies/bodies/bodies.h"
 
-namespace palpate::tests {
+namespace palpate {
 
 class LargeBody {
  public:
@@ -36,4 +35,4 @@ class LargeBody {
   HyperelasticBody body_;
 };
 
-}  // namespace palpate::tests
+}  // namespace palpate

@@ -1,0 +1,219 @@
+#include "studies/hyperelastic/large_reference.h"
+
+#include <Eigen/CholmodSupport>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "studies/timing/timing.h"
+
+namespace palpate {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct LargeReference::Factor {
+  Eigen::CholmodSupernodalLLT<Sparse> of;
+};
+
+// rows u + compliance s = target; load on the dofs.
+struct LargeReference::Problem {
+  const MatrixXd& rows;
+  const VectorXd& target;
+  MatrixXd compliance;  // [rows][rows]
+  VectorXd load;        // [free dofs]
+  double tolerance;
+};
+
+LargeReference::LargeReference(const HyperelasticBody& body)
+    : body_(body), memory_(palpate_allocator{}), factor_(std::make_unique<Factor>()) {
+  place_.resize(static_cast<std::size_t>(body.node_count));
+  std::iota(place_.begin(), place_.end(), 0);
+  if (!elements_.create(memory_, body, place_.data(), body.node_count) ||
+      !find_dilatation_sites(memory_, body, &sites_))
+    throw std::runtime_error("no memory");
+  for (Index i = 0; i < dofs(); ++i)
+    if (!body.fixed[i]) free_.push_back(i);
+  column_.assign(static_cast<std::size_t>(dofs()), -1);
+  for (std::size_t i = 0; i < free_.size(); ++i) column_[static_cast<std::size_t>(free_[i])] = static_cast<int>(i);
+  rest_ = free_part(tangent(VectorXd::Zero(dofs())));
+  factor_->of.cholmod().print = 0;  // an indefinite tangent is expected
+  factor_->of.analyzePattern(rest_);
+}
+
+LargeReference::~LargeReference() {
+  memory_.release_all();
+}
+
+double LargeReference::energy(const VectorXd& u, VectorXd* force, double* least_volume) const {
+  force->resize(dofs());
+  const auto result = elements_.evaluate(u.data(), force->data());
+  if (least_volume) *least_volume = result.least_volume;
+  return result.least_volume > 1e-3 ? result.energy : std::numeric_limits<double>::infinity();
+}
+
+LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
+  std::vector<Eigen::Triplet<double>> terms, change;
+  const auto sites = static_cast<std::size_t>(sites_.count);
+  std::vector<double> mean(sites, 0.0);
+  const auto count = static_cast<std::size_t>(body_.tetrahedron_count);
+  std::vector<Deformation<double>> d(count);
+  std::vector<double> volume(count);
+  std::vector<Eigen::Matrix<double, 4, 3>> gradient(count);
+  for (std::size_t e = 0; e < count; ++e) {
+    double g[3][3];
+    volume[e] = shape_gradients(body_, static_cast<std::int32_t>(e), g);
+    gradient[e].bottomRows<3>() = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&g[0][0]);
+    gradient[e].row(0) = -gradient[e].bottomRows<3>().colwise().sum();
+    Eigen::Matrix3d h = Eigen::Matrix3d::Zero();
+    for (int a = 0; a < 4; ++a) h += u.segment<3>(3 * node(e, a)) * gradient[e].row(a);
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) d[e].h[i][k] = h(i, k);
+    complete(d[e]);
+    for (int a = 0; a < 4; ++a) mean[site(e, a)] += volume[e] / 4 * d[e].j / sites_.volume[site(e, a)];
+  }
+  terms.reserve(144 * count);
+  for (std::size_t e = 0; e < count; ++e) {
+    const TissueLaw& law = body_.laws[body_.region[e]];
+    double pressure = 0;
+    LawValue<double> value;
+    LawSecond second;
+    if (law.stiffening > 0) {
+      value = exponential_law(d[e], law.shear, law.stiffening);
+      second = exponential_law_second(d[e], law.shear, law.stiffening);
+      if (!body_.nodal_dilatation) pressure = law.bulk * d[e].j, second.jj += law.bulk;
+    } else if (body_.nodal_dilatation) {
+      value = isochoric_neo_hookean(d[e], law.shear);
+      second = isochoric_neo_hookean_second(d[e], law.shear);
+    } else {
+      const double lambda = law.bulk - 2 * law.shear / 3;
+      value = compressible_neo_hookean(d[e], law.shear, lambda);
+      second = compressible_neo_hookean_second(d[e], law.shear, lambda);
+    }
+    if (body_.nodal_dilatation)
+      for (int a = 0; a < 4; ++a) pressure += body_.laws[sites_.region[site(e, a)]].bulk * mean[site(e, a)] / 4;
+    for (int b = 0; b < 4; ++b)
+      for (int j = 0; j < 3; ++j) {
+        double moved[3][3] = {}, stress[3][3];
+        for (int k = 0; k < 3; ++k) moved[j][k] = gradient[e](b, k);
+        stress_change(d[e], value, second, pressure, moved, stress);
+        double volume_change = 0;
+        for (int k = 0; k < 3; ++k) volume_change += (d[e].cof[j][k] + (j == k)) * gradient[e](b, k);
+        const auto column = static_cast<int>(3 * node(e, b) + j);
+        for (int a = 0; a < 4; ++a) {
+          for (int i = 0; i < 3; ++i) {
+            double sum = 0;
+            for (int k = 0; k < 3; ++k) sum += stress[i][k] * gradient[e](a, k);
+            terms.emplace_back(static_cast<int>(3 * node(e, a) + i), column, volume[e] * sum);
+          }
+          if (body_.nodal_dilatation)
+            change.emplace_back(static_cast<int>(site(e, a)), column, volume[e] / 4 * volume_change);
+        }
+      }
+  }
+  Sparse k(dofs(), dofs());
+  k.setFromTriplets(terms.begin(), terms.end());
+  if (!body_.nodal_dilatation) return k;
+  Sparse b(static_cast<Index>(sites), dofs());
+  b.setFromTriplets(change.begin(), change.end());
+  VectorXd weight(static_cast<Index>(sites));
+  for (std::size_t s = 0; s < sites; ++s)
+    weight[static_cast<Index>(s)] = body_.laws[sites_.region[s]].bulk / sites_.volume[s];
+  const Sparse scaled = weight.asDiagonal() * b;
+  return k + Sparse(b.transpose() * scaled);
+}
+
+LargeReference::Sparse LargeReference::free_part(const Sparse& all) const {
+  std::vector<Eigen::Triplet<double>> terms;
+  terms.reserve(static_cast<std::size_t>(all.nonZeros()));
+  for (int c = 0; c < all.outerSize(); ++c)
+    for (Sparse::InnerIterator at(all, c); at; ++at)
+      if (const int row = column_[static_cast<std::size_t>(at.row())], column = column_[static_cast<std::size_t>(c)];
+          row >= 0 && column >= 0)
+        terms.emplace_back(row, column, at.value());
+  Sparse part(static_cast<Index>(free_.size()), static_cast<Index>(free_.size()));
+  part.setFromTriplets(terms.begin(), terms.end());
+  return part;
+}
+
+VectorXd LargeReference::free_of(const VectorXd& all) const {
+  VectorXd part(static_cast<Index>(free_.size()));
+  for (std::size_t i = 0; i < free_.size(); ++i) part[static_cast<Index>(i)] = all[free_[i]];
+  return part;
+}
+
+// Adds a multiple of the tangent at rest until the sum is positive definite.
+void LargeReference::factor_definite(const Sparse& k, NewtonWork* work) const {
+  for (double shift = 0; shift < 100; shift = shift == 0 ? 0.02 : 2 * shift) {
+    const Sparse shifted = shift > 0 ? Sparse(k + shift * rest_) : k;
+    const double begun = studies::processor_seconds();
+    factor_->of.factorize(shifted);
+    work->factor_seconds += studies::processor_seconds() - begun;
+    if (factor_->of.info() == Eigen::Success) return;
+  }
+  throw std::runtime_error("the tangent cannot be made definite");
+}
+
+VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work) const {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  const auto count = static_cast<Index>(free_.size());
+  MatrixXd w(count, p.rows.rows());
+  for (Index i = 0; i < count; ++i) w.row(i) = p.rows.col(free_[static_cast<std::size_t>(i)]).transpose();
+  VectorXd force, trial_force, s = VectorXd::Zero(p.rows.rows());  // s: the rows' forces so far
+  const auto potential = [&](double of_body, const VectorXd& at, const VectorXd& forces) {
+    return of_body + 0.5 * forces.dot(p.compliance * forces) - p.load.dot(free_of(at));
+  };
+  double least = potential(energy(*u, &force), *u, s);
+  for (int step = 0; step < 100; ++step) {
+    const double begun = studies::processor_seconds();
+    const Sparse k = free_part(tangent(*u));
+    work->assembly_seconds += studies::processor_seconds() - begun;
+    factor_definite(k, work);
+    const double factored = studies::processor_seconds();
+    const VectorXd gradient = free_of(force) - p.load;
+    const MatrixXd y = factor_->of.solve(w);
+    const VectorXd z = factor_->of.solve(gradient);
+    work->solve_seconds += studies::processor_seconds() - factored;
+    ++work->steps;
+    const VectorXd missed = p.target - p.rows * *u - p.compliance * s;
+    // rows (u + move) + compliance lambda = target, where move = y lambda - z
+    const VectorXd lambda =
+        MatrixXd(w.transpose() * y + p.compliance).ldlt().solve(missed + p.compliance * s + w.transpose() * z);
+    const VectorXd move = y * lambda - z, residual = gradient - w * lambda;
+    const bool on_constraint = missed.norm() <= 1e-12 * (1 + p.target.norm());
+    if (on_constraint && residual.norm() <= p.tolerance * (force.norm() + 1e-300)) return lambda;
+    double share = 1, found = infinite;
+    VectorXd trial, trial_s;
+    for (; share > 1e-6; share /= 2) {
+      trial = *u, trial_s = s + share * (lambda - s);
+      for (Index i = 0; i < count; ++i) trial[free_[static_cast<std::size_t>(i)]] += share * move[i];
+      found = potential(energy(trial, &trial_force), trial, trial_s);
+      const double slope = share * (gradient.dot(move) + s.dot(p.compliance * (lambda - s)));
+      if (std::isfinite(found) && (!on_constraint || found <= least + 1e-4 * slope + 1e-13 * std::abs(least))) break;
+    }
+    if (!(share > 1e-6)) {
+      if (on_constraint && residual.norm() <= 1e-6 * force.norm()) return lambda;
+      throw std::runtime_error("the line search found no descent");
+    }
+    *u = trial, s = trial_s, force = trial_force, least = found;
+  }
+  throw std::runtime_error("100 steps did not converge");
+}
+
+VectorXd LargeReference::solve(const MatrixXd& rows, const VectorXd& target, VectorXd* u, double tolerance,
+                               const MatrixXd& compliance, NewtonWork* work) const {
+  NewtonWork own;
+  const Problem problem = {rows, target, compliance.size() > 0 ? compliance : MatrixXd::Zero(rows.rows(), rows.rows()),
+                           VectorXd::Zero(static_cast<Index>(free_.size())), tolerance};
+  return newton(problem, u, work ? work : &own);
+}
+
+void LargeReference::balance(const VectorXd& load, VectorXd* u, double tolerance) const {
+  const MatrixXd none(0, dofs());
+  NewtonWork work;
+  newton({none, VectorXd(0), MatrixXd(0, 0), free_of(load), tolerance}, u, &work);
+}
+
+}  // namespace palpate

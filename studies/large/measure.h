@@ -1,0 +1,23 @@
+// One mesh with one material: every move, linear and large, against the converged solution of the same mesh; and the times.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "studies/hyperelastic/large_body.h"
+#include "studies/large/moves.h"
+#include "studies/large/played.h"
+
+namespace palpate::large {
+
+// body: the mesh and laws that the bundle was made of. Returns
+//   moves: [{place, move, depth_mm, force_N, linear_field, linear_force, large_field, large_force (relative errors), flags,
+//            residual, least_volume; unsolved: why there is no converged solution}]
+//   touch: {linear, large: {median_us, most_us (99.9 %), worst_us, thread_median_us, thread_most_us, touches}}
+//   shape: {linear, large: {median_us}}; create_ms: {linear, large}
+//   newton: {steps_a_tick, assembly_ms, factor_ms, solve_ms (of one step)}: what it takes to follow a push tick by tick by
+//           Newton's method with a kept analysis
+nlohmann::ordered_json measure(const std::filesystem::path& bundle, const LargeBody& body,
+                               const std::vector<Move>& moves, double radius, const Pace& pace);
+
+}  // namespace palpate::large

@@ -1,0 +1,137 @@
+#include "studies/large/played.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ctime>
+
+#include "formats/errors.h"
+#include "studies/timing/timing.h"
+
+namespace palpate::large {
+namespace {
+
+constexpr double kTick = 1e-3;  // s
+constexpr int kMostDiscs = 2;
+constexpr std::int32_t kContactNodes = 512;  // so many that no disc is thinned
+
+palpate_scene_def definition(palpate_deformation_model deformation) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.deformation = deformation, def.collision = PALPATE_COLLISION_OFF;
+  if (deformation == PALPATE_DEFORMATION_LARGE) def.shape = PALPATE_SHAPE_VOLUME;
+  def.max_tools = def.max_points = kMostDiscs, def.max_contact_nodes = kContactNodes;
+  def.force_limit = def.force_slew = INFINITY;
+  return def;
+}
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+palpate_grip grip_at(const Bundle& bundle, Vec3 at, Vec3 displacement) {
+  const auto found = accuracy::closest_point(
+      {bundle.nodes(), {bundle.triangles(), 3 * static_cast<std::size_t>(bundle.describe().triangle_count)}}, at);
+  palpate_grip grip = palpate_default_grip();
+  grip.kind = PALPATE_GRIP_SURFACE_POINT, grip.triangle = found.on.triangle;
+  std::copy(found.on.barycentric, found.on.barycentric + 3, grip.barycentric);
+  store3(displacement, grip.displacement);
+  return grip;
+}
+
+}  // namespace
+
+Player::Player(const Bundle& bundle, palpate_deformation_model deformation, double radius)
+    : bundle_(bundle),
+      radius_(radius),
+      scene_([&] {
+        const auto begun = studies::Clock::now();
+        Scene made(bundle, definition(deformation));
+        create_ms_ = 1e3 * studies::seconds_since(begun);
+        return made;
+      }()),
+      contacts_(scene_.make_contacts()),
+      u_(3 * static_cast<std::size_t>(deformation == PALPATE_DEFORMATION_LARGE
+                                          ? bundle.describe().node_count
+                                          : bundle.describe().surface_node_count)) {}
+
+void Player::look(Reached* reached, StepTimes* times) {
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = u_.data(), out.node_capacity = static_cast<std::int32_t>(u_.size() / 3);
+  const auto begun = studies::Clock::now();
+  reached->flags |= scene_.shape(contacts_, out);
+  if (times) times->shape.push_back(1e6 * studies::seconds_since(begun));
+  reached->u.resize(static_cast<Eigen::Index>(u_.size()));
+  for (std::size_t i = 0; i < u_.size(); ++i) reached->u[static_cast<Eigen::Index>(i)] = static_cast<double>(u_[i]);
+  reached->force.resize(3 * contacts_->tool_count);
+  for (std::int32_t t = 0; t < contacts_->tool_count; ++t)
+    for (int i = 0; i < 3; ++i) reached->force[3 * t + i] = -contacts_.tool(t).force_raw[i];
+  reached->residual = contacts_->deformation_residual, reached->least_volume = contacts_->least_volume;
+}
+
+std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes* times) {
+  scene_.reset();
+  std::vector<palpate_grip> grips;
+  for (const DiscMove& disc : move.discs) grips.push_back(grip_at(bundle_, disc.at, {}));
+  std::vector<palpate_tool> tools(grips.size(), palpate_default_tool());
+  for (std::size_t t = 0; t < tools.size(); ++t)
+    tools[t].grips = &grips[t], tools[t].grip_count = 1, tools[t].disc_radius = radius_;
+  std::vector<Reached> all;
+  unsigned flags = 0;
+  const double step = pace.speed * kTick;
+  for (int tick = 0; all.size() < pace.depths.size(); ++tick) {
+    // The last touch before a depth ends there.
+    const double depth = std::min(tick * step, pace.depths[all.size()]);
+    for (std::size_t t = 0; t < tools.size(); ++t) store3(depth * move.discs[t].way, grips[t].displacement);
+    const auto begun = studies::Clock::now();
+    const double thread_begun = thread_seconds();
+    flags |= scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
+    const double thread_took = thread_seconds() - thread_begun, took = studies::seconds_since(begun);
+    if (tick > 0) times->touch.push_back(1e6 * took), times->touch_thread.push_back(1e6 * thread_took);
+    if (depth < pace.depths[all.size()]) continue;
+    all.emplace_back();
+    all.back().flags = flags;
+    look(&all.back(), times);
+  }
+  return all;
+}
+
+HeldDisc Player::hold(Vec3 at) {
+  constexpr double move = 1e-3;  // m
+  HeldDisc disc;
+  Eigen::Matrix3d force, missed;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 displacement;
+    displacement[axis] = move;
+    palpate_grip grip = grip_at(bundle_, at, displacement);
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = &grip, tool.grip_count = 1, tool.disc_radius = radius_;
+    scene_.reset();
+    Reached reached;
+    reached.flags = scene_.touch(&tool, 1, kTick, contacts_);
+    look(&reached, nullptr);
+    // A disc that reaches held nodes acts on the others.
+    if ((reached.flags & ~unsigned{PALPATE_STEP_NOT_TOUCHABLE}) != 0 || contacts_->node_count == 0)
+      throw OperationError(fmt::format("holding a disc raised flags {}", reached.flags));
+    force.col(axis) = reached.force;
+    if (axis == 0)
+      for (std::int32_t n = 0; n < contacts_->node_count; ++n) {
+        const palpate_contact_node& node = contacts_.node(n);
+        // The rows along x, y and z share the weights: the force of a node is its weight of the whole.
+        const Eigen::Vector3d part(node.force[0], node.force[1], node.force[2]);
+        disc.nodes.push_back(node.node);
+        disc.weights.push_back(part.dot(reached.force) / reached.force.squaredNorm());
+      }
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (std::size_t n = 0; n < disc.nodes.size(); ++n)
+      mean += disc.weights[n] * reached.u.segment<3>(3 * disc.nodes[n]);
+    missed.col(axis) = move * Eigen::Vector3d::Unit(axis) - mean;
+  }
+  // missed = compliance force
+  const Eigen::Matrix3d compliance = missed * force.inverse();
+  disc.compliance = 0.5 * (compliance + compliance.transpose());
+  return disc;
+}
+
+}  // namespace palpate::large
