@@ -117,7 +117,7 @@ class Study:
         organ, bundle = os.path.join(folder, "organ.toml"), os.path.join(folder, "large.h5")
         fitted = "fitted to %s by studies/paper/stiffening.py" % os.path.basename(curve)
         with open(organ, "w") as stream:
-            stream.write('name = "brain-cylinder, %s mm/min"\nmesh_unit = "mm"\nelement = "p1"\n\n[[region]]\nname = "brain"\n'
+            stream.write('name = "brain-cylinder, %s mm/min"\nmesh_unit = "mm"\nframe = "none"\nelement = "p1"\n\n[[region]]\nname = "brain"\n'
                          'young = { value = %r, unit = "Pa", source = "%s" }\npoisson = { value = %r, source = "nearly incompressible" }\n'
                          'stiffening = { value = %r, source = "%s" }\n' % (rate, young, fitted, stiffening.POISSON, b, fitted))
         self.program("palpate-precompute", os.path.join(self.arguments.data, "brain-cylinder", "3mm", "mesh.msh"), "--organ", organ,
