@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -31,8 +32,12 @@ namespace {
 // JSON.
 constexpr std::size_t kRoomForNumbers = 16 * 32;
 
-// Key and values in the fingerprint: which of the two preconditioners solves the columns.
-constexpr const char *kPreconditioner = "preconditioner", *kFactor = "factor", *kMultigrid = "multigrid";
+// Key and values in the fingerprint: which preconditioner solves the columns.
+constexpr const char* kPreconditioner = "preconditioner";
+constexpr std::array<const char*, 3> kPreconditioners = {"multigrid", "factor", "factor in single precision"};
+int preconditioner_of(const SolverPlan& plan) {
+  return !plan.cholesky ? 0 : plan.single ? 2 : 1;
+}
 
 // The output of a run. Rank 0 owns the unfinished bundle ("part") and its journal; every other rank locks the journal.
 class Output {
@@ -113,27 +118,31 @@ SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const Gr
                     usable_cores(), memory * ranks_here, assembled.form.get()});
 }
 
-// On rank 0: whether an earlier run with the same input and tolerance used the factor; nothing where there is none.
-std::optional<bool> factor_of_earlier_run(const RunInputs& inputs, const PrecomputeOptions& options,
-                                          const ResumablePart* part) {
+// On rank 0: which preconditioner an earlier run with the same input and tolerance used, of kPreconditioners; nothing where there
+// is no such run.
+std::optional<int> preconditioner_of_earlier_run(const RunInputs& inputs, const PrecomputeOptions& options,
+                                                 const ResumablePart* part) {
   if (!part || !part->earlier() || !part->earlier()->contains(kPreconditioner)) return {};
   const Fingerprint& earlier = *part->earlier();
   bool same = earlier.value("tolerance", 0.0) == options.tolerance;
   for (const auto& [key, hash] : inputs.hashes) same = same && earlier.value(key, "") == hash;
   if (!same) return {};
-  return earlier[kPreconditioner] == kFactor;
+  for (int i = 0; i < static_cast<int>(kPreconditioners.size()); ++i)
+    if (earlier[kPreconditioner] == kPreconditioners[i]) return i;
+  return {};
 }
 
 // Collective. The memory that is free now must not throw away columns that an earlier run solved in another way;
 // --memory may.
-SolverPlan with_earlier_choice(SolverPlan plan, std::optional<bool> earlier_factor, const PrecomputeOptions& options,
+SolverPlan with_earlier_choice(SolverPlan plan, std::optional<int> of_earlier_run, const PrecomputeOptions& options,
                                const Ranks& ranks) {
-  if (options.memory_gigabytes != 0) earlier_factor.reset();
-  const double earlier = ranks.most(!earlier_factor ? -1.0 : *earlier_factor ? 1.0 : 0.0);
-  if (earlier < 0 || plan.cholesky == (earlier == 1)) return plan;
-  plan.cholesky = earlier == 1;
+  if (options.memory_gigabytes != 0) of_earlier_run.reset();
+  const int earlier = static_cast<int>(ranks.most(of_earlier_run.value_or(-1)));
+  if (earlier < 0 || preconditioner_of(plan) == earlier) return plan;
+  plan.cholesky = earlier > 0;
+  plan.single = earlier == 2;
   plan.why += fmt::format("; but {} was begun with the {} and keeps it (--memory decides anew)",
-                          part_of(options.bundle).string(), plan.cholesky ? kFactor : kMultigrid);
+                          part_of(options.bundle).string(), kPreconditioners[earlier]);
   return plan;
 }
 
@@ -142,7 +151,8 @@ void tell_solver(const PrecomputeOptions& options, const Ranks& ranks) {
   say(fmt::format(
       "{} on {} rank{}, preconditioner: {}", options.direct ? "no PETSc CG but a direct solver" : "PETSc CG",
       ranks.count(), ranks.count() > 1 ? "s" : "",
-      petsc_option_or("-column_pc_type", "a Cholesky factor where it fits into the memory, else multigrid")));
+      petsc_option_or("-column_pc_type",
+                      "a factor where it fits into the memory (then one in single precision), else multigrid")));
 }
 
 void tell_plan(const SolverPlan& plan, const ElasticBody& body, const PrecomputeOptions& options, bool is_first) {
@@ -161,6 +171,7 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
   ColumnSolverOptions solver;
   solver.tolerance = options.tolerance;
   solver.cholesky = plan.cholesky;
+  solver.single = plan.single;
   solver.width = options.columns_at_a_time > 0 ? options.columns_at_a_time : plan.width();
   solver.form = assembled.form;
   solver.elimination = plan.elimination;
@@ -229,7 +240,7 @@ BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::ve
       provenance_of(options, inputs, content, solver.description(), petsc_options_in_force(), solver.width(), locking);
   const auto shapes = section_shapes(content);
   Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, batches);
-  fingerprint[kPreconditioner] = plan.cholesky ? kFactor : kMultigrid;
+  fingerprint[kPreconditioner] = kPreconditioners[preconditioner_of(plan)];
   const std::string text = provenance_text(begun.provenance, Certificate{}) + std::string(kRoomForNumbers, ' ');
   begun.entries = part.begin(
       fingerprint,
@@ -318,7 +329,8 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
     if (made.elimination) made.elimination = put_in_order(assembled.held, *made.elimination, assembled.form.get());
     return made;
   });
-  plan = with_earlier_choice(std::move(plan), factor_of_earlier_run(inputs, options, output.part()), options, ranks);
+  plan = with_earlier_choice(std::move(plan), preconditioner_of_earlier_run(inputs, options, output.part()), options,
+                             ranks);
   tell_plan(plan, inputs.body, options, is_first);
   if (options.plan_only) return;
 

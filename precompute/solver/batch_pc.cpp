@@ -47,9 +47,10 @@ Made make_factor(const BlockMatrixOf<kBlock>& matrix, const WholeMatrix& k, int 
       RowNames{k.node_of_row, k.coordinates});
 }
 
+template <class Number>
 Made make_supernodal(const ColumnOperator& op) {
-  const WholeMatrix& k = whole_of(op, kPcSupernodal);
-  return k.form ? make_factor<double>(*k.form, k, op.width()) : make_factor<double>(k.matrix, k, op.width());
+  const WholeMatrix& k = whole_of(op, sizeof(Number) == sizeof(float) ? kPcSingle : kPcSupernodal);
+  return k.form ? make_factor<Number>(*k.form, k, op.width()) : make_factor<Number>(k.matrix, k, op.width());
 }
 
 Made make_multigrid(const ColumnOperator& op) {
@@ -132,13 +133,14 @@ PetscErrorCode create(PC pc) {
 }
 
 bool is_ours(const std::string& type) {
-  return type == kPcSupernodal || type == kPcMultigrid;
+  return type == kPcSupernodal || type == kPcSingle || type == kPcMultigrid;
 }
 
 }  // namespace
 
 void register_batch_pcs() {
-  check(PCRegister(kPcSupernodal, create<make_supernodal>));
+  check(PCRegister(kPcSupernodal, create<make_supernodal<double>>));
+  check(PCRegister(kPcSingle, create<make_supernodal<float>>));
   check(PCRegister(kPcMultigrid, create<make_multigrid>));
   check(PCRegister(kPcPerColumn, create<make_per_column_pc>));
 }

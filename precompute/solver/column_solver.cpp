@@ -90,7 +90,7 @@ void ColumnSolver::State::set_up() {
   check(KSPSetOperators(ksp, k, k));
   check(KSPGetPC(ksp, &pc));
   check(PCSetOperators(pc, k, k));
-  const char* ours = options.cholesky ? kPcSupernodal : kPcMultigrid;
+  const char* ours = !options.cholesky ? kPcMultigrid : options.single ? kPcSingle : kPcSupernodal;
   set_batch_pc_type(pc, op->whole() ? ours : options.cholesky ? PCCHOLESKY : PCGAMG);
   b = op->create_vector();
   x = op->create_vector();

@@ -21,9 +21,10 @@ struct Elimination;
 struct ColumnSolverOptions {
   double tolerance = 1e-9;  // on ||K x - b|| / ||b|| of every column
   int width = 96;           // columns in a batch; rounded up to a multiple of 8
-  bool cholesky = true;  // the default preconditioner: a Cholesky factor, else multigrid; -column_pc_type overrides it
-  bool direct = false;   // no CG: x = M^-1 b by the factor, and its true residual
-  int most_restarts = 12;  // of CG on the true residual, before a column is given up
+  bool cholesky = true;     // the default preconditioner: a factor, else multigrid; -column_pc_type overrides it
+  bool single = false;      // the factor in single precision
+  bool direct = false;      // no CG: x = M^-1 b by the factor, and its true residual
+  int most_restarts = 12;   // of CG on the true residual, before a column is given up
   std::shared_ptr<const PressureForm> form =
       nullptr;  // of the matrix: the factor is this form's; null: the matrix's own
   std::shared_ptr<const Elimination> elimination = nullptr;  // of what is factored; null: the solver analyses it

@@ -21,12 +21,15 @@ namespace {
 // time is arithmetic, the constant is a share of the rate of the triangular solves' kernel, so that the prediction is right
 // for a slower machine too.
 constexpr double kSolveShare = 0.62;         // share of the kernel's rate that the triangular solves reach
-constexpr double kFactorShare = 0.33;        // the same of the factorisation, through BLAS
+constexpr double kFactorShare = 0.5;         // the same of the factorisation, through BLAS
 constexpr double kFactorPerRow = 10e-6;      // s: small supernodes, for which calling BLAS takes longest
 constexpr double kFactorPerNumber = 5e-9;    // s: conversion of the factor into our panels
 constexpr double kProductShare = 0.45;       // share of the kernel's rate that K x and the residuals reach
 constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error, the write
 constexpr double kFactorBytes = 3e6;         // bytes that BLAS uses for itself
+constexpr double kSinglePasses = 3;          // solves with the factor in single precision until 1e-9
+constexpr double kSingleVectors = 6;         // batches of columns that CG then holds
+constexpr double kSingleSweep = 5e-9;        // s for each number of the batch: CG's vectors, and conversions
 constexpr double kMultigridProducts = 300;   // products with K for a column, in all V-cycles, until 1e-9
 constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
 constexpr double kStartSeconds = 0.4;        // mpiexec and MPI_Init of a few ranks on one machine
@@ -91,7 +94,8 @@ double forward_numbers(const Elimination& e, std::span<const std::int32_t> colum
   return batches > 0 ? sum / static_cast<double>(batches) : 0;
 }
 
-SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& request, int width) {
+// number_bytes: 8, or 4 for the factor in single precision, which takes kSinglePasses solves where the other takes one.
+SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& request, int width, int number_bytes) {
   const Elimination& e = *plan.elimination;
   const double dofs = 3.0 * static_cast<double>(plan.rows), blocks = static_cast<double>(plan.blocks);
   const double numbers = static_cast<double>(e.numbers()), stored = 3.0 * static_cast<double>(request.stored_rows);
@@ -100,15 +104,22 @@ SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& reques
   const double renumbered =
       76 * blocks + 132 * static_cast<double>(plan.form_blocks);  // copies while rows are put in order
   const FactoringNumbers at_once = factoring_numbers(e);
-  const double factoring = 8.0 * static_cast<double>(at_once.rectangles + std::max(2 * at_once.work, at_once.largest));
-  const double of_l = e.block == 3 ? 0 : 8.0 * e.block * static_cast<double>(plan.rows);  // a batch with pressures
-  const double columns = width * (8 * dofs + of_l + 2 * 4 * stored);
-  result.bytes = kFactorBytes + std::max({renumbered, factoring, 8 * numbers + columns});
-  result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second) +
+  const bool single = number_bytes == 4;
+  const double factoring =
+      number_bytes * static_cast<double>(at_once.rectangles + std::max(2 * at_once.work, at_once.largest));
+  // A batch in the rows and the numbers of L, where these are not those of K.
+  const double of_l = e.block == 3 && !single ? 0 : number_bytes * e.block * static_cast<double>(plan.rows);
+  const double columns = width * ((single ? kSingleVectors : 1) * 8 * dofs + of_l + 2 * 4 * stored);
+  result.bytes = kFactorBytes + std::max({renumbered, factoring, number_bytes * numbers + columns});
+  result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second * (single ? 2 : 1)) +
                          kFactorPerRow * static_cast<double>(plan.rows) + kFactorPerNumber * numbers;
-  result.column_seconds =
-      2 * (forward_numbers(e, request.column_rows, width) + numbers) / (kSolveShare * plan.flops_per_second) +
-      18 * blocks / (kProductShare * plan.flops_per_second) + kPerStoredNumber * stored;
+  const double first_pass = forward_numbers(e, request.column_rows, width) + numbers;
+  const double passes = single ? (first_pass + (kSinglePasses - 1) * 2 * numbers) / 2 : first_pass;
+  const double products = single ? kSinglePasses + 1 : 1;
+  const double sweeps = single ? kSinglePasses * kSingleSweep * dofs : 0;
+  result.column_seconds = 2 * passes / (kSolveShare * plan.flops_per_second) +
+                          18 * products * blocks / (kProductShare * plan.flops_per_second) + sweeps +
+                          kPerStoredNumber * stored;
   return result;
 }
 
@@ -158,7 +169,10 @@ std::string seconds_text(double seconds) {
 void choose(SolverPlan& plan, const PlanRequest& request) {
   const auto widest = static_cast<int>(std::clamp<std::int64_t>((plan.columns + 7) / 8 * 8, 8, 96));
   const int asked = request.columns_at_a_time;
-  plan.factor = estimate_factor(plan, request, asked > 0 ? asked : widest);
+  plan.factor = estimate_factor(plan, request, asked > 0 ? asked : widest, 8);
+  plan.single_factor = estimate_factor(plan, request, asked > 0 ? asked : widest, 4);
+  if (asked == 0 && plan.single_factor.bytes > plan.available_bytes)
+    plan.single_factor = estimate_factor(plan, request, std::min(widest, 32), 4);
   plan.multigrid = estimate_multigrid(plan, request, asked > 0 ? asked : std::min(widest, 32));
   plan.cholesky = plan.factor.bytes <= plan.available_bytes;
   if (plan.cholesky) {
@@ -167,6 +181,10 @@ void choose(SolverPlan& plan, const PlanRequest& request) {
   }
   plan.why = fmt::format("the factor needs {} of the {} available", bytes_text(plan.factor.bytes),
                          bytes_text(plan.available_bytes));
+  plan.single = plan.single_factor.bytes <= plan.available_bytes;
+  plan.cholesky = plan.single;
+  plan.why += fmt::format("; {} in single precision", bytes_text(plan.single_factor.bytes));
+  if (plan.single) return;
   if (plan.multigrid.bytes > plan.available_bytes)
     plan.why += fmt::format("; multigrid needs {}, which is more as well: expect the machine to swap, or fail",
                             bytes_text(plan.multigrid.bytes));
@@ -220,10 +238,11 @@ std::string plan_text(const SolverPlan& plan) {
         plan.width(), plan.why, bytes_text(plan.chosen().bytes), bytes_text(plan.bundle_bytes));
   const SolverEstimate& other = plan.cholesky ? plan.multigrid : plan.factor;
   const char* other_name = plan.cholesky ? "multigrid" : "the factor";
+  const char* precision = plan.single ? "single-precision " : "";
   const std::string each = plan.ranks > 1 ? fmt::format(", each of {} ranks", plan.ranks) : "";
   const std::string solver = plan.cholesky
-                                 ? fmt::format("PETSc CG with a {} factor of {:.3g} million numbers, {:.3g} Gflop",
-                                               plan.form_blocks > 0 ? "quasi-definite" : "Cholesky",
+                                 ? fmt::format("PETSc CG with a {}{} factor of {:.3g} million numbers, {:.3g} Gflop",
+                                               precision, plan.form_blocks > 0 ? "quasi-definite" : "Cholesky",
                                                1e-6 * static_cast<double>(plan.elimination->numbers()),
                                                1e-9 * plan.elimination->factor_flops())
                                  : "PETSc CG with algebraic multigrid";
@@ -247,7 +266,9 @@ nlohmann::json plan_json(const SolverPlan& plan) {
                           {"column_seconds", e.column_seconds},
                           {"seconds", seconds_of(e, plan)}};
   };
-  return {{"solver", plan.cholesky ? "supernodal" : "multigrid"},
+  return {{"solver", !plan.cholesky ? "multigrid"
+                     : plan.single  ? "supernodal_single"
+                                    : "supernodal"},
           {"why", plan.why},
           {"columns_at_a_time", plan.width()},
           {"rows", plan.rows},
@@ -265,6 +286,7 @@ nlohmann::json plan_json(const SolverPlan& plan) {
           {"seconds", plan.seconds()},
           {"bundle_bytes", plan.bundle_bytes},
           {"supernodal", estimate(plan.factor)},
+          {"supernodal_single", estimate(plan.single_factor)},
           {"multigrid", estimate(plan.multigrid)}};
 }
 

@@ -36,8 +36,9 @@ struct SolverEstimate {
 
 struct SolverPlan {
   bool cholesky = true;
+  bool single = false;  // the factor in single precision
   std::string why;
-  SolverEstimate factor, multigrid;
+  SolverEstimate factor, single_factor, multigrid;
   double available_bytes = 0;
   double bundle_bytes = 0;
   std::int64_t rows = 0, blocks = 0;  // of K: nodes, and 3 x 3 blocks that are not zero
@@ -50,14 +51,14 @@ struct SolverPlan {
   double flops_per_second = 0;                     // of the triangular solves' kernel, measured when planning
   std::shared_ptr<const Elimination> elimination;  // exact: the factor's pattern
 
-  const SolverEstimate& chosen() const { return cholesky ? factor : multigrid; }
+  const SolverEstimate& chosen() const { return !cholesky ? multigrid : single ? single_factor : factor; }
   int width() const { return chosen().width; }
   double seconds() const;                // setup and columns of one rank
   double seconds_with(int ranks) const;  // the same with that many ranks on this machine
 };
 
 // Orders the rows (which counts the factor's numbers and operations exactly), times the kernel for some hundredths of a
-// second, and chooses: the factor where it fits into the memory, else multigrid. Errors: OperationError (memory).
+// second, and chooses the first that fits into the memory: the factor, the factor in single precision, multigrid. Errors: OperationError (memory).
 SolverPlan make_plan(const PlanRequest& request);
 
 // Processor cores that this process may use.

@@ -30,6 +30,7 @@ std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, Element elem
       make_plan({held.matrix, column_rows, held.matrix.rows, 0, memory_left_bytes(0, 1), 0, 1, 1, 0, form.get()});
   options.width = plan.width();
   options.cholesky = plan.cholesky;
+  options.single = plan.single;
   options.form = form;
   options.elimination = plan.elimination;
   options.node_of_row = held.node_of_row;

@@ -92,7 +92,7 @@ std::optional<std::string> Bakery::too_large(const BundleSetting& setting) const
   const nlohmann::json plan = read_json(report);
   std::filesystem::remove(report);
   const double seconds = plan.at("seconds"), bytes = plan.at("bytes"), available = plan.at("available_bytes");
-  if (plan.at("solver") != "supernodal")
+  if (plan.at("solver") == "multigrid")
     return fmt::format("its factor would take {:.1f} GB of {:.1f}", bytes / 1e9, available / 1e9);
   // The reference of the organ's own material may take twice the time, because every scene is compared with it.
   const double most = (setting.poisson == 0 && !setting.everywhere ? 2 : 1) * organ_.options().most_seconds;

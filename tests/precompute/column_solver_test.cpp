@@ -178,6 +178,26 @@ TEST(ColumnSolver, WithAFactorTheInitialGuessHoldsAndFromZeroCgIteratesOnce) {
   }
 }
 
+TEST(ColumnSolver, AFactorInSinglePrecisionTakesAFewIterationsAndIsNoDirectSolver) {
+  const Box box(5);
+  const auto loads = spread_loads(box, 24);
+  const Solved exact = solved(box, {.width = 24}, loads), single = solved(box, {.width = 24, .single = true}, loads);
+  for (std::size_t c = 0; c < 24; ++c) {
+    EXPECT_GE(single.reports[c].iterations, 1);
+    EXPECT_LE(single.reports[c].iterations, 4);
+    EXPECT_LE(single.reports[c].residual, 1e-9);
+  }
+  double most = 0, off = 0;
+  for (std::size_t i = 0; i < exact.x.size(); ++i) {
+    most = std::max(most, std::abs(exact.x[i]));
+    off = std::max(off, std::abs(exact.x[i] - single.x[i]));
+  }
+  EXPECT_LE(off, 1e-7 * most);  // the residual of 1e-9 and a condition of 1e4 allow 1e-5; seen: 1e-9
+  const PetscOption by_name("-column_pc_type", "supernodal_single");
+  EXPECT_EQ(solved(box, {.width = 24}, loads).x, single.x);
+  EXPECT_THROW(solved(box, {.width = 24, .direct = true}, loads), InputError);
+}
+
 TEST(ColumnSolver, AColumnHasTheSameBytesAloneAndInAnyBatch) {
   const Box box(5, 0.499);
   const auto loads = spread_loads(box, 96);

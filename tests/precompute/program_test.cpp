@@ -1,5 +1,6 @@
 // palpate-precompute as its users run it: the bundle, the error messages, several ranks. PALPATE_PRECOMPUTE is its
 // path.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -138,6 +139,25 @@ TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
   ASSERT_EQ(run("one.h5", options), 0) << said_;
   ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
   EXPECT_TRUE(file_bytes(folder_ / "one.h5") == file_bytes(folder_ / "two.h5"));
+}
+
+TEST_F(Program, GivesTheSameBytesForAnyNumberOfRanksWithThePressureFormInEitherPrecision) {
+  write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p1-anp\""));
+  const char* kinds[2] = {"supernodal", "supernodal_single"};
+  std::vector<float> found[2];
+  for (const int single : {0, 1}) {
+    const std::string options = fmt::format("--batch 24 -- -column_pc_type {}", kinds[single]);
+    ASSERT_EQ(run("one.h5", options), 0) << said_;
+    EXPECT_THAT(said_, HasSubstr(single ? "quasi-definite factor in single precision)" : "quasi-definite factor)"));
+    found[single] = section<float>(file_bytes(folder_ / "one.h5"), SectionId::displacement_surface);
+    for (const double r : section<double>(file_bytes(folder_ / "one.h5"), SectionId::residual)) EXPECT_LE(r, 1e-9);
+    for (const int ranks : {2, 3}) {
+      ASSERT_EQ(run("more.h5", options, ranks), 0) << said_;
+      EXPECT_TRUE(file_bytes(folder_ / "one.h5") == file_bytes(folder_ / "more.h5")) << kinds[single] << ' ' << ranks;
+    }
+  }
+  ASSERT_EQ(found[0].size(), found[1].size());
+  for (std::size_t i = 0; i < found[0].size(); ++i) ASSERT_NEAR(found[0][i], found[1][i], 2e-7);
 }
 
 TEST_F(Program, GivesTheSameTensorsWithMultigridAsWithAFactor) {

@@ -27,6 +27,39 @@ struct Case {
   }
 };
 
+TEST(SolverPlan, TakesTheFactorInSinglePrecisionWhereOnlyThatFits) {
+  const Case box(16);
+  const SolverPlan roomy = box.plan(1e10);
+  EXPECT_FALSE(roomy.single);
+  EXPECT_LT(roomy.single_factor.setup_seconds, roomy.factor.setup_seconds);
+  const SolverPlan less = box.plan(roomy.factor.bytes - 1);
+  EXPECT_TRUE(less.cholesky);
+  EXPECT_TRUE(less.single);
+  EXPECT_EQ(less.chosen().bytes, less.single_factor.bytes);
+  EXPECT_EQ(plan_json(less)["solver"], "supernodal_single");
+  EXPECT_NE(plan_text(less).find("single-precision Cholesky factor"), std::string::npos) << plan_text(less);
+  const SolverPlan least = box.plan(0.5 * less.single_factor.bytes);
+  EXPECT_FALSE(least.cholesky);
+  EXPECT_FALSE(least.single);
+}
+
+TEST(SolverPlan, PredictsTheMemoryOfTheFactorInSinglePrecision) {
+  const Case box(20);
+  const SolverPlan plan = box.plan(box.plan(1e11).factor.bytes - 1);
+  ASSERT_TRUE(plan.single);
+  const double before = resident_bytes();
+  ColumnSolverOptions options;
+  options.width = plan.width();
+  options.elimination = plan.elimination;
+  options.single = true;
+  ColumnSolver solver(box.matrix, {}, options);
+  std::vector<double> x(static_cast<std::size_t>(solver.dofs()) * static_cast<std::size_t>(solver.width()));
+  std::vector<Load> loads = {{3 * static_cast<std::int64_t>(box.rows[0]), 0, 1.0}};
+  std::vector<ColumnReport> reports(static_cast<std::size_t>(solver.width()));
+  solver.solve(loads, x.data(), reports);
+  EXPECT_LE(peak_resident_bytes() - before, 1.1 * plan.single_factor.bytes + 20e6);
+}
+
 TEST(SolverPlan, TakesTheFactorWhereItFitsAndMultigridWhereItDoesNot) {
   const Case box(8);
   const SolverPlan roomy = box.plan(1e10), tight = box.plan(1e6);
@@ -36,9 +69,10 @@ TEST(SolverPlan, TakesTheFactorWhereItFitsAndMultigridWhereItDoesNot) {
   EXPECT_EQ(tight.width(), 32);
   EXPECT_NE(tight.why.find("needs"), std::string::npos) << tight.why;
   EXPECT_EQ(roomy.factor.bytes, tight.factor.bytes);
-  // The plan changes from the factor to multigrid exactly where the memory falls below the factor's prediction.
-  EXPECT_TRUE(box.plan(roomy.factor.bytes).cholesky);
-  EXPECT_FALSE(box.plan(roomy.factor.bytes - 1).cholesky);
+  // The plan leaves the factor exactly where the memory falls below the factor's prediction.
+  EXPECT_FALSE(box.plan(roomy.factor.bytes).single);
+  const SolverPlan less = box.plan(roomy.factor.bytes - 1);
+  EXPECT_TRUE(!less.cholesky || less.single);
 }
 
 TEST(SolverPlan, CountsWhatTheFactorThenStores) {
