@@ -109,6 +109,7 @@ Vec3 constraint_force(const ContactConstraint& constraint, const Mat3& own, Vec3
 }  // namespace
 
 Mat3 own_compliance(const ContactSystem& system, std::int32_t p) {
+  if (system.own) return system.own[p];
   Mat3 own;
   double most = 0;
   for (int i = 0; i < 3; ++i)
@@ -122,6 +123,12 @@ Mat3 own_compliance(const ContactSystem& system, std::int32_t p) {
   for (int i = 0; i < 3; ++i)
     if (system.rows[p].at[i] < 0) own.m[i][i] = most > 0 ? most : 1;
   return own;
+}
+
+void find_own_compliances(const ContactSystem& system, Mat3* own) {
+  ContactSystem from = system;
+  from.own = nullptr;
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) own[p] = own_compliance(from, p);
 }
 
 Vec3 most_of(const ContactSystem& system, std::int32_t p) {
@@ -174,11 +181,86 @@ bool obeys_laws(const ContactSystem& system, const double* reaction) {
   return true;
 }
 
+namespace {
+
+// H W H^T r at one constraint, in a sweep that changes r: by its rows, or by the displacement of the nodes, which follows r.
+class RunningProduct {
+ public:
+  RunningProduct(const ContactSystem& system, const double* reaction) : system_(system), reaction_(reaction) {
+    if (!sweeps_nodes(system)) return;
+    nodes_ = system.shared;
+    std::fill(nodes_->force(), nodes_->force() + nodes_->axes(), 0.0);
+    for (std::int32_t p = 0; p < system.constraint_count; ++p)
+      nodes_->spread(system.constraints[p], gather(system, reaction, p), nodes_->force());
+    nodes_->move(nodes_->force(), nodes_->moved());
+  }
+  Vec3 missed(std::int32_t p) const {
+    if (!nodes_) return palpate::missed(system_, reaction_, p);
+    const ContactConstraint& constraint = system_.constraints[p];
+    return nodes_->along(constraint, nodes_->moved()) + constraint.local * gather(system_, reaction_, p) -
+           gather(system_, system_.target, p);
+  }
+  void changed(std::int32_t p, Vec3 by) {
+    if (nodes_) nodes_->add_moved(system_.constraints[p], by, nodes_->moved());
+  }
+  static std::int64_t operations_of_nodes(const SharedNodes& nodes) {
+    return nodes.operations_to_spread() + nodes.operations_to_move() +
+           9 * std::int64_t{nodes.count()} * nodes.contact_nodes();
+  }
+  static bool sweeps_nodes(const ContactSystem& system) {
+    return system.shared && operations_of_nodes(*system.shared) < std::int64_t{system.rows_end} * system.rows_end;
+  }
+
+ private:
+  const ContactSystem& system_;
+  const double* reaction_;
+  const SharedNodes* nodes_ = nullptr;
+};
+
+// (H W H^T + soft) r, less the targets where `target` is not nullptr.
+void multiply(const ContactSystem& system, const double* reaction, const double* target, double* product) {
+  std::fill(product, product + system.rows_end, 0.0);
+  const SharedNodes* const nodes = system.shared;
+  if (nodes) {
+    std::fill(nodes->force(), nodes->force() + nodes->axes(), 0.0);
+    for (std::int32_t p = 0; p < system.constraint_count; ++p)
+      nodes->spread(system.constraints[p], gather(system, reaction, p), nodes->force());
+    nodes->move(nodes->force(), nodes->moved());
+  }
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const ContactConstraint& constraint = system.constraints[p];
+    Vec3 along;
+    if (nodes) along = nodes->along(constraint, nodes->moved()) + constraint.local * gather(system, reaction, p);
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = system.rows[p].at[i];
+      if (row < 0) continue;
+      if (!nodes)
+        along[i] = dot_rows(system.rows_end, system.matrix + static_cast<std::size_t>(row) * system.stride, reaction);
+      product[row] = (target ? along[i] - target[row] : along[i]) + system.soft[row] * reaction[row];
+    }
+  }
+}
+
+}  // namespace
+
+std::int64_t operations_of_sweep(const ContactSystem& system) {
+  const std::int64_t rows = system.rows_end, products = RunningProduct::sweeps_nodes(system)
+                                                            ? RunningProduct::operations_of_nodes(*system.shared)
+                                                            : rows * rows;
+  return products + 600 * std::int64_t{system.constraint_count};
+}
+
+std::int64_t operations_of_product(const ContactSystem& system) {
+  if (system.shared) return 2 * system.shared->operations_to_spread() + system.shared->operations_to_move();
+  return std::int64_t{system.rows_end} * system.rows_end;
+}
+
 double sweep_contacts(const ContactSystem& system, double* reaction) {
   double change = 0;
+  RunningProduct product(system, reaction);
   for (std::int32_t p = 0; p < system.constraint_count; ++p) {
     const Mat3 own = own_compliance(system, p);
-    const Vec3 before = gather(system, reaction, p), off = missed(system, reaction, p);
+    const Vec3 before = gather(system, reaction, p), off = product.missed(p);
     // c: the target minus the displacement by all other constraints. `off` does not contain the soft part of the diagonal.
     Vec3 c = own * before - off;
     for (int i = 0; i < 3; ++i) {
@@ -195,18 +277,17 @@ double sweep_contacts(const ContactSystem& system, double* reaction) {
       reaction[row] = now[i];
       change = std::max(change, std::fabs(now[i] - before[i]) * own.m[i][i]);
     }
+    product.changed(p, gather(system, reaction, p) - before);
   }
   return change;
 }
 
+void find_product(const ContactSystem& system, const double* reaction, double* product) {
+  multiply(system, reaction, nullptr, product);
+}
+
 void find_ahead(const ContactSystem& system, const double* reaction, double* ahead) {
-  std::fill(ahead, ahead + system.rows_end, 0.0);
-  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
-    const Vec3 off = missed(system, reaction, p);
-    for (int i = 0; i < 3; ++i)
-      if (const std::int32_t row = system.rows[p].at[i]; row >= 0)
-        ahead[row] = off[i] + system.soft[row] * reaction[row];
-  }
+  multiply(system, reaction, system.target, ahead);
 }
 
 Vec3 missed_by_law(const ContactConstraint& constraint, const Mat3& own, Vec3 r, Vec3 ahead, Vec3 most) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/shared_nodes.h"
 
 namespace palpate {
 
@@ -26,6 +27,9 @@ struct ContactSystem {
   const ContactConstraint* constraints = nullptr;
   const RowsOfConstraint* rows = nullptr;  // [constraint_count]
   std::int32_t constraint_count = 0;
+  // The nodes of the constraints; products with the matrix go through them. nullptr: products are with the rows above.
+  const SharedNodes* shared = nullptr;
+  const Mat3* own = nullptr;  // [constraint_count] own_compliance() of each, where somebody has kept it
 };
 
 // By how much the constraints are missed, at the row that is missed most.
@@ -37,6 +41,8 @@ struct ContactResidual {
 // The constraint's diagonal block of the system on its rows. A direction without a row gets the constraint's largest compliance,
 // and its reaction stays zero.
 Mat3 own_compliance(const ContactSystem& system, std::int32_t p);
+// The same of all constraints; own: [constraint_count].
+void find_own_compliances(const ContactSystem& system, Mat3* own);
 
 // The numbers of constraint p's rows in an array over all rows; zero where it has no row.
 Vec3 gather(const ContactSystem& system, const double* numbers, std::int32_t p);
@@ -58,11 +64,16 @@ bool obeys_laws(const ContactSystem& system, const double* reaction);
 // all others held: a sticking one by its 3 x 3 system; a normal force that may not pull is cut at zero; a contact that would
 // exceed its friction slips, with r_t = -mu r_n w_t / |w_t|, where w_t is the slip of the anchor past the tool; a reaction that would
 // exceed its limit stays there. Returns the largest change of a reaction times its row's own compliance, m.
-// Cost: rows_end^2 multiply-adds, and some hundred per constraint.
 double sweep_contacts(const ContactSystem& system, double* reaction);
 
+// product = (H W H^T + soft) r, [rows_end] m. Zero for rows that are not in use.
+void find_product(const ContactSystem& system, const double* reaction, double* product);
 // ahead = (H W H^T + soft) r - d, [rows_end] m: by how much the surface is ahead of the tools. Zero for rows that are not in use.
 void find_ahead(const ContactSystem& system, const double* reaction, double* ahead);
+
+// Multiply-adds of the three. A constraint's own 3 x 3 problem takes as long as hundreds of multiply-adds of long rows.
+std::int64_t operations_of_sweep(const ContactSystem& system);
+std::int64_t operations_of_product(const ContactSystem& system);
 
 // m, by how much the laws miss constraint p; zero in all rows exactly where its law holds. A held row: by its displacement. A
 // normal row that may release: by the smaller of its gap and its push. Friction: by the change that one step of the projection

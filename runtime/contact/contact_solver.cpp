@@ -57,11 +57,13 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   kept_node_ = memory.array<ContactNode>(nodes);
   kept_constraint_ = memory.array<ContactConstraint>(constraints);
   if (limits.gives_way) {
-    doubt_ = memory.array<Doubt>(constraints);
+    doubt_ = memory.array<Doubt>(2 * constraints);
     most_ = memory.array<double>(rows);
     shifted_target_ = memory.array<double>(rows);
     coarse_ = memory.array<double>(rows);
-    if (!laws_.create(memory, capacity_)) return false;
+    softened_ = memory.array<double>(rows);
+    met_ = memory.array<double>(rows);
+    if (!laws_.create(memory, capacity_, limits.nodes) || !shared_.create(memory, limits.nodes)) return false;
   }
   memory.keep(rows_end_);
   memory.keep(free_row_);
@@ -337,23 +339,50 @@ double ContactSolver::largest_displacement(const ContactConstraints& set, Vec3* 
   return most;
 }
 
-// The soft solution is brought within the limit, by one factor, and then goes as far towards reaction_ as the limit allows.
-bool ContactSolver::limit_forces(const ContactConstraints& set, Vec3* force, StepWork* work) {
-  const std::int32_t rows = factor_.size();
+// The largest reaction over the force that its row alone would need for the largest target.
+double ContactSolver::largest_share(Limited rows, const double* reaction) const {
   const double target = largest_target();
-  const auto alone = [&](std::int32_t at) { return target * scale_[row_at_[at]] * scale_[row_at_[at]]; };
-  const auto largest_share = [&](const double* reaction) {
-    double most = 0;
-    for (std::int32_t at = 0; at < rows; ++at)
-      if (const double size = std::fabs(reaction[row_at_[at]]); size > most * alone(at)) most = size / alone(at);
-    return most;
-  };
-  const double share = largest_share(reaction_);
-  if (!(share > kMostForce)) return false;
+  double most = 0;
+  for (std::int32_t at = 0; at < factor_.size(); ++at) {
+    const std::int32_t row = row_at_[at];
+    const double size = std::fabs(reaction[row]), alone = target * scale_[row] * scale_[row];
+    if (is_limited(rows, row) && size > most * alone) most = size / alone;
+  }
+  return most;
+}
+
+// The limit of the reactions, in the same share, where one exceeds it; else 0.
+double ContactSolver::limit_of(Limited rows, const ContactConstraints& set, Vec3* force, StepWork* work) const {
+  const double share = largest_share(rows, reaction_);
+  if (!(share > kMostForce)) return 0;
   work->add(9 * Operations{set.node_count} * set.node_count / kDense);
-  const double thrown = largest_displacement(set, force) / target,
+  const double thrown = largest_displacement(set, force) / largest_target(),
                most = std::clamp(kMostForceNear / thrown, kMostForce, kMostForceNear);
-  if (!(share > most)) return false;
+  return share > most ? most : 0;
+}
+
+// The reactions `soft` are brought within the limit, by one factor, and then go as far towards reaction_ as the limit allows.
+void ContactSolver::go_within(Limited rows, double most, const double* soft) {
+  const std::int32_t size = factor_.size();
+  const double target = largest_target(), within = 1 / std::max(1.0, largest_share(rows, soft) / most);
+  double way = 1;
+  for (std::int32_t at = 0; at < size; ++at) {
+    const std::int32_t row = row_at_[at];
+    const double from = within * soft[row], whole = reaction_[row] - from,
+                 room = most * target * scale_[row] * scale_[row] - (whole > 0 ? from : -from);
+    if (is_limited(rows, row) && std::fabs(whole) * way > room) way = std::max(0.0, room / std::fabs(whole));
+  }
+  for (std::int32_t at = 0; at < size; ++at) {
+    const std::int32_t row = row_at_[at];
+    const double from = within * soft[row];
+    reaction_[row] = from + way * (reaction_[row] - from);
+  }
+}
+
+bool ContactSolver::limit_forces(const ContactConstraints& set, Vec3* force, StepWork* work) {
+  const double most = limit_of(Limited::all, set, force, work);
+  if (most == 0) return false;
+  const std::int32_t rows = factor_.size();
   if (soft_factor_.size() != rows) {
     write_scaled(row_at_, rows, kSoftShift, &soft_factor_);
     if (!soft_factor_.append(rows, 0.5 * kSoftShift, work_)) return true;  // not finite: solve() says so
@@ -363,19 +392,34 @@ bool ContactSolver::limit_forces(const ContactConstraints& set, Vec3* force, Ste
   double* const soft = work_ + 2 * capacity_;
   refine(
       soft_factor_, [](std::int32_t) { return kSoftShift; }, kSoftSolves, soft);
-  const double within = 1 / std::max(1.0, largest_share(soft) / most);
-  double way = 1;
-  for (std::int32_t at = 0; at < rows; ++at) {
-    const std::int32_t row = row_at_[at];
-    soft[row] *= within;
-    const double whole = reaction_[row] - soft[row], room = most * alone(at) - (whole > 0 ? soft[row] : -soft[row]);
-    if (std::fabs(whole) * way > room) way = std::max(0.0, room / std::fabs(whole));
-  }
-  for (std::int32_t at = 0; at < rows; ++at) {
-    const std::int32_t row = row_at_[at];
-    reaction_[row] = soft[row] + way * (reaction_[row] - soft[row]);
-  }
+  go_within(Limited::all, most, soft);
   return true;
+}
+
+// The same for contacts that do not give way, where laws have decided. A law that is missed only after this conflicts with them.
+void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstraints& set, Vec3* force, StepWork* work) {
+  const double most = limit_of(Limited::beside_laws, set, force, work);
+  if (most == 0) return;
+  for (std::int32_t row = 0; row < rows_end_; ++row)
+    softened_[row] = scale_[row] != 0 && is_limited(Limited::beside_laws, row)
+                         ? kSoftShift / (scale_[row] * scale_[row])
+                         : soft_[row];
+  ContactSystem soft = laws;
+  soft.soft = softened_;
+  std::copy(reaction_, reaction_ + rows_end_, met_);
+  const LawEffort before = effort_;
+  solve_laws(soft, kSoftSolves, work);
+  effort_.sweeps += before.sweeps, effort_.newton_steps += before.newton_steps, effort_.operations += before.operations;
+  std::swap_ranges(reaction_, reaction_ + rows_end_, met_);
+  go_within(Limited::beside_laws, most, met_);
+  std::copy(reaction_, reaction_ + rows_end_, coarse_);
+  Doubt* const exact = doubt_ + laws.constraint_count;
+  std::copy(doubt_, doubt_ + laws.constraint_count, exact);
+  measure_laws(laws);
+  for (std::int32_t p = 0; p < laws.constraint_count; ++p) {
+    doubt_[p].conflict = doubt_[p].conflict || exact[p].conflict || (doubt_[p].inexact && !exact[p].inexact);
+    doubt_[p].inexact = exact[p].inexact;
+  }
 }
 
 // The residual of the matrix, not of the factor. It also shows that updating leaves rounding alone in the factor, however often
@@ -444,30 +488,32 @@ double ContactSolver::largest_target() const {
   return most;
 }
 
-void ContactSolver::solve_laws(const ContactSystem& laws) {
+// From the reactions of the last step.
+void ContactSolver::solve_laws(const ContactSystem& laws, int most_solves, StepWork* work) {
   const double most = largest_target();
+  law_operations_ = work->left() * kDense;
   std::copy(last_, last_ + rows_end_, reaction_);
   std::fill(coarse_, coarse_ + rows_end_, 0.0);
   const double missed = laws_.solve(laws, kSettled * most, law_operations_, reaction_);
   effort_ = laws_.effort();
-  if (missed <= kMet * most) refine_laws(laws, most);
-  measure_laws(laws, kMet * most + kLeastMiss);
+  if (missed <= kMet * most) refine_laws(laws, most_solves, most);
+  work->add(effort_.operations / kDense);
 }
 
 // The shift makes every contact a little softer. Solving again, with what the shift took from the last solution added to the
 // targets, takes that away where nothing conflicts.
-void ContactSolver::refine_laws(const ContactSystem& laws, double largest_target) {
+void ContactSolver::refine_laws(const ContactSystem& laws, int most_solves, double largest_target) {
   ContactSystem shifted = laws;
   shifted.target = shifted_target_;
-  for (int solve = 1; solve < kMostSolves; ++solve) {
+  for (int solve = 1; solve < most_solves; ++solve) {
     double moved = 0;
     for (std::int32_t row = 0; row < rows_end_; ++row)
-      if (scale_[row] != 0) moved = std::max(moved, soft_[row] * std::fabs(reaction_[row] - coarse_[row]));
+      if (scale_[row] != 0) moved = std::max(moved, laws.soft[row] * std::fabs(reaction_[row] - coarse_[row]));
     const std::int64_t left = law_operations_ - effort_.operations;
     if (moved <= kSettled * largest_target || left < LawSolver::fewest_operations(laws)) return;
     for (std::int32_t row = 0; row < rows_end_; ++row) {
       if (scale_[row] == 0) continue;
-      shifted_target_[row] = target_[row] + soft_[row] * reaction_[row];
+      shifted_target_[row] = target_[row] + laws.soft[row] * reaction_[row];
       work_[row] = coarse_[row], coarse_[row] = reaction_[row];
     }
     const double missed = laws_.solve_again(shifted, kSettled * largest_target, left, reaction_);
@@ -484,7 +530,8 @@ void ContactSolver::refine_laws(const ContactSystem& laws, double largest_target
 
 // The residual counts what the laws miss without the shift and the limits. A law that the shifted and limited system of the last
 // refinement misses too is not solved; one that it does not miss conflicts.
-void ContactSolver::measure_laws(const ContactSystem& laws, double tolerance) {
+void ContactSolver::measure_laws(const ContactSystem& laws) {
+  const double tolerance = kMet * largest_target() + kLeastMiss;
   double *const ahead = work_, *const shifted = work_ + capacity_;
   find_ahead(laws, reaction_, ahead);
   for (std::int32_t row = 0; row < rows_end_; ++row) {
@@ -623,7 +670,7 @@ Operations ContactSolver::operations_to_renew(std::int32_t contacts) const {
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force,
                                             Vec3* modified, StepWork* work) {
   for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
-  residual_ = {}, effort_ = {};
+  residual_ = {}, effort_ = {}, shares_ = false;
   const auto fail = [&] {
     forget();
     for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
@@ -643,9 +690,15 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
   if (obeys && limit_forces(set, force, work)) outcome = Outcome::regularised, obeys = obeys_laws(laws, reaction_);
   measure_residual();
   if (!obeys) {
-    law_operations_ = work->left() * kDense;
-    solve_laws(laws);
-    work->add(effort_.operations / kDense);
+    ContactSystem through = laws;
+    shares_ = shared_.take(compliance_, set, factor_.size());
+    if (shares_) {
+      through.shared = &shared_;
+      work->add(shared_.operations_to_take() / kDense);
+    }
+    solve_laws(through, kMostSolves, work);
+    measure_laws(through);
+    limit_grips(through, set, force, work);
     outcome = Outcome::solved;
   }
 

@@ -5,6 +5,7 @@
 // unknowns the same system is symmetric positive definite (docs/method.md).
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -55,8 +56,10 @@ class ContactSolver {
   // line between the two that is nearest to the first one and within the limit. It changes continuously with the targets, and along
   // each eigenvector of D A D it is at most the exact solution. So r^T A r <= r^T d, and by |u_v|^2 <= |C_vv| r^T A r (surface_tree.h)
   // no node v of the organ moves farther than sqrt(most |C_vv| sum_i 1 / A_ii) d.
-  // Under laws the limit is kMostForce for contacts that may release or slip. Others have none beside these: to let both of two grips
-  // that contradict each other yield would free the node between them.
+  // Under laws the limit is kMostForce for contacts that may release or slip, and a part of their laws. Of the others beside these, as
+  // grips are, both solutions are solutions of the laws: in the second one only their rows are soft. Two grips that contradict each
+  // other meet at a mean; to let each of them end at its limit would free the node between them. All reactions between two that obey
+  // friction obey it, too.
   static constexpr double kMostForce = 64, kMostForceNear = 1024, kSoftShift = 0.15;
   static constexpr int kSoftSolves = 8;
 
@@ -69,7 +72,7 @@ class ContactSolver {
     bool predicts = false;                                 // predict_without() will be called
   };
 
-  // Memory: at most 72 nodes^2 + 24 (3 constraints)^2 bytes, and 3 MB for laws.
+  // Memory: at most 72 nodes^2 + 24 (3 constraints)^2 bytes, and 5 MB for laws.
   bool create(SceneMemory& memory, const Limits& limits);
 
   // Solves the step's constraints: force[e] (N) and modified[e] (u~, m) for each contact node e. Constraints that were there in
@@ -96,7 +99,11 @@ class ContactSolver {
   Doubt doubt_of(std::int32_t p) const { return effort_.sweeps > 0 ? doubt_[p] : Doubt{}; }
 
   // For measuring: the system of the last solve, and the reactions ([rows_end] N) with which LawSolver starts on it.
-  ContactSystem last_system() const { return system(kept_constraint_, kept_constraints_); }
+  ContactSystem last_system() const {
+    ContactSystem last = system(kept_constraint_, kept_constraints_);
+    last.shared = shares_ ? &shared_ : nullptr;
+    return last;
+  }
   const double* last_start() const { return last_; }
 
   // Of constraint p of the last solve, in its frame: the reactions of its rows (N), and by how much they miss their targets (m).
@@ -140,10 +147,16 @@ class ContactSolver {
   Outcome solve_factored();
   void set_limits(const ContactConstraint* constraints, std::int32_t count);
   double largest_displacement(const ContactConstraints& set, Vec3* force) const;
+  enum class Limited { all, beside_laws };  // rows that are limited here; beside_laws: those that the laws do not limit
+  bool is_limited(Limited rows, std::int32_t row) const { return rows == Limited::all || !std::isfinite(most_[row]); }
+  double largest_share(Limited rows, const double* reaction) const;
+  double limit_of(Limited rows, const ContactConstraints& set, Vec3* force, StepWork* work) const;
+  void go_within(Limited rows, double most, const double* soft);
   bool limit_forces(const ContactConstraints& set, Vec3* force, StepWork* work);
-  void solve_laws(const ContactSystem& laws);
-  void refine_laws(const ContactSystem& laws, double largest_target);
-  void measure_laws(const ContactSystem& laws, double tolerance);
+  void limit_grips(const ContactSystem& laws, const ContactConstraints& set, Vec3* force, StepWork* work);
+  void solve_laws(const ContactSystem& laws, int most_solves, StepWork* work);
+  void refine_laws(const ContactSystem& laws, int most_solves, double largest_target);
+  void measure_laws(const ContactSystem& laws);
   double largest_target() const;
   static void spread_reactions(const ContactConstraint* constraints, const Rows* rows, std::int32_t count,
                                const ContactNode* nodes, const double* reaction, Vec3* force);
@@ -185,13 +198,17 @@ class ContactSolver {
   std::int32_t kept_constraints_ = 0, kept_nodes_ = 0;
   ContactResidual residual_;
 
-  std::int64_t law_operations_ = 0;  // multiply-adds of the laws in this step
-  LawSolver laws_;                   // where contacts give way, like the next five
+  std::int64_t law_operations_ = 0;  // multiply-adds that a solution of the laws may take
+  LawSolver laws_;                   // where contacts give way, like the next six
+  SharedNodes shared_;
+  bool shares_ = false;  // the last solve went through shared_
   LawEffort effort_;
-  Doubt* doubt_ = nullptr;            // [constraint_capacity]
+  Doubt* doubt_ = nullptr;            // [2][constraint_capacity] in the second half: before grips were limited
   double* most_ = nullptr;            // [rows] N, the limits of the reactions
   double* shifted_target_ = nullptr;  // [rows] m, with the refinement's part
   double* coarse_ = nullptr;          // [rows] N, the reactions before a refinement
+  double* softened_ = nullptr;        // [rows] m/N, soft_ with kSoftShift where contacts do not give way
+  double* met_ = nullptr;             // [rows] N, the reactions that the limit changes
 };
 
 }  // namespace palpate

@@ -36,7 +36,7 @@ Slip slip_of(double compliance, Vec3 r, Vec3 ahead, double most) {
 
 }  // namespace
 
-bool LawNewton::create(SceneMemory& memory, std::int32_t rows) {
+bool LawNewton::create(SceneMemory& memory, std::int32_t rows, std::int32_t contact_nodes) {
   capacity_ = std::min(rows, kMostRows);
   const std::size_t most = static_cast<std::size_t>(capacity_), all = static_cast<std::size_t>(rows);
   stride_ = odd_lines(most + 16);  // room for the numbers that factor_lu overwrites after a row's end
@@ -46,7 +46,7 @@ bool LawNewton::create(SceneMemory& memory, std::int32_t rows) {
   change_ = memory.array<double>(all);
   further_ = memory.array<double>(all);
   trial_ = memory.array<double>(2 * all);
-  return !memory.failed();
+  return shared_.create(memory, contact_nodes, rows / 3) && !memory.failed();
 }
 
 // Releases contacts and lists the equations of all others. False where there are too many. The factor is lost where the list is
@@ -89,26 +89,32 @@ bool LawNewton::list_equations(const ContactSystem& system, double* reaction, do
   return true;
 }
 
+LawNewton::Derivative LawNewton::derivative_of(const ContactSystem& system, std::int32_t p, Vec3 r, Vec3 ahead) {
+  Derivative derivative;
+  for (int i = 0; i < 3; ++i) derivative.weight.m[i][i] = 1;
+  if (system.constraints[p].law != ContactLaw::coulomb) return derivative;
+  const Mat3 own = own_compliance(system, p);
+  const double compliance = std::max(own.m[1][1], own.m[2][2]);
+  const Vec3 most = most_of(system, p);
+  const double limit = most_friction(system.constraints[p], r.x, most);
+  const Slip slip = slip_of(compliance, r, ahead, limit);
+  for (int i = 1; slip.slips && i < 3; ++i) {
+    for (int j = 1; j < 3; ++j) {
+      derivative.weight.m[i][j] = slip.share * ((i == j ? 1 : 0) - slip.direction[i] * slip.direction[j]);
+      derivative.beside.m[i][j] = compliance * ((i == j ? 1 : 0) - derivative.weight.m[i][j]);
+    }
+    if (r.x > 0 && limit < std::min(most.y, most.z))
+      derivative.beside.m[i][0] = -compliance * system.constraints[p].friction * slip.direction[i];
+  }
+  return derivative;
+}
+
 // One row of the derivative: m per N, by the reactions of the listed equations.
-void LawNewton::write_equation(const ContactSystem& system, Equation equation, Vec3 r, Vec3 ahead, double* to) const {
+void LawNewton::write_equation(const ContactSystem& system, Equation equation, const Derivative& derivative,
+                               double* to) const {
   const std::int32_t p = equation.constraint, i = equation.axis;
   const std::int32_t* const own_row = system.rows[p].at;
-  // Weights of the matrix' rows of this contact, and what stands beside them in its own columns.
-  double weight[3] = {}, beside[3] = {};
-  weight[i] = 1;
-  if (system.constraints[p].law == ContactLaw::coulomb && i > 0) {
-    const Mat3 own = own_compliance(system, p);
-    const double compliance = std::max(own.m[1][1], own.m[2][2]);
-    const Vec3 most = most_of(system, p);
-    const double limit = most_friction(system.constraints[p], r.x, most);
-    const Slip slip = slip_of(compliance, r, ahead, limit);
-    for (int j = 1; slip.slips && j < 3; ++j) {
-      weight[j] = slip.share * ((i == j ? 1 : 0) - slip.direction[i] * slip.direction[j]);
-      beside[j] = compliance * ((i == j ? 1 : 0) - weight[j]);
-    }
-    if (slip.slips && r.x > 0 && limit < std::min(most.y, most.z))
-      beside[0] = -compliance * system.constraints[p].friction * slip.direction[i];
-  }
+  const double *const weight = derivative.weight.m[i], *const beside = derivative.beside.m[i];
   for (std::int32_t e = 0; e < count_; ++e) {
     const std::int32_t column = system.rows[equations_[e].constraint].at[equations_[e].axis];
     double sum = 0;
@@ -122,13 +128,56 @@ void LawNewton::write_equation(const ContactSystem& system, Equation equation, V
   }
 }
 
+// Where few contacts are not released, their own equations are fewer than the axes of the nodes.
+bool LawNewton::goes_through_nodes(const ContactSystem& system) const {
+  const std::int64_t count = count_;
+  return system.shared && SharedNewton::operations_to_factor(system) < count * count * count / 3 + 3 * count * count;
+}
+std::int64_t LawNewton::operations_to_factor(const ContactSystem& system) const {
+  const std::int64_t count = count_;
+  return goes_through_nodes(system) ? SharedNewton::operations_to_factor(system)
+                                    : count * count * count / 3 + 3 * count * count;
+}
+// With the present factor, or with the next one where there is none.
+std::int64_t LawNewton::operations_to_solve(const ContactSystem& system) const {
+  const bool nodes = size_ >= 0 ? through_nodes_ : goes_through_nodes(system);
+  return nodes ? SharedNewton::operations_to_solve(system) : std::int64_t{count_} * count_;
+}
+
 bool LawNewton::factor(const ContactSystem& system, const double* reaction, const double* ahead) {
-  for (std::int32_t e = 0; e < count_; ++e) {
+  through_nodes_ = goes_through_nodes(system);
+  if (through_nodes_) return factor_shared(system, reaction, ahead);
+  Derivative derivative;
+  for (std::int32_t e = 0, last = -1; e < count_; ++e) {
     const std::int32_t p = equations_[e].constraint;
-    write_equation(system, equations_[e], gather(system, reaction, p), gather(system, ahead, p),
-                   factor_ + static_cast<std::size_t>(e) * stride_);
+    if (p != last) derivative = derivative_of(system, p, gather(system, reaction, p), gather(system, ahead, p));
+    last = p;
+    write_equation(system, equations_[e], derivative, factor_ + static_cast<std::size_t>(e) * stride_);
   }
   size_ = factor_lu(count_, factor_, stride_) ? count_ : -1;
+  return size_ >= 0;
+}
+
+bool LawNewton::factor_shared(const ContactSystem& system, const double* reaction, const double* ahead) {
+  shared_.begin(system);
+  for (std::int32_t e = 0; e < count_;) {
+    const std::int32_t p = equations_[e].constraint;
+    bool has[3] = {};
+    for (; e < count_ && equations_[e].constraint == p; ++e) has[equations_[e].axis] = true;
+    Derivative derivative = derivative_of(system, p, gather(system, reaction, p), gather(system, ahead, p));
+    Mat3 alone;  // what a constraint's reactions do by themselves, without the nodes
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = system.rows[p].at[i];
+      for (int j = 0; j < 3; ++j)
+        if (row >= 0 && system.rows[p].at[j] >= 0)
+          alone.m[i][j] = system.constraints[p].local.m[i][j] + (i == j ? system.soft[row] : 0);
+      for (int j = 0; row < 0 && j < 3; ++j) derivative.weight.m[j][i] = 0;
+    }
+    Mat3 own = derivative.weight * alone;
+    add_scaled(own, 1, derivative.beside);
+    shared_.add(system, p, own, derivative.weight, has);
+  }
+  size_ = shared_.factor(system, factor_, stride_) ? count_ : -1;
   return size_ >= 0;
 }
 
@@ -142,14 +191,12 @@ void LawNewton::find_direction(const ContactSystem& system, const double* reacti
     last = p;
     solution_[e] = -off[equations_[e].axis];
   }
-  solve_lu(count_, factor_, stride_, solution_);
+  if (!through_nodes_) solve_lu(count_, factor_, stride_, solution_);
   std::fill(change_, change_ + system.rows_end, 0.0);
   for (std::int32_t e = 0; e < count_; ++e)
     change_[system.rows[equations_[e].constraint].at[equations_[e].axis]] = solution_[e];
-  for (std::int32_t p = 0; p < system.constraint_count; ++p)
-    for (const std::int32_t row : system.rows[p].at)
-      if (row >= 0)
-        further_[row] = dot_rows(system.rows_end, matrix_row(system, row), change_) + system.soft[row] * change_[row];
+  if (through_nodes_) shared_.solve(system, change_);
+  find_product(system, change_, further_);
 }
 
 // m, the length of all that the laws miss.
@@ -188,14 +235,14 @@ bool LawNewton::move(const ContactSystem& system, bool is_new, double* reaction,
 }
 
 bool LawNewton::step(const ContactSystem& system, double* reaction, double* ahead, std::int64_t* operations) {
-  const std::int64_t all = system.rows_end;
-  if (*operations < all * all) return false;
-  *operations -= all * all;
+  const std::int64_t of_product = operations_of_product(system);
+  if (*operations < of_product) return false;
+  *operations -= of_product;
   if (!list_equations(system, reaction, ahead)) return false;
   // Each measure of the error takes as long as some 150 multiply-adds of long rows for a constraint.
-  const std::int64_t count = count_, of_error = 150 * std::int64_t{system.constraint_count},
-                     of_factor = count * count * count / 3 + 3 * count * count + kHalvings * of_error,
-                     of_step = all * all + count * count + 3 * of_error;
+  const std::int64_t of_error = 150 * std::int64_t{system.constraint_count},
+                     of_factor = operations_to_factor(system) + kHalvings * of_error,
+                     of_step = of_product + operations_to_solve(system) + 3 * of_error;
   for (;;) {
     const bool is_new = size_ < 0;
     if (*operations < of_step + (is_new ? of_factor : 0)) return false;

@@ -19,12 +19,9 @@ constexpr std::int64_t kLooksAtTheEnd = 3;
 // Rounding of sums of work.
 constexpr double kRounding = 1e-9;
 
-// `ahead` for all rows, and the residual. A constraint's own 3 x 3 problem takes as long as hundreds of multiply-adds of long rows.
+// `ahead` for all rows, and the residual.
 std::int64_t operations_of_look(const ContactSystem& system) {
-  return std::int64_t{system.rows_end} * system.rows_end + 200 * std::int64_t{system.constraint_count};
-}
-std::int64_t operations_of_sweep(const ContactSystem& system) {
-  return std::int64_t{system.rows_end} * system.rows_end + 600 * std::int64_t{system.constraint_count};
+  return operations_of_product(system) + 200 * std::int64_t{system.constraint_count};
 }
 
 // Makes the reactions obey the laws exactly: Newton's method ends within rounding of them.
@@ -69,13 +66,21 @@ double limit_work(const ContactSystem& system, const double* ahead, double* reac
 
 }  // namespace
 
-bool LawSolver::create(SceneMemory& memory, std::int32_t rows) {
+bool LawSolver::create(SceneMemory& memory, std::int32_t rows, std::int32_t contact_nodes) {
   const std::size_t all = static_cast<std::size_t>(rows);
+  own_ = memory.array<Mat3>(all);
   ahead_ = memory.array<double>(all);
   best_ = memory.array<double>(all);
   before_ = memory.array<double>(all);
   change_ = memory.array<double>(2 * all);
-  return newton_.create(memory, rows) && !memory.failed();
+  return newton_.create(memory, rows, contact_nodes) && !memory.failed();
+}
+
+ContactSystem LawSolver::with_own_compliances(const ContactSystem& system) {
+  find_own_compliances(system, own_);
+  ContactSystem with = system;
+  with.own = own_;
+  return with;
 }
 
 // A drift goes on until a contact has given its whole force away: goes there at once. False where there is no drift.
@@ -152,7 +157,8 @@ bool LawSolver::improve(const ContactSystem& system, double tolerance, double* r
   }
 }
 
-double LawSolver::solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction) {
+double LawSolver::solve(const ContactSystem& from, double tolerance, std::int64_t most_operations, double* reaction) {
+  const ContactSystem system = with_own_compliances(from);
   effort_ = {};
   left_ = most_operations - kLooksAtTheEnd * operations_of_look(system) - operations_of_look(system);
   newton_.forget();
@@ -162,8 +168,9 @@ double LawSolver::solve(const ContactSystem& system, double tolerance, std::int6
   return finish(system, tolerance, most_operations, reaction);
 }
 
-double LawSolver::solve_again(const ContactSystem& system, double tolerance, std::int64_t most_operations,
+double LawSolver::solve_again(const ContactSystem& from, double tolerance, std::int64_t most_operations,
                               double* reaction) {
+  const ContactSystem system = with_own_compliances(from);
   effort_ = {};
   left_ = most_operations - kLooksAtTheEnd * operations_of_look(system);
   return finish(system, tolerance, most_operations, reaction);
@@ -187,7 +194,8 @@ double LawSolver::finish(const ContactSystem& system, double tolerance, std::int
   return law_residual(system, reaction, ahead_).displacement;
 }
 
-double LawSolver::sweep(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction) {
+double LawSolver::sweep(const ContactSystem& from, double tolerance, std::int64_t most_operations, double* reaction) {
+  const ContactSystem system = with_own_compliances(from);
   effort_ = {};
   left_ = most_operations;
   double change = INFINITY;

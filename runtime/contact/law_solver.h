@@ -17,8 +17,8 @@ struct LawEffort {
 
 class LawSolver {
  public:
-  // rows: of the largest system.
-  bool create(SceneMemory& memory, std::int32_t rows);
+  // rows: of the largest system; contact_nodes: of systems with shared nodes.
+  bool create(SceneMemory& memory, std::int32_t rows, std::int32_t contact_nodes = 0);
 
   // Improves `reaction` ([rows_end] N; in: a start, such as the last step's) until the laws of the system, with its soft part, are
   // missed by no more than `tolerance` metres, or for most_operations multiply-adds, but for fewest_operations() at least. Returns
@@ -35,6 +35,7 @@ class LawSolver {
   static std::int64_t fewest_operations(const ContactSystem& system);
 
  private:
+  ContactSystem with_own_compliances(const ContactSystem& system);
   double finish(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
   bool improve(const ContactSystem& system, double tolerance, double* reaction);
   void sweep_for_a_while(const ContactSystem& system, std::int32_t sweeps, double tolerance, double* reaction);
@@ -46,6 +47,7 @@ class LawSolver {
   LawEffort effort_;
   std::int64_t left_ = 0;     // operations
   double best_residual_ = 0;  // m
+  Mat3* own_ = nullptr;       // [constraints] m/N
   double* ahead_ = nullptr;   // [rows] m
   double* best_ = nullptr;    // [rows] N
   double* before_ = nullptr;  // [rows] N, before a sweep

@@ -26,7 +26,12 @@ class WorkBounds {
     const double nodes = def_.max_contact_nodes,
                  limit =
                      rows() * rows() * rows() / 6 + ContactSolver::kSoftSolves * rows() * rows() + 9 * nodes * nodes;
-    return (5 * rows() * rows() + limit) / kDense + renewals(contacts()) + 1.25 * most() + 2 * kMeasuring;
+    // The laws, and a second time for grips that contradict one another, take what is left, but a sweep and some looks at least;
+    // before that the nodes that contacts share.
+    const bool gives_way = def_.law == PALPATE_LAW_UNILATERAL || def_.law == PALPATE_LAW_COULOMB;
+    const double shared = std::min<double>(nodes, SharedNodes::kMostNodes),
+                 laws = gives_way ? 2 * (6 * rows() * rows() + 1600 * contacts()) + 60 * (shared * shared + nodes) : 0;
+    return (5 * rows() * rows() + limit + laws) / kDense + renewals(contacts()) + 1.25 * most() + 2 * kMeasuring;
   }
 
  private:
