@@ -69,6 +69,17 @@ test("keys work wherever the focus is; the cross moves, and space pushes there",
   await page.close();
 });
 
+test("space held for long stays in contact, also on a small organ", async () => {
+  const page = await ready();
+  await page.keyboard.down("Space");
+  await page.waitForTimeout(5000);  // the push deepens by 12 mm/s
+  await frame(page);
+  const { contacts, force } = await page.evaluate(() => globalThis.palpateViewer.shown.tools[0]);
+  assert.ok(contacts > 0 && Math.hypot(...force) > 0.1);
+  await page.keyboard.up("Space");
+  await page.close();
+});
+
 test("on the empty page the first Tab comes to its button", async () => {
   const page = await open({}, (p) => p.route(/bundle\.h5|render\.ply/, (route) => route.fulfill({ status: 404, body: "" })));
   await inState(page, "empty");

@@ -6,6 +6,7 @@ const ABOVE = 0.002; // m, height above the surface at which a tool starts
 const GRASP = 3e-4; // m, depth at which a pulling tool takes hold
 const TOUCH_DOWN = 0.001; // m, depth of a press before the pointer moves
 const DEEPEST = 0.03; // m
+const DEEPEST_SHARE = 0.3; // of the organ's radius: well below palpate_scene_def.release_distance, at which a tool loses its contact
 const KEY_SPEED = 0.012; // m/s while space is held
 const KEYBOARD = -1; // stands for the id of a pointer
 const HANDED_OVER = "palpateHandedOver"; // marks an event that the camera alone hears
@@ -146,9 +147,13 @@ export class ToolPointer {
     const { target, hit, place } = held;
     const dragged = this.view.drag(hit.point, dx, dy);
     const pulled = place.map((x, d) => x + dragged[d] - hit.point[d]) as Vector;
-    held.target = { ...target, point: target.grasp ? limited(place, pulled) : along(place, hit.normal, -Math.min(DEEPEST, depth)) };
+    held.target = { ...target, point: target.grasp ? limited(place, pulled, this.deepest) : along(place, hit.normal, -Math.min(this.deepest, depth)) };
     this.targets[held.index] = held.target;
     this.options.send(held.index, held.target);
+  }
+
+  private get deepest() {
+    return Math.min(DEEPEST, DEEPEST_SHARE * this.view.radius);
   }
 
   private up(pointer: number, event?: PointerEvent) {
@@ -173,7 +178,7 @@ export class ToolPointer {
 
 const along = (from: Vector, direction: Vector, by: number) => from.map((x, d) => x + by * direction[d]) as Vector;
 
-function limited(from: Vector, to: Vector): Vector {
+function limited(from: Vector, to: Vector, most: number): Vector {
   const way = to.map((x, d) => x - from[d]), length = Math.hypot(...way);
-  return length <= DEEPEST ? to : (from.map((x, d) => x + (way[d] * DEEPEST) / length) as Vector);
+  return length <= most ? to : (from.map((x, d) => x + (way[d] * most) / length) as Vector);
 }
