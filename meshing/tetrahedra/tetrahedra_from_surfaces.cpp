@@ -234,12 +234,14 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     warn(fmt::format("{}: the surface's own triangles do not meet the gate: {}", inputs.front().file, tries.why()));
   else
     warn(fmt::format("{}: the surface's own triangles cannot meet the gate: {}", file, why));
-  double triangles = std::clamp(static_cast<double>(triangles_of(inputs)), kFewest, kMost);
+  // No more than can be made in the time that is left for certain, so that the number does not depend on the time that was taken.
+  const double for_remeshing = kShareOfRemeshing * kShareOfTries * limit * (why.empty() ? 1 - kShareOfOwn : 1);
+  const double most = std::clamp(for_remeshing / kRemeshingSeconds, kFewest, kMost);
+  double triangles = std::clamp(static_cast<double>(triangles_of(inputs)), kFewest, most);
   std::string last;
   for (int round = 0; round < kRounds && left() > kLeastSeconds; ++round) {
     bool fewer = false;
     const double seconds = kShareOfRemeshing * left();
-    triangles = std::max(kFewest, std::min(triangles, seconds / kRemeshingSeconds));
     try {
       const auto even = remeshed(inputs, triangles, seconds);
       if (tries.run(even, true, left())) return std::move(*tries.best());
@@ -247,6 +249,7 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     } catch (const OutOfTime& stopped) {
       last = stopped.what();
       fewer = too_long = true;
+      note(fmt::format("{}: {}", worst.file, last));
     } catch (const OperationError& failed) {
       last = failed.what();
     } catch (const InputError& failed) {
