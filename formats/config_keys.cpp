@@ -256,8 +256,7 @@ const std::vector<ConfigKey>& config_keys() {
        "The displacement across a tool's motion: as the linear model has it, or corrected by the measured curve."},
       {S, "effects", "deformation", "choice", "-", "\"linear\"", "linear, large",
        "How the organ deforms: by superposition of the tensors, or as a hyperelastic body, right at any depth. `large` "
-       "needs a bundle of `palpate-precompute --large-deformation`, `law = \"sticking\"`, `collision` off or rest, and "
-       "none of `response`, `preload`."},
+       "needs a bundle of `palpate-precompute --large-deformation`, and none of `response`."},
       {S, "effects", "preload", "boolean", "-", "false", "",
        "Whether the organ is shown under the `[preload]` of the boundary file."},
       {S, "relaxation", "terms", "rows", "1, s", "required",

@@ -60,6 +60,11 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.report != PALPATE_REPORT_OFF;
 }
 
+// The surface of the hyperelastic body is asked about beside the solve.
+[[maybe_unused]] static bool uses_body_field(const palpate_scene_def& def) {
+  return deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
+}
+
 // Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
 [[maybe_unused]] static bool has_fine_surface(const palpate_scene_def& def) {
   return kHasEffects && def.fine_surface;

@@ -68,6 +68,7 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
 }
 
 void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
+  if (body_) return;
   tensors_ = tensors;
   without_tool_ = without_point_ = -1;
   solver_ = now_->count > 0 ? solver : nullptr;  // the last step has left either contacts or a surface at rest
@@ -84,6 +85,7 @@ void ContactField::find_rows(Layer& layer) const {
 }
 
 void ContactField::forget() {
+  if (body_) return body_->forget();
   for (Layer& layer : layer_) {
     layer.count = layer.contact_count = 0;
     forget_nodes(layer.known);
@@ -249,22 +251,26 @@ const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t
 }
 
 double ContactField::own_norm(std::int32_t tool, std::int32_t point) const {
+  if (body_) return body_->own_norm(tool, point);
   const Contact* contact = find(*now_, tool, point);
   return contact ? contact->own : 0;
 }
 
 double ContactField::norm_without(std::int32_t tool, std::int32_t point) const {
+  if (body_) return body_->norm_without(tool, point);
   const Contact* contact = find(*now_, tool, point);
   return contact ? contact->without : norm_;
 }
 
 double ContactField::last_change_without(std::int32_t tool, std::int32_t point) const {
+  if (body_) return body_->last_change_without(tool, point);
   const Contact *now = find(*now_, tool, point), *before = find(*before_, tool, point);
   const double own = now ? now->own_change : before ? before->own : 0;
   return std::min(last_change() + own, (now ? now->without : norm_) + (before ? before->without : norm_before_));
 }
 
 bool ContactField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const {
+  if (body_) return body_->pulls_among_others(tool, point, outward);
   const Contact* own = find(*now_, tool, point);
   if (!own || now_->contact_count == 1) return false;
   Vec3 force;
@@ -273,6 +279,7 @@ bool ContactField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec
 }
 
 void ContactField::drop(std::int32_t tool, std::int32_t point) {
+  if (body_) return body_->drop(tool, point);
   Contact* own = const_cast<Contact*>(find(*now_, tool, point));
   if (!own) return;
   for (std::int32_t e = own->first; e < own->last; ++e) {
@@ -289,6 +296,7 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
 }
 
 bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations* work) {
+  if (body_) return body_->predict_without(tool, point, work);
   forget_nodes(known_predicted_);
   if (!solver_ || !solver_->predict_without(tool, point, predicted_, &predicted_norm_, &predicted_apart_, work))
     return false;
@@ -299,6 +307,7 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operat
 }
 
 Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) {
+  if (body_) return body_->predicted_at_node(node, work);
   return recall(known_predicted_, node, [&] {
     *work += operations_at_node(now_->count);
     if (!tensors_.compliance)
@@ -328,14 +337,17 @@ Vec3 ContactField::known_at(Layer& layer, std::int32_t node, Operations* work) c
 }
 
 Vec3 ContactField::at_node(std::int32_t node, Operations* work) {
+  if (body_) return body_->at_node(node, work);
   return known_at(*now_, node, work);
 }
 
 Vec3 ContactField::before_at_node(std::int32_t node, Operations* work) {
+  if (body_) return body_->before_at_node(node, work);
   return known_at(*before_, node, work);
 }
 
 Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work) {
+  if (body_) return body_->at_node_without(node, tool, point, work);
   if (tool != without_tool_ || point != without_point_) {
     without_tool_ = tool, without_point_ = point;
     without_ = find(*now_, tool, point);

@@ -6,6 +6,7 @@
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/tensors.h"
+#include "runtime/contact/body_field.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/surface/surface_tree.h"
 
@@ -15,6 +16,8 @@ class ContactField {
  public:
   bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
               std::int32_t surface_nodes);
+  // Under large deformation, in place of create(): `body` answers all that is asked. borrowed.
+  void follow(BodyField* body) { body_ = body; }
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
   void restored(const Tensors& tensors, ContactSolver* solver);
@@ -26,7 +29,7 @@ class ContactField {
            ContactSolver* solver, Operations* work);
   // A step without a solution: the surface is at rest.
   void set_rest();
-  bool empty() const { return now_->count == 0; }
+  bool empty() const { return body_ ? body_->empty() : now_->count == 0; }
 
   // Removes the part of the contact (tool, point) from the field until the next set().
   void drop(std::int32_t tool, std::int32_t point);
@@ -45,14 +48,14 @@ class ContactField {
   // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
   bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
   // sqrt(J): of the predicted field; of its difference from the field.
-  double predicted_norm() const { return predicted_norm_; }
-  double predicted_apart() const { return predicted_apart_; }
+  double predicted_norm() const { return body_ ? body_->predicted_norm() : predicted_norm_; }
+  double predicted_apart() const { return body_ ? body_->predicted_apart() : predicted_apart_; }
 
   // sqrt(J), as surface_tree.h explains: of the field; the sum of the norms of its changes; of the changes since the last set()
   // but one.
-  double norm() const { return norm_; }
-  double path() const { return path_; }
-  double last_change() const { return path_ - path_before_; }
+  double norm() const { return body_ ? body_->norm() : norm_; }
+  double path() const { return body_ ? body_->path() : path_; }
+  double last_change() const { return body_ ? body_->last_change() : path_ - path_before_; }
   // Of the part of one contact; of all others together; of the change of all others by the last set(). Upper bounds.
   double own_norm(std::int32_t tool, std::int32_t point) const;
   double norm_without(std::int32_t tool, std::int32_t point) const;
@@ -98,6 +101,7 @@ class ContactField {
   Vec3 sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node, Operations* work) const;
   Vec3 known_at(Layer& layer, std::int32_t node, Operations* work) const;
 
+  BodyField* body_ = nullptr;  // under large deformation
   Tensors tensors_;
   Layer layer_[2] = {};
   Layer *const now_ = layer_, *const before_ = layer_ + 1;

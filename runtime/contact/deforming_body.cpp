@@ -1,59 +1,246 @@
 #include "runtime/contact/deforming_body.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 namespace {
 
 // Of an evaluation, for each tetrahedron; and of a solve, numbers of the factor for one operation.
 constexpr Operations kOfATetrahedron = 12, kFactorNumbers = 6;
+// Added to the diagonal of the laws' system, as a share: contacts that conflict keep finite forces.
+constexpr double kShift = 1e-6;
+// The laws are solved to this share of the largest target; what remains is the body's part.
+constexpr double kSettled = 1e-6;
+// Rounding of a friction that is at its limit.
+constexpr double kRounding = 1e-9;
+
+bool gives_way(const ContactConstraint& constraint) {
+  return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
+}
 
 }  // namespace
 
 LargeSolver::Created DeformingBody::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
-                                           std::int32_t order_count, std::int32_t node_capacity,
-                                           std::int32_t constraint_capacity) {
-  const auto rows = 3 * static_cast<std::size_t>(constraint_capacity), nodes = static_cast<std::size_t>(node_capacity);
-  rows_ = memory.array<LargeRow>(rows), force_ = memory.array<double>(rows);
+                                           std::int32_t order_count, const Limits& limits, const double* preload) {
+  constraint_capacity_ = limits.constraints;
+  const auto constraints = static_cast<std::size_t>(limits.constraints), rows = 3 * constraints,
+             nodes = static_cast<std::size_t>(limits.nodes);
+  rows_ = memory.array<LargeRow>(rows), rows_of_ = memory.array<RowsOfConstraint>(constraints);
+  frames_ = memory.array<Mat3>(constraints), reaction_ = memory.array<Vec3>(constraints);
+  kept_ = memory.array<Kept>(constraints);
   nodes_ = memory.array<std::int32_t>(nodes), weights_ = memory.array<double>(nodes);
+  force_ = memory.array<double>(rows), start_ = memory.array<double>(rows);
+  if (limits.gives_way) {
+    for (double** array : {&law_force_, &applied_, &free_, &target_, &soft_, &ahead_})
+      *array = memory.array<double>(rows);
+    holds_ = memory.array<std::uint8_t>(rows);
+    if (!laws_.create(memory, static_cast<std::int32_t>(rows))) return LargeSolver::Created::no_memory;
+  }
   if (memory.failed()) return LargeSolver::Created::no_memory;
-  // The rows of a constraint share its nodes.
+  memory.keep(kept_count_);
+  memory.keep_array(kept_, constraints, kept_count_);
   const LargeSolver::Created created =
-      solver_.create(memory, body, order, order_count, 3 * constraint_capacity, 3 * node_capacity);
-  operations_ = kOfATetrahedron * body.tetrahedron_count + solver_.factor().numbers() / kFactorNumbers;
+      solver_.create(memory, body, order, order_count, 3 * limits.constraints, limits.nodes, preload);
+  solve_operations_ = solver_.factor().numbers() / kFactorNumbers;
+  operations_ = kOfATetrahedron * body.tetrahedron_count + solve_operations_;
   return created;
 }
 
-std::int32_t DeformingBody::add_rows(const ContactConstraint& constraint, Vec3 target, std::int32_t count) {
+void DeformingBody::forget() {
+  solver_.forget();
+  kept_count_ = 0;
+}
+
+// The frame of a constraint, turned as the surface has.
+Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p) const {
+  const ContactConstraint& constraint = set.constraints[p];
+  if (!constraint.framed) {
+    Mat3 axes;
+    for (int i = 0; i < 3; ++i) axes.m[i][i] = 1;
+    return axes;
+  }
+  if (!turned_.made()) return constraint.frame;
+  return times_transposed(constraint.frame, turned_.turn(set.nodes + constraint.first_node, constraint.node_count,
+                                                         [&](std::int32_t n) { return displacement(n); }));
+}
+
+std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count) {
+  const ContactConstraint& constraint = set.constraints[p];
+  const Mat3 frame = frames_[p] = present_frame(set, p);
+  const Vec3 target = constraint.framed ? frame * transposed_times(constraint.frame, set.target[p]) : set.target[p];
   const std::int32_t group = count;
   int axis_of[3] = {}, imposed = 0;
-  for (int axis = 0; axis < 3; ++axis)
+  for (int axis = 0; axis < 3; ++axis) {
+    rows_of_[p].at[axis] = -1;
     if (constraint.axes >> axis & 1u) axis_of[imposed++] = axis;
+  }
   for (int i = 0; i < imposed; ++i, ++count) {
     LargeRow& row = rows_[count];
     row = LargeRow{};
     row.first = constraint.first_node, row.count = constraint.node_count;
     row.group = group, row.target = target[axis_of[i]];
-    for (int d = 0; d < 3; ++d)
-      row.direction[d] = constraint.framed ? constraint.frame.m[axis_of[i]][d] : (d == axis_of[i] ? 1.0 : 0.0);
+    for (int d = 0; d < 3; ++d) row.direction[d] = frame.m[axis_of[i]][d];
     for (int k = 0; k < imposed; ++k) row.compliance[k] = constraint.local.m[axis_of[i]][axis_of[k]];
+    rows_of_[p].at[axis_of[i]] = count;
   }
   return count;
 }
 
-LargeOutcome DeformingBody::solve(const ContactConstraints& set, StepWork* work, Vec3* force) {
+// The forces of the last step. Both lists ascend by tool, point and part.
+void DeformingBody::take_start(const ContactConstraints& set) {
+  std::int32_t k = 0;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& now = set.constraints[p];
+    const auto order = [&](const Kept& before) {
+      if (before.tool != now.tool) return before.tool - now.tool;
+      return before.point != now.point ? before.point - now.point : before.part - now.part;
+    };
+    while (k < kept_count_ && order(kept_[k]) < 0) ++k;
+    const bool known = k < kept_count_ && order(kept_[k]) == 0;
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) start_[row] = known ? kept_[k].force[i] : 0;
+  }
+}
+
+void DeformingBody::keep(const ContactConstraints& set) {
+  kept_count_ = set.constraint_count;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    kept_[p] = {constraint.tool, constraint.point, constraint.part, 0, {0, 0, 0}};
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) kept_[p].force[i] = force_[row];
+  }
+}
+
+ContactSystem DeformingBody::system(const ContactConstraints& set) const {
+  ContactSystem laws;
+  laws.matrix = solver_.compliance(), laws.stride = solver_.compliance_stride(), laws.rows_end = row_count_;
+  laws.soft = soft_, laws.target = target_;
+  laws.constraints = set.constraints, laws.rows = rows_of_, laws.constraint_count = set.constraint_count;
+  return laws;
+}
+
+// Which rows hold and which force the others have, by the reactions that the laws ask for.
+void DeformingBody::decide(const ContactConstraints& set, const double* reaction) {
+  std::fill(holds_, holds_ + row_count_, std::uint8_t{1});
+  std::fill(applied_, applied_ + row_count_, 0.0);
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    if (!gives_way(constraint)) continue;
+    const std::int32_t* const row = rows_of_[p].at;
+    const auto of = [&](int i) { return row[i] >= 0 ? reaction[row[i]] : 0.0; };
+    const bool released = !(of(0) > 0);
+    const double across = length({0, of(1), of(2)}), most = constraint.friction * of(0);
+    const bool slips = released || across >= most * (1 - kRounding);
+    if (released && row[0] >= 0) holds_[row[0]] = 0;
+    for (int i = 1; i < 3; ++i)
+      if (row[i] >= 0 && slips) holds_[row[i]] = 0, applied_[row[i]] = released ? 0 : of(i);
+  }
+}
+
+// m, by how much the laws are missed by the forces that the rows have now.
+double DeformingBody::measure_laws(const ContactSystem& laws, double* targets) {
+  solver_.find_free(free_);
+  for (std::int32_t r = 0; r < row_count_; ++r) targets[r] = rows_[r].target - free_[r];
+  find_ahead(laws, law_force_, ahead_);
+  return law_residual(laws, law_force_, ahead_).displacement;
+}
+
+// False where a number is not finite.
+bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work,
+                               Outcome* outcome) {
+  double largest = 0;
+  for (std::int32_t r = 0; r < row_count_; ++r) {
+    largest = std::max(largest, std::fabs(rows_[r].target));
+    const double own = solver_.compliance()[static_cast<std::size_t>(r) * (solver_.compliance_stride() + 1)];
+    soft_[r] = kShift * own;
+    if (own > 0) continue;  // else its nodes are held along the row
+    for (std::int32_t p = 0; p < set.constraint_count; ++p)
+      for (std::int32_t& at : rows_of_[p].at)
+        if (at == r) at = -1;
+  }
+  const ContactSystem laws = system(set);
+  const double* carried = start_;
+  for (int round = 0;; ++round) {
+    std::copy(carried, carried + row_count_, law_force_);
+    outcome->missed = measure_laws(laws, target_);
+    const bool met = outcome->missed <= kLawMet * largest;
+    if (round > 0 && (met || outcome->steps >= most_steps || round >= kMostRounds)) break;
+    laws_.solve(laws, kSettled * largest, work->left() * kDense, law_force_);
+    effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
+    work->add(laws_.effort().operations / kDense);
+    decide(set, law_force_);
+    if (!solver_.hold(holds_, applied_, carried, outcome)) return false;
+    solver_.improve(std::max(1, most_steps - outcome->steps), outcome);
+    carried = solver_.carried();
+  }
+  outcome->inexact = !(outcome->missed <= kInexact * largest);
+  return true;
+}
+
+// Makes the reaction of a constraint obey its law: a step ends near its solution, not on it.
+void DeformingBody::obey(const ContactConstraint& constraint, std::int32_t p) {
+  Vec3& r = reaction_[p];
+  if (!gives_way(constraint)) return;
+  if (!(r.x > 0)) {
+    r = Vec3{};
+    return;
+  }
+  const std::int32_t row = std::max(rows_of_[p].at[1], rows_of_[p].at[2]);
+  const bool slips = row >= 0 && !holds_[row];
+  const double across = length({0, r.y, r.z}), most = constraint.friction * r.x;
+  if (across > 0 && (slips || across > most)) r.y *= most / across, r.z *= most / across;
+}
+
+DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepWork* work, Vec3* force) {
   for (std::int32_t e = 0; e < set.node_count; ++e)
     nodes_[e] = set.nodes[e].node, weights_[e] = set.nodes[e].weight, force[e] = Vec3{};
-  std::int32_t count = 0;
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) count = add_rows(set.constraints[p], set.target[p], count);
+  row_count_ = 0, effort_ = {};
+  bool may_give_way = false;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    row_count_ = add_rows(set, p, row_count_);
+    may_give_way = may_give_way || gives_way(set.constraints[p]);
+  }
+  take_start(set);
+  const LargeContacts contacts = {rows_, nodes_, weights_, row_count_, start_};
   const Operations fit = work->left() / std::max<Operations>(operations_, 1);
   const auto most = static_cast<std::int32_t>(std::clamp<Operations>(fit, 1, LargeSolver::kMostSteps));
-  const LargeOutcome outcome = solver_.step({rows_, nodes_, weights_, count}, most, force_);
-  work->add(operations_ * outcome.evaluations);
-  for (std::int32_t r = 0; r < count; ++r)
-    for (std::int32_t e = rows_[r].first; e < rows_[r].first + rows_[r].count; ++e)
-      for (int d = 0; d < 3; ++d) force[e][d] += force_[r] * weights_[e] * rows_[r].direction[d];
+  Outcome outcome;
+  if (may_give_way) {
+    const bool sound = solver_.take(contacts) && solve_laws(set, most, work, &outcome);
+    solver_.forces(sound, force_, &outcome);
+  } else {
+    static_cast<LargeOutcome&>(outcome) = solver_.step(contacts, most, force_);
+  }
+  work->add(operations_ * outcome.evaluations + solve_operations_ * solver_.take_response_solves());
+  if (outcome.failed)
+    kept_count_ = 0;
+  else
+    keep(set);
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    reaction_[p] = Vec3{};
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) reaction_[p][i] = force_[row];
+    obey(constraint, p);
+    const Vec3 sum = transposed_times(frames_[p], reaction_[p]);
+    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+      force[e] += weights_[e] * sum;
+  }
   return outcome;
+}
+
+Vec3 DeformingBody::missed(std::int32_t p) const {
+  Vec3 missed;
+  for (int i = 0; i < 3; ++i) {
+    const std::int32_t r = rows_of_[p].at[i];
+    if (r < 0) continue;
+    missed[i] = solver_.on_row(r) - rows_[r].target;
+    for (std::int32_t k = 0; k < 3 && rows_[r].group + k < row_count_; ++k)
+      missed[i] += rows_[r].compliance[k] * force_[rows_[r].group + k];
+  }
+  return missed;
 }
 
 }  // namespace palpate

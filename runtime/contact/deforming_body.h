@@ -1,4 +1,9 @@
 // Contacts under large deformation: constraints -> rows of large_solver.h -> forces at the contact nodes, and the displaced nodes.
+//
+// Contacts that may release or slip: the laws are solved on the linear response to the last state, free + C r, by the solver of the
+// linear contacts (law_solver.h). That tells which rows hold and which friction acts on the others. The body takes its steps with
+// these, and where the laws are then missed, both are done again. The laws act along the present normal of the surface: the frame
+// of a constraint turns with it from step to step.
 #pragma once
 
 #include <cstdint>
@@ -6,40 +11,111 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/step_work.h"
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/law_solver.h"
+#include "runtime/contact/turned_surface.h"
 #include "runtime/large/large_solver.h"
 
 namespace palpate {
 
 class DeformingBody {
  public:
-  // node_capacity, constraint_capacity: of the constraints of a step. Memory: as LargeSolver::create.
-  LargeSolver::Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
-                              std::int32_t order_count, std::int32_t node_capacity, std::int32_t constraint_capacity);
+  struct Limits {
+    std::int32_t nodes = 0, constraints = 0;  // most of each in a step
+    bool gives_way = false;                   // some contacts have laws under which they release or slip
+  };
+  // The laws count as met where they are missed by this share of the largest target; beyond kInexact the step says so.
+  static constexpr double kLawMet = 0.01, kInexact = 0.05;
+  // Times that a step solves the laws.
+  static constexpr int kMostRounds = 4;
 
+  // As LargeSolver::create.
+  LargeSolver::Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
+                              std::int32_t order_count, const Limits& limits, const double* preload);
+  // For constraints with frames; after create(). The arguments are those of TurnedSurface::create. False where memory ends.
+  bool follow_normals(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
+                      std::int32_t triangle_count) {
+    return turned_.create(memory, rest, nodes, triangles, triangle_count);
+  }
+
+  struct Outcome : LargeOutcome {
+    double missed = 0;     // m, by how much the worst contact misses its law; 0 where none gives way
+    bool inexact = false;  // by more than kInexact of the largest target
+  };
   // force: [node_count] N, of each contact node on the body. Takes the steps that `work` leaves, one at least, and counts them.
-  // Constraints must be sticking.
-  LargeOutcome solve(const ContactConstraints& set, StepWork* work, Vec3* force);
+  // Whatever the outcome, no contact pulls that may not, and no friction exceeds what its law allows.
+  Outcome solve(const ContactConstraints& set, StepWork* work, Vec3* force);
+
+  // Of constraint p of the last solve(), in the frame that has turned with the surface: the force on the body (N), and by how much
+  // its rows miss their targets (m).
+  Vec3 reaction(std::int32_t p) const { return reaction_[p]; }
+  Vec3 missed(std::int32_t p) const;
+  const LawEffort& effort() const { return effort_; }
+  const LargeSolver& solver() const { return solver_; }
+  // [rows] N, of each row of the last solve(): constraint after constraint, axis after axis.
+  const double* row_forces() const { return force_; }
 
   // Displacements of nodes 0 .. count - 1, [count][3] m.
   void write_field(std::int32_t count, float* out) const {
     for (std::int32_t n = 0; n < count; ++n) solver_.displacement(n, out + 3 * static_cast<std::int64_t>(n));
   }
+  Vec3 displacement(std::int32_t node) const {
+    float u[3];
+    solver_.displacement(node, u);
+    return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  }
 
-  void forget() { solver_.forget(); }
+  // m, of a node, by the preload; displacements start there.
+  Vec3 rest_displacement(std::int32_t node) const {
+    float u[3];
+    solver_.rest_displacement(node, u);
+    return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  }
+
+  void forget();
   void restored() { solver_.restored(); }
   Operations operations_of_a_step() const { return operations_; }
-  // No step takes more: a move that is halved ten times, and as many searches.
-  Operations most_operations() const { return (12 + 10 * LargeSolver::kMostSteps) * operations_; }
+  Operations operations_to_renew() const { return 3 * solve_operations_; }  // of a contact that comes or moves
+  // No step takes more: moves that are halved ten times, as many searches, and the responses of all constraints.
+  Operations most_operations() const {
+    return (12 * kMostRounds + 10 * LargeSolver::kMostSteps) * operations_ +
+           constraint_capacity_ * operations_to_renew();
+  }
   std::int64_t factor_numbers() const { return solver_.factor().numbers(); }
 
  private:
-  std::int32_t add_rows(const ContactConstraint& constraint, Vec3 target, std::int32_t count);
+  // Of a constraint of the last step.
+  struct Kept {
+    std::int32_t tool, point, part, unused;
+    double force[3];  // N, along the axes of its frame
+  };
+  Mat3 present_frame(const ContactConstraints& set, std::int32_t p) const;
+  std::int32_t add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count);
+  void take_start(const ContactConstraints& set);
+  void keep(const ContactConstraints& set);
+  ContactSystem system(const ContactConstraints& set) const;
+  bool solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work, Outcome* outcome);
+  double measure_laws(const ContactSystem& laws, double* targets);
+  void decide(const ContactConstraints& set, const double* reaction);
+  void obey(const ContactConstraint& constraint, std::int32_t p);
+
   LargeSolver solver_;
-  LargeRow* rows_ = nullptr;       // [3 constraint_capacity]
-  double* force_ = nullptr;        // [3 constraint_capacity] N
-  std::int32_t* nodes_ = nullptr;  // [node_capacity]
-  double* weights_ = nullptr;      // [node_capacity]
-  Operations operations_ = 0;
+  TurnedSurface turned_;
+  LawSolver laws_;
+  LawEffort effort_;
+  std::int32_t constraint_capacity_ = 0, row_count_ = 0, kept_count_ = 0;
+  LargeRow* rows_ = nullptr;                    // [3 constraint_capacity]
+  RowsOfConstraint* rows_of_ = nullptr;         // [constraint_capacity]
+  Mat3* frames_ = nullptr;                      // [constraint_capacity]
+  Vec3* reaction_ = nullptr;                    // [constraint_capacity] N
+  Kept* kept_ = nullptr;                        // [constraint_capacity]
+  std::int32_t* nodes_ = nullptr;               // [node_capacity]
+  double* weights_ = nullptr;                   // [node_capacity]
+  double *force_ = nullptr, *start_ = nullptr;  // [3 constraint_capacity] N
+  // Where contacts give way:
+  double *law_force_ = nullptr, *applied_ = nullptr;  // [3 constraint_capacity] N
+  double *free_ = nullptr, *target_ = nullptr, *soft_ = nullptr, *ahead_ = nullptr;
+  std::uint8_t* holds_ = nullptr;  // [3 constraint_capacity]
+  Operations operations_ = 0, solve_operations_ = 0;
 };
 
 }  // namespace palpate

@@ -147,6 +147,7 @@ class Touch {
   }
   // A contact that comes, goes or moves has new rows in the factor.
   Operations next_renewal() {
+    if (deforms_largely(context_.def)) return touch_state_.body.operations_to_renew();
     const ContactSolver& solver = touch_state_.solver;
     ++renewals_;
     return solver.operations_to_renew(renewals_) - solver.operations_to_renew(renewals_ - 1);
@@ -264,16 +265,25 @@ class Touch {
   // The same as solve(), of the hyperelastic body.
   void deform() {
     const ContactConstraints& set = touch_state_.rows.set();
+    if (uses_body_field(context_.def)) touch_state_.body_field.begin_solve();
     deformed_ = touch_state_.body.solve(set, &touch_state_.work, touch_state_.force);
-    if (deformed_.failed) flags_ |= PALPATE_STEP_UNSOLVED;
-    if (deformed_.cut || deformed_.unfinished) flags_ |= PALPATE_STEP_DEFORMATION_BEHIND;
+    std::uint32_t flags = 0;
+    if (deformed_.failed) flags |= PALPATE_STEP_UNSOLVED;
+    if (deformed_.cut || deformed_.unfinished) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
+    if (deformed_.inexact) flags |= PALPATE_STEP_SOLVE_INEXACT;
+    flags_ |= flags;
     for (std::int32_t e = 0; e < set.node_count; ++e) {
       touch_state_.modified[e] = Vec3{};
       add_force(e, set.nodes[e]);
     }
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
-      if (tools_[t].contacts > 0)
-        touch_state_.input.tool(t).flags |= flags_ & (PALPATE_STEP_UNSOLVED | PALPATE_STEP_DEFORMATION_BEHIND);
+      if (tools_[t].contacts > 0) touch_state_.input.tool(t).flags |= flags;
+    if (uses_body_field(context_.def)) {
+      Operations work = 0;
+      touch_state_.body_field.set(set, touch_state_.force, !deformed_.failed, &work);
+      touch_state_.work.owe(work);
+    }
+    if (contacts_may_give_way(context_.def) && !deformed_.failed) move_slipped_anchors();
   }
 
   void solve() {
@@ -332,17 +342,24 @@ class Touch {
   bool gives_way(std::int32_t p) {
     const ContactConstraint& constraint = touch_state_.rows.set().constraints[p];
     if (constraint.law != ContactLaw::unilateral && constraint.law != ContactLaw::coulomb) return false;
-    const Vec3 r = touch_state_.solver.reaction(p);
+    const Vec3 r = reaction(p);
     const bool released = !(r.x > 0), slipped = slips(constraint, r);
     tools_[constraint.tool].releases += released;
     tools_[constraint.tool].slips += slipped && !released;
     return released || slipped;
   }
-  // m, across the normal: how far the tool has moved past the anchor, times the constraint's share in it.
+  // N, of constraint p, in its frame.
+  Vec3 reaction(std::int32_t p) const {
+    return deforms_largely(context_.def) ? touch_state_.body.reaction(p) : touch_state_.solver.reaction(p);
+  }
+  // m, across the normal: how far the tool has moved past the anchor, times the constraint's share in it. Under large deformation
+  // the frame has turned with the surface: the way on the surface at rest has the same parts along the frame at rest.
   Vec3 left_behind(std::int32_t p) const {
     const ContactConstraint& constraint = touch_state_.rows.set().constraints[p];
     const ContactConstraints& set = touch_state_.rows.set();
-    const Vec3 missed = touch_state_.solver.missed(set, p), target = set.target[p];
+    const Vec3 missed =
+                   deforms_largely(context_.def) ? touch_state_.body.missed(p) : touch_state_.solver.missed(set, p),
+               target = set.target[p];
     double share = constraint.share;
     // Where contacts conflict or the law is missed, the surface may be anywhere: the anchor moves no farther than the tool is from
     // it at rest.
@@ -396,10 +413,11 @@ class Touch {
     }
     out_.bundle = context_.bundle.index.header.index_checksum;
     out_.node_capacity = context_.def.max_contact_nodes;
-    out_.sweeps = touch_state_.solver.effort().sweeps;
-    out_.newton_steps = touch_state_.solver.effort().newton_steps;
+    const LawEffort& effort = deforms_largely(context_.def) ? touch_state_.body.effort() : touch_state_.solver.effort();
+    out_.sweeps = effort.sweeps, out_.newton_steps = effort.newton_steps;
     out_.operations = static_cast<std::int32_t>(std::min<Operations>(touch_state_.work.done(), 0x7fffffff));
-    out_.residual_displacement = touch_state_.solver.residual().displacement;
+    out_.residual_displacement =
+        deforms_largely(context_.def) ? deformed_.missed : touch_state_.solver.residual().displacement;
     out_.residual_force = touch_state_.solver.residual().force;
     const Pose& pose = touch_state_.organ.pose();
     store3(pose.position, out_.organ_position);
@@ -448,7 +466,7 @@ class Touch {
     if (contact.law == ContactLaw::sliding) return PALPATE_CONTACT_FRICTIONLESS;
     bool released = true, sticks = false;
     for (std::int32_t p = first; p < end; ++p) {
-      const Vec3 r = touch_state_.solver.reaction(p);
+      const Vec3 r = reaction(p);
       if (!(r.x > 0)) continue;
       released = false;
       sticks = sticks || !slips(touch_state_.rows.set().constraints[p], r);
@@ -577,7 +595,7 @@ class Touch {
   palpate_contacts& out_;
   std::uint32_t flags_ = 0;
   ToolSum tools_[PALPATE_MAX_TOOLS];
-  LargeOutcome deformed_;
+  DeformingBody::Outcome deformed_;
   std::int32_t renewals_ = 0;              // contacts that have come, gone or moved
   double factor_[PALPATE_MAX_TOOLS] = {};  // on each tool's linear nodal forces
   Vec3 raw_[PALPATE_MAX_TOOLS];            // N, in the organ's frame, force on each tool before the limits
@@ -600,6 +618,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.work.forget();
   state.solver.forget();
   if (deforms_largely(def)) state.body.forget();
+  if (uses_body_field(def)) state.body_field.forget();
   state.rows.forget();
   if (reports_contacts(def)) state.report.forget();
   state.step = 0;

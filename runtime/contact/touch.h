@@ -42,6 +42,7 @@ struct TouchState {
   FineSurface fine;        // where tools meet one
   SurfaceTree tree;        // of the surface that tools meet, where there is collision
   ContactField field;      // where collision follows the deformed surface
+  BodyField body_field;    // answers for it under large deformation
   DeformedSurface deformed;
   Collision collision;
   Turns slides;                                // of anchors that follow their tools

@@ -303,65 +303,75 @@ struct SolveWith {
     }
   }
 
-  static PALPATE_INLINE void solve(const BlockFactor& factor, float* x) {
+  // x <- L^-1 x on the rows of a supernode, and what it takes out of the rows below. scratch: [2][longest]
+  static PALPATE_INLINE void forward(const BlockFactor& factor, const BlockFactor::Supernode& node,
+                                     std::int32_t longest, float* x) {
+    float *const below = factor.gathered_, *const own = below + longest;
+    const float* const panel = factor.panels_ + node.panel;
+    const std::int32_t size = 3 * node.columns;
+    float* const at = x + 3 * static_cast<std::int64_t>(node.first);
+    // The rows of the inverse end at `size`; the rest of that pass is overwritten.
+    std::fill(own, own + node.stride, 0.0f);
+    add_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, 0, size, at, own);
+    std::copy(own, own + size, at);
+    if (node.rows == 0) return;
+    std::fill(below, below + node.stride, 0.0f);
+    add_columns(panel, node.stride, node.stride, size / kStep * kStep, size, at, below);
+    const std::int32_t* const list = factor.row_lists_ + node.row_list;
+    for (std::int32_t i = 0; i < node.rows; ++i)
+      for (int r = 0; r < 3; ++r) x[3 * static_cast<std::int64_t>(list[i]) + r] -= below[size + 3 * i + r];
+  }
+
+  // x <- L^-T x on the rows of a supernode, from the rows below it.
+  static PALPATE_INLINE void backward(const BlockFactor& factor, const BlockFactor::Supernode& node,
+                                      std::int32_t longest, float* x) {
+    float *const below = factor.gathered_, *const own = below + longest;
+    const float* const panel = factor.panels_ + node.panel;
+    const std::int32_t size = 3 * node.columns;
+    float* const at = x + 3 * static_cast<std::int64_t>(node.first);
+    const std::int32_t* const list = factor.row_lists_ + node.row_list;
+    std::fill(below, below + node.stride, 0.0f);
+    std::fill(own, own + node.stride, 0.0f);
+    for (std::int32_t i = 0; i < node.rows; ++i)
+      for (int r = 0; r < 3; ++r) below[size + 3 * i + r] = x[3 * static_cast<std::int64_t>(list[i]) + r];
+    if (node.rows > 0) {
+      dot_columns(panel, node.stride, node.stride, size, below, own);
+      for (std::int32_t c = 0; c < size; ++c) at[c] -= own[c];
+    }
+    std::fill(below, below + (size + kStep - 1) / kStep * kStep, 0.0f);
+    std::copy(at, at + size, below);
+    dot_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, size, below, at);
+  }
+
+  // A supernode is read from memory once for all right-hand sides.
+  static PALPATE_INLINE void solve(const BlockFactor& factor, float* const* x, int count) {
     std::int32_t longest = 0;
     for (std::int32_t s = 0; s < factor.count_; ++s) longest = std::max(longest, factor.supernodes_[s].stride);
-    float *const below = factor.gathered_, *const own = below + longest;
-    for (std::int32_t s = 0; s < factor.count_; ++s) {
-      const BlockFactor::Supernode& node = factor.supernodes_[s];
-      const float* const panel = factor.panels_ + node.panel;
-      const std::int32_t size = 3 * node.columns;
-      float* const at = x + 3 * static_cast<std::int64_t>(node.first);
-      // The rows of the inverse end at `size`; the rest of that pass is overwritten.
-      std::fill(own, own + node.stride, 0.0f);
-      add_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, 0, size, at, own);
-      std::copy(own, own + size, at);
-      if (node.rows == 0) continue;
-      std::fill(below, below + node.stride, 0.0f);
-      add_columns(panel, node.stride, node.stride, size / kStep * kStep, size, at, below);
-      const std::int32_t* const list = factor.row_lists_ + node.row_list;
-      for (std::int32_t i = 0; i < node.rows; ++i)
-        for (int r = 0; r < 3; ++r) x[3 * static_cast<std::int64_t>(list[i]) + r] -= below[size + 3 * i + r];
-    }
-    for (std::int32_t s = factor.count_ - 1; s >= 0; --s) {
-      const BlockFactor::Supernode& node = factor.supernodes_[s];
-      const float* const panel = factor.panels_ + node.panel;
-      const std::int32_t size = 3 * node.columns;
-      float* const at = x + 3 * static_cast<std::int64_t>(node.first);
-      const std::int32_t* const list = factor.row_lists_ + node.row_list;
-      std::fill(below, below + node.stride, 0.0f);
-      std::fill(own, own + node.stride, 0.0f);
-      for (std::int32_t i = 0; i < node.rows; ++i)
-        for (int r = 0; r < 3; ++r) below[size + 3 * i + r] = x[3 * static_cast<std::int64_t>(list[i]) + r];
-      if (node.rows > 0) {
-        dot_columns(panel, node.stride, node.stride, size, below, own);
-        for (std::int32_t c = 0; c < size; ++c) at[c] -= own[c];
-      }
-      std::fill(below, below + (size + kStep - 1) / kStep * kStep, 0.0f);
-      std::copy(at, at + size, below);
-      dot_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, size, below, at);
-    }
+    for (std::int32_t s = 0; s < factor.count_; ++s)
+      for (int k = 0; k < count; ++k) forward(factor, factor.supernodes_[s], longest, x[k]);
+    for (std::int32_t s = factor.count_ - 1; s >= 0; --s)
+      for (int k = 0; k < count; ++k) backward(factor, factor.supernodes_[s], longest, x[k]);
   }
 };
 
 namespace {
 
-void solve_plainly(const BlockFactor& factor, float* x) {
-  SolveWith::solve(factor, x);
+void solve_plainly(const BlockFactor& factor, float* const* x, int count) {
+  SolveWith::solve(factor, x, count);
 }
 #ifdef PALPATE_DISPATCHES
-__attribute__((target(PALPATE_AVX2))) void solve_with_avx2(const BlockFactor& factor, float* x) {
-  SolveWith::solve(factor, x);
+__attribute__((target(PALPATE_AVX2))) void solve_with_avx2(const BlockFactor& factor, float* const* x, int count) {
+  SolveWith::solve(factor, x, count);
 }
 #endif
 
 }  // namespace
 
-void BlockFactor::solve(float* x) const {
+void BlockFactor::solve(float* const* x, int count) const {
 #ifdef PALPATE_DISPATCHES
-  if (best_instructions() != Instructions::baseline) return solve_with_avx2(*this, x);
+  if (best_instructions() != Instructions::baseline) return solve_with_avx2(*this, x, count);
 #endif
-  solve_plainly(*this, x);
+  solve_plainly(*this, x, count);
 }
 
 }  // namespace palpate

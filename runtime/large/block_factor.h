@@ -23,7 +23,9 @@ class BlockFactor {
   Outcome create(SceneMemory& memory, const BlockRows& matrix);
 
   // x: [rows][3] the right-hand side, then K^-1 of it. Cost: reads the factor twice. Not for two threads at once.
-  void solve(float* x) const;
+  void solve(float* x) const { solve(&x, 1); }
+  // The same for `count` right-hand sides, whose bits do not depend on one another. Cost: reads the factor from memory twice in all.
+  void solve(float* const* x, int count) const;
 
   std::int64_t numbers() const { return numbers_; }
 

@@ -14,6 +14,10 @@ constexpr double kRestEnergy = 1e-10;
 constexpr double kContactShift = 1e-6;
 // Rounding of the energy in single precision, as a share.
 constexpr double kEnergyRounding = 1e-6;
+// The same of the energy of a preload, from which all others are counted.
+constexpr double kEnergyNoise = 2e-7;
+// The rest state under a preload is solved to this share, where a step is to LargeSolver::kTolerance.
+constexpr double kRestTolerance = 1e-4;
 
 void evaluate_plainly(const ElementLanes<EightFloats>& elements, const float* u, float* f,
                       ElementLanes<EightFloats>::Energy* energy) {
@@ -29,7 +33,8 @@ __attribute__((target(PALPATE_AVX2))) void evaluate_with_avx2(const ElementLanes
 }  // namespace
 
 LargeSolver::Created LargeSolver::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
-                                         std::int32_t order_count, std::int32_t max_rows, std::int32_t max_nodes) {
+                                         std::int32_t order_count, std::int32_t max_rows, std::int32_t max_nodes,
+                                         const double* preload) {
   nodes_ = body.node_count, rows_ = order_count, max_rows_ = max_rows, max_nodes_ = max_nodes;
   const auto nodes = static_cast<std::size_t>(nodes_), rows = static_cast<std::size_t>(rows_);
   length_ = (3 * rows + kVectorStep - 1) / kVectorStep * kVectorStep;
@@ -51,6 +56,7 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
     if (assemble_stiffness(scratch, body, place_, rows_, &stiffness)) {
       const BlockFactor::Outcome outcome = factor_.create(memory, stiffness);
       if (outcome == BlockFactor::Outcome::made) created = Created::made;
+      if (preload && !take_load(memory, body, stiffness, preload)) created = Created::no_memory;
       if (outcome == BlockFactor::Outcome::not_definite) created = Created::not_definite;
     }
   }
@@ -61,31 +67,87 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
   held_ = memory.array<std::int32_t>(3 * rows);
   const std::size_t padded = std::max(3 * nodes, length_);
   u_ = memory.array<float>(padded), trial_ = memory.array<float>(padded);
+  if (preload) base_ = memory.array<float>(padded), absolute_ = memory.array<float>(padded);
   for (float** vector : {&f_, &trial_f_, &g_, &p_}) *vector = memory.array<float>(length_);
   const auto most = static_cast<std::size_t>(max_rows), most_nodes = static_cast<std::size_t>(max_nodes);
   for (int i = 0; i < kPairs; ++i) {
     moves_[i] = memory.array<float>(length_), changes_[i] = memory.array<float>(length_);
     local_moves_[i] = memory.array<double>(most);
   }
+  max_spots_ = (max_rows + 2) / 3, stride_ = (most + 7) / 8 * 8;
+  const auto most_spots = static_cast<std::size_t>(max_spots_);
   row_ = memory.array<LargeRow>(most), next_row_ = memory.array<LargeRow>(most);
+  spots_ = memory.array<Spot>(most_spots), next_spots_ = memory.array<Spot>(most_spots);
   row_place_ = memory.array<std::int32_t>(most_nodes), next_place_ = memory.array<std::int32_t>(most_nodes);
   row_weight_ = memory.array<double>(most_nodes), next_weight_ = memory.array<double>(most_nodes);
-  slot_ = memory.array<std::int32_t>(most), next_slot_ = memory.array<std::int32_t>(most);
-  slot_used_ = memory.array<bool>(most);
-  responses_ = memory.array<float*>(most);
-  float* const responses = memory.array<float>(most * length_);
-  contact_ = memory.array<double>(most * most);
-  for (double** vector : {&local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_, &work2_})
+  row_spot_ = memory.array<std::int32_t>(most), slot_used_ = memory.array<bool>(most_spots);
+  responses_ = memory.array<float>(3 * most_spots * length_);
+  generation_ = memory.array<std::int32_t>(most_spots), largest_response_ = memory.array<double>(3 * most_spots);
+  for (double** matrix : {&between_spots_, &compliance_, &contact_}) *matrix = memory.array<double>(most * stride_);
+  holds_ = memory.array<std::uint8_t>(most);
+  for (double** vector :
+       {&applied_, &local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_, &work2_})
     *vector = memory.array<double>(most);
   if (memory.failed()) return Created::no_memory;
-  for (std::size_t r = 0; r < most; ++r) responses_[r] = responses + r * length_;
   for (std::size_t n = 0; n < nodes; ++n)
     for (int i = 0; i < 3; ++i)
       if (place_[n] < rows_ && body.fixed[3 * n + static_cast<std::size_t>(i)])
         held_[held_count_++] = 3 * place_[n] + i;
   forget();
+  if (preload && !find_rest()) return Created::no_equilibrium;
   keep(memory);
   return Created::made;
+}
+
+// load = K preload, N.
+bool LargeSolver::take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness,
+                            const double* preload) {
+  SceneMemory scratch = memory.of_same_host();
+  double* const moved = scratch.array<double>(3 * static_cast<std::size_t>(rows_));
+  load_ = memory.array<float>(length_);
+  const bool made = moved && load_;
+  for (std::int32_t n = 0; made && n < nodes_; ++n)
+    for (std::size_t i = 0; i < 3 && place_[n] < rows_; ++i)
+      moved[3 * static_cast<std::size_t>(place_[n]) + i] = preload[3 * static_cast<std::size_t>(n) + i];
+  for (std::int32_t row = 0; made && row < rows_; ++row)
+    for (std::size_t i = 0; i < 3; ++i) {
+      double sum = 0;
+      for (std::int64_t at = stiffness.first[row]; at < stiffness.first[row + 1]; ++at)
+        for (std::size_t k = 0; k < 3; ++k)
+          sum += stiffness.block[9 * static_cast<std::size_t>(at) + 3 * i + k] *
+                 moved[3 * static_cast<std::size_t>(stiffness.column[at]) + k];
+      load_[3 * static_cast<std::size_t>(row) + i] = static_cast<float>(sum);
+    }
+  for (std::int32_t n = 0; made && n < nodes_; ++n)
+    for (std::size_t i = 0; i < 3; ++i)
+      if (place_[n] < rows_ && body.fixed[3 * static_cast<std::size_t>(n) + i])
+        load_[3 * static_cast<std::size_t>(place_[n]) + i] = 0;
+  scratch.release_all();
+  return made;
+}
+
+// The least energy under the load, which grows in steps; then this state is the rest, and what holds it there is the load.
+bool LargeSolver::find_rest() {
+  constexpr int shares = 8, most_rounds = 60;
+  for (int i = 1; i <= shares; ++i) {
+    load_share_ = static_cast<double>(i) / shares;
+    tolerance_ = i < shares ? kTolerance : kRestTolerance;
+    for (int round = 0; round < most_rounds && (round == 0 || !now_.solved); ++round) {
+      LargeOutcome outcome;
+      const Elements::Energy found = evaluate(u_, f_);
+      now_.energy = found.energy, now_.least_volume = found.least_volume, now_.solved = 0;
+      if (!(found.least_volume > kLeastVolume)) return false;
+      improve(kMostSteps, &outcome);
+    }
+    if (!now_.solved && !(i < shares)) return false;
+  }
+  load_share_ = 0, tolerance_ = kTolerance;
+  base_energy_ = evaluate(u_, trial_f_).energy;  // of the body alone, like its forces
+  std::copy(u_, u_ + length_, base_);
+  std::copy(trial_f_, trial_f_ + length_, load_);
+  load_share_ = 1, noise_ = kEnergyNoise * base_energy_;
+  forget();
+  return true;
 }
 
 void LargeSolver::keep(SceneMemory& memory) {
@@ -97,67 +159,132 @@ void LargeSolver::keep(SceneMemory& memory) {
     memory.keep_array(local_moves_[i], rows);
   }
   memory.keep_array(row_, rows), memory.keep_array(row_place_, nodes), memory.keep_array(row_weight_, nodes);
-  memory.keep_array(slot_, rows);
+  memory.keep_array(spots_, static_cast<std::size_t>(max_spots_));
+  memory.keep_array(generation_, static_cast<std::size_t>(max_spots_));
+  memory.keep_array(holds_, rows), memory.keep_array(applied_, rows);
   memory.keep_array(local_, rows), memory.keep_array(multiplier_, rows);
 }
 
 void LargeSolver::restored() {
-  for (std::int32_t r = 0; r < now_.row_count; ++r) find_response(r);
+  for (std::int32_t i = 0; i < now_.spot_count; ++i) {
+    const Spot& spot = spots_[i];
+    std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
+    find_responses(spot);
+  }
+  response_solves_ = 0;
+  measure_spots();
+  fill_compliance();
   factor_contacts();
 }
 
-void LargeSolver::forget() {
+void LargeSolver::come_to_rest() {
   std::fill(u_, u_ + std::max(3 * static_cast<std::size_t>(nodes_), length_), 0.0f);
   std::fill(f_, f_ + length_, 0.0f);
-  std::fill(local_, local_ + max_rows_, 0.0);
+  for (double* vector : {local_, applied_, multiplier_}) std::fill(vector, vector + max_rows_, 0.0);
   drop_pairs();
-  now_.row_count = 0;
-  std::fill(slot_used_, slot_used_ + max_rows_, false);
   now_.pairs_of_other_contacts = 0;
   now_.solved = now_.at_rest = 1;
   now_.energy = now_.peak_energy = now_.residual = 0, now_.least_volume = 1;
 }
 
+void LargeSolver::forget() {
+  come_to_rest();
+  now_.row_count = now_.spot_count = 0;
+}
+
+// No row holds or pushes the body.
+bool LargeSolver::nothing_acts() const {
+  for (std::int32_t r = 0; r < now_.row_count; ++r)
+    if (holds_[r] || applied_[r] != 0) return false;
+  return true;
+}
+
 LargeSolver::Elements::Energy LargeSolver::evaluate(const float* u, float* f) {
   Elements::Energy energy;
+  const float* const from_rest = u;
+  if (base_) {
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) absolute_[i] = base_[i] + u[i];
+    u = absolute_;
+  }
 #ifdef PALPATE_DISPATCHES
   if (best_instructions() != Instructions::baseline)
     evaluate_with_avx2(elements_, u, f, &energy);
   else
 #endif
     evaluate_plainly(elements_, u, f, &energy);
+  if (load_) {
+    energy.energy -= base_energy_ + load_share_ * dot_product(load_, from_rest, length_);
+    add_multiple(static_cast<float>(-load_share_), load_, length_, f);
+  }
   for (std::int32_t h = 0; h < held_count_; ++h) f[held_[h]] = 0;
   if (!std::isfinite(energy.energy)) energy.least_volume = 0;
   return energy;
 }
 
-double LargeSolver::on_row(std::int32_t r, const float* field) const {
-  const LargeRow& row = row_[r];
-  double sum = 0;
-  for (std::int32_t e = row.first; e < row.first + row.count; ++e) {
-    const float* at = field + 3 * static_cast<std::size_t>(row_place_[e]);
-    sum += row_weight_[e] *
-           (row.direction[0] * static_cast<double>(at[0]) + row.direction[1] * static_cast<double>(at[1]) +
-            row.direction[2] * static_cast<double>(at[2]));
+// ---- rows and their responses ------------------------------------------------------------------------------------
+
+void LargeSolver::on_spot(const Spot& spot, const float* field, double sum[3]) const {
+  for (int i = 0; i < 3; ++i) sum[i] = 0;
+  for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e) {
+    if (row_place_[e] >= rows_) continue;  // held
+    const float* const at = field + 3 * static_cast<std::size_t>(row_place_[e]);
+    for (int i = 0; i < 3; ++i) sum[i] += row_weight_[e] * static_cast<double>(at[i]);
   }
-  return sum;
 }
 
-void LargeSolver::add_row(std::int32_t r, double factor, float* field) const {
-  const LargeRow& row = row_[r];
-  for (std::int32_t e = row.first; e < row.first + row.count; ++e) {
-    if (row_place_[e] >= rows_) continue;
-    float* at = field + 3 * static_cast<std::size_t>(row_place_[e]);
-    for (int i = 0; i < 3; ++i) at[i] += static_cast<float>(factor * row_weight_[e] * row.direction[i]);
+double LargeSolver::on_row(std::int32_t r, const float* field) const {
+  double sum[3];
+  on_spot(spot_of(r), field, sum);
+  const double* const d = row_[r].direction;
+  return d[0] * sum[0] + d[1] * sum[1] + d[2] * sum[2];
+}
+
+// field += W^T force
+void LargeSolver::add_rows(const double* force, float* field) const {
+  for (std::int32_t i = 0; i < now_.spot_count; ++i) {
+    const Spot& spot = spots_[i];
+    double sum[3] = {};
+    for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r)
+      for (int d = 0; d < 3; ++d) sum[d] += force[r] * row_[r].direction[d];
+    for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e) {
+      if (row_place_[e] >= rows_) continue;
+      float* const at = field + 3 * static_cast<std::size_t>(row_place_[e]);
+      for (int d = 0; d < 3; ++d) at[d] += static_cast<float>(row_weight_[e] * sum[d]);
+    }
   }
   for (std::int32_t h = 0; h < held_count_; ++h) field[held_[h]] = 0;
 }
 
-bool LargeSolver::same_row(const LargeContacts& contacts, std::int32_t r, std::int32_t kept) const {
-  const LargeRow &now = contacts.rows[r], &before = row_[kept];
+// field += factor Y force
+void LargeSolver::add_responses(const double* force, double factor, float* field) const {
+  for (std::int32_t i = 0; i < now_.spot_count; ++i) {
+    const Spot& spot = spots_[i];
+    for (int d = 0; d < 3; ++d) {
+      double sum = 0;
+      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) sum += force[r] * row_[r].direction[d];
+      if (sum != 0) add_multiple(static_cast<float>(factor * sum), response(spot, d), length_, field);
+    }
+  }
+}
+
+// Y^T force of the rows of one spot after the other.
+void LargeSolver::responses_times(const float* force, double* out) const {
+  for (std::int32_t i = 0; i < now_.spot_count; ++i) {
+    const Spot& spot = spots_[i];
+    std::fill(out + spot.row, out + spot.row + spot.rows, 0.0);
+    for (int d = 0; d < 3; ++d) {
+      bool used = false;
+      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) used = used || row_[r].direction[d] != 0;
+      if (!used) continue;
+      const double product = dot_product(response(spot, d), force, length_);
+      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) out[r] += row_[r].direction[d] * product;
+    }
+  }
+}
+
+bool LargeSolver::same_spot(const LargeContacts& contacts, std::int32_t r, const Spot& before) const {
+  const LargeRow& now = contacts.rows[r];
   if (now.count != before.count) return false;
-  for (int i = 0; i < 3; ++i)
-    if (now.direction[i] != before.direction[i]) return false;
   for (std::int32_t e = 0; e < now.count; ++e)
     if (place_[contacts.nodes[now.first + e]] != row_place_[before.first + e] ||
         contacts.weights[now.first + e] != row_weight_[before.first + e])
@@ -165,50 +292,130 @@ bool LargeSolver::same_row(const LargeContacts& contacts, std::int32_t r, std::i
   return true;
 }
 
-void LargeSolver::find_response(std::int32_t r) {
-  float* const response = responses_[slot_[r]];
-  std::fill(response, response + length_, 0.0f);
-  add_row(r, 1, response);
-  factor_.solve(response);
+void LargeSolver::find_responses(const Spot& spot) {
+  float* columns[3];
+  for (int d = 0; d < 3; ++d) {
+    float* const y = columns[d] = response(spot, d);
+    std::fill(y, y + length_, 0.0f);
+    for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e)
+      if (row_place_[e] < rows_)
+        y[3 * static_cast<std::size_t>(row_place_[e]) + static_cast<std::size_t>(d)] +=
+            static_cast<float>(row_weight_[e]);
+    for (std::int32_t h = 0; h < held_count_; ++h) y[held_[h]] = 0;
+  }
+  factor_.solve(columns, 3);
+  for (int d = 0; d < 3; ++d) {
+    double& largest = largest_response_[3 * spot.slot + d];
+    largest = 0;
+    for (std::int32_t n = 0; n < rows_; ++n) {
+      const float* const at = columns[d] + 3 * static_cast<std::size_t>(n);
+      largest = std::max(largest, static_cast<double>(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]));
+    }
+    largest = std::sqrt(largest);
+  }
+  response_solves_ += 3;
 }
 
-// Rows that were there in the last step keep their responses and their local displacement.
-void LargeSolver::take_rows(const LargeContacts& contacts) {
-  bool changed = contacts.row_count != now_.row_count;
-  std::int32_t entries = 0;
-  std::fill(slot_used_, slot_used_ + max_rows_, false);
-  for (std::int32_t r = 0; r < contacts.row_count; ++r) {
-    next_slot_[r] = -1, next_local_[r] = 0;
-    for (std::int32_t i = 0; i < now_.row_count; ++i) {
-      const std::int32_t k = (r + i) % now_.row_count;  // most rows stand where they stood
-      if (slot_used_[slot_[k]] || !same_row(contacts, r, k)) continue;
-      next_slot_[r] = slot_[k], next_local_[r] = local_[k];
-      slot_used_[slot_[k]] = true;
-      changed = changed || k != r;
+void LargeSolver::response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node,
+                              double out[3]) const {
+  const std::int32_t place = place_[node];
+  for (int c = 0; c < 3; ++c) out[c] = 0;
+  for (std::int32_t r = first; r < end && place < rows_; ++r) {
+    if (force[r] == 0) continue;
+    for (int d = 0; d < 3; ++d) {
+      if (row_[r].direction[d] == 0) continue;
+      const float* const at = response(spot_of(r), d) + 3 * static_cast<std::size_t>(place);
+      for (int c = 0; c < 3; ++c) out[c] += force[r] * row_[r].direction[d] * static_cast<double>(at[c]);
+    }
+  }
+}
+
+double LargeSolver::response_bound(const double* force, std::int32_t first, std::int32_t end) const {
+  double sum = 0;
+  for (std::int32_t r = first; r < end; ++r)
+    for (int d = 0; d < 3; ++d)
+      sum += std::abs(force[r] * row_[r].direction[d]) * largest_response_[3 * spot_of(r).slot + d];
+  return sum;
+}
+
+void LargeSolver::response_on_rows(const double* force, double* out) const {
+  for (std::int32_t r = 0; r < now_.row_count; ++r) {
+    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    out[r] = 0;
+    for (std::int32_t k = 0; k < now_.row_count; ++k) out[r] += c[k] * force[k];
+    for (std::int32_t k = 0; k < 3 && row_[r].group + k < now_.row_count; ++k)
+      out[r] -= row_[r].compliance[k] * force[row_[r].group + k];
+  }
+}
+
+// Spots that were there in the last step keep their responses and the local displacements of their rows.
+void LargeSolver::take_spots(const LargeContacts& contacts) {
+  std::int32_t count = 0, entries = 0;
+  spots_changed_ = false;
+  std::fill(slot_used_, slot_used_ + max_spots_, false);
+  for (std::int32_t r = 0, end = 0; r < contacts.row_count; r = end, ++count) {
+    const LargeRow& first = contacts.rows[r];
+    while (end < contacts.row_count && contacts.rows[end].group == first.group) ++end;
+    Spot& spot = next_spots_[count];
+    spot = {entries, first.count, r, end - r, -1};
+    for (std::int32_t i = r; i < end; ++i) next_local_[i] = contacts.start ? contacts.start[i] : 0;
+    for (std::int32_t i = 0; i < now_.spot_count; ++i) {
+      const std::int32_t k = (count + i) % now_.spot_count;  // most stand where they stood
+      const Spot& before = spots_[k];
+      if (slot_used_[before.slot] || !same_spot(contacts, r, before)) continue;
+      spot.slot = before.slot, slot_used_[before.slot] = true;
+      if (before.rows == spot.rows) std::copy(local_ + before.row, local_ + before.row + before.rows, next_local_ + r);
+      spots_changed_ = spots_changed_ || k != count || before.rows != spot.rows;
       break;
     }
-    changed = changed || next_slot_[r] < 0;
-    const LargeRow& from = contacts.rows[r];
-    LargeRow& row = next_row_[r];
-    row = from, row.first = entries;
-    for (int i = 0; i < 3 && r < now_.row_count; ++i) changed = changed || from.compliance[i] != row_[r].compliance[i];
-    for (std::int32_t e = 0; e < from.count; ++e, ++entries)
-      next_place_[entries] = place_[contacts.nodes[from.first + e]],
-      next_weight_[entries] = contacts.weights[from.first + e];
+    spots_changed_ = spots_changed_ || spot.slot < 0;
+    for (std::int32_t e = 0; e < first.count; ++e, ++entries)
+      next_place_[entries] = place_[contacts.nodes[first.first + e]],
+      next_weight_[entries] = contacts.weights[first.first + e];
   }
-  now_.row_count = contacts.row_count, rows_changed_ = changed;
-  std::swap(row_, next_row_), std::swap(row_place_, next_place_), std::swap(row_weight_, next_weight_);
-  std::swap(slot_, next_slot_), std::swap(local_, next_local_);
-  if (!changed) return;
-  std::int32_t free_slot = 0;
-  for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    if (slot_[r] >= 0) continue;
-    while (slot_used_[free_slot]) ++free_slot;
-    slot_[r] = free_slot, slot_used_[free_slot] = true;
-    find_response(r);
+  spots_changed_ = spots_changed_ || count != now_.spot_count;
+  now_.spot_count = count;
+  std::swap(spots_, next_spots_), std::swap(row_place_, next_place_), std::swap(row_weight_, next_weight_);
+  std::swap(local_, next_local_);
+}
+
+void LargeSolver::take_rows(const LargeContacts& contacts) {
+  rows_changed_ = spots_changed_ || contacts.row_count != now_.row_count;
+  for (std::int32_t r = 0; r < contacts.row_count; ++r) {
+    const LargeRow &from = contacts.rows[r], &before = row_[r];
+    for (int i = 0; i < 3 && !rows_changed_; ++i)
+      rows_changed_ = from.direction[i] != before.direction[i] || from.compliance[i] != before.compliance[i];
+    next_row_[r] = from;
   }
-  // The pairs stay samples of the body's tangent; what they say about the rows' own compliance belongs to the old rows.
+  now_.row_count = contacts.row_count;
+  std::swap(row_, next_row_);
+}
+
+bool LargeSolver::take(const LargeContacts& contacts) {
+  take_spots(contacts);
+  take_rows(contacts);
+  if (!rows_changed_) return true;
+  // The pairs stay samples of the body's tangent, but their moves may move the new rows.
   now_.pairs_of_other_contacts = now_.pair_count > 0;
+  if (spots_changed_) {
+    std::int32_t free_slot = 0;
+    for (std::int32_t i = 0; i < now_.spot_count; ++i) {
+      Spot& spot = spots_[i];
+      std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
+      if (spot.slot >= 0) continue;
+      while (slot_used_[free_slot]) ++free_slot;
+      spot.slot = free_slot, slot_used_[free_slot] = true;
+      ++generation_[free_slot];
+      find_responses(spot);
+    }
+    measure_spots();
+    forget_local_moves();
+  }
+  return fill_compliance();
+}
+
+// What the pairs say about the rows' own compliance belongs to other rows.
+void LargeSolver::forget_local_moves() {
   for (int age = now_.pair_count - 1; age >= 0; --age) {
     const int i = pair(age);
     std::fill(local_moves_[i], local_moves_[i] + max_rows_, 0.0);
@@ -217,34 +424,69 @@ void LargeSolver::take_rows(const LargeContacts& contacts) {
   }
 }
 
+// W Y between all spots, symmetric.
+void LargeSolver::measure_spots() {
+  for (std::int32_t i = 0; i < now_.spot_count; ++i)
+    for (std::int32_t j = 0; j < now_.spot_count; ++j)
+      for (int d = 0; d < 3; ++d) {
+        double sum[3];
+        on_spot(spots_[i], response(spots_[j], d), sum);
+        for (int c = 0; c < 3; ++c)
+          between_spots_[static_cast<std::size_t>(3 * i + c) * stride_ + static_cast<std::size_t>(3 * j + d)] = sum[c];
+      }
+}
+
+// C of all rows. False where a number is not finite.
+bool LargeSolver::fill_compliance() {
+  bool finite = true;
+  for (std::int32_t i = 0; i < now_.row_count; ++i)
+    for (std::int32_t j = 0; j <= i; ++j) {
+      const double *const a = row_[i].direction, *const b = row_[j].direction;
+      double sum = 0;
+      for (int c = 0; c < 3; ++c)
+        for (int d = 0; d < 3; ++d) {
+          const auto at = static_cast<std::size_t>(3 * row_spot_[i] + c),
+                     to = static_cast<std::size_t>(3 * row_spot_[j] + d);
+          sum += a[c] * b[d] * 0.5 * (between_spots_[at * stride_ + to] + between_spots_[to * stride_ + at]);
+        }
+      const std::int32_t k = j - row_[i].group;
+      if (k >= 0 && k < 3) sum += row_[i].compliance[k];
+      finite = finite && std::isfinite(sum);
+      compliance_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)] =
+          compliance_[static_cast<std::size_t>(j) * stride_ + static_cast<std::size_t>(i)] = sum;
+    }
+  return finite;
+}
+
+// L a, of the rows that hold. L does not connect these with others.
 void LargeSolver::compliance_times(const double* a, double* out) const {
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
     const LargeRow& row = row_[r];
     out[r] = 0;
-    for (std::int32_t k = 0; k < 3 && row.group + k < now_.row_count; ++k)
-      out[r] += row.compliance[k] * a[row.group + k];
+    for (std::int32_t k = 0; holds_[r] && k < 3 && row.group + k < now_.row_count; ++k)
+      out[r] += holds_[row.group + k] ? row.compliance[k] * a[row.group + k] : 0;
   }
 }
 double LargeSolver::times_compliance(const double* a, const double* b) const {
   double sum = 0;
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
     const LargeRow& row = row_[r];
-    for (std::int32_t k = 0; k < 3 && row.group + k < now_.row_count; ++k)
-      sum += a[r] * row.compliance[k] * b[row.group + k];
+    for (std::int32_t k = 0; holds_[r] && k < 3 && row.group + k < now_.row_count; ++k)
+      if (holds_[row.group + k]) sum += a[r] * row.compliance[k] * b[row.group + k];
   }
   return sum;
 }
 
+// Rows that do not hold stand in the factor as those of the identity.
 bool LargeSolver::factor_contacts() {
   const auto at = [&](std::int32_t i, std::int32_t j) -> double& {
-    return contact_[static_cast<std::size_t>(i) * static_cast<std::size_t>(max_rows_) + static_cast<std::size_t>(j)];
+    return contact_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)];
   };
   for (std::int32_t i = 0; i < now_.row_count; ++i) {
-    for (std::int32_t j = 0; j <= i; ++j) {
-      at(i, j) = 0.5 * (on_row(i, responses_[slot_[j]]) + on_row(j, responses_[slot_[i]]));
-      const std::int32_t k = j - row_[i].group;
-      if (k >= 0 && k < 3) at(i, j) += row_[i].compliance[k];
-    }
+    for (std::int32_t j = 0; j <= i; ++j)
+      at(i, j) = holds_[i] && holds_[j]
+                     ? compliance_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)]
+                     : (i == j ? 1 : 0);
     at(i, i) *= 1 + kContactShift;
   }
   for (std::int32_t j = 0; j < now_.row_count; ++j) {
@@ -263,10 +505,9 @@ bool LargeSolver::factor_contacts() {
   return true;
 }
 
+// x: zero for rows that do not hold.
 void LargeSolver::solve_contacts(double* x) const {
-  const auto row = [&](std::int32_t i) {
-    return contact_ + static_cast<std::size_t>(i) * static_cast<std::size_t>(max_rows_);
-  };
+  const auto row = [&](std::int32_t i) { return contact_ + static_cast<std::size_t>(i) * stride_; };
   for (std::int32_t i = 0; i < now_.row_count; ++i) {
     for (std::int32_t k = 0; k < i; ++k) x[i] -= row(i)[k] * x[k];
     x[i] /= row(i)[i];
@@ -281,33 +522,60 @@ void LargeSolver::solve_contacts(double* x) const {
 void LargeSolver::project(float* p, double* local) {
   if (now_.row_count == 0) return;
   compliance_times(local, work_);
-  for (std::int32_t r = 0; r < now_.row_count; ++r) work_[r] += on_row(r, p);
+  for (std::int32_t r = 0; r < now_.row_count; ++r) work_[r] += holds_[r] ? on_row(r, p) : 0;
   solve_contacts(work_);
-  for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    add_multiple(static_cast<float>(-work_[r]), responses_[slot_[r]], length_, p);
-    local[r] -= work_[r];
-  }
+  add_responses(work_, -1, p);
+  for (std::int32_t r = 0; r < now_.row_count; ++r) local[r] -= work_[r];
 }
 
-// u <- u + Y C^-1 (d - W u - L s), halved until no tetrahedron is nearly flat. False where even no move at all is not finite.
-bool LargeSolver::move_to_targets(LargeOutcome* outcome) {
-  compliance_times(local_, work_);
-  double largest = 0;
+// ---- a step --------------------------------------------------------------------------------------------------------
+
+void LargeSolver::find_free(double* free) const {
+  responses_times(f_, free);
+  for (std::int32_t r = 0; r < now_.row_count; ++r) free[r] = on_row(r, u_) - free[r];
+}
+
+// u <- u + Y x, where x moves the rows that hold to their targets and changes the forces of the others; halved until no tetrahedron
+// is nearly flat. False where even no move at all is not finite.
+bool LargeSolver::hold(const std::uint8_t* holds, const double* applied, const double* start, LargeOutcome* outcome) {
+  bool other_rows = false;
+  double *const move = work_, *const change = work2_, largest = 0;
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    work_[r] = row_[r].target - on_row(r, u_) - work_[r];
-    largest = std::max(largest, std::abs(work_[r]));
+    const std::uint8_t held = !holds || holds[r] ? 1 : 0;
+    other_rows = other_rows || holds_[r] != held;
+    holds_[r] = held, applied_[r] = held ? 0 : applied[r];
+    change[r] = held ? 0 : applied[r] - start[r];
+    if (!held) local_[r] = applied[r];
+  }
+  if (other_rows) {
+    now_.pairs_of_other_contacts = now_.pair_count > 0;
+    forget_local_moves();
+  }
+  if ((other_rows || rows_changed_) && !factor_contacts()) return false;
+  compliance_times(local_, move);
+  for (std::int32_t r = 0; r < now_.row_count; ++r) {
+    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    if (!holds_[r]) {
+      largest = std::max(largest, std::abs(change[r]) * c[r]);
+      continue;
+    }
+    move[r] = row_[r].target - on_row(r, u_) - move[r];
+    for (std::int32_t k = 0; k < now_.row_count; ++k)
+      if (change[k] != 0) move[r] -= c[k] * change[k];
+    largest = std::max(largest, std::abs(move[r]));
   }
   constexpr double least_move = 1e-9;  // m
-  if (largest <= least_move && !rows_changed_ && now_.solved && !std::isnan(largest)) return true;
+  if (largest <= least_move && !rows_changed_ && !other_rows && now_.solved && !std::isnan(largest)) return true;
+  rows_changed_ = false;
   now_.solved = 0;
-  solve_contacts(work_);
+  solve_contacts(move);
+  for (std::int32_t r = 0; r < now_.row_count; ++r)
+    if (!holds_[r]) move[r] = change[r];
   double share = 1;
   for (int i = 0;; ++i, share = i < 10 ? share / 2 : 0) {
     std::copy(u_, u_ + length_, trial_);
-    for (std::int32_t r = 0; r < now_.row_count; ++r) {
-      add_multiple(static_cast<float>(share * work_[r]), responses_[slot_[r]], length_, trial_);
-      trial_local_[r] = local_[r] + share * work_[r];
-    }
+    add_responses(move, share, trial_);
+    for (std::int32_t r = 0; r < now_.row_count; ++r) trial_local_[r] = local_[r] + (holds_[r] ? share * move[r] : 0);
     const Elements::Energy found = evaluate(trial_, trial_f_);
     ++outcome->evaluations;
     // Where the body was beyond the limit before, any part of the move is as good as none.
@@ -318,25 +586,33 @@ bool LargeSolver::move_to_targets(LargeOutcome* outcome) {
     }
     if (share == 0) return false;
   }
-  outcome->cut = share < 1;
+  outcome->cut = outcome->cut || share < 1;
   std::swap(u_, trial_), std::swap(f_, trial_f_);
   std::swap(local_, trial_local_);
   return true;
 }
 
 void LargeSolver::find_multipliers() {
+  responses_times(f_, work_);
   compliance_times(local_, multiplier_);
-  for (std::int32_t r = 0; r < now_.row_count; ++r) multiplier_[r] += dot_product(responses_[slot_[r]], f_, length_);
-  solve_contacts(multiplier_);
-  std::copy(f_, f_ + length_, g_);
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    add_row(r, -multiplier_[r], g_);
-    local_g_[r] = local_[r] - multiplier_[r];
+    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    multiplier_[r] = holds_[r] ? multiplier_[r] + work_[r] : 0;
+    for (std::int32_t k = 0; holds_[r] && k < now_.row_count; ++k)
+      if (!holds_[k]) multiplier_[r] -= c[k] * applied_[k];
   }
+  solve_contacts(multiplier_);
+  for (std::int32_t r = 0; r < now_.row_count; ++r) {
+    local_g_[r] = holds_[r] ? local_[r] - multiplier_[r] : 0;
+    if (!holds_[r]) multiplier_[r] = applied_[r];
+    work_[r] = -multiplier_[r];
+  }
+  std::copy(f_, f_ + length_, g_);
+  add_rows(work_, g_);
 }
 
 // The direction p from the gradient g. Returns g . p.
-double LargeSolver::descend(LargeOutcome*) {
+double LargeSolver::descend() {
   double factor[kPairs] = {};
   std::copy(g_, g_ + length_, p_);
   std::copy(local_g_, local_g_ + now_.row_count, local_p_);
@@ -374,7 +650,7 @@ void LargeSolver::keep_pair(double share) {
   std::fill(local_moves_[i], local_moves_[i] + max_rows_, 0.0);
   for (std::int32_t r = 0; r < now_.row_count; ++r) local_moves_[i][r] = -share * local_p_[r];
   now_.curvature[i] = dot_product(moves_[i], changes_[i], length_) + times_compliance(local_moves_[i], local_moves_[i]);
-  if (!(now_.curvature[i] > 1e-12 * now_.energy)) {
+  if (!(now_.curvature[i] > 1e-12 * std::abs(now_.energy))) {
     if (full) now_.pair_first = (now_.pair_first + 1) % kPairs, --now_.pair_count;
     return;
   }
@@ -393,63 +669,73 @@ void LargeSolver::keep_pair(double share) {
   now_.scale = scale > 0.02 ? std::min(scale, 1.0) : 0.02;
 }
 
-// u <- u - share p with Armijo's rule, share from 1. Returns whether a step was taken.
+// u <- u - share p with Armijo's rule, share from 1, on the energy less the work of the applied forces. Returns whether a step was
+// taken.
 bool LargeSolver::search(double slope, LargeOutcome* outcome) {
+  double applied = 0;  // W, of the applied forces along -p
+  for (std::int32_t r = 0; r < now_.row_count; ++r)
+    if (applied_[r] != 0) applied -= applied_[r] * on_row(r, p_);
   for (double share = 1; share > 1e-3;) {
     std::copy(u_, u_ + length_, trial_);
     add_multiple(static_cast<float>(-share), p_, length_, trial_);
     for (std::int32_t r = 0; r < now_.row_count; ++r) trial_local_[r] = local_[r] - share * local_p_[r];
     const Elements::Energy found = evaluate(trial_, trial_f_);
     ++outcome->evaluations;
-    const double energy = found.energy + 0.5 * times_compliance(trial_local_, trial_local_);
+    const double energy = found.energy + 0.5 * times_compliance(trial_local_, trial_local_),
+                 change = energy - now_.energy - share * applied;
     const bool allowed = found.least_volume > kLeastVolume;
-    if (allowed && energy <= now_.energy - 1e-4 * share * slope + kEnergyRounding * std::abs(now_.energy)) {
+    if (allowed && change <= -1e-4 * share * slope + kEnergyRounding * std::abs(now_.energy) + noise_) {
       now_.energy = energy, now_.least_volume = found.least_volume;
       keep_pair(share);
       std::swap(u_, trial_), std::swap(f_, trial_f_), std::swap(local_, trial_local_);
       return true;
     }
     // The least point of the parabola through both energies and the slope.
-    const double least = allowed ? 0.5 * slope * share * share / (energy - now_.energy + slope * share) : 0.5 * share;
+    const double least = allowed ? 0.5 * slope * share * share / (change + slope * share) : 0.5 * share;
     share = std::clamp(least, 0.05 * share, 0.5 * share);
   }
   return false;
 }
 
-LargeOutcome LargeSolver::step(const LargeContacts& contacts, std::int32_t most_steps, double* force) {
-  LargeOutcome outcome;
-  take_rows(contacts);
-  if (now_.row_count == 0 && now_.at_rest) return outcome;
-  const bool sound = (!rows_changed_ || factor_contacts()) && move_to_targets(&outcome);
-  if (sound && !now_.solved) {
-    now_.at_rest = 0;
-    for (;; ++outcome.steps) {
-      find_multipliers();
-      if (outcome.steps >= most_steps) break;
-      const double slope = descend(&outcome);
-      now_.residual = std::sqrt(std::max(slope, 0.0) / std::max(now_.energy, 1e-300));
-      now_.solved = slope <= kTolerance * kTolerance * now_.scale * now_.energy;
-      if (now_.solved || !std::isfinite(slope)) break;
-      if (slope < 0 || !search(slope, &outcome)) {
-        if (now_.pair_count == 0) break;
-        drop_pairs();
-      }
+void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
+  if (now_.solved) return;
+  now_.at_rest = 0;
+  for (std::int32_t steps = 0;; ++steps, ++outcome->steps) {
+    find_multipliers();
+    if (steps >= most_steps) break;
+    const double slope = descend();
+    const double energy = std::max(std::abs(now_.energy), 1e-300);
+    now_.residual = std::sqrt(std::max(slope, 0.0) / std::max(energy, noise_));
+    now_.solved = slope <= tolerance_ * tolerance_ * now_.scale * energy + 0.01 * noise_;
+    if (now_.solved || !std::isfinite(slope)) break;
+    if (slope < 0 || !search(slope, outcome)) {
+      if (now_.pair_count == 0) break;
+      drop_pairs();
     }
-    outcome.unfinished = !now_.solved && !(now_.residual <= kUnfinished);
-    if (outcome.cut) now_.solved = 0;
-    now_.peak_energy = std::max(now_.peak_energy, now_.energy);
-    if (now_.row_count == 0 && now_.energy <= kRestEnergy * now_.peak_energy) forget();
   }
+  outcome->unfinished = !now_.solved && !(now_.residual <= kUnfinished);
+  if (outcome->cut) now_.solved = 0;
+  now_.peak_energy = std::max(now_.peak_energy, std::abs(now_.energy));
+  if (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + noise_ && nothing_acts()) come_to_rest();
+}
+
+void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   bool finite = sound && std::isfinite(now_.energy);
   for (std::int32_t r = 0; r < now_.row_count; ++r) finite = finite && std::isfinite(multiplier_[r]);
-  if (!finite) {
-    forget();
-    std::fill(force, force + contacts.row_count, 0.0);
-    outcome.failed = true;
-    return outcome;
-  }
+  outcome->failed = !finite;
+  std::fill(force, force + now_.row_count, 0.0);
+  if (!finite) return forget();
   std::copy(multiplier_, multiplier_ + now_.row_count, force);
-  outcome.residual = now_.residual, outcome.least_volume = now_.least_volume;
+  outcome->residual = now_.residual, outcome->least_volume = now_.least_volume;
+}
+
+LargeOutcome LargeSolver::step(const LargeContacts& contacts, std::int32_t most_steps, double* force) {
+  LargeOutcome outcome;
+  bool sound = take(contacts);
+  if (now_.row_count == 0 && now_.at_rest) return outcome;
+  sound = sound && hold(nullptr, nullptr, nullptr, &outcome);
+  if (sound) improve(most_steps, &outcome);
+  forces(sound, force, &outcome);
   return outcome;
 }
 

@@ -6,8 +6,12 @@
 // taught about the tangent.
 //     Y = K^-1 W^T, C = W Y + L;   multiplier = C^-1 (Y^T dE/du + L s), the force of each row on the body
 // L is a compliance between a row and the body (contact_patch.h), and L s the displacement that it takes: W u + L s = d.
+//
+// A row may also be free, with a force that is given: contacts that have released have none, those that slip have their friction.
+// It then adds W^T force to the body, and its target does not count.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -21,7 +25,7 @@ struct LargeRow {
   std::int32_t first, count;  // of its nodes and weights
   double direction[3];
   double target;         // m
-  std::int32_t group;    // first row of those that share the next line
+  std::int32_t group;    // first row of those that have the same nodes and weights: three at most, one after the other
   std::int32_t unused;   // in the place of padding, which a saved state would hold
   double compliance[3];  // m/N, of L between this row and rows group, group + 1, group + 2
 };
@@ -30,6 +34,7 @@ struct LargeContacts {
   const std::int32_t* nodes = nullptr;  // of the body
   const double* weights = nullptr;
   std::int32_t row_count = 0;
+  const double* start = nullptr;  // [row_count] N, the force of each row in the last step; nullptr: not known
 };
 
 // What a step says about itself.
@@ -44,7 +49,7 @@ struct LargeOutcome {
 
 class LargeSolver {
  public:
-  enum class Created { made, no_memory, not_definite };
+  enum class Created { made, no_memory, not_definite, no_equilibrium };
   static constexpr int kPairs = 8;
   static constexpr int kMostSteps = 8;
   // A state is solved where one more step would find less than this share's square of the energy.
@@ -55,17 +60,68 @@ class LargeSolver {
   static constexpr double kLeastVolume = 0.02;
 
   // order: [free nodes] the nodes that are not held in all three dofs, as they are eliminated. max_rows, max_nodes: of contacts.
-  // Memory: about 420 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node.
+  // Memory: about 420 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 24 max_rows^2 bytes.
+  // preload: [node_count][3] m, the linear displacement under dead loads, or nullptr. The body then rests where it is in equilibrium
+  // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
   Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order, std::int32_t order_count,
-                 std::int32_t max_rows, std::int32_t max_nodes);
+                 std::int32_t max_rows, std::int32_t max_nodes, const double* preload = nullptr);
+  // m, displacement of a node by the preload; zero without one.
+  void rest_displacement(std::int32_t node, float out[3]) const {
+    for (int i = 0; i < 3; ++i)
+      out[i] = base_ ? base_[3 * static_cast<std::size_t>(place_[node]) + static_cast<std::size_t>(i)] : 0.0f;
+  }
 
-  // force: [row_count] N, of each row on the body. most_steps: 1 .. ; where targets and rows are those of the last step and that was
-  // solved, nothing is computed.
-  // Cost of a step: an evaluation (element_lanes.h) and a solve (block_factor.h); a new row takes a solve of its own.
+  // force: [row_count] N, of each row on the body, all of which hold. most_steps: 1 .. ; where targets and rows are those of the
+  // last step and that was solved, nothing is computed.
+  // Cost of a step: an evaluation (element_lanes.h) and a solve (block_factor.h); new nodes or weights take three solves.
   LargeOutcome step(const LargeContacts& contacts, std::int32_t most_steps, double* force);
 
+  // The parts of a step, for contacts that do not always hold: take(), then hold() and improve(), once or more often; then forces().
+  // False where a number is not finite.
+  bool take(const LargeContacts& contacts);
+  // free: [row_count] m, where each row would be without the forces of all rows, in the linear response to the last state.
+  // With forces r the rows are at free + compliance() r, the part of L included.
+  void find_free(double* free) const;
+  const double* compliance() const { return compliance_; }  // [row_count][compliance_stride()] m/N, C
+  std::size_t compliance_stride() const { return stride_; }
+  // holds: [row_count] whether the row meets its target; else it has the force applied[row], and before it had start[row].
+  // False as take().
+  bool hold(const std::uint8_t* holds, const double* applied, const double* start, LargeOutcome* outcome);
+  // Takes steps until the body is in equilibrium, at most most_steps.
+  void improve(std::int32_t most_steps, LargeOutcome* outcome);
+  const double* carried() const { return multiplier_; }  // [row_count] N, the force of each row after improve()
+  // [row_count] N. Completes the outcome. Numbers that are not finite put the body to rest, without forces.
+  void forces(bool sound, double* force, LargeOutcome* outcome);
+  double on_row(std::int32_t row) const { return on_row(row, u_); }  // m, W u
+
+  // What forces of the rows first .. end - 1 do in the linear response. force: [row_count] N. At a node, m; an upper bound of its
+  // length over all nodes, m; on all rows, m, without L.
+  void response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node, double out[3]) const;
+  double response_bound(const double* force, std::int32_t first, std::int32_t end) const;
+  void response_on_rows(const double* force, double* out) const;
+  // The bound for one force ([3] N) on all nodes of a row.
+  double spot_response_bound(std::int32_t row, const double* force) const {
+    const double* const largest = largest_response_ + 3 * static_cast<std::size_t>(spot_of(row).slot);
+    return std::abs(force[0]) * largest[0] + std::abs(force[1]) * largest[1] + std::abs(force[2]) * largest[2];
+  }
+  const double* direction(std::int32_t row) const { return row_[row].direction; }
+  // x <- C^-1 x, of the rows that hold; zero for the others.
+  void solve_held(double* x) const { solve_contacts(x); }
+  bool holds(std::int32_t row) const { return holds_[row] != 0; }
+  // Changes where the row's nodes or weights do.
+  std::int64_t response_id(std::int32_t row) const {
+    const std::int32_t slot = spot_of(row).slot;
+    return (static_cast<std::int64_t>(slot) << 32) + generation_[slot];
+  }
+
+  // Solves since the last call that new nodes or weights took, three for each.
+  std::int32_t take_response_solves() {
+    const std::int32_t solves = response_solves_;
+    return response_solves_ = 0, solves;
+  }
+
   void forget();  // back to rest
-  // Completes a restored state (scene_memory.h) by what follows from it. Cost: a solve for each row.
+  // Completes a restored state (scene_memory.h) by what follows from it. Cost: three solves for each row's nodes.
   void restored();
 
   // m, displacement of a node.
@@ -81,25 +137,45 @@ class LargeSolver {
 
  private:
   using Elements = ElementLanes<EightFloats>;
+  // The nodes and weights that the rows of a group share, and where their responses are.
+  struct Spot {
+    std::int32_t first, count;  // of its nodes and weights
+    std::int32_t row, rows;     // its rows
+    std::int32_t slot;          // of its three columns of Y
+  };
   Elements::Energy evaluate(const float* u, float* f);
+  bool take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness, const double* preload);
+  bool find_rest();
   void keep(SceneMemory& memory);
+  void take_spots(const LargeContacts& contacts);
+  bool same_spot(const LargeContacts& contacts, std::int32_t row, const Spot& before) const;
   void take_rows(const LargeContacts& contacts);
-  void find_response(std::int32_t row);
-  bool same_row(const LargeContacts& contacts, std::int32_t row, std::int32_t kept) const;
+  void find_responses(const Spot& spot);
+  void forget_local_moves();
+  void measure_spots();
+  bool fill_compliance();
   bool factor_contacts();
   void solve_contacts(double* x) const;
+  void on_spot(const Spot& spot, const float* field, double sum[3]) const;
   double on_row(std::int32_t row, const float* field) const;
-  void add_row(std::int32_t row, double factor, float* field) const;
+  void add_rows(const double* force, float* field) const;
+  void add_responses(const double* force, double factor, float* field) const;
+  void responses_times(const float* force, double* out) const;
   double times_compliance(const double* a, const double* b) const;
   void compliance_times(const double* a, double* out) const;
   void project(float* p, double* local);
-  bool move_to_targets(LargeOutcome* outcome);
   void find_multipliers();
-  double descend(LargeOutcome* outcome);
+  double descend();
   bool search(double slope, LargeOutcome* outcome);
   void keep_pair(double share);
   void drop_pairs() { now_.pair_count = now_.pair_first = now_.pairs_since_scale = 0, now_.scale = 1; }
+  void come_to_rest();
+  bool nothing_acts() const;
   int pair(int age) const { return (now_.pair_first + now_.pair_count - 1 - age) % kPairs; }  // 0: the newest
+  float* response(const Spot& spot, int axis) const {
+    return responses_ + static_cast<std::size_t>(3 * spot.slot + axis) * length_;
+  }
+  const Spot& spot_of(std::int32_t row) const { return spots_[row_spot_[row]]; }
 
   Elements elements_;
   BlockFactor factor_;
@@ -110,35 +186,46 @@ class LargeSolver {
   std::int32_t held_count_ = 0;
   float *u_ = nullptr, *trial_ = nullptr;    // [3 nodes] m
   float *f_ = nullptr, *trial_f_ = nullptr;  // [length] N, dE/du
-  float *g_ = nullptr, *p_ = nullptr;        // [length] projected gradient, N; direction, m
-  float* moves_[kPairs] = {};                // [length] s of each pair
-  float* changes_[kPairs] = {};              // [length] z
-  double* local_moves_[kPairs] = {};         // [max_rows] the part of s and of z in the rows' own compliance
+  // Under a preload: where the body rests and the place of a state, [3 nodes] m; the load there, [length] N.
+  float *base_ = nullptr, *absolute_ = nullptr, *load_ = nullptr;
+  double base_energy_ = 0;  // J
+  double noise_ = 0;        // J, of an energy, by the rounding of the preload's
+  double load_share_ = 1, tolerance_ = kTolerance;
+  float *g_ = nullptr, *p_ = nullptr;  // [length] projected gradient, N; direction, m
+  float* moves_[kPairs] = {};          // [length] s of each pair
+  float* changes_[kPairs] = {};        // [length] z
+  double* local_moves_[kPairs] = {};   // [max_rows] the part of s and of z in the rows' own compliance
   // What a step leaves to the next one, beside vectors and rows.
   struct Kept {
     double curvature[kPairs];  // s . z of each pair
     double scale;              // gamma
     double energy, peak_energy, least_volume, residual;
-    std::int32_t pair_first, pair_count, pairs_since_scale, row_count;
-    std::int32_t pairs_of_other_contacts, solved, at_rest, unused;
+    std::int32_t pair_first, pair_count, pairs_since_scale, row_count, spot_count;
+    std::int32_t pairs_of_other_contacts, solved, at_rest;
   };
   Kept now_ = {};
 
-  std::int32_t max_rows_ = 0, max_nodes_ = 0;
-  LargeRow* row_ = nullptr;            // [max_rows] of the last step, with places in place of nodes
-  std::int32_t* row_place_ = nullptr;  // [max_nodes]
-  double* row_weight_ = nullptr;       // [max_nodes]
-  LargeRow* next_row_ = nullptr;
-  std::int32_t* next_place_ = nullptr;
-  double* next_weight_ = nullptr;
-  std::int32_t *slot_ = nullptr, *next_slot_ = nullptr;  // [max_rows] of each row in responses_
-  bool* slot_used_ = nullptr;
-  float** responses_ = nullptr;                      // [max_rows] -> [length] columns of Y
-  double* contact_ = nullptr;                        // [max_rows][max_rows] Cholesky factor of C
+  std::int32_t max_rows_ = 0, max_nodes_ = 0, max_spots_ = 0;
+  std::size_t stride_ = 0;                         // numbers from one row of the matrices to the next
+  LargeRow *row_ = nullptr, *next_row_ = nullptr;  // [max_rows] of the last step, with places in place of nodes
+  Spot *spots_ = nullptr, *next_spots_ = nullptr;  // [max_spots]
+  std::int32_t *row_place_ = nullptr, *next_place_ = nullptr;  // [max_nodes]
+  double *row_weight_ = nullptr, *next_weight_ = nullptr;      // [max_nodes]
+  std::int32_t* row_spot_ = nullptr;                           // [max_rows]
+  bool* slot_used_ = nullptr;                                  // [max_spots]
+  float* responses_ = nullptr;                                 // [max_spots][3][length] columns of Y, along x, y and z
+  std::int32_t* generation_ = nullptr;                         // [max_spots] counts what was in the slot
+  double* largest_response_ = nullptr;                         // [max_spots][3] m/N, the longest displacement of a node
+  double* between_spots_ = nullptr;                            // [max_rows][stride] W Y along x, y and z of the spots
+  double* compliance_ = nullptr;                               // [max_rows][stride] C
+  double* contact_ = nullptr;                        // [max_rows][stride] Cholesky factor of C, of the rows that hold
+  std::uint8_t* holds_ = nullptr;                    // [max_rows]
+  double* applied_ = nullptr;                        // [max_rows] N, of rows that do not hold
   double *local_ = nullptr, *next_local_ = nullptr;  // [max_rows] N, s of each row
   double *multiplier_ = nullptr, *local_g_ = nullptr, *local_p_ = nullptr, *trial_local_ = nullptr, *work_ = nullptr,
          *work2_ = nullptr;  // [max_rows]
-  bool rows_changed_ = false;
+  bool spots_changed_ = false, rows_changed_ = false;
+  std::int32_t response_solves_ = 0;
 };
 
 }  // namespace palpate

@@ -20,10 +20,10 @@ bool is_sound(const palpate_contact_node& node, std::int32_t columns) {
 }  // namespace
 
 bool QueriedField::create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable,
-                          std::int32_t node_capacity) {
+                          std::int32_t node_capacity, bool large) {
   const std::size_t capacity = static_cast<std::size_t>(node_capacity),
                     surface = static_cast<std::size_t>(tensors.surface_nodes);
-  touchable_ = touchable;
+  touchable_ = touchable, large_ = large;
   loads_ = memory.array<Load>(capacity);
   row_ = memory.array<const void*>(3 * capacity);
   coefficient_ = memory.array<double>(3 * capacity);
@@ -32,7 +32,27 @@ bool QueriedField::create(SceneMemory& memory, const Tensors& tensors, const std
   return !memory.failed();
 }
 
+// field: [nodes][3] m, or nullptr for the surface at rest.
+std::uint32_t QueriedField::copy_field(const float* field, std::int32_t nodes) {
+  std::uint32_t flags = 0;
+  double most = 0, change = 0;
+  for (std::int32_t n = 0; n < nodes; ++n) {
+    Vec3 u;
+    if (field) {
+      const float* const at = field + 3 * static_cast<std::size_t>(n);
+      u = {static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2])};
+    }
+    if (!(dot(u, u) <= 1e12)) u = Vec3{}, flags = PALPATE_STEP_BAD_INPUT;
+    const Vec3 moved = u - known_[n];
+    most = std::max(most, dot(u, u)), change = std::max(change, dot(moved, moved));
+    known_[n] = u;
+  }
+  norm_ = std::sqrt(most), path_ += std::sqrt(change);
+  return flags;
+}
+
 std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* contacts) {
+  if (large_) return copy_field(contacts ? palpate_contacts_field(contacts) : nullptr, tensors.surface_nodes);
   std::uint32_t flags = 0;
   const std::int32_t sent = contacts ? contacts->node_count : 0;
   std::int32_t count = 0;
@@ -85,6 +105,7 @@ double QueriedField::norm_of_loads(const Tensors& tensors) const {
 }
 
 Vec3 QueriedField::at_node(const Tensors& tensors, std::int32_t node) {
+  if (large_) return known_[node];
   if (count_ == 0) return {};
   if (stamp_[node] == now_) return known_[node];
   Vec3 u;

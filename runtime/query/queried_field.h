@@ -12,11 +12,13 @@ namespace palpate {
 
 class QueriedField {
  public:
-  // touchable: [columns] the surface node of each tensor column, borrowed.
-  bool create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable, std::int32_t node_capacity);
+  // touchable: [columns] the surface node of each tensor column, borrowed. large: the contacts hold the displacements themselves,
+  // as under large deformation; norms are then lengths.
+  bool create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable, std::int32_t node_capacity,
+              bool large);
 
   // Takes over the contact nodes; contacts: laid out (contact_nodes.h), or nullptr for the surface at rest. Returns the step flags.
-  // Cost: a comparison where they are those of the last call, else nodes^2 entries of the tensors.
+  // Cost: a comparison where they are those of the last call, else nodes^2 entries of the tensors. Large: a pass over the surface.
   std::uint32_t set(const Tensors& tensors, const palpate_contacts* contacts);
 
   // Displacement of a surface node, m. The field remembers it until the contacts change.
@@ -29,12 +31,14 @@ class QueriedField {
     Vec3 modified;  // m, u~
   };
   double norm_of_loads(const Tensors& tensors) const;
+  std::uint32_t copy_field(const float* field, std::int32_t nodes);
 
   const std::int32_t* touchable_ = nullptr;
   Load* loads_ = nullptr;          // [capacity]
   const void** row_ = nullptr;     // [capacity][3] stored displacement rows; unused with a stored compliance
   double* coefficient_ = nullptr;  // [capacity][3] m, of each row
   std::int32_t count_ = 0;
+  bool large_ = false;
   double norm_ = 0, path_ = 0;      // sqrt(J), as surface_tree.h explains
   Vec3* known_ = nullptr;           // [surface nodes] m
   std::uint32_t* stamp_ = nullptr;  // [surface nodes] of the evaluation

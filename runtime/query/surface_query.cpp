@@ -14,9 +14,9 @@ constexpr int kMostPieces = 1024;
 }  // namespace
 
 bool SurfaceQuery::create(SceneMemory& memory, const Tensors* tensors, const std::int32_t* touchable,
-                          std::int32_t node_capacity, const FineSurface* fine) {
+                          std::int32_t node_capacity, const FineSurface* fine, bool large) {
   tensors_ = tensors, fine_ = fine;
-  return field_.create(memory, *tensors, touchable, node_capacity);
+  return field_.create(memory, *tensors, touchable, node_capacity, large);
 }
 
 template <class Visit>

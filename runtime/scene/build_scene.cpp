@@ -172,22 +172,23 @@ double eigenvalue_bound(Mat3 c) {
   return size * bound;
 }
 
-// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach.
-bool set_reaches(const SectionReader& reader, const Tensors& tensors, const std::int32_t* touchable,
-                 const FineSurface* fine, SurfaceTree& tree) {
+// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
+// deformation norms are lengths.
+bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
+                 const std::int32_t* touchable, const FineSurface* fine, SurfaceTree& tree) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
   double* const reach = scratch.array<double>(count);
   if (reach) {
     double most = 0;
     std::fill(reach, reach + count, -1.0);
-    for (std::int32_t k = 0; k < tensors.columns; ++k) {
+    for (std::int32_t k = 0; k < tensors.columns && !deforms_largely(def); ++k) {
       Mat3 compliance;
       self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(k), &compliance);
       reach[touchable[k]] = std::sqrt(eigenvalue_bound(compliance));
       most = std::max(most, reach[touchable[k]]);
     }
-    std::replace(reach, reach + count, -1.0, most);
+    std::replace(reach, reach + count, -1.0, deforms_largely(def) ? 1 : most);
     if (!fine) tree.set_reach(reach);
   }
   double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
@@ -217,9 +218,13 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
   const FineSurface* const fine = fine_surface_of(touch);
   if (!build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), touch.tree))
     return reader.no_memory("collision");
-  if (deformed &&
-      (!touch.field.create(reader.memory(), def.max_contact_nodes, most_constraints(def), reader.surface_nodes()) ||
-       !set_reaches(reader, tensors, touchable, fine, touch.tree)))
+  const auto create_field = [&] {
+    if (!deforms_largely(def))
+      return touch.field.create(reader.memory(), def.max_contact_nodes, most_constraints(def), reader.surface_nodes());
+    touch.field.follow(&touch.body_field);
+    return true;
+  };
+  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.tree)))
     return reader.no_memory("collision");
   if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, fine))
     return reader.no_memory("collision");
@@ -317,8 +322,8 @@ bool is_an_order(const HyperelasticBody& body, const std::int32_t* order, std::i
   return true;
 }
 
-palpate_status build_deforming_body(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                                    TouchState& touch, ShapeState& shape) {
+palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
+                                   DeformingBody& deforming) {
   // These are needed until the body is made.
   const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
   const char* const effect = "deformation LARGE";
@@ -329,6 +334,7 @@ palpate_status build_deforming_body(const SectionReader& reader, const palpate_s
   if (scratch.failed()) return reader.no_memory("deformation");
   if (const palpate_status status = read_large_body(reader, &body, laws)) return status;
   const std::int32_t* order = nullptr;
+  const double* preload = nullptr;
   const std::uint64_t count = reader.find(SectionId::large_order)->shape[0];
   using Sections = formats::IndexedSections;
   palpate_status status = of_scratch.copy_indices(SectionId::large_order, count, &Sections::large_order, &order);
@@ -337,35 +343,65 @@ palpate_status build_deforming_body(const SectionReader& reader, const palpate_s
                                      &body.tetrahedra);
   if (status == PALPATE_OK)
     status = of_scratch.copy_indices(SectionId::region, reader.counts().tetrahedra, &Sections::region, &body.region);
+  if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
   if (status != PALPATE_OK) return status;
   if (!is_an_order(body, order, static_cast<std::int32_t>(count), seen))
     return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::large_order)->offset,
                 "large/order: expected each node that is not held once, found another list; rebuild the bundle");
-  switch (touch.body.create(reader.memory(), body, order, static_cast<std::int32_t>(count), def.max_contact_nodes,
-                            most_constraints(def))) {
+  for (std::int64_t i = 0; preload && i < 3 * static_cast<std::int64_t>(body.node_count); ++i)
+    if (!(std::fabs(preload[i]) <= 1e6))
+      return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
+  DeformingBody::Limits limits;
+  limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
+  limits.gives_way = contacts_may_give_way(def);
+  switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
       return reader.no_memory("deformation");
     case LargeSolver::Created::not_definite:
       return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
                   "deformation LARGE: the stiffness of the bundle's mesh is not positive definite; rebuild the bundle");
+    case LargeSolver::Created::no_equilibrium:
+      return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                  "deformation LARGE: expected a preload under which the body comes to rest, found one that flattens "
+                  "its tetrahedra; take a stiffer tissue, a smaller load, or preload OFF");
     case LargeSolver::Created::made:
       break;
   }
-  const std::int32_t of_shape[] = {0, reader.surface_nodes(), body.node_count};
-  touch.field_nodes = shape.field_nodes = of_shape[def.shape];
+  if (!preload) return PALPATE_OK;
+  // The organ rests where the loads bring it in truth.
+  double* const rest = reader.memory().array<double>(3 * static_cast<std::size_t>(body.node_count));
+  if (!rest) return reader.no_memory("deformation");
+  for (std::int32_t n = 0; n < body.node_count; ++n) store3(deforming.rest_displacement(n), rest + 3 * n);
+  reader.replace_preload(rest);
   return PALPATE_OK;
 }
 
-palpate_status build_deforming_body(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
-                                    ShapeState& shape) {
+palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_def& def, DeformingBody& deforming) {
   SceneMemory scratch(def.allocator);
-  const palpate_status status = build_deforming_body(reader, def, scratch, touch, shape);
+  const palpate_status status = make_deforming_body(reader, def, scratch, deforming);
   scratch.release_all();
   return status;
 }
 
+// After the surface and the limits of contacts are known.
+palpate_status connect_deforming_body(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
+                                      ShapeState& shape) {
+  if (def.law != PALPATE_LAW_STICKING && !touch.body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(),
+                                                                    touch.triangles, reader.triangles()))
+    return reader.no_memory("deformation");
+  if (uses_body_field(def) &&
+      !touch.body_field.create(reader.memory(), &touch.body, most_constraints(def), reader.surface_nodes()))
+    return reader.no_memory("deformation");
+  const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes),
+                     of_shape[] = {def.queries == PALPATE_QUERIES_OFF ? 0 : reader.surface_nodes(),
+                                   reader.surface_nodes(), nodes};
+  touch.field_nodes = shape.field_nodes = of_shape[def.shape];
+  return PALPATE_OK;
+}
+
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch))
+  return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
+                             deforms_largely(def) ? &touch.body_field : nullptr)
              ? PALPATE_OK
              : reader.no_memory("report");
 }
@@ -384,9 +420,10 @@ palpate_status build_relaxation(const SectionReader& reader, const palpate_scene
 palpate_status build_queries(const SectionReader& reader, const palpate_scene_def& def, const TouchState& touch,
                              const Tensors& tensors, const std::int32_t* touchable, SurfaceQuery& query) {
   const FineSurface* const fine = fine_surface_of(touch);
-  const bool made = build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
-                    query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine) &&
-                    set_reaches(reader, tensors, touchable, fine, query.tree());
+  const bool made =
+      build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
+      query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine, deforms_largely(def)) &&
+      set_reaches(reader, def, tensors, touchable, fine, query.tree());
   return made ? PALPATE_OK : reader.no_memory("queries");
 }
 
@@ -524,12 +561,10 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
     return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
   if (def.deformation == PALPATE_DEFORMATION_LARGE &&
-      (def.law != PALPATE_LAW_STICKING || def.collision == PALPATE_COLLISION_DEFORMED ||
-       def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF || def.preload != PALPATE_PRELOAD_OFF ||
-       def.queries != PALPATE_QUERIES_OFF || def.report != PALPATE_REPORT_OFF || def.fine_surface))
+      (def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF))
     return bad(
-        "deformation LARGE works with law STICKING, collision OFF or REST, force OFF or LINEAR, and without radial, "
-        "preload, fine_surface, queries and report; leave the others at their defaults or take deformation LINEAR");
+        "deformation LARGE is right at any depth without the measured response; leave force and radial at their "
+        "defaults, or take deformation LINEAR");
   if (asks_for_missing_effects(def))
     return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
   return PALPATE_OK;
@@ -546,7 +581,7 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def) {
 palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   const palpate_scene_def& def = scene.def;
   palpate_bundle& bundle = scene.context.bundle;
-  const SectionReader reader(bundle, scene.memory, error);
+  SectionReader reader(bundle, scene.memory, error);
   const std::int32_t* touchable = nullptr;
   TouchState& touch = scene.touch;
   ShapeState& shape = scene.shape;
@@ -562,6 +597,8 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   };
   step(true, use.contacts,
        [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
+  step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
+       [&] { return make_deforming_body(reader, def, touch.body); });
   step(needs_triangles(def), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
   step(needs_rest(def), use.surface, [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
   step(needs_surface(def), use.surface, [&] { return build_surface(reader, def, touch); });
@@ -575,7 +612,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
-       [&] { return build_deforming_body(reader, def, touch, shape); });
+       [&] { return connect_deforming_body(reader, def, touch, shape); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });

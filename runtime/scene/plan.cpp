@@ -76,9 +76,13 @@ class SectionsOf {
   }
 
   Sections deformation() const {
-    Sections sections = {
-        "mesh/nodes mesh/tetrahedra mesh/region boundary/fixed material/young material/poisson large/order "
-        "large/stiffening provenance"};
+#define PALPATE_LARGE_SECTIONS                                                                         \
+  "mesh/nodes mesh/tetrahedra mesh/region boundary/fixed material/young material/poisson large/order " \
+  "large/stiffening "                                                                                  \
+  "provenance"
+    const bool preload = def_.preload == PALPATE_PRELOAD_ON;
+    Sections sections = {preload ? PALPATE_LARGE_SECTIONS " preload/displacement" : PALPATE_LARGE_SECTIONS};
+    if (preload) sections.bytes += bytes(SectionId::preload_displacement);
     for (const SectionId id :
          {SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
           SectionId::poisson, SectionId::large_order, SectionId::large_stiffening, SectionId::provenance})
@@ -93,7 +97,9 @@ class SectionsOf {
  private:
   // How the bundle stores the surface's displacements.
   enum class Form { rows, scaled_rows, blocks };
-  const formats::SectionEntry* find(SectionId id) const { return formats::find_section(bundle_.index, id); }
+  const formats::SectionEntry* find(SectionId id) const {
+    return formats::find_section(bundle_.index, id);
+  }
   bool is_half(SectionId id) const {
     const formats::SectionEntry* entry = find(id);
     return entry && static_cast<formats::ElementType>(entry->type) == formats::ElementType::f16;
@@ -147,9 +153,11 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
   step(Pass::rows, models[def.contact], "touch",
        maps_triangles ? Sections{"mesh/triangles", sections.bytes(SectionId::triangles)} : Sections{},
        needs_surface(def) ? 0 : memory.surface);
+  static const char* const large_laws[] = {"deformation: large, sticking", "deformation: large, sliding",
+                                           "deformation: large, unilateral", "deformation: large, coulomb"};
   const bool large = def.deformation == PALPATE_DEFORMATION_LARGE;
   if (large)
-    step(Pass::contact, "deformation: large", "touch", sections.deformation(), memory.contacts + memory.deformation);
+    step(Pass::contact, large_laws[def.law], "touch", sections.deformation(), memory.contacts + memory.deformation);
   else
     step(Pass::contact, laws[def.law], "touch", sections.contacts(), memory.contacts);
   if (def.force == PALPATE_FORCE_LINEAR) step(Pass::force, "force: linear", "touch");

@@ -17,7 +17,8 @@ palpate_status SectionReader::map_rows(SectionId id, DisplacementRows* out) cons
 }
 
 palpate_status SectionReader::map_preload(const palpate_scene_def& def, const double** out) const {
-  *out = nullptr;
+  *out = preload_;
+  if (preload_) return PALPATE_OK;
   if (def.preload == PALPATE_PRELOAD_OFF) return PALPATE_OK;
   return map_for("preload ON", SectionId::preload_displacement, out);
 }

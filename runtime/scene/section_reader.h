@@ -63,6 +63,8 @@ class SectionReader {
 
   // preload/displacement, [N][3] m; nullptr where the scene has no preload.
   palpate_status map_preload(const palpate_scene_def& def, const double** out) const;
+  // From now on map_preload() gives these numbers, [N][3] m, borrowed.
+  void replace_preload(const double* preload) { preload_ = preload; }
 
   // a + b of the first `nodes` nodes, as T, in `memory`. b may be nullptr.
   template <class T>
@@ -96,6 +98,7 @@ class SectionReader {
   palpate_bundle& bundle_;
   SceneMemory& memory_;
   palpate_error* error_;
+  const double* preload_ = nullptr;
 };
 
 }  // namespace palpate

@@ -33,6 +33,11 @@ class WorkBounds {
                  laws = gives_way ? 2 * (6 * rows() * rows() + 1600 * contacts()) + 60 * (shared * shared + nodes) : 0;
     return (5 * rows() * rows() + limit + laws) / kDense + renewals(contacts()) + 1.25 * most() + 2 * kMeasuring;
   }
+  // Of laws under large deformation, which are solved anew in each round: what is left of the step's operations, and one sweep.
+  double laws() const {
+    if (!contacts_may_give_way(def_)) return 0;
+    return most() + DeformingBody::kMostRounds * (8 * rows() * rows() + 1600 * contacts()) / kDense;
+  }
 
  private:
   static constexpr double kTriangle = 200, kMeasuring = 30'000, kRowsOfAContact = 9, kSweeps = 10;
@@ -69,7 +74,7 @@ void state_work_bounds(palpate_scene& scene) {
   };
   if (scene.def.collision != PALPATE_COLLISION_OFF) state(Pass::collision, bounds.collision());
   state(Pass::contact, scene.def.deformation == PALPATE_DEFORMATION_LARGE
-                           ? static_cast<double>(scene.touch.body.most_operations())
+                           ? static_cast<double>(scene.touch.body.most_operations()) + bounds.laws()
                            : bounds.contact());
 }
 

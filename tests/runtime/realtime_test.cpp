@@ -149,8 +149,9 @@ std::vector<palpate_scene_def> every_effect() {
         const bool deforms = contact == PALPATE_CONTACT_NODE
                                  ? collision == PALPATE_COLLISION_OFF
                                  : contact == PALPATE_CONTACT_PATCH && collision == PALPATE_COLLISION_REST;
-        if (on || !deforms) continue;
+        if (on ? collision != PALPATE_COLLISION_DEFORMED : !deforms) continue;
         def.deformation = PALPATE_DEFORMATION_LARGE;
+        def.force = PALPATE_FORCE_LINEAR, def.radial = PALPATE_RADIAL_OFF;
         all.push_back(def);
       }
   return all;

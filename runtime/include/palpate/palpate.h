@@ -291,8 +291,8 @@ typedef enum palpate_deformation_model {
   PALPATE_DEFORMATION_LINEAR, /* by superposition of the tensors: right for small displacements                    */
   PALPATE_DEFORMATION_LARGE /* as the hyperelastic body that its mesh and laws make: forces and shape are right at any depth,
                                  and a step takes longer (docs/method.md, section 14). The bundle must have been made for it
-                                 (palpate-precompute --large-deformation). So far with law STICKING, collision OFF or REST, and
-                                 without RESPONSE, preload, queries and report; another combination is refused            */
+                                 (palpate-precompute --large-deformation). RESPONSE is refused beside it: it corrects a
+                                 linear answer                                                                            */
 } palpate_deformation_model;
 
 /* Whether a force decays while a displacement is held. */
@@ -675,8 +675,8 @@ enum {
                                              out, some free points may have come in, and some contacts stay where they are
                                              although they should slide. The next steps begin with these                    */
   PALPATE_STEP_SOLVE_INEXACT    = 1 << 11, /* UNILATERAL, COULOMB: the solver came to its limit with a law missed by more than 1e-6
-                                             of the step's largest u* plus 1e-9 m. Pushes never pull, friction is never exceeded,
-                                             and the force has the bound of REGULARISED                                         */
+                                             of the step's largest u* plus 1e-9 m (LARGE: 5 %). Pushes never pull, friction is never
+                                             exceeded; but for LARGE, the force has the bound of REGULARISED                    */
   PALPATE_STEP_DISCS_THINNED    = 1 << 12, /* max_contact_nodes is short: a disc acts on so few of its nodes that these carry less
                                              than 95 % of it, or a POINT on fewer than its three. Its force is then too small, by
                                              up to a half on a single node. A disc with 95 % has its force within about 5 %      */

@@ -1,0 +1,87 @@
+// The displacement of the surface under large deformation, with the bounds and predictions that collision asks for. ContactField
+// answers the same questions for the linear organ, and states them.
+//
+// What one contact does to the surface has no exact meaning here. A contact that is alone does all of it. Of several, each has the
+// linear response to its force, times the ratio of the displacement that its rows have and that which all responses together give
+// them: so the parts add up at the contacts.
+// Norms are lengths: a surface node has moved by at most norm() metres.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/base/step_work.h"
+#include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/deforming_body.h"
+
+namespace palpate {
+
+class BodyField {
+ public:
+  // body: borrowed; its contacts are those of the last set().
+  bool create(SceneMemory& memory, const DeformingBody* body, std::int32_t constraint_capacity,
+              std::int32_t surface_nodes);
+  void forget();
+
+  // Call it before the body takes a step's contacts: what contacts that have ended did goes out of the field.
+  void begin_solve();
+  // Takes over the body after a step. force: [node_count] N. solved: false where the step had no solution.
+  // Cost: a pass over the surface nodes.
+  void set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work);
+
+  bool empty() const { return !moves_ && contact_count_ == 0; }
+  void drop(std::int32_t tool, std::int32_t point);
+  Vec3 at_node(std::int32_t node, Operations* work) const;
+  Vec3 before_at_node(std::int32_t node, Operations* work) const {
+    *work += 3;
+    return read(start_, node);
+  }
+  // Of the body after the step before, whichever contacts have ended since.
+  Vec3 last_at_node(std::int32_t node) const { return read(last_field_, node); }
+  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work) const;
+  bool predict_without(std::int32_t tool, std::int32_t point, Operations* work);
+  Vec3 predicted_at_node(std::int32_t node, Operations* work) const;
+  bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
+  double predicted_norm() const { return norm_ + predicted_apart_; }
+  double predicted_apart() const { return predicted_apart_; }
+  double norm() const { return norm_; }
+  double path() const { return path_; }
+  double last_change() const { return path_ - path_before_; }
+  double own_norm(std::int32_t tool, std::int32_t point) const;
+  double norm_without(std::int32_t tool, std::int32_t point) const;
+  double last_change_without(std::int32_t tool, std::int32_t point) const;
+
+ private:
+  // A contact: its rows, and what it does.
+  struct Contact {
+    std::int32_t tool, point, first, end;  // rows
+    std::int64_t response;                 // LargeSolver::response_id of its only spot; -1: it has several
+    double sum[3];                         // N, its own part as a force on that spot
+    double force[3];                       // N
+    double own, own_change;                // m
+    std::int32_t dropped, unused;
+  };
+  const Contact* find(std::int32_t tool, std::int32_t point) const;
+  bool alone() const { return contact_count_ == 1; }
+  Vec3 response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node,
+                   Operations* work) const;
+  static Vec3 read(const float* field, std::int32_t node) {
+    const float* const u = field + 3 * static_cast<std::size_t>(node);
+    return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  }
+  void gather(const ContactConstraints& set, const Vec3* force);
+  void find_own_parts();
+
+  const DeformingBody* body_ = nullptr;
+  std::int32_t surface_nodes_ = 0, contact_count_ = 0, last_count_ = 0, dropped_ = 0, moves_ = 0;
+  // [surface_nodes][3] m: after the last step; after the one before, less what ended; the same with it
+  float *now_ = nullptr, *start_ = nullptr, *last_field_ = nullptr;
+  Contact *contacts_ = nullptr,
+          *last_ = nullptr;  // [constraint_capacity] ascending by tool and point; of this step and the last
+  double *own_ = nullptr,
+         *drops_ = nullptr;  // [3 constraint_capacity] N, of each row: the contacts' own parts; those dropped
+  double *predicted_ = nullptr, *column_ = nullptr, *together_ = nullptr;  // [3 constraint_capacity]
+  double norm_ = 0, norm_before_ = 0, path_ = 0, path_set_ = 0, path_before_ = 0, predicted_apart_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,55 @@
+// How the deformed surface has turned at a contact: laws act along its present normal.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/base/vec3.h"
+#include "runtime/contact/contact_constraints.h"
+
+namespace palpate {
+
+class TurnedSurface {
+ public:
+  // rest: [nodes][3] m; triangles: [triangle_count][3] node indices, checked. Both are borrowed.
+  bool create(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
+              std::int32_t triangle_count);
+  bool made() const { return fan_ != nullptr; }
+
+  // The smallest rotation from the mean normal of these nodes at rest, weighted, to that of now. displacement(node): Vec3, m.
+  // The identity where a normal is not defined or has turned by more than 150 degrees.
+  // Cost: some six triangles a node.
+  template <class Displacement>
+  Mat3 turn(const ContactNode* nodes, std::int32_t count, Displacement displacement) const {
+    Vec3 before, now;
+    for (std::int32_t e = 0; e < count; ++e) {
+      before += nodes[e].weight * unit_or_zero(normal(nodes[e].node, [](std::int32_t) { return Vec3{}; }));
+      now += nodes[e].weight * unit_or_zero(normal(nodes[e].node, displacement));
+    }
+    return rotation(unit_or_zero(before), unit_or_zero(now));
+  }
+
+ private:
+  // The sum of the normals of the triangles around a node, weighted by their areas.
+  template <class Displacement>
+  Vec3 normal(std::int32_t node, Displacement displacement) const {
+    Vec3 sum;
+    for (std::int32_t f = fan_start_[node]; f < fan_start_[node + 1]; ++f) {
+      Vec3 corner[3];
+      for (int v = 0; v < 3; ++v) {
+        const std::int32_t n = triangles_[3 * static_cast<std::size_t>(fan_[f]) + static_cast<std::size_t>(v)];
+        corner[v] = load3(rest_ + 3 * static_cast<std::size_t>(n)) + displacement(n);
+      }
+      sum += cross(corner[1] - corner[0], corner[2] - corner[0]);
+    }
+    return sum;
+  }
+  static Mat3 rotation(Vec3 from, Vec3 to);
+
+  const double* rest_ = nullptr;
+  const std::int32_t* triangles_ = nullptr;
+  std::int32_t* fan_start_ = nullptr;  // [nodes + 1] into fan_
+  std::int32_t* fan_ = nullptr;        // [3 triangles] the triangles around each node
+};
+
+}  // namespace palpate
