@@ -1,8 +1,8 @@
 // Bodies and scenes for the tests of large deformation through the C API.
 #pragma once
 
-#include "tests/runtime/touched_box.h"
 #include "studies/hyperelastic/large_reference.h"
+#include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
 

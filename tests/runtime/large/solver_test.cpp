@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "precompute/elements/discretisation.h"
-#include "tests/runtime/large/discs.h"
 #include "studies/hyperelastic/large_reference.h"
+#include "tests/runtime/large/discs.h"
 
 namespace palpate::tests {
 namespace {

@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <random>
 
-#include "tests/runtime/large/discs.h"
 #include "studies/hyperelastic/large_reference.h"
+#include "tests/runtime/large/discs.h"
 
 namespace palpate::tests {
 namespace {
