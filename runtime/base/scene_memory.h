@@ -83,7 +83,7 @@ class SceneMemory {
       return !is_array && asked >= begin && asked < begin + bytes ? static_cast<std::ptrdiff_t>(asked - begin) : -1;
     }
   };
-  static constexpr int kMaxKept = 256;
+  static constexpr int kMaxKept = 512;
   const Kept* kept() const { return kept_; }
   int kept_count() const { return kept_count_; }
 
@@ -95,7 +95,7 @@ class SceneMemory {
       kept_[kept_count_++] = kept;
   }
   void* take(std::size_t count, std::size_t each);
-  static constexpr int kMaxArrays = 256;
+  static constexpr int kMaxArrays = 512;
   palpate_allocator host_;
   void* arrays_[kMaxArrays] = {};
   int array_count_ = 0;
