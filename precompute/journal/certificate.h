@@ -19,7 +19,7 @@ struct Certificate {
   double cast_error = 0;  // largest ||T stored - T solved|| / ||T solved|| of a column
   double preload_residual = 0;
   double locking_estimate = 0;      // of LockingEstimate; 0 where it is not measured
-  double reciprocal_condition = 0;  // of the stiffness, an upper bound; 0 where the solver tells none
+  double reciprocal_condition = 0;  // of the stiffness, about; 0 where the solver tells none
 };
 
 // records: one for each batch. Fills sample. The caller fills in the last three members.

@@ -191,12 +191,12 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
 // Where the condition number of K is large, a column with a small residual may have a large error: at 1e12 only four digits are
 // certain.
 void warn_of_condition(const ColumnSolver& solver) {
-  const double bound = solver.reciprocal_condition();
-  if (bound > 0 && bound < 1e-12)
+  const double reciprocal = solver.reciprocal_condition();
+  if (reciprocal > 0 && reciprocal < 1e-12)
     warn(
-        fmt::format("the stiffness matrix has a condition of at least {:.1g}: displacements may be off by {:.1g} of "
+        fmt::format("the stiffness matrix has a condition of about {:.1g}: displacements may be off by {:.1g} of "
                     "themselves; look for slivers, barely held parts and extreme contrasts of stiffness",
-                    1 / bound, 2.2e-16 / bound));
+                    1 / reciprocal, 2.2e-16 / reciprocal));
 }
 
 std::vector<ColumnBatch> batches_of(const ElasticBody& body, const HeldStiffness& held, const ColumnSolver& solver) {

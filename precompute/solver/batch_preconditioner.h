@@ -32,7 +32,8 @@ class BatchPreconditioner {
   // M is K up to rounding (a factor), so that M^-1 b is an initial guess which usually meets the tolerance.
   virtual bool is_exact() const { return false; }
 
-  // An upper bound of 1 / condition of K, from the diagonal of its factor; 0 where there is no factor.
+  // From the diagonal of a factor: an upper bound of 1 / condition of K where K itself is factored, an estimate where the
+  // pressure form of K is; 0 where there is no factor.
   virtual double reciprocal_condition() const { return 0; }
 
   // Position of each block row in the elimination order; empty where nothing is eliminated. Columns whose loaded rows are

@@ -79,7 +79,7 @@ class ColumnSolver {
   // Position of each block row in the preconditioner's elimination order; empty where it has none.
   std::span<const std::int32_t> row_order() const;
 
-  // An upper bound of 1 / condition of K; 0 where the preconditioner states none.
+  // About 1 / condition of K, as BatchPreconditioner says; 0 where the preconditioner states none.
   double reciprocal_condition() const;
 
  private:
