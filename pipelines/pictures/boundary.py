@@ -37,7 +37,7 @@ def main():
         fixed, touchable = file["boundary/fixed"][:].any(axis=1), np.zeros(len(nodes), bool)
         touchable[file["tensors/nodes"][:]] = True
         tetrahedra, region = file["mesh/tetrahedra"][:], file["mesh/region"][:]
-        names = [name for name in file["material/names"].asstr()[()].split("\n") if name]
+        names = mesh.names_of_regions(file)
         frame = file.attrs.get("frame", "none")
         soft = file["boundary/foundation"][:].any(axis=1) if "boundary/foundation" in file else np.zeros(len(triangles), bool)
     # A triangle with held and touchable nodes is shown as neither. What is softly supported may be touched as well.
@@ -60,11 +60,7 @@ def main():
         sides.append((mesh.view_of_all(nodes, triangles, of_triangle), "where all tissues are seen"))
     figure, panels = plt.subplots(1, len(sides), figsize=(7.5 * len(sides), 6.8))
     for panel, (look_from, title) in zip(panels, sides):
-        image, pixel = offscreen.render(actors, look_from, size=(900, 700), zoom=1.1, bounds=offscreen.bounds_of(nodes))
-        panel.imshow(image)
-        panel.set_title(title, fontsize=15)
-        panel.axis("off")
-        offscreen.draw_scale(panel, image, pixel, nodes.mean(axis=0), look_from, size, frame)
+        mesh.show_side(panel, actors, look_from, title, nodes, frame, zoom=1.1)
     areas = areas_of(nodes, triangles)
     lines = []
     supported = np.zeros(len(nodes), bool)

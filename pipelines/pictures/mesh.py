@@ -129,6 +129,19 @@ def side_that_shows(nodes, triangles, held):
     return BEHIND if outward @ np.array(FRONT) < 0 else FRONT
 
 
+def names_of_regions(file):
+    return [name for name in file["material/names"].asstr()[()].split("\n") if name]
+
+
+def show_side(panel, actors, look_from, title, nodes, frame, zoom, fontsize=15):
+    """One view of the whole body, with its letters and its scale. nodes: mm."""
+    image, pixel = offscreen.render(actors, look_from, size=(900, 700), zoom=zoom, bounds=offscreen.bounds_of(nodes))
+    panel.imshow(image)
+    panel.set_title(title, fontsize=fontsize)
+    panel.axis("off")
+    offscreen.draw_scale(panel, image, pixel, nodes.mean(axis=0), look_from, np.linalg.norm(np.ptp(nodes, axis=0)), frame)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("bundle")
@@ -137,7 +150,7 @@ def main():
     with h5py.File(arguments.bundle, "r") as file:
         nodes, tetrahedra = file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/tetrahedra"][:]
         region, frame = file["mesh/region"][:], file.attrs.get("frame", "none")
-        names = [name for name in file["material/names"].asstr()[()].split("\n") if name]
+        names = names_of_regions(file)
         triangles, fixed = file["mesh/triangles"][:], file["boundary/fixed"][:].all(axis=1)
         stiffness = file["boundary/foundation"][:].max(axis=1) if "boundary/foundation" in file else np.zeros(len(triangles))
     held = fixed[triangles].all(axis=1)
@@ -160,11 +173,7 @@ def main():
     titles = ("surface%s: %s triangles; %s" % (seen, format(len(triangles), ","), ", ".join(shown)),
               "cut: %s tetrahedra, %s nodes" % (format(len(tetrahedra), ","), format(len(nodes), ",")))
     for panel, actors, title, look_from in zip(panels, (whole, cut), titles, (side, FRONT)):
-        image, pixel = offscreen.render(actors, look_from, size=(900, 700), zoom=1.35, bounds=offscreen.bounds_of(nodes))
-        panel.imshow(image)
-        offscreen.draw_scale(panel, image, pixel, nodes.mean(axis=0), look_from, np.linalg.norm(np.ptp(nodes, axis=0)), frame)
-        panel.set_title(title, fontsize=14)
-        panel.axis("off")
+        show_side(panel, actors, look_from, title, nodes, frame, zoom=1.35, fontsize=14)
     if len(names) > 1:
         name_regions(figure, names, outside)
     figure.subplots_adjust(left=0.005, right=0.995, bottom=0.005 if len(names) == 1 else 0.07, top=0.93, wspace=0.01)

@@ -17,8 +17,7 @@ import picture_file  # noqa: E402
 def read(bundle):
     """(name of its tissues, nodes in mm, triangles, frame)"""
     with h5py.File(bundle, "r") as file:
-        names = file["material/names"].asstr()[()].split("\n")
-        return (", ".join(name for name in names if name), file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/triangles"][:],
+        return (", ".join(mesh.names_of_regions(file)), file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/triangles"][:],
                 file.attrs.get("frame", "none"))
 
 
@@ -32,7 +31,6 @@ def main():
     if len(frames) > 1:
         raise SystemExit("organs.py: expected bundles of one frame, found %s" % ", ".join(frames))
     nodes = np.vstack([own for _, own, _, _ in organs])
-    size = np.linalg.norm(np.ptp(nodes, axis=0))
     colours = [mesh.OUTSIDE[i % len(mesh.OUTSIDE)] for i in range(len(organs))]
     actors = [mesh.triangles_actor(own, triangles, colour) for (_, own, triangles, _), colour in zip(organs, colours)]
 
@@ -43,11 +41,7 @@ def main():
     sides.append((mesh.view_of_all(nodes, all_triangles, part), "where all organs are seen"))
     figure, panels = plt.subplots(1, len(sides), figsize=(7.5 * len(sides), 6.6))
     for panel, (look_from, title) in zip(panels, sides):
-        image, pixel = offscreen.render(actors, look_from, size=(900, 700), zoom=1.2, bounds=offscreen.bounds_of(nodes))
-        panel.imshow(image)
-        panel.set_title(title, fontsize=15)
-        panel.axis("off")
-        offscreen.draw_scale(panel, image, pixel, nodes.mean(axis=0), look_from, size, frames[0])
+        mesh.show_side(panel, actors, look_from, title, nodes, frames[0], zoom=1.2)
     mesh.name_regions(figure, [name for name, *_ in organs], colours)
     figure.subplots_adjust(left=0.005, right=0.995, bottom=0.07, top=0.94, wspace=0.01)
     picture_file.save(figure, arguments.output)
