@@ -34,22 +34,22 @@ def labels():
     return image
 
 
-def write_nifti(file, image):
-    """NIfTI-1 with its axes from an affine to RAS: x and y of the voxels run to the left and to the back."""
-    header = bytearray(352)
+def write_nifti(file, image, extension=bytes(4)):
+    """NIfTI-1 with its axes from an affine to RAS: x and y of the voxels run to the left and to the back. extension: the bytes between
+    the header and the voxels."""
+    header = bytearray(348)
     struct.pack_into("<i", header, 0, 348)
     struct.pack_into("<8h", header, 40, 3, *image.shape, 1, 1, 1, 1)
     struct.pack_into("<hh", header, 70, 2, 8)  # unsigned char
     struct.pack_into("<8f", header, 76, 1, SPACING, SPACING, SPACING, 0, 0, 0, 0)
-    struct.pack_into("<fff", header, 108, 352, 1, 0)
+    struct.pack_into("<fff", header, 108, 348 + len(extension), 1, 0)
     struct.pack_into("<B", header, 123, 2)  # millimetres
     struct.pack_into("<hh", header, 252, 0, 1)  # the affine is that of the scanner
     for row, axis in enumerate(((-SPACING, 0, 0, 0), (0, -SPACING, 0, 0), (0, 0, SPACING, 0))):
         struct.pack_into("<4f", header, 280 + 16 * row, *axis)
     header[344:348] = b"n+1\0"
     with open(file, "wb") as out, gzip.GzipFile("", "wb", 6, out, mtime=0) as stream:
-        stream.write(bytes(header))
-        stream.write(image.tobytes(order="F"))
+        stream.write(bytes(header) + extension + image.tobytes(order="F"))
 
 
 if __name__ == "__main__":

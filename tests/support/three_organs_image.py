@@ -3,13 +3,13 @@
 
 Labels 1 (spleen, 55 x 60 x 90 mm, in one piece and a speck beside it), 2 (kidney, 40 x 36 x 70 mm) and 40 (vessel, a rod of
 15 mm that leaves the image)."""
-import gzip
 import struct
 import sys
 
 import numpy as np
 
-SPACING = 3.0  # mm
+from labelled_image import SPACING, write_nifti
+
 SHAPE = (60, 36, 44)
 NAMES = {1: "spleen", 2: "kidney", 40: "vessel"}
 
@@ -35,21 +35,7 @@ def extension():
 
 
 def write(file):
-    """NIfTI-1 with its axes from an affine to RAS: x and y of the voxels run to the left and to the back."""
-    image, more = labels(), extension()
-    header = bytearray(348)
-    struct.pack_into("<i", header, 0, 348)
-    struct.pack_into("<8h", header, 40, 3, *image.shape, 1, 1, 1, 1)
-    struct.pack_into("<hh", header, 70, 2, 8)  # unsigned char
-    struct.pack_into("<8f", header, 76, 1, SPACING, SPACING, SPACING, 0, 0, 0, 0)
-    struct.pack_into("<fff", header, 108, 348 + len(more), 1, 0)
-    struct.pack_into("<B", header, 123, 2)  # millimetres
-    struct.pack_into("<hh", header, 252, 0, 1)  # the affine is that of the scanner
-    for row, axis in enumerate(((-SPACING, 0, 0, 0), (0, -SPACING, 0, 0), (0, 0, SPACING, 0))):
-        struct.pack_into("<4f", header, 280 + 16 * row, *axis)
-    header[344:348] = b"n+1\0"
-    with open(file, "wb") as out, gzip.GzipFile("", "wb", 6, out, mtime=0) as stream:
-        stream.write(bytes(header) + more + image.tobytes(order="F"))
+    write_nifti(file, labels(), extension())
 
 
 if __name__ == "__main__":
