@@ -73,10 +73,8 @@ void spread(benchmark::internal::Benchmark* b) {
   for (const int count : {1, 2, 4, 10, 30, 60, 100}) b->Arg(count);
 }
 
-// The same nodes are held in every step, as by a tool in contact, so that the runtime keeps its factor.
-void touch_held(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF;
+// The same state.range(0) nodes are held in every step, as by a tool in contact, so that the runtime keeps its factor.
+void touch_with_held_nodes(benchmark::State& state, const palpate_scene_def& def) {
   const ScenePointer scene = make_scene(def);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
   auto list = grips(static_cast<int>(state.range(0)), 0);
@@ -88,6 +86,12 @@ void touch_held(benchmark::State& state) {
                                                  reinterpret_cast<palpate_contacts*>(memory.data()),
                                                  memory.size() * sizeof memory[0]));
   }
+}
+
+void touch_held(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF;
+  touch_with_held_nodes(state, def);
 }
 BENCHMARK(touch_held)->Apply(spread)->Unit(benchmark::kMicrosecond);
 
@@ -452,17 +456,7 @@ void touch_reported(benchmark::State& state) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = PALPATE_COLLISION_OFF;
   def.report = state.range(1) ? PALPATE_REPORT_CONTACTS : PALPATE_REPORT_OFF;
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
-  auto list = grips(static_cast<int>(state.range(0)), 0);
-  palpate_tool tool = palpate_default_tool();
-  tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
-  for (auto _ : state) {
-    list[0].displacement[0] += 1e-9;
-    benchmark::DoNotOptimize(palpate_scene_touch(scene.get(), &tool, 1, 1e-3,
-                                                 reinterpret_cast<palpate_contacts*>(memory.data()),
-                                                 memory.size() * sizeof memory[0]));
-  }
+  touch_with_held_nodes(state, def);
 }
 BENCHMARK(touch_reported)->ArgsProduct({{1, 4, 12, 60}, {0, 1}})->Unit(benchmark::kMicrosecond);
 
