@@ -11,13 +11,15 @@ namespace palpate {
 //   [ A  B^T ] [ x ]   [ b ]
 //   [ B  -I  ] [ p ] = [ 0 ]
 // where A couples neighbours only. p holds one scaled pressure for each block row of K. Each 4 x 4 block has the rows u_x, u_y,
-// u_z, p. A is positive definite on every part of the body that a neighbour holds, so that the matrix has a factor L S L^T with
-// S = diag(1, 1, 1, -1, ...) in every order of the block rows.
+// u_z, p. A is positive definite on each part of the body whose neighbouring nodes are held. So the matrix has a factor L S L^T
+// with S = diag(1, 1, 1, -1, ...) in every order of the block rows.
 using PressureForm = BlockMatrixOf<4>;
 
-// Of a body under p1-anp whose K without held dofs is `held`, as remove_held_dofs() gives it; the block rows are those of held. Where several regions meet at a node, the largest of its averages has the pressure; the others and those around nodes
-// without a row of K are part of A, which fills in blocks along the interface alone. Foundations and springs are part of A.
-// The matrix is symmetric to the last bit. Cost: about that of assembling K; 132 bytes a block.
+// The pressure form of a body under p1-anp. held: its K without held dofs, as remove_held_dofs() gives it; the block rows are those
+// of held. Where several regions meet at a node, the node has one average for each region. The largest average gets the pressure.
+// The other averages, and those around nodes without a row of K, are part of A; they add blocks along the interface alone.
+// Foundations and springs are part of A. The matrix is symmetric to the last bit. Cost: about that of assembling K; 132 bytes a
+// block.
 PressureForm pressure_form(const ElasticBody& body, const HeldStiffness& held);
 
 }  // namespace palpate

@@ -197,7 +197,7 @@ DatagramFault decode_contacts(std::span<const unsigned char> bytes, const Datagr
   const std::uint32_t tools = in.u32(), nodes = in.u32();
   contacts->newton_steps = in.i32();
   contacts->organ_orientation[0] = 1;  // the pose is not sent
-  contacts->least_volume = 1;          // nor is what the effect `deformation: large` reports
+  contacts->least_volume = 1;          // the least volume of `deformation: large` is not sent
   contacts->residual_displacement = in.f64();
   contacts->residual_force = in.f64();
   const auto at_most = [](std::uint32_t count, int limit) { return count <= static_cast<std::uint32_t>(limit); };

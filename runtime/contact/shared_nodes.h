@@ -22,7 +22,7 @@ class SharedNodes {
   // Takes the nodes of the constraints, which have `rows` rows. Their compliance must be held. False, with nothing that may be used,
   // where products with the rows are as cheap. Cost: 60 multiply-adds for each pair of nodes and for each contact node.
   bool take(const NodeCompliance& held, const ContactConstraints& set, std::int32_t rows);
-  // Takes what another one has; for recorded problems. It must have been created for as many contact nodes.
+  // Copies the nodes of `from`, for recorded problems. This object must have been created for as many contact nodes.
   void copy(const SharedNodes& from);
   // Multiply-adds of I + K W (shared_newton.h) and its factor.
   std::int64_t operations_to_factor() const;

@@ -54,7 +54,7 @@ class LargeSolver {
   static constexpr int kMostSteps = 8;
   // A state is solved where one more step would find less than this share's square of the energy.
   static constexpr double kTolerance = 0.01;
-  // It is unfinished where this share's square was left before the last step.
+  // A step leaves its state unfinished where the residual (LargeOutcome) before the last move exceeds this.
   static constexpr double kUnfinished = 0.05;
   // No step may bring a tetrahedron to this share of its volume.
   static constexpr double kLeastVolume = 0.02;
