@@ -1,5 +1,5 @@
 // Builds and serves the viewer. PALPATE_WASM: folder of simd/palpate.wasm and baseline/palpate.wasm; PALPATE_BUNDLE: the bundle
-// that the page opens by itself; PALPATE_RENDER_MESH: the finer surface that it draws; PALPATE_VIEWER: where the built page goes.
+// that the page opens by itself; PALPATE_BUNDLE_B: the other one of Compare; PALPATE_RENDER_MESH: the finer surface that it draws; PALPATE_VIEWER: where the built page goes.
 import { createReadStream, statSync } from "node:fs";
 import { resolve } from "node:path";
 import { defineConfig } from "vite";
@@ -9,7 +9,7 @@ const wasm = resolve(process.env.PALPATE_WASM ?? `${here}/../../build/web`);
 const out = resolve(process.env.PALPATE_VIEWER ?? `${here}/../../build/viewer`);
 
 // The files that the environment variables name, read again for every request.
-const FILES = { "/bundle.h5": "PALPATE_BUNDLE", "/render.ply": "PALPATE_RENDER_MESH" };
+const FILES = { "/bundle.h5": "PALPATE_BUNDLE", "/bundle-b.h5": "PALPATE_BUNDLE_B", "/render.ply": "PALPATE_RENDER_MESH" };
 const serveFiles = {
   name: "serve-files",
   configurePreviewServer(server) {
@@ -35,7 +35,8 @@ export default defineConfig({
   root: `${here}/viewer`,
   base: "./",
   resolve: { alias: { "@wasm": wasm } },
-  build: { outDir: out, emptyOutDir: true, assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, target: "es2022" },
+  build: { outDir: out, emptyOutDir: true, assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, target: "es2022",
+    rollupOptions: { input: [`${here}/viewer/index.html`, `${here}/viewer/compare.html`] } },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
   plugins: [serveFiles],

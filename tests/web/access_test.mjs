@@ -1,16 +1,9 @@
 // node access_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): the viewer by keyboard alone, on a phone's
 // screen, and under axe-core (https://github.com/dequelabs/axe-core).
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { frame, inState, noTools, open, picture, ready, require } from "./page.mjs";
-
-const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-async function violations(page) {
-  await page.evaluate(axe);
-  const { violations: found } = await page.evaluate(() => globalThis.axe.run(document));
-  return found.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.target.join(" ")}: ${node.any[0]?.message ?? node.failureSummary}`));
-}
+import { frame, inState, noTools, open, picture, ready } from "./page.mjs";
+import { violations } from "./axe.mjs";
 
 for (const colorScheme of ["light", "dark"])
   test(`axe-core finds nothing, ${colorScheme}: the organ, the panel of a phone, the empty page, a refused bundle`, async () => {

@@ -34,13 +34,14 @@ after(async () => {
   await server?.close();
 });
 
-export async function open(options = {}, prepare = async () => {}) {
+// address: of the page, after the server's.
+export async function open(options = {}, prepare = async () => {}, address = "") {
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, ...options });
   page.setDefaultTimeout(PATIENCE);
   page.failures = [];
   page.on("pageerror", (error) => page.failures.push(error.message));
   await prepare(page);
-  await page.goto(url);
+  await page.goto(url + address);
   return page;
 }
 export const inState = (page, state) => page.waitForFunction((s) => document.body.dataset.state === s, state);

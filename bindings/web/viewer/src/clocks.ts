@@ -1,4 +1,6 @@
 // Times and rates that the page shows.
+import type { Times } from "./messages";
+
 const KEPT = 100; // frames
 
 // Milliseconds of the page's own work per frame (the shape into the mesh, normals, colours, drawing), and frames per second, of the last two seconds.
@@ -19,11 +21,12 @@ export class FrameClock {
 }
 
 // The median of the last values, and where the middle 80 % of them lie.
-export class Spread {
+export class Spread implements Times {
   private values: number[] = [];
+  constructor(private kept = KEPT) {}
   add(value: number) {
     this.values.push(value);
-    if (this.values.length > KEPT) this.values.shift();
+    if (this.values.length > this.kept) this.values.shift();
   }
   get median() {
     return this.at(0.5);

@@ -13,6 +13,7 @@ import { Recorder, recordedTool, type RecordedTool } from "./recorder";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
 import { ToolMotion } from "./tool_motion";
 import { TouchScene } from "./touch_scene";
+import { playTrial } from "./trial";
 
 const MOST_DUE = 100; // a late loop runs at most this many touches to catch up and leaves out the others
 const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
@@ -275,6 +276,16 @@ async function save(as: SavedFile) {
   say({ type: "saved", as, text: files[as], difference: files.difference });
 }
 
+// Plays a path in a scene of its own; what the page touches stays as it is.
+function tryPath(path: Path) {
+  if (!bundle) return;
+  const trial = new TouchScene(bundle, effects, toolShape, fineMesh), nodes = bundle.info.surfaceNodeCount;
+  const inside = trial.scene.nodeCount - nodes, vertices = trial.scene.vertexCount, buffer = new ArrayBuffer(frameBytes(nodes, inside, vertices));
+  const felt = playTrial(trial, path, TOOL_COUNT, () => fillFrame(buffer, nodes, trial));
+  trial.destroy();
+  say({ type: "tried", trial: { ...felt, shape: { buffer, inside, vertices } } }, [buffer]);
+}
+
 // Takes the tools away. What was recorded until now stays.
 function forget() {
   endRecording();
@@ -347,6 +358,8 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "frame") answerFrame(data.buffer);
   if (data.type === "replay") play(data.path);
   if (data.type === "save") void save(data.as);
+  if (data.type === "path") say({ type: "path", path: newestRecording() });
+  if (data.type === "try") tryPath(data.path);
   if (data.type === "measure") measure(data.place, data.normal);
   if (data.type === "colour") {
     colourBy = data.by;

@@ -29,6 +29,10 @@ class Trace {
     this.seen = 0;
   }
 
+  get deepest(): Sample | undefined {
+    return this.samples.reduce((best: Sample | undefined, one) => (best && best.depth >= one.depth ? best : one), undefined);
+  }
+
   // The samples of each contact.
   get curves(): Sample[][] {
     const curves: Sample[][] = [];
@@ -43,7 +47,8 @@ export class ForcePlot {
   readonly traces = Array.from({ length: TOOL_COUNT }, () => new Trace());
   private drawn = "";
 
-  constructor(private canvas: HTMLCanvasElement) {}
+  // names: of the curves. named: where on a curve its name stands.
+  constructor(private canvas: HTMLCanvasElement, private names = ["1", "2"], private named: "newest" | "deepest" = "newest") {}
 
   clear() {
     for (const trace of this.traces) trace.clear();
@@ -87,7 +92,7 @@ export class ForcePlot {
     context.lineWidth = 2;
     context.lineJoin = "round";
     this.traces.forEach((trace, tool) => {
-      const end = trace.samples.at(-1);
+      const end = this.named === "newest" ? trace.samples.at(-1) : trace.deepest;
       if (!end) return;
       context.strokeStyle = context.fillStyle = colour(TOOL_COLOURS[tool]);
       for (const curve of trace.curves) line(context, curve.map((s) => [x(1000 * s.depth), y(s.force)]));
@@ -96,7 +101,7 @@ export class ForcePlot {
       context.fill();
       context.font = "600 11px system-ui, sans-serif";
       context.textAlign = "right";
-      context.fillText(String(tool + 1), x(1000 * end.depth) - 6, y(end.force) - 5);
+      context.fillText(this.names[tool], x(1000 * end.depth) - 6, y(end.force) - 5);
     });
   }
 }

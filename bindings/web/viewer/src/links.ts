@@ -17,9 +17,7 @@ export interface PageState {
 export const bundleOfLink = (link: string) => new URLSearchParams(link.replace(/^#/, "")).get("bundle");
 
 export function linkOf({ bundle, effects, discRadius, colour, view }: PageState): string {
-  const words = new URLSearchParams({ bundle });
-  for (const line of IN_LINKS)
-    if (line.value(effects) !== line.value(DEFAULT_EFFECTS)) words.set(line.effect, wordOf(line.value(effects)));
+  const words = new URLSearchParams({ bundle, ...Object.fromEntries(wordsOfEffects(effects)) });
   words.set("disc", String(Number((1000 * discRadius).toFixed(1))));
   words.set("colour", colour);
   words.set("view", view.map((x, i) => x.toFixed(i < 2 ? 1 : 4)).join(" "));
@@ -29,17 +27,28 @@ export function linkOf({ bundle, effects, discRadius, colour, view }: PageState)
 // The state of a link; what the link does not hold, or holds wrongly, is as in `now`. effects: only available ones.
 export function stateOfLink(link: string, now: PageState, isAvailable: (effect: string) => boolean): PageState {
   const words = new URLSearchParams(link.replace(/^#/, ""));
-  let effects: PageEffects = { ...DEFAULT_EFFECTS, fine: now.effects.fine };
-  for (const line of IN_LINKS) {
-    const word = words.get(line.effect);
-    if (word !== null && isAvailable(line.effect) && allows(line, word)) effects = { ...effects, ...line.change(line.choices ? word : word === "on") };
-  }
+  const effects = effectsOfWords(words, now.effects, isAvailable);
   const disc = Number(words.get("disc")), colour = words.get("colour") ?? "", view = (words.get("view") ?? "").split(" ").map(Number);
   return {
     bundle: now.bundle, effects, discRadius: disc >= 2 && disc <= 12 ? disc / 1000 : now.discRadius,
     colour: COLOURS.includes(colour) ? (colour as ColourBy) : now.colour,
     view: view.length === 3 && view.every(Number.isFinite) && view[2] > 0 ? (view as PageState["view"]) : now.view,
   };
+}
+
+// The effects that are not the page's own.
+export function wordsOfEffects(effects: PageEffects): [effect: string, word: string][] {
+  return IN_LINKS.filter((line) => line.value(effects) !== line.value(DEFAULT_EFFECTS)).map((line) => [line.effect, wordOf(line.value(effects))]);
+}
+
+// now: what the words cannot hold.
+export function effectsOfWords(words: URLSearchParams, now: PageEffects, isAvailable: (effect: string) => boolean): PageEffects {
+  let effects: PageEffects = { ...DEFAULT_EFFECTS, fine: now.fine };
+  for (const line of IN_LINKS) {
+    const word = words.get(line.effect);
+    if (word !== null && isAvailable(line.effect) && allows(line, word)) effects = { ...effects, ...line.change(line.choices ? word : word === "on") };
+  }
+  return effects;
 }
 
 const wordOf = (value: string | boolean) => (typeof value === "string" ? value : value ? "on" : "off");

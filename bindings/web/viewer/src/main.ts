@@ -7,7 +7,7 @@ import { FrameClock, Spread, TouchRate } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
 import { Keys } from "./keys";
-import { bundleOfLink, linkOf, stateOfLink, type PageState } from "./links";
+import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
 import { type ColourBy, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToWorker } from "./messages";
 import { OrganView, type Hit, type Shape } from "./organ_view";
@@ -17,7 +17,6 @@ import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 
 const BUNDLE_URL = new URL("bundle.h5", location.href).href;
 const RENDER_MESH_URL = new URL("render.ply", location.href).href;
-const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 const QUIET = 400; // ms without a touch before effects are timed
 
 const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -113,6 +112,7 @@ class Viewer {
     if (message.type === "accepted") return void (this.accepted = { effects: message.effects, tool: message.tool, fine: this.fine });
     if (message.type === "replayed") return this.afterReplay(message);
     if (message.type === "saved") return this.saveFile(message);
+    if (message.type !== "refused") return; // the answers that Compare asks for
     if (message.what === "absent") return void state(this.opened ? "ready" : "empty");
     if (message.what === "effects") return this.refuseEffects(message.message);
     const title = message.what === "bundle" ? "This bundle cannot be used" : "The engine could not be started";
@@ -319,20 +319,8 @@ class Viewer {
     save(saved.as === "scene" ? "recording.toml" : "forces.csv", saved.text);
   }
 
-  // A touchable point of the organ near the middle of the view, which the view shows from the side: a press there is a dent that one
-  // sees.
   private front(): Hit | null {
-    const { clientWidth: width, clientHeight: height } = byId("organ"), touchable = new Set(this.mesh!.touchable);
-    let best: Hit | null = null, least = Infinity;
-    for (let x = 0.2; x < 0.81; x += 0.05)
-      for (let y = 0.2; y < 0.81; y += 0.05) {
-        const hit = this.view.pick(x * width, y * height);
-        if (!hit) continue;
-        const away = Math.hypot(x - 0.5, y - 0.5), beyond = hit.nodes.every((node) => touchable.has(node)) ? 0 : 10;
-        const cost = beyond + away + 2 * Math.abs(this.view.camera.facing(hit.normal) - FROM_THE_SIDE);
-        if (cost < least) [best, least] = [hit, cost];
-      }
-    return best;
+    return this.view.front(this.mesh!.touchable);
   }
 
   private reset() {
@@ -351,6 +339,7 @@ class Viewer {
     click("open-path", () => byId("path-file").click());
     click("error-back", () => state("ready"));
     click("save-scene", () => this.tell({ type: "save", as: "scene" }));
+    click("compare", () => (location.href = compareAddress(this.effects, this.tool)));
     click("save-forces", () => this.tell({ type: "save", as: "forces" }));
     click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
     for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
@@ -521,6 +510,12 @@ class Viewer {
     const shape = this.newest?.shape;
     return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
+}
+
+// Compare with this page's setting on both sides.
+function compareAddress(effects: PageEffects, { discRadius }: ToolShape): string {
+  const words = String(new URLSearchParams(wordsOfEffects(effects)));
+  return `compare.html#${new URLSearchParams({ a: words, b: words, disc: String(1000 * discRadius) })}`;
 }
 
 // A file from the server; null where the server does not have it.

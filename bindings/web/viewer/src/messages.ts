@@ -45,6 +45,8 @@ export type ToWorker =
   | { type: "frame"; buffer: ArrayBuffer | null }
   | { type: "replay"; path: Path | null } // null: the last touch
   | { type: "save"; as: SavedFile } // answered by "saved"
+  | { type: "path" } // answered by "path": what Replay plays
+  | { type: "try"; path: Path } // answered by "tried"
   | { type: "measure"; place: Vector; normal: Vector }
   | { type: "colour"; by: ColourBy } // what a frame's lengths are
   | { type: "reset" };
@@ -93,6 +95,26 @@ export interface Frame {
   recordedSteps: number; // of the touch that a replay plays and a file would hold; 0: none
 }
 
+// The middle of some times, and where 80 % of them lie, us.
+export interface Times {
+  median: number;
+  low: number;
+  high: number;
+}
+
+// A path that was played as fast as the device can, in a scene of its own that remembered nothing.
+export interface Trial {
+  forces: Float64Array; // [step][tool][x y z] N, on the tool
+  samples: Sample[]; // force against depth
+  tools: (ToolFrame | null)[]; // at farthestStep of the path
+  shape: { buffer: ArrayBuffer; inside: number; vertices: number }; // then; see frameArrays
+  touchUs: Times; // of means over TOUCHES_TIMED touches, the clock of a browser being coarser than a touch
+  shapeUs: Times;
+  flags: number; // of all its steps
+}
+
+export const TOUCHES_TIMED = 50;
+
 export const frameBytes = (nodes: number, inside: number, vertices: number) => 16 * nodes + 12 * inside + 28 * vertices;
 
 // The parts of a frame's buffer: surface nodes, inner nodes, finer mesh.
@@ -116,4 +138,6 @@ export type FromWorker =
   | { type: "replayed"; positions: Float32Array; fine: Float32Array; touched: boolean; nearest: number } // the nodes of the last shape, m, and the finer mesh's; whether a tool met the organ, and else the least distance, m, between a tool and the nodes at rest
   | { type: "saved"; as: SavedFile; text: string; difference: number } // difference: of the file's forces from those felt, N
   | { type: "costs"; costs: Cost[] }
+  | { type: "path"; path: Path | null }
+  | { type: "tried"; trial: Trial }
   | Frame;

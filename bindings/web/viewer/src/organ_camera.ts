@@ -67,6 +67,17 @@ export class OrganCamera {
     this.update();
   }
 
+  // Looks from where another camera is, at what that one looks at.
+  follow(other: OrganCamera) {
+    if (this.camera.position.equals(other.camera.position) && this.controls.target.equals(other.controls.target)) return;
+    this.centre.copy(other.centre);
+    this.controls.target.copy(other.controls.target);
+    this.camera.position.copy(other.camera.position);
+    this.controls.minDistance = 0; // the other one keeps its distance
+    this.from.copy(this.offset().normalize());
+    this.controls.update();
+  }
+
   // The same view in a canvas of another shape; the whole organ in the first canvas.
   resize(aspect: number) {
     const before = this.widest();

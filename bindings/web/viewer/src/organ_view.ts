@@ -11,6 +11,7 @@ import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const NEWTON = 0.03; // m of arrow
 const LONGEST_ARROW = 0.08; // m
+const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
 export interface Hit {
   triangle: number;
@@ -121,11 +122,10 @@ export class OrganView {
   }
 
   // Takes the positions of a frame. A finer mesh is drawn instead of the surface, and the interior shows through it.
-  move({ positions, inside, lengths, fine }: Shape) {
+  // palest: m, the length of the palest colour; left out: by the frame's own lengths.
+  move({ positions, inside, lengths, fine }: Shape, palest?: number) {
     this.moveInside(positions, inside);
-    let most = 0.002;
-    for (const length of fine ? fine.lengths : lengths) most = Math.max(most, length);
-    this.most = roundUp(Math.max(most, this.most > 2.5 * most ? most : Math.min(this.most, 2.5 * most)));
+    this.most = palest ?? this.mostOf(fine ? fine.lengths : lengths);
     put(this.geometry, "position", positions);
     this.geometry.boundingSphere!.radius = this.radius * 1.5;
     this.surface.visible = !fine;
@@ -138,6 +138,12 @@ export class OrganView {
       this.geometry.computeVertexNormals();
       this.colour(this.geometry, lengths);
     }
+  }
+
+  private mostOf(lengths: Float32Array): number {
+    let most = 0.002;
+    for (const length of lengths) most = Math.max(most, length);
+    return roundUp(Math.max(most, this.most > 2.5 * most ? most : Math.min(this.most, 2.5 * most)));
   }
 
   // Edges between two nodes of which at least one is inside; computed when they are first drawn.
@@ -206,6 +212,22 @@ export class OrganView {
     const mix = (of: Float32Array) => [0, 1, 2].map((d) => corners.reduce((sum, n, i) => sum + barycentric[i] * of[3 * n + d], 0)) as Vector;
     const normal = new Vector3(...mix(this.restNormals)).normalize();
     return { triangle: hit.faceIndex!, nodes: corners, barycentric, point: hit.point.toArray() as Vector, place: mix(this.rest), normal: normal.toArray() as Vector };
+  }
+
+  // A touchable point of the organ near the middle of the view, which the view shows from the side: a press there is a dent that one
+  // sees.
+  front(touchable: ArrayLike<number>): Hit | null {
+    const { clientWidth: width, clientHeight: height } = this.canvas, nodes = new Set(Array.from(touchable));
+    let best: Hit | null = null, least = Infinity;
+    for (let x = 0.2; x < 0.81; x += 0.05)
+      for (let y = 0.2; y < 0.81; y += 0.05) {
+        const hit = this.pick(x * width, y * height);
+        if (!hit) continue;
+        const away = Math.hypot(x - 0.5, y - 0.5), beyond = hit.nodes.every((node) => nodes.has(node)) ? 0 : 10;
+        const cost = beyond + away + 2 * Math.abs(this.camera.facing(hit.normal) - FROM_THE_SIDE);
+        if (cost < least) [best, least] = [hit, cost];
+      }
+    return best;
   }
 
   // Moves a point by pixels in the plane that faces the camera.

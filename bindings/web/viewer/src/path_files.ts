@@ -62,6 +62,23 @@ function boxOf(points: Float32Array): [low: number[], high: number[]] {
 
 const brief = (value: number) => String(Number(value.toPrecision(3)));
 
+// The step at which the path's tools are farthest, in sum, from where each of them came.
+export function farthestStep({ points, steps }: Path): number {
+  const row = 3 * TOOL_COUNT, from: (number[] | null)[] = Array(TOOL_COUNT).fill(null);
+  let farthest = 0, most = -1;
+  for (let step = 0; step < steps; ++step) {
+    let sum = 0;
+    for (let tool = 0; tool < TOOL_COUNT; ++tool) {
+      const point = [...points.subarray(row * step + 3 * tool, row * step + 3 * tool + 3)];
+      if (Number.isNaN(point[0])) continue;
+      from[tool] ??= point;
+      sum += Math.hypot(...point.map((x, d) => x - from[tool]![d]));
+    }
+    if (sum > most) [farthest, most] = [step, sum];
+  }
+  return farthest;
+}
+
 // The press that a replay plays before the user's first touch: the tool goes in, stays, and comes out.
 export function demonstration(place: Vector, normal: Vector, depth = 0.012): Path {
   const at = (height: number) => place.map((x, d) => x + height * normal[d]);

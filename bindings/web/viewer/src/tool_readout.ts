@@ -22,17 +22,21 @@ export class ToolReadout {
     });
   }
 
-  // places: of the labels beside the arrows, in pixels; null: no label.
   label(tools: (ToolFrame | null)[], places: ([number, number] | null)[]) {
-    places.forEach((at, t) => {
-      if (!this.labels.children[t]) this.labels.append(document.createElement("span"));
-      const label = this.labels.children[t] as HTMLElement;
-      label.hidden = !at || !tools[t];
-      if (label.hidden) return;
-      label.style.color = `var(${TOOL_COLOURS[t]})`;
-      label.textContent = `${t + 1}: ${length(tools[t]!.force).toFixed(2)} N`;
-      label.style.transform = `translate(${at![0].toFixed(1)}px, ${at![1].toFixed(1)}px) translate(-50%, -110%)`;
-    });
+    forceLabels(this.labels, tools, places);
+  }
+}
+
+// A label beside each arrow. places: in pixels; null: no label. names, colours: of the tools.
+export function forceLabels(labels: HTMLElement, tools: (ToolFrame | null)[], places: ([number, number] | null)[], names = ["1", "2"], colours = TOOL_COLOURS) {
+  for (let t = 0; t < TOOL_COLOURS.length; ++t) {
+    if (!labels.children[t]) labels.append(document.createElement("span"));
+    const label = labels.children[t] as HTMLElement, at = places[t], tool = tools[t];
+    label.hidden = !at || !tool;
+    if (label.hidden) continue;
+    label.style.color = `var(${colours[t]})`;
+    label.textContent = `${names[t]}: ${length(tool!.force).toFixed(2)} N`;
+    label.style.transform = `translate(${at![0].toFixed(1)}px, ${at![1].toFixed(1)}px) translate(-50%, -110%)`;
   }
 }
 

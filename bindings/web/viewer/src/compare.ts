@@ -1,0 +1,209 @@
+// Compare: the same press under two settings, two organs side by side from one camera, the two curves, and the difference.
+import { roundUp } from "./colours";
+import { CompareSide } from "./compare_side";
+import { DEFAULT_TOOL } from "./effects";
+import { ForcePlot } from "./force_plot";
+import { Keys } from "./keys";
+import { wordsOfEffects } from "./links";
+import { TOOL_COUNT, TOUCH_HZ, type Path, type Times, type Trial } from "./messages";
+import { demonstration } from "./path_files";
+import { NearestPoints } from "./surface_difference";
+
+const LONGEST = 30 * TOUCH_HZ; // steps of a touch that are compared
+const LEAST_MOST = 0.002; // m: the palest colour stands for this much at least
+const SAMPLES_APART = 1000; // contacts of two tools are different curves
+
+const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
+const address = new URLSearchParams(location.hash.slice(1));
+
+class Compare {
+  readonly sides: CompareSide[];
+  path: Path | null = null; // what both played
+  differences: { largestForce: number; largest: number; rms: number } | null = null; // N, m, m
+  private plot = new ForcePlot(byId<HTMLCanvasElement>("plot"), ["A", "B"], "deepest");
+  private leader = 0; // the side whose camera the other one follows
+  private touching: CompareSide | null = null; // the side that the user presses
+  private nearest: { points: NearestPoints; of: unknown; on: unknown } | null = null;
+  private trying = false;
+  private again = false; // something changed while both were tried
+
+  constructor() {
+    const renderMesh = fetch("render.ply").then((answer) => (answer.ok ? answer.arrayBuffer() : null)).catch(() => null);
+    const bundles = [["bundle.h5"], ["bundle-b.h5", "bundle.h5"]];
+    this.sides = (["A", "B"] as const).map((letter, index) => this.side(letter, index, renderMesh));
+    byId<HTMLInputElement>("radius").value = address.get("disc") ?? String(1000 * DEFAULT_TOOL.discRadius);
+    this.setRadius();
+    bundles.forEach((urls, i) => this.sides[i].fetch(urls.map((url) => new URL(url, location.href).href)));
+    byId("press").addEventListener("click", () => this.press());
+    byId("whole").addEventListener("click", () => this.lead.view.camera.home());
+    byId("radius").addEventListener("input", () => (byId("radius-mm").textContent = `${byId<HTMLInputElement>("radius").value} mm`));
+    byId("radius").addEventListener("change", () => this.setRadius());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
+    this.connectKeys();
+    this.dress();
+    requestAnimationFrame(() => this.draw());
+  }
+
+  private side(letter: "A" | "B", index: number, renderMesh: Promise<ArrayBuffer | null>): CompareSide {
+    const root = (byId<HTMLTemplateElement>("side").content.cloneNode(true) as DocumentFragment).firstElementChild as HTMLElement;
+    root.setAttribute("aria-label", `Setting ${letter}`);
+    byId("sides").append(root);
+    return new CompareSide(root, letter, address.get(letter.toLowerCase()) ?? "", renderMesh, {
+      opened: () => this.opened(), changed: () => this.changed(),
+      send: (tool, target) => {
+        this.touching = this.sides[index];
+        for (const side of this.sides) side.place(tool, target);
+      },
+      withdraw: (tool) => this.sides.forEach((side) => side.withdraw(tool)),
+      leads: () => (this.leader = index),
+    });
+  }
+
+  private get lead() {
+    return this.sides[this.leader];
+  }
+
+  private get areOpen() {
+    return this.sides.every((side) => side.mesh);
+  }
+
+  private opened() {
+    this.nearest = null;
+    document.body.dataset.state = this.areOpen ? "ready" : "loading";
+    this.keepAddress();
+  }
+
+  private changed() {
+    this.differences = null;
+    this.keepAddress();
+    if (this.path) void this.try(this.path);
+  }
+
+  private setRadius() {
+    const mm = Number(byId<HTMLInputElement>("radius").value);
+    byId("radius-mm").textContent = `${mm} mm`;
+    for (const side of this.sides) side.setTool({ ...DEFAULT_TOOL, discRadius: mm / 1000 });
+  }
+
+  // The address holds both settings; opened again, it restores them.
+  private keepAddress() {
+    if (!this.areOpen) return;
+    const words = new URLSearchParams(this.sides.map(({ effects }, i) => ["ab"[i], String(new URLSearchParams(wordsOfEffects(effects)))]));
+    words.set("disc", byId<HTMLInputElement>("radius").value);
+    history.replaceState(null, "", `#${words}`);
+  }
+
+  // The last touch again, or else a press where one sees the dent from the side.
+  private press() {
+    if (!this.areOpen || this.sides.some((side) => side.touched)) return;
+    const [a] = this.sides, hit = a.view.front(a.mesh!.touchable);
+    const path = this.path ?? (hit && demonstration(hit.place, hit.normal));
+    if (path) void this.try(path);
+  }
+
+  // One side after the other, so that neither takes time from the other one.
+  private async try(path: Path): Promise<void> {
+    this.path = path;
+    this.again = this.trying;
+    if (this.trying) return;
+    this.trying = true;
+    byId("about").textContent = "Playing the press under both settings …";
+    for (const side of this.sides) await side.try(path);
+    this.trying = false;
+    if (this.again) return this.try(this.path);
+    this.compare();
+  }
+
+  private compare() {
+    const [a, b] = this.sides, [first, second] = this.sides.map((side) => side.trial);
+    if (!first || !second) return;
+    if (this.nearest?.of !== a.mesh || this.nearest?.on !== b.mesh) this.nearest = { points: new NearestPoints(a.mesh!, b.mesh!), of: a.mesh, on: b.mesh };
+    const { largest, rms } = this.nearest!.points.difference(first.shape.positions, second.shape.positions, b.mesh!.positions);
+    this.differences = { largestForce: largestDifference(first.of.forces, second.of.forces), largest, rms };
+    this.show(first.of, second.of);
+  }
+
+  private show(a: Trial, b: Trial) {
+    this.plot.clear();
+    [a, b].forEach((trial, i) => this.plot.add(trial.samples.map((sample) => ({ ...sample, tool: i, contact: sample.contact + SAMPLES_APART * sample.tool }))));
+    const { largestForce, largest, rms } = this.differences!, [before, after] = this.sides;
+    const moved = this.sides.map((side) => largestMove(side.trial!.shape.positions, side.mesh!.positions));
+    const forces = [a, b].map((trial) => Math.max(0, ...trial.tools.map((tool) => (tool ? Math.hypot(...tool.force) : 0))));
+    const most = largestOf(a.forces);
+    byId("rows").replaceChildren(
+      row("Force where the press is deepest", forces.map((x) => `${x.toFixed(3)} N`), `${signed(forces[1] - forces[0], 3)} N ${share(forces[1] - forces[0], forces[0])}`),
+      row("Force, the largest difference of the press", ["", ""], `${largestForce.toFixed(3)} N ${share(largestForce, most, false)}`),
+      row("Largest displacement there", moved.map((x) => `${(1000 * x).toFixed(2)} mm`), `${signed(1000 * (moved[1] - moved[0]), 2)} mm ${share(moved[1] - moved[0], moved[0])}`),
+      row("Surface: the largest difference, and its root mean square", ["", ""], `${(1000 * largest).toFixed(2)}, ${(1000 * rms).toFixed(2)} mm ${share(largest, moved[0], false)}`),
+      row("Time of a touch", [times(a.touchUs), times(b.touchUs)], ratio(a.touchUs, b.touchUs)),
+      row("Time of a shape", [times(a.shapeUs), times(b.shapeUs)], ratio(a.shapeUs, b.shapeUs)),
+      row("Size of the bundle", [before, after].map((side) => `${(side.bytes / 1e6).toFixed(1)} MB`), `× ${(after.bytes / before.bytes).toPrecision(2)}`));
+    const seconds = (this.path!.steps / TOUCH_HZ).toFixed(1), { farthest } = this.nearest!.points;
+    byId("about").textContent = `A press of ${seconds} s, played under each setting alone; organs and tools stand where it is deepest. Times: median and the middle 80 %.` +
+      (farthest > 1e-6 ? ` The surfaces differ at rest by up to ${(1000 * farthest).toFixed(1)} mm.` : "");
+  }
+
+  private draw() {
+    requestAnimationFrame(() => this.draw());
+    for (const side of this.sides) side.askFrame();
+    let longest = LEAST_MOST;
+    for (const { shown: { shape } } of this.sides) for (const length of shape?.fine?.lengths ?? shape?.lengths ?? []) longest = Math.max(longest, length);
+    const most = roundUp(longest);
+    // Drawing moves the leading camera on; the other side then follows it.
+    for (const side of [this.lead, ...this.sides.filter((other) => other !== this.lead)]) {
+      if (side !== this.lead && this.areOpen) side.view.camera.follow(this.lead.view.camera);
+      if (side.mesh) side.draw(most);
+    }
+    this.plot.draw();
+    if (this.touching && !this.sides.some((side) => side.touched)) void this.afterTouch();
+  }
+
+  private async afterTouch() {
+    const side = this.touching!;
+    this.touching = null;
+    const path = await side.lastPath();
+    if (path?.steps) void this.try(beginningOf(path));
+  }
+
+  private connectKeys() {
+    const camera = () => this.lead.view.camera, cross = document.createElement("i");
+    new Keys(this.sides[0].canvas, cross, {
+      isOpen: () => this.areOpen, turn: (right, up) => camera().turn(right, up), nearer: (factor) => camera().nearer(factor),
+      home: () => camera().home(), push: (down) => down && this.press(), replay: () => this.press(), reset: () => {},
+    });
+  }
+
+  private dress() {
+    for (const side of this.sides) side.dress();
+  }
+}
+
+function beginningOf(path: Path): Path {
+  const steps = Math.min(LONGEST, path.steps);
+  return { steps, points: path.points.slice(0, 3 * TOOL_COUNT * steps), hold: path.hold.slice(0, TOOL_COUNT * steps) };
+}
+
+// Of vectors, [][x y z].
+function largestOf(vectors: ArrayLike<number>): number {
+  let most = 0;
+  for (let i = 0; i < vectors.length; i += 3) most = Math.max(most, Math.hypot(vectors[i], vectors[i + 1], vectors[i + 2]));
+  return most;
+}
+const largestDifference = (a: Float64Array, b: Float64Array) => largestOf(a.map((x, i) => x - b[i]));
+const largestMove = (now: Float32Array, rest: Float32Array) => largestOf(now.map((x, i) => x - rest[i]));
+
+const signed = (x: number, digits: number) => `${x < 0 ? "−" : "+"}${Math.abs(x).toFixed(digits)}`;
+const share = (x: number, of: number, sign = true) => (of > 0 ? `(${sign ? signed((100 * x) / of, 1) : ((100 * x) / of).toFixed(1)} %)` : "");
+const digits = (us: number) => (us < 99.5 ? us.toFixed(1) : us.toFixed(0));
+const times = ({ median, low, high }: Times) => (median ? `${digits(median)} µs, ${digits(low)} to ${digits(high)}` : "too short to time");
+const ratio = (a: Times, b: Times) => (a.median && b.median ? `× ${(b.median / a.median).toPrecision(2)}` : "");
+
+function row(name: string, values: string[], difference: string): HTMLTableRowElement {
+  const made = document.createElement("tr"), head = document.createElement("th");
+  head.scope = "row";
+  head.textContent = name;
+  made.append(head, ...[...values, difference].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
+  return made;
+}
+
+Object.assign(globalThis, { palpateCompare: new Compare() }); // for scripts
