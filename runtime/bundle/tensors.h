@@ -49,6 +49,12 @@ struct DisplacementRows {
                          3 * static_cast<std::size_t>(nodes), sum);
     return load3(sum);
   }
+  // The same at `count` nodes from `node` on, [count][3].
+  void sum_at_run(const void* const* row, const double* coefficient, int count_of_rows, std::int32_t node,
+                  std::int32_t count, double* out) const {
+    palpate::sum_at_run(type, row, coefficient, count_of_rows, 3 * static_cast<std::size_t>(node),
+                        3 * static_cast<std::size_t>(count), out);
+  }
 
  private:
   static double widened(float stored) { return stored; }

@@ -60,15 +60,15 @@ const BodyField::Contact* BodyField::find(std::int32_t tool, std::int32_t point)
 }
 
 Vec3 BodyField::response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node,
-                            Operations* work) const {
+                            QueryWork* work) const {
   double out[3];
   body_->solver().response_at(force, first, end, node, out);
-  *work += 3 * (end - first);
+  work->add(3 * (end - first));
   return load3(out);
 }
 
 void BodyField::begin_solve() {
-  Operations work = 0;
+  QueryWork work;
   std::copy(now_, now_ + 3 * static_cast<std::size_t>(surface_nodes_), start_);
   for (std::int32_t n = 0; n < surface_nodes_ && dropped_ > 0; ++n) {
     const Vec3 u = at_node(n, &work);
@@ -151,15 +151,15 @@ void BodyField::drop(std::int32_t tool, std::int32_t point) {
   own->own = own->own_change = 0;
 }
 
-Vec3 BodyField::at_node(std::int32_t node, Operations* work) const {
-  *work += 3;
+Vec3 BodyField::at_node(std::int32_t node, QueryWork* work) const {
+  work->add(3);
   if (dropped_ > 0 && alone()) return {};
   Vec3 at = read(now_, node);
   if (dropped_ > 0) at = at - response_at(drops_, 0, contacts_[contact_count_ - 1].end, node, work);
   return at;
 }
 
-Vec3 BodyField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work) const {
+Vec3 BodyField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) const {
   const Contact* const contact = find(tool, point);
   if (!contact) return at_node(node, work);
   if (alone()) return {};
@@ -217,7 +217,7 @@ bool BodyField::predict_without(std::int32_t tool, std::int32_t point, Operation
   return true;
 }
 
-Vec3 BodyField::predicted_at_node(std::int32_t node, Operations* work) const {
+Vec3 BodyField::predicted_at_node(std::int32_t node, QueryWork* work) const {
   if (alone()) return {};
   return at_node(node, work) - response_at(predicted_, 0, contacts_[contact_count_ - 1].end, node, work);
 }

@@ -31,16 +31,16 @@ class BodyField {
 
   bool empty() const { return !moves_ && contact_count_ == 0; }
   void drop(std::int32_t tool, std::int32_t point);
-  Vec3 at_node(std::int32_t node, Operations* work) const;
-  Vec3 before_at_node(std::int32_t node, Operations* work) const {
-    *work += 3;
+  Vec3 at_node(std::int32_t node, QueryWork* work) const;
+  Vec3 before_at_node(std::int32_t node, QueryWork* work) const {
+    work->add(3);
     return read(start_, node);
   }
   // Of the body after the step before, whichever contacts have ended since.
   Vec3 last_at_node(std::int32_t node) const { return read(last_field_, node); }
-  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work) const;
+  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) const;
   bool predict_without(std::int32_t tool, std::int32_t point, Operations* work);
-  Vec3 predicted_at_node(std::int32_t node, Operations* work) const;
+  Vec3 predicted_at_node(std::int32_t node, QueryWork* work) const;
   bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
   double predicted_norm() const { return norm_ + predicted_apart_; }
   double predicted_apart() const { return predicted_apart_; }
@@ -63,8 +63,7 @@ class BodyField {
   };
   const Contact* find(std::int32_t tool, std::int32_t point) const;
   bool alone() const { return contact_count_ == 1; }
-  Vec3 response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node,
-                   Operations* work) const;
+  Vec3 response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node, QueryWork* work) const;
   static Vec3 read(const float* field, std::int32_t node) {
     const float* const u = field + 3 * static_cast<std::size_t>(node);
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};

@@ -35,11 +35,20 @@ void Collision::begin() {
   turns_.begin();
 }
 
-bool Collision::may_test(std::int32_t tool, std::int32_t point) {
+// Runs a test where the step's work allows it. The first test of a step runs to its end, so that each has its turn.
+template <class Run>
+Collision::Test Collision::take_turn(std::int32_t tool, std::int32_t point, Run run) {
   work_->add(surface_->take_work());
-  const bool tests = turns_.take(tool, point, work_->allows_tests());
-  if (!tests) work_->defer();
-  return tests;
+  const bool first = turns_.is_first();
+  Test test = Test::unfinished;
+  if (turns_.take(tool, point, work_->allows_tests())) {
+    if (!first) surface_->limit_work(work_->tests_left());
+    test = run();
+    work_->add(surface_->take_work());
+    if (test == Test::unfinished) turns_.put_off(tool, point);
+  }
+  if (test == Test::unfinished) work_->defer();
+  return test;
 }
 
 bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
@@ -51,17 +60,17 @@ bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t 
     followed = false;
   }
   if (!state.known) {
-    if (!may_test(tool, point)) return followed;
-    see_first(state, p);
+    if (take_turn(tool, point, [&] { return see_first(state, p); }) == Test::unfinished) return followed;
   } else if (state.contact) {
     followed = move_in_contact(state, p, tool, point, hold, limits.release);
   } else {
     if (may_have_reached(state.clear, p, surface_->path())) {
-      if (!may_test(tool, point)) {
+      const Test test = take_turn(tool, point, [&] { return test_free(state, p); });
+      if (test == Test::unfinished) {
         state.unseen += surface_->largest_move(), ++state.waited;
         return followed;
       }
-      followed = test_free(state, p);
+      followed = test == Test::done;
     }
     state.unseen = 0, state.waited = 0;
   }
@@ -71,32 +80,40 @@ bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t 
 }
 
 // A point that is inside when it is first seen touches nothing until it has been outside.
-void Collision::see_first(PointState& state, Vec3 p) {
+Collision::Test Collision::see_first(PointState& state, Vec3 p) {
+  const bool inside = surface_->is_inside({}, p);
+  if (!surface_->finished()) return Test::unfinished;
   state.known = true;
-  state.inside = surface_->is_inside({}, p);
+  state.inside = inside;
   state.clear = {};
+  return Test::done;
 }
 
 // Where the test was put off, the surface's motion before the last step is known by its bound alone: the crossings are those of
 // its last motion, and the side at the end decides whether there is a contact.
-bool Collision::test_free(PointState& state, Vec3 p) {
+Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   const double moved = length(p - state.last) + surface_->largest_move() + state.unseen;
   const NearestPoint nearest = surface_->nearest({}, p, reach(moved));
-  state.clear = {p, nearest.distance, nearest.per_path, surface_->path()};
+  if (!surface_->finished()) return Test::unfinished;
+  const Clearance clear = {p, nearest.distance, nearest.per_path, surface_->path()};
   // The nearest surface is farther away than it and the point together have moved: the side is as before.
-  if (nearest.distance > moved) return true;
-
+  if (nearest.distance > moved) {
+    state.clear = clear;
+    return Test::done;
+  }
   SurfaceCrossing crossing[DeformedSurface::kMaxCrossings];
   const int found = surface_->crossings(state.last, p, crossing);
   bool now_inside = !nearest.outside;
   // Where the crossings and the nearest triangle disagree, as where the surface overlaps itself, the winding number decides.
-  if (now_inside != (state.inside != (found % 2 == 1))) now_inside = surface_->is_inside({}, p);
+  if (surface_->finished() && now_inside != (state.inside != (found % 2 == 1))) now_inside = surface_->is_inside({}, p);
+  if (!surface_->finished()) return Test::unfinished;
+  state.clear = clear;
   bool followed = true;
   if (!state.inside)
     followed =
         look_for_contact(state, crossing, std::min(found, DeformedSurface::kMaxCrossings), p, now_inside, nearest);
   state.inside = now_inside;
-  return followed;
+  return followed ? Test::done : Test::lost;
 }
 
 // A contact begins at the last crossing into the organ without a crossing out again. A way out through an opposite face does not
@@ -127,7 +144,7 @@ bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* cross
 
 void Collision::begin_contact(PointState& state, const SurfacePoint& surface_point, bool through) {
   state.contact = true;
-  state.through = through;
+  state.through = through, state.doubted = false;
   state.anchor = surface_point;
   state.anchor_at_rest = surface_->tree().at_rest(surface_point);
   state.outward = surface_->tree().outward_at_rest(surface_point.triangle);
@@ -137,7 +154,7 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
 }
 
 void Collision::end_contact(PointState& state, std::int32_t tool, std::int32_t point) {
-  state.contact = state.through = false;
+  state.contact = state.through = state.doubted = false;
   state.clear = {};
   // If two contacts could each end because of the other, only the first one ends in this step.
   if (field_) field_->drop(tool, point);
@@ -149,9 +166,9 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
   const double moved = length(p - state.last) + surface_->largest_move_without(tool, point);
   const bool pulls = field_ && !hold && field_->pulls_among_others(tool, point, state.outward);
   if (pulls || may_have_reached(state.clear, p, state.drift)) {
-    const bool tests = may_test(tool, point);
-    if (tests) test_contact(state, p, tool, point, hold, moved + state.unseen, pulls);
-    state.unseen = tests ? 0 : state.unseen + moved;
+    const Test test =
+        take_turn(tool, point, [&] { return test_contact(state, p, tool, point, hold, moved + state.unseen, pulls); });
+    state.unseen = test == Test::unfinished ? state.unseen + moved : 0;
   }
 
   // From where the others take the place, or from rest: contacts that conflict take it anywhere.
@@ -171,35 +188,57 @@ Vec3 Collision::pulled(const PointState& state, Vec3 p, std::int32_t tool, std::
 }
 
 // Decides on which side of the surface without this contact's own part the point is.
-void Collision::test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double moved,
-                             bool pulls) {
+//
+// The others' forces also overcome this contact's resistance, so the surface without this contact's part is not the one that would be
+// there without this contact. Where that matters, because the point has come out or the contact pulls, the surface with the other
+// contacts at their own targets decides; a contact that pulls asks for no other one.
+Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
+                                        double moved, bool pulls) {
   // The anchor's place is a surface point, so the nearest one is not farther away. The margin is for rounding.
-  const auto within = [&](Vec3 displacement) {
-    return std::min(reach(moved), 1.000001 * length(p - displacement - state.anchor_at_rest) + 1e-12);
+  const auto nearest_of = [&](const AskedSurface& asked) {
+    const Vec3 to_anchor = p - surface_->displacement(asked, state.anchor) - state.anchor_at_rest;
+    return surface_->nearest(asked, p, std::min(reach(moved), 1.000001 * length(to_anchor) + 1e-12));
+  };
+  const auto predict = [&] {
+    Operations work = 0;
+    const bool predicts = !hold && field_ && field_->predict_without(tool, point, &work);
+    surface_->add_work(work);
+    return predicts;
   };
   const AskedSurface without{AskedSurface::kWithout, tool, point}, predicted{AskedSurface::kPredicted, tool, point};
-  NearestPoint nearest = surface_->nearest(without, p, within(surface_->displacement(without, state.anchor)));
-  state.clear = {p, nearest.distance, nearest.per_path, state.drift};
-  bool now_inside = nearest.distance > moved ? state.inside : !nearest.outside;
-  // The others' forces also overcome this contact's resistance, so the surface without this contact's part is not the one that
-  // would be there without this contact. Where that matters, because the point has come out or the contact pulls, the surface
-  // with the other contacts at their own targets decides.
-  Operations work = 0;
-  const bool predicts = (!now_inside || pulls) && !hold && field_ && field_->predict_without(tool, point, &work);
-  work_->add(work);
+  const bool asks_at_once = pulls || state.doubted;
+  bool predicts = asks_at_once && predict(), now_inside = false, doubted = false;
+  NearestPoint nearest;
+  if (!predicts) {
+    nearest = nearest_of(without);
+    now_inside = nearest.distance > moved ? state.inside : !nearest.outside;
+    doubted = !now_inside && !asks_at_once && surface_->finished();
+    // Both surfaces in one step have to fit, also in the first test of a step.
+    if (doubted) surface_->limit_work(work_->tests_left());
+    predicts = doubted && predict();
+  }
+  Clearance clear = {p, nearest.distance, nearest.per_path, state.drift};
   if (predicts) {
-    nearest = surface_->nearest(predicted, p, within(surface_->displacement(predicted, state.anchor)));
+    nearest = nearest_of(predicted);
     now_inside = nearest.surface_point.triangle >= 0 && !nearest.outside;
-    state.clear.distance = 0;  // of a prediction nothing is known in the next step
+    clear.distance = 0;  // of a prediction nothing is known in the next step
   }
   // A contact ends only where the winding number agrees: where the surface overlaps itself, the nearest triangle may be that
   // of another part.
-  if (!now_inside && state.inside) now_inside = surface_->is_inside(predicts ? predicted : without, p);
+  if (surface_->finished() && !now_inside && state.inside)
+    now_inside = surface_->is_inside(predicts ? predicted : without, p);
+  if (!surface_->finished()) {
+    state.doubted = state.doubted || doubted;
+    return Test::unfinished;
+  }
+  state.doubted = false;
+  state.clear = clear;
   if (now_inside)
     state.through = false;
   else if (state.inside)  // the point has come out in this step: note on which side
     state.through = dot(nearest.outward, state.outward) < kOppositeFaces;
   state.inside = now_inside;
+  return Test::done;
 }
 
 // The point is pulled back with the whole field, this contact's part included: so it stays beside its anchor even if contacts

@@ -25,6 +25,8 @@ struct PointState {
   bool inside = false;      // of the surface; in contact: of the surface without this contact's own part
   bool contact = false;     // the point holds its anchor
   bool through = false;     // in contact, and out again on the far side of a thin part
+  bool doubted = false;     // in contact: out of the surface without it; the step had no room to ask the predicted one
+  bool unused[3] = {};      // in the place of padding, which a saved state would hold
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                // m, where the point was in the last step that followed it
   Clearance clear;
@@ -52,8 +54,8 @@ class Collision {
   // Moves one tool point to p (m) and updates its state. hold: a contact does not end by coming out. Returns false where the
   // point was not followed: it moved too far in one step, through the organ, or away from its contact.
   // Points are moved in ascending order of tool and point. Cost: nanoseconds for a point that cannot have reached the surface,
-  // else some microseconds. Where the step's work does not allow the test, a later step does it: until then a contact holds, and
-  // a free point stays on its side.
+  // else some microseconds. Where the step's work does not allow the test, or not to its end, a later step does it: until then a
+  // contact holds, and a free point stays on its side.
   bool move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, const TrackingLimits& limits);
 
   // Moves the anchor to the point of the rest surface that is nearest to p. The search walks over the surface from the old
@@ -69,17 +71,20 @@ class Collision {
   void forget() { turns_.forget(); }
 
  private:
-  void see_first(PointState& state, Vec3 p);
-  bool test_free(PointState& state, Vec3 p);
+  // A test that did not come to its end has left the side of the point as it was.
+  enum class Test { done, lost, unfinished };
+  Test see_first(PointState& state, Vec3 p);
+  Test test_free(PointState& state, Vec3 p);
   bool move_in_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double release);
-  void test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double moved,
+  Test test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double moved,
                     bool pulls);
   bool look_for_contact(PointState& state, const SurfaceCrossing* crossing, int count, Vec3 p, bool now_inside,
                         const NearestPoint& nearest);
   void begin_contact(PointState& state, const SurfacePoint& surface_point, bool through);
   void end_contact(PointState& state, std::int32_t tool, std::int32_t point);
   double reach(double moved) const;
-  bool may_test(std::int32_t tool, std::int32_t point);
+  template <class Run>
+  Test take_turn(std::int32_t tool, std::int32_t point, Run run);
 
   DeformedSurface* surface_ = nullptr;
   SurfaceIndex* rest_ = nullptr;

@@ -14,6 +14,12 @@ constexpr Operations kEntry = 15;
 Operations operations_at_node(std::int32_t contact_nodes) {
   return 10 + Operations{3} * contact_nodes;
 }
+// The same of a node among all nodes, which are evaluated at once.
+Operations operations_in_run(std::int32_t contact_nodes) {
+  return 5 + Operations{contact_nodes};
+}
+// Nodes that are evaluated at a time.
+constexpr std::int32_t kRun = 64;
 
 // Share of its energy by which the stored tensors' rounding may change the energy of a field: their error, squared for single
 // precision because a field and its change see the same error, but not for half precision or packed blocks.
@@ -41,6 +47,8 @@ bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t 
   memory.keep_array(layer.contacts, static_cast<std::size_t>(contacts), layer.contact_count);
   // What is known costs a step less work, which is counted.
   memory.keep(layer.known.now);
+  memory.keep(layer.known.count);
+  memory.keep(layer.known.few);
   memory.keep_array(layer.known.at, static_cast<std::size_t>(surface_nodes_));
   memory.keep_array(layer.known.stamp, static_cast<std::size_t>(surface_nodes_));
   return !memory.failed();
@@ -89,6 +97,7 @@ void ContactField::forget() {
   for (Layer& layer : layer_) {
     layer.count = layer.contact_count = 0;
     forget_nodes(layer.known);
+    expect_many(layer.known, false);
   }
   without_tool_ = without_point_ = -1;
   solver_ = nullptr;
@@ -96,17 +105,39 @@ void ContactField::forget() {
 }
 
 void ContactField::forget_nodes(Known& known) const {
+  known.count = 0;
   if (++known.now != 0) return;
   std::fill(known.stamp, known.stamp + surface_nodes_, 0u);
   known.now = 1;
 }
 
-template <class Evaluate>
-Vec3 ContactField::recall(Known& known, std::int32_t node, Evaluate evaluate) {
-  if (known.stamp[node] == known.now) return known.at[node];
-  const Vec3 u = evaluate();
+Vec3 ContactField::keep(Known& known, std::int32_t node, Vec3 u) {
   known.stamp[node] = known.now;
   return known.at[node] = is_finite(u) ? u : Vec3{};
+}
+
+// A node that was not evaluated costs its rows; where it is one too many, all nodes are evaluated.
+template <class Evaluate>
+Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate) const {
+  if (known.stamp[node] == known.now) return known.at[node];
+  if (are_many(known) && !tensors_.compliance) return evaluate_all(known, rows, work) ? known.at[node] : Vec3{};
+  if (!work->take(operations_at_node(rows.count / 3))) return {};
+  ++known.count;
+  return keep(known, node, evaluate());
+}
+
+// Those that are known stay. False where the query ends.
+bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work) const {
+  if (!work->take(surface_nodes_ * operations_in_run(rows.count / 3))) return false;
+  known.count = surface_nodes_ + 1;
+  double run[3 * kRun];
+  for (std::int32_t first = 0; first < surface_nodes_; first += kRun) {
+    const std::int32_t nodes = std::min(kRun, surface_nodes_ - first);
+    tensors_.surface.sum_at_run(rows.row, rows.coefficient, rows.count, first, nodes, run);
+    for (std::int32_t n = 0; n < nodes; ++n)
+      if (known.stamp[first + n] != known.now) keep(known, first + n, load3(run + 3 * n));
+  }
+  return true;
 }
 
 void ContactField::swap_layers() {
@@ -114,6 +145,7 @@ void ContactField::swap_layers() {
   norm_before_ = norm_, path_before_ = path_set_;
   now_->count = now_->contact_count = 0;
   forget_nodes(now_->known);
+  expect_many(now_->known, are_all(before_->known));
   without_tool_ = without_point_ = -1;
 }
 
@@ -180,8 +212,8 @@ void ContactField::remember_held_nodes(const ContactConstraints& set, const Cons
     const ContactNode& held = set.nodes[constraint.first_node];
     if (constraint.node_count != 1 || held.weight != 1 || constraint.axes != all_axes) continue;
     const Vec3 along = each[p].displacement;
-    recall(now_->known, held.node,
-           [&] { return constraint.framed ? transposed_times(constraint.frame, along) : along; });
+    if (now_->known.stamp[held.node] == now_->known.now) continue;
+    keep(now_->known, held.node, constraint.framed ? transposed_times(constraint.frame, along) : along);
   }
 }
 
@@ -238,8 +270,12 @@ double ContactField::measure_whole_change(Operations* work) {
     if (!is_known(now_->nodes[e].node)) cost += operations_at_node(before_->count);
   if (cost > kMostMeasuring) return INFINITY;
   double between = 0;
+  QueryWork queries;
+  queries.limit(kMostMeasuring);
   for (std::int32_t e = 0; e < now_->count; ++e)
-    between += dot(now_->force[e], before_at_node(now_->nodes[e].node, work));
+    between += dot(now_->force[e], before_at_node(now_->nodes[e].node, &queries));
+  *work += queries.done();
+  if (queries.ended()) return INFINITY;
   return norm_of_difference(norm_, norm_before_, between);
 }
 
@@ -298,6 +334,7 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
 bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations* work) {
   if (body_) return body_->predict_without(tool, point, work);
   forget_nodes(known_predicted_);
+  expect_many(known_predicted_, are_all(now_->known));
   if (!solver_ || !solver_->predict_without(tool, point, predicted_, &predicted_norm_, &predicted_apart_, work))
     return false;
   for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
@@ -306,10 +343,9 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operat
   return true;
 }
 
-Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) {
+Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->predicted_at_node(node, work);
-  return recall(known_predicted_, node, [&] {
-    *work += operations_at_node(now_->count);
+  return recall(known_predicted_, node, {now_->row, predicted_coefficient_, 3 * now_->count}, work, [&] {
     if (!tensors_.compliance)
       return tensors_.surface.sum_at_node(now_->row, predicted_coefficient_, 3 * now_->count, node);
     Vec3 sum;
@@ -320,9 +356,7 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, Operations* work) {
 }
 
 // Displacement of a surface node by the contact nodes first .. last - 1.
-Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node,
-                       Operations* work) const {
-  *work += operations_at_node(last - first);
+Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node) const {
   if (!tensors_.compliance)
     return tensors_.surface.sum_at_node(layer.row + 3 * first, layer.coefficient + 3 * first, 3 * (last - first), node);
   Vec3 sum;
@@ -331,22 +365,24 @@ Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last
   return sum;
 }
 
-Vec3 ContactField::known_at(Layer& layer, std::int32_t node, Operations* work) const {
+Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
   if (layer.count == 0) return {};
-  return recall(layer.known, node, [&] { return sum(layer, 0, layer.count, node, work); });
+  return recall(layer.known, node, {layer.row, layer.coefficient, 3 * layer.count}, work,
+                [&] { return sum(layer, 0, layer.count, node); });
 }
 
-Vec3 ContactField::at_node(std::int32_t node, Operations* work) {
-  if (body_) return body_->at_node(node, work);
-  return known_at(*now_, node, work);
+Vec3 ContactField::at_node(std::int32_t node, QueryWork* work) {
+  return body_ ? body_->at_node(node, work) : known_at(*now_, node, work);
 }
 
-Vec3 ContactField::before_at_node(std::int32_t node, Operations* work) {
+Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->before_at_node(node, work);
+  const Known& before = before_->known;
+  if (before.stamp[node] != before.now && are_many(before) && are_all(now_->known)) work->end();
   return known_at(*before_, node, work);
 }
 
-Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work) {
+Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) {
   if (body_) return body_->at_node_without(node, tool, point, work);
   if (tool != without_tool_ || point != without_point_) {
     without_tool_ = tool, without_point_ = point;
@@ -355,8 +391,10 @@ Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::in
   }
   if (!without_) return at_node(node, work);
   if (now_->contact_count == 1) return {};
-  return recall(known_without_, node,
-                [&] { return at_node(node, work) - sum(*now_, without_->first, without_->last, node, work); });
+  if (known_without_.stamp[node] == known_without_.now) return known_without_.at[node];
+  const Vec3 all = at_node(node, work);
+  if (!work->take(operations_at_node(without_->last - without_->first))) return {};
+  return keep(known_without_, node, all - sum(*now_, without_->first, without_->last, node));
 }
 
 }  // namespace palpate

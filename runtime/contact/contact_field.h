@@ -14,6 +14,10 @@ namespace palpate {
 
 class ContactField {
  public:
+  // Share of the nodes that is evaluated one by one before all others are at once; where the field before was evaluated at all nodes,
+  // the smaller one.
+  static constexpr std::int32_t kFew = 8, kFewAgain = 32;
+
   bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
               std::int32_t surface_nodes);
   // Under large deformation, in place of create(): `body` answers all that is asked. borrowed.
@@ -34,17 +38,19 @@ class ContactField {
   // Removes the part of the contact (tool, point) from the field until the next set().
   void drop(std::int32_t tool, std::int32_t point);
 
-  // Displacement of a surface node, m. The field remembers it until the next set().
-  Vec3 at_node(std::int32_t node, Operations* work);
-  // The same of the field before the last set().
-  Vec3 before_at_node(std::int32_t node, Operations* work);
+  // Displacement of a surface node, m. The field remembers it until the next set(). Where many have been asked for, it evaluates
+  // all others at once.
+  Vec3 at_node(std::int32_t node, QueryWork* work);
+  // The same of the field before the last set(). A step does not evaluate both fields at all nodes: where it would have to, the query
+  // ends, and in the next step this field is the one before.
+  Vec3 before_at_node(std::int32_t node, QueryWork* work);
   // The same without the part of the contact (tool, point).
-  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, Operations* work);
+  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work);
 
   // Predicts the field as if the contact (tool, point) ended and all others kept their targets and laws; predicted_at_node()
   // then reads it. False where the prediction is not possible, because drop() has changed the field.
   bool predict_without(std::int32_t tool, std::int32_t point, Operations* work);
-  Vec3 predicted_at_node(std::int32_t node, Operations* work);
+  Vec3 predicted_at_node(std::int32_t node, QueryWork* work);
   // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
   bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
   // sqrt(J): of the predicted field; of its difference from the field.
@@ -73,6 +79,14 @@ class ContactField {
     Vec3* at;              // [surface_nodes] m
     std::uint32_t* stamp;  // [surface_nodes] of the evaluation
     std::uint32_t now;
+    std::int32_t count;  // nodes that were evaluated one by one; surface_nodes + 1: all were, at once
+    std::int32_t few;    // of these, before all others are
+  };
+  // A field's stored rows and their coefficients.
+  struct Rows {
+    const void* const* row;
+    const double* coefficient;
+    std::int32_t count;
   };
   // One field: its coefficients, and what was evaluated.
   struct Layer {
@@ -89,8 +103,13 @@ class ContactField {
   void find_rows(Layer& layer) const;
   void swap_layers();
   void forget_nodes(Known& known) const;
+  static Vec3 keep(Known& known, std::int32_t node, Vec3 u);
   template <class Evaluate>
-  static Vec3 recall(Known& known, std::int32_t node, Evaluate evaluate);
+  Vec3 recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate) const;
+  static bool are_many(const Known& known) { return known.count > known.few; }
+  bool are_all(const Known& known) const { return known.count > surface_nodes_; }
+  void expect_many(Known& known, bool many) const { known.few = surface_nodes_ / (many ? kFewAgain : kFew); }
+  bool evaluate_all(Known& known, const Rows& rows, QueryWork* work) const;
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
@@ -98,8 +117,8 @@ class ContactField {
   double measure_whole_change(Operations* work);
   double norm_of_difference(double f, double g, double between) const;
   double change_of(const Contact& before, const Contact& now) const;
-  Vec3 sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node, Operations* work) const;
-  Vec3 known_at(Layer& layer, std::int32_t node, Operations* work) const;
+  Vec3 sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node) const;
+  Vec3 known_at(Layer& layer, std::int32_t node, QueryWork* work) const;
 
   BodyField* body_ = nullptr;  // under large deformation
   Tensors tensors_;

@@ -103,7 +103,7 @@ Vec3 ContactReport::displacement(const Loads& loads, std::int32_t node) const {
 }
 
 ContactReport::Corner ContactReport::corner_of(std::int32_t node) const {
-  Operations work = 0;
+  QueryWork work;
   if (body_) return {at_rest(node), body_->at_node(node, &work), body_->last_at_node(node)};
   return {at_rest(node), displacement(now_, node), displacement(before_, node)};
 }

@@ -60,7 +60,7 @@ FieldBound DeformedSurface::bound_of(const AskedSurface& asked) const {
 template <class At>
 Vec3 DeformedSurface::displacement_at(std::int32_t vertex, At at) {
   if (!fine_) return at(vertex);
-  work_ += fine_->cost(vertex);
+  work_.add(fine_->cost(vertex));
   return fine_->displacement(vertex, at);
 }
 
@@ -81,14 +81,14 @@ Vec3 DeformedSurface::displacement_of(const AskedSurface& asked, std::int32_t ve
 NearestPoint DeformedSurface::nearest(const AskedSurface& asked, Vec3 p, double within) {
   begin_query();
   const auto there = [&](std::int32_t node) { return place(asked, node); };
-  if (!field_) return tree_->nearest(p, within, bound_of(asked), &work_, there, nullptr);
+  if (!remembers(asked)) return tree_->nearest(p, within, bound_of(asked), &work_, there, nullptr);
   return tree_->nearest(p, within, bound_of(asked), &work_, there, [&](std::int32_t node) { return place({}, node); });
 }
 
 template <class Visit>
 void DeformedSurface::meet(const AskedSurface& asked, Vec3 low, Vec3 high, const FieldBound& bound, Visit visit) {
   const auto there = [&](std::int32_t node) { return place(asked, node); };
-  if (!field_) return tree_->meet(low, high, bound, &work_, there, nullptr, visit);
+  if (!remembers(asked)) return tree_->meet(low, high, bound, &work_, there, nullptr, visit);
   tree_->meet(
       low, high, bound, &work_, there, [&](std::int32_t node) { return place({}, node); }, visit);
 }
@@ -124,7 +124,7 @@ int DeformedSurface::crossings(Vec3 from, Vec3 to, SurfaceCrossing* found) {
     MovingCrossing passed[3];
     const int times =
         rests(before, now) ? resting_crossing(from, to, now, passed) : moving_crossings(from, to, before, now, passed);
-    work_ += 150;
+    work_.add(150);
     for (int c = 0; c < times; ++c) {
       int at = std::min(++count, kMaxCrossings + 1) - 1;
       // Where there is no room, the latest crossing is dropped.
@@ -156,8 +156,8 @@ Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint
 }
 
 Operations DeformedSurface::take_work() {
-  const Operations done = work_;
-  work_ = 0;
+  const Operations done = work_.done();
+  work_ = {};
   return done;
 }
 

@@ -23,6 +23,8 @@ struct AskedSurface {
   std::int32_t tool = -1, point = -1;
 };
 
+// A query may end before it is finished, where it has reached the limit of limit_work(). finished() then tells it, and its answer has
+// no meaning.
 class DeformedSurface {
  public:
   static constexpr int kMaxCrossings = 32;
@@ -56,11 +58,17 @@ class DeformedSurface {
   // m, the displacement of a surface point.
   Vec3 displacement(const AskedSurface& asked, const SurfacePoint& surface_point);
 
-  // What the queries have cost since the last call.
+  // What the queries have cost since the last call; there is no limit any more.
   Operations take_work();
+  // From now on queries end where they would cost more than that, all since the last take_work() together.
+  void limit_work(Operations most) { work_.limit(most); }
+  bool finished() const { return !work_.ended(); }
+  void add_work(Operations operations) { work_.add(operations); }
 
  private:
   bool moves() const { return field_ && !field_->empty(); }
+  // Whether the tree is told where the field has what a query looks at: not where the query does not evaluate the field itself.
+  bool remembers(const AskedSurface& asked) const { return field_ && asked.kind != AskedSurface::kPredicted; }
   FieldBound bound_of(const AskedSurface& asked) const;
   // Displacements of a fine surface's vertices that a query has evaluated: its triangles share them.
   struct Known {
@@ -83,7 +91,7 @@ class DeformedSurface {
   const FineSurface* fine_ = nullptr;
   Known known_now_, known_asked_;  // of the surface as it is now; of another one that is asked about
   std::uint32_t query_ = 0;
-  Operations work_ = 0;
+  QueryWork work_;
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// The displacement of one node: sum_j c_j T_j (eq. 9 of the paper) at three numbers of each column.
+// The displacement of one node, or of neighbours in the list of nodes: sum_j c_j T_j (eq. 9 of the paper), in double precision.
 #pragma once
 
 #include <cstddef>
@@ -22,5 +22,13 @@ void sum_at_node(formats::ElementType type, const void* const* column, const dou
 /// The same with given instructions, which the processor must have; for tests.
 void sum_at_node(Instructions instructions, formats::ElementType type, const void* const* column,
                  const double* coefficient, int column_count, std::size_t first, std::size_t column_size, double* out);
+
+/// The same numbers, to the bit, for a run of numbers that lie side by side: out[i] as sum_at_node() gives it for the number
+/// first + i, i in [0, count).
+/// Cost: each column is read in pieces of some hundred numbers; for a whole column a fifth of what sum_at_node() takes for its nodes.
+void sum_at_run(formats::ElementType type, const void* const* column, const double* coefficient, int column_count,
+                std::size_t first, std::size_t count, double* out);
+void sum_at_run(Instructions instructions, formats::ElementType type, const void* const* column,
+                const double* coefficient, int column_count, std::size_t first, std::size_t count, double* out);
 
 }  // namespace palpate

@@ -21,7 +21,7 @@ bool SurfaceQuery::create(SceneMemory& memory, const Tensors* tensors, const std
 
 template <class Visit>
 void SurfaceQuery::meet(Vec3 low, Vec3 high, Visit visit) {
-  Operations work = 0;
+  QueryWork work;
   const auto at = [&](std::int32_t node) { return place(node); };
   tree_.meet(low, high, field_.bound(), &work, at, at, visit);
 }
@@ -76,7 +76,7 @@ bool SurfaceQuery::cast_ray(Vec3 origin, Vec3 along, double longest, SurfaceHit*
 }
 
 bool SurfaceQuery::closest(Vec3 p, double farthest, SurfaceHit* hit) {
-  Operations work = 0;
+  QueryWork work;
   const auto at = [&](std::int32_t node) { return place(node); };
   const NearestPoint nearest = tree_.nearest(p, farthest, field_.bound(), &work, at, at);
   if (nearest.surface_point.triangle < 0) return false;

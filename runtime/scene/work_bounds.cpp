@@ -14,8 +14,8 @@ namespace {
 class WorkBounds {
  public:
   // triangles: of the surface that tools meet. fine: operations to move all corners of these triangles, where it is a fine one.
-  WorkBounds(const palpate_scene_def& def, double surface_nodes, double triangles, double fine)
-      : def_(def), surface_nodes_(surface_nodes), triangles_(triangles), fine_(fine) {}
+  WorkBounds(const palpate_scene_def& def, bool packed, double surface_nodes, double triangles, double fine)
+      : def_(def), packed_(packed), surface_nodes_(surface_nodes), triangles_(triangles), fine_(fine) {}
 
   // Tests and changes of contacts within their share, one test and one change more, and the displacement at every anchor.
   double collision() const {
@@ -46,10 +46,13 @@ class WorkBounds {
   double contacts() const { return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3.0 : 1.0); }
   double rows() const { return 3 * contacts(); }
   double node() const { return follows() ? 10 + 3.0 * def_.max_contact_nodes : 0; }
-  // Two queries and the ray of a third, each of which may visit the whole surface, and the prediction.
+  // Two queries and the ray of a third, each of which may visit the whole surface; the fields that they ask for, one of which and a
+  // share of a second are evaluated at all nodes, and a contact's own part; and the prediction. A packed bundle's are evaluated one by one.
   double one_test() const {
-    const double prediction = (2 * kRowsOfAContact + 2 + kSweeps) * rows() * rows() / kDense;
-    return 4 * (kTriangle * triangles_ + 3 * fine_ + 3 * node() * surface_nodes_) + (follows() ? prediction : 0);
+    const double prediction = (2 * kRowsOfAContact + 2 + kSweeps) * rows() * rows() / kDense,
+                 at_once = 2 * (5.0 + def_.max_contact_nodes), few = 2.0 / ContactField::kFew * node(),
+                 fields = follows() ? packed_ ? 3 * node() : at_once + few + node() : 0;
+    return 4 * (kTriangle * triangles_ + 3 * fine_) + fields * surface_nodes_ + (follows() ? prediction : 0);
   }
   double renewals(double count) const {
     const double each = 3 * rows() * rows(), whole = rows() * rows() * rows() / 6, nodes = def_.max_contact_nodes;
@@ -57,6 +60,7 @@ class WorkBounds {
   }
 
   const palpate_scene_def& def_;
+  const bool packed_;  // the bundle's compliance is
   const double surface_nodes_, triangles_, fine_;
 };
 
@@ -67,7 +71,8 @@ void state_work_bounds(palpate_scene& scene) {
   double corners = 0;
   for (std::int32_t i = 0; i < 3 * fine.triangle_count(); ++i)
     corners += static_cast<double>(fine.cost(fine.triangles()[i]));
-  const WorkBounds bounds(scene.def, scene.tensors.surface_nodes, scene.touch.tree.triangle_count(), corners);
+  const WorkBounds bounds(scene.def, scene.tensors.compliance != nullptr, scene.tensors.surface_nodes,
+                          scene.touch.tree.triangle_count(), corners);
   const auto state = [&](Pass id, double operations) {
     palpate_plan_pass& pass = scene.plan.pass[scene.watch.index_in_plan[static_cast<std::int32_t>(id)]];
     pass.most_operations = static_cast<std::int64_t>(std::min(operations, 9e18));

@@ -73,13 +73,15 @@ class SurfaceTree {
   // In all other queries, place(node) gives the place of a node of the surface that is asked about, and field(node) that of the surface
   // that the field makes, m. The tree remembers the latter. field: nullptr where the surface does not move.
 
+  // A query that ends before it is finished (work->ended()) has an answer without meaning.
+
   // Calls visit(triangle, corner) for every triangle whose box may meet the box [low, high]; corner: [3] its corners now.
   template <class Place, class Field, class Visit>
-  void meet(Vec3 low, Vec3 high, const FieldBound& bound, Operations* work, Place place, Field field, Visit visit);
+  void meet(Vec3 low, Vec3 high, const FieldBound& bound, QueryWork* work, Place place, Field field, Visit visit);
 
   // The nearest surface point within `within` metres.
   template <class Place, class Field>
-  NearestPoint nearest(Vec3 p, double within, const FieldBound& bound, Operations* work, Place place, Field field);
+  NearestPoint nearest(Vec3 p, double within, const FieldBound& bound, QueryWork* work, Place place, Field field);
 
  private:
   static constexpr int kLeaf = 4;
@@ -105,10 +107,10 @@ class SurfaceTree {
   template <class Place, class Visit>
   void look_at(const Node& leaf, Place place, Visit visit) const;
   template <class Field>
-  void remember(std::int32_t leaf, double path, Field field);
+  void remember(std::int32_t leaf, double path, const QueryWork& work, Field field);
   void refit(std::int32_t leaf, const Box& box, double path);
   template <class Place>
-  void decide_side(NearestPoint& nearest, Vec3 p, Operations* work, Place place);
+  void decide_side(NearestPoint& nearest, Vec3 p, QueryWork* work, Place place);
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
@@ -160,7 +162,7 @@ void SurfaceTree::look_at(const Node& leaf, Place place, Visit visit) const {
 
 // Refits the boxes around a leaf to where the field has its triangles.
 template <class Field>
-void SurfaceTree::remember(std::int32_t leaf, double path, Field field) {
+void SurfaceTree::remember(std::int32_t leaf, double path, const QueryWork& work, Field field) {
   if constexpr (!std::is_same_v<Field, std::nullptr_t>) {
     const Node& node = nodes_[leaf];
     Box box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -172,7 +174,7 @@ void SurfaceTree::remember(std::int32_t leaf, double path, Field field) {
           if (at[d] > box.high[d]) box.high[d] = at[d];
         }
       }
-    refit(leaf, box, path);
+    if (!work.ended()) refit(leaf, box, path);
   }
 }
 
@@ -192,31 +194,31 @@ void SurfaceTree::near_at_rest(Vec3 low, Vec3 high, Operations* work, Visit visi
 }
 
 template <class Place, class Field, class Visit>
-void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, Operations* work, Place place, Field field,
+void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, QueryWork* work, Place place, Field field,
                        Visit visit) {
   if (triangle_count_ == 0) return;
   std::int32_t stack[kDeepest];
   int top = 0;
   stack[top++] = 0;
-  while (top > 0) {
+  while (top > 0 && !work->ended()) {
     const std::int32_t at = stack[--top];
     const Node& node = nodes_[at];
-    *work += 8;
+    work->add(8);
     if (!may_meet(node, low, high, bound)) continue;
     if (node.count == 0) {
       stack[top++] = node.first, stack[top++] = node.first + 1;
       continue;
     }
     look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
-      *work += 30;
+      work->add(30);
       visit(triangle, corner);
     });
-    remember(at, bound.path, field);
+    remember(at, bound.path, *work, field);
   }
 }
 
 template <class Place, class Field>
-NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound, Operations* work, Place place,
+NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound, QueryWork* work, Place place,
                                   Field field) {
   NearestPoint best;
   best.distance = within;
@@ -233,7 +235,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
   Waiting stack[kDeepest];
   int top = 0;
   stack[top++] = {0, distance_bound(nodes_[0], p, bound)};
-  while (top > 0) {
+  while (top > 0 && !work->ended()) {
     const Waiting next = stack[--top];
     const Node& node = nodes_[next.node];
     if (next.distance >= best.distance) {
@@ -243,7 +245,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
     if (node.count == 0) {
       Waiting near{node.first, distance_bound(nodes_[node.first], p, bound)},
           far{node.first + 1, distance_bound(nodes_[node.first + 1], p, bound)};
-      *work += 16;
+      work->add(16);
       // Where the bounds do not tell them apart, first the one that was seen nearer.
       if (far.distance < near.distance ||
           (far.distance == near.distance && gap(nodes_[far.node].seen, p) < gap(nodes_[near.node].seen, p))) {
@@ -254,7 +256,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       continue;
     }
     look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
-      *work += 40;
+      work->add(40);
       double k[3];
       const double distance = std::sqrt(closest_on_triangle(p, corner[0], corner[1], corner[2], k));
       pass(node.reach, distance);
@@ -266,10 +268,10 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       best.surface_point.triangle = triangle;
       for (int v = 0; v < 3; ++v) best.surface_point.barycentric[v] = k[v];
     });
-    remember(next.node, bound.path, field);
+    remember(next.node, bound.path, *work, field);
   }
   best.per_path = best.distance * steepest;
-  if (best.surface_point.triangle >= 0) decide_side(best, p, work, place);
+  if (best.surface_point.triangle >= 0 && !work->ended()) decide_side(best, p, work, place);
   return best;
 }
 
@@ -277,7 +279,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
 // sign against the faces' normals weighted by their angles there. Source: Baerentzen and Aanaes 2005, Signed distance computation
 // using the angle weighted pseudonormal.
 template <class Place>
-void SurfaceTree::decide_side(NearestPoint& nearest, Vec3 p, Operations* work, Place place) {
+void SurfaceTree::decide_side(NearestPoint& nearest, Vec3 p, QueryWork* work, Place place) {
   const std::int32_t* own = corners(nearest.surface_point.triangle);
   const double* k = nearest.surface_point.barycentric;
   const auto normal_of = [&](const std::int32_t* node, Vec3 corner[3]) {
@@ -299,7 +301,7 @@ void SurfaceTree::decide_side(NearestPoint& nearest, Vec3 p, Operations* work, P
       if (count == 2 && around[0] != other && around[1] != other && around[2] != other) continue;
       Vec3 there[3];
       const Vec3 normal = normal_of(around, there);
-      *work += 40;
+      work->add(40);
       double weight = 1;
       if (count == 1) {
         const int v = around[0] == node ? 0 : around[1] == node ? 1 : 2;

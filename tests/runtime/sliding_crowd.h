@@ -15,13 +15,15 @@ struct SlidingCrowd {
     return shared;
   }
 
-  SlidingCrowd(palpate_contact_model contact, palpate_contact_law law)
+  SlidingCrowd(palpate_contact_model contact, palpate_contact_law law,
+               std::int64_t most_operations = palpate_default_scene_def().max_operations)
       : surface(box().bundle()),
         wanderers(kTools * kPointsOfATool, WanderingPoint(surface, random)),
         points(wanderers.size()),
         tools(kTools, palpate_default_tool()) {
     palpate_scene_def def = palpate_default_scene_def();
     def.collision = PALPATE_COLLISION_DEFORMED, def.contact = contact, def.law = law;
+    def.max_operations = most_operations;
     scene = box().scene(def);
     contacts = std::make_unique<Contacts>(scene.get());
     for (int t = 0; t < kTools; ++t) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/base/step_work.h"
+#include "tests/runtime/sliding_crowd.h"
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -121,6 +122,36 @@ TEST(StepWork, StaysBelowWhatThePlanStates) {
       EXPECT_GT(worst, 0);
       EXPECT_LE(worst, bound) << law << " " << most;
     }
+}
+
+// What a step has counted when its pass `collision` ends, the most of all steps.
+struct CountedCollision {
+  explicit CountedCollision(SlidingCrowd& crowd) : scene(*crowd.scene) {
+    palpate_watch_passes(
+        &scene, [](void* self, std::int32_t pass) { static_cast<CountedCollision*>(self)->note(pass); }, this);
+  }
+  void note(std::int32_t pass) {
+    if (pass == scene.watch.index_in_plan[static_cast<std::int32_t>(Pass::collision)])
+      worst = std::max<std::int64_t>(worst, scene.touch.work.done());
+  }
+  palpate_scene& scene;
+  std::int64_t worst = 0;
+};
+
+// Sixty-four points, of which a step can test a few: each test may look at the whole surface, but none at two fields of it.
+TEST(StepWork, OfTheCollisionOfAHostileSceneExceedsTheLimitByLessThanHalf) {
+  constexpr std::int64_t most = 100'000;
+  for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
+    SlidingCrowd crowd(PALPATE_CONTACT_POINT, law, most);
+    CountedCollision counted(crowd);
+    int deferred = 0;
+    for (int s = 0; s < 2000; ++s) {
+      crowd.step();
+      deferred += (crowd.flags & PALPATE_STEP_WORK_DEFERRED) != 0;
+    }
+    EXPECT_GT(deferred, 100);
+    EXPECT_LE(counted.worst, most + most / 2) << law;
+  }
 }
 
 TEST(StepWork, CountsTheSameInEveryRun) {

@@ -97,5 +97,26 @@ TEST(NodeSum, AddsFourSumsSideBySideWithEveryInstructionSetAlsoAtTheEndOfAColumn
       }
 }
 
+// Runs that are longer than the tile in which the sums stay, or end in its middle.
+TEST(NodeSum, OfARunGivesTheBitsThatItsNodesHaveOneByOneWithEveryInstructionSet) {
+  for (const ElementType type : {ElementType::f32, ElementType::f64, ElementType::f16})
+    for (const int columns : {0, 1, 4, 11, 12, 13, 30, 101})
+      for (const int nodes : {1, 5, 64, 65, 200}) {
+        const std::size_t first = 6, count = 3 * static_cast<std::size_t>(nodes), length = first + count;
+        const Columns stored(type, columns, length);
+        const std::vector<double> coefficient(stored.coefficient.begin(), stored.coefficient.end());
+        std::vector<double> expected(count);
+        for (std::size_t i = 0; i < count; i += 3)
+          sum_at_node(type, stored.column.data(), coefficient.data(), columns, first + i, length, expected.data() + i);
+        for (int set = 0; set <= static_cast<int>(best_instructions()); ++set) {
+          std::vector<double> out(count, NAN);
+          sum_at_run(static_cast<Instructions>(set), type, stored.column.data(), coefficient.data(), columns, first,
+                     count, out.data());
+          ASSERT_EQ(out, expected) << "type " << static_cast<int>(type) << ", " << columns << " columns, " << nodes
+                                   << " nodes, instructions " << set;
+        }
+      }
+}
+
 }  // namespace
 }  // namespace palpate
