@@ -43,6 +43,7 @@ BC ?= $(firstword $(call toml_names,boundary))
 SCENES ?= $(call toml_names,scenes)
 SURFACE_OPTIONS ?= $(SURFACE_OPTIONS_$(RESOLUTION))
 TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
+PRECOMPUTE_OPTIONS ?= $(PRECOMPUTE_OPTIONS_$(RESOLUTION))
 
 ifeq ($(wildcard $(ORGAN_DIR)/boundary/$(BC).toml),)
 $(error BC=$(BC): expected one of $(call toml_names,boundary))

@@ -47,10 +47,15 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
   app.add_option("--batch", options.columns_at_a_time, "columns solved at a time; default 96, with multigrid 32")
       ->check(CLI::Range(1, 4096))
       ->option_text("P");
-  app.add_option("--store", options.store, "numbers of the stored displacements: f32 (default) or f64")
+  app.add_option("--store", options.store, "numbers of the stored displacements: f32 (default), f64 or f16")
       ->transform(CLI::CheckedTransformer(std::map<std::string, formats::ElementType>{
-          {"f32", formats::ElementType::f32}, {"f64", formats::ElementType::f64}}))
+          {"f32", formats::ElementType::f32}, {"f64", formats::ElementType::f64}, {"f16", formats::ElementType::f16}}))
       ->option_text("TYPE");
+  app.add_option(
+         "--low-rank", options.low_rank,
+         "store the surface in blocks of low rank, with at most this relative error of a column (1e-3); the disk "
+         "holds all columns until they are packed")
+      ->option_text("E");
   app.add_option("--locking-probes", options.locking_probes,
                  "measure how much too stiff the element is: compares it with p2-p0 on the same mesh, on N patches of "
                  "the surface "

@@ -1,5 +1,5 @@
 # The default organ: a segmented liver.
-RESOLUTIONS := 200 600 1700 5000 10000 20000
+RESOLUTIONS := 200 600 1700 5000 10000 20000 100000
 RESOLUTION ?= 1700
 # The goals that print the documents' figures take the set with which these were measured.
 BC ?= $(if $(filter accuracy large-deformation bench% docs-speed kill-test,$(MAKECMDGOALS)),right-side,abdomen)
@@ -15,12 +15,15 @@ SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
 SURFACE_OPTIONS_5000 := --labels 255 --smooth 1.5 --triangles 2950
 SURFACE_OPTIONS_10000 := --labels 255 --smooth 1.2 --triangles 4760
 SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
+SURFACE_OPTIONS_100000 := --labels 255 --smooth 0.5 --triangles 28000
 TETRAHEDRA_OPTIONS_200 := --region liver --size 26
 TETRAHEDRA_OPTIONS_600 := --region liver --size 14
 TETRAHEDRA_OPTIONS_1700 := --region liver --size 9
 TETRAHEDRA_OPTIONS_5000 := --region liver --size 6
 TETRAHEDRA_OPTIONS_10000 := --region liver --size 4.7
 TETRAHEDRA_OPTIONS_20000 := --region liver --size 3.8
+TETRAHEDRA_OPTIONS_100000 := --region liver --size 2.2
+PRECOMPUTE_OPTIONS_100000 := --low-rank 1e-3
 
 # The surface that is drawn over any of the meshes: 14,000 triangles, denser where the liver is curved.
 RENDER_OPTIONS ?= --labels 255 --triangles 14000 --spread curvature

@@ -39,6 +39,10 @@ struct PackOptions {
 // palpate-bundle pack. Writes the whole output or none of it; the same input gives the same bytes. Errors: InputError
 // where the source is no bundle or the options would not make it smaller, OperationError for the disk.
 void pack_bundle(const PackOptions& options);
+// The same into a file that the caller renames to options.output.
+void pack_bundle_into(const PackOptions& options, const std::filesystem::path& part);
+// Errors: InputError where the value of --low-rank is none.
+void check_low_rank(double value);
 
 // palpate-bundle diff. Errors: InputError where one file is no bundle, VerificationError where they differ.
 void compare_bundles(const std::filesystem::path& a, const std::filesystem::path& b, bool json);

@@ -44,6 +44,8 @@ class BundleFile {
   }
   std::string text(formats::SectionId id) const;
 
+  int descriptor() const { return descriptor_; }  // of the file, to map parts of it
+
   // The provenance where it is a flat JSON object, else a JSON null: the bytes of the file are not trusted.
   nlohmann::json provenance() const;
 

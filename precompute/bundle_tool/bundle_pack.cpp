@@ -96,9 +96,7 @@ void check_options(const PackOptions& options) {
   if (subset == options.mesh.empty())
     throw InputError(subset ? "--touchable and --patch need --mesh, the mesh file that the bundle was made from"
                             : "--mesh is only used with --touchable or --patch; leave it out or add one of them");
-  if (options.low_rank && !(*options.low_rank >= 1e-6 && *options.low_rank <= 0.1))
-    throw InputError(
-        fmt::format("--low-rank: expected a relative column error from 1e-6 to 0.1, found {}", *options.low_rank));
+  if (options.low_rank) check_low_rank(*options.low_rank);
 }
 
 ElementType target_type(const StoredColumns& columns, const BundleFile& source, const PackOptions& options) {
@@ -199,27 +197,30 @@ class Packer {
     const auto touchable = source_.numbers<std::int32_t>(SectionId::touchable);
     const auto stiffnesses = source_.numbers<double>(SectionId::force);
     const auto nodes = source_.numbers<double>(SectionId::nodes);
-    const std::size_t run = 3 * columns_.surface_nodes();
     ComplianceSource from;
     from.surface_nodes = static_cast<std::int32_t>(columns_.surface_nodes());
-    from.position.assign(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(run));
-    from.compliance.resize(3 * columns() * run);
-    ColumnRows rows;
+    from.position.assign(nodes.begin(), nodes.begin() + 3 * static_cast<std::ptrdiff_t>(from.surface_nodes));
+    std::vector<Matrix3> own(columns());
     for (std::size_t s = 0; s < kept_.size(); ++s) {
       const std::size_t k = kept_[s];
       from.touchable.push_back(touchable[k]);
-      Matrix3 stiffness, own;
+      Matrix3 stiffness;
       std::copy_n(stiffnesses.begin() + 9 * static_cast<std::ptrdiff_t>(k), 9, stiffness.begin());
       from.stiffness.insert(from.stiffness.end(), stiffness.begin(), stiffness.end());
-      if (!invert_on_free(stiffness, &fixed[3 * static_cast<std::size_t>(touchable[k])], &own))
+      if (!invert_on_free(stiffness, &fixed[3 * static_cast<std::size_t>(touchable[k])], &own[s]))
         throw InputError(fmt::format("{}: tensors/force of node {} is not positive definite; run palpate-bundle verify",
                                      source_.path().string(), touchable[k]));
-      columns_.read(k, rows);
-      for (std::size_t j = 0; j < 3; ++j)  // C_nk = T^u_nk C_kk
-        for (std::size_t i = 0; i < run; ++i)
-          from.compliance[(3 * s + j) * run + i] = static_cast<float>(
-              rows.surface[i] * own[j] + rows.surface[run + i] * own[3 + j] + rows.surface[2 * run + i] * own[6 + j]);
     }
+    const MappedSurfaceRows rows(columns_);
+    from.compliance = [&](std::size_t s, std::span<const std::int32_t> at, double* c) {
+      for (std::size_t n = 0; n < at.size(); ++n) {
+        const Matrix3 t = rows.entry(kept_[s], at[n]);
+        for (std::size_t j = 0; j < 3; ++j)  // C_nk = T^u_nk C_kk
+          for (std::size_t i = 0; i < 3; ++i)
+            c[(j * at.size() + n) * 3 + i] =
+                t[3 * i] * own[s][j] + t[3 * i + 1] * own[s][3 + j] + t[3 * i + 2] * own[s][6 + j];
+      }
+    };
     blocks_ = pack_compliance(from, {type_, options_.low_rank});
   }
 
@@ -437,13 +438,22 @@ class Packer {
 
 }  // namespace
 
-void pack_bundle(const PackOptions& options) {
-  check_options(options);
+void check_low_rank(double value) {
+  if (!(value >= 1e-6 && value <= 0.1))
+    throw InputError(fmt::format("--low-rank: expected a relative column error from 1e-6 to 0.1, found {}", value));
+}
+
+void pack_bundle_into(const PackOptions& options, const std::filesystem::path& part) {
   const BundleFile source(options.bundle);
-  AtomicFile file(options.output);
-  Packer packer(source, options, file.part());
+  Packer packer(source, options, part);
   packer.write();
   packer.report();
+}
+
+void pack_bundle(const PackOptions& options) {
+  check_options(options);
+  AtomicFile file(options.output);
+  pack_bundle_into(options, file.part());
   file.commit();
 }
 

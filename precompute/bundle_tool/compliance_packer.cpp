@@ -191,7 +191,7 @@ std::optional<Factors> low_rank(const Eigen::MatrixXd& block, const Budget& colu
 
 class Packer {
  public:
-  Packer(ComplianceSource& source, const CompliancePackOptions& options)
+  Packer(const ComplianceSource& source, const CompliancePackOptions& options)
       : source_(source), options_(options), tree_(source, leaf_nodes(source.surface_nodes)) {}
 
   PackedCompliance pack() {
@@ -201,7 +201,7 @@ class Packer {
     for (std::int32_t n = 0; n < source_.surface_nodes; ++n)
       if (!is_touchable[n]) others.push_back(n);
     const std::int32_t root = tree_.add(source_.touchable), rest = tree_.add(others);
-    bring_into_order();
+    order_columns();
     norms();
     Progress progress("blocks", static_cast<std::uint64_t>(source_.touchable.size()) * source_.touchable.size());
     progress_ = &progress;
@@ -222,40 +222,35 @@ class Packer {
 
   const Cluster& at(std::int32_t cluster) const { return tree_.clusters[cluster]; }
 
-  // Sorts columns and rows of the compliance by position in the tree.
-  void bring_into_order() {
-    const std::size_t run = 3 * static_cast<std::size_t>(source_.surface_nodes), columns = source_.touchable.size();
-    std::vector<std::int32_t> column_of(static_cast<std::size_t>(source_.surface_nodes), -1);
-    for (std::size_t k = 0; k < columns; ++k) column_of[source_.touchable[k]] = static_cast<std::int32_t>(k);
-    std::vector<float> ordered(source_.compliance.size());
-    stiffness_.resize(columns);
-    for (std::size_t p = 0; p < columns; ++p) {
-      const auto k = static_cast<std::size_t>(column_of[tree_.order[p]]);
-      stiffness_[p] = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&source_.stiffness[9 * k]);
-      for (std::size_t j = 0; j < 3; ++j)
-        for (std::size_t q = 0; q < tree_.order.size(); ++q)
-          std::copy_n(&source_.compliance[(3 * k + j) * run + 3 * static_cast<std::size_t>(tree_.order[q])], 3,
-                      &ordered[(3 * p + j) * run + 3 * q]);
+  // The columns by position in the tree.
+  void order_columns() {
+    std::vector<std::int32_t> slot_of(static_cast<std::size_t>(source_.surface_nodes), -1);
+    for (std::size_t k = 0; k < source_.touchable.size(); ++k)
+      slot_of[source_.touchable[k]] = static_cast<std::int32_t>(k);
+    for (std::size_t p = 0; p < source_.touchable.size(); ++p) {
+      slot_.push_back(static_cast<std::size_t>(slot_of[tree_.order[p]]));
+      stiffness_.emplace_back(
+          Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&source_.stiffness[9 * slot_[p]]));
     }
-    source_.compliance.swap(ordered);
   }
 
   // The 2-norm of each column of T^u.
   void norms() {
-    const auto run = static_cast<Eigen::Index>(3 * source_.surface_nodes);
+    Eigen::MatrixXd c(3 * source_.surface_nodes, 3);
     norm_.resize(stiffness_.size());
     for (std::size_t p = 0; p < stiffness_.size(); ++p) {
-      const Eigen::Map<const Eigen::MatrixXf> c(&source_.compliance[3 * p * static_cast<std::size_t>(run)], run, 3);
-      const Eigen::MatrixXd t = c.cast<double>() * stiffness_[p];
+      source_.compliance(slot_[p], tree_.order, c.data());
+      const Eigen::MatrixXd t = c * stiffness_[p];
       for (int j = 0; j < 3; ++j) norm_[p][j] = t.col(j).norm();
     }
   }
 
   Eigen::MatrixXd numbers(const Cluster& rows, const Cluster& columns) const {
-    const auto run = static_cast<Eigen::Index>(3 * source_.surface_nodes);
-    const Eigen::Map<const Eigen::MatrixXf> all(source_.compliance.data(), run,
-                                                static_cast<Eigen::Index>(3 * stiffness_.size()));
-    return all.block(3 * rows.begin, 3 * columns.begin, 3 * rows.size(), 3 * columns.size()).cast<double>();
+    Eigen::MatrixXd block(3 * rows.size(), 3 * columns.size());
+    const std::span nodes(&tree_.order[static_cast<std::size_t>(rows.begin)], static_cast<std::size_t>(rows.size()));
+    for (std::int32_t p = columns.begin; p < columns.end; ++p)
+      source_.compliance(slot_[p], nodes, block.col(3 * (p - columns.begin)).data());
+    return block;
   }
 
   // Each block may make a share of the allowed error of a column, by the number of its rows: the squares of the shares
@@ -355,9 +350,10 @@ class Packer {
                                                                                    : 2));
   }
 
-  ComplianceSource& source_;
+  const ComplianceSource& source_;
   const CompliancePackOptions& options_;
   Tree tree_;
+  std::vector<std::size_t> slot_;            // in source.touchable, by position
   std::vector<Eigen::Matrix3d> stiffness_;   // T^f by position
   std::vector<std::array<double, 3>> norm_;  // |T| by position and dof
   PackedCompliance out_;
@@ -373,7 +369,7 @@ float half_scale(double largest) {
   return std::ldexp(1.0f, exponent - 15);
 }
 
-PackedCompliance pack_compliance(ComplianceSource& source, const CompliancePackOptions& options) {
+PackedCompliance pack_compliance(const ComplianceSource& source, const CompliancePackOptions& options) {
   return Packer(source, options).pack();
 }
 

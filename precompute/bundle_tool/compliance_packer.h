@@ -9,7 +9,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "formats/bundle_layout.h"
@@ -30,7 +32,9 @@ struct ComplianceSource {
   std::vector<double> position;         // [Ns][3]
   std::vector<std::int32_t> touchable;  // ascending surface nodes
   std::vector<double> stiffness;        // [S][3][3] T^f
-  std::vector<float> compliance;        // [S][3][Ns][3] m/N: row [k, j] is C e of dof j of column k
+  // c: [3][nodes][3] m/N: row j is C e of dof j of touchable[k], at these surface nodes. Called many times for each k, so that
+  // nobody has to hold all of C in memory.
+  std::function<void(std::size_t k, std::span<const std::int32_t> nodes, double* c)> compliance;
 };
 
 // The numbers of the sections tensors/compliance/*.
@@ -43,9 +47,9 @@ struct PackedCompliance {
   std::int32_t largest_rank = 0;
 };
 
-// Reorders source.compliance. The same input gives the same bytes. Cost: for each pair that is apart, its numbers times
-// its rank.
-PackedCompliance pack_compliance(ComplianceSource& source, const CompliancePackOptions& options);
+// The same input gives the same bytes. Cost: for each pair that is apart, its numbers times its rank. Memory: the result, and
+// twice the largest pair that is apart.
+PackedCompliance pack_compliance(const ComplianceSource& source, const CompliancePackOptions& options);
 
 // The scale s of numbers that are stored as halves: a power of two that brings the largest just below 2^15, so that
 // numbers keep 11 bits down to 2^-29 of the largest.

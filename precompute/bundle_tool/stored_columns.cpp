@@ -1,8 +1,11 @@
 #include "precompute/bundle_tool/stored_columns.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 
 namespace palpate {
@@ -73,7 +76,7 @@ void StoredColumns::read_rows(Rows& rows, std::size_t k, std::vector<double>& ou
   }
   out.resize(3 * run);
   for (std::size_t j = 0; j < 3; ++j) {
-    const double scale = type == ElementType::f16 ? scale_[3 * k + j] : 1.0;
+    const double scale = row_scale(k, j);
     for (std::size_t i = 0; i < run; ++i) out[j * run + i] = scale * stored_number(type, buffer_.data(), j * run + i);
   }
 }
@@ -134,6 +137,30 @@ double StoredColumns::relative_rounding() const {
 
 double StoredColumns::absolute_rounding(std::size_t k, int j) const {
   return !in_blocks() && type_ == ElementType::f16 ? 0x1p-25 * scale_[3 * k + static_cast<std::size_t>(j)] : 0;
+}
+
+MappedSurfaceRows::MappedSurfaceRows(const StoredColumns& columns) : columns_(columns) {
+  const SectionEntry& entry = *columns.file().find(SectionId::displacement_surface);
+  const std::uint64_t before = entry.offset % static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  map_bytes_ = entry.bytes + before;
+  map_ = ::mmap(nullptr, map_bytes_, PROT_READ, MAP_PRIVATE, columns.file().descriptor(),
+                static_cast<off_t>(entry.offset - before));
+  if (map_ == MAP_FAILED)
+    throw OperationError(fmt::format("{}: cannot be mapped: {}", columns.file().path().string(), std::strerror(errno)));
+  rows_ = static_cast<const char*>(map_) + before;
+}
+
+MappedSurfaceRows::~MappedSurfaceRows() {
+  ::munmap(map_, map_bytes_);
+}
+
+std::array<double, 9> MappedSurfaceRows::entry(std::size_t k, std::int32_t node) const {
+  const std::size_t run = 3 * columns_.surface_nodes(), at = 3 * static_cast<std::size_t>(node);
+  std::array<double, 9> t;
+  for (std::size_t j = 0; j < 3; ++j)
+    for (std::size_t i = 0; i < 3; ++i)
+      t[3 * i + j] = columns_.row_scale(k, j) * stored_number(columns_.type(), rows_, (3 * k + j) * run + at + i);
+  return t;
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 // Reads the displacements of a bundle as numbers, column by column, in whatever form they are stored.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -40,6 +41,9 @@ class StoredColumns {
   bool in_blocks() const { return !blocks_.empty(); }
   std::size_t block_count() const { return blocks_.size(); }
   std::size_t dense_blocks() const;
+  const BundleFile& file() const { return file_; }
+  // What a stored number of row [k, j] is multiplied by.
+  double row_scale(std::size_t k, std::size_t j) const { return scale_.empty() ? 1.0 : scale_[3 * k + j]; }
 
   // How far rounding to the stored type may move a number of row [k, j]: relative to the number, and absolutely. Both
   // are 0 for f64, and for blocks, whose numbers are symmetric by construction.
@@ -67,6 +71,25 @@ class StoredColumns {
   std::vector<std::int32_t> nodes_, position_of_column_;
   std::vector<char> values_;
   std::vector<double> stiffness_;
+};
+
+// The surface's rows, mapped, so that single entries are found fast and the system may drop what it has read.
+class MappedSurfaceRows {
+ public:
+  // columns: with rows, not blocks. Errors: OperationError where the file cannot be mapped.
+  explicit MappedSurfaceRows(const StoredColumns& columns);
+  ~MappedSurfaceRows();
+  MappedSurfaceRows(const MappedSurfaceRows&) = delete;
+  MappedSurfaceRows& operator=(const MappedSurfaceRows&) = delete;
+
+  // T^u of the k-th touchable node at a surface node, row-major: out[3 i + j] is dof i for a unit displacement of dof j.
+  std::array<double, 9> entry(std::size_t k, std::int32_t node) const;
+
+ private:
+  const StoredColumns& columns_;
+  void* map_ = nullptr;
+  std::size_t map_bytes_ = 0;
+  const char* rows_ = nullptr;
 };
 
 }  // namespace palpate

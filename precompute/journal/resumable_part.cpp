@@ -116,6 +116,17 @@ void ResumablePart::commit() {
   sync_folder_of(target_);
 }
 
+void ResumablePart::commit_packed(
+    const std::function<void(const std::filesystem::path&, const std::filesystem::path&)>& pack) {
+  pack(part_, new_part_);  // without the lock: a stop signal must not wait for it
+  const std::lock_guard lock(mutex_);
+  left_ = true;
+  replace_durably(new_part_, target_);
+  std::filesystem::remove(journal_path_);  // first: without it no run uses the old rows
+  std::filesystem::remove(part_);
+  sync_folder_of(target_);
+}
+
 std::size_t ResumablePart::safe_batches() const {
   std::size_t count = 0;
   for (std::size_t b = 0; journal_ && b < batch_count_; ++b) count += journal_->read(b).has_value();

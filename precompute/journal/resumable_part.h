@@ -46,6 +46,10 @@ class ResumablePart {
   // Renames the sealed part to the bundle and removes the journal. Errors: OperationError.
   void commit();
 
+  // The same, but the bundle is what pack writes to its second argument from the sealed part, its first argument. Where pack
+  // throws or the run is stopped meanwhile, part and journal stay, and a rerun resumes from them.
+  void commit_packed(const std::function<void(const std::filesystem::path&, const std::filesystem::path&)>& pack);
+
   // Ends the run without a bundle: keeps part and journal where at least one batch is safe in them, else removes them.
   // Returns a sentence on what is kept; empty where nothing is, after commit(), and at a second call. May be called
   // from any thread.

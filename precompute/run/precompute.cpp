@@ -12,6 +12,7 @@
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
 #include "formats/program.h"
+#include "precompute/bundle_tool/bundle_commands.h"
 #include "precompute/journal/resumable_part.h"
 #include "precompute/ranks/divided_operator.h"
 #include "precompute/ranks/group_size.h"
@@ -20,6 +21,8 @@
 #include "precompute/run/run_report.h"
 #include "precompute/run/run_summary.h"
 #include "precompute/run/solve_columns.h"
+#include "precompute/solver/batch_pc.h"
+#include "precompute/solver/machine_memory.h"
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
 #include "precompute/tensors/locking_estimate.h"
@@ -103,19 +106,29 @@ Assembled assemble_divided(const RunInputs& inputs, const RankGroup& group) {
   return assembled;
 }
 
-// memory: of the rank with the least, so that all ranks make the same plan and solve every column alike.
-SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const GroupChoice& choice, int ranks,
-                   int ranks_here, double memory, const PrecomputeOptions& options) {
+bool packs(const PrecomputeOptions& options) {
+  return options.low_rank || options.store == formats::ElementType::f16;
+}
+
+// Of the rows in the part: halves are made from them when they are packed.
+formats::ElementType solved_type(const PrecomputeOptions& options) {
+  return options.store == formats::ElementType::f64 ? options.store : formats::ElementType::f32;
+}
+
+// memory, sharable: bytes, of the rank with the least, so that all ranks make the same plan and solve every column alike.
+SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const GroupChoice& choice, const Ranks& ranks,
+                   double memory, double sharable, const PrecomputeOptions& options) {
   const ElasticBody& body = inputs.body;
   const auto stored = inputs.store_interior ? static_cast<std::int64_t>(body.nodes.size()) : body.surface_count;
-  const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(options.store));
+  const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(solved_type(options)));
   const double bundle_bytes = row_bytes * static_cast<double>(body.touchable.size());
   if (choice.ranks_per_operator > 1)
     return plan_of_group(choice, 3 * static_cast<std::int64_t>(body.touchable.size()), memory, bundle_bytes);
   std::vector<std::int32_t> column_rows;
   for (const auto node : body.touchable) column_rows.push_back(assembled.held.row_of_node[node]);
-  return make_plan({assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes, ranks,
-                    usable_cores(), memory * ranks_here, assembled.form.get()});
+  return make_plan({assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes,
+                    ranks.count(), usable_cores(), memory * ranks.here(), assembled.form.get(), ranks.here(),
+                    sharable});
 }
 
 // On rank 0: which preconditioner an earlier run with the same input and tolerance used, of kPreconditioners; nothing where there
@@ -141,6 +154,7 @@ SolverPlan with_earlier_choice(SolverPlan plan, std::optional<int> of_earlier_ru
   if (earlier < 0 || preconditioner_of(plan) == earlier) return plan;
   plan.cholesky = earlier > 0;
   plan.single = earlier == 2;
+  plan.shares_factor = plan.cholesky && plan.can_share(plan.chosen(), plan.ranks_here);
   plan.why += fmt::format("; but {} was begun with the {} and keeps it (--memory decides anew)",
                           part_of(options.bundle).string(), kPreconditioners[earlier]);
   return plan;
@@ -167,7 +181,8 @@ void tell_plan(const SolverPlan& plan, const ElasticBody& body, const Precompute
 // Sets up the preconditioner of every column. Takes assembled.own_rows. Null where another rank of the group has
 // failed.
 std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs& inputs, const SolverPlan& plan,
-                                          const RankGroup& group, const PrecomputeOptions& options) {
+                                          const Ranks& ranks, const RankGroup& group,
+                                          const PrecomputeOptions& options) {
   ColumnSolverOptions solver;
   solver.tolerance = options.tolerance;
   solver.cholesky = plan.cholesky;
@@ -177,6 +192,11 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
   solver.elimination = plan.elimination;
   solver.node_of_row = assembled.held.node_of_row;
   solver.direct = options.direct;
+  // Collective. A rank whose user took another preconditioner would not come to share the factor.
+  const std::string ours = plan.single ? kPcSingle : kPcSupernodal;
+  const bool takes_plan = petsc_option_or("-column_pc_type", ours.c_str()) == ours;
+  if (plan.shares_factor && ranks.least(takes_plan ? 1 : 0) > 0)
+    solver.machine = std::make_shared<MachineMemory>(ranks.communicator(), [&] { return ranks.someone_failed(); });
   if (group.size() == 1)
     return std::make_unique<ColumnSolver>(assembled.held.matrix,
                                           row_coordinates(assembled.discretisation, assembled.held), solver);
@@ -232,7 +252,7 @@ BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::ve
                               inputs.store_interior,
                               preload.displacement,
                               inputs.fit,
-                              options.store,
+                              solved_type(options),
                               elimination_order,
                               stiffening_of(inputs.body, inputs.organ)};
   BegunPart begun;
@@ -271,8 +291,8 @@ std::vector<BatchRecord> all_records(const ColumnJob& job) {
   return records;
 }
 
-// Rank 0: the part becomes the bundle.
-Certificate certify_and_seal(ResumablePart& part, const ColumnJob& job, const BegunPart& begun, const Preload& preload,
+// Rank 0: the part is a whole bundle then.
+Certificate certify_and_seal(const ColumnJob& job, const BegunPart& begun, const Preload& preload,
                              const LockingEstimate& locking, const ColumnSolver& solver) {
   const std::vector<BatchRecord> records = all_records(job);
   Certificate certificate = certify(job.batches, records, job.sample);
@@ -283,8 +303,20 @@ Certificate certify_and_seal(ResumablePart& part, const ColumnJob& job, const Be
   write_column_sections(writer, begun.entries, job.batches, records);
   finish_provenance(job.part, begun.entries, provenance_text(begun.provenance, certificate));
   seal_bundle(job.part, begun.entries, check_rows(job.sections, job.batches, records, job.part));
-  part.commit();
   return certificate;
+}
+
+// Rank 0: the sealed part becomes the bundle, or is packed into it.
+void commit(ResumablePart& part, const PrecomputeOptions& options) {
+  if (!packs(options)) return part.commit();
+  part.commit_packed([&](const std::filesystem::path& from, const std::filesystem::path& to) {
+    PackOptions pack;
+    pack.bundle = from;
+    pack.output = options.bundle;
+    if (options.store == formats::ElementType::f16) pack.precision = options.store;
+    pack.low_rank = options.low_rank;
+    pack_bundle_into(pack, to);
+  });
 }
 
 // Collective.
@@ -309,6 +341,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
       if (!options.json.empty() && options.json != "-") check_target(options.json);
       output.claim(options.bundle);
     }
+    if (options.low_rank) check_low_rank(*options.low_rank);
     tell_solver(options, ranks);
     return read_run_inputs(options);
   });
@@ -322,10 +355,10 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   const RankGroup group(ranks, choice.ranks_per_operator);
   Assembled assembled = report.stage(
       "assemble", [&] { return group.size() == 1 ? assemble_whole(inputs) : assemble_divided(inputs, group); });
-  const double left = memory();
+  const double left = memory(), sharable = ranks.least(sharable_bytes());
   const double resident_at_plan = resident_bytes();
   SolverPlan plan = report.stage("plan", [&] {
-    SolverPlan made = plan_of(inputs, assembled, choice, ranks.count(), ranks.here(), left, options);
+    SolverPlan made = plan_of(inputs, assembled, choice, ranks, left, sharable, options);
     if (made.elimination) made.elimination = put_in_order(assembled.held, *made.elimination, assembled.form.get());
     return made;
   });
@@ -340,8 +373,8 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
       return is_first ? estimate_locking(inputs.body, inputs.organ.element, options.locking_probes, left)
                       : LockingEstimate{};
     });
-  const std::unique_ptr<ColumnSolver> solver = report.stage("factor", [&] {
-    auto made = make_solver(assembled, inputs, plan, group, options);
+  std::unique_ptr<ColumnSolver> solver = report.stage("factor", [&] {
+    auto made = make_solver(assembled, inputs, plan, ranks, group, options);
     if (made && is_first) warn_of_condition(*made);
     return made;
   });
@@ -378,15 +411,24 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
     note(
         fmt::format("{} is resumed: {} of {} batches of columns are done", job.part.string(), resumed, batches.size()));
   const SolveSeconds seconds = report.stage("columns", [&] { return solve_columns(job, safe, ranks, group, *solver); });
+  double solved_bytes = 0;  // of the bundle before it is packed
   const Certificate certificate = report.stage("seal", [&] {
-    return is_first ? certify_and_seal(*output.part(), job, begun, preload, locking, *solver) : Certificate{};
+    if (!is_first) return Certificate{};
+    const Certificate made = certify_and_seal(job, begun, preload, locking, *solver);
+    solved_bytes = static_cast<double>(std::filesystem::file_size(job.part));
+    return made;
   });
-
   PlanOutcome took = outcome_of(report, resident_at_plan, locking, ranks);
+  took.bundle_bytes = solved_bytes;
+  const std::string solver_name = solver->description();
+  solver.reset();  // packing may need the memory of the factor
+  report.stage(packs(options) ? "pack" : "rename", [&] {
+    if (is_first) commit(*output.part(), options);
+    return true;
+  });
   const SolveSeconds slowest{ranks.most(seconds.solve), ranks.most(seconds.wait)};
   if (!is_first) return;
-  took.bundle_bytes = static_cast<double>(std::filesystem::file_size(options.bundle));
-  const RunOutcome outcome{options, inputs, certificate, locking,        solver->description(),
+  const RunOutcome outcome{options, inputs, certificate, locking,        solver_name,
                            plan,    took,   slowest,     batches.size(), resumed};
   tell(outcome, report);
   if (!options.json.empty()) write_json(json_of(outcome, report), options.json);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "formats/bundle_layout.h"
@@ -18,16 +19,19 @@ struct PrecomputeOptions {
   int ranks_per_operator = 0;   // 0: the fewest whose memory holds the operator
   bool direct = false;          // the factor alone solves, without PETSc's conjugate gradients
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
-  formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
-  bool large_deformation = false;                          // store what large deformation needs (runtime/large)
-  int locking_probes = 0;  // patches of the surface where the element is compared with p2-p0; 0: none
-  bool plan_only = false;  // tell what the run would take, and write nothing; bundle may be empty
-  std::string json;        // where the report goes as JSON; "-": standard output; empty: nowhere
+  formats::ElementType store = formats::ElementType::f32;  // of the displacements: f64, f32 or f16
+  std::optional<double>
+      low_rank;  // store the surface's compliance in blocks, with at most this relative error of a column
+  bool large_deformation = false;  // store what large deformation needs (runtime/large)
+  int locking_probes = 0;          // patches of the surface where the element is compared with p2-p0; 0: none
+  bool plan_only = false;          // tell what the run would take, and write nothing; bundle may be empty
+  std::string json;                // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
 // Collective: all ranks call it with the same options. A PetscSession must be alive. Resumes an earlier run of the same
 // input and options that was killed or failed. Errors: InputError, OperationError. After an error there is no bundle,
-// and a part and a journal only where a rerun can resume from them.
+// and a part and a journal only where a rerun can resume from them. With low_rank or f16 the solved columns stand in the part, on the
+// disk, until all of them are there; then the part is packed as palpate-bundle pack does it.
 void precompute(const PrecomputeOptions& options, Ranks& ranks, StopSignals& signals);
 
 }  // namespace palpate

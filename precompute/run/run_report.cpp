@@ -1,20 +1,20 @@
 #include "precompute/run/run_report.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "formats/program.h"
 #include "precompute/run/stopwatch.h"
+#include "precompute/solver/memory_left.h"
 
 namespace palpate {
 namespace {
 
-double peak_memory_bytes() {
-  struct rusage usage {};
-  ::getrusage(RUSAGE_SELF, &usage);
-  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+// Of this rank; what the ranks of a machine share counts once, in equal parts.
+double peak_memory_bytes(const Ranks& ranks) {
+  return peak_resident_bytes() - shared_resident_bytes() * (ranks.here() - 1) / ranks.here();
 }
 
 }  // namespace
@@ -25,7 +25,7 @@ void RunReport::time(const std::string& name, const std::function<void()>& work)
     const Stopwatch watch(&seconds);
     ranks_.together(work);
   }
-  peak_bytes_ = ranks_.sum(peak_memory_bytes());
+  peak_bytes_ = std::max(peak_bytes_, ranks_.sum(peak_memory_bytes(ranks_)));
   stages_.push_back({name, seconds, peak_bytes_});
   say(fmt::format("{}: {:.2f} s, {:.2f} GB", name, seconds, peak_bytes_ / 1e9));
 }

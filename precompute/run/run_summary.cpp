@@ -15,6 +15,11 @@ std::string fitted(const char* name, const ResponsePolynomial& p) {
                      p.rms, p.largest, p.note.empty() ? "" : " (" + p.note + ")");
 }
 
+// Of the file that is there now; outcome.took has those of the rows that were solved.
+std::uintmax_t bundle_bytes(const RunOutcome& outcome) {
+  return std::filesystem::file_size(outcome.options.bundle);
+}
+
 }  // namespace
 
 void tell(const RunOutcome& outcome, const RunReport& report) {
@@ -41,7 +46,7 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
     say(fmt::format("{} warning{} above", count, count > 1 ? "s" : ""));
   say(outcome_text(outcome.plan, outcome.took));
   say(fmt::format("{}: {} columns, {:.4g} MB, in {}; peak memory {:.2g} GB", outcome.options.bundle.string(),
-                  3 * outcome.inputs.body.touchable.size(), outcome.took.bundle_bytes / 1e6,
+                  3 * outcome.inputs.body.touchable.size(), 1e-6 * static_cast<double>(bundle_bytes(outcome)),
                   duration_text(report.seconds()), report.peak_bytes() / 1e9));
 }
 
@@ -53,7 +58,7 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
   json["program_version"] = PALPATE_VERSION;
   json["bundle"] = outcome.options.bundle.string();
   json["warnings"] = warnings();
-  json["bundle_bytes"] = static_cast<std::uint64_t>(outcome.took.bundle_bytes);
+  json["bundle_bytes"] = bundle_bytes(outcome);
   json["nodes"] = body.nodes.size();
   json["surface_nodes"] = body.surface_count;
   json["touchable_nodes"] = body.touchable.size();

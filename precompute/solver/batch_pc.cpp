@@ -44,7 +44,7 @@ template <class Number, int kBlock>
 Made make_factor(const BlockMatrixOf<kBlock>& matrix, const WholeMatrix& k, int width) {
   return std::make_unique<SupernodalFactorOf<Number, kBlock>>(
       matrix, k.elimination ? k.elimination : std::make_shared<const Elimination>(analyse_elimination(matrix)), width,
-      RowNames{k.node_of_row, k.coordinates});
+      RowNames{k.node_of_row, k.coordinates}, k.machine);
 }
 
 template <class Number>

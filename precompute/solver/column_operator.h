@@ -17,6 +17,7 @@
 
 namespace palpate {
 
+class MachineMemory;
 struct Elimination;
 
 // K on one rank with its node positions, as our own preconditioners need it.
@@ -26,6 +27,7 @@ struct WholeMatrix {
   std::shared_ptr<const Elimination> elimination;  // null: not analysed yet
   std::vector<std::int32_t> node_of_row;           // in the mesh, for errors; may be empty
   std::shared_ptr<const PressureForm> form;        // of K, to be factored in its place; null: none
+  std::shared_ptr<MachineMemory> machine;          // whose ranks hold one factor; null: each has its own
 };
 
 // Two kinds: all of K on this rank (whole_operator), or K divided among the ranks of a group (ranks/divided_operator.h).

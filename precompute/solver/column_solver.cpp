@@ -285,7 +285,8 @@ ColumnSolver::ColumnSolver(const BlockMatrix& matrix, std::span<const std::array
                                    {coordinates.begin(), coordinates.end()},
                                    options.elimination,
                                    options.node_of_row,
-                                   options.form},
+                                   options.form,
+                                   options.machine},
                                   options.width),
                    options) {}
 

@@ -16,6 +16,7 @@
 namespace palpate {
 
 class ColumnOperator;
+class MachineMemory;
 struct Elimination;
 
 struct ColumnSolverOptions {
@@ -29,6 +30,8 @@ struct ColumnSolverOptions {
       nullptr;  // of the matrix: the factor is this form's; null: the matrix's own
   std::shared_ptr<const Elimination> elimination = nullptr;  // of what is factored; null: the solver analyses it
   std::vector<std::int32_t> node_of_row = {};  // in the mesh, of each block row, so that errors name it; may be empty
+  std::shared_ptr<MachineMemory> machine =
+      nullptr;  // its ranks hold one factor, see SupernodalFactorOf; null: each has its own
 };
 
 struct ColumnReport {

@@ -81,6 +81,9 @@ double memory_left_bytes(double limit_gigabytes, int processes_here, const fs::p
 double resident_bytes() {
   return 1024 * number_after("/proc/self/status", "VmRSS:", 0);
 }
+double shared_resident_bytes() {
+  return 1024 * number_after("/proc/self/status", "RssShmem:", 0);
+}
 double peak_resident_bytes() {
   return 1024 * number_after("/proc/self/status", "VmHWM:", 0);
 }

@@ -11,7 +11,8 @@ namespace palpate {
 // own.
 double memory_left_bytes(double limit_gigabytes, int processes_here, const std::filesystem::path& root = "/");
 
-double resident_bytes();       // of this process now
-double peak_resident_bytes();  // of this process, the most so far
+double resident_bytes();         // of this process now
+double peak_resident_bytes();    // of this process, the most so far
+double shared_resident_bytes();  // of resident_bytes(): memory that it shares with other processes, MachineMemory's
 
 }  // namespace palpate

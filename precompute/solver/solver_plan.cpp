@@ -33,6 +33,8 @@ constexpr double kSingleSweep = 5e-9;        // s for each number of the batch: 
 constexpr double kMultigridProducts = 300;   // products with K for a column, in all V-cycles, until 1e-9
 constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
 constexpr double kStartSeconds = 0.4;        // mpiexec and MPI_Init of a few ranks on one machine
+constexpr double kFactorGain = 0.7;     // what each further rank of a machine adds to the speed of factoring together
+constexpr double kShareReserve = 1.05;  // of what the ranks share: files of others, which lie beside it
 constexpr double kShared = 0.06;  // share of a column's time that each further rank costs, which uses the same memory
 
 double processor_seconds() {
@@ -111,8 +113,10 @@ SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& reques
   const double of_l = e.block == 3 && !single ? 0 : number_bytes * e.block * static_cast<double>(plan.rows);
   const double columns = width * ((single ? kSingleVectors : 1) * 8 * dofs + of_l + 2 * 4 * stored);
   result.bytes = kFactorBytes + std::max({renumbered, factoring, number_bytes * numbers + columns});
-  result.setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second * (single ? 2 : 1)) +
-                         kFactorPerRow * static_cast<double>(plan.rows) + kFactorPerNumber * numbers;
+  result.shared_bytes = number_bytes * static_cast<double>(at_once.rectangles);
+  result.divided_setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second * (single ? 2 : 1)) +
+                                 kFactorPerRow * static_cast<double>(plan.rows);
+  result.setup_seconds = result.divided_setup_seconds + kFactorPerNumber * numbers;
   const double first_pass = forward_numbers(e, request.column_rows, width) + numbers;
   const double passes = single ? (first_pass + (kSinglePasses - 1) * 2 * numbers) / 2 : first_pass;
   const double products = single ? kSinglePasses + 1 : 1;
@@ -135,20 +139,26 @@ SolverEstimate estimate_multigrid(const SolverPlan& plan, const PlanRequest& req
   return result;
 }
 
-double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan, int ranks) {
+double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan, int ranks, int here) {
   const double columns = std::ceil(static_cast<double>(plan.columns) / ranks);
-  return estimate.setup_seconds + columns * estimate.column_seconds;
+  const double divided = estimate.divided_setup_seconds, together = 1 + kFactorGain * (here - 1);
+  const double setup = estimate.setup_seconds - (plan.can_share(estimate, here) ? divided - divided / together : 0);
+  return setup + columns * estimate.column_seconds;
 }
 double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan) {
-  return seconds_of(estimate, plan, plan.ranks);
+  return seconds_of(estimate, plan, plan.ranks, plan.ranks_here);
 }
 
-// Every rank reads the mesh, orders the rows and factors K for itself; only the columns are divided. So more ranks help as
-// long as the columns take more time than the work that every rank repeats, and as long as all ranks fit into the memory.
+// Every rank reads the mesh, orders the rows and assembles K for itself; the columns are divided, and the factor where the ranks
+// share it. So more ranks help as long as the columns take more time than the work that every rank repeats, and as long as all
+// ranks fit into the memory.
 int find_useful_ranks(const SolverPlan& plan, const PlanRequest& request) {
-  const double bytes_of_one = plan.chosen().bytes + resident_bytes();
   const double memory = request.all_available_bytes + resident_bytes();
-  const int most = std::clamp(static_cast<int>(std::min(1e6, memory / bytes_of_one)), 1, std::max(1, request.cores));
+  const auto fit = [&](int ranks) {
+    return ranks * (plan.bytes_of_rank(plan.chosen(), ranks) + resident_bytes()) <= memory;
+  };
+  int most = 1;
+  while (most < request.cores && fit(most + 1)) ++most;
   double fastest = plan.seconds_with(1);
   for (int ranks = 2; ranks <= most; ++ranks) fastest = std::min(fastest, plan.seconds_with(ranks));
   int useful = 1;
@@ -171,19 +181,22 @@ void choose(SolverPlan& plan, const PlanRequest& request) {
   const int asked = request.columns_at_a_time;
   plan.factor = estimate_factor(plan, request, asked > 0 ? asked : widest, 8);
   plan.single_factor = estimate_factor(plan, request, asked > 0 ? asked : widest, 4);
-  if (asked == 0 && plan.single_factor.bytes > plan.available_bytes)
+  const auto each = [&](const SolverEstimate& estimate) { return plan.bytes_of_rank(estimate, plan.ranks_here); };
+  if (asked == 0 && each(plan.single_factor) > plan.available_bytes)
     plan.single_factor = estimate_factor(plan, request, std::min(widest, 32), 4);
   plan.multigrid = estimate_multigrid(plan, request, asked > 0 ? asked : std::min(widest, 32));
-  plan.cholesky = plan.factor.bytes <= plan.available_bytes;
+  plan.cholesky = each(plan.factor) <= plan.available_bytes;
+  plan.shares_factor = plan.can_share(plan.factor, plan.ranks_here);
   if (plan.cholesky) {
     plan.why = fmt::format("the factor fits the {} available and is the fastest", bytes_text(plan.available_bytes));
     return;
   }
-  plan.why = fmt::format("the factor needs {} of the {} available", bytes_text(plan.factor.bytes),
+  plan.why = fmt::format("the factor needs {} of the {} available", bytes_text(each(plan.factor)),
                          bytes_text(plan.available_bytes));
-  plan.single = plan.single_factor.bytes <= plan.available_bytes;
+  plan.single = each(plan.single_factor) <= plan.available_bytes;
   plan.cholesky = plan.single;
-  plan.why += fmt::format("; {} in single precision", bytes_text(plan.single_factor.bytes));
+  plan.shares_factor = plan.single && plan.can_share(plan.single_factor, plan.ranks_here);
+  plan.why += fmt::format("; {} in single precision", bytes_text(each(plan.single_factor)));
   if (plan.single) return;
   if (plan.multigrid.bytes > plan.available_bytes)
     plan.why += fmt::format("; multigrid needs {}, which is more as well: expect the machine to swap, or fail",
@@ -192,13 +205,21 @@ void choose(SolverPlan& plan, const PlanRequest& request) {
 
 }  // namespace
 
+bool SolverPlan::can_share(const SolverEstimate& estimate, int here) const {
+  return here > 1 && estimate.shared_bytes > 0 && kShareReserve * estimate.shared_bytes <= sharable_bytes;
+}
+
+double SolverPlan::bytes_of_rank(const SolverEstimate& estimate, int here) const {
+  return estimate.bytes - (can_share(estimate, here) ? estimate.shared_bytes * (here - 1) / here : 0);
+}
+
 double SolverPlan::seconds() const {
   return seconds_of(chosen(), *this);
 }
 
 double SolverPlan::seconds_with(int with) const {
   const double sharing = 1 + kShared * (with - 1), start = with > 1 ? kStartSeconds : 0;
-  return start + sharing * (order_seconds + seconds_of(chosen(), *this, with));
+  return start + sharing * (order_seconds + seconds_of(chosen(), *this, with, with));
 }
 
 int usable_cores() {
@@ -214,6 +235,8 @@ SolverPlan make_plan(const PlanRequest& request) {
   plan.blocks = static_cast<std::int64_t>(request.matrix.column.size());
   plan.columns = 3 * static_cast<std::int64_t>(request.column_rows.size());
   plan.ranks = std::max(1, request.ranks);
+  plan.ranks_here = std::max(1, request.ranks_here);
+  plan.sharable_bytes = request.sharable_bytes;
   const double begun = processor_seconds();
   plan.form_blocks = request.form ? static_cast<std::int64_t>(request.form->column.size()) : 0;
   plan.elimination = std::make_shared<const Elimination>(request.form ? analyse_elimination(*request.form)
@@ -240,6 +263,9 @@ std::string plan_text(const SolverPlan& plan) {
   const char* other_name = plan.cholesky ? "multigrid" : "the factor";
   const char* precision = plan.single ? "single-precision " : "";
   const std::string each = plan.ranks > 1 ? fmt::format(", each of {} ranks", plan.ranks) : "";
+  const std::string sharing =
+      plan.shares_factor ? fmt::format(" (those of a machine share {} of them)", bytes_text(plan.chosen().shared_bytes))
+                         : "";
   const std::string solver = plan.cholesky
                                  ? fmt::format("PETSc CG with a {}{} factor of {:.3g} million numbers, {:.3g} Gflop",
                                                precision, plan.form_blocks > 0 ? "quasi-definite" : "Cholesky",
@@ -249,13 +275,13 @@ std::string plan_text(const SolverPlan& plan) {
   return fmt::format(
       "solver  {}, {} columns at a time\n"
       "why     {}\n"
-      "memory  {} more than now{}; with {} {}\n"
+      "memory  {} more than now{}{}; with {} {}\n"
       "time    {}{}: set up {}, {} columns of {:.2g} ms; with {} {}\n"
       "ranks   {}; {} useful on this machine\n"
       "bundle  {}",
-      solver, plan.width(), plan.why, bytes_text(plan.chosen().bytes), each, other_name, bytes_text(other.bytes),
-      seconds_text(plan.seconds()), each, seconds_text(plan.chosen().setup_seconds), plan.columns,
-      1e3 * plan.chosen().column_seconds, other_name, seconds_text(seconds_of(other, plan)), plan.ranks,
+      solver, plan.width(), plan.why, bytes_text(plan.chosen().bytes), each, sharing, other_name,
+      bytes_text(other.bytes), seconds_text(plan.seconds()), each, seconds_text(plan.chosen().setup_seconds),
+      plan.columns, 1e3 * plan.chosen().column_seconds, other_name, seconds_text(seconds_of(other, plan)), plan.ranks,
       plan.useful_ranks, bytes_text(plan.bundle_bytes));
 }
 
@@ -276,6 +302,7 @@ nlohmann::json plan_json(const SolverPlan& plan) {
           {"columns", plan.columns},
           {"ranks", plan.ranks},
           {"useful_ranks", plan.useful_ranks},
+          {"shared_factor_bytes", plan.shares_factor ? plan.chosen().shared_bytes : 0},
           {"ranks_per_operator", plan.ranks_per_operator},
           {"factored", plan.form_blocks > 0 ? "pressure form" : "stiffness matrix"},
           {"factor_numbers", plan.elimination ? plan.elimination->numbers() : 0},

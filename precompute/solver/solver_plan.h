@@ -24,19 +24,24 @@ struct PlanRequest {
   int cores = 1;                              // cores of this machine, for useful_ranks
   double all_available_bytes = 0;             // what all processes on this machine may take, for useful_ranks
   const PressureForm* form = nullptr;         // of the matrix: what the factor would be made of; null: the matrix
+  int ranks_here = 1;                         // on this machine
+  double sharable_bytes = 0;                  // sharable_bytes() of machine_memory.h
 };
 
 // Bytes and seconds are of one rank, beyond what the process holds when the plan is made.
 struct SolverEstimate {
-  int width = 0;              // columns in a batch
-  double bytes = 0;           // at the peak
-  double setup_seconds = 0;   // factoring, or building the levels
-  double column_seconds = 0;  // solving, certifying and converting one column
+  int width = 0;                     // columns in a batch
+  double bytes = 0;                  // at the peak
+  double shared_bytes = 0;           // of bytes: the factor, which the ranks of a machine hold once if they share it
+  double setup_seconds = 0;          // factoring, or building the levels
+  double divided_setup_seconds = 0;  // of setup_seconds: what the ranks of a machine divide if they share the factor
+  double column_seconds = 0;         // solving, certifying and converting one column
 };
 
 struct SolverPlan {
   bool cholesky = true;
-  bool single = false;  // the factor in single precision
+  bool single = false;         // the factor in single precision
+  bool shares_factor = false;  // the ranks of a machine hold one factor and compute it together
   std::string why;
   SolverEstimate factor, single_factor, multigrid;
   double available_bytes = 0;
@@ -44,7 +49,8 @@ struct SolverPlan {
   std::int64_t rows = 0, blocks = 0;  // of K: nodes, and 3 x 3 blocks that are not zero
   std::int64_t form_blocks = 0;       // 4 x 4 blocks of its pressure form, where that is factored
   std::int64_t columns = 0;           // to solve
-  int ranks = 1;
+  int ranks = 1, ranks_here = 1;
+  double sharable_bytes = 0;
   int ranks_per_operator = 1;                      // more than one: no time is predicted, and there is no elimination
   int useful_ranks = 1;                            // on this machine: the fewest that are within a tenth of the fastest
   double order_seconds = 0;                        // taken, not predicted
@@ -53,6 +59,9 @@ struct SolverPlan {
 
   const SolverEstimate& chosen() const { return !cholesky ? multigrid : single ? single_factor : factor; }
   int width() const { return chosen().width; }
+  // Whether `here` ranks of a machine can share the factor of this estimate; what each of them then takes of the machine's memory.
+  bool can_share(const SolverEstimate& estimate, int here) const;
+  double bytes_of_rank(const SolverEstimate& estimate, int here) const;
   double seconds() const;                // setup and columns of one rank
   double seconds_with(int ranks) const;  // the same with that many ranks on this machine
 };

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "formats/errors.h"
+#include "precompute/solver/machine_memory.h"
 #include "precompute/solver/supernodal_factorisation.h"
 
 namespace palpate {
@@ -27,34 +28,60 @@ std::string name_of(std::int32_t row, const RowNames& names) {
 template <class Number, int kBlock>
 SupernodalFactorOf<Number, kBlock>::SupernodalFactorOf(const BlockMatrixOf<kBlock>& matrix,
                                                        std::shared_ptr<const Elimination> elimination, int width,
-                                                       const RowNames& names)
-    : elimination_(std::move(elimination)), width_(width), stride_(width) {
-  const auto& e = *elimination_;
-  const std::size_t supernodes = e.first.size() - 1;
-  supernode_of_.resize(e.order.size());
-  begin_.assign(1, 0);
-  for (std::size_t s = 0; s < supernodes; ++s) {
-    std::fill(supernode_of_.begin() + e.first[s], supernode_of_.begin() + e.first[s + 1], static_cast<std::int32_t>(s));
-    begin_.push_back(begin_.back() +
-                     supernode_numbers(e.first[s + 1] - e.first[s], e.row_begin[s + 1] - e.row_begin[s], kBlock));
-  }
-  for (std::size_t s = 0; s < supernodes; ++s)
-    parent_.push_back(e.row_begin[s] < e.row_begin[s + 1] ? supernode_of_[e.rows[e.row_begin[s]]] : -1);
-  touched_.resize(supernodes);
+                                                       const RowNames& names, std::shared_ptr<MachineMemory> machine)
+    : elimination_(std::move(elimination)), width_(width), stride_(width), machine_(std::move(machine)) {
+  const auto prepare = [&] {
+    const auto& e = *elimination_;
+    const std::size_t supernodes = e.first.size() - 1;
+    supernode_of_.resize(e.order.size());
+    begin_.assign(1, 0);
+    for (std::size_t s = 0; s < supernodes; ++s) {
+      std::fill(supernode_of_.begin() + e.first[s], supernode_of_.begin() + e.first[s + 1],
+                static_cast<std::int32_t>(s));
+      begin_.push_back(begin_.back() +
+                       supernode_numbers(e.first[s + 1] - e.first[s], e.row_begin[s + 1] - e.row_begin[s], kBlock));
+    }
+    for (std::size_t s = 0; s < supernodes; ++s)
+      parent_.push_back(e.row_begin[s] < e.row_begin[s + 1] ? supernode_of_[e.rows[e.row_begin[s]]] : -1);
+    touched_.resize(supernodes);
+    in_place_ = kSameRows && std::is_sorted(e.order.begin(), e.order.end());
+    constexpr int kCacheLine = 64 / static_cast<int>(sizeof(Number));
+    if (!in_place_) {
+      stride_ = (width + kCacheLine - 1) / kCacheLine * kCacheLine;
+      work_ = make_column_buffer<Number>(kBlock * static_cast<std::int64_t>(e.order.size()), stride_);
+    }
+  };
+  if (machine_)  // whatever may fail on one rank alone comes before the ranks depend on one another
+    machine_->allocate_together(prepare);
+  else
+    prepare();
   compute(matrix, names);
-  in_place_ = kSameRows && std::is_sorted(e.order.begin(), e.order.end());
-  constexpr int kCacheLine = 64 / static_cast<int>(sizeof(Number));
-  if (!in_place_) {
-    stride_ = (width + kCacheLine - 1) / kCacheLine * kCacheLine;
-    work_ = make_column_buffer<Number>(kBlock * static_cast<std::int64_t>(e.order.size()), stride_);
+}
+
+template <class Number, int kBlock>
+void SupernodalFactorOf<Number, kBlock>::allocate(std::int64_t numbers) {
+  if (machine_) {
+    machine_->allocate(numbers * static_cast<std::int64_t>(sizeof(Number)));
+    values_ = static_cast<Number*>(machine_->data());
+  } else {
+    own_values_ = make_column_buffer<Number>(numbers, 1);
+    values_ = own_values_.get();
   }
 }
 
 template <class Number, int kBlock>
 void SupernodalFactorOf<Number, kBlock>::compute(const BlockMatrixOf<kBlock>& matrix, const RowNames& names) {
   try {
-    values_ = make_column_buffer<Number>(factoring_numbers(*elimination_).rectangles, 1);
-    factorise(matrix, *elimination_, values_.get());
+    allocate(factoring_numbers(*elimination_).rectangles);
+    factorise(matrix, *elimination_, values_, machine_.get());
+    if (!machine_) {
+      pack();
+    } else {
+      machine_->allocate_together([&] {
+        if (machine_->rank() == 0) pack();
+      });
+      reciprocal_condition_ = machine_->first(reciprocal_condition_);
+    }
   } catch (const WrongPivot& wrong) {
     throw OperationError(
         fmt::format("the stiffness matrix is not positive definite to working precision: the factorisation fails at {}",
@@ -65,7 +92,7 @@ void SupernodalFactorOf<Number, kBlock>::compute(const BlockMatrixOf<kBlock>& ma
         "multigrid\" or a coarser mesh",
         3 * static_cast<std::int64_t>(matrix.rows), 1e-9 * sizeof(Number) * static_cast<double>(begin_.back())));
   }
-  pack();
+  shrink();
 }
 
 // Converts the rectangles into the panels of the kernels. Works in place, because the panels of a supernode take no more numbers
@@ -76,13 +103,13 @@ void SupernodalFactorOf<Number, kBlock>::pack() {
   const auto& e = *elimination_;
   double least = INFINITY, largest = 0;
   std::vector<Number> rectangle;
-  const Number* from = values_.get();
+  const Number* from = values_;
   for (std::size_t s = 0; s + 1 < e.first.size(); ++s) {
     const std::int64_t columns = kBlock * static_cast<std::int64_t>(e.first[s + 1] - e.first[s]);
     const std::int64_t height = columns + kBlock * (e.row_begin[s + 1] - e.row_begin[s]);
     rectangle.assign(from, from + columns * height);
     from += columns * height;
-    Number* to = values_.get() + begin_[s];
+    Number* to = values_ + begin_[s];
     for (std::int64_t panel = 0; panel < columns; panel += kPanel) {
       const std::int64_t wide = std::min(kPanel, columns - panel);
       for (std::int64_t row = panel; row < height; ++row)
@@ -95,11 +122,18 @@ void SupernodalFactorOf<Number, kBlock>::pack() {
       }
     }
   }
-  const auto numbers = static_cast<std::size_t>(std::max<std::int64_t>(begin_.back(), 1));
-  Number* values = values_.release();
-  void* shrunk = std::realloc(values, numbers * sizeof(Number));
-  values_.reset(static_cast<Number*>(shrunk ? shrunk : values));
   reciprocal_condition_ = largest > 0 ? (least / largest) * (least / largest) : 1;
+}
+
+// Gives back what the rectangles took beyond the panels.
+template <class Number, int kBlock>
+void SupernodalFactorOf<Number, kBlock>::shrink() {
+  const auto numbers = std::max<std::int64_t>(begin_.back(), 1);
+  if (machine_) return machine_->shrink(numbers * static_cast<std::int64_t>(sizeof(Number)));
+  Number* values = own_values_.release();
+  void* shrunk = std::realloc(values, static_cast<std::size_t>(numbers) * sizeof(Number));
+  own_values_.reset(static_cast<Number*>(shrunk ? shrunk : values));
+  values_ = own_values_.get();
 }
 
 template <class Number, int kBlock>
@@ -169,7 +203,7 @@ void SupernodalFactorOf<Number, kBlock>::solve_triangles(Number* y) const {
   const auto part = [&](std::size_t s) {
     return Supernode<Number>{e.first[s], e.first[s + 1] - e.first[s],
                              static_cast<std::int32_t>(e.row_begin[s + 1] - e.row_begin[s]),
-                             e.rows.data() + e.row_begin[s], values_.get() + begin_[s]};
+                             e.rows.data() + e.row_begin[s], values_ + begin_[s]};
   };
   for (std::size_t s = 0; s < touched_.size(); ++s)
     if (touched_[s]) kernels.forward(part(s), y, stride_);

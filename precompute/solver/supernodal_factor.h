@@ -17,6 +17,8 @@
 
 namespace palpate {
 
+class MachineMemory;
+
 // Where a block row comes from, so that an error can name it; both may be empty.
 struct RowNames {
   std::span<const std::int32_t> node;               // of each block row, in the mesh
@@ -30,10 +32,11 @@ struct RowNames {
 template <class Number, int kBlock>
 class SupernodalFactorOf final : public BatchPreconditioner {
  public:
-  // elimination: of the matrix. names is read in the constructor only. Errors: OperationError (memory; a pivot of the wrong sign,
-  // with the node's name).
+  // elimination: of the matrix. names is read in the constructor only. machine: its ranks construct this together, from the same
+  // matrix, divide the factorisation and hold one factor; constructor and destructor are then collective over them. null: this
+  // process has a factor of its own. Errors: OperationError (memory; a pivot of the wrong sign, with the node's name).
   SupernodalFactorOf(const BlockMatrixOf<kBlock>& matrix, std::shared_ptr<const Elimination> elimination, int width,
-                     const RowNames& names = {});
+                     const RowNames& names = {}, std::shared_ptr<MachineMemory> machine = nullptr);
 
   void apply(const double* r, double* z) override;
   bool apply_to_loads(std::span<const Load> loads, double* x) override;
@@ -49,7 +52,9 @@ class SupernodalFactorOf final : public BatchPreconditioner {
   static constexpr bool kSameRows = kBlock == 3 && sizeof(Number) == sizeof(double);
 
   void compute(const BlockMatrixOf<kBlock>& matrix, const RowNames& names);
+  void allocate(std::int64_t numbers);
   void pack();
+  void shrink();
   void touch_ancestors();
   Number* batch(double* of_caller) const;
   void solve_triangles(Number* y) const;
@@ -61,9 +66,11 @@ class SupernodalFactorOf final : public BatchPreconditioner {
   std::vector<std::int32_t> parent_;        // supernode of the first row below, -1 for a root
   std::vector<std::int32_t> supernode_of_;  // [block rows], by place
   std::vector<std::int64_t> begin_;         // [supernodes + 1] into values_
-  ColumnBufferOf<Number> values_;
-  std::vector<char> touched_;    // [supernodes]: 1 where the forward substitution has to visit it
-  ColumnBufferOf<Number> work_;  // [kBlock * block rows][stride_] in elimination order
+  std::shared_ptr<MachineMemory> machine_;
+  ColumnBufferOf<Number> own_values_;  // null where the ranks of the machine share the numbers
+  Number* values_ = nullptr;           // own_values_, or the machine's
+  std::vector<char> touched_;          // [supernodes]: 1 where the forward substitution has to visit it
+  ColumnBufferOf<Number> work_;        // [kBlock * block rows][stride_] in elimination order
   double reciprocal_condition_ = 1;
 };
 

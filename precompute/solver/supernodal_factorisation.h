@@ -10,6 +10,8 @@
 
 namespace palpate {
 
+class MachineMemory;
+
 // A pivot that has the wrong sign, or is no number: the block row of the matrix at which the factorisation ended.
 struct WrongPivot {
   std::int32_t row;
@@ -26,8 +28,12 @@ FactoringNumbers factoring_numbers(const Elimination& elimination);
 // rectangles: [factoring_numbers().rectangles], overwritten; of each supernode its columns one after the other, each with the
 // rows of the supernode's own columns (of which the lower triangle counts) and then the rows below. Left-looking: a supernode
 // takes the products of all supernodes before it that have rows in its columns, then factors its own triangle. Number: double or
-// float, in which everything is computed. Errors: WrongPivot. Cost: elimination.factor_flops().
+// float, in which everything is computed. Cost: elimination.factor_flops().
+// machine: rectangles lies in its memory, and its ranks, which all call this, divide the work: subtrees of the elimination tree
+// each to one rank, then the supernodes above them by columns and rows. The numbers do not depend on how many ranks there are.
+// null: this process works alone. Errors: WrongPivot, bad_alloc; on every rank alike.
 template <class Number, int kBlock>
-void factorise(const BlockMatrixOf<kBlock>& matrix, const Elimination& elimination, Number* rectangles);
+void factorise(const BlockMatrixOf<kBlock>& matrix, const Elimination& elimination, Number* rectangles,
+               MachineMemory* machine = nullptr);
 
 }  // namespace palpate

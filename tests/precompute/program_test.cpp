@@ -208,6 +208,36 @@ TEST_F(Program, StoresDoublesWhenAsked) {
   EXPECT_THAT(std::string(provenance.begin(), provenance.end()), HasSubstr("\"cast_error\":0.0"));
 }
 
+// The error that --low-rank allows, the one that is stated, and the one that is found against the solved columns.
+TEST_F(Program, PacksItsColumnsWhenAskedAndStatesWhatThatCosts) {
+  ASSERT_EQ(run("solved.h5", "--batch 24"), 0) << said_;
+  const struct {
+    const char *options, *words;
+    double allowed;
+  } forms[] = {{"--low-rank 1e-2", "f32 compliance in", 1e-2},
+               {"--low-rank 1e-2 --store f16", "f16 compliance in", 1.1e-2},  // and the rounding to f16
+               {"--store f16", "f16 rows", 1e-3}};
+  for (const auto& form : forms) {
+    const std::string options = std::string("--batch 24 ") + form.options;
+    ASSERT_EQ(run("packed.h5", options), 0) << said_;
+    EXPECT_THAT(said_, HasSubstr(form.words));
+    const std::string packed = file_bytes(folder_ / "packed.h5");
+    EXPECT_LT(packed.size(), file_bytes(folder_ / "solved.h5").size());
+    for (const char* ending : {".part", ".part.new", ".journal"})
+      EXPECT_FALSE(std::filesystem::exists(folder_ / (std::string("packed.h5") + ending))) << ending;
+    const auto text = section<char>(packed, SectionId::provenance);
+    const auto provenance = nlohmann::json::parse(text.begin(), text.end());
+    EXPECT_GT(provenance["stored_error"], 0.0);
+    EXPECT_LE(provenance["stored_error"], form.allowed);
+    EXPECT_LE(provenance["worst_residual"], 1e-9);
+    ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
+    EXPECT_TRUE(packed == file_bytes(folder_ / "two.h5")) << form.options;
+  }
+  EXPECT_EQ(run("x.h5", "--low-rank 2"), 2);
+  EXPECT_THAT(said_, HasSubstr("--low-rank: expected a relative column error from 1e-6 to 0.1, found 2"));
+  EXPECT_TRUE(nothing_left("x.h5"));
+}
+
 TEST_F(Program, TellsItsPlanAndWritesNothing) {
   ASSERT_EQ(execute(arguments("x.h5", "--plan --quiet")), 0) << said_;
   for (const char* part : {"mesh    210 nodes", "solver  ", "why     ", "memory  ", "time    ", "bundle  "})
@@ -234,7 +264,7 @@ TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
   EXPECT_EQ(report["bundle_bytes"], std::filesystem::file_size(folder_ / "x.h5"));
   EXPECT_LE(report["certificate"]["worst_residual"], 1e-9);
   EXPECT_EQ(report["stages"].front()["name"], "read");
-  EXPECT_EQ(report["stages"].back()["name"], "seal");
+  EXPECT_EQ(report["stages"].back()["name"], "rename");
   EXPECT_GT(report["predicted_and_took"]["bytes"]["predicted"], 0);
   // Without --quiet: a line for each stage and a summary.
   ASSERT_EQ(run("x.h5"), 0);

@@ -85,6 +85,20 @@ TEST_F(Resume, GivesTheSameBytesWhereverARunIsKilled) {
   EXPECT_GT(killed, 8);
 }
 
+TEST_F(Resume, GivesTheSameBytesWhereverARunThatPacksIsKilled) {
+  const std::string packing = kOptions + "--low-rank 1e-2 ";
+  ASSERT_EQ(run("packed.h5", packing), 0) << said_;
+  const std::string packed = file_bytes(folder_ / "packed.h5");
+  int killed = 0;
+  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5", packing) != 0; n += 7) {
+    ++killed;
+    resume(packing);
+    ASSERT_TRUE(file_bytes(folder_ / "x.h5") == packed) << "killed at call " << n;
+    std::filesystem::remove(folder_ / "x.h5");
+  }
+  EXPECT_GT(killed, 8);
+}
+
 TEST_F(Resume, GivesTheSameBytesWhenKilledBetweenSealAndEnd) {
   // These are the last calls on each file: the renaming to the bundle and the removal of the journal.
   for (const char* fault : {"kill:5:x.h5.part", "kill:1:x.h5.part.new", "kill:6:.journal"}) {

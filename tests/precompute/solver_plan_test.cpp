@@ -134,7 +134,30 @@ TEST(SolverPlan, DividesTheColumnsAmongTheRanksAndNotTheFactor) {
   EXPECT_NEAR(columns_of_one(four), std::ceil(static_cast<double>(four.columns) / 4), 1e-3);
 }
 
-// Ranks that share one machine: each computes the factor for itself and needs its own memory.
+TEST(SolverPlan, HoldsOneFactorAMachineWhereItsRanksCanShareIt) {
+  const Case box(12);
+  const auto plan = [&](double each_bytes, double sharable) {
+    return make_plan(
+        {box.matrix, box.rows, box.matrix.rows, 0, each_bytes, 1e6, 2, 2, 2 * each_bytes, nullptr, 2, sharable});
+  };
+  const SolverPlan apart = plan(1e10, 0), shared = plan(1e10, 1e10);
+  EXPECT_FALSE(apart.shares_factor);
+  EXPECT_TRUE(shared.shares_factor);
+  const double factor = shared.factor.shared_bytes;
+  EXPECT_GE(factor, 8.0 * static_cast<double>(shared.elimination->numbers()));
+  EXPECT_EQ(apart.bytes_of_rank(apart.factor, 2), apart.factor.bytes);
+  EXPECT_EQ(shared.bytes_of_rank(shared.factor, 2), shared.factor.bytes - factor / 2);
+  EXPECT_LT(shared.seconds(), apart.seconds());
+  EXPECT_NE(plan_text(shared).find("share"), std::string::npos);
+  EXPECT_EQ(plan_json(shared)["shared_factor_bytes"], factor);
+  // Between what a rank takes with half of a factor and with a whole one, only sharing fits.
+  const double between = shared.factor.bytes - factor / 4;
+  EXPECT_TRUE(plan(between, 1e10).cholesky && !plan(between, 1e10).single);
+  EXPECT_TRUE(!plan(between, 0).cholesky || plan(between, 0).single);
+  EXPECT_FALSE(plan(1e10, 0.5 * factor).shares_factor);
+}
+
+// Ranks of one machine that cannot share a factor: each computes it for itself and needs its own memory.
 TEST(SolverPlan, UsesMoreRanksOnlyWhereTheColumnsTakeLongerThanWhatEachRankRepeats) {
   const Case small(5), large(18);
   const auto useful = [](const Case& box, int cores, double all_bytes) {

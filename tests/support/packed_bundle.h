@@ -54,21 +54,26 @@ inline PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePack
   source.position.assign(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(run));
   source.touchable = parts.get<std::int32_t>(SectionId::touchable);
   source.stiffness = parts.get<double>(SectionId::force);
-  source.compliance.resize(rows.size());
+  std::vector<Eigen::Matrix3d> own;
   for (std::size_t k = 0; k < shape[0]; ++k) {
     Eigen::Matrix3d force = Eigen::Map<const Eigen::Matrix3d>(&source.stiffness[9 * k]);  // symmetric
+    const auto is_fixed = [&](int d) { return fixed[3 * static_cast<std::size_t>(source.touchable[k]) + d] != 0; };
     for (int d = 0; d < 3; ++d)
-      if (fixed[3 * static_cast<std::size_t>(source.touchable[k]) + d]) force(d, d) = 1;
-    Eigen::Matrix3d own = force.inverse();
+      if (is_fixed(d)) force(d, d) = 1;
+    own.emplace_back(force.inverse());
     for (int d = 0; d < 3; ++d)
-      if (fixed[3 * static_cast<std::size_t>(source.touchable[k]) + d]) own(d, d) = 0;
-    for (std::size_t i = 0; i < run; ++i)
-      for (int j = 0; j < 3; ++j) {
-        double c = 0;
-        for (int m = 0; m < 3; ++m) c += rows[(3 * k + m) * run + i] * own(m, j);
-        source.compliance[(3 * k + j) * run + i] = static_cast<float>(c);
-      }
+      if (is_fixed(d)) own[k](d, d) = 0;
   }
+  source.compliance = [&](std::size_t k, std::span<const std::int32_t> at, double* c) {
+    for (std::size_t n = 0; n < at.size(); ++n)
+      for (std::size_t i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+          double sum = 0;
+          for (int m = 0; m < 3; ++m)
+            sum += rows[(3 * k + m) * run + 3 * static_cast<std::size_t>(at[n]) + i] * own[k](m, j);
+          c[(j * at.size() + n) * 3 + i] = sum;
+        }
+  };
   PackedCompliance packed = pack_compliance(source, options);
   parts.sections.erase(SectionId::displacement_surface);
   parts.set(SectionId::compliance_nodes, {packed.nodes.size()}, packed.nodes);

@@ -1,0 +1,55 @@
+// Memory that the MPI ranks of one machine share, so that a large array is held once and not once a rank.
+#pragma once
+
+#include <mpi.h>
+
+#include <cstdint>
+#include <functional>
+
+namespace palpate {
+
+// Every call but rank(), count() and data() is collective over the ranks of this machine, the destructor too.
+class MachineMemory {
+ public:
+  // Collective over all ranks of `all`: those that run on one machine share one memory. someone_failed: asked while this rank
+  // waits for the others; where it says true, the rank stops waiting and throws OperationError.
+  explicit MachineMemory(MPI_Comm all, std::function<bool()> someone_failed = {});
+  ~MachineMemory();
+  MachineMemory(const MachineMemory&) = delete;
+  MachineMemory& operator=(const MachineMemory&) = delete;
+
+  int rank() const { return rank_; }  // on this machine
+  int count() const { return count_; }
+
+  // Once. Starts at a multiple of 64 bytes; the system takes a page when it is first written. Errors: OperationError, on every
+  // rank alike.
+  void allocate(std::int64_t bytes);
+  void* data() const { return data_; }
+  // Gives the pages behind the first `bytes` back to the system; their content is lost.
+  void shrink(std::int64_t bytes);
+
+  // Runs work, which is not collective, on every rank. Errors: bad_alloc on every rank where one of them has none.
+  void allocate_together(const std::function<void()>& work);
+
+  // Returns when every rank has called it; what a rank wrote before is then seen by all.
+  void meet();
+  // The least value of all ranks; as meet().
+  std::int32_t least(std::int32_t value);
+  // The value of rank 0; as meet().
+  double first(double value);
+
+ private:
+  std::int32_t wait_for_least(std::int32_t value);
+
+  std::function<bool()> someone_failed_;
+  MPI_Comm communicator_ = MPI_COMM_NULL;
+  MPI_Win window_ = MPI_WIN_NULL;
+  void* data_ = nullptr;
+  std::int64_t bytes_ = 0;
+  int rank_ = 0, count_ = 1;
+};
+
+// How many bytes the ranks of this machine can share at most; containers often allow 64 MB.
+double sharable_bytes();
+
+}  // namespace palpate
