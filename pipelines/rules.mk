@@ -48,8 +48,9 @@ PRECOMPUTE_OPTIONS ?= $(PRECOMPUTE_OPTIONS_$(RESOLUTION))
 ifeq ($(wildcard $(ORGAN_DIR)/boundary/$(BC).toml),)
 $(error BC=$(BC): expected one of $(call toml_names,boundary))
 endif
-ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS)),)
-$(error RESOLUTION=$(RESOLUTION): expected one of $(RESOLUTIONS))
+# LARGER_RESOLUTIONS: those that a study of all sizes leaves out unless it is asked for them.
+ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS) $(LARGER_RESOLUTIONS)),)
+$(error RESOLUTION=$(RESOLUTION): expected one of $(strip $(RESOLUTIONS) $(LARGER_RESOLUTIONS)))
 endif
 
 PICTURES ?= $(addprefix $(CASE)/pictures/,$(addsuffix .png,mesh boundary $(SCENES)))
@@ -121,9 +122,10 @@ endif
 
 mesh: $(WORK)/mesh.msh
 
-# For programs that make meshes by these rules: prints the default mesh size, then all of them, coarse to fine.
+# For programs that make meshes by these rules: prints the default mesh size, then all of them, coarse to fine, then, behind a
+# slash, those of LARGER_RESOLUTIONS.
 show-resolutions:
-	@echo $(RESOLUTION) $(RESOLUTIONS)
+	@echo $(RESOLUTION) $(RESOLUTIONS) / $(LARGER_RESOLUTIONS)
 
 # ---- tetrahedra -> bundle -> verified -> scene ---------------------------------------------------------------------
 

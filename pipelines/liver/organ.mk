@@ -1,5 +1,6 @@
 # The default organ: a segmented liver.
-RESOLUTIONS := 200 600 1700 5000 10000 20000 100000
+RESOLUTIONS := 200 600 1700 5000 10000 20000
+LARGER_RESOLUTIONS := 100000
 RESOLUTION ?= 1700
 # The goals that print the documents' figures take the set with which these were measured.
 BC ?= $(if $(filter accuracy large-deformation bench% docs-speed kill-test,$(MAKECMDGOALS)),right-side,abdomen)

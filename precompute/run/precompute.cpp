@@ -375,6 +375,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
     });
   std::unique_ptr<ColumnSolver> solver = report.stage("factor", [&] {
     auto made = make_solver(assembled, inputs, plan, ranks, group, options);
+    assembled.form.reset();  // its memory: the factor is all that is needed of it
     if (made && is_first) warn_of_condition(*made);
     return made;
   });

@@ -56,6 +56,7 @@ class WholeOperator final : public ColumnOperator {
   }
   MatSolverType factor_package() const override { return MATSOLVERCHOLMOD; }
   const WholeMatrix* whole() const override { return &matrix_; }
+  void forget_form() override { matrix_.form.reset(); }
 
   Vec create_vector() const override { return create_batch_vector(space_); }
   void set_loads(Vec b, std::span<const Load> loads) const override { hold_loads(b, loads); }

@@ -48,6 +48,7 @@ class ColumnOperator {
   virtual Mat create_matrix(bool for_factor) const = 0;
   virtual MatSolverType factor_package() const = 0;             // PETSc's package that factors this matrix
   virtual const WholeMatrix* whole() const { return nullptr; }  // null: divided
+  virtual void forget_form() {}                                 // of whole(); the factor is made
 
   virtual Vec create_vector() const = 0;  // a batch of columns, rows as in batch_matrix()
   virtual void set_loads(Vec b, std::span<const Load> loads) const = 0;

@@ -96,6 +96,8 @@ void ColumnSolver::State::set_up() {
   x = op->create_vector();
   r = op->create_vector();
   set_up_pc();
+  options.form.reset();
+  op->forget_form();
   if (options.direct) return;
   check(KSPSetTolerances(ksp, options.tolerance, 1e-300, PETSC_DEFAULT, PETSC_DEFAULT));
   check(KSPSetConvergenceTest(ksp, test, this, nullptr));

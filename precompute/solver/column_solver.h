@@ -27,7 +27,7 @@ struct ColumnSolverOptions {
   bool direct = false;      // no CG: x = M^-1 b by the factor, and its true residual
   int most_restarts = 12;   // of CG on the true residual, before a column is given up
   std::shared_ptr<const PressureForm> form =
-      nullptr;  // of the matrix: the factor is this form's; null: the matrix's own
+      nullptr;  // of the matrix: the factor is this form's; null: the matrix's own. The solver lets go of it when it is set up
   std::shared_ptr<const Elimination> elimination = nullptr;  // of what is factored; null: the solver analyses it
   std::vector<std::int32_t> node_of_row = {};  // in the mesh, of each block row, so that errors name it; may be empty
   std::shared_ptr<MachineMemory> machine =

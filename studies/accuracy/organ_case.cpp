@@ -94,12 +94,20 @@ std::vector<std::string> OrganCase::make(const std::string& resolution, const st
 void OrganCase::choose_resolutions() {
   std::istringstream words(output_of(make("", "show-resolutions")));
   words >> base_;
-  std::vector<std::string> known;
-  for (std::string word; words >> word;) known.push_back(word);
+  std::vector<std::string> usual, known;  // known: the larger ones, too
+  bool larger = false;
+  for (std::string word; words >> word;) {
+    if (word == "/") {
+      larger = true;
+      continue;
+    }
+    known.push_back(word);
+    if (!larger) usual.push_back(word);
+  }
   for (const auto& wanted : options_.resolutions)
     if (std::find(known.begin(), known.end(), wanted) == known.end())
       throw InputError(fmt::format("--resolutions {}: expected some of {}", wanted, fmt::join(known, ", ")));
-  if (options_.resolutions.empty()) options_.resolutions = known;
+  if (options_.resolutions.empty()) options_.resolutions = usual;
   const auto& all = options_.resolutions;
   if (std::find(all.begin(), all.end(), base_) == all.end()) base_ = all[all.size() / 2];
 }
