@@ -97,7 +97,7 @@ void ContactField::forget() {
   for (Layer& layer : layer_) {
     layer.count = layer.contact_count = 0;
     forget_nodes(layer.known);
-    expect_many(layer.known, false);
+    expect(layer.known, 0, false);
   }
   without_tool_ = without_point_ = -1;
   solver_ = nullptr;
@@ -111,6 +111,12 @@ void ContactField::forget_nodes(Known& known) const {
   known.now = 1;
 }
 
+// many: all nodes are likely to be asked for.
+void ContactField::expect(Known& known, std::int32_t contact_nodes, bool many) const {
+  const Operations most = kMostOneByOne / operations_at_node(contact_nodes);
+  known.few = static_cast<std::int32_t>(std::min<Operations>(surface_nodes_ / (many ? kFewAgain : kFew), most));
+}
+
 Vec3 ContactField::keep(Known& known, std::int32_t node, Vec3 u) {
   known.stamp[node] = known.now;
   return known.at[node] = is_finite(u) ? u : Vec3{};
@@ -119,7 +125,7 @@ Vec3 ContactField::keep(Known& known, std::int32_t node, Vec3 u) {
 // A node that was not evaluated costs its rows; where it is one too many, all nodes are evaluated.
 template <class Evaluate>
 Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate) const {
-  if (known.stamp[node] == known.now) return known.at[node];
+  if (is_known(known, node)) return known.at[node];
   if (are_many(known) && !tensors_.compliance) return evaluate_all(known, rows, work) ? known.at[node] : Vec3{};
   if (!work->take(operations_at_node(rows.count / 3))) return {};
   ++known.count;
@@ -135,7 +141,7 @@ bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work)
     const std::int32_t nodes = std::min(kRun, surface_nodes_ - first);
     tensors_.surface.sum_at_run(rows.row, rows.coefficient, rows.count, first, nodes, run);
     for (std::int32_t n = 0; n < nodes; ++n)
-      if (known.stamp[first + n] != known.now) keep(known, first + n, load3(run + 3 * n));
+      if (!is_known(known, first + n)) keep(known, first + n, load3(run + 3 * n));
   }
   return true;
 }
@@ -145,7 +151,6 @@ void ContactField::swap_layers() {
   norm_before_ = norm_, path_before_ = path_set_;
   now_->count = now_->contact_count = 0;
   forget_nodes(now_->known);
-  expect_many(now_->known, are_all(before_->known));
   without_tool_ = without_point_ = -1;
 }
 
@@ -163,6 +168,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   solver_ = solver;
   Layer& now = *now_;
   now.count = set.node_count;
+  expect(now.known, now.count, are_all(before_->known));
   std::copy(set.nodes, set.nodes + now.count, now.nodes);
   std::copy(modified, modified + now.count, now.modified);
   std::copy(force, force + now.count, now.force);
@@ -212,7 +218,7 @@ void ContactField::remember_held_nodes(const ContactConstraints& set, const Cons
     const ContactNode& held = set.nodes[constraint.first_node];
     if (constraint.node_count != 1 || held.weight != 1 || constraint.axes != all_axes) continue;
     const Vec3 along = each[p].displacement;
-    if (now_->known.stamp[held.node] == now_->known.now) continue;
+    if (is_known(now_->known, held.node)) continue;
     keep(now_->known, held.node, constraint.framed ? transposed_times(constraint.frame, along) : along);
   }
 }
@@ -264,10 +270,9 @@ double ContactField::change_of(const Contact& before, const Contact& now) const 
 // The norm of the difference between the two layers: the forces of now act on the displacements of before. Infinite where too
 // many of these displacements are not known yet.
 double ContactField::measure_whole_change(Operations* work) {
-  const auto is_known = [&](std::int32_t node) { return before_->known.stamp[node] == before_->known.now; };
   Operations cost = 0;
   for (std::int32_t e = 0; e < now_->count; ++e)
-    if (!is_known(now_->nodes[e].node)) cost += operations_at_node(before_->count);
+    if (!is_known(before_->known, now_->nodes[e].node)) cost += operations_at_node(before_->count);
   if (cost > kMostMeasuring) return INFINITY;
   double between = 0;
   QueryWork queries;
@@ -334,7 +339,7 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
 bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations* work) {
   if (body_) return body_->predict_without(tool, point, work);
   forget_nodes(known_predicted_);
-  expect_many(known_predicted_, are_all(now_->known));
+  expect(known_predicted_, now_->count, are_all(now_->known));
   if (!solver_ || !solver_->predict_without(tool, point, predicted_, &predicted_norm_, &predicted_apart_, work))
     return false;
   for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
@@ -371,14 +376,14 @@ Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) co
                 [&] { return sum(layer, 0, layer.count, node); });
 }
 
-Vec3 ContactField::at_node(std::int32_t node, QueryWork* work) {
+Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
   return body_ ? body_->at_node(node, work) : known_at(*now_, node, work);
 }
 
 Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->before_at_node(node, work);
   const Known& before = before_->known;
-  if (before.stamp[node] != before.now && are_many(before) && are_all(now_->known)) work->end();
+  if (!is_known(before, node) && are_many(before) && are_all(now_->known)) work->end();
   return known_at(*before_, node, work);
 }
 
@@ -391,7 +396,7 @@ Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::in
   }
   if (!without_) return at_node(node, work);
   if (now_->contact_count == 1) return {};
-  if (known_without_.stamp[node] == known_without_.now) return known_without_.at[node];
+  if (is_known(known_without_, node)) return known_without_.at[node];
   const Vec3 all = at_node(node, work);
   if (!work->take(operations_at_node(without_->last - without_->first))) return {};
   return keep(known_without_, node, all - sum(*now_, without_->first, without_->last, node));

@@ -15,8 +15,9 @@ namespace palpate {
 class ContactField {
  public:
   // Share of the nodes that is evaluated one by one before all others are at once; where the field before was evaluated at all nodes,
-  // the smaller one.
-  static constexpr std::int32_t kFew = 8, kFewAgain = 32;
+  // the smaller one. For many contact nodes fewer: so many operations at most.
+  static constexpr std::int32_t kFew = 3, kFewAgain = 8;
+  static constexpr Operations kMostOneByOne = 60'000;
 
   bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
               std::int32_t surface_nodes);
@@ -40,7 +41,9 @@ class ContactField {
 
   // Displacement of a surface node, m. The field remembers it until the next set(). Where many have been asked for, it evaluates
   // all others at once.
-  Vec3 at_node(std::int32_t node, QueryWork* work);
+  Vec3 at_node(std::int32_t node, QueryWork* work) {
+    return !body_ && is_known(now_->known, node) ? now_->known.at[node] : evaluate_at_node(node, work);
+  }
   // The same of the field before the last set(). A step does not evaluate both fields at all nodes: where it would have to, the query
   // ends, and in the next step this field is the one before.
   Vec3 before_at_node(std::int32_t node, QueryWork* work);
@@ -106,9 +109,11 @@ class ContactField {
   static Vec3 keep(Known& known, std::int32_t node, Vec3 u);
   template <class Evaluate>
   Vec3 recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate) const;
+  static bool is_known(const Known& known, std::int32_t node) { return known.stamp[node] == known.now; }
+  Vec3 evaluate_at_node(std::int32_t node, QueryWork* work);
   static bool are_many(const Known& known) { return known.count > known.few; }
   bool are_all(const Known& known) const { return known.count > surface_nodes_; }
-  void expect_many(Known& known, bool many) const { known.few = surface_nodes_ / (many ? kFewAgain : kFew); }
+  void expect(Known& known, std::int32_t contact_nodes, bool many) const;
   bool evaluate_all(Known& known, const Rows& rows, QueryWork* work) const;
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);

@@ -17,6 +17,8 @@ constexpr double kConflict = 1e-6;
 constexpr double kSettled = 1e-10;
 // Sweeps that hold the others to their laws where a contact is taken out.
 constexpr int kSweepsOfOthers = 10;
+// Of a friction or a reaction that is at its limit.
+constexpr double kRounding = 1e-9;
 
 double largest(const double* x, std::int32_t count) {
   double most = 0;
@@ -69,6 +71,8 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   memory.keep(free_row_);
   memory.keep(kept_constraints_);
   memory.keep(kept_nodes_);
+  memory.keep(used_rows_);
+  memory.keep(gives_way_);
   memory.keep(residual_);
   memory.keep(effort_);
   memory.keep_array(matrix_, rows * stride_, rows_end_, stride_);
@@ -96,7 +100,7 @@ void ContactSolver::forget() {
   factor_.clear();
   soft_factor_.clear();
   std::fill(scale_, scale_ + rows_end_, 0.0);
-  rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = 0;
+  rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = used_rows_ = gives_way_ = 0;
 }
 
 // ---- rows that stay, leave and come -------------------------------------------------------------------------------
@@ -149,19 +153,23 @@ void ContactSolver::drop_rows() {
   if (leaving_count_ == 0) return;
   free_row_ = 0;
   for (std::int32_t l = 0; l < leaving_count_; ++l) scale_[leaving_[l]] = 0, reaction_[leaving_[l]] = 0;
+  const bool has_factor = factored();
   std::int32_t stay = 0, positions = 0;
-  for (std::int32_t at = 0; at < factor_.size(); ++at) {
+  for (std::int32_t at = 0; at < used_rows_; ++at) {
     const std::int32_t row = row_at_[at];
     if (scale_[row] == 0)
       list_[positions++] = at;
     else
       row_at_[stay++] = row;
   }
+  used_rows_ = stay;
   while (rows_end_ > 0 && scale_[rows_end_ - 1] == 0) --rows_end_;
+  if (!has_factor) return;
   // Where more than a sixth of the rows leave, a new factor costs less than removing them.
   if (6 * positions > factor_.size()) {
     factor_.clear();
     std::copy(row_at_, row_at_ + stay, list_);
+    used_rows_ = 0;
     append_rows(list_, stay);
   } else {
     factor_.remove(positions, list_);
@@ -181,9 +189,9 @@ const Mat3* ContactSolver::spread_of(const ContactConstraints& set, const Contac
     return compliance_.at(compliance_.slot_of_contact_node(first));
   std::fill(spread_, spread_ + compliance_.slots(), Mat3{});
   for (std::int32_t e = first; e < first + constraint.node_count; ++e) {
+    // Of slots that are not in use nothing is read.
     const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(e));
-    for (std::int32_t b = 0; b < compliance_.slots(); ++b)
-      if (compliance_.in_use(b)) add_scaled(spread_[b], set.nodes[e].weight, c[b]);
+    add_rows(9 * compliance_.slots(), set.nodes[e].weight, &c->m[0][0], &spread_->m[0][0]);
   }
   return spread_;
 }
@@ -245,7 +253,14 @@ void ContactSolver::write_scaled(const std::int32_t* rows, std::int32_t count, d
 
 // Adds rows of the matrix to the factor. False where the system is not definite.
 bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
-  std::copy(rows, rows + count, row_at_ + factor_.size());
+  const bool has_factor = factored();
+  std::copy(rows, rows + count, row_at_ + used_rows_);
+  used_rows_ += count;
+  for (std::int32_t q = 0; q < count && !has_factor; ++q) {
+    const std::int32_t row = rows[q];
+    shift_[row] = kShift, soft_[row] = kShift / (scale_[row] * scale_[row]);
+  }
+  if (!has_factor) return true;
   write_scaled(rows, count, kShift, &factor_);
   // Rounding of the stored tensors may make a pivot smaller than the shift guarantees; the factor then raises it. A pivot that
   // needs more than another kShift (hundreds of contacts in half precision) means that A is not definite and no force is bounded.
@@ -270,10 +285,12 @@ void ContactSolver::keep(const ContactConstraints& set) {
 bool ContactSolver::update(const Tensors& tensors, const ContactConstraints& set) {
   if (!compliance_.hold(tensors, set)) return false;
   match(set);
+  const auto is_new = [](const Rows& rows) { return rows.at[0] < -1; };
+  if (gives_way_ && (leaving_count_ > 0 || std::any_of(rows_, rows_ + set.constraint_count, is_new))) leave_factor();
   drop_rows();
   std::int32_t count = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    if (rows_[p].at[0] >= -1) continue;
+    if (!is_new(rows_[p])) continue;
     if (!fill_rows(set, p)) return false;
     for (int i = 0; i < 3; ++i)
       if (const std::int32_t row = rows_[p].at[i]; row >= 0) list_[count++] = row, reaction_[row] = carried_[p][i];
@@ -282,6 +299,36 @@ bool ContactSolver::update(const Tensors& tensors, const ContactConstraints& set
   if (!append_rows(list_, count)) return false;
   keep(set);
   return true;
+}
+
+void ContactSolver::leave_factor() {
+  if (used_rows_ > 0) factor_.clear();
+}
+
+// Where there is room for it, and it is likely to serve. False where the system is not definite.
+bool ContactSolver::factor_again(StepWork* work) {
+  const Operations cost = squared_rows() * rows_end_ / 6 / kDense;
+  if (factored() || gives_way_ || cost > work->left()) return true;
+  work->add(cost);
+  const std::int32_t rows = used_rows_;
+  std::copy(row_at_, row_at_ + rows, list_);
+  used_rows_ = 0;
+  return append_rows(list_, rows);
+}
+
+// Whether laws act otherwise than by holding: a contact that released, slipped or came to its limit.
+bool ContactSolver::contacts_give_way(const ContactSystem& laws) const {
+  for (std::int32_t p = 0; p < laws.constraint_count; ++p) {
+    const ContactConstraint& constraint = laws.constraints[p];
+    if (constraint.law != ContactLaw::unilateral && constraint.law != ContactLaw::coulomb) continue;
+    const Vec3 r = reaction(p);
+    if (!(r.x > 0)) return true;
+    if (constraint.law == ContactLaw::coulomb && length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - kRounding))
+      return true;
+    for (const std::int32_t row : rows_[p].at)
+      if (row >= 0 && std::fabs(reaction_[row]) >= most_[row] * (1 - kRounding)) return true;
+  }
+  return false;
 }
 
 // ---- solving ---------------------------------------------------------------------------------------------------------
@@ -343,7 +390,7 @@ double ContactSolver::largest_displacement(const ContactConstraints& set, Vec3* 
 double ContactSolver::largest_share(Limited rows, const double* reaction) const {
   const double target = largest_target();
   double most = 0;
-  for (std::int32_t at = 0; at < factor_.size(); ++at) {
+  for (std::int32_t at = 0; at < used_rows_; ++at) {
     const std::int32_t row = row_at_[at];
     const double size = std::fabs(reaction[row]), alone = target * scale_[row] * scale_[row];
     if (is_limited(rows, row) && size > most * alone) most = size / alone;
@@ -363,7 +410,7 @@ double ContactSolver::limit_of(Limited rows, const ContactConstraints& set, Vec3
 
 // The reactions `soft` are brought within the limit, by one factor, and then go as far towards reaction_ as the limit allows.
 void ContactSolver::go_within(Limited rows, double most, const double* soft) {
-  const std::int32_t size = factor_.size();
+  const std::int32_t size = used_rows_;
   const double target = largest_target(), within = 1 / std::max(1.0, largest_share(rows, soft) / most);
   double way = 1;
   for (std::int32_t at = 0; at < size; ++at) {
@@ -426,7 +473,7 @@ void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstrai
 // rows come and go (StabilityContacts.OneOfManyMovesEachTick), so the factor is never recomputed for accuracy.
 void ContactSolver::measure_residual() {
   residual_ = {};
-  for (std::int32_t at = 0; at < factor_.size(); ++at) {
+  for (std::int32_t at = 0; at < used_rows_; ++at) {
     const std::int32_t row = row_at_[at];
     const double missed = target_[row] - dot_rows(rows_end_, &entry(row, 0), reaction_);
     residual_.displacement = std::max(residual_.displacement, std::fabs(missed));
@@ -634,7 +681,7 @@ bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Vec3*
   *work += (2 * count + 2) * squared_rows() / kDense;
   if (effort_.sweeps == 0 && !take_out(own, count, left)) return false;
   for (int k = 0; k < count; ++k) left[own[k]] = 0;
-  *work += hold_others_to_laws(tool, point, left) * squared_rows() / kDense;
+  *work += hold_others_to_laws(tool, point, left) / kDense;
   *norm = norm_of(left);
   double* const change = work_ + capacity_;
   for (std::int32_t row = 0; row < rows_end_; ++row) change[row] = left[row] - reaction_[row];
@@ -646,25 +693,27 @@ bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Vec3*
   return true;
 }
 
-// Returns the sweeps that it took.
-int ContactSolver::hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left) {
+// Returns the multiply-adds that it took.
+std::int64_t ContactSolver::hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left) {
   // A constraint without rows takes no part in the sweeps.
   for (std::int32_t p = 0; p < kept_constraints_; ++p)
     if (kept_constraint_[p].tool == tool && kept_constraint_[p].point == point) rows_[p] = {{-1, -1, -1}};
   const ContactSystem others = system(kept_constraint_, kept_constraints_);
-  int sweeps = 0;
+  std::int64_t sweeps = 0;
   if (effort_.sweeps > 0 || !obeys_laws(others, left))
     while (sweeps < kSweepsOfOthers && sweep_contacts(others, left) > 0) ++sweeps;
   std::copy(kept_rows_, kept_rows_ + kept_constraints_, rows_);
-  return sweeps;
+  return sweeps * operations_of_sweep(others);
 }
 
 // Removing a row takes rows^2 multiply-adds and adding one half of that; a new factor takes rows^3 / 6. The compliance between a
 // contact's nodes and all others takes 9 for each pair.
 Operations ContactSolver::operations_to_renew(std::int32_t contacts) const {
   const Operations rows = rows_end_, each = 3 * rows * rows, whole = rows * rows * rows / 6;
-  const Operations nodes_of_each = kept_constraints_ > 0 ? 1 + kept_nodes_ / kept_constraints_ : 1;
-  return (std::min(each * contacts, whole) + contacts * (each / 2 + 9 * nodes_of_each * kept_nodes_)) / kDense;
+  const Operations nodes_of_each = kept_constraints_ > 0 ? 1 + kept_nodes_ / kept_constraints_ : 1,
+                   entries = contacts * 9 * nodes_of_each * kept_nodes_ / kDense;
+  if (gives_way_) return entries;
+  return (std::min(each * contacts, whole) + contacts * each / 2) / kDense + entries;
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force,
@@ -683,15 +732,17 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
       if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
   std::copy(reaction_, reaction_ + rows_end_, last_);
   set_limits(set.constraints, set.constraint_count);
+  if (!factor_again(work)) return fail();
   work->add(3 * squared_rows() / kDense);
-  Outcome outcome = solve_factored();
+  Outcome outcome = factored() ? solve_factored() : Outcome::solved;
   const ContactSystem laws = system(set.constraints, set.constraint_count);
-  bool obeys = obeys_laws(laws, reaction_);
+  bool obeys = factored() && obeys_laws(laws, reaction_);
   if (obeys && limit_forces(set, force, work)) outcome = Outcome::regularised, obeys = obeys_laws(laws, reaction_);
+  gives_way_ = 0;
   measure_residual();
   if (!obeys) {
     ContactSystem through = laws;
-    shares_ = shared_.take(compliance_, set, factor_.size());
+    shares_ = shared_.take(compliance_, set, used_rows_);
     if (shares_) {
       through.shared = &shared_;
       work->add(shared_.operations_to_take() / kDense);
@@ -699,6 +750,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
     solve_laws(through, kMostSolves, work);
     measure_laws(through);
     limit_grips(through, set, force, work);
+    gives_way_ = contacts_give_way(laws);
     outcome = Outcome::solved;
   }
 

@@ -80,6 +80,8 @@ class ContactSolver {
   //   solved       the targets are met, or the laws as far as doubt_of() tells
   //   regularised  some targets conflict; residual() says by how much they are missed
   //   unsolved     numbers of the bundle are not finite, or rounded until A is not definite: the outputs are zero
+  // While contacts release or slip and their rows come and go, there is no factor; it is computed again when all stick, or nothing
+  // changes and the step's work leaves room.
   // Where the factor's solution breaks a law, LawSolver goes on from the last step's reactions, for the
   // multiply-adds that the step's work leaves. It solves the system with the shift, and refines as above.
   // Cost in multiply-adds: about 3 rows^2; for each changed constraint 9 (its nodes + 1) nodes, and for each of its rows
@@ -138,6 +140,10 @@ class ContactSolver {
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
   void write_scaled(const std::int32_t* rows, std::int32_t count, double shift, UpdatedCholesky* factor);
   bool append_rows(const std::int32_t* rows, std::int32_t count);
+  void leave_factor();
+  bool factor_again(StepWork* work);
+  bool factored() const { return factor_.size() == used_rows_; }
+  bool contacts_give_way(const ContactSystem& laws) const;
   std::int32_t take_row();
   double& entry(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * stride_ + j]; }
 
@@ -162,7 +168,7 @@ class ContactSolver {
                                const ContactNode* nodes, const double* reaction, Vec3* force);
   int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
   bool take_out(const std::int32_t* gone, int count, double* left);
-  int hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
+  std::int64_t hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
   void measure_residual();
   double norm_of(const double* reaction) const;
   Operations squared_rows() const { return Operations{rows_end_} * rows_end_; }
@@ -183,7 +189,11 @@ class ContactSolver {
   double* last_ = nullptr;       // [rows] N, of the last step, for rows that stay
   double* work_ = nullptr;       // [3][rows]
   double* removal_ = nullptr;    // [kMostRowsOfAContact][rows], where predict_without() is called
-  std::int32_t* row_at_ = nullptr;   // [rows] which row stands at each position of the factor
+  std::int32_t* row_at_ = nullptr;  // [rows] the rows in use, in the order of the factor
+  std::int32_t used_rows_ = 0;
+  // 1: in the last solve laws decided that some contacts release, slip or are at a limit. Then the factor does not solve the next step
+  // either, as a rule: it is not renewed.
+  std::int32_t gives_way_ = 0;
   std::int32_t* list_ = nullptr;     // [rows]
   std::int32_t* leaving_ = nullptr;  // [rows]
   std::int32_t leaving_count_ = 0;

@@ -78,19 +78,29 @@ Vec3 DeformedSurface::displacement_of(const AskedSurface& asked, std::int32_t ve
   return known.at[vertex] = displacement_at(vertex, at_node);
 }
 
+// Calls run(field) with what the tree is to remember of a query: where the field has what the query looks at, unless the query does not
+// evaluate the field itself.
+template <class Run>
+auto DeformedSurface::with_field(const AskedSurface& asked, Run run) {
+  if (!field_ || asked.kind == AskedSurface::kPredicted) return run(nullptr);
+  if (asked.kind == AskedSurface::kNow) return run(AskedIsField{});
+  return run([&](std::int32_t node) { return place({}, node); });
+}
+
 NearestPoint DeformedSurface::nearest(const AskedSurface& asked, Vec3 p, double within) {
   begin_query();
-  const auto there = [&](std::int32_t node) { return place(asked, node); };
-  if (!remembers(asked)) return tree_->nearest(p, within, bound_of(asked), &work_, there, nullptr);
-  return tree_->nearest(p, within, bound_of(asked), &work_, there, [&](std::int32_t node) { return place({}, node); });
+  return with_field(asked, [&](auto field) {
+    return tree_->nearest(
+        p, within, bound_of(asked), &work_, [&](std::int32_t node) { return place(asked, node); }, field);
+  });
 }
 
 template <class Visit>
 void DeformedSurface::meet(const AskedSurface& asked, Vec3 low, Vec3 high, const FieldBound& bound, Visit visit) {
-  const auto there = [&](std::int32_t node) { return place(asked, node); };
-  if (!remembers(asked)) return tree_->meet(low, high, bound, &work_, there, nullptr, visit);
-  tree_->meet(
-      low, high, bound, &work_, there, [&](std::int32_t node) { return place({}, node); }, visit);
+  with_field(asked, [&](auto field) {
+    tree_->meet(
+        low, high, bound, &work_, [&](std::int32_t node) { return place(asked, node); }, field, visit);
+  });
 }
 
 bool DeformedSurface::is_inside(const AskedSurface& asked, Vec3 p) {

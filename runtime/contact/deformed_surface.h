@@ -67,8 +67,8 @@ class DeformedSurface {
 
  private:
   bool moves() const { return field_ && !field_->empty(); }
-  // Whether the tree is told where the field has what a query looks at: not where the query does not evaluate the field itself.
-  bool remembers(const AskedSurface& asked) const { return field_ && asked.kind != AskedSurface::kPredicted; }
+  template <class Run>
+  auto with_field(const AskedSurface& asked, Run run);
   FieldBound bound_of(const AskedSurface& asked) const;
   // Displacements of a fine surface's vertices that a query has evaluated: its triangles share them.
   struct Known {

@@ -105,6 +105,10 @@ PALPATE_INLINE void reflect(int n, int count, double tau, const double* v, doubl
   }
 }
 
+PALPATE_INLINE void add(int n, double factor, const double* x, double* __restrict y) {
+  for (int i = 0; i < n; ++i) y[i] += factor * x[i];
+}
+
 #ifdef PALPATE_DISPATCHES
 #define PALPATE_WITH_AVX2 __attribute__((target(PALPATE_AVX2)))
 #define PALPATE_WITH_AVX512 __attribute__((target(PALPATE_AVX512)))
@@ -120,6 +124,12 @@ PALPATE_WITH_AVX2 double dot_avx2(int n, const double* x, const double* y) {
 PALPATE_WITH_AVX512 double dot_avx512(int n, const double* x, const double* y) {
   return dot(n, x, y);
 }
+PALPATE_WITH_AVX2 void add_avx2(int n, double factor, const double* x, double* y) {
+  add(n, factor, x, y);
+}
+PALPATE_WITH_AVX512 void add_avx512(int n, double factor, const double* x, double* y) {
+  add(n, factor, x, y);
+}
 PALPATE_WITH_AVX2 void reflect_avx2(int n, int count, double tau, const double* v, double* row, double* const* below) {
   reflect<Four>(n, count, tau, v, row, below);
 }
@@ -134,6 +144,9 @@ void solve_baseline(int n, const double* u, std::size_t stride, double* x) {
 }
 double dot_baseline(int n, const double* x, const double* y) {
   return dot(n, x, y);
+}
+void add_baseline(int n, double factor, const double* x, double* y) {
+  add(n, factor, x, y);
 }
 void reflect_baseline(int n, int count, double tau, const double* v, double* row, double* const* below) {
   reflect<Two>(n, count, tau, v, row, below);
@@ -168,6 +181,10 @@ void solve_upper(int n, const double* u, std::size_t stride, double* x) {
 
 double dot_rows(int n, const double* x, const double* y) {
   PALPATE_DISPATCH(dot, n, x, y);
+}
+
+void add_rows(int n, double factor, const double* x, double* y) {
+  PALPATE_DISPATCH(add, n, factor, x, y);
 }
 
 void reflect_rows(int n, int count, double tau, const double* v, double* row, double* const* below) {

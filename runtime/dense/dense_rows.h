@@ -19,6 +19,9 @@ void solve_upper(int n, const double* u, std::size_t stride, double* x);
 // The sum of x[i] y[i], accumulated in sixteen partial sums.
 double dot_rows(int n, const double* x, const double* y);
 
+// y += factor x; x and y do not overlap.
+void add_rows(int n, double factor, const double* x, double* y);
+
 // Applies one Householder reflection, with the vector [1, v_1 .. v_count], to a row and to `count` rows below it:
 // s = tau (row + sum_k v_k below_k); row -= s; below_k -= v_k s. Up to kOverrun numbers after the n-th are overwritten.
 constexpr int kOverrun = 31;

@@ -40,7 +40,7 @@ class WorkBounds {
   }
 
  private:
-  static constexpr double kTriangle = 200, kMeasuring = 30'000, kRowsOfAContact = 9, kSweeps = 10;
+  static constexpr double kTriangle = 300, kMeasuring = 30'000, kRowsOfAContact = 9, kSweeps = 10;
   bool follows() const { return def_.collision == PALPATE_COLLISION_DEFORMED; }
   double most() const { return static_cast<double>(def_.max_operations); }
   double contacts() const { return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3.0 : 1.0); }
@@ -49,8 +49,10 @@ class WorkBounds {
   // Two queries and the ray of a third, each of which may visit the whole surface; the fields that they ask for, one of which and a
   // share of a second are evaluated at all nodes, and a contact's own part; and the prediction. A packed bundle's are evaluated one by one.
   double one_test() const {
-    const double prediction = (2 * kRowsOfAContact + 2 + kSweeps) * rows() * rows() / kDense,
-                 at_once = 2 * (5.0 + def_.max_contact_nodes), few = 2.0 / ContactField::kFew * node(),
+    const double prediction =
+                     ((2 * kRowsOfAContact + 2 + kSweeps) * rows() * rows() + kSweeps * 600 * contacts()) / kDense,
+                 at_once = 2 * (5.0 + def_.max_contact_nodes),
+                 few = 2.0 * static_cast<double>(ContactField::kMostOneByOne) / std::max(1.0, surface_nodes_),
                  fields = follows() ? packed_ ? 3 * node() : at_once + few + node() : 0;
     return 4 * (kTriangle * triangles_ + 3 * fine_) + fields * surface_nodes_ + (follows() ? prediction : 0);
   }

@@ -141,13 +141,21 @@ void SurfaceTree::forget() {
   for (std::int32_t at = 0; at < node_count_; ++at) nodes_[at].seen = nodes_[at].rest, nodes_[at].path = 0;
 }
 
+bool SurfaceTree::same(const Box& a, const Box& b) {
+  for (int d = 0; d < 3; ++d)
+    if (a.low[d] != b.low[d] || a.high[d] != b.high[d]) return false;
+  return true;
+}
+
 void SurfaceTree::refit(std::int32_t leaf, const Box& box, double path) {
   nodes_[leaf].seen = box, nodes_[leaf].path = path;
   for (std::int32_t at = nodes_[leaf].parent; at >= 0; at = nodes_[at].parent) {
     Node& node = nodes_[at];
     const Node &a = nodes_[node.first], &b = nodes_[node.first + 1];
-    node.seen = {lower(a.seen.low, b.seen.low), upper(a.seen.high, b.seen.high)};
-    node.path = std::min(a.path, b.path);
+    const Box seen = {lower(a.seen.low, b.seen.low), upper(a.seen.high, b.seen.high)};
+    const double least = std::min(a.path, b.path);
+    if (node.path == least && same(node.seen, seen)) return;  // so are all above it
+    node.seen = seen, node.path = least;
   }
 }
 

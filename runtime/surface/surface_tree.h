@@ -40,6 +40,9 @@ struct NearestPoint {
   Vec3 outward;         // unit normal of its triangle; zero where nothing is near
 };
 
+// In place of `field` below, where the surface that is asked about is the one that the field makes.
+struct AskedIsField {};
+
 class SurfaceTree {
  public:
   // position [nodes][3] m and triangles [triangle_count][3] (checked, closed, counter-clockwise from outside) are borrowed.
@@ -71,7 +74,7 @@ class SurfaceTree {
   void near_at_rest(Vec3 low, Vec3 high, Operations* work, Visit visit) const;
 
   // In all other queries, place(node) gives the place of a node of the surface that is asked about, and field(node) that of the surface
-  // that the field makes, m. The tree remembers the latter. field: nullptr where the surface does not move.
+  // that the field makes, m. The tree remembers the latter. field: nullptr where the tree is not told, as where the surface does not move.
 
   // A query that ends before it is finished (work->ended()) has an answer without meaning.
 
@@ -101,13 +104,13 @@ class SurfaceTree {
   std::int32_t split(std::int32_t parent, std::int32_t at, std::int32_t first, std::int32_t last);
   Box rest_box(std::int32_t triangle) const;
   static double gap(const Box& box, Vec3 p);
+  static void grow(Box& box, Vec3 p);
+  static bool same(const Box& a, const Box& b);
   static bool apart(const Box& box, double margin, Vec3 low, Vec3 high);
   double distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const;
   bool may_meet(const Node& node, Vec3 low, Vec3 high, const FieldBound& bound) const;
-  template <class Place, class Visit>
-  void look_at(const Node& leaf, Place place, Visit visit) const;
-  template <class Field>
-  void remember(std::int32_t leaf, double path, const QueryWork& work, Field field);
+  template <class Place, class Field, class Visit>
+  void look_at(std::int32_t leaf, double path, const QueryWork& work, Place place, Field field, Visit visit);
   void refit(std::int32_t leaf, const Box& box, double path);
   template <class Place>
   void decide_side(NearestPoint& nearest, Vec3 p, QueryWork* work, Place place);
@@ -133,6 +136,11 @@ inline double SurfaceTree::gap(const Box& box, Vec3 p) {
   return length(gap);
 }
 
+inline void SurfaceTree::grow(Box& box, Vec3 p) {
+  box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
+  box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
+}
+
 inline double SurfaceTree::distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const {
   const double from_rest = gap(node.rest, p) - node.reach * (bound.norm + bound.apart),
                from_seen = gap(node.seen, p) - node.reach * (bound.path - node.path + bound.apart);
@@ -149,33 +157,26 @@ inline bool SurfaceTree::may_meet(const Node& node, Vec3 low, Vec3 high, const F
          !apart(node.seen, node.reach * (bound.path - node.path + bound.apart), low, high);
 }
 
-// Visits the triangles of a leaf with their corners.
-template <class Place, class Visit>
-void SurfaceTree::look_at(const Node& leaf, Place place, Visit visit) const {
-  for (std::int32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+// Visits the triangles of a leaf with their corners, and refits the boxes around it to where the field has them.
+template <class Place, class Field, class Visit>
+void SurfaceTree::look_at(std::int32_t leaf, double path, const QueryWork& work, Place place, Field field,
+                          Visit visit) {
+  constexpr bool remembers = !std::is_same_v<Field, std::nullptr_t>, is_the_field = std::is_same_v<Field, AskedIsField>;
+  const Node& node = nodes_[leaf];
+  Box box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
     const std::int32_t triangle = order_[i];
     Vec3 corner[3];
-    for (int v = 0; v < 3; ++v) corner[v] = place(corners(triangle)[v]);
+    for (int v = 0; v < 3; ++v) {
+      corner[v] = place(corners(triangle)[v]);
+      if constexpr (is_the_field)
+        grow(box, corner[v]);
+      else if constexpr (remembers)
+        grow(box, field(corners(triangle)[v]));
+    }
     visit(triangle, corner);
   }
-}
-
-// Refits the boxes around a leaf to where the field has its triangles.
-template <class Field>
-void SurfaceTree::remember(std::int32_t leaf, double path, const QueryWork& work, Field field) {
-  if constexpr (!std::is_same_v<Field, std::nullptr_t>) {
-    const Node& node = nodes_[leaf];
-    Box box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i)
-      for (int v = 0; v < 3; ++v) {
-        const Vec3 at = field(corners(order_[i])[v]);
-        for (int d = 0; d < 3; ++d) {
-          if (at[d] < box.low[d]) box.low[d] = at[d];
-          if (at[d] > box.high[d]) box.high[d] = at[d];
-        }
-      }
-    if (!work.ended()) refit(leaf, box, path);
-  }
+  if (remembers && !work.ended()) refit(leaf, box, path);
 }
 
 template <class Visit>
@@ -203,17 +204,16 @@ void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, QueryWork* 
   while (top > 0 && !work->ended()) {
     const std::int32_t at = stack[--top];
     const Node& node = nodes_[at];
-    work->add(8);
+    work->add(12);
     if (!may_meet(node, low, high, bound)) continue;
     if (node.count == 0) {
       stack[top++] = node.first, stack[top++] = node.first + 1;
       continue;
     }
-    look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
-      work->add(30);
+    look_at(at, bound.path, *work, place, field, [&](std::int32_t triangle, const Vec3 corner[3]) {
+      work->add(60);
       visit(triangle, corner);
     });
-    remember(at, bound.path, *work, field);
   }
 }
 
@@ -245,7 +245,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
     if (node.count == 0) {
       Waiting near{node.first, distance_bound(nodes_[node.first], p, bound)},
           far{node.first + 1, distance_bound(nodes_[node.first + 1], p, bound)};
-      work->add(16);
+      work->add(24);
       // Where the bounds do not tell them apart, first the one that was seen nearer.
       if (far.distance < near.distance ||
           (far.distance == near.distance && gap(nodes_[far.node].seen, p) < gap(nodes_[near.node].seen, p))) {
@@ -255,8 +255,8 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       stack[top++] = far, stack[top++] = near;
       continue;
     }
-    look_at(node, place, [&](std::int32_t triangle, const Vec3 corner[3]) {
-      work->add(40);
+    look_at(next.node, bound.path, *work, place, field, [&](std::int32_t triangle, const Vec3 corner[3]) {
+      work->add(80);
       double k[3];
       const double distance = std::sqrt(closest_on_triangle(p, corner[0], corner[1], corner[2], k));
       pass(node.reach, distance);
@@ -268,7 +268,6 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       best.surface_point.triangle = triangle;
       for (int v = 0; v < 3; ++v) best.surface_point.barycentric[v] = k[v];
     });
-    remember(next.node, bound.path, *work, field);
   }
   best.per_path = best.distance * steepest;
   if (best.surface_point.triangle >= 0 && !work->ended()) decide_side(best, p, work, place);
@@ -301,7 +300,7 @@ void SurfaceTree::decide_side(NearestPoint& nearest, Vec3 p, QueryWork* work, Pl
       if (count == 2 && around[0] != other && around[1] != other && around[2] != other) continue;
       Vec3 there[3];
       const Vec3 normal = normal_of(around, there);
-      work->add(40);
+      work->add(60);
       double weight = 1;
       if (count == 1) {
         const int v = around[0] == node ? 0 : around[1] == node ? 1 : 2;

@@ -138,20 +138,18 @@ struct CountedCollision {
   std::int64_t worst = 0;
 };
 
-// Sixty-four points, of which a step can test a few: each test may look at the whole surface, but none at two fields of it.
-TEST(StepWork, OfTheCollisionOfAHostileSceneExceedsTheLimitByLessThanHalf) {
-  constexpr std::int64_t most = 100'000;
-  for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-    SlidingCrowd crowd(PALPATE_CONTACT_POINT, law, most);
-    CountedCollision counted(crowd);
-    int deferred = 0;
-    for (int s = 0; s < 2000; ++s) {
-      crowd.step();
-      deferred += (crowd.flags & PALPATE_STEP_WORK_DEFERRED) != 0;
-    }
-    EXPECT_GT(deferred, 100);
-    EXPECT_LE(counted.worst, most + most / 2) << law;
+// Sixty-four points, of which a step can test some: a test that looks at the whole surface ends where the limit is.
+TEST(StepWork, OfTheCollisionOfAHostileSceneStaysWithinThreeQuartersOfTheLimit) {
+  constexpr std::int64_t most = 200'000;
+  SlidingCrowd crowd(PALPATE_CONTACT_POINT, PALPATE_LAW_STICKING, most);
+  CountedCollision counted(crowd);
+  int deferred = 0;
+  for (int s = 0; s < 2000; ++s) {
+    crowd.step();
+    deferred += (crowd.flags & PALPATE_STEP_WORK_DEFERRED) != 0;
   }
+  EXPECT_GT(deferred, 100);
+  EXPECT_LE(counted.worst, most - most / 4);
 }
 
 TEST(StepWork, CountsTheSameInEveryRun) {
