@@ -88,19 +88,29 @@ endif
 
 # ---- image or surface -> surface -> tetrahedra; geometry -> tetrahedra; or a mesh as it is -------------------------
 
+# What the mesh is made by. Make sees files alone: this one changes where a variable has another value than at the last run, so that
+# a mesh of other labels or options is never taken for this one.
+MADE_BY = $(WORK)/mesh-options.txt
+.PHONY: force
+force:
+$(MADE_BY): force
+	@mkdir -p $(@D)
+	@printf '%s\n' $(foreach v,IMAGE SURFACE UNIT MESH LABELS SURFACE_OPTIONS SHELLS TETRAHEDRA_OPTIONS,$(call quoted,$v = $(strip $($v)))) > $@.now
+	@if cmp -s $@.now $@; then rm $@.now; else mv $@.now $@; fi
+
 SOURCE = $(or $(IMAGE),$(SURFACE))
 ifneq ($(parts),)
-$(WORK)/mesh.msh: $(call prerequisite,$(IMAGE)) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
+$(WORK)/mesh.msh: $(call prerequisite,$(IMAGE)) $(ORGAN_DIR)/organ.mk $(MADE_BY) $(BIN)/palpate-tetrahedra
 	mkdir -p $(@D)
 	$(BIN)/palpate-tetrahedra $(call quoted,$(IMAGE)) --labels $(call quoted,$(subst $(empty) $(empty),$(comma),$(strip $(LABELS)))) \
 	    -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
 else ifneq ($(SOURCE),)
-$(WORK)/surface.ply: $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
+$(WORK)/surface.ply: $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(MADE_BY) $(BIN)/palpate-surface
 	mkdir -p $(@D)
 	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ $(SURFACE_OPTIONS)
 
 # SHELLS: more surfaces of an organ.mk, nested in the first.
-$(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(BIN)/palpate-tetrahedra
+$(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(MADE_BY) $(BIN)/palpate-tetrahedra
 	$(BIN)/palpate-tetrahedra $< $(SHELLS) -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
 # A finer surface to draw over any of the meshes (palpate_scene_skin), where the organ.mk says how fine.
 ifdef RENDER_OPTIONS
@@ -110,12 +120,12 @@ $(RENDER_MESH): $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(BIN)/palp
 	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ $(RENDER_OPTIONS)
 endif
 else ifneq ($(MESH),)
-$(WORK)/mesh.msh: $(call prerequisite,$(MESH))
+$(WORK)/mesh.msh: $(call prerequisite,$(MESH)) $(MADE_BY)
 	mkdir -p $(@D)
 	cp $(call quoted,$(MESH)) $@.part
 	mv $@.part $@
 else
-$(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-tetrahedra
+$(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(MADE_BY) $(BIN)/palpate-tetrahedra
 	mkdir -p $(@D)
 	$(BIN)/palpate-tetrahedra $< -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
 endif

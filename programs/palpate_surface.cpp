@@ -116,21 +116,6 @@ void tell(const ExtractedSurface& extracted, double smooth_mm) {
   }
 }
 
-// A tip counts as lost when the voxels' border lies a twentieth of the organ's size outside of the surface.
-void tell_lost_tip(const SurfaceDistance& distance, double voxels_mm3, double voxel_mm) {
-  const double size = std::cbrt(voxels_mm3), farthest = std::max(size / 20, 2 * voxel_mm);
-  if (distance.outside_mm > farthest) {
-    warn(
-        fmt::format("voxels of the label lie up to {:.3g} mm outside of the surface, the farthest near ({:.5g}, "
-                    "{:.5g}, {:.5g}) mm; "
-                    "expected at most {:.3g} mm, a twentieth of the organ's size: a thin tip was lost; more "
-                    "--triangles or a smaller "
-                    "--smooth keep it",
-                    distance.outside_mm, distance.outside_place[0], distance.outside_place[1],
-                    distance.outside_place[2], farthest));
-  }
-}
-
 std::optional<std::array<double, 3>> spacing_of(const Options& options) {
   if (options.spacing.empty()) return {};
   return std::array<double, 3>{options.spacing[0], options.spacing[1], options.spacing[2]};
@@ -158,7 +143,9 @@ void from_image(const Options& options) {
   const double voxels_mm3 = static_cast<double>(count_inside(mask)) * mask.grid.voxel_volume();
   const SurfaceQuality quality = measure_quality(extracted.surface);
   const SurfaceDistance distance = measure_distance(extracted.voxel_surface, extracted.surface);
-  tell_lost_tip(distance, voxels_mm3, std::cbrt(mask.grid.voxel_volume()));
+  const std::string lost_tip = lost_tip_warning(distance, voxels_mm3, std::cbrt(mask.grid.voxel_volume()),
+                                                "more --triangles or a smaller --smooth keep it");
+  if (!lost_tip.empty()) warn(lost_tip);
   write_surface(options.output, extracted.surface);
   if (!options.report.empty()) {
     nlohmann::ordered_json json = report_json(quality, distance, voxels_mm3, "voxels");

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -33,6 +35,17 @@ SurfaceDistance measure_distance(const TriangleSurface& reference, const Triangl
   result.p95_mm = distances[static_cast<std::size_t>(0.95 * static_cast<double>(distances.size() - 1))];
   result.most_mm = distances.back();
   return result;
+}
+
+std::string lost_tip_warning(const SurfaceDistance& distance, double voxels_mm3, double voxel_mm,
+                             const std::string& cure) {
+  const double farthest = std::max(std::cbrt(voxels_mm3) / 20, 2 * voxel_mm);
+  if (distance.outside_mm <= farthest) return {};
+  const Point& place = distance.outside_place;
+  return fmt::format(
+      "voxels of the label lie up to {:.3g} mm outside of the surface, the farthest near ({:.5g}, {:.5g}, {:.5g}) mm; "
+      "expected at most {:.3g} mm, a twentieth of the organ's size: a thin tip was lost; {}",
+      distance.outside_mm, place[0], place[1], place[2], farthest, cure);
 }
 
 }  // namespace palpate

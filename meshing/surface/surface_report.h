@@ -47,6 +47,11 @@ struct SurfaceDistance {
 };
 SurfaceDistance measure_distance(const TriangleSurface& reference, const TriangleSurface& surface);
 
+// The warning of a thin tip that a surface of voxels has lost: their border lies a twentieth of the organ's size outside of it.
+// distance: from that border; cure: "more --triangles keep it". Empty where no tip is lost.
+std::string lost_tip_warning(const SurfaceDistance& distance, double voxels_mm3, double voxel_mm,
+                             const std::string& cure);
+
 // reference_name names what the volume and the distance are compared with: "voxels" or "input".
 nlohmann::ordered_json report_json(const SurfaceQuality& quality, const SurfaceDistance& distance, double reference_mm3,
                                    const std::string& reference_name);

@@ -12,6 +12,8 @@
 #include "formats/program.h"
 #include "meshing/image/label_image.h"
 #include "meshing/image/voxel_mask.h"
+#include "meshing/surface/isosurface.h"
+#include "meshing/surface/surface_report.h"
 #include "meshing/tetrahedra/boundary_of_mesh.h"
 #include "meshing/tetrahedra/move_to_volumes.h"
 #include "meshing/tetrahedra/tetrahedra_from_tissues.h"
@@ -267,6 +269,27 @@ void compare_volumes(const MeshReport& report, const LabelImageOptions& o) {
   }
 }
 
+// The surface of one tissue, towards its neighbours and the outside.
+TriangleSurface surface_of(const VolumeBoundary& boundary, std::int32_t tissue) {
+  TriangleSurface surface{boundary.points, {}};
+  for (const auto& patch : boundary.patches)
+    if (patch.behind == tissue || patch.ahead == tissue)
+      surface.triangles.insert(surface.triangles.end(), patch.triangles.begin(), patch.triangles.end());
+  return surface;
+}
+
+void tell_lost_tips(const VolumeBoundary& boundary, const std::vector<VoxelMask>& masks,
+                    const std::vector<double>& voxels_mm3, const LabelImageOptions& o) {
+  for (std::size_t t = 0; t < masks.size(); ++t) {
+    const VoxelGrid& grid = masks[t].grid;
+    const TriangleSurface voxels = isosurface(grid, {masks[t].inside.begin(), masks[t].inside.end()}).surface;
+    const std::string lost =
+        lost_tip_warning(measure_distance(voxels, surface_of(boundary, static_cast<std::int32_t>(t))), voxels_mm3[t],
+                         std::cbrt(grid.voxel_volume()), "a smaller --edge-mm or --smooth keeps it");
+    if (!lost.empty()) warn(fmt::format("tissue \"{}\" (label {}): {}", o.tissues[t].name, o.tissues[t].label, lost));
+  }
+}
+
 void fill_surfaces(MeshReport& report, TissueSurfaces& surfaces, const FillOptions& fill) {
   surfaces.attempt.boundary = without_unused_points(surfaces.attempt.boundary);
   report.mesh = fill_with_tetrahedra(surfaces.attempt.boundary, fill, &report.improvement);
@@ -365,6 +388,7 @@ MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const L
     report.tissue_volumes.push_back(
         {voxels_mm3[t], smooth.volumes[t], surfaces.meshed_mm3[t], surfaces.move.distance[t], sizes.edges[t]});
   compare_volumes(report, options);
+  tell_lost_tips(boundary, masks, voxels_mm3, options);
   return report;
 }
 

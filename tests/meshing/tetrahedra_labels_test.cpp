@@ -70,6 +70,27 @@ const TetrahedralMesh::Patch& patch(const TetrahedralMesh& mesh, const std::stri
   throw std::out_of_range("no patch " + name);
 }
 
+TEST(TetrahedraFromLabels, ATipThatCoarseTrianglesLoseIsWarnedOf) {
+  // A ball of two tissues; one of them has a horn of 11 mm length and 4 mm width.
+  const std::string image = write_ball(fresh_folder(), [](double x, double y, double z) {
+    if (std::hypot(x + 5, y, z) < 8) return x < -5 ? 2 : 1;
+    return x > 0 && std::hypot(y, z) < 2 ? 1 : 0;
+  });
+  const auto warned_of_a_tip = [&](double edge_mm, double smooth_mm) {
+    const std::size_t before = warnings().size();
+    LabelImageOptions options = options_for({"1=horned", "2=beside"});
+    options.edge_mm = edge_mm, options.smooth_mm = smooth_mm, options.facet_distance = edge_mm / 8;
+    tetrahedra_from_image({image}, options, {});
+    const auto said = warnings();
+    return std::any_of(said.begin() + static_cast<std::ptrdiff_t>(before), said.end(), [](const std::string& text) {
+      return text.find("tissue \"horned\" (label 1): voxels of the label lie up to") == 0 &&
+             text.find("a thin tip was lost") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(warned_of_a_tip(6, 2));
+  EXPECT_FALSE(warned_of_a_tip(1.5, 0.5));
+}
+
 TEST(TetrahedraFromLabels, TwoTouchingLabelsShareTheirInterfaceExactly) {
   const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double, double) { return x < 0 ? 1 : 2; });

@@ -424,7 +424,7 @@ class SeveralOrgans(unittest.TestCase):
     def test_welded_organs_keep_names_volumes_and_places_and_then_nothing_is_redone(self):
         organ = ["ORGAN=upper-abdomen", "RESOLUTION=coarse"]
         said = make(self.data, "-j2", *organ)
-        self.assertNotIn("warning: tissue", said)
+        self.assertNotIn("of its voxels'", said)
         case = os.path.join(self.data, "upper-abdomen", "coarse", "held")
         found, image_hash, frame = tissues_of(os.path.join(case, "bundle.h5"))
         self.assertEqual(list(found), list(self.LABELS))
@@ -441,6 +441,10 @@ class SeveralOrgans(unittest.TestCase):
         before = file_times(self.data)
         self.assertNotIn(BIN, make(self.data, "-j2", *organ))
         self.assertEqual(file_times(self.data), before)
+        # Other labels make another mesh, not the one that is there.
+        make(self.data, *organ, "mesh", "LABELS=255=liver 85=gallbladder")
+        with open(os.path.join(self.data, "upper-abdomen", "coarse", "mesh-quality.json")) as file:
+            self.assertEqual([region["name"] for region in json.load(file)["regions"]], ["liver", "gallbladder"])
 
     def test_separate_organs_lie_where_the_image_has_them(self):
         organ = ["separate", "ORGAN=upper-abdomen", "RESOLUTION=coarse"]
