@@ -51,14 +51,16 @@ class StepWork {
   bool allows_changes() const { return done_ < most_ - most_ / 4; }
   bool allows_debts() const { return owed_ < most_ / 4; }
   Operations done() const { return done_; }
-  // What the laws may take: what is left, and an eighth where a first test has taken more. At most 10^15, so that it can be multiplied.
-  Operations left() const {
-    constexpr Operations most = 1'000'000'000'000'000;
-    const Operations rest = most_ - done_ > most_ / 8 ? most_ - done_ : most_ / 8;
-    return rest < most ? rest : most;
-  }
+  // At most 10^15, so that it can be multiplied.
+  Operations left() const { return multipliable(done_ >= most_ ? 0 : most_ - done_); }
+  // What the contact laws may take: what is left, but an eighth at least, where a first test has taken more than its share.
+  Operations left_for_laws() const { return multipliable(most_ - done_ > most_ / 8 ? most_ - done_ : most_ / 8); }
 
  private:
+  static Operations multipliable(Operations operations) {
+    constexpr Operations most = 1'000'000'000'000'000;
+    return operations < most ? operations : most;
+  }
   Operations most_ = 0, done_ = 0, owed_ = 0;
   std::int64_t deferred_ = 0;
 };

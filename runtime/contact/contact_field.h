@@ -16,7 +16,7 @@ class ContactField {
  public:
   // Share of the nodes that is evaluated one by one before all others are at once; where the field before was evaluated at all nodes,
   // the smaller one. For many contact nodes fewer: so many operations at most.
-  static constexpr std::int32_t kFew = 3, kFewAgain = 8;
+  static constexpr std::int32_t kFew = 3, kFewAgain = 32;
   static constexpr Operations kMostOneByOne = 60'000;
 
   bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,

@@ -538,7 +538,7 @@ double ContactSolver::largest_target() const {
 // From the reactions of the last step.
 void ContactSolver::solve_laws(const ContactSystem& laws, int most_solves, StepWork* work) {
   const double most = largest_target();
-  law_operations_ = work->left() * kDense;
+  law_operations_ = work->left_for_laws() * kDense;
   std::copy(last_, last_ + rows_end_, reaction_);
   std::fill(coarse_, coarse_ + rows_end_, 0.0);
   const double missed = laws_.solve(laws, kSettled * most, law_operations_, reaction_);

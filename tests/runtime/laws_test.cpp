@@ -456,6 +456,43 @@ TEST(Laws, HoldForManyContactsAtOnce) {
   EXPECT_GT(contacts->sweeps, 0);
 }
 
+// Rows of contacts that slip do not join and leave the factor: their anchors move as long as the tool is dragged, at the default limit.
+TEST(Laws, DeferNothingWhileManyContactsSlip) {
+  RoughIndenter indenter(box(), kPlace, 0.3, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE,
+                         palpate_default_scene_def().max_operations);
+  int slipping = 0, deferred = 0;
+  for (int s = 0; s < RoughIndenter::kSteps; ++s) {
+    const palpate_step_flags flags = indenter.step(s);
+    slipping += palpate_contacts_tool(indenter.contacts->get(), 0)->slip_count > 0;
+    deferred += (flags & PALPATE_STEP_WORK_DEFERRED) != 0;
+  }
+  EXPECT_GT(slipping, 100);
+  EXPECT_EQ(deferred, 0);
+}
+
+// The factor that is left alone while contacts slip serves again when the tool goes back and all of them hold.
+TEST(Laws, LeaveStepsToTheFactorAgainOnceAllContactsHold) {
+  palpate_scene_def def = unlimited_def();
+  def.law = PALPATE_LAW_COULOMB, def.contact = PALPATE_CONTACT_POINT;
+  const ScenePointer scene = box().scene(def);
+  Contacts contacts(scene.get());
+  std::vector<Vector3d> points(3);
+  palpate_tool tool = palpate_default_tool();
+  tool.points = points[0].data(), tool.point_count = 3, tool.friction = 0.3;
+  const auto step = [&](double depth, double along) {
+    for (int i = 0; i < 3; ++i) points[i] = kPlace + Vector3d(-depth, 0.01 * i + along, 0.004 * i);
+    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    return contacts->sweeps;
+  };
+  step(-1e-4, 0);
+  int slipped = 0;
+  for (int s = 1; s <= 100; ++s) slipped += step(2e-3, 3e-5 * s) > 0;
+  EXPECT_GT(slipped, 50);
+  int decided = 0;
+  for (int s = 0; s < 20; ++s) decided += step(2e-3, 3e-3 - 1e-4) > 0;
+  EXPECT_LE(decided, 2);
+}
+
 TEST(Laws, TellWhereTheyAreMissed) {
   for (const double friction : {0.3, 20.0}) {
     RoughIndenter indenter(box(), kPlace, friction);
