@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """boundary.py BUNDLE -o PNG: what may be touched, what is held and what is softly supported, from the front and from behind."""
 import argparse
+import re
 
 import h5py
 import matplotlib
@@ -14,7 +15,20 @@ import offscreen  # noqa: E402
 import picture_file  # noqa: E402
 from mesh import BEHIND, FRONT, HELD, SIDES, STRIPES, TISSUE, triangles_actor, triangles_data  # noqa: E402
 
-NEITHER, SUPPORTED = (0.80, 0.80, 0.80), (0.72, 0.62, 0.66)
+NEITHER, SUPPORTED, SPRING = (0.80, 0.80, 0.80), (0.72, 0.62, 0.66), (0.25, 0.35, 0.65)
+PLACE = r"\(([^,()]+), ([^,()]+), ([^,()]+)\) mm"
+
+
+def springs_of(attributes, nodes):
+    """[(name, N/m, start, end)], mm. A spring to its nodes' own places has no direction: its coil points away from the middle."""
+    springs, middle, size = [], nodes.mean(axis=0), np.linalg.norm(np.ptp(nodes, axis=0))
+    for key in sorted(attributes):
+        if not key.startswith("spring "):
+            continue
+        places = np.array(re.findall(PLACE, attributes[key].rsplit("; from", 1)[1]), float)
+        end = places[1] if len(places) > 1 else places[0] + 0.12 * size * (places[0] - middle) / np.linalg.norm(places[0] - middle)
+        springs.append((key.removeprefix("spring "), float(attributes[key].split()[0]), places[0], end))
+    return springs
 
 
 def areas_of(nodes, triangles):
@@ -39,6 +53,7 @@ def main():
         tetrahedra, region = file["mesh/tetrahedra"][:], file["mesh/region"][:]
         names = mesh.names_of_regions(file)
         frame = file.attrs.get("frame", "none")
+        springs = springs_of(file.attrs, nodes)
         soft = file["boundary/foundation"][:].any(axis=1) if "boundary/foundation" in file else np.zeros(len(triangles), bool)
     # A triangle with held and touchable nodes is shown as neither. What is softly supported may be touched as well.
     held = fixed[triangles].all(axis=1)
@@ -54,6 +69,7 @@ def main():
     size = np.linalg.norm(np.ptp(nodes, axis=0))
     if held.any():
         actors.append(offscreen.hatch(triangles_data(nodes, triangles[held]), size, STRIPES))
+    actors += [offscreen.coil(start, end, size / 40, SPRING) for _, _, start, end in springs]
 
     sides = list(zip((FRONT, BEHIND), SIDES.get(frame, SIDES["none"])))
     if len(names) > 1:
@@ -72,6 +88,8 @@ def main():
         if which.any():
             lines.append(("%s: %.0f mm2, %.0f %% of the surface; %s"
                           % (name, share, 100 * share / areas.sum(), box_text(nodes[which])), colour))
+    if springs:
+        lines.append(("springs: " + "; ".join("%s %.3g N/m" % (name, stiffness) for name, stiffness, _, _ in springs), SPRING))
     low = 0.03 if len(names) == 1 else 0.075
     if len(names) > 1:
         mesh.name_regions(figure, names, outside)

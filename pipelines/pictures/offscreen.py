@@ -184,6 +184,18 @@ def rod(start, end, radius, colour):
     return plain_actor(tube.GetOutput(), colour)
 
 
+def coil(start, end, width, colour):
+    """A coil spring from start to end, mm."""
+    start, along = np.asarray(start, float), np.asarray(end, float) - start
+    length = np.linalg.norm(along)
+    across = np.linalg.svd(along[None] / length)[2][1:]
+    turns = max(3, int(round(length / width)))
+    share = np.linspace(0, 1, 24 * turns)
+    angle, radius = 2 * np.pi * turns * share, 0.5 * width * np.minimum(1, 12 * np.minimum(share, 1 - share))
+    places = start + share[:, None] * along + radius[:, None] * (np.cos(angle)[:, None] * across[0] + np.sin(angle)[:, None] * across[1])
+    return path_line(places, 0.12 * width, colour)
+
+
 def arrow(start, direction, length, radius, colour):
     """Two actors: a shaft and a head whose tip is at start + length * direction."""
     direction = np.asarray(direction) / np.linalg.norm(direction)

@@ -85,12 +85,13 @@ class SpringPlacer {
   SpringSet place(const BoundaryConfig::Spring& config, const Nodes& from, const Nodes& to,
                   const std::filesystem::path& file) const {
     SpringSet set{config.name, {}};
+    if (config.anchor) set.anchor = in_metres(*config.anchor);
     const auto share = shares_of(body_, from);
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (share[i] == 0) continue;
       Spring spring{from[i], Spring::kWorld, share[i] * config.stiffness.value};
-      if (config.anchor) {
-        spring.axis = axis(from[i], in_metres(*config.anchor));
+      if (set.anchor) {
+        spring.axis = axis(from[i], *set.anchor);
       } else if (!config.to.empty()) {
         spring.b = nearest_of(body_, to, body_.nodes[from[i]]);
         spring.axis = axis(from[i], body_.nodes[spring.b]);

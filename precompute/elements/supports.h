@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct Spring {
 struct SpringSet {
   std::string name;
   std::vector<Spring> springs;
+  std::optional<std::array<double, 3>> anchor = {};  // m, the point of the world to which they all lead; nothing: none
 };
 
 // Of a foundation's triangles, m^2.

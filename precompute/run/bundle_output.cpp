@@ -22,6 +22,24 @@ bool has_radial(const BundleContent& content) {
   return content.response && !content.response->radial.coefficient.empty();
 }
 
+std::string place_text(const std::array<double, 3>& p) {
+  return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p[0], 1e3 * p[1], 1e3 * p[2]);
+}
+
+// The mean of the nodes at one end of the springs.
+std::string mean_place(const ElasticBody& body, const SpringSet& set, std::int32_t Spring::*end) {
+  std::array<double, 3> mean{};
+  for (const Spring& spring : set.springs)
+    for (int d = 0; d < 3; ++d) mean[d] += body.nodes[spring.*end][d] / static_cast<double>(set.springs.size());
+  return place_text(mean);
+}
+
+// Where the other ends of the springs are: "others at (1, 2, 3) mm".
+std::string other_ends(const ElasticBody& body, const SpringSet& set) {
+  if (set.anchor) return "a point at " + place_text(*set.anchor);
+  return set.springs.front().b == Spring::kWorld ? "their places" : "others at " + mean_place(body, set, &Spring::b);
+}
+
 // "foundation diaphragm": "normal 5e+04 N/m^3 (assumed), tangential 1e+04 N/m^3 (assumed); 0.0123 m^2".
 std::map<std::string, std::string> support_texts(const ElasticBody& body, const BoundaryConfig& boundary) {
   std::map<std::string, std::string> texts;
@@ -34,11 +52,10 @@ std::map<std::string, std::string> support_texts(const ElasticBody& body, const 
   }
   for (std::size_t i = 0; i < boundary.springs.size(); ++i) {
     const auto& s = boundary.springs[i];
-    texts["spring " + s.name] = fmt::format("{:.6g} N/m ({}); from {} nodes to {}", s.stiffness.value,
-                                            s.stiffness.source, body.springs[i].springs.size(),
-                                            !s.to.empty() ? "others"
-                                            : s.anchor    ? "a point"
-                                                          : "their places");
+    const SpringSet& set = body.springs[i];
+    texts["spring " + s.name] =
+        fmt::format("{:.6g} N/m ({}); from {} nodes at {} to {}", s.stiffness.value, s.stiffness.source,
+                    set.springs.size(), mean_place(body, set, &Spring::a), other_ends(body, set));
   }
   return texts;
 }

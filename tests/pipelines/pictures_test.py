@@ -7,6 +7,8 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "..", "pipelines", "pictures"))
+import boundary  # noqa: E402
+import offscreen  # noqa: E402
 import views  # noqa: E402
 
 FRONT, FROM_PATIENTS_LEFT = (0, -1, 0), (1, 0, 0)
@@ -97,6 +99,19 @@ class Rendered(unittest.TestCase):
             self.assertTrue((image < 200).any(), "the picture is empty")
             shown = np.nonzero((image < 250).any(axis=2))
             self.assertGreater(max(np.ptp(shown[0]) / 200, np.ptp(shown[1]) / 300), 0.5, "what is shown is small")
+
+
+class Springs(unittest.TestCase):
+    def test_a_coil_joins_the_two_places_that_the_bundle_names(self):
+        nodes = np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0], [0, 0, 100]], float)
+        attributes = {"organ": "liver", "foundation a": "normal 5 N/m^3 (test); 0.1 m^2",
+                      "spring b": "30 N/m (test; from (9, 9, 9) mm); from 4 nodes at (1, 2, 3) mm to a point at (-4, 5e1, 6.5) mm",
+                      "spring c": "2.5 N/m (test); from 1 nodes at (100, 0, 0) mm to their places"}
+        (name, stiffness, start, end), (_, _, own, away) = boundary.springs_of(attributes, nodes)
+        self.assertEqual((name, stiffness, list(start), list(end)), ("b", 30, [1, 2, 3], [-4, 50, 6.5]))
+        self.assertGreater(np.linalg.norm(away - nodes.mean(axis=0)), np.linalg.norm(own - nodes.mean(axis=0)))
+        low, high = np.reshape(offscreen.coil(start, end, 4, (0, 0, 1)).GetBounds(), (3, 2)).T
+        self.assertTrue((low < np.minimum(start, end) + 3).all() and (high > np.maximum(start, end) - 3).all())
 
 
 if __name__ == "__main__":
