@@ -200,6 +200,18 @@ std::string too_slow(const Options& options, const TriangleSurface& soup, double
       options.wrap ? "wrap it with a larger ball, --wrap-mm, or ask for fewer --triangles" : wrap_advice(name));
 }
 
+// The wrap is solid: a hollow input comes out filled.
+void tell_wrapped_volume(double wrapped_mm3, double input_mm3, const std::string& name) {
+  constexpr double kAlike = 0.1;  // of the volume; the wraps of solid inputs of the tests are within 0.01
+  if (input_mm3 > 0 && std::abs(wrapped_mm3 / input_mm3 - 1) <= kAlike) return;
+  warn(fmt::format(
+      "{}: the wrapped surface encloses {:.4g} mm3, and the input {:.4g} mm3: expected the same within {:g} %; a wrap "
+      "fills "
+      "the space inside of thin walls and between parts closer than the ball; --wrap-mm takes a smaller ball, and a "
+      "hollow organ needs a closed file of its own for the space inside",
+      name, wrapped_mm3, input_mm3, 100 * kAlike));
+}
+
 void wrap(const Options& options, const TriangleSurface& soup, std::optional<ProcessorLimit>& ends_the_program) {
   const std::string& name = options.inputs.front();
   if (!options.cavities.empty()) throw InputError(fmt::format("{}: --wrap fills cavities; leave out --cavities", name));
@@ -222,6 +234,7 @@ void wrap(const Options& options, const TriangleSurface& soup, std::optional<Pro
     for (const std::string& change : wrapped.changes) warn(fmt::format("{}: {}", name, change));
     note(fmt::format("wrapped with a ball of {:.3g} mm: gaps narrower than {:.3g} mm are bridged", wrapped.ball_mm,
                      2 * wrapped.ball_mm));
+    tell_wrapped_volume(enclosed_volume(surface), wrapped.input_mm3, name);
     return write_report(options, surface, wrapped.input, wrapped.input_mm3,
                         {{"changes", wrapped.changes}, {"ball_mm", wrapped.ball_mm}, {"attempts", attempts}});
   }

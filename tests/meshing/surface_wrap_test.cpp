@@ -80,6 +80,18 @@ TEST_F(SurfaceWrap, BoxesThatShareAWallOrAnEdgeAreUnited) {
   EXPECT_NEAR(enclosed_volume(wrapped(edge, "ball")) / 54'000, 1, 2 * kVolume);
 }
 
+TEST_F(SurfaceWrap, AHollowBallComesOutFilledAndThatIsWarnedOf) {
+  TriangleSurface hollow = sphere_surface(3, 50);
+  const TriangleSurface solid = hollow, inner = sphere_surface(3, 46);
+  const auto first = static_cast<std::int32_t>(hollow.points.size());
+  hollow.points.insert(hollow.points.end(), inner.points.begin(), inner.points.end());
+  for (const auto& [a, b, c] : inner.triangles) hollow.triangles.push_back({first + a, first + c, first + b});
+  const TriangleSurface surface = wrapped(hollow, "a wrap fills the space inside of thin walls");
+  EXPECT_NEAR(enclosed_volume(surface) / enclosed_volume(solid), 1, kVolume);
+  write_off(folder_ / "soup.off", solid);
+  EXPECT_THAT(run_surface(folder_, "soup.off --wrap -o out.ply").errors, testing::Not(HasSubstr("a wrap fills")));
+}
+
 TEST_F(SurfaceWrap, ASheetIsRefusedForItEnclosesNothing) {
   TriangleSurface sheet = box_surface(6, {0, 0, 0}, {100, 100, 10});
   std::erase_if(sheet.triangles, [&](const Triangle& t) {
