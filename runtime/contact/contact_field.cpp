@@ -383,7 +383,8 @@ Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
 Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->before_at_node(node, work);
   const Known& before = before_->known;
-  if (!is_known(before, node) && are_many(before) && are_all(now_->known)) work->end();
+  const bool costs_much = surface_nodes_ * operations_in_run(before_->count) > kMostOneByOne;
+  if (costs_much && !is_known(before, node) && are_many(before) && are_all(now_->known)) work->end();
   return known_at(*before_, node, work);
 }
 

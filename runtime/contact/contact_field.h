@@ -44,7 +44,7 @@ class ContactField {
   Vec3 at_node(std::int32_t node, QueryWork* work) {
     return !body_ && is_known(now_->known, node) ? now_->known.at[node] : evaluate_at_node(node, work);
   }
-  // The same of the field before the last set(). A step does not evaluate both fields at all nodes: where it would have to, the query
+  // The same of the field before the last set(). A step does not evaluate both fields at all nodes where that costs much: the query
   // ends, and in the next step this field is the one before.
   Vec3 before_at_node(std::int32_t node, QueryWork* work);
   // The same without the part of the contact (tool, point).
