@@ -124,6 +124,95 @@ test("the address restores effects, disc, colour and camera; Back takes an effec
 
 // ---- numbers ---------------------------------------------------------------------------------------------------------
 
+test("the address restores tools that stay; Undo takes back tools and effects, one after the other", async () => {
+  const page = await ready();
+  assert.equal(await page.isDisabled("#undo"), true);
+  const kept = (pattern) => page.waitForFunction((p) => new RegExp(p).test(location.hash), pattern);
+  await page.click("text=Keep");
+  await drag(page, [0, 0], [90, -60]);
+  await kept("tool1=[^&]+");
+  await drag(page, [-60, 0], [0, -50]);
+  await kept("tool2=[^&]+");
+  const forces = async () => (await shown(page, "tools")).map((tool) => tool && Math.hypot(...tool.force));
+  await page.waitForTimeout(500);
+  await frame(page);
+  const felt = await forces();
+  assert.ok(felt.every((newton) => newton > 0.05));
+  await page.reload();
+  await inState(page, "ready");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.tools.every((tool) => tool?.depth > 0.002));
+  await page.waitForTimeout(800);
+  await frame(page);
+  assert.equal(await page.isChecked("#keep"), true);
+  // The address holds micrometres, and tools come straight where the hand's way was another one.
+  (await forces()).forEach((newton, t) => assert.ok(Math.abs(newton - felt[t]) < 0.02 * felt[t], `${newton} N after ${felt[t]} N`));
+  await page.selectOption('[data-effect="law"]', "sliding");
+  await kept("law=sliding");
+  await noTools(page);
+  await page.click("#undo");
+  await kept("bundle=[0-9a-f]+&disc.*tool1=.*tool2=");
+  assert.equal(await page.inputValue('[data-effect="law"]'), "sticking");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.tools.every((tool) => tool?.depth > 0.002));
+  await page.keyboard.press("Control+z");
+  await page.waitForFunction(() => !/tool2/.test(location.hash) && /tool1/.test(location.hash));
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.tools.filter(Boolean).length === 1);
+  await page.keyboard.press("z");
+  await noTools(page);
+  await page.waitForFunction(() => document.getElementById("undo").disabled);
+  await closed(page);
+});
+
+test("the page plays the scene that it saved, with its effects and disc, to the same bytes; a scene that it cannot play is refused by its key", async () => {
+  const page = await ready();
+  await page.selectOption('[data-effect="law"]', "coulomb");
+  await page.fill("#radius", "4.5");
+  await page.click("text=Keep");
+  await drag(page, [0, 0], [90, -60]);
+  await drag(page, [-60, 0], [0, -50]);
+  await page.click("text=Keep");
+  await noTools(page);
+  const scene = await saved(page, "save-scene"), forces = await saved(page, "save-forces");
+  await page.goto("about:blank");
+  await page.goBack();
+  await page.evaluate(() => (location.hash = ""));
+  await page.reload();
+  await inState(page, "ready");
+  const play = (text, name = "recording.toml") => give(page, name, text, "#path-file");
+  await play(scene);
+  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  assert.equal(await page.inputValue('[data-effect="law"]'), "coulomb");
+  assert.equal(await page.textContent("#radius-mm"), "4.5 mm");
+  assert.ok((await saved(page, "save-forces")) === forces, "the same forces to the byte");
+  assert.ok((await saved(page, "save-scene")) === scene, "the same scene to the byte");
+  // A scene that was written by hand, in mm; its tool rests at a point beside its path.
+  const { place, normal } = await middle(page), row = (time, height) => `[${[time, ...place.map((x, d) => 1000 * (x + height * normal[d]) - (d === 0 ? 1 : 0))].join(", ")}]`;
+  const own = `name = "own"\nunit = "mm"\n[effects]\nlaw = "sliding"\n[[tool]]\nname = "probe"\npoints = [[1, 0, 0]]\ndisc_radius = 5\npath = [${row(0, 0.002)}, ${row(0.2, -0.004)}]\n`;
+  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
+  await play(own, "own.toml");
+  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  assert.equal(await page.textContent("#radius-mm"), "5 mm");
+  writeFileSync(`${folder}/own.toml`, own);
+  execFileSync(palpateRun, [`${folder}/own.toml`, "--bundle", bundle, "--quiet", "-o", `${folder}/own`], { stdio: "pipe" });
+  const native = readForces(readFileSync(`${folder}/own/forces.csv`, "utf8"), 1).flat(2), here = readForces(await saved(page, "save-forces"), 1).flat(2);
+  assert.equal(here.length, native.length);
+  assert.ok(Math.max(...here.map((newton, i) => Math.abs(newton - native[i]))) < 1e-9 * Math.max(...native.map(Math.abs)), "palpate-run's forces");
+  for (const [change, pattern] of [
+    [(text) => text.replace("points = [[1, 0, 0]]", "capsule = { radius = 4 }"), "own.toml: .*1 has capsule, which this page cannot play"],
+    [(text) => text.replace("points = [[1, 0, 0]]", "points = [[1, 0, 0], [0, 0, 0]]"), "own.toml: .*points: expected one point"],
+    [(text) => text.replace('"sliding"', '"slides"'), "own.toml: .effects. law: expected sticking, .*found .slides."],
+    [(text) => text.replace('unit = "mm"', ""), "own.toml: unit: expected m, cm, mm or um, found nothing"],
+    [(text) => text.replace("disc_radius = 5", "disc_radius = 50"), "own.toml: disc_radius: expected 2 to 12 mm.*found 50 mm"],
+    [(text) => text.replace("[[tool]]", "[[tool"), "own.toml: line \\d+: this is no TOML"],
+    [(text) => `# bundle 0123456789abcdef\n${text}`, "own.toml: recorded on the bundle 0123456789abcdef; open is"],
+  ]) {
+    assert.notEqual(change(own), own);
+    await play(change(own), "own.toml");
+    await notice(page, pattern);
+  }
+  assert.equal(await page.textContent("#radius-mm"), "5 mm", "a refused scene changes nothing");
+  await closed(page);
+});
+
 test("each tool has its own force and depth; its headline, label, arrow and curve share a number and a colour", async () => {
   const page = await ready();
   await page.click("text=Keep");

@@ -169,7 +169,7 @@ class Compare {
     const camera = () => this.lead.view.camera, cross = document.createElement("i");
     new Keys(this.sides[0].canvas, cross, {
       isOpen: () => this.areOpen, turn: (right, up) => camera().turn(right, up), nearer: (factor) => camera().nearer(factor),
-      home: () => camera().home(), push: (down) => down && this.press(), replay: () => this.press(), reset: () => {},
+      home: () => camera().home(), push: (down) => down && this.press(), replay: () => this.press(), reset: () => {}, undo: () => {},
     });
   }
 

@@ -10,6 +10,7 @@ export interface KeyActions {
   nearer: (factor: number) => void;
   push: (down: boolean, x: number, y: number) => void; // at a point of the canvas, px
   home: () => void;
+  undo: () => void;
   replay: () => void;
   reset: () => void;
 }
@@ -29,7 +30,8 @@ export class Keys {
   }
 
   private down(event: KeyboardEvent) {
-    if (event.ctrlKey || event.metaKey || event.altKey || !this.actions.isOpen() || usesKey(event.target as HTMLElement, event.key)) return;
+    const undoes = event.key === "z" && !event.shiftKey; // with Ctrl or Command too
+    if (((event.ctrlKey || event.metaKey) && !undoes) || event.altKey || !this.actions.isOpen() || usesKey(event.target as HTMLElement, event.key)) return;
     const act = this.act(event);
     if (!act) return;
     event.preventDefault();
@@ -38,12 +40,12 @@ export class Keys {
   }
 
   private act({ key, shiftKey }: KeyboardEvent): (() => void) | undefined {
-    const { turn, nearer, home, replay, reset } = this.actions;
+    const { turn, nearer, home, undo, replay, reset } = this.actions;
     const arrow = (right: number, up: number) => () => (shiftKey ? this.move(right, -up) : turn(TURN * right, TURN * up));
     const acts: Record<string, () => void> = {
       ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1),
       "+": () => nearer(NEARER), "=": () => nearer(NEARER), "-": () => nearer(1 / NEARER),
-      Home: home, h: home, r: replay, Escape: reset, " ": () => this.push(true),
+      Home: home, h: home, z: undo, r: replay, Escape: reset, " ": () => this.push(true),
     };
     return acts[key.length === 1 ? key.toLowerCase() : key];
   }

@@ -1,7 +1,7 @@
 // What the page's address holds after the #: the bundle's checksum, the effects that are not the page's own, the disc, the colour, the
-// camera. Opening the address again restores them; the browser's Back takes the last change of an effect back.
+// tools that stay, the camera. Opening the address again restores them; the browser's Back takes the last change of an effect back.
 import { DEFAULT_EFFECTS, EFFECT_LINES, type EffectLine } from "./effects";
-import type { ColourBy, PageEffects } from "./messages";
+import { TOOL_COUNT, type ColourBy, type PageEffects, type ToolTarget, type Vector } from "./messages";
 
 const COLOURS: readonly string[] = ["dent", "displacement", "nothing"] satisfies ColourBy[];
 const IN_LINKS = EFFECT_LINES.filter(({ effect }) => effect !== "fine"); // a file of the user's, which an address cannot hold
@@ -11,15 +11,17 @@ export interface PageState {
   effects: PageEffects;
   discRadius: number; // m
   colour: ColourBy;
+  tools: (ToolTarget | null)[]; // that stay where they are
   view: [azimuth: number, height: number, distance: number]; // degrees, degrees, m
 }
 
 export const bundleOfLink = (link: string) => new URLSearchParams(link.replace(/^#/, "")).get("bundle");
 
-export function linkOf({ bundle, effects, discRadius, colour, view }: PageState): string {
+export function linkOf({ bundle, effects, discRadius, colour, tools, view }: PageState): string {
   const words = new URLSearchParams({ bundle, ...Object.fromEntries(wordsOfEffects(effects)) });
   words.set("disc", String(Number((1000 * discRadius).toFixed(1))));
   words.set("colour", colour);
+  tools.forEach((tool, t) => tool && words.set(`tool${t + 1}`, wordOfTool(tool)));
   words.set("view", view.map((x, i) => x.toFixed(i < 2 ? 1 : 4)).join(" "));
   return `#${words}`;
 }
@@ -32,6 +34,7 @@ export function stateOfLink(link: string, now: PageState, isAvailable: (effect: 
   return {
     bundle: now.bundle, effects, discRadius: disc >= 2 && disc <= 12 ? disc / 1000 : now.discRadius,
     colour: COLOURS.includes(colour) ? (colour as ColourBy) : now.colour,
+    tools: Array.from({ length: TOOL_COUNT }, (_, t) => toolOfWord(words.get(`tool${t + 1}`) ?? "")),
     view: view.length === 3 && view.every(Number.isFinite) && view[2] > 0 ? (view as PageState["view"]) : now.view,
   };
 }
@@ -49,6 +52,18 @@ export function effectsOfWords(words: URLSearchParams, now: PageEffects, isAvail
     if (word !== null && isAvailable(line.effect) && allows(line, word)) effects = { ...effects, ...line.change(line.choices ? word : word === "on") };
   }
   return effects;
+}
+
+// Where a tool comes from, where it stands, and, for one that pulls, where it takes hold; mm, to a micrometre.
+function wordOfTool({ start, point, grasp }: ToolTarget): string {
+  return [start, point, grasp ?? []].flatMap((place) => [...place].map((x) => Number((1000 * x).toFixed(3)))).join(" ");
+}
+
+// null where the word is none.
+function toolOfWord(word: string): ToolTarget | null {
+  const numbers = word.split(" ").map((x) => Number(x) / 1000), places = [0, 3, 6].map((at) => numbers.slice(at, at + 3) as Vector);
+  if (![6, 9].includes(numbers.length) || !numbers.every(Number.isFinite)) return null;
+  return { start: places[0], point: places[1], grasp: numbers.length === 9 ? places[2] : null, down: true };
 }
 
 const wordOf = (value: string | boolean) => (typeof value === "string" ? value : value ? "on" : "off");

@@ -1,7 +1,7 @@
 // The page: draws the frames that the worker sends, and sends the user's input to the worker.
 import type { BundleInfo } from "../../module/palpate.js";
 import { GRADIENT } from "./colours";
-import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords, isAvailable } from "./effects";
+import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, flagWords, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
 import { FrameClock, Spread, TouchRate } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
@@ -9,9 +9,10 @@ import { ForcePlot } from "./force_plot";
 import { Keys } from "./keys";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
-import { type ColourBy, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToWorker } from "./messages";
+import { type ColourBy, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
 import { OrganView, type Hit, type Shape } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
+import { readScene } from "./scene_reader";
 import { ToolPointer } from "./tool_pointer";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 
@@ -50,13 +51,13 @@ class Viewer {
   private plot = new ForcePlot(byId<HTMLCanvasElement>("plot"));
   private pointer: ToolPointer;
   private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects));
-  private effects: PageEffects = DEFAULT_EFFECTS;
+  effects: PageEffects = DEFAULT_EFFECTS;
   private facts = ""; // of the bundle
   private mesh: Mesh | null = null;
   private fine: FineMesh | null = null; // what effects.fine draws
   private accepted: { effects: PageEffects; tool: ToolShape; fine: FineMesh | null } | null = null; // by the worker, to return to when it refuses others
   private fineFile: Promise<{ name: string; bytes: ArrayBuffer } | null>; // of the bundle that is being opened
-  private tool: ToolShape = DEFAULT_TOOL;
+  tool: ToolShape = DEFAULT_TOOL;
   private readout = new ToolReadout(byId("readout"), byId("labels"));
   private info: BundleInfo | null = null;
   private opened = false;
@@ -174,13 +175,25 @@ class Viewer {
     if (made && made !== now.bundle) this.tellUser("This link was made with another bundle: effects and view are the page's own.");
     if (made === now.bundle) this.restore(stateOfLink(location.hash, now, (effect) => isAvailable(effect, this.info!, this.fine !== null)));
     this.link = linkOf(this.pageState());
-    history.replaceState(null, "", this.link);
+    history.replaceState(history.state, "", this.link);
+    this.showUndo();
   }
 
-  private restore({ effects, discRadius, colour, view }: PageState) {
+  private restoreTools(tools: (ToolTarget | null)[]) {
+    this.pointer.forget();
+    this.plot.clear();
+    this.tell({ type: "reset" });
+    if (!tools.some(Boolean)) return;
+    byId<HTMLInputElement>("keep").checked = true;
+    this.pointer.keep(tools);
+  }
+
+  private restore({ effects, discRadius, colour, view, tools }: PageState) {
     const changed = JSON.stringify([effects, discRadius]) !== JSON.stringify([this.effects, this.tool.discRadius]);
     this.tool = { ...this.tool, discRadius };
     if (changed) this.changeEffects(effects);
+    const now = this.pageState();
+    if (changed || linkOf({ ...now, tools }) !== linkOf(now)) this.restoreTools(tools);
     this.showEffects();
     byId<HTMLSelectElement>("colour-by").value = colour;
     this.show();
@@ -189,19 +202,31 @@ class Viewer {
 
   private pageState(): PageState {
     const colour = byId<HTMLSelectElement>("colour-by").value as ColourBy, { effects, tool: { discRadius } } = this;
-    return { bundle: this.info!.identity.toString(16).padStart(16, "0"), effects, discRadius, colour, view: this.view.camera.view };
+    return { bundle: hexadecimal(this.info!.identity), effects, discRadius, colour, view: this.view.camera.view, tools: this.pointer.kept };
   }
 
-  // Keeps the address up to date. A change of effects makes a step of the browser's history; turning the camera does not.
+  // Keeps the address up to date. A change of effects, of kept tools, of disc or colour makes a step of the browser's history, which Undo
+  // takes back; turning the camera does not. A step's state is its number in this page.
   private keepLink(now: number) {
-    if (now - this.linked < 500 || document.body.dataset.state !== "ready") return;
-    this.linked = now;
+    if (now - this.linked < 500 || this.pointer.active || document.body.dataset.state !== "ready") return;
+    this.linked = performance.now();
     const link = linkOf(this.pageState());
     if (link === this.link) return;
     const withoutView = (one: string) => one.replace(/&view=.*/, "");
-    if (withoutView(link) === withoutView(this.link)) history.replaceState(null, "", link);
-    else history.pushState(null, "", link);
+    if (withoutView(link) === withoutView(this.link)) history.replaceState(history.state, "", link);
+    else history.pushState(Number(history.state ?? 0) + 1, "", link);
     this.link = link;
+    this.showUndo();
+  }
+
+  private showUndo() {
+    byId<HTMLButtonElement>("undo").disabled = !history.state;
+  }
+
+  // What was not yet a step becomes one first.
+  private undo() {
+    this.keepLink(Infinity);
+    if (history.state) history.back();
   }
 
   // Opens a finer surface for the open organ. What is drawn stays where the file is refused.
@@ -254,7 +279,7 @@ class Viewer {
   // Files that the user drops: a bundle, perhaps with a finer surface; or a finer surface or a path for the open organ.
   private async openFiles(files: Iterable<File>) {
     const all = [...files], ending = (ends: string) => all.find((file) => file.name.toLowerCase().endsWith(ends));
-    const path = ending(".csv"), fine = ending(".ply"), bundle = all.find((file) => file !== path && file !== fine);
+    const path = ending(".csv") ?? ending(".toml"), fine = ending(".ply"), bundle = all.find((file) => file !== path && file !== fine);
     const bytes = fine?.arrayBuffer().catch(() => new ArrayBuffer(0));
     if (bundle) {
       this.fineFile = Promise.resolve(bytes && bytes.then((given) => ({ name: fine!.name, bytes: given }))).then((file) => file ?? null);
@@ -288,12 +313,27 @@ class Viewer {
 
   private async playPath(file: File) {
     try {
-      const path = pathOfFile(await file.text());
+      const text = await file.text();
+      if (file.name.toLowerCase().endsWith(".toml")) return this.playScene(text);
+      const path = pathOfFile(text);
       checkPlaceOfPath(path, this.mesh!.positions);
       this.replay(path);
     } catch (error) {
       this.tellUser(`${file.name}: ${(error as Error).message}`);
     }
+  }
+
+  // A scene file: its effects and its tools' disc become the page's.
+  private playScene(text: string) {
+    const { bundle, effects, tool, path } = readScene(text, this), open = hexadecimal(this.info!.identity);
+    if (bundle && bundle !== open) throw new Error(`recorded on the bundle ${bundle}; open is ${open}. Open that bundle first`);
+    const missing = EFFECT_LINES.find((line) => line.value(effects) !== line.value(DEFAULT_EFFECTS) && line.effect !== "fine" && !isAvailable(line.effect, this.info!, false));
+    if (missing) throw new Error(`the scene asks for "${missing.label}", for which this bundle has no data`);
+    checkPlaceOfPath(path, this.mesh!.positions);
+    this.tool = tool;
+    this.changeEffects(effects);
+    this.showEffects();
+    this.replay(path);
   }
 
   private replay(path: Path | null) {
@@ -334,6 +374,7 @@ class Viewer {
     const click = (id: string, act: () => void) => byId(id).addEventListener("click", act);
     click("replay", () => this.replay(null));
     click("reset", () => this.reset());
+    click("undo", () => this.undo());
     click("home", () => this.view.camera.home());
     click("open", () => byId("file").click());
     click("open-path", () => byId("path-file").click());
@@ -369,7 +410,7 @@ class Viewer {
     new Keys(canvas, byId("cross"), {
       isOpen: () => document.body.dataset.state === "ready",
       turn: (right, up) => camera.turn(right, up), nearer: (factor) => camera.nearer(factor), home: () => camera.home(),
-      push: (down, x, y) => this.pointer.key(down, x, y), replay: () => this.replay(null), reset: () => this.reset(),
+      push: (down, x, y) => this.pointer.key(down, x, y), undo: () => this.undo(), replay: () => this.replay(null), reset: () => this.reset(),
     });
   }
 
@@ -414,7 +455,7 @@ class Viewer {
     requestAnimationFrame(() => this.draw());
     if (!this.opened) return;
     const start = performance.now();
-    this.pointer.tick();
+    this.pointer.tick((this.newest?.frame.tools ?? []).map((tool) => tool && tool.point));
     if (!this.waiting) {
       this.waiting = true;
       this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
@@ -525,6 +566,7 @@ async function fetched(url: string) {
   return bytes && { name: url.slice(url.lastIndexOf("/") + 1), bytes };
 }
 
+const hexadecimal = (identity: bigint) => identity.toString(16).padStart(16, "0");
 const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0);
 const threeDigits = (value: number) => value.toFixed(value < 99.5 ? 1 : 0);

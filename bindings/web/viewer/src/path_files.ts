@@ -1,6 +1,8 @@
 // Reads paths: the CSV that palpate-run reads (path_csv, in metres).
 import { TOOL_COUNT, TOUCH_HZ, type Path, type Vector } from "./messages";
 
+export const LONGEST_PATH = 600; // s
+
 // Rows of time (s), x, y, z (m), with '#' comments and one header line. Linear between rows, as palpate-run plays them.
 export function pathOfFile(text: string): Path {
   const rows: number[][] = [];
@@ -18,22 +20,27 @@ export function pathOfFile(text: string): Path {
   });
   if (!rows.length) throw new Error("expected rows of s, x, y, z, found none");
   const duration = rows.at(-1)![0];
-  if (duration > 600) throw new Error(`expected at most 600 s, found ${duration} s`);
+  if (duration > LONGEST_PATH) throw new Error(`expected at most ${LONGEST_PATH} s, found ${duration} s`);
   const steps = Math.floor(duration * TOUCH_HZ * (1 + 1e-9)) + 1;
   const path: Path = {
     steps, points: new Float64Array(3 * TOOL_COUNT * steps).fill(NaN), hold: new Uint8Array(TOOL_COUNT * steps),
   };
-  for (let step = 0; step < steps; ++step) path.points.set(positionAt(rows, step / TOUCH_HZ), 3 * TOOL_COUNT * step);
+  const at = alongRows(rows);
+  for (let step = 0; step < steps; ++step) path.points.set(at(step / TOUCH_HZ), 3 * TOOL_COUNT * step);
   return path;
 }
 
-function positionAt(rows: number[][], time: number): Vector {
-  const after = rows.findIndex((row) => row[0] > time);
-  if (after === 0) return rows[0].slice(1) as Vector;
-  if (after < 0) return rows.at(-1)!.slice(1) as Vector;
-  const [t0, ...a] = rows[after - 1], [t1, ...b] = rows[after];
-  const share = (time - t0) / (t1 - t0);
-  return a.map((x, d) => x + share * (b[d] - x)) as Vector;
+// The position at times that grow from call to call. rows: s, x, y, z.
+export function alongRows(rows: number[][]): (time: number) => Vector {
+  let after = 0; // the first row that is later than the time asked last
+  return (time) => {
+    while (after < rows.length && rows[after][0] <= time) ++after;
+    if (after === 0) return rows[0].slice(1) as Vector;
+    if (after === rows.length) return rows.at(-1)!.slice(1) as Vector;
+    const [t0, ...a] = rows[after - 1], [t1, ...b] = rows[after];
+    const share = (time - t0) / (t1 - t0);
+    return a.map((x, d) => x + share * (b[d] - x)) as Vector;
+  };
 }
 
 // Throws an Error where the whole path is farther from the organ than the organ is large. organ: positions at rest, m.

@@ -5,6 +5,7 @@ import type { Hit, OrganView } from "./organ_view";
 const ABOVE = 0.002; // m, height above the surface at which a tool starts
 const GRASP = 3e-4; // m, depth at which a pulling tool takes hold
 const TOUCH_DOWN = 0.001; // m, depth of a press before the pointer moves
+const ARRIVED = 1e-6; // m, from its target
 const DEEPEST = 0.03; // m
 const DEEPEST_SHARE = 0.3; // of the organ's radius: well below palpate_scene_def.release_distance, at which a tool loses its contact
 const KEY_SPEED = 0.012; // m/s while space is held
@@ -37,6 +38,7 @@ export class ToolPointer {
   private fingers = new Map<number, PointerEvent>(); // on the canvas, with their last events
   private targets: (ToolTarget | null)[] = Array(TOOL_COUNT).fill(null);
   private oldest = 0;
+  private coming: number[] = []; // tools that are not in place yet; the first one is on its way
 
   constructor(private canvas: HTMLCanvasElement, private view: OrganView, private options: PointerOptions) {
     // These listeners run before those of the camera: a press on the organ moves a tool, a press beside the organ turns the camera.
@@ -51,9 +53,22 @@ export class ToolPointer {
     return this.held.length > 0;
   }
 
+  // The tools that stay although no pointer holds them.
+  get kept(): (ToolTarget | null)[] {
+    return this.targets.map((target, index) => (this.held.some((h) => h.index === index) ? null : target));
+  }
+
+  // Puts tools that stay, one after the other: a tool meets the organ as the tools before it have left it.
+  keep(targets: (ToolTarget | null)[]) {
+    this.targets = targets.slice(0, TOOL_COUNT);
+    this.coming = [...this.targets.keys()].filter((index) => this.targets[index]);
+    if (this.coming.length) this.options.send(this.coming[0], this.targets[this.coming[0]]!);
+  }
+
   // Removes all tools at once.
   forget() {
     this.held = [];
+    this.coming = [];
     this.targets.fill(null);
     this.canvas.classList.remove("held");
     this.view.camera.controls.enabled = true;
@@ -68,8 +83,14 @@ export class ToolPointer {
     if (hit) this.take(KEYBOARD, hit, x, y);
   }
 
-  // Once per frame: deepens the pushes that grow with time.
-  tick() {
+  // Once per frame: sends the next tool that stays when the one before it has arrived, and deepens the pushes that grow with time.
+  // places: of the tools.
+  tick(places: (Vector | null)[]) {
+    const [index, next] = this.coming, target = this.targets[index], at = places[index];
+    if (target && at && Math.hypot(...at.map((x, d) => x - target.point[d])) < ARRIVED) {
+      this.coming.shift();
+      if (this.targets[next]) this.options.send(next, this.targets[next]);
+    }
     const held = this.held.find((h) => h.pointer === KEYBOARD);
     if (held) this.aim(held, TOUCH_DOWN + ((performance.now() - held.since) / 1000) * KEY_SPEED, 0, 0);
   }

@@ -1,0 +1,133 @@
+// Reads a scene file that palpate-run plays, such as the recording.toml that this page saves: effects, relaxation, and one or two tools of
+// one point each with a path. What the page cannot play is refused with the key's name.
+import { parse, TomlError } from "smol-toml";
+import { BRAIN_RELAXATION, DEFAULT_EFFECTS } from "./effects";
+import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type Path, type ToolShape, type Vector } from "./messages";
+import { alongRows, LONGEST_PATH } from "./path_files";
+
+const UNITS: Record<string, number> = { m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6 };
+const DISCS: [number, number] = [0.002, 0.012]; // m: those of the page's slider
+const CHOICES: Record<string, string[]> = {
+  collision: ["rest", "deformed"], contact: ["node", "triangle", "point", "patch"], law: ["sticking", "sliding", "unilateral", "coulomb"],
+  force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large"],
+};
+const TOP = ["name", "bundle", "unit", "effects", "relaxation", "rate", "limits", "tool"];
+const OF_TOOL = ["name", "points", "path", "hold", "disc_radius", "friction", "away"];
+
+export interface PlayedScene {
+  bundle: string | null; // the bundle's checksum, 16 hexadecimal digits, where the file is a record
+  effects: PageEffects;
+  tool: ToolShape;
+  path: Path;
+}
+
+type Table = Record<string, unknown>;
+
+// Throws an Error that names the key. now: what the file does not hold.
+export function readScene(text: string, now: { effects: PageEffects; tool: ToolShape }): PlayedScene {
+  const scene = parsed(text), unit = UNITS[String(scene.unit)];
+  refuseOthers("the scene", scene, TOP);
+  if (!unit) throw new Error(`unit: expected m, cm, mm or um, found ${shownAs(scene.unit)}`);
+  const rate = table(scene.rate, "rate");
+  if (Number(rate.touch ?? TOUCH_HZ) !== TOUCH_HZ) throw new Error(`[rate] touch: expected ${TOUCH_HZ}, at which this page touches, found ${shownAs(rate.touch)}`);
+  const tools = (Array.isArray(scene.tool) ? scene.tool : []).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, unit));
+  if (!tools.length) throw new Error("[[tool]]: expected one tool or more, found none");
+  const radii = tools.map((tool) => tool.discRadius), frictions = tools.map((tool) => tool.friction);
+  if (new Set(radii).size > 1 || new Set(frictions).size > 1) throw new Error("[[tool]]: expected one disc_radius and one friction for all tools, found several");
+  const [discRadius] = radii, effects = readEffects(table(scene.effects, "effects"), table(scene.relaxation, "relaxation"), discRadius > 0);
+  if (effects.contact === "patch" && !(discRadius >= DISCS[0] && discRadius <= DISCS[1]))
+    throw new Error(`disc_radius: expected ${DISCS.map((r) => 1000 * r).join(" to ")} mm, which this page has, found ${1000 * discRadius} mm`);
+  return {
+    bundle: /^# bundle ([0-9a-f]{16})$/m.exec(text)?.[1] ?? null, effects: { ...effects, fine: now.effects.fine },
+    tool: { discRadius: discRadius || now.tool.discRadius, friction: effects.law === "coulomb" ? frictions[0] : now.tool.friction }, path: pathOf(tools),
+  };
+}
+
+function parsed(text: string): Table {
+  try {
+    return parse(text) as Table;
+  } catch (error) {
+    if (error instanceof TomlError) throw new Error(`line ${error.line}: this is no TOML: ${error.message.split("\n")[0].replace(/^Invalid TOML document: /, "")}`);
+    throw error;
+  }
+}
+
+function readEffects(given: Table, relaxation: Table, hasDisc: boolean): PageEffects {
+  const effects: Table = { ...DEFAULT_EFFECTS, collision: "rest", contact: hasDisc ? "patch" : "point", preload: false, relaxation: [] };
+  refuseOthers("[effects]", given, [...Object.keys(CHOICES), "preload"]);
+  for (const [effect, value] of Object.entries(given)) {
+    const choices = CHOICES[effect];
+    if (choices ? !choices.includes(String(value)) : typeof value !== "boolean")
+      throw new Error(`[effects] ${effect}: expected ${choices ? choices.join(", ") : "true or false"}, which this page can show, found ${shownAs(value)}`);
+    effects[effect] = value;
+  }
+  if (relaxation.terms !== undefined) {
+    const terms = relaxation.terms as number[][];
+    if (!Array.isArray(terms) || !terms.every((term) => Array.isArray(term) && term.length === 2 && term.every(Number.isFinite)))
+      throw new Error(`[relaxation] terms: expected rows such as [${BRAIN_RELAXATION[0].share}, ${BRAIN_RELAXATION[0].time}], found ${shownAs(terms)}`);
+    effects.relaxation = terms.map(([share, time]) => ({ share, time }));
+  }
+  return effects as PageEffects;
+}
+
+interface SceneTool {
+  slot: number; // the page's tool that the name asks for; -1: none
+  hold: boolean;
+  discRadius: number;
+  friction: number;
+  rows: number[][]; // s, x, y, z m
+  away: [number, number][]; // s
+}
+
+function readTool(given: Table, where: string, unit: number): SceneTool {
+  refuseOthers(where, given, OF_TOOL);
+  const points = given.points as number[][] | undefined, rows = given.path as number[][] | undefined;
+  if (points?.length !== 1 || !isRow(points[0], 3)) throw new Error(`${where} points: expected one point, such as [[0, 0, 0]], found ${shownAs(points)}`);
+  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(`${where} path: expected rows [s, x, y, z], found ${shownAs(rows)}`);
+  const late = rows.findIndex((row, i) => i > 0 && !(row[0] > rows[i - 1][0]));
+  if (late > 0) throw new Error(`${where} path: expected a time after ${rows[late - 1][0]} s in row ${late + 1}, found ${rows[late][0]} s`);
+  if (rows.at(-1)![0] > LONGEST_PATH) throw new Error(`${where} path: expected at most ${LONGEST_PATH} s, found ${rows.at(-1)![0]} s`);
+  const away = (given.away ?? []) as [number, number][];
+  if (!Array.isArray(away) || !away.every((row) => isRow(row, 2))) throw new Error(`${where} away: expected rows [from, until] in s, found ${shownAs(away)}`);
+  const offset = points[0];
+  return {
+    slot: Number(/^tool (\d)\b/.exec(String(given.name))?.[1] ?? 0) - 1, hold: given.hold === true, away,
+    discRadius: unit * Number(given.disc_radius ?? 0), friction: Number(given.friction ?? 0),
+    rows: rows.map(([time, ...place]) => [time, ...place.map((x, d) => unit * (x + offset[d]))]),
+  };
+}
+
+// The page's tools, step by step. A tool of the scene takes the page's tool of its name, or else the first that is free while it is there.
+function pathOf(tools: SceneTool[]): Path {
+  const last = Math.max(...tools.map((tool) => tool.rows.at(-1)![0])), steps = Math.floor(last * TOUCH_HZ * (1 + 1e-9)) + 1;
+  const path: Path = { steps, points: new Float64Array(3 * TOOL_COUNT * steps).fill(NaN), hold: new Uint8Array(TOOL_COUNT * steps) };
+  for (const tool of tools) {
+    const at = alongRows(tool.rows), there: [number, Vector][] = [];
+    for (let step = 0; step < steps; ++step) {
+      const time = step / TOUCH_HZ;
+      if (!tool.away.some(([from, until]) => time >= from && time < until)) there.push([step, at(time)]);
+    }
+    const isFree = (slot: number) => there.every(([step]) => Number.isNaN(path.points[3 * (TOOL_COUNT * step + slot)]));
+    const slot = [tool.slot, ...Array.from({ length: TOOL_COUNT }, (_, t) => t)].find((one) => one >= 0 && one < TOOL_COUNT && isFree(one));
+    if (slot === undefined) throw new Error(`[[tool]]: expected at most ${TOOL_COUNT} tools at a time, which this page has, found more`);
+    for (const [step, point] of there) {
+      path.points.set(point, 3 * (TOOL_COUNT * step + slot));
+      path.hold[TOOL_COUNT * step + slot] = tool.hold ? 1 : 0;
+    }
+  }
+  return path;
+}
+
+function table(value: unknown, name: string): Table {
+  if (value === undefined) return {};
+  if (typeof value !== "object" || value === null || Array.isArray(value)) throw new Error(`${name}: expected a table, found ${shownAs(value)}`);
+  return value as Table;
+}
+
+function refuseOthers(where: string, given: Table, known: string[]) {
+  const other = Object.keys(given).find((key) => !known.includes(key));
+  if (other) throw new Error(`${where} has ${other}, which this page cannot play; palpate-run can`);
+}
+
+const isRow = (row: unknown, length: number): row is number[] => Array.isArray(row) && row.length === length && row.every((x) => typeof x === "number" && Number.isFinite(x));
+const shownAs = (value: unknown) => (value === undefined ? "nothing" : JSON.stringify(value, (_, x) => (typeof x === "bigint" ? Number(x) : x)).slice(0, 60));
