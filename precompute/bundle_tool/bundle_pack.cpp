@@ -212,7 +212,13 @@ class Packer {
                                      source_.path().string(), touchable[k]));
     }
     const MappedSurfaceRows rows(columns_);
+    constexpr std::size_t kPagesInMemory = 256 << 20;  // bytes, about
+    std::size_t read = 0;
     from.compliance = [&](std::size_t s, std::span<const std::int32_t> at, double* c) {
+      // At most a page for each node and direction, and at most the column.
+      read +=
+          3 * std::min<std::size_t>(4096 * at.size(), 3 * columns_.surface_nodes() * element_bytes(columns_.type()));
+      if (read > kPagesInMemory) rows.forget(), read = 0;
       for (std::size_t n = 0; n < at.size(); ++n) {
         const Matrix3 t = rows.entry(kept_[s], at[n]);
         for (std::size_t j = 0; j < 3; ++j)  // C_nk = T^u_nk C_kk

@@ -154,6 +154,10 @@ MappedSurfaceRows::~MappedSurfaceRows() {
   ::munmap(map_, map_bytes_);
 }
 
+void MappedSurfaceRows::forget() const {
+  static_cast<void>(::madvise(map_, map_bytes_, MADV_DONTNEED));  // where it fails, the pages stay
+}
+
 std::array<double, 9> MappedSurfaceRows::entry(std::size_t k, std::int32_t node) const {
   const std::size_t run = 3 * columns_.surface_nodes(), at = 3 * static_cast<std::size_t>(node);
   std::array<double, 9> t;

@@ -84,6 +84,8 @@ class MappedSurfaceRows {
 
   // T^u of the k-th touchable node at a surface node, row-major: out[3 i + j] is dof i for a unit displacement of dof j.
   std::array<double, 9> entry(std::size_t k, std::int32_t node) const;
+  // Lets go of the pages that were read; the next read maps them again.
+  void forget() const;
 
  private:
   const StoredColumns& columns_;

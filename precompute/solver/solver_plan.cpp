@@ -107,8 +107,7 @@ SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& reques
       76 * blocks + 132 * static_cast<double>(plan.form_blocks);  // copies while rows are put in order
   const FactoringNumbers at_once = factoring_numbers(e);
   const bool single = number_bytes == 4;
-  const double factoring =
-      number_bytes * static_cast<double>(at_once.rectangles + std::max(2 * at_once.work, at_once.largest));
+  const double factoring = number_bytes * static_cast<double>(at_once.rectangles + 2 * at_once.work);
   // A batch in the rows and the numbers of L, where these are not those of K.
   const double of_l = e.block == 3 && !single ? 0 : number_bytes * e.block * static_cast<double>(plan.rows);
   const double columns = width * ((single ? kSingleVectors : 1) * 8 * dofs + of_l + 2 * 4 * stored);

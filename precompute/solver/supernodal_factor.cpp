@@ -95,25 +95,26 @@ void SupernodalFactorOf<Number, kBlock>::compute(const BlockMatrixOf<kBlock>& ma
   shrink();
 }
 
-// Converts the rectangles into the panels of the kernels. Works in place, because the panels of a supernode take no more numbers
-// than its rectangle.
+// Converts the rectangles into the panels of the kernels. Works in place, panel by panel, because the panels up to any column take
+// no more numbers than the rectangle's columns up to there.
 template <class Number, int kBlock>
 void SupernodalFactorOf<Number, kBlock>::pack() {
   constexpr std::int64_t kPanel = kBlock * panel_blocks(kBlock);
   const auto& e = *elimination_;
   double least = INFINITY, largest = 0;
-  std::vector<Number> rectangle;
+  std::vector<Number> columns_of_panel;
   const Number* from = values_;
   for (std::size_t s = 0; s + 1 < e.first.size(); ++s) {
     const std::int64_t columns = kBlock * static_cast<std::int64_t>(e.first[s + 1] - e.first[s]);
     const std::int64_t height = columns + kBlock * (e.row_begin[s + 1] - e.row_begin[s]);
-    rectangle.assign(from, from + columns * height);
-    from += columns * height;
     Number* to = values_ + begin_[s];
     for (std::int64_t panel = 0; panel < columns; panel += kPanel) {
       const std::int64_t wide = std::min(kPanel, columns - panel);
+      columns_of_panel.assign(from, from + wide * height);
+      from += wide * height;
       for (std::int64_t row = panel; row < height; ++row)
-        for (std::int64_t c = panel; c < panel + wide; ++c) *to++ = c <= row ? rectangle[c * height + row] : Number(0);
+        for (std::int64_t c = 0; c < wide; ++c)
+          *to++ = panel + c <= row ? columns_of_panel[c * height + row] : Number(0);
       Number* diagonal = to - (height - panel) * wide;
       for (std::int64_t c = 0; c < wide; ++c, diagonal += wide + 1) {
         const double value = *diagonal;

@@ -412,7 +412,6 @@ FactoringNumbers factoring_numbers(const Elimination& e) {
     const std::int64_t copy =
         columns * std::max<std::int64_t>(kPanel, std::min<std::int64_t>(below, e.block * kAtOnce));
     result.work = std::max({result.work, product, copy});
-    result.largest = std::max(result.largest, columns * (columns + below));
   }
   return result;
 }

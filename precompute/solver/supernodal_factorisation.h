@@ -20,7 +20,6 @@ struct WrongPivot {
 // How many numbers the factorisation holds while it runs: the supernodes as rectangles, and twice `work` beside them.
 struct FactoringNumbers {
   std::int64_t rectangles = 0, work = 0;
-  std::int64_t largest = 0;  // of the rectangles
 };
 FactoringNumbers factoring_numbers(const Elimination& elimination);
 
