@@ -202,6 +202,7 @@ test("the page plays the scene that it saved, with its effects and disc, to the 
     [(text) => text.replace('"sliding"', '"slides"'), "own.toml: .effects. law: expected sticking, .*found .slides."],
     [(text) => text.replace('unit = "mm"', ""), "own.toml: unit: expected m, cm, mm or um, found nothing"],
     [(text) => text.replace("disc_radius = 5", "disc_radius = 50"), "own.toml: disc_radius: expected 2 to 12 mm.*found 50 mm"],
+    [(text) => `${text}[limits]\nforce = 1\n`, "own.toml: the scene has limits, which this page cannot play"],
     [(text) => text.replace("[[tool]]", "[[tool"), "own.toml: line \\d+: this is no TOML"],
     [(text) => `# bundle 0123456789abcdef\n${text}`, "own.toml: recorded on the bundle 0123456789abcdef; open is"],
   ]) {

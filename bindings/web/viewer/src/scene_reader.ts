@@ -11,7 +11,7 @@ const CHOICES: Record<string, string[]> = {
   collision: ["rest", "deformed"], contact: ["node", "triangle", "point", "patch"], law: ["sticking", "sliding", "unilateral", "coulomb"],
   force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large"],
 };
-const TOP = ["name", "bundle", "unit", "effects", "relaxation", "rate", "limits", "tool"];
+const TOP = ["name", "bundle", "unit", "effects", "relaxation", "rate", "tool"];
 const OF_TOOL = ["name", "points", "path", "hold", "disc_radius", "friction", "away"];
 
 export interface PlayedScene {
