@@ -210,7 +210,7 @@ def check_organs():
     for organ in sorted(organs_there()):
         row = re.search(r"^\| `%s` \|([^|]*)\|([^|]*)\|" % organ, pages[page], re.M)
         makefile = (root / "pipelines" / organ / "organ.mk").read_text()
-        resolutions = re.search(r"^RESOLUTIONS := (.*)$", makefile, re.M)[1].split()
+        resolutions = [n for line in re.findall(r"^(?:LARGER_)?RESOLUTIONS := (.*)$", makefile, re.M) for n in line.split()]
         sets = sorted(file.stem for file in (root / "pipelines" / organ / "boundary").glob("*.toml"))
         if not row:
             fail(page, "no row for the organ %s" % organ)
