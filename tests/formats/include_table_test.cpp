@@ -85,7 +85,7 @@ const std::vector<Rule>& rules() {
       {"precompute/elements/", {"precompute/elements/", "meshing/image/", "formats/"}, {"plumbing", "Eigen"}},
       {"precompute/solver/",
        {"precompute/solver/", "precompute/elements/", "formats/"},
-       {"plumbing", "PETSc", "SuiteSparse", "Eigen"}},
+       {"plumbing", "PETSc", "MPI", "SuiteSparse", "Eigen"}},
       {"precompute/ranks/",
        {"precompute/ranks/", "precompute/solver/", "precompute/elements/", "formats/"},
        {"plumbing", "PETSc", "MPI"}},
