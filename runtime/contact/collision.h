@@ -26,7 +26,7 @@ struct PointState {
   bool contact = false;     // the point holds its anchor
   bool through = false;     // in contact, and out again on the far side of a thin part
   bool doubted = false;     // in contact: out of the surface without it; the step had no room to ask the predicted one
-  bool unused[3] = {};      // in the place of padding, which a saved state would hold
+  bool unused[7] = {};      // in the place of padding, which a saved state would hold
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                // m, where the point was in the last step that followed it
   Clearance clear;
