@@ -19,7 +19,7 @@ version=$(sed -n 's/^project(palpate VERSION \([0-9.]*\).*/\1/p' "$source/CMakeL
 package=$build/npm
 rm -rf "$package"
 mkdir -p "$package"
-cp "$source/bindings/web/module/palpate.js" "$source/LICENSE" "$package/"
+cp "$source"/bindings/web/module/*.js "$source/LICENSE" "$package/"
 sed "s/@VERSION@/$version/" "$source/cmake/binary-packages/package.json.in" > "$package/package.json"
 sed "s/@VERSION@/$version/" "$source/cmake/binary-packages/npm-readme.md" > "$package/README.md"
 for variant in simd baseline; do

@@ -1,10 +1,16 @@
 // The runtime in a browser, a worker or Node: the C API of runtime/include/palpate/palpate.h, compiled to WebAssembly.
 // Units, costs and the meaning of every field are those of palpate.h. Arrays named "view" lie in the module's own memory and
 // are not copied. Opening a bundle or creating a scene may move them, so ask for them again afterwards; a step never moves them.
+import { readHit, readReport } from "./contact_report.js";
+import { ARGUMENT, Heap, HeapBytes, PalpateError, readFields } from "./heap.js";
+import { fillSceneDef, lendFineSurface, lendRenderMesh } from "./scene_def.js";
+export { PalpateError };
 
-/** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number, id?: number}} Tool
+/** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number, id?: number,
+ *   reference?: ArrayLike<number>}} Tool
  *  id: 0 or more, by which the scene knows the tool from touch to touch; left out: its index.
- *  points: x y z after one another, m; discRadius: m, of the flat disc that each point presses on the organ (contact "patch"). */
+ *  points: x y z after one another, m, in the world; discRadius: m, of the flat disc that each point presses on the organ (contact
+ *  "patch"); reference: x y z, m, in the world, about which torque() is taken; left out: no torque is computed. */
 /** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
  *  Holds a touchable node, or a point of a triangle (barycentric weights); give node or triangle. At a displacement from rest, m. axes: bits 1, 2, 4
  *  impose x, y, z. */
@@ -12,48 +18,30 @@
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
  *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
- *   deformation?: "linear" | "large",
+ *   deformation?: "linear" | "large", queries?: "off" | "on", report?: "off" | "contacts",
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
- *   maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number
+ *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number
  * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
 /** @typedef {{positions: Float32Array, triangles: Int32Array}} FineSurface
  *  A closed surface that tools meet in place of the bundle's triangles: [vertices][3] m in the bundle's frame, and [triangles][3]
  *  vertices, counter-clockwise from outside; which creating the scene reads and does not keep. */
+/** @typedef {{position?: ArrayLike<number>, orientation?: ArrayLike<number>, velocity?: ArrayLike<number>,
+ *   angularVelocity?: ArrayLike<number>}} Pose
+ *  Where the organ's frame is in the world: m; a quaternion w x y z of length 1; m/s; rad/s about the world's axes. What is left
+ *  out is the identity, or zero. */
+/** @typedef {import("./contact_report.js").ContactReport} ContactReport */
+/** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
 /** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
 /** @typedef {{identity: bigint, nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
- *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean}} BundleInfo */
+ *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean, hasLarge: boolean}} BundleInfo */
 
-// The words of palpate.h's enums, in their order.
-const WORDS = /** @type {const} */ ({
-  collision: ["off", "rest", "deformed"],
-  contact: ["node", "triangle", "point", "patch"],
-  law: ["sticking", "sliding", "unilateral", "coulomb"],
-  force: ["off", "linear", "response"],
-  shape: ["off", "surface", "volume"],
-  radial: ["off", "response"],
-  deformation: ["linear", "large"],
-});
-const STATUS = ["ok", "truncated", "magic", "version", "section", "checksum", "content", "argument", "memory", "file", "effect"];
-const ARGUMENT = 7, MEMORY = 8;
 const GRIP_NODE = 1, GRIP_SURFACE_POINT = 2;
-const MAX_RELAXATION_TERMS = 8;
+const BAD_INPUT = 1; // bits of a step's flags
+const OTHER_BUNDLE = 1 << 8;
 const FOUNDATION = 21; // the section boundary/foundation
-
-/** The reason why a bundle or a scene was refused. */
-export class PalpateError extends Error {
-  /** @param {number} status @param {string} text @param {number} byteOffset */
-  constructor(status, text, byteOffset = 0) {
-    super(text);
-    this.name = "PalpateError";
-    /** a word of palpate_status: "truncated", "magic", "checksum", ... */
-    this.status = STATUS[status] ?? String(status);
-    /** where in the bundle, or 0 */
-    this.byteOffset = byteOffset;
-  }
-}
 
 // A WebAssembly module with one function that uses a v128: valid where the engine has SIMD.
 const SIMD_PROBE = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0,
@@ -122,6 +110,11 @@ export class Runtime {
       store.release();
       throw error;
     }
+  }
+
+  /** Makes a call that returns a status and fills a palpate_error; throws where it failed. @param {(error: number) => number} call */
+  check(call) {
+    this.open((_, error) => call(error));
   }
 
   /** Makes a call that fills a pointer and a palpate_error. @param {(out: number, error: number) => number} call
@@ -203,7 +196,7 @@ export class Bundle {
 
   /** Compares every section with its checksum; throws where one differs. Reads the whole bundle. */
   check() {
-    this.runtime.open((_, error) => this.runtime.api.palpate_bundle_check(this.pointer, error));
+    this.runtime.check((error) => this.runtime.api.palpate_bundle_check(this.pointer, error));
   }
 
   /** @param {Effects} [effects] @returns {Scene} */
@@ -233,6 +226,11 @@ export class Scene {
   #skinAt = 0;
   #skinPositionsAt = 0;
   #skinNormalsAt = 0;
+  #normalsAt = 0;
+  #hitAt = 0;
+  #poseAt = 0;
+  #numbersAt = 0; // six doubles: what a query asks
+  #touched = false;
 
   /** @param {Bundle} bundle @param {Effects} effects */
   constructor(bundle, effects) {
@@ -273,13 +271,16 @@ export class Scene {
       this.maxTools * this.maxPoints * runtime.field("palpate_grip"), this.#contactsBytes,
       runtime.field("palpate_shape_out"), 12 * this.nodeCount, 12 * this.nodeCount,
       runtime.field("palpate_skin_out"), 12 * this.vertexCount, this.hasNormals ? 12 * this.vertexCount : 0,
+      this.nodeCount ? 12 * this.bundle.info.surfaceNodeCount : 0, runtime.field("palpate_surface_hit"),
+      runtime.field("palpate_pose"), 48,
     ].map((bytes) => (bytes + 15) & ~15);
     const all = sizes.reduce((sum, bytes) => sum + bytes, 0);
     this.#memory = heap.take(all);
     heap.bytes.fill(0, this.#memory, this.#memory + all);
     let at = this.#memory;
     [this.#toolsAt, this.#pointsAt, this.#gripsAt, this.#contactsAt, this.#shapeAt, this.#displacementsAt, this.#positionsAt,
-      this.#skinAt, this.#skinPositionsAt, this.#skinNormalsAt] = sizes.map((bytes) => (at += bytes) - bytes);
+      this.#skinAt, this.#skinPositionsAt, this.#skinNormalsAt, this.#normalsAt, this.#hitAt, this.#poseAt,
+      this.#numbersAt] = sizes.map((bytes) => (at += bytes) - bytes);
     const put = (/** @type {number} */ at, /** @type {string} */ name, /** @type {number} */ value) =>
       heap.data.setUint32(at + runtime.field(name), value, true);
     api.palpate_init_shape_out(this.#shapeAt, runtime.field("palpate_shape_out"));
@@ -334,6 +335,8 @@ export class Scene {
     data.setInt32(field("hold"), tool.hold ? 1 : 0, true);
     data.setFloat64(field("disc_radius"), tool.discRadius ?? 0, true);
     data.setFloat64(field("friction"), tool.friction ?? 0, true);
+    data.setInt32(field("has_torque"), tool.reference ? 1 : 0, true);
+    if (tool.reference) this.#setNumbers(field("reference"), tool.reference, 3, "reference");
   }
 
   /** @param {number} at @param {Grip} grip */
@@ -357,6 +360,7 @@ export class Scene {
    *  @returns {number} flag bits of palpate.h, 0: full trust */
   touch(dt) {
     const { api } = this.runtime;
+    this.#touched = true;
     return api.palpate_scene_touch(this.pointer, this.#toolsAt, this.#toolCount, dt, this.#contactsAt, this.#contactsBytes) >>> 0;
   }
 
@@ -378,11 +382,19 @@ export class Scene {
   forceRaw(tool) {
     return this.#toolVector(tool, "force_raw");
   }
+  /** view [3] N m: torque on the tool about its reference, within the scene's limits. @param {number} tool */
+  torque(tool) {
+    return this.#toolVector(tool, "torque");
+  }
+  /** view [3] N m: torque on the tool before those limits. @param {number} tool */
+  torqueRaw(tool) {
+    return this.#toolVector(tool, "torque_raw");
+  }
   /** The address of a tool's state in the last touch's contacts. @param {number} tool */
   #toolStateAt(tool) {
     return this.#contactsAt + this.runtime.field("palpate_contacts") + tool * this.runtime.field("palpate_tool_state");
   }
-  /** @param {number} tool @param {"force" | "force_raw"} name */
+  /** @param {number} tool @param {"force" | "force_raw" | "torque" | "torque_raw"} name */
   #toolVector(tool, name) {
     const { runtime } = this;
     return new Float64Array(runtime.heap.buffer, this.#toolStateAt(tool) + runtime.field(`palpate_tool_state.${name}`), 3);
@@ -424,8 +436,118 @@ export class Scene {
     return new Uint8Array(this.runtime.heap.buffer, this.#contactsAt, used);
   }
 
+  /** The outward normals of the surface's nodes in the last shape(), for a page that draws the bundle's own triangles.
+   *  @returns {Float32Array} view [surfaceNodeCount][3], unit length */
+  normals() {
+    const { api, heap } = this.runtime, count = this.bundle.info.surfaceNodeCount;
+    if (this.nodeCount === 0) throw new PalpateError(ARGUMENT, "normals: expected a scene with a shape, found shape: off");
+    const flags = api.palpate_scene_normals(this.pointer, this.#shapeAt, this.#normalsAt, count) >>> 0;
+    if (flags & BAD_INPUT)
+      throw new PalpateError(ARGUMENT, "normals: expected shape() before, and a scene with collision, queries, a law other than sticking, or contact triangle, point or patch");
+    return new Float32Array(heap.buffer, this.#normalsAt, 3 * count);
+  }
+
+  /** The first point where a ray passes through the surface, at most `longest` metres along it. The surface is the one that the last
+   *  touch() deformed; atRest: the one at rest. Needs queries: "on". All of it is in the organ's frame.
+   *  @param {ArrayLike<number>} origin m @param {ArrayLike<number>} direction of any length
+   *  @param {{longest?: number, atRest?: boolean}} [options] @returns {SurfaceHit | undefined} undefined: none */
+  castRay(origin, direction, { longest = Infinity, atRest = false } = {}) {
+    const { api } = this.runtime, from = this.#numbersAt, along = from + 24;
+    this.#setNumbers(from, origin, 3, "origin");
+    this.#setNumbers(along, direction, 3, "direction");
+    return this.#hit((hit) => api.palpate_scene_cast_ray(this.pointer, this.#contactsFor(atRest), from, along, longest, hit));
+  }
+
+  /** The point of the surface that is nearest to a point, if it is nearer than `farthest` metres. As castRay otherwise.
+   *  @param {ArrayLike<number>} point m @param {{farthest?: number, atRest?: boolean}} [options] @returns {SurfaceHit | undefined} */
+  closestPoint(point, { farthest = Infinity, atRest = false } = {}) {
+    const { api } = this.runtime;
+    this.#setNumbers(this.#numbersAt, point, 3, "point");
+    return this.#hit((hit) =>
+      api.palpate_scene_closest_point(this.pointer, this.#contactsFor(atRest), this.#numbersAt, farthest, hit));
+  }
+
+  /** The distance of a point from the surface, m, below zero inside. As castRay otherwise.
+   *  @param {ArrayLike<number>} point m @param {{atRest?: boolean}} [options] @returns {number} */
+  signedDistance(point, { atRest = false } = {}) {
+    const { api, heap } = this.runtime, out = this.#numbersAt + 24;
+    this.#setNumbers(this.#numbersAt, point, 3, "point");
+    this.#answered(api.palpate_scene_signed_distance(this.pointer, this.#contactsFor(atRest), this.#numbersAt, out));
+    return heap.data.getFloat64(out, true);
+  }
+
+  /** @param {(hit: number) => number} ask */
+  #hit(ask) {
+    const { runtime } = this;
+    runtime.api.palpate_init_surface_hit(this.#hitAt, runtime.field("palpate_surface_hit"));
+    this.#answered(ask(this.#hitAt));
+    return readHit(runtime, this.#hitAt);
+  }
+  /** @param {number} flags */
+  #answered(flags) {
+    if (flags & (BAD_INPUT | OTHER_BUNDLE))
+      throw new PalpateError(ARGUMENT, "a query expects a scene with queries: \"on\", numbers that are finite, a direction that is not zero, and a distance above zero");
+  }
+  /** The address of the contacts that deform the surface; 0: it is at rest. @param {boolean} atRest */
+  #contactsFor(atRest) {
+    return atRest || !this.#touched ? 0 : this.#contactsAt;
+  }
+  /** @param {number} at @param {ArrayLike<number>} numbers @param {number} count @param {string} name */
+  #setNumbers(at, numbers, count, name) {
+    if (numbers.length !== count) throw new RangeError(`${name}: expected ${count} numbers, found ${numbers.length}`);
+    new Float64Array(this.runtime.heap.buffer, at, count).set(numbers);
+  }
+
+  /** The contacts of the last touch(), and what began and ended in it: a copy. Read it after every touch(), because the next one
+   *  writes over the events. Needs report: "contacts". @returns {ContactReport} */
+  get report() {
+    const at = this.runtime.api.palpate_scene_report(this.pointer) >>> 0;
+    if (at === 0) throw new PalpateError(ARGUMENT, "the scene reports no contacts; make it with report: \"contacts\"");
+    return readReport(this.runtime, at);
+  }
+
+  /** Says where the organ is at the next touch(); each later one moves it on by its velocities. Tools, forces and torques are in the
+   *  world. @param {Pose} pose */
+  setPose(pose) {
+    const { runtime } = this, at = this.#poseAt;
+    runtime.api.palpate_init_pose(at, runtime.field("palpate_pose"));
+    const put = (/** @type {ArrayLike<number> | undefined} */ numbers, /** @type {string} */ field, /** @type {string} */ name, count = 3) =>
+      numbers && this.#setNumbers(at + runtime.field(`palpate_pose.${field}`), numbers, count, name);
+    put(pose.position, "position", "position");
+    put(pose.orientation, "orientation", "orientation", 4);
+    put(pose.velocity, "velocity", "velocity");
+    put(pose.angularVelocity, "angular_velocity", "angularVelocity");
+    runtime.check((error) => runtime.api.palpate_scene_set_pose(this.pointer, at, error));
+  }
+
+  /** What the touches have left in the scene, as bytes: after restore() the next touches give the same bits, if they get the same
+   *  input. @returns {Uint8Array} a copy, for a scene with the same effects on the same bundle and version */
+  save() {
+    const { api, heap } = this.runtime, size = api.palpate_scene_state_bytes(this.pointer) >>> 0, at = heap.take(size);
+    try {
+      this.runtime.check((error) => api.palpate_scene_save(this.pointer, at, size, error));
+      return heap.bytes.slice(at, at + size);
+    } finally {
+      heap.release(at);
+    }
+  }
+
+  /** Takes back what save() gave. Bytes that are damaged, or of another version, effects or bundle, throw, and the scene stays as it
+   *  was. Forces, shapes and queries of the restored state come with the next touch(). @param {Uint8Array} state */
+  restore(state) {
+    const { api, heap } = this.runtime, at = heap.take(state.length + 8);
+    try {
+      heap.bytes.set(state, at);
+      this.runtime.check((error) => api.palpate_scene_restore(this.pointer, at, state.length, error));
+      this.#touched = false;
+    } finally {
+      heap.release(at);
+    }
+  }
+
   /** Forgets contacts, last positions and forces. */
   reset() {
+    this.#touched = false;
     this.runtime.api.palpate_scene_reset(this.pointer);
   }
 
@@ -440,158 +562,3 @@ export class Scene {
   }
 }
 
-/** @param {Runtime} runtime @param {number} def @param {Effects} effects */
-function fillSceneDef(runtime, def, effects) {
-  const { data } = runtime.heap;
-  const field = (/** @type {string} */ name) => def + runtime.field(`palpate_scene_def.${name}`);
-  for (const [effect, words] of Object.entries(WORDS)) {
-    const word = effects[/** @type {keyof typeof WORDS} */ (effect)];
-    if (word === undefined) continue;
-    const value = /** @type {readonly string[]} */ (words).indexOf(word);
-    if (value < 0) throw new PalpateError(ARGUMENT, `${effect}: expected ${words.join(", ")}, found ${word}`);
-    data.setInt32(field(effect), value, true);
-  }
-  if (effects.preload !== undefined) data.setInt32(field("preload"), effects.preload ? 1 : 0, true);
-  const terms = effects.relaxation ?? [];
-  if (terms.length > MAX_RELAXATION_TERMS)
-    throw new PalpateError(ARGUMENT, `relaxation: expected at most ${MAX_RELAXATION_TERMS} terms, found ${terms.length}`);
-  data.setInt32(field("relaxation.model"), terms.length ? 1 : 0, true);
-  data.setInt32(field("relaxation.terms"), terms.length, true);
-  terms.forEach(({ share, time }, i) => {
-    data.setFloat64(field("relaxation.share") + 8 * i, share, true);
-    data.setFloat64(field("relaxation.time") + 8 * i, time, true);
-  });
-  if (effects.maxTools !== undefined) data.setInt32(field("max_tools"), effects.maxTools, true);
-  if (effects.maxPoints !== undefined) data.setInt32(field("max_points"), effects.maxPoints, true);
-  if (effects.maxContactNodes !== undefined) data.setInt32(field("max_contact_nodes"), effects.maxContactNodes, true);
-  if (effects.forceLimit !== undefined) data.setFloat64(field("force_limit"), effects.forceLimit, true);
-  if (effects.forceSlew !== undefined) data.setFloat64(field("force_slew"), effects.forceSlew, true);
-  if (effects.maxToolSpeed !== undefined) data.setFloat64(field("max_tool_speed"), effects.maxToolSpeed, true);
-  if (effects.releaseDistance !== undefined) data.setFloat64(field("release_distance"), effects.releaseDistance, true);
-  if (effects.maxOperations !== undefined) data.setBigInt64(field("max_operations"), BigInt(effects.maxOperations), true);
-}
-
-// Copies the mesh into the module's memory for palpate_scene_create. Returns the memory, which the caller then releases.
-/** @param {Runtime} runtime @param {number} def @param {RenderMesh} mesh @returns {number} */
-function lendRenderMesh(runtime, def, { positions, normals }) {
-  if (positions.length % 3 || (normals && normals.length !== positions.length))
-    throw new PalpateError(ARGUMENT, `renderMesh: expected three numbers a vertex and as many in normals, found ${positions.length} and ${normals?.length}`);
-  const { heap } = runtime, size = runtime.field("palpate_render_mesh"), at = heap.take(size + 24 + 8 * positions.length);
-  const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
-  new Float32Array(heap.buffer, first, positions.length).set(positions);
-  if (normals) new Float32Array(heap.buffer, second, normals.length).set(normals);
-  const put = (/** @type {string} */ name, /** @type {number} */ value) =>
-    heap.data.setUint32(at + runtime.field(`palpate_render_mesh.${name}`), value, true);
-  runtime.api.palpate_init_render_mesh(at, size);
-  put("positions", first);
-  put("normals", normals ? second : 0);
-  put("vertex_count", positions.length / 3);
-  heap.data.setUint32(def + runtime.field("palpate_scene_def.render_mesh"), at, true);
-  return at;
-}
-
-// The same for the surface that tools meet.
-/** @param {Runtime} runtime @param {number} def @param {FineSurface} surface @returns {number} */
-function lendFineSurface(runtime, def, { positions, triangles }) {
-  if (positions.length % 3 || triangles.length % 3)
-    throw new PalpateError(ARGUMENT, `fineSurface: expected three numbers a vertex and three a triangle, found ${positions.length} and ${triangles.length}`);
-  const { heap } = runtime, size = runtime.field("palpate_fine_surface");
-  const at = heap.take(size + 24 + 4 * (positions.length + triangles.length));
-  const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
-  new Float32Array(heap.buffer, first, positions.length).set(positions);
-  new Int32Array(heap.buffer, second, triangles.length).set(triangles);
-  const put = (/** @type {string} */ name, /** @type {number} */ value) =>
-    heap.data.setUint32(at + runtime.field(`palpate_fine_surface.${name}`), value, true);
-  runtime.api.palpate_init_fine_surface(at, size);
-  put("positions", first);
-  put("triangles", second);
-  put("vertex_count", positions.length / 3);
-  put("triangle_count", triangles.length / 3);
-  heap.data.setUint32(def + runtime.field("palpate_scene_def.fine_surface"), at, true);
-  return at;
-}
-
-/** @param {any} api @param {Heap} heap @returns {Map<string, number>} */
-function readFields(api, heap) {
-  const fields = new Map();
-  for (let at = api.palpate_web_fields() >>> 0; heap.u32(at) !== 0; at += 8) fields.set(heap.text(heap.u32(at)), heap.i32(at + 4));
-  return fields;
-}
-
-// The module's memory. Growing it detaches all arrays over it, so they are created again where the buffer has changed.
-class Heap {
-  #data = new DataView(new ArrayBuffer(0));
-  #bytes = new Uint8Array(0);
-
-  /** @param {any} api */
-  constructor(api) {
-    this.api = api;
-  }
-  /** @returns {ArrayBuffer} */
-  get buffer() {
-    return this.api.memory.buffer;
-  }
-  get data() {
-    if (this.#data.buffer !== this.buffer) this.#data = new DataView(this.buffer);
-    return this.#data;
-  }
-  get bytes() {
-    if (this.#bytes.buffer !== this.buffer) this.#bytes = new Uint8Array(this.buffer);
-    return this.#bytes;
-  }
-  /** @param {number} bytes @returns {number} */
-  take(bytes) {
-    const at = this.api.malloc(bytes) >>> 0;
-    if (at === 0)
-      throw new PalpateError(MEMORY, `${bytes} bytes are more memory than the browser gives this page; make the bundle smaller with palpate-bundle pack`);
-    return at;
-  }
-  /** @param {number} at */
-  release(at) {
-    this.api.free(at);
-  }
-  /** @param {number} at */
-  u32(at) {
-    return this.data.getUint32(at, true);
-  }
-  /** @param {number} at */
-  i32(at) {
-    return this.data.getInt32(at, true);
-  }
-  /** Text up to a zero. @param {number} at */
-  text(at) {
-    return this.utf8(at, this.bytes.indexOf(0, at) - at);
-  }
-  /** @param {number} at @param {number} count */
-  utf8(at, count) {
-    return new TextDecoder().decode(this.bytes.subarray(at, at + count));
-  }
-}
-
-// The bytes of a bundle in the module's memory, 64-byte aligned as palpate_bundle_open demands. Grows where more bytes arrive than
-// expected.
-class HeapBytes {
-  /** @param {Heap} heap @param {number} capacity */
-  constructor(heap, capacity) {
-    this.heap = heap;
-    this.count = 0;
-    this.capacity = capacity;
-    this.memory = heap.take(capacity + 64);
-    this.start = Math.ceil(this.memory / 64) * 64;
-  }
-  /** @param {Uint8Array} bytes */
-  append(bytes) {
-    if (this.count + bytes.length > this.capacity) {
-      const wider = new HeapBytes(this.heap, Math.max(2 * this.capacity, this.count + bytes.length));
-      this.heap.bytes.copyWithin(wider.start, this.start, this.start + this.count);
-      this.release();
-      wider.count = this.count;
-      Object.assign(this, wider);
-    }
-    this.heap.bytes.set(bytes, this.start + this.count);
-    this.count += bytes.length;
-  }
-  release() {
-    this.heap.release(this.memory);
-  }
-}

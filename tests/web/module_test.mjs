@@ -1,0 +1,154 @@
+// node module_test.mjs MODULE WRITE_TINY_BUNDLE FOLDER WASM...: pose, torque, report, queries and saved states of the JavaScript module,
+// on a box of 60 x 48 x 40 mm whose face at x = 0 is held.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync } from "node:fs";
+import { test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+const [modulePath, writeTinyBundle, folder, ...wasms] = process.argv.slice(2);
+const { loadRuntime, PalpateError } = await import(pathToFileURL(modulePath));
+mkdirSync(folder, { recursive: true });
+const file = `${folder}/module.h5`;
+execFileSync(writeTinyBundle, [file]);
+const bytes = new Uint8Array(readFileSync(file));
+
+const above = [0.031, 0.024, 0.045], top = 0.04;
+/** A tool that comes from above and stays `depth` below the top: its place at each touch. */
+const press = (depth, touches) => Array.from({ length: touches }, (_, i) => [above[0], above[1], Math.max(top - depth, above[2] - 1e-4 * i)]);
+const near = (found, expected, tolerance, what) =>
+  found.forEach((x, d) => assert.ok(Math.abs(x - expected[d]) <= tolerance, `${what}: ${found} against ${expected}`));
+const refused = (call, sentence) => assert.throws(call, (error) => error instanceof PalpateError && sentence.test(error.message));
+
+for (const wasm of wasms) {
+  const runtime = await loadRuntime(readFileSync(wasm));
+  const open = (effects) => {
+    const bundle = runtime.openBundle(bytes), scene = bundle.createScene(effects);
+    return { bundle, scene, close: () => (scene.destroy(), bundle.close()) };
+  };
+  const play = (scene, points, tool = {}) => points.map((point) => (scene.setTools([{ ...tool, points: point }]), scene.touch(1e-3)));
+
+  test(`${wasm}: an organ that is turned and moved gives the same forces, turned`, () => {
+    const still = open({ collision: "deformed" }), turned = open({ collision: "deformed" });
+    turned.scene.setPose({ position: [0.5, -0.2, 0.1], orientation: [Math.SQRT1_2, 0, 0, Math.SQRT1_2] }); // 90 degrees about z
+    play(still.scene, press(2e-3, 100));
+    play(turned.scene, press(2e-3, 100).map(([x, y, z]) => [0.5 - y, -0.2 + x, 0.1 + z]));
+    const [fx, fy, fz] = still.scene.forceRaw(0);
+    assert.ok(fz > 0.05);
+    near([...turned.scene.forceRaw(0)], [-fy, fx, fz], 1e-9 * fz, "force"); // both solve the same system, apart from rounding of the pose
+    refused(() => turned.scene.setPose({ orientation: [2, 0, 0, 0] }), /orientation/);
+    refused(() => turned.scene.setPose({ position: [NaN, 0, 0] }), /./);
+    assert.throws(() => turned.scene.setPose({ position: [0, 0] }), /position: expected 3 numbers, found 2/);
+    still.close(), turned.close();
+  });
+
+  test(`${wasm}: an organ with a velocity meets a tool at rest`, () => {
+    const { scene, close } = open({ collision: "deformed" });
+    scene.setPose({ velocity: [0, 0, 0.1] });
+    play(scene, Array.from({ length: 70 }, () => above)); // 7 mm of the organ's motion, of which 5 reach the tool
+    assert.ok(scene.forceRaw(0)[2] > 0.05);
+    close();
+  });
+
+  test(`${wasm}: the torque is the lever times the force`, () => {
+    const { scene, close } = open({ collision: "deformed", torqueLimit: Infinity, torqueSlew: Infinity, forceSlew: Infinity });
+    const reference = [above[0] - 0.03, above[1], top];
+    const points = press(2e-3, 100), end = points.at(-1);
+    play(scene, points, { reference });
+    const f = scene.forceRaw(0), r = end.map((x, d) => x - reference[d]);
+    const cross = [r[1] * f[2] - r[2] * f[1], r[2] * f[0] - r[0] * f[2], r[0] * f[1] - r[1] * f[0]];
+    assert.ok(Math.abs(cross[1]) > 1e-3);
+    near([...scene.torqueRaw(0)], cross, 1e-9 * Math.hypot(...cross), "raw torque");
+    near([...scene.torque(0)], cross, 1e-9 * Math.hypot(...cross), "torque");
+    play(scene, points);
+    near([...scene.torque(0)], [0, 0, 0], 0, "torque without a reference");
+    close();
+  });
+
+  test(`${wasm}: the report tells a contact from its begin to its end`, () => {
+    const { scene, bundle, close } = open({ collision: "deformed", report: "contacts", contact: "point" });
+    const kinds = [];
+    let deepest;
+    for (const point of [...press(2e-3, 80), above]) {
+      scene.setTools([{ id: 7, points: point }]);
+      scene.touch(1e-3);
+      const { contacts, events, step } = scene.report;
+      kinds.push(...events.map(({ kind, toolId, contact }) => ({ kind, toolId, contact, step })));
+      if (contacts.length) deepest = contacts[0];
+    }
+    assert.deepEqual(kinds.map(({ kind, toolId, contact }) => [kind, toolId, contact]), [["begin", 7, 0], ["end", 7, -1]]);
+    assert.ok(kinds[0].step > 50 && kinds[0].step < 55, "the tool is at the top after 5 mm of 0.1 mm a touch");
+    assert.equal(deepest.toolId, 7);
+    assert.equal(deepest.begun, kinds[0].step);
+    assert.equal(deepest.state, "sticks");
+    near([deepest.depth], [2e-3], 1e-5, "depth");
+    near(deepest.place, [above[0], above[1], top - 2e-3], 1e-6, "place"); // floats in the bundle
+    near([deepest.barycentric.reduce((sum, w) => sum + w)], [1], 1e-12, "weights");
+    assert.ok(deepest.triangle >= 0 && deepest.triangle < bundle.info.triangleCount && deepest.node === -1);
+    assert.ok(deepest.force[2] > 0.01 && deepest.normal[2] > 0.9);
+    const silent = open({});
+    refused(() => silent.scene.report, /report: "contacts"/);
+    silent.close(), close();
+  });
+
+  test(`${wasm}: rays, nearest points and distances are of the surface at rest and deformed`, () => {
+    const { scene, close } = open({ collision: "deformed", contact: "point", queries: "on" });
+    const from = [above[0], above[1], 0.1], down = [0, 0, -2];
+    near(scene.castRay(from, down).point, [above[0], above[1], top], 1e-8, "at rest");
+    assert.equal(scene.castRay(from, [0, 0, 1]), undefined);
+    assert.equal(scene.castRay(from, down, { longest: 0.05 }), undefined);
+    play(scene, press(2e-3, 100));
+    const hit = scene.castRay(from, down);
+    near(hit.point, [above[0], above[1], top - 2e-3], 1e-6, "deformed");
+    near([hit.distance], [0.062], 1e-6, "distance");
+    near(scene.castRay(from, down, { atRest: true }).point, [above[0], above[1], top], 1e-8, "at rest again");
+    near([scene.signedDistance(from, { atRest: true }), scene.signedDistance([above[0], above[1], top - 1e-3], { atRest: true })],
+      [0.06, -1e-3], 1e-8, "signed distances at rest");
+    assert.ok(scene.signedDistance([above[0], above[1], top - 1e-3]) > 0, "the tissue has gone");
+    near([scene.closestPoint(from, { atRest: true }).distance], [0.06], 1e-8, "nearest");
+    assert.equal(scene.closestPoint(from, { farthest: 0.05 }), undefined);
+    refused(() => scene.castRay(from, [0, 0, 0]), /direction that is not zero/);
+    assert.throws(() => scene.castRay(from, [0, 0]), /direction: expected 3 numbers, found 2/);
+    scene.reset();
+    near(scene.castRay(from, down).point, [above[0], above[1], top], 1e-8, "after a reset");
+    const without = open({});
+    refused(() => without.scene.signedDistance(from), /queries: "on"/);
+    without.close(), close();
+  });
+
+  test(`${wasm}: normals of the drawn triangles point outwards`, () => {
+    const { scene, bundle, close } = open({ collision: "deformed" });
+    play(scene, press(2e-3, 100));
+    scene.shape();
+    const normals = scene.normals(), nodes = bundle.nodes;
+    assert.equal(normals.length, 3 * bundle.info.surfaceNodeCount);
+    for (let v = 0; v < bundle.info.surfaceNodeCount; ++v) {
+      const n = normals.subarray(3 * v, 3 * v + 3), outward = [0.03, 0.024, 0.02].map((middle, d) => nodes[3 * v + d] - middle);
+      assert.ok(Math.abs(Math.hypot(...n) - 1) < 1e-5 && n[0] * outward[0] + n[1] * outward[1] + n[2] * outward[2] > 0, `vertex ${v}`);
+    }
+    close();
+    const shapeless = open({ shape: "off" });
+    refused(() => shapeless.scene.normals(), /shape: off/);
+    shapeless.close();
+  });
+
+  test(`${wasm}: a saved state goes on with the same bits`, () => {
+    const effects = { collision: "deformed", law: "coulomb", relaxation: [{ share: 0.5, time: 0.02 }] };
+    const one = open(effects), two = open(effects), points = press(2e-3, 100);
+    const dragged = Array.from({ length: 50 }, (_, i) => [above[0] + 1e-4 * i, above[1], top - 2e-3]);
+    play(one.scene, points, { friction: 0.3 });
+    const state = one.scene.save();
+    play(one.scene, dragged, { friction: 0.3 });
+    two.scene.restore(state);
+    play(two.scene, dragged, { friction: 0.3 });
+    assert.ok(one.scene.force(0)[2] > 0.01);
+    assert.deepEqual([...two.scene.contactBytes], [...one.scene.contactBytes]);
+    const damaged = state.slice();
+    damaged[damaged.length >> 1] ^= 1;
+    refused(() => two.scene.restore(damaged), /./);
+    refused(() => two.scene.restore(new Uint8Array(0)), /./);
+    const other = open({ ...effects, law: "sticking" });
+    refused(() => other.scene.restore(state), /./);
+    one.close(), two.close(), other.close();
+  });
+}
