@@ -86,9 +86,9 @@ bool is_sane(const double* v, int count) {
   return std::all_of(v, v + count, [](double x) { return std::fabs(x) <= kGreatest; });  // false for NaN
 }
 
+// Its length is a share (palpate_tool_state).
 bool is_direction(const double* d) {
-  const double size = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  return size == 0 || std::fabs(size - 1) <= 1e-6;
+  return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) <= 1 + 1e-6;  // false for NaN
 }
 
 DatagramFault read_tool(Reader& in, palpate_tool_state& tool, SceneConfig::Vector& position) {

@@ -162,6 +162,20 @@ TEST_F(ContactsDatagram, SaysWhatIsWrong) {
   }
 }
 
+// The length of a tool's direction is the share of P and Q that acts (palpate.h): less than 1 where its displacements cancel.
+TEST_F(ContactsDatagram, HasDirectionsOfAnyLengthUpToOne) {
+  const std::size_t direction = kDatagramHeaderBytes + 72;
+  Bytes bytes = pressed_;
+  for (const double length : {0.0, 1e-9, 0.25, 0.999, 1.0, 1.001, -1.001}) {
+    for (int d = 0; d < 3; ++d)
+      put(bytes, direction + 8 * static_cast<std::size_t>(d), std::bit_cast<std::uint64_t>(d == 1 ? length : 0.0), 8);
+    seal(bytes);
+    const bool fits = std::fabs(length) <= 1;
+    EXPECT_EQ(decode(bytes), fits ? DatagramFault::none : DatagramFault::number) << length;
+    if (fits) EXPECT_EQ(palpate_contacts_tool(got_->get(), 0)->direction[1], length);
+  }
+}
+
 // An attacker sends extreme values with a right checksum: what the receiver accepts must be safe for palpate_scene_shape.
 TEST_F(ContactsDatagram, SealedWithExtremesIsRefusedOrDrawsAFiniteShape) {
   Player drawing(scene(), bundle(), Half::shape);
