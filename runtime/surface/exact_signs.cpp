@@ -94,9 +94,4 @@ int exact_side_of_edge(Vec3 a, Vec3 b, Vec3 p, Vec3 q) {
   return side;
 }
 
-int exact_side_of_edge_from_above(Vec3 a, Vec3 b, Vec3 p) {
-  if (const int side = exact_sign_of_determinant({a, p}, {b, p}, axis_direction(2))) return side;
-  return a.y != b.y ? sign_of(a.y - b.y) : sign_of(b.x - a.x);
-}
-
 }  // namespace palpate

@@ -40,7 +40,6 @@ inline int plain_sign_of_determinant(const Difference& a, const Difference& b, c
 // gap, and no crossing of an edge counts twice.
 int exact_side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 p);
 int exact_side_of_edge(Vec3 a, Vec3 b, Vec3 p, Vec3 q);
-int exact_side_of_edge_from_above(Vec3 a, Vec3 b, Vec3 p);
 
 // The side of the plane through a, b, c on which p lies: +1 above, -1 below; 0 for a triangle without area alone.
 inline int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 p) {
@@ -52,15 +51,6 @@ inline int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 p) {
 inline int side_of_edge(Vec3 a, Vec3 b, Vec3 p, Vec3 q) {
   const int plain = plain_sign_of_determinant({a, p}, {b, a}, {q, p});
   return plain ? plain : exact_side_of_edge(a, b, p, q);
-}
-
-// The same for the line from p along +z.
-inline int side_of_edge_from_above(Vec3 a, Vec3 b, Vec3 p) {
-  const Vec3 u = a - p, v = b - p;
-  const double left = u.x * v.y, right = u.y * v.x;
-  // Error bound: four roundings.
-  if (std::fabs(left - right) > 1e-15 * (std::fabs(left) + std::fabs(right))) return sign_of(left - right);
-  return exact_side_of_edge_from_above(a, b, p);
 }
 
 }  // namespace palpate

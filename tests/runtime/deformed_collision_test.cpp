@@ -111,6 +111,17 @@ TEST(DeformedCollision, AJumpIsLostTrackingAndNoContact) {
     EXPECT_TRUE(lost());
     EXPECT_FALSE(watched.touches());
     EXPECT_EQ(watched.force().norm(), 0);
+    // Far from the organ it jumps aside, and then into the organ: 170 and 25 m/s.
+    watched.step({.200, .022, .060}, {});
+    watched.step({.200, .022, .060}, {});
+    EXPECT_FALSE(lost());
+    watched.step({.031, .022, .060}, {});
+    EXPECT_TRUE(lost());
+    watched.step({.031, .022, .060}, {});
+    EXPECT_FALSE(lost());
+    watched.step({.031, .022, .035}, {});
+    EXPECT_TRUE(lost());
+    EXPECT_FALSE(watched.touches());
   }
 }
 

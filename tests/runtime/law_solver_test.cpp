@@ -173,6 +173,30 @@ TEST(LawSolver, SpendsNoMoreThanItMayAndTellsWhatItMisses) {
     }
 }
 
+TEST(LawSolver, KeepsEveryReactionWithinItsLimitWhereverItEnds) {
+  int at_limit = 0;
+  for (const double friction : {0.3, 20.0})
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      const Touching touching(32, friction, seed, 1.5);
+      // Half of what a row alone would need for the largest target: the laws ask for more.
+      const std::vector<double> most(96, 0.5 * touching.largest() / Touching::kOwn);
+      ContactSystem system = touching.system();
+      system.most = most.data();
+      const std::int64_t least = LawSolver::fewest_operations(system);
+      for (const std::int64_t operations : {std::int64_t{0}, least, 4 * least, 256 * least}) {
+        Solver solver(96);
+        std::vector<double> r(96);
+        for (int i = 0; i < 96; ++i) r[i] = 100 * ((i * 37) % 11 - 5);
+        solver.laws.solve(system, 1e-10 * touching.largest(), operations, r.data());
+        for (int i = 0; i < 96; ++i) {
+          EXPECT_LE(std::abs(r[i]), most[0] * (1 + 1e-12)) << friction << " " << seed << " " << operations;
+          at_limit += std::abs(r[i]) > 0.999 * most[0];
+        }
+      }
+    }
+  EXPECT_GT(at_limit, 0);
+}
+
 TEST(FactorLu, SolvesTheSystemWithTheSameBitsWithAllInstructions) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> any(-1, 1);

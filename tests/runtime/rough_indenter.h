@@ -35,7 +35,16 @@ struct RoughIndenter {
     const double depth = kDepth * std::min(1.0, s / 100.0) - 2e-4, along = kDrag * std::max(0, s - 100) / 200;
     for (int i = 0; i < kPoints; ++i)
       points[i] = place + Eigen::Vector3d(rough(random) - depth, 0.0024 * (i % 6) + along, 0.0024 * (i / 6));  // NOLINT
-    return palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
+    const std::vector<PointState> before(scene->touch.points[0], scene->touch.points[0] + kPoints);
+    const auto flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
+    for (int i = 0; i < kPoints; ++i) {
+      const PointState &old = before[static_cast<std::size_t>(i)], &now = scene->touch.points[0][i];
+      if (!old.contact || !now.contact || old.outward.x < 1) continue;
+      const Vec3 way = now.anchor_at_rest - old.anchor_at_rest;
+      const double ahead = std::hypot(points[i].y() - old.anchor_at_rest.y, points[i].z() - old.anchor_at_rest.z);
+      farthest_slide = std::max(farthest_slide, std::hypot(way.y, way.z) - ahead);
+    }
+    return flags;
   }
 
   // Of the last step, in the frames of the contacts: a node's force has the direction of the surface's normal, which turns at the
@@ -67,6 +76,8 @@ struct RoughIndenter {
   ScenePointer scene;
   std::unique_ptr<Contacts> contacts;
   std::vector<Eigen::Vector3d> points;
+  double farthest_slide =
+      0;  // m, of an anchor on that face in a step, beyond its distance from the tool point across the normal
   palpate_tool tool = palpate_default_tool();
 };
 

@@ -111,6 +111,14 @@ TEST(StabilityContacts, EverySurfaceNodeAtOnce) {
               0.002 * rounding_of(plate().compliance(all)), "rounding of 1584 rows");
 }
 
+// Whether W, scaled to a diagonal of one, plus shift I is positive definite.
+bool is_definite(const Eigen::MatrixXd& w, double shift) {
+  const Eigen::VectorXd d = w.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd scaled = d.asDiagonal() * w * d.asDiagonal();
+  scaled.diagonal().array() += shift;
+  return Eigen::LLT<Eigen::MatrixXd>(scaled).info() == Eigen::Success;
+}
+
 TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
   StabilityCase attack(
       "Rounded to half precision, the compliance between most nodes of a plate is no longer positive definite: a "
@@ -118,12 +126,14 @@ TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
   const KnownBox half({.cells = {24, 10, 1}, .size = {0.24, 0.1, 0.02}, .interior = false}, store_as_f16);
   const auto all = static_cast<int>(half.box.touchable.size());
   double worst = 0;
-  int unsolved = 0, wrong = 0;
+  int unsolved = 0, wrong = 0, indefinite = 0;
   for (const int count : {300, 440, 470, 480, 500, all}) {
     std::vector<palpate_grip> grips;
+    std::vector<std::int32_t> columns;
     double wanted = 0, reaction = 0;
     for (int c = 0; c < count; ++c) {
       const std::int32_t column = c * all / count, node = half.box.touchable[static_cast<std::size_t>(column)];
+      columns.push_back(column);
       grips.push_back(grip_at_node(node, wave(node)));
       wanted +=
           (half.block(column, column).diagonal().cwiseSqrt().cwiseInverse().cwiseProduct(wave(node))).squaredNorm();
@@ -137,10 +147,13 @@ TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
     }
     const bool said = held.flags & PALPATE_STEP_UNSOLVED;
     unsolved += said, wrong += said != (reaction == 0);
+    indefinite += !said && !is_definite(half.compliance(columns), 3 * ContactSolver::kShift);
     worst = std::max(worst, std::sqrt(reaction / wanted) * ContactSolver::kShift / ContactSolver::kMostSolves);
   }
   EXPECT_TRUE(unsolved > 0 && unsolved < 6);
   attack.hold("reaction over the stated bound", worst, 1, "|D^-1 r| <= kMostSolves / kShift |D d|, or unsolved");
+  attack.hold("solved with a compliance that is not definite", indefinite, 0,
+              "the shift and what the factor may raise come to 2 kShift; one more for rounding");
   attack.hold("unsolved without a flag, or flagged with a force", wrong, 0, "an unsolved system has no force");
 }
 
@@ -269,6 +282,19 @@ TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
   attack.hold("reaction over the stated bound", over_bound, 1 + 1e-9,
               "kMostForceNear times the force of a row alone; rounding");
   attack.hold("conflicts that raised no flag", flagged ? 0 : 1, 0, "a missed target must raise a flag");
+
+  // Points that move as one but for a millionth: their forces stay below every limit, and are rounding and shift all the same.
+  int trusted = 0;
+  for (const int count : {4, 8, 20}) {
+    std::vector<palpate_grip> grips;
+    for (int p = 0; p < count; ++p) {
+      const double a = share(random), b = share(random) * (1 - a);
+      const Vector3d apart(any(random), any(random), any(random));
+      grips.push_back(grip_at_place(triangle, {a, b, 1 - a - b}, Vector3d(0, 0, -0.002) + 2e-9 * apart));
+    }
+    trusted += Held(block(), held_def(count), grips).flags != PALPATE_STEP_REGULARISED;
+  }
+  attack.hold("slight conflicts that raised no flag", trusted, 0, "forces that the targets do not decide must raise one");
 }
 
 TEST(StabilityContacts, OneNodeHeldManyTimes) {
@@ -384,16 +410,19 @@ TEST(StabilityContacts, ARoughIndenterThatWedgesItself) {
       "contact laws that stops early gives forces that pull, exceed friction or have no limit, and says nothing.");
   const TouchedBox box({.cells = {3, 6, 5}});
   // Where the solver ends depends on the limit of work, and so do the forces of a step that misses a law.
-  double wedged = 0;
+  double wedged = 0, slid = 0;
   for (const std::int64_t most : {200'000, 300'000, 500'000, 700'000, 1'000'000}) {
     RoughIndenter indenter(box, {0.06, 0.024, 0.021}, 20, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE, most);
     for (int s = 0; s < RoughIndenter::kSteps; ++s) {
       indenter.step(s);
       wedged = std::max(wedged, indenter.forces().over_limit);
     }
+    slid = std::max(slid, indenter.farthest_slide);
   }
   attack.hold("force over its limit, friction 20, 200,000 to 1,000,000 operations", wedged, 1 + 2e-6,
               "contact_solver.h: kMostForce times the force that a row alone needs for the largest target; the shift");
+  attack.hold("way of an anchor over a face in a step, beyond its distance from the tool there, m", slid, 1e-12,
+              "where a law is missed, it goes no farther than the tool is; rounding");
   for (const double friction : {0.3, 20.0}) {
     RoughIndenter indenter(box, {0.06, 0.024, 0.021}, friction);
     double trusted = 0, pull = 0, excess = 0, work = 0;

@@ -1,6 +1,7 @@
 // A box whose compliance the test knows: the reference for the forces of contacts.
 #pragma once
 
+#include "formats/half.h"
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -9,9 +10,9 @@ class KnownBox {
  public:
   explicit KnownBox(const TinyBox& form, const std::function<void(BundleParts&)>& change = {})
       : box(form, [&](BundleParts& parts) {
-          surface_ = parts.get<float>(formats::SectionId::displacement_surface);
           force_ = parts.get<double>(formats::SectionId::force);
           if (change) change(parts);
+          surface_ = stored_surface(parts);
         }) {}
 
   Eigen::Matrix3d own_stiffness(std::int32_t column) const {
@@ -46,6 +47,18 @@ class KnownBox {
   }
 
  private:
+  // The displacements that the runtime reads from rows of f32 or f16.
+  static std::vector<float> stored_surface(const BundleParts& parts) {
+    using formats::SectionId;
+    if (!parts.sections.count(SectionId::displacement_scale)) return parts.get<float>(SectionId::displacement_surface);
+    const auto halves = parts.get<std::uint16_t>(SectionId::displacement_surface);
+    const auto scale = parts.get<float>(SectionId::displacement_scale);
+    std::vector<float> rows(halves.size());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      rows[i] = formats::float_of_half(halves[i]) * scale[i / (rows.size() / scale.size())];
+    return rows;
+  }
+
   std::vector<float> surface_;
   std::vector<double> force_;
 
