@@ -252,6 +252,14 @@ TEST(ColumnSolver, DirectIsRefusedWithoutAFactor) {
   EXPECT_NO_THROW(solved(box, {.width = 8, .direct = true}, {{5, 0, 1.0}}));
 }
 
+TEST(ColumnSolver, ARunThatEndsAboveTheToleranceIsFollowedByAnother) {
+  const Box box(5);
+  const auto loads = spread_loads(box, 8);
+  const PetscOption type("-column_pc_type", "jacobi"), early("-ksp_rtol", "0.1");
+  const Solved runs = solved(box, {.tolerance = 1e-6, .width = 8}, loads);
+  for (const ColumnReport& report : runs.reports) EXPECT_LE(report.residual, 1e-6);
+}
+
 TEST(ColumnSolver, PetscsOwnTypesPreconditionColumnByColumn) {
   const Box box(5);
   const auto loads = spread_loads(box, 8);
