@@ -513,6 +513,9 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
   if (ok() && sections.large_order)
     status = check_range_of(index, SectionId::large_order, sections.large_order,
                             find_section(index, SectionId::large_order)->shape[0], n.nodes, error);
+  if (ok() && sections.large_support_nodes)
+    status = check_range_of(index, SectionId::large_support_nodes, sections.large_support_nodes,
+                            2 * find_section(index, SectionId::large_support_nodes)->shape[0], n.nodes, error);
   if (ok() && error) *error = BundleError{};
   return status;
 }

@@ -56,6 +56,7 @@ struct IndexedSections {
   const std::int32_t* compliance_blocks = nullptr;  // only looked at together with the clusters
   const float* compliance_scale = nullptr;
   const std::int32_t* large_order = nullptr;  // that no node is there twice is checked where it is used (a scene)
+  const std::int32_t* large_support_nodes = nullptr;  // their order, too
 };
 BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);
 

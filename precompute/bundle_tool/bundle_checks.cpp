@@ -88,12 +88,14 @@ void check_indices(const BundleFile& file, const SmallSections& s, Checks& check
                            s.fixed.data()};
   const auto scale = file.numbers<float>(SectionId::displacement_scale),
              block_scale = file.numbers<float>(SectionId::compliance_scale);
-  const auto order = file.numbers<std::int32_t>(SectionId::large_order);
+  const auto order = file.numbers<std::int32_t>(SectionId::large_order),
+             supports = file.numbers<std::int32_t>(SectionId::large_support_nodes);
   const auto nodes = file.numbers<std::int32_t>(SectionId::compliance_nodes),
              clusters = file.numbers<std::int32_t>(SectionId::compliance_clusters),
              blocks = file.numbers<std::int32_t>(SectionId::compliance_blocks);
   if (!scale.empty()) sections.displacement_scale = scale.data();
   if (!order.empty()) sections.large_order = order.data();
+  if (!supports.empty()) sections.large_support_nodes = supports.data();
   if (!nodes.empty()) {
     sections.compliance_nodes = nodes.data(), sections.compliance_clusters = clusters.data();
     sections.compliance_blocks = blocks.data(), sections.compliance_scale = block_scale.data();

@@ -171,6 +171,29 @@ std::vector<std::array<double, 2>> foundation_of_triangles(const ElasticBody& bo
   return result;
 }
 
+SupportStiffness support_stiffness(const ElasticBody& body) {
+  std::vector<std::array<std::int32_t, 2>> pairs;
+  for (const auto& foundation : body.foundations)
+    for (const auto triangle : foundation.triangles)
+      for (const auto row : body.triangles[triangle])
+        for (const auto column : body.triangles[triangle]) pairs.push_back({row, column});
+  for (const auto& set : body.springs)
+    for (const auto& spring : set.springs) pairs.push_back({spring.a, spring.a});
+  BlockMatrix matrix;
+  matrix.rows = static_cast<std::int32_t>(body.nodes.size());
+  matrix.first.assign(body.nodes.size() + 1, 0);
+  matrix = with_blocks(matrix, std::move(pairs));
+  add_supports(body, matrix);
+  SupportStiffness result;
+  for (std::int32_t row = 0; row < matrix.rows; ++row)
+    for (auto at = matrix.first[row]; at < matrix.first[row + 1]; ++at)
+      if (matrix.column[at] >= row) {
+        result.nodes.push_back({row, matrix.column[at]});
+        result.block.push_back(matrix.block[at]);
+      }
+  return result;
+}
+
 void add_supports(const ElasticBody& body, BlockMatrix& matrix) {
   for (const auto& foundation : body.foundations) add_linear_foundation(body, foundation, matrix);
   add_springs(body, matrix);

@@ -44,6 +44,14 @@ double area_of(const ElasticBody& body, const Foundation& foundation);
 // Of each triangle the normal and the tangential stiffness of all its foundations, N/m^3; empty where the body has none.
 std::vector<std::array<double, 2>> foundation_of_triangles(const ElasticBody& body);
 
+// The part of K that foundations and springs add, for linear elements: of each pair of nodes that they couple, the first one not
+// above the second, ascending, the 3 x 3 block in the first node's rows and the second one's columns, N/m.
+struct SupportStiffness {
+  std::vector<std::array<std::int32_t, 2>> nodes;
+  std::vector<std::array<double, 9>> block;
+};
+SupportStiffness support_stiffness(const ElasticBody& body);
+
 // Adds foundations and springs to K over all nodes of linear elements. The foundation is integrated exactly. Springs between
 // nodes that no element couples add blocks to the matrix.
 void add_supports(const ElasticBody& body, BlockMatrix& matrix);

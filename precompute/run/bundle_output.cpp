@@ -100,6 +100,10 @@ std::vector<SectionShape> section_shapes(const BundleContent& content) {
     shapes.push_back({SectionId::large_order, {content.elimination_order.size()}});
     shapes.push_back({SectionId::large_stiffening, {r}});
   }
+  if (const std::uint64_t pairs = content.supports.nodes.size(); pairs > 0) {
+    shapes.push_back({SectionId::large_support_nodes, {pairs, 2}});
+    shapes.push_back({SectionId::large_support_stiffness, {pairs, 3, 3}});
+  }
   shapes.push_back({SectionId::touchable, {s}});
   shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, content.store});
   if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store});
@@ -134,6 +138,10 @@ void write_body_sections(SectionWriter& writer, const std::vector<formats::Secti
   if (!content.elimination_order.empty()) {
     write_all(writer, entries, SectionId::large_order, content.elimination_order);
     write_all(writer, entries, SectionId::large_stiffening, content.stiffening);
+  }
+  if (!content.supports.nodes.empty()) {
+    write_all(writer, entries, SectionId::large_support_nodes, content.supports.nodes);
+    write_all(writer, entries, SectionId::large_support_stiffness, content.supports.block);
   }
   write_all(writer, entries, SectionId::touchable, body.touchable);
 }

@@ -25,6 +25,7 @@ struct BundleContent {
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
   std::vector<std::int32_t> elimination_order;             // of the nodes that can move; empty: no large deformation
   std::vector<double> stiffening;                          // of each region, with the order; 0: neo-Hookean
+  SupportStiffness supports;                               // with the order; empty: the organ has no soft support
 };
 
 // For each region of the body, in its order: `stiffening` of its [[region]], or 0.

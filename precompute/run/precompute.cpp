@@ -254,7 +254,8 @@ BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::ve
                               inputs.fit,
                               solved_type(options),
                               elimination_order,
-                              stiffening_of(inputs.body, inputs.organ)};
+                              stiffening_of(inputs.body, inputs.organ),
+                              options.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
   BegunPart begun;
   begun.provenance =
       provenance_of(options, inputs, content, solver.description(), petsc_options_in_force(), solver.width(), locking);

@@ -48,11 +48,6 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
         "{}: --large-deformation: expected the element p1 or p1-anp, found p2-p0; change it, or leave the option out",
         options.organ.string()));
   inputs.boundary = read_boundary_config(options.boundary);
-  if (options.large_deformation && !(inputs.boundary.foundations.empty() && inputs.boundary.springs.empty()))
-    throw InputError(fmt::format(
-        "{}: --large-deformation: expected an organ that is held by [[fixed]] alone, found a [[foundation]] or "
-        "a [[spring]]; take them out, or leave the option out",
-        options.boundary.string()));
   if (inputs.organ.response) inputs.fit = fit_responses(*inputs.organ.response);
   inputs.hashes = hashes_of(options, inputs.organ, inputs.boundary);
   const BodyFiles files{options.mesh, options.organ, options.boundary, options.image};

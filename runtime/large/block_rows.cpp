@@ -39,9 +39,10 @@ class Assembly {
 
   bool run() {
     out_.rows = rows_;
-    if (!find_coupled() || !find_pattern()) return false;
+    if (!find_coupled() || !find_supported() || !find_pattern()) return false;
     for (std::int32_t e = 0; e < body_.tetrahedron_count; ++e) add_tetrahedron(e);
     if (body_.nodal_dilatation && !add_dilatations()) return false;
+    add_supports();
     hold_dofs();
     return true;
   }
@@ -68,6 +69,17 @@ class Assembly {
                [](std::int64_t e) { return static_cast<std::int32_t>(e); }, &stars_) &&
            find_stars_of_rows();
   }
+  // The rows that supports couple to each row.
+  bool find_supported() {
+    const auto row_of = [&](std::int64_t end) {
+      const std::int32_t row = place_[body_.support_nodes[end]];
+      return row < rows_ ? row : -1;
+    };
+    return make_lists(
+        scratch_, rows_, 2 * static_cast<std::int64_t>(body_.support_count),
+        [&](std::int64_t end) { return row_of(end ^ 1) < 0 ? -1 : row_of(end); },
+        [&](std::int64_t end) { return row_of(end ^ 1); }, &supported_);
+  }
   // Which stars hold each row; a star stands there once for each of its tetrahedra that has the row.
   bool find_stars_of_rows() {
     const std::int64_t entries = 4 * stars_.first[stars_.count];
@@ -91,18 +103,19 @@ class Assembly {
       std::fill(seen, seen + rows, 0);
       for (std::int32_t row = 0; row < rows_; ++row) {
         out_.first[row] = total;
+        const auto meet = [&](std::int32_t column) {
+          if (column < 0 || seen[column] == row + 1) return;
+          seen[column] = row + 1;
+          if (pass == 1) out_.column[total] = column;
+          ++total;
+        };
         for (std::int64_t at = around_.first[row]; at < around_.first[row + 1]; ++at) {
           const std::int32_t star = around_.item[at];
           if (at > around_.first[row] && around_.item[at - 1] == star) continue;
           for (std::int64_t t = stars_.first[star]; t < stars_.first[star + 1]; ++t)
-            for (int a = 0; a < 4; ++a) {
-              const std::int32_t column = row_of_corner(4 * static_cast<std::int64_t>(stars_.item[t]) + a);
-              if (column < 0 || seen[column] == row + 1) continue;
-              seen[column] = row + 1;
-              if (pass == 1) out_.column[total] = column;
-              ++total;
-            }
+            for (int a = 0; a < 4; ++a) meet(row_of_corner(4 * static_cast<std::int64_t>(stars_.item[t]) + a));
         }
+        for (std::int64_t at = supported_.first[row]; at < supported_.first[row + 1]; ++at) meet(supported_.item[at]);
         if (pass == 1) std::sort(out_.column + out_.first[row], out_.column + total);
       }
       out_.first[rows_] = total;
@@ -171,6 +184,20 @@ class Assembly {
     return true;
   }
 
+  void add_supports() {
+    for (std::int32_t p = 0; p < body_.support_count; ++p) {
+      const std::int32_t row = place_[body_.support_nodes[2 * p]], column = place_[body_.support_nodes[2 * p + 1]];
+      if (row >= rows_ || column >= rows_) continue;
+      const double* const from = body_.support_stiffness + 9 * static_cast<std::int64_t>(p);
+      double* const block = out_.block + 9 * out_.index_of(row, column);
+      for (int i = 0; i < 9; ++i) block[i] += from[i];
+      if (row == column) continue;
+      double* const mirrored = out_.block + 9 * out_.index_of(column, row);
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) mirrored[3 * j + i] += from[3 * i + j];
+    }
+  }
+
   void hold_dofs() {
     double sum = 0;
     for (std::int32_t row = 0; row < rows_; ++row)
@@ -197,7 +224,7 @@ class Assembly {
   std::int32_t rows_;
   BlockRows& out_;
   DilatationSites sites_;
-  Lists stars_, around_;
+  Lists stars_, around_, supported_;
 };
 
 }  // namespace

@@ -18,6 +18,8 @@ struct TissueLaw {
 // J_nm is the mean of J over the tetrahedra of region m at node n, each with a quarter of its volume, and V_nm the sum of these
 // quarters. Without (element p1) a neo-Hookean region is compressible_neo_hookean and an exponential one adds
 // kappa / 2 (J_e - 1)^2 in each tetrahedron. Either way the stiffness at rest is that of docs/method.md, section 1.
+//
+// Foundations and springs add u^T S u / 2, as in linear elasticity: their directions do not turn.
 struct HyperelasticBody {
   const double* nodes = nullptr;             // [node_count][3] m, at rest
   const std::int32_t* tetrahedra = nullptr;  // [tetrahedron_count][4]
@@ -26,6 +28,11 @@ struct HyperelasticBody {
   const TissueLaw* laws = nullptr;           // [region_count]
   std::int32_t node_count = 0, tetrahedron_count = 0, region_count = 0;
   bool nodal_dilatation = false;
+  // S: of pair p the block in the rows of support_nodes[2 p] and the columns of support_nodes[2 p + 1], which is not below it; the
+  // mirrored block is its transpose.
+  const std::int32_t* support_nodes = nullptr;  // [support_count][2]
+  const double* support_stiffness = nullptr;    // [support_count][9] row-major, N/m
+  std::int32_t support_count = 0;
 };
 
 // Gradients of the shape functions of corners 1, 2 and 3, [3][3] 1/m; that of corner 0 is minus their sum. Returns the volume, m^3.

@@ -62,7 +62,7 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
   }
   scratch.release_all();
   if (created != Created::made) return created;
-  if (!elements_.create(memory, body, place_, rows_)) return Created::no_memory;
+  if (!elements_.create(memory, body, place_, rows_) || !take_supports(memory, body)) return Created::no_memory;
 
   held_ = memory.array<std::int32_t>(3 * rows);
   const std::size_t padded = std::max(3 * nodes, length_);
@@ -97,6 +97,41 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
   if (preload && !find_rest()) return Created::no_equilibrium;
   keep(memory);
   return Created::made;
+}
+
+bool LargeSolver::take_supports(SceneMemory& memory, const HyperelasticBody& body) {
+  const auto count = static_cast<std::size_t>(body.support_count);
+  support_place_ = memory.array<std::int32_t>(2 * count);
+  support_stiffness_ = memory.array<double>(9 * count);
+  if (memory.failed()) return false;
+  for (std::size_t i = 0; i < 2 * count; ++i) support_place_[i] = place_[body.support_nodes[i]];
+  std::copy(body.support_stiffness, body.support_stiffness + 9 * count, support_stiffness_);
+  support_count_ = body.support_count;
+  return true;
+}
+
+// The energy of the soft supports, J. f += their forces.
+double LargeSolver::add_supports(const float* u, float* f) const {
+  double twice = 0;
+  for (std::int32_t p = 0; p < support_count_; ++p) {
+    const double* const k = support_stiffness_ + 9 * static_cast<std::size_t>(p);
+    const std::int32_t a = support_place_[2 * p], b = support_place_[2 * p + 1];
+    const float *const at_a = u + 3 * static_cast<std::size_t>(a), *const at_b = u + 3 * static_cast<std::size_t>(b);
+    double on_a[3], on_b[3];
+    for (int i = 0; i < 3; ++i) {
+      on_a[i] = k[3 * i] * static_cast<double>(at_b[0]) + k[3 * i + 1] * static_cast<double>(at_b[1]) +
+                k[3 * i + 2] * static_cast<double>(at_b[2]);
+      on_b[i] = k[i] * static_cast<double>(at_a[0]) + k[3 + i] * static_cast<double>(at_a[1]) +
+                k[6 + i] * static_cast<double>(at_a[2]);
+    }
+    for (int i = 0; i < 3; ++i) {
+      twice += static_cast<double>(at_a[i]) * on_a[i] * (a == b ? 1 : 2);
+      if (a < rows_) f[3 * static_cast<std::size_t>(a) + static_cast<std::size_t>(i)] += static_cast<float>(on_a[i]);
+      if (a != b && b < rows_)
+        f[3 * static_cast<std::size_t>(b) + static_cast<std::size_t>(i)] += static_cast<float>(on_b[i]);
+    }
+  }
+  return twice / 2;
 }
 
 // load = K preload, N.
@@ -212,6 +247,7 @@ LargeSolver::Elements::Energy LargeSolver::evaluate(const float* u, float* f) {
   else
 #endif
     evaluate_plainly(elements_, u, f, &energy);
+  energy.energy += add_supports(u, f);
   if (load_) {
     energy.energy -= base_energy_ + load_share_ * dot_product(load_, from_rest, length_);
     add_multiple(static_cast<float>(-load_share_), load_, length_, f);

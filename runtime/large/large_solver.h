@@ -145,6 +145,8 @@ class LargeSolver {
   };
   Elements::Energy evaluate(const float* u, float* f);
   bool take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness, const double* preload);
+  bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
+  double add_supports(const float* u, float* f) const;
   bool find_rest();
   void keep(SceneMemory& memory);
   void take_spots(const LargeContacts& contacts);
@@ -184,6 +186,9 @@ class LargeSolver {
   std::int32_t* place_ = nullptr;      // [nodes]
   std::int32_t* held_ = nullptr;       // single held dofs, as indices of vectors
   std::int32_t held_count_ = 0;
+  std::int32_t* support_place_ = nullptr;  // [support_count][2]
+  double* support_stiffness_ = nullptr;    // [support_count][9] N/m
+  std::int32_t support_count_ = 0;
   float *u_ = nullptr, *trial_ = nullptr;    // [3 nodes] m
   float *f_ = nullptr, *trial_f_ = nullptr;  // [length] N, dE/du
   // Under a preload: where the body rests and the place of a state, [3 nodes] m; the load there, [length] N.

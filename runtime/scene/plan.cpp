@@ -80,8 +80,13 @@ class SectionsOf {
   "mesh/nodes mesh/tetrahedra mesh/region boundary/fixed material/young material/poisson large/order " \
   "large/stiffening "                                                                                  \
   "provenance"
-    const bool preload = def_.preload == PALPATE_PRELOAD_ON;
-    Sections sections = {preload ? PALPATE_LARGE_SECTIONS " preload/displacement" : PALPATE_LARGE_SECTIONS};
+#define PALPATE_SUPPORT_SECTIONS " large/support/nodes large/support/stiffness"
+    static const char* const names[2][2] = {{PALPATE_LARGE_SECTIONS, PALPATE_LARGE_SECTIONS " preload/displacement"},
+                                            {PALPATE_LARGE_SECTIONS PALPATE_SUPPORT_SECTIONS,
+                                             PALPATE_LARGE_SECTIONS PALPATE_SUPPORT_SECTIONS " preload/displacement"}};
+    const bool preload = def_.preload == PALPATE_PRELOAD_ON, supports = find(SectionId::large_support_nodes);
+    Sections sections = {names[supports][preload]};
+    if (supports) sections.bytes += bytes(SectionId::large_support_nodes) + bytes(SectionId::large_support_stiffness);
     if (preload) sections.bytes += bytes(SectionId::preload_displacement);
     for (const SectionId id :
          {SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,

@@ -23,6 +23,10 @@ class LargeBody {
     body_.tetrahedron_count = static_cast<std::int32_t>(elastic_.tetrahedra.size());
     body_.region_count = static_cast<std::int32_t>(laws_.size());
     body_.nodal_dilatation = nodal_dilatation;
+    supports_ = support_stiffness(elastic_);
+    body_.support_count = static_cast<std::int32_t>(supports_.nodes.size());
+    if (body_.support_count > 0)
+      body_.support_nodes = supports_.nodes[0].data(), body_.support_stiffness = supports_.block[0].data();
   }
   LargeBody(const LargeBody&) = delete;
   LargeBody& operator=(const LargeBody&) = delete;
@@ -32,6 +36,7 @@ class LargeBody {
  private:
   ElasticBody elastic_;
   std::vector<TissueLaw> laws_;
+  SupportStiffness supports_;
   HyperelasticBody body_;
 };
 

@@ -38,6 +38,7 @@ LargeReference::LargeReference(const HyperelasticBody& body)
     if (!body.fixed[i]) free_.push_back(i);
   column_.assign(static_cast<std::size_t>(dofs()), -1);
   for (std::size_t i = 0; i < free_.size(); ++i) column_[static_cast<std::size_t>(free_[i])] = static_cast<int>(i);
+  supports_ = support_matrix();
   rest_ = free_part(tangent(VectorXd::Zero(dofs())));
   factor_->of.cholmod().print = 0;  // an indefinite tangent is expected
   factor_->of.analyzePattern(rest_);
@@ -50,8 +51,25 @@ LargeReference::~LargeReference() {
 double LargeReference::energy(const VectorXd& u, VectorXd* force, double* least_volume) const {
   force->resize(dofs());
   const auto result = elements_.evaluate(u.data(), force->data());
+  const VectorXd of_supports = supports_ * u;
+  *force += of_supports;
   if (least_volume) *least_volume = result.least_volume;
-  return result.least_volume > 1e-3 ? result.energy : std::numeric_limits<double>::infinity();
+  return result.least_volume > 1e-3 ? result.energy + u.dot(of_supports) / 2 : std::numeric_limits<double>::infinity();
+}
+
+LargeReference::Sparse LargeReference::support_matrix() const {
+  std::vector<Eigen::Triplet<double>> terms;
+  for (std::int32_t p = 0; p < body_.support_count; ++p)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const int row = 3 * body_.support_nodes[2 * p] + i, column = 3 * body_.support_nodes[2 * p + 1] + j;
+        const double value = body_.support_stiffness[9 * p + 3 * i + j];
+        terms.emplace_back(row, column, value);
+        if (body_.support_nodes[2 * p] != body_.support_nodes[2 * p + 1]) terms.emplace_back(column, row, value);
+      }
+  Sparse k(dofs(), dofs());
+  k.setFromTriplets(terms.begin(), terms.end());
+  return k;
 }
 
 LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
@@ -115,6 +133,7 @@ LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
   }
   Sparse k(dofs(), dofs());
   k.setFromTriplets(terms.begin(), terms.end());
+  k += supports_;
   if (!body_.nodal_dilatation) return k;
   Sparse b(static_cast<Index>(sites), dofs());
   b.setFromTriplets(change.begin(), change.end());

@@ -58,6 +58,7 @@ class LargeReference {
     return static_cast<std::size_t>(sites_.of_corner[4 * e + static_cast<std::size_t>(a)]);
   }
   Sparse free_part(const Sparse& all) const;
+  Sparse support_matrix() const;
 
   HyperelasticBody body_;
   mutable SceneMemory memory_;
@@ -66,6 +67,7 @@ class LargeReference {
   std::vector<std::int32_t> place_;
   std::vector<Eigen::Index> free_;  // dofs that are not held
   std::vector<int> column_;         // of each dof among them, or -1
+  Sparse supports_;                 // the part of foundations and springs
   Sparse rest_;                     // the tangent at rest: what an indefinite one is shifted by
   std::unique_ptr<Factor> factor_;
 };

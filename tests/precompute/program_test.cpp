@@ -110,9 +110,35 @@ TEST_F(Program, StoresAnOrderOfEliminationForLargeDeformation) {
   }
   ASSERT_EQ(run("linear.h5"), 0) << said_;
   EXPECT_TRUE(section<std::int32_t>(file_bytes(folder_ / "linear.h5"), formats::SectionId::large_order).empty());
+  EXPECT_TRUE(section<std::int32_t>(file_bytes(folder_ / "large.h5"), formats::SectionId::large_support_nodes).empty());
   write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p2-p0\""));
   EXPECT_EQ(run("no.h5", "--large-deformation"), 2);
   EXPECT_THAT(said_, HasSubstr("expected the element p1 or p1-anp, found p2-p0"));
+}
+
+TEST_F(Program, StoresTheStiffnessOfSoftSupportsForLargeDeformation) {
+  write("bc.toml",
+        "name = \"soft\"\n[[foundation]]\nname = \"below\"\nselect = { patch = \"x0\" }\n"
+        "normal = { value = 3e5, unit = \"N/m^3\", source = \"test\" }\n"
+        "tangential = { value = 1e5, unit = \"N/m^3\", source = \"test\" }\n"
+        "[[spring]]\nname = \"rope\"\nfrom = { patch = \"x1\" }\nstiffness = { value = 40, unit = \"N/m\", source = "
+        "\"test\" }\n");
+  ASSERT_EQ(run("large.h5", "--large-deformation"), 0) << said_;
+  const std::string bytes = file_bytes(folder_ / "large.h5");
+  const auto nodes = section<std::int32_t>(bytes, formats::SectionId::large_support_nodes);
+  const auto stiffness = section<double>(bytes, formats::SectionId::large_support_stiffness);
+  ASSERT_EQ(9 * nodes.size(), 2 * stiffness.size());
+  // A shift of the whole box by 1 m feels all of the foundation's 50 x 40 mm, and the springs along every axis.
+  double force[3] = {};
+  for (std::size_t p = 0; 9 * p < stiffness.size(); ++p)
+    for (std::size_t i = 0; i < 3; ++i)
+      force[i] += (nodes[2 * p] == nodes[2 * p + 1] ? 1 : 2) * stiffness[9 * p + 4 * i];
+  EXPECT_NEAR(force[0], 3e5 * 0.05 * 0.04 + 40, 1e-9 * force[0]);
+  EXPECT_NEAR(force[1], 1e5 * 0.05 * 0.04 + 40, 1e-9 * force[1]);
+  EXPECT_NEAR(force[2], 1e5 * 0.05 * 0.04 + 40, 1e-9 * force[2]);
+  ASSERT_EQ(run("linear.h5"), 0) << said_;
+  EXPECT_TRUE(
+      section<std::int32_t>(file_bytes(folder_ / "linear.h5"), formats::SectionId::large_support_nodes).empty());
 }
 
 TEST_F(Program, DirectSkipsTheConjugateGradientsAndIsNamedSo) {

@@ -8,6 +8,7 @@
 #include "studies/bodies/bodies.h"
 #include "studies/hyperelastic/large_body.h"
 #include "studies/hyperelastic/large_reference.h"
+#include "tests/runtime/large/soft_supports.h"
 
 namespace palpate::tests {
 namespace {
@@ -24,6 +25,17 @@ ElasticBody two_materials(double poisson) {
   return body;
 }
 
+// The same on a foundation beside the held face, with springs to the world, along an axis, and between nodes that no tetrahedron
+// couples.
+ElasticBody softly_supported(double poisson) {
+  ElasticBody body = two_materials(poisson);
+  add_foundation(body, 3e5, 1e5, [](const auto& p) { return p[1] == 0; });
+  add_foundation(body, 0, 2e5, [](const auto& p) { return p[1] == 0 && p[0] > 0.04; });
+  const auto last = static_cast<std::int32_t>(body.nodes.size()) - 1;
+  body.springs.push_back({"mixed", {{0, Spring::kWorld, 20}, {5, last, 40, {0.6, 0, 0.8}}, {7, 2, 30}}});
+  return body;
+}
+
 VectorXd some_displacement(const LargeReference& reference, double size) {
   VectorXd u(reference.dofs());
   for (Eigen::Index i = 0; i < u.size(); ++i) u[i] = size * std::sin(12.9 * static_cast<double>(i) + 0.4);
@@ -33,7 +45,7 @@ VectorXd some_displacement(const LargeReference& reference, double size) {
 TEST(LargeElements, ForcesAreTheDerivativeOfTheEnergyAndTheTangentThatOfTheForces) {
   for (const bool nodal : {false, true})
     for (const std::vector<double>& stiffening : {std::vector<double>{0, 0}, std::vector<double>{0, 2.5}}) {
-      const LargeBody body(two_materials(0.45), nodal, stiffening);
+      const LargeBody body(nodal ? softly_supported(0.45) : two_materials(0.45), nodal, stiffening);
       const LargeReference reference(body.get());
       const VectorXd u = some_displacement(reference, 0.002), way = some_displacement(reference, 1).reverse();
       VectorXd force, ahead_force, behind_force;
@@ -52,8 +64,8 @@ TEST(LargeElements, ForcesAreTheDerivativeOfTheEnergyAndTheTangentThatOfTheForce
 
 TEST(LargeElements, AtRestTheTangentIsTheStiffnessOfThePrecomputation) {
   for (const double poisson : {0.3, 0.45, 0.49})
-    for (const bool nodal : {false, true}) {
-      const ElasticBody elastic = two_materials(poisson);
+    for (const auto& [nodal, soft] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
+      const ElasticBody elastic = soft ? softly_supported(poisson) : two_materials(poisson);
       const LargeBody body(elastic, nodal, {0, 2.5});
       const LargeReference reference(body.get());
       const BlockMatrix k = discretise(elastic, nodal ? Element::p1_anp : Element::p1).stiffness;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/runtime/large/large_scene.h"
+#include "tests/runtime/large/soft_supports.h"
 
 namespace palpate::tests {
 namespace {
@@ -162,6 +163,59 @@ TEST(LargeScene, AfterAResetTheOrganIsAtRest) {
   for (const float x : displacements(scene.get(), contacts, box.body.surface_nodes)) EXPECT_EQ(x, 0);
 }
 
+// The box of DenseBody on a foundation alone, in the tensors and, where `told`, in what large deformation reads.
+TouchedBody on_a_foundation(bool told) {
+  DenseBody dense = dense_box({});
+  dense.fixed.assign(dense.fixed.size(), 0);
+  ElasticBody elastic;
+  for (const auto& n : dense.body.mesh.nodes) elastic.nodes.push_back(n);
+  elastic.triangles = dense.body.triangles;
+  add_foundation(elastic, 3e5, 1e5, [](const auto& p) { return p[0] == 0; });
+  const SupportStiffness supports = support_stiffness(elastic);
+  dense.stiffness = dense_stiffness(dense.body.mesh, dense.young, dense.poisson);
+  for (std::size_t p = 0; p < supports.nodes.size(); ++p)
+    for (int i = 0; i < 9; ++i) {
+      const Eigen::Index row = 3 * supports.nodes[p][0] + i / 3, column = 3 * supports.nodes[p][1] + i % 3;
+      dense.stiffness(row, column) += supports.block[p][static_cast<std::size_t>(i)];
+      if (supports.nodes[p][0] != supports.nodes[p][1])
+        dense.stiffness(column, row) += supports.block[p][static_cast<std::size_t>(i)];
+    }
+  return TouchedBody(dense, [&](BundleParts& parts) {
+    add_large_deformation(parts);
+    if (!told) return;
+    const std::size_t pairs = supports.nodes.size();
+    std::vector<std::int32_t> nodes;
+    std::vector<double> stiffness;
+    for (std::size_t p = 0; p < pairs; ++p) {
+      nodes.insert(nodes.end(), supports.nodes[p].begin(), supports.nodes[p].end());
+      stiffness.insert(stiffness.end(), supports.block[p].begin(), supports.block[p].end());
+    }
+    parts.set(formats::SectionId::large_support_nodes, {pairs, 2}, nodes);
+    parts.set(formats::SectionId::large_support_stiffness, {pairs, 3, 3}, stiffness);
+  });
+}
+
+TEST(LargeScene, ASmallPushOnASoftSupportIsThatOfLinearElasticity) {
+  const TouchedBody box = on_a_foundation(true);
+  const std::vector<palpate_grip> grips = {grip_at_node(box.touchable.back(), {-1e-5, 0.4e-5, 0.2e-5})};
+  const palpate_tool tool = tool_of(grips);
+  Eigen::Vector3d force[2];
+  std::vector<float> field[2];
+  for (const bool large : {false, true}) {
+    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+    if (!large) def.deformation = PALPATE_DEFORMATION_LINEAR;
+    const ScenePointer scene = box.scene(def);
+    Contacts contacts(scene.get());
+    EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes()), 0u);
+    force[large] = Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
+    field[large] = displacements(scene.get(), contacts, box.body.surface_nodes);
+  }
+  EXPECT_GT(force[0].norm(), 1e-4);
+  // Of second order in a strain of 1e-4 beside the contact, and the step's tolerance.
+  EXPECT_LE((force[1] - force[0]).norm(), 2e-3 * force[0].norm());
+  for (std::size_t i = 0; i < field[0].size(); ++i) EXPECT_NEAR(field[1][i], field[0][i], 2e-8);
+}
+
 TEST(LargeScene, ItsSectionsAreMappedWhereTheEffectIsOnAlone) {
   const TouchedBox box({}, with_large(false)), plain;
   EXPECT_EQ(palpate_bundle_describe(box.bundle()).has_large, 1);
@@ -174,6 +228,12 @@ TEST(LargeScene, ItsSectionsAreMappedWhereTheEffectIsOnAlone) {
   EXPECT_THAT(on, HasSubstr("deformation: large"));
   EXPECT_THAT(on, HasSubstr("large/order large/stiffening"));
   EXPECT_THAT(off, Not(HasSubstr("large")));
+  EXPECT_THAT(on, Not(HasSubstr("large/support")));
+  const TouchedBody soft = on_a_foundation(true);
+  for (const auto& pass : plan_of(soft.scene(large_def(PALPATE_CONTACT_NODE)).get()))
+    if (std::string(pass.name) == "deformation: large") {
+      EXPECT_THAT(pass.sections, HasSubstr("large/support/nodes large/support/stiffness"));
+    }
 }
 
 TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
@@ -207,6 +267,25 @@ TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
                 parts.set(formats::SectionId::large_stiffening, {1}, std::vector<double>{NAN});
               }),
               HasSubstr("large/stiffening"));
+  const auto damaged_support = [&](std::vector<std::int32_t> nodes, std::vector<double> stiffness) {
+    return damaged([&](BundleParts& parts) {
+      parts.set(formats::SectionId::large_support_nodes, {nodes.size() / 2, 2}, nodes);
+      parts.set(formats::SectionId::large_support_stiffness, {stiffness.size() / 9, 3, 3}, stiffness);
+    });
+  };
+  const std::vector<double> one = {5, 1, 0, 1, 6, 0, 0, 0, 7};
+  EXPECT_EQ(damaged_support({20, 20}, one), "");
+  EXPECT_THAT(damaged_support({20, 1 << 20}, one), HasSubstr("large/support/nodes"));
+  EXPECT_THAT(damaged_support({21, 20}, one), HasSubstr("large/support/nodes"));
+  EXPECT_THAT(damaged_support({20, 20, 21, 21}, one), HasSubstr("as many pairs of nodes"));
+  EXPECT_THAT(damaged_support({20, 20}, {5, 1, 0, 2, 6, 0, 0, 0, 7}), HasSubstr("large/support/stiffness"));
+  EXPECT_THAT(damaged_support({20, 20}, {NAN, 1, 0, 1, 6, 0, 0, 0, 7}), HasSubstr("large/support/stiffness"));
+  const std::int32_t last = box.touchable.back();
+  EXPECT_THAT(damaged_support({last, last}, {-1e9, 0, 0, 0, 6, 0, 0, 0, 7}), HasSubstr("not positive definite"));
+  EXPECT_THAT(damaged([](BundleParts& parts) {
+                parts.set(formats::SectionId::large_support_nodes, {1, 2}, std::vector<std::int32_t>{20, 20});
+              }),
+              HasSubstr("as many pairs of nodes"));
   EXPECT_THAT(refusal(TouchedBox({},
                                  [](BundleParts& parts) {
                                    add_large_deformation(parts);
