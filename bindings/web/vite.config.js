@@ -1,30 +1,39 @@
 // Builds and serves the viewer. PALPATE_WASM: folder of simd/palpate.wasm and baseline/palpate.wasm; PALPATE_BUNDLE: the bundle
-// that the page opens by itself; PALPATE_BUNDLE_B: the other one of Compare; PALPATE_RENDER_MESH: the finer surface that it draws; PALPATE_VIEWER: where the built page goes.
+// that the page opens by itself; PALPATE_BUNDLE_B: the other one of Compare; PALPATE_RENDER_MESH: the finer surface that it draws;
+// PALPATE_DATA: the folder of the bundles in the gallery; PALPATE_VIEWER: where the built page goes.
 import { createReadStream, statSync } from "node:fs";
 import { resolve } from "node:path";
 import { defineConfig } from "vite";
+import { bundlesOf, fileOf } from "./data_folder.js";
 
 const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
 const wasm = resolve(process.env.PALPATE_WASM ?? `${here}/../../build/web`);
 const out = resolve(process.env.PALPATE_VIEWER ?? `${here}/../../build/viewer`);
+
+// file: absent, or not there: answers 404 with the reason.
+function send(response, file, reason) {
+  try {
+    response.setHeader("Content-Length", statSync(file).size);
+    response.setHeader("Content-Type", file.endsWith(".png") ? "image/png" : "application/octet-stream");
+    createReadStream(file).pipe(response);
+  } catch {
+    response.statusCode = 404;
+    response.end(reason);
+  }
+}
 
 // The files that the environment variables name, read again for every request.
 const FILES = { "/bundle.h5": "PALPATE_BUNDLE", "/bundle-b.h5": "PALPATE_BUNDLE_B", "/render.ply": "PALPATE_RENDER_MESH" };
 const serveFiles = {
   name: "serve-files",
   configurePreviewServer(server) {
-    for (const [path, variable] of Object.entries(FILES))
-      server.middlewares.use(path, (_request, response) => {
-        try {
-          const file = process.env[variable];
-          response.setHeader("Content-Length", statSync(file).size);
-          response.setHeader("Content-Type", "application/octet-stream");
-          createReadStream(file).pipe(response);
-        } catch {
-          response.statusCode = 404;
-          response.end(`no ${variable}`);
-        }
-      });
+    const data = () => process.env.PALPATE_DATA ?? "";
+    for (const [path, variable] of Object.entries(FILES)) server.middlewares.use(path, (_request, response) => send(response, process.env[variable], `no ${variable}`));
+    server.middlewares.use("/data", (request, response) => send(response, data() && fileOf(data(), request.url), `no ${request.url} among the data`));
+    server.middlewares.use("/bundles.json", (_request, response) => {
+      response.setHeader("Content-Type", "application/json");
+      response.end(JSON.stringify(data() ? bundlesOf(data()) : []));
+    });
   },
 };
 
@@ -36,7 +45,7 @@ export default defineConfig({
   base: "./",
   resolve: { alias: { "@wasm": wasm } },
   build: { outDir: out, emptyOutDir: true, assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, target: "es2022",
-    rollupOptions: { input: [`${here}/viewer/index.html`, `${here}/viewer/compare.html`] } },
+    rollupOptions: { input: ["index", "compare", "gallery"].map((page) => `${here}/viewer/${page}.html`) } },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
   plugins: [serveFiles],

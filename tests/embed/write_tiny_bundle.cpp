@@ -1,9 +1,46 @@
-// write_tiny_bundle FILE [long]: writes the box bundle of tests/support; long: a box so long that blocks have low rank.
+// write_tiny_bundle FILE [long | nodule]: writes the box bundle of tests/support; long: a box so long that blocks have low rank;
+// nodule: a larger box with a cube ten times as stiff inside.
+#include <algorithm>
+#include <functional>
+#include <string_view>
+
 #include "tests/support/tiny_bundle.h"
 
+namespace {
+
+using namespace palpate;
+using namespace palpate::tests;
+
+// The stiff tetrahedra have no node on the surface and lie above z = 20 mm, so that the face z = 60 mm is the nearest one.
+BundleParts bundle_with_nodule() {
+  const double stiffer = 10;
+  const TinyBox box{.cells = {5, 5, 5}, .size = {0.06, 0.06, 0.06}};
+  DenseBody dense = dense_box(box);
+  TetrahedralMesh& mesh = dense.body.mesh;
+  const auto is_stiff = [&](const std::array<std::int32_t, 4>& tetrahedron) {
+    return std::ranges::all_of(
+        tetrahedron, [&](std::int32_t node) { return node >= dense.body.surface_nodes && mesh.nodes[node][2] > 0.02; });
+  };
+  TetrahedralMesh nodule = mesh;
+  std::erase_if(nodule.tetrahedra, std::not_fn(is_stiff));
+  std::ranges::transform(mesh.tetrahedra, mesh.region.begin(), is_stiff);
+  dense.stiffness =
+      dense_stiffness(mesh, box.young, box.poisson) + dense_stiffness(nodule, (stiffer - 1) * box.young, box.poisson);
+  BundleParts parts = dense_bundle(dense);
+  parts.set(formats::SectionId::young, {2}, std::vector<double>{box.young, stiffer * box.young});
+  parts.set(formats::SectionId::poisson, {2}, std::vector<double>{box.poisson, box.poisson});
+  parts.set_text(formats::SectionId::region_names, "box\nnodule\n");
+  return parts;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  using namespace palpate::tests;
-  if (argc != 2 && argc != 3) return 2;
-  const TinyBox box = argc == 3 ? TinyBox{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}} : TinyBox{};
-  write_bundle(argv[1], tiny_bundle(box));
+  const std::string_view form = argc == 3 ? argv[2] : "";
+  if (argc < 2 || argc > 3 || (argc == 3 && form != "long" && form != "nodule")) return 2;
+  if (form == "nodule")
+    write_bundle(argv[1], bundle_with_nodule());
+  else
+    write_bundle(argv[1],
+                 tiny_bundle(form == "long" ? TinyBox{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}} : TinyBox{}));
 }

@@ -157,6 +157,8 @@ for (const wasm of wasms) {
     assert.equal(bundle.info.touchableCount, bundle.touchable.length);
     assert.equal(JSON.parse(bundle.provenance).organ, "box");
     assert.equal(bundle.foundation.length, 0);
+    assert.deepEqual([...bundle.young], [5400]);
+    assert.deepEqual([bundle.region.length, Math.max(...bundle.region)], [bundle.info.tetrahedronCount, 0]);
     assert.equal(bundle.fixed.reduce((sum, held) => sum + held, 0), 3 * 16);
     bundle.close();
   });

@@ -41,7 +41,7 @@ export { PalpateError };
 const GRIP_NODE = 1, GRIP_SURFACE_POINT = 2;
 const BAD_INPUT = 1; // bits of a step's flags
 const OTHER_BUNDLE = 1 << 8;
-const FOUNDATION = 21; // the section boundary/foundation
+const REGION = 12, FOUNDATION = 21, YOUNG = 30; // sections of the bundle (formats/BUNDLE.md)
 
 // A WebAssembly module with one function that uses a v128: valid where the engine has SIMD.
 const SIMD_PROBE = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0,
@@ -185,13 +185,29 @@ export class Bundle {
   }
 
   /** view [F][2] N/m^3: the stiffness of the elastic foundation under each triangle, along its normal and along the surface; zeros where
-   *  there is none. Empty where the bundle has no foundation. Read from the bundle's index (formats/BUNDLE.md), which opening checked. */
+   *  there is none. Empty where the bundle has no foundation. */
   get foundation() {
+    const { at, bytes } = this.#section(FOUNDATION);
+    return new Float64Array(this.runtime.heap.buffer, at, bytes / 8);
+  }
+  /** view [E]: the region of each tetrahedron, an index into young */
+  get region() {
+    const { at, bytes } = this.#section(REGION);
+    return new Int32Array(this.runtime.heap.buffer, at, bytes / 4);
+  }
+  /** view [R] Pa: Young's modulus of each region */
+  get young() {
+    const { at, bytes } = this.#section(YOUNG);
+    return new Float64Array(this.runtime.heap.buffer, at, bytes / 8);
+  }
+
+  // Where a section lies in the module's memory, by the bundle's index, which opening checked. No bytes where the bundle has none.
+  #section(/** @type {number} */ id) {
     const { heap } = this.runtime, { start } = this.store;
+    const number = (/** @type {number} */ at) => Number(heap.data.getBigUint64(at, true));
     for (let entry = start + 64, end = entry + 72 * heap.u32(start + 12); entry < end; entry += 72)
-      if (heap.u32(entry) === FOUNDATION)
-        return new Float64Array(heap.buffer, start + Number(heap.data.getBigUint64(entry + 48, true)), 2 * this.info.triangleCount);
-    return new Float64Array(0);
+      if (heap.u32(entry) === id) return { at: start + number(entry + 48), bytes: number(entry + 56) };
+    return { at: 0, bytes: 0 };
   }
 
   /** Compares every section with its checksum; throws where one differs. Reads the whole bundle. */

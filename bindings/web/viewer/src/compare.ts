@@ -7,6 +7,7 @@ import { Keys } from "./keys";
 import { wordsOfEffects } from "./links";
 import { TOOL_COUNT, TOUCH_HZ, type Path, type Times, type Trial } from "./messages";
 import { demonstration } from "./path_files";
+import { fetched, servedFiles } from "./served";
 import { NearestPoints } from "./surface_difference";
 
 const LONGEST = 30 * TOUCH_HZ; // steps of a touch that are compared
@@ -28,12 +29,14 @@ class Compare {
   private again = false; // something changed while both were tried
 
   constructor() {
-    const renderMesh = fetch("render.ply").then((answer) => (answer.ok ? answer.arrayBuffer() : null)).catch(() => null);
-    const bundles = [["bundle.h5"], ["bundle-b.h5", "bundle.h5"]];
+    const { bundle, finer, isNamed } = servedFiles();
+    const renderMesh = fetched(finer).then((file) => file && file.bytes);
+    const bundles = [[bundle], isNamed ? [bundle] : [new URL("bundle-b.h5", location.href).href, bundle]];
+    byId<HTMLAnchorElement>("viewer").search = location.search;
     this.sides = (["A", "B"] as const).map((letter, index) => this.side(letter, index, renderMesh));
     byId<HTMLInputElement>("radius").value = address.get("disc") ?? String(1000 * DEFAULT_TOOL.discRadius);
     this.setRadius();
-    bundles.forEach((urls, i) => this.sides[i].fetch(urls.map((url) => new URL(url, location.href).href)));
+    bundles.forEach((urls, i) => this.sides[i].fetch(urls));
     byId("press").addEventListener("click", () => this.press());
     byId("whole").addEventListener("click", () => this.lead.view.camera.home());
     byId("radius").addEventListener("input", () => (byId("radius-mm").textContent = `${byId<HTMLInputElement>("radius").value} mm`));

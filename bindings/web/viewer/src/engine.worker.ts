@@ -8,6 +8,7 @@ import {
   frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
+import { nodulesOf } from "./nodules";
 import { filesOf } from "./scene_file";
 import { Recorder, recordedTool, type RecordedTool } from "./recorder";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
@@ -74,7 +75,7 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     const mesh = meshOf(opened), surface = surfaceOf(mesh.positions.slice(), mesh.triangles);
     spacing = surface.spacing;
     colours = new SurfaceColours(surface, spacing);
-    say({ type: "opened", name, mesh, info: opened.info, provenance: parsed(opened.provenance), bytes: opened.byteCount, simd: hasSimd() });
+    say({ type: "opened", name, mesh, nodules: nodulesOf(opened), info: opened.info, provenance: parsed(opened.provenance), bytes: opened.byteCount, simd: hasSimd() });
   } catch (error) {
     opened?.close();
     const { message } = error as Error;

@@ -10,14 +10,16 @@ import { Keys } from "./keys";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
 import { type ColourBy, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
+import { NoduleTask } from "./nodule_task";
 import { OrganView, type Hit, type Shape } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
 import { readScene } from "./scene_reader";
+import { fetched, megabytes, servedFiles } from "./served";
 import { ToolPointer } from "./tool_pointer";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 
-const BUNDLE_URL = new URL("bundle.h5", location.href).href;
-const RENDER_MESH_URL = new URL("render.ply", location.href).href;
+const SERVED = servedFiles();
+const STARTS_TASK = new URLSearchParams(location.search).get("task") === "nodule";
 const QUIET = 400; // ms without a touch before effects are timed
 
 const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -58,6 +60,10 @@ class Viewer {
   private accepted: { effects: PageEffects; tool: ToolShape; fine: FineMesh | null } | null = null; // by the worker, to return to when it refuses others
   private fineFile: Promise<{ name: string; bytes: ArrayBuffer } | null>; // of the bundle that is being opened
   tool: ToolShape = DEFAULT_TOOL;
+  task = new NoduleTask(byId("task"), byId("find-nodule"), {
+    show: (nodules, answer) => this.view.noduleMarks.show(nodules, answer),
+    ended: () => this.reset(),
+  });
   private readout = new ToolReadout(byId("readout"), byId("labels"));
   private info: BundleInfo | null = null;
   private opened = false;
@@ -88,6 +94,7 @@ class Viewer {
       withdraw: (index) => this.tell({ type: "withdraw", index }),
       pressed: (hit) => {
         this.pressed = hit;
+        this.task.press(hit.place);
         byId("hint").classList.add("done");
         if (!this.newest?.frame.tools.some(Boolean)) this.plot.clear();
       },
@@ -96,8 +103,8 @@ class Viewer {
     this.worker.addEventListener("error", (event) => this.refuse("The engine stopped", event.message || "It could not be started.", 0));
     this.connect(canvas);
     this.dress();
-    this.fineFile = fetched(RENDER_MESH_URL);
-    this.tell({ type: "fetch", url: BUNDLE_URL });
+    this.fineFile = fetched(SERVED.finer);
+    this.tell({ type: "fetch", url: SERVED.bundle });
     requestAnimationFrame(() => this.draw());
   }
 
@@ -114,7 +121,7 @@ class Viewer {
     if (message.type === "replayed") return this.afterReplay(message);
     if (message.type === "saved") return this.saveFile(message);
     if (message.type !== "refused") return; // the answers that Compare asks for
-    if (message.what === "absent") return void state(this.opened ? "ready" : "empty");
+    if (message.what === "absent") return this.absent(message.name);
     if (message.what === "effects") return this.refuseEffects(message.message);
     const title = message.what === "bundle" ? "This bundle cannot be used" : "The engine could not be started";
     this.refuse(title, message.message, message.byteOffset);
@@ -130,7 +137,12 @@ class Viewer {
     byId("progress-text").textContent = total ? `${megabytes(done)} of ${megabytes(total)} MB` : `${megabytes(done)} MB`;
   }
 
-  private async open({ mesh, info, provenance, bytes, simd }: Extract<FromWorker, { type: "opened" }>) {
+  private absent(url: string) {
+    state(this.opened ? "ready" : "empty");
+    if (SERVED.isNamed) this.tellUser(`${url}: the server has no such bundle. The page of organs lists those that it has.`);
+  }
+
+  private async open({ mesh, nodules, info, provenance, bytes, simd }: Extract<FromWorker, { type: "opened" }>) {
     this.opened = true;
     this.info = info;
     this.mesh = mesh;
@@ -146,6 +158,7 @@ class Viewer {
     this.fine = null;
     this.accepted = { effects: this.effects, tool: this.tool, fine: null };
     this.showEffects();
+    this.task.open(nodules);
     const name = String(provenance.organ ?? "organ");
     byId("name").textContent = name;
     document.title = `${name} – Palpate`;
@@ -167,6 +180,7 @@ class Viewer {
     state("ready");
     this.lastTouch = performance.now();
     this.followLink();
+    if (STARTS_TASK && this.task.canStart) this.task.start();
   }
 
   // Restores what the page's address holds, where it was made with this bundle.
@@ -556,19 +570,11 @@ class Viewer {
 // Compare with this page's setting on both sides.
 function compareAddress(effects: PageEffects, { discRadius }: ToolShape): string {
   const words = String(new URLSearchParams(wordsOfEffects(effects)));
-  return `compare.html#${new URLSearchParams({ a: words, b: words, disc: String(1000 * discRadius) })}`;
-}
-
-// A file from the server; null where the server does not have it.
-async function fetched(url: string) {
-  const answer = await fetch(url).catch(() => null);
-  const bytes = answer?.ok ? await answer.arrayBuffer().catch(() => null) : null;
-  return bytes && { name: url.slice(url.lastIndexOf("/") + 1), bytes };
+  return `compare.html${location.search}#${new URLSearchParams({ a: words, b: words, disc: String(1000 * discRadius) })}`;
 }
 
 const hexadecimal = (identity: bigint) => identity.toString(16).padStart(16, "0");
 const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;
-const megabytes = (bytes: number) => (bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0);
 const threeDigits = (value: number) => value.toFixed(value < 99.5 ? 1 : 0);
 const brief = (value: number) => String(Number(value.toPrecision(2)));
 

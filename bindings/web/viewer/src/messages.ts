@@ -1,5 +1,6 @@
 // The messages between the page and the worker.
 import type { BundleInfo, Effects, RenderMesh } from "../../module/palpate.js";
+import type { Nodule } from "./nodules";
 
 export const TOOL_COUNT = 2;
 export const TOUCH_HZ = 1000;
@@ -132,7 +133,7 @@ export interface Cost {
 
 export type FromWorker =
   | { type: "progress"; done: number; total: number }
-  | { type: "opened"; name: string; mesh: Mesh; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
+  | { type: "opened"; name: string; mesh: Mesh; nodules: Nodule[]; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
   | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime"; message: string; byteOffset: number }
   | { type: "accepted"; effects: PageEffects; tool: ToolShape }
   | { type: "replayed"; positions: Float32Array; fine: Float32Array; touched: boolean; nearest: number } // the nodes of the last shape, m, and the finer mesh's; whether a tool met the organ, and else the least distance, m, between a tool and the nodes at rest

@@ -7,6 +7,7 @@ import {
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { OrganCamera } from "./organ_camera";
+import { NoduleMarks } from "./nodule_marks";
 import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const NEWTON = 0.03; // m of arrow
@@ -41,6 +42,7 @@ const FINE_HIDES = 0.004; // m: marks on the coarse surface show through a finer
 
 export class OrganView {
   readonly camera: OrganCamera;
+  readonly noduleMarks = new NoduleMarks();
   most = 0.005; // m: the palest colour
   private renderer: WebGLRenderer;
   private scene = new Scene();
@@ -71,7 +73,7 @@ export class OrganView {
     sky.position.set(0, 0, 1);
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
-    this.scene.add(this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, ...this.tools.map((t) => t.group));
+    this.scene.add(this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group));
     for (const { material } of [this.soft, this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
   }
 
@@ -192,6 +194,7 @@ export class OrganView {
     this.soft.material.color = new Color(soft);
     this.touchable.material.color = new Color(touchable);
     this.tools.forEach((tool, t) => tool.dress(ink, forces[t]));
+    this.noduleMarks.dress(touchable, forces[0]);
   }
 
   // Returns the position of each tool's label, in pixels of the canvas.

@@ -1,0 +1,100 @@
+// The task of finding a hidden nodule by touch: the user presses, names the place of the last press, and learns how far it is from the
+// point of the surface above the nodule.
+import type { Vector } from "./messages";
+import type { Nodule } from "./nodules";
+
+export interface Answer {
+  nodule: Nodule; // the one whose point is nearest to the place
+  place: Vector; // of the surface at rest, m
+  millimetres: number; // between the place and the nodule's point
+}
+
+export interface TaskEvents {
+  show: (nodules: Nodule[], answer: Answer | null) => void; // what the organ's view marks
+  ended: () => void; // takes the tools away
+}
+
+export class NoduleTask {
+  answer: Answer | null = null;
+  private nodules: Nodule[] = [];
+  private presses = 0;
+  private last: Vector | null = null;
+  private began = 0; // ms
+
+  constructor(private box: HTMLElement, private offer: HTMLElement, private events: TaskEvents) {
+    offer.addEventListener("click", () => this.start());
+    this.part("here").addEventListener("click", () => this.here());
+    this.part("again").addEventListener("click", () => this.start());
+    this.part("stop").addEventListener("click", () => this.stop());
+  }
+
+  private part(name: string): HTMLButtonElement {
+    return this.box.querySelector(`[data-do="${name}"]`)!;
+  }
+
+  // Of the bundle that was opened; a bundle without nodules has no task.
+  open(nodules: Nodule[]) {
+    this.nodules = nodules;
+    this.offer.hidden = nodules.length === 0;
+    this.stop();
+  }
+
+  get canStart() {
+    return this.nodules.length > 0;
+  }
+
+  start() {
+    this.presses = this.began = 0;
+    this.answer = this.last = null;
+    this.box.hidden = false;
+    this.events.ended();
+    this.events.show([], null);
+    this.show();
+  }
+
+  stop() {
+    this.box.hidden = true;
+    this.answer = null;
+    this.events.show([], null);
+  }
+
+  // A press at a place of the surface at rest.
+  press(place: Vector) {
+    if (this.box.hidden || this.answer) return;
+    if (!this.began) this.began = performance.now();
+    ++this.presses;
+    this.last = place;
+    this.show();
+  }
+
+  private here() {
+    if (!this.last) return;
+    this.answer = nearestNodule(this.nodules, this.last);
+    this.events.ended();
+    this.events.show(this.nodules, this.answer);
+    this.show();
+  }
+
+  private show() {
+    const { answer, presses } = this;
+    this.part("here").hidden = !!answer;
+    this.part("here").disabled = presses === 0;
+    this.part("again").hidden = !answer;
+    this.box.querySelector("p")!.textContent = answer ? this.result(answer) : presses === 0 ? `Find the hidden nodule: ${this.nodules.length > 1 ? `${this.nodules.length} stiff nodules lie` : "a stiff nodule lies"} inside. Over a nodule, the same depth takes more force. Press to search.`
+      : `${counted(presses, "press", "presses")}. Is the place of the last one above a nodule?`;
+  }
+
+  private result({ nodule: { centre, radius, above }, millimetres }: Answer): string {
+    const deep = 1000 * Math.max(0, distance(centre, above) - radius), seconds = (performance.now() - this.began) / 1000;
+    return `${millimetres.toFixed(1)} mm from the point above the nodule. The nodule is ${(2000 * radius).toFixed(0)} mm wide and lies ${deep.toFixed(0)} mm deep; the line leads to it from your place. ` +
+      `You took ${counted(this.presses, "press", "presses")} and ${counted(Math.round(seconds), "second", "seconds")}.`;
+  }
+}
+
+export function nearestNodule(nodules: Nodule[], place: Vector): Answer {
+  const answers = nodules.map((nodule) => ({ nodule, place, millimetres: 1000 * distance(nodule.above, place) }));
+  return answers.reduce((best, one) => (one.millimetres < best.millimetres ? one : best));
+}
+
+const distance = (a: Vector, b: Vector) => Math.hypot(...a.map((x, d) => x - b[d]));
+const counted = (count: number, one: string, many: string) => `${count} ${count === 1 ? one : many}`;

@@ -1,0 +1,77 @@
+// Finds the nodules of a bundle: pieces of a stiffer material that lie wholly inside, so that nobody sees them.
+import { Triangle, Vector3 } from "three";
+import type { Bundle } from "../../module/palpate.js";
+import type { Vector } from "./messages";
+
+const STIFFER = 1.5; // times the material around
+
+export interface Nodule {
+  centre: Vector; // of its volume, m
+  radius: number; // of the ball of its volume, m
+  above: Vector; // the touchable point of the surface that is nearest to the centre, at rest, m
+}
+
+type Body = Pick<Bundle, "info" | "nodes" | "triangles" | "tetrahedra" | "touchable" | "region" | "young">;
+
+export function nodulesOf(body: Body): Nodule[] {
+  const volumes = volumesOf(body), around = largestRegion(body, volumes);
+  const isStiff = (t: number) => body.young[body.region[t]] > STIFFER * body.young[around];
+  return pieces(body, Array.from(volumes.keys()).filter(isStiff))
+    .filter((piece) => piece.every((t) => body.tetrahedra.subarray(4 * t, 4 * t + 4).every((node) => node >= body.info.surfaceNodeCount)))
+    .map((piece) => noduleOf(body, volumes, piece));
+}
+
+function volumesOf({ nodes, tetrahedra }: Body): Float64Array {
+  const corner = (at: number) => new Vector3().fromArray(nodes, 3 * tetrahedra[at]);
+  return Float64Array.from({ length: tetrahedra.length / 4 }, (_, t) => {
+    const origin = corner(4 * t), [a, b, c] = [1, 2, 3].map((i) => corner(4 * t + i).sub(origin));
+    return a.dot(b.cross(c)) / 6;
+  });
+}
+
+function largestRegion({ region, young }: Body, volumes: Float64Array): number {
+  const sums = new Float64Array(young.length);
+  volumes.forEach((volume, t) => (sums[region[t]] += volume));
+  return sums.indexOf(Math.max(...sums));
+}
+
+// Tetrahedra that share nodes, piece by piece.
+function pieces({ tetrahedra, info }: Body, chosen: number[]): number[][] {
+  const parent = Int32Array.from({ length: info.nodeCount }, (_, node) => node);
+  const root = (node: number) => {
+    while (parent[node] !== node) node = parent[node] = parent[parent[node]];
+    return node;
+  };
+  for (const t of chosen) for (let i = 1; i < 4; ++i) parent[root(tetrahedra[4 * t + i])] = root(tetrahedra[4 * t]);
+  const found = new Map<number, number[]>();
+  for (const t of chosen) {
+    const of = root(tetrahedra[4 * t]);
+    found.set(of, [...(found.get(of) ?? []), t]);
+  }
+  return [...found.values()];
+}
+
+function noduleOf(body: Body, volumes: Float64Array, piece: number[]): Nodule {
+  const centre = new Vector3(), corner = new Vector3();
+  let volume = 0;
+  for (const t of piece) {
+    volume += volumes[t];
+    for (let i = 0; i < 4; ++i) centre.addScaledVector(corner.fromArray(body.nodes, 3 * body.tetrahedra[4 * t + i]), volumes[t] / 4);
+  }
+  centre.divideScalar(volume);
+  return { centre: centre.toArray(), radius: Math.cbrt((3 * volume) / (4 * Math.PI)), above: nearestTouchable(body, centre).toArray() };
+}
+
+function nearestTouchable({ nodes, triangles, touchable }: Body, point: Vector3): Vector3 {
+  const canTouch = new Set(touchable), [a, b, c] = [new Vector3(), new Vector3(), new Vector3()], nearest = new Vector3(), best = new Vector3();
+  const triangle = new Triangle(a, b, c);
+  let least = Infinity;
+  for (let t = 0; t < triangles.length; t += 3) {
+    const corners = triangles.subarray(t, t + 3);
+    if (!corners.every((node) => canTouch.has(node))) continue;
+    [a, b, c].forEach((corner, i) => corner.fromArray(nodes, 3 * corners[i]));
+    const away = triangle.closestPointToPoint(point, nearest).distanceTo(point);
+    if (away < least) [least] = [away, best.copy(nearest)];
+  }
+  return best;
+}

@@ -1,0 +1,140 @@
+// node gallery_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): the gallery of a data folder that this test
+// makes, and the task of the hidden nodule. WRITE_TINY_BUNDLE: the program that writes the bundle with the nodule.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
+import { get } from "node:http";
+import { test } from "node:test";
+import { violations } from "./axe.mjs";
+import { bundle, drag, folder, frame, inState, notice, noTools, open, ready, renderMesh } from "./page.mjs";
+
+const data = `${folder}/data`, PICTURE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
+rmSync(data, { recursive: true, force: true });
+for (const of of ["plate/5 mm/corners/pictures", "liver-tumour/1700/face", "liver-tumour/1700/face-healthy"]) mkdirSync(`${data}/${of}`, { recursive: true });
+cpSync(bundle, `${data}/plate/5 mm/corners/bundle.h5`);
+writeFileSync(`${data}/plate/5 mm/corners/pictures/boundary.png`, Buffer.from(PICTURE, "base64"));
+if (renderMesh) cpSync(renderMesh, `${data}/plate/render.ply`);
+cpSync(bundle, `${data}/liver-tumour/1700/face-healthy/bundle.h5`);
+cpSync(bundle, `${data}/bundle.h5`); // of no case
+writeFileSync(`${data}/notes.txt`, "not for the page");
+execFileSync(process.env.WRITE_TINY_BUNDLE, [`${data}/liver-tumour/1700/face/bundle.h5`, "nodule"]);
+
+const gallery = async (options = {}, folderOfData = data) => {
+  process.env.PALPATE_DATA = folderOfData;
+  const page = await open(options, undefined, "gallery.html");
+  await inState(page, "ready");
+  return page;
+};
+const closed = async (page) => {
+  assert.deepEqual(page.failures, []);
+  await page.close();
+};
+
+test("the gallery lists each bundle with organ, boundary set, size and picture; a card opens it with its finer surface", async () => {
+  const page = await gallery();
+  const cards = await page.$$eval("#organs li", (items) => items.map((item) => ({
+    words: [item.querySelector("h2"), ...item.querySelectorAll("dd")].map((one) => one.textContent), picture: item.querySelector("img")?.complete && item.querySelector("img").naturalWidth,
+  })));
+  assert.deepEqual(cards.map(({ words }) => words.slice(0, 3).join(" ")), ["liver-tumour face-healthy 1700", "liver-tumour face 1700", "plate corners 5 mm"]);
+  for (const { words } of cards) assert.match(words[3], /^\d+\.\d MB$/);
+  await page.waitForFunction(() => document.querySelector("#organs img").naturalWidth === 1);
+  assert.equal(await page.locator("#organs img").count(), 1);
+  assert.match(await page.textContent("#organs li:first-child .picture"), /make -f Makefile\.data gallery/);
+  await page.click("#organs li:last-child a");
+  await inState(page, "ready");
+  assert.match(await page.textContent("#facts"), /64 vertices/);
+  assert.equal(/drawn: /.test(await page.textContent("#facts")), !!renderMesh);
+  assert.equal(await page.isVisible("#find-nodule"), false, "a body of one material has no nodule");
+  await page.click("#compare");
+  await page.waitForFunction(() => globalThis.palpateCompare?.areOpen);
+  assert.match(await page.getAttribute("#viewer", "href"), /plate/, "Compare opens the same bundle and leads back to it");
+  await closed(page);
+});
+
+test("without organs the gallery says what makes one; an address of a missing bundle is named", async () => {
+  const page = await gallery({}, `${folder}/none`);
+  assert.match(await page.textContent("#none"), /make -f Makefile\.data/);
+  assert.equal(await page.isVisible("#none"), true);
+  assert.match(await page.textContent("#task-start"), /ORGAN=liver-tumour/);
+  await page.goto(page.url().replace("gallery.html", "index.html?bundle=data%2Fplate%2Fbundle.h5"));
+  await inState(page, "empty");
+  await notice(page, "data/plate/bundle.h5: the server has no such bundle");
+  await closed(page);
+});
+
+test("the server gives bundles, surfaces and pictures of the data folder, and no other file", async () => {
+  const page = await gallery(), { host } = new URL(page.url());
+  // By http itself: browsers resolve the dots of an address before they ask.
+  const status = (path) => new Promise((done) => get(`http://${host}`, { path }, (answer) => done((answer.resume(), answer.statusCode))));
+  assert.equal(await status("/data/liver-tumour/1700/face/bundle.h5"), 200);
+  assert.equal(await status("/data/plate/5%20mm/corners/pictures/boundary.png?x"), 200);
+  for (const path of ["/data/notes.txt", "/data/%2e%2e/box.h5", "/data/..%2fbox.h5", "/data/plate", "/data/%ff.h5", "/data/none/bundle.h5"])
+    assert.equal(await status(path), 404, path);
+  await closed(page);
+});
+
+const score = (text) => Number(/^([\d.]+) mm from the point above the nodule/.exec(text)?.[1]);
+const answer = (page) => page.textContent("#task p");
+
+// The nodule is a box of 36 x 36 x 24 mm; its middle lies 24 mm under the middle of the face z = 60 mm. Nodes are shifted by up to 1.2 mm.
+test("the task scores the place of the last press in millimetres, reveals the nodule, and begins again", async () => {
+  const page = await gallery();
+  await page.click("#task-start a");
+  await inState(page, "ready");
+  assert.match(await answer(page), /^Find the hidden nodule: a stiff nodule lies inside/);
+  assert.equal(await page.isDisabled('[data-do="here"]'), true);
+  await drag(page, [0, 0], [60, -40]);
+  await drag(page, [40, 20], [90, -20]);
+  assert.match(await answer(page), /^2 presses\. /);
+  const place = await page.evaluate(() => globalThis.palpateViewer.pressed.place);
+  await page.click('[data-do="here"]');
+  const told = await answer(page), expected = 1000 * Math.hypot(place[0] - 0.03, place[1] - 0.03, place[2] - 0.06);
+  assert.ok(Math.abs(score(told) - expected) < 1.7, `${told}; expected about ${expected}`);
+  const [, wide, deep, presses] = /is (\d+) mm wide and lies (\d+) mm deep; the line leads to it from your place\. You took (\d+) presses and \d+ seconds?\./.exec(told).map(Number);
+  assert.ok(Math.abs(wide - 2 * Math.cbrt((3 * 36 * 36 * 24) / (4 * Math.PI))) < 1.5, told);
+  assert.ok(Math.abs(deep - (24 - wide / 2)) < 1.7, told);
+  assert.equal(presses, 2);
+  await noTools(page);
+  const revealed = () => page.evaluate(() => globalThis.palpateViewer.view.noduleMarks.group.children.length);
+  assert.equal(await revealed(), 4, "the nodule, both places and the line between them");
+  await page.click('[data-do="again"]');
+  assert.equal(await revealed(), 0);
+  assert.match(await answer(page), /^Find the hidden nodule/);
+  await page.click('[data-do="stop"]');
+  assert.equal(await page.isVisible("#task"), false);
+  await page.click("#find-nodule");
+  assert.equal(await page.isVisible("#task"), true);
+  await page.focus("#organ");
+  await page.keyboard.press("Shift+ArrowUp");
+  await page.keyboard.press("Space", { delay: 300 });
+  await page.waitForFunction(() => /^1 press\. /.test(document.querySelector("#task p").textContent), undefined);
+  await closed(page);
+});
+
+for (const colorScheme of ["light", "dark"])
+  test(`axe-core finds nothing in the gallery and in the task, ${colorScheme}, at 1440, 820 and 390 px`, async () => {
+    const page = await gallery({ colorScheme }), widths = [1440, 820, 390], at = (width) => page.setViewportSize({ width, height: 900 });
+    const fits = async (name, fullPage) => {
+      await page.waitForTimeout(300);
+      assert.deepEqual(await violations(page), []);
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the page");
+      await frame(page);
+      await page.screenshot({ path: `${folder}/${name}.png`, fullPage });
+    };
+    for (const width of widths) await at(width), await fits(`gallery-${colorScheme}-${width}`, true);
+    await at(1440);
+    await page.click("#task-start a");
+    await inState(page, "ready");
+    for (const width of widths) await at(width), await fits(`task-${colorScheme}-${width}`, false);
+    await at(1440);
+    await drag(page, [0, 0], [60, -40]);
+    await page.click('[data-do="here"]');
+    for (const width of widths) await at(width), await fits(`found-${colorScheme}-${width}`, false);
+    await closed(page);
+  });
+test("a bundle that the server was started with has no task where nothing is hidden", async () => {
+  const page = await ready();
+  assert.equal(await page.isVisible("#find-nodule"), false);
+  assert.equal(await page.isVisible("#task"), false);
+  await closed(page);
+});
