@@ -1,5 +1,5 @@
-// write_tiny_bundle FILE [long | nodule]: writes the box bundle of tests/support; long: a box so long that blocks have low rank;
-// nodule: a larger box with a cube ten times as stiff inside.
+// write_tiny_bundle FILE [long | nodule | large]: writes the box bundle of tests/support; long: a box so long that blocks have low
+// rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs.
 #include <algorithm>
 #include <functional>
 #include <string_view>
@@ -37,10 +37,10 @@ BundleParts bundle_with_nodule() {
 
 int main(int argc, char** argv) {
   const std::string_view form = argc == 3 ? argv[2] : "";
-  if (argc < 2 || argc > 3 || (argc == 3 && form != "long" && form != "nodule")) return 2;
-  if (form == "nodule")
-    write_bundle(argv[1], bundle_with_nodule());
-  else
-    write_bundle(argv[1],
-                 tiny_bundle(form == "long" ? TinyBox{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}} : TinyBox{}));
+  const bool known = form == "" || form == "long" || form == "nodule" || form == "large";
+  if (argc < 2 || argc > 3 || !known) return 2;
+  const TinyBox long_box{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}};
+  BundleParts parts = form == "nodule" ? bundle_with_nodule() : tiny_bundle(form == "long" ? long_box : TinyBox{});
+  if (form == "large") add_large_deformation(parts);
+  write_bundle(argv[1], parts);
 }

@@ -132,6 +132,24 @@ for (const wasm of wasms) {
     shapeless.close();
   });
 
+  test(`${wasm}: an organ that deforms largely follows a deep push and comes back`, () => {
+    const large = `${folder}/large.h5`;
+    execFileSync(writeTinyBundle, [large, "large"]);
+    const bundle = runtime.openBundle(new Uint8Array(readFileSync(large))), effects = { collision: "deformed", contact: "point", maxOperations: 1e8 };
+    assert.ok(bundle.info.hasLarge);
+    const linear = bundle.createScene(effects), scene = bundle.createScene({ ...effects, deformation: "large" });
+    for (const each of [linear, scene]) assert.equal(play(each, press(8e-3, 150)).at(-1), 0);
+    const [first, second] = [linear, scene].map((each) => each.forceRaw(0)[2]);
+    assert.ok(Math.abs(second / first - 1) > 0.02 && Math.abs(second / first - 1) < 0.5, `${second} N, linear ${first} N`);
+    assert.equal(scene.shape(), 0);
+    assert.ok(Math.min(...scene.displacements) < -6e-3);
+    play(scene, Array.from({ length: 30 }, () => above));
+    scene.shape();
+    assert.ok(Math.max(...scene.displacements.map(Math.abs)) < 1e-6);
+    assert.throws(() => bundle.createScene({ ...effects, deformation: "large", force: "response" }), PalpateError);
+    linear.destroy(), scene.destroy(), bundle.close();
+  });
+
   test(`${wasm}: a saved state goes on with the same bits`, () => {
     const effects = { collision: "deformed", law: "coulomb", relaxation: [{ share: 0.5, time: 0.02 }] };
     const one = open(effects), two = open(effects), points = press(2e-3, 100);

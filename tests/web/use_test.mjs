@@ -89,6 +89,31 @@ test("a saved scene plays in palpate-run to the same bytes as the page saves, an
   await closed(page);
 });
 
+test("large deformation is offered where the bundle has it, changes the force, and leaves the measured curves off", async () => {
+  const page = await ready();
+  assert.equal(await page.isDisabled('[data-effect="large"]'), true, "the box has no order of elimination");
+  execFileSync(process.env.WRITE_TINY_BUNDLE, [`${folder}/large.h5`, "large"]);
+  await give(page, "large.h5", readFileSync(`${folder}/large.h5`));
+  await page.waitForFunction(() => !document.querySelector('[data-effect="large"]').disabled);
+  const path = csv(pathRows(await middle(page), [[0, 0.002], [0.2, -0.008], [0.3, -0.008]])), most = [];
+  for (const on of [false, true]) {
+    await page.setChecked('[data-effect="large"]', on);
+    await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
+    await give(page, "path.csv", path, "#path-file");
+    await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+    most.push(largest(await saved(page, "save-forces")));
+  }
+  assert.ok(most[0] > 0.05 && Math.abs(most[1] / most[0] - 1) > 0.01 && Math.abs(most[1] / most[0] - 1) < 0.5, `${most} N`);
+  assert.match(await page.evaluate(() => location.hash), /large=on/);
+  const scene = await saved(page, "save-scene");
+  assert.match(scene, /deformation = "large"/);
+  writeFileSync(`${folder}/large.toml`, scene);
+  execFileSync(palpateRun, [`${folder}/large.toml`, "--bundle", `${folder}/large.h5`, "--quiet", "-o", `${folder}/large`]);
+  assert.equal(readFileSync(`${folder}/large/forces.csv`, "utf8"), await saved(page, "save-forces"), "palpate-run plays it to the same bytes");
+  await picture(page, "large");
+  await closed(page);
+});
+
 test("the address restores effects, disc, colour and camera; Back takes an effect back; a link of another bundle changes nothing", async () => {
   const page = await ready();
   const kept = (part) => page.waitForFunction((text) => location.hash.includes(text), part);

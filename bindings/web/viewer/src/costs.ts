@@ -13,6 +13,7 @@ const SWITCHES: Record<string, [PageEffects, PageEffects]> = {
   follow: [{ collision: "rest" }, { collision: "deformed" }],
   contact: [{ contact: "point" }, { contact: "patch" }],
   law: [{ law: "sticking" }, { law: "coulomb" }],
+  large: [{ deformation: "linear" }, { deformation: "large" }],
   force: [{ force: "linear" }, { force: "response" }],
   radial: [{ radial: "off" }, { radial: "response" }],
   interior: [{ shape: "surface" }, { shape: "volume" }],

@@ -3,7 +3,8 @@ import type { BundleInfo } from "../../module/palpate.js";
 import type { PageEffects, ToolShape } from "./messages";
 
 export const DEFAULT_EFFECTS: PageEffects = {
-  collision: "deformed", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [], fine: false,
+  collision: "deformed", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [],
+  deformation: "linear", fine: false,
 };
 export const DEFAULT_TOOL: ToolShape = { discRadius: 0.006, friction: 0.3 };
 
@@ -19,6 +20,9 @@ export interface EffectLine {
   value: (effects: PageEffects) => string | boolean;
   change: (value: string | boolean) => PageEffects;
 }
+
+// The measured curves correct a linear answer, so that one of the two is off where the other is on.
+const LINEAR: PageEffects = { deformation: "linear" };
 
 export const EFFECT_LINES: EffectLine[] = [
   {
@@ -36,12 +40,16 @@ export const EFFECT_LINES: EffectLine[] = [
     cheapest: false, value: (e) => e.collision === "deformed", change: (v) => ({ collision: v ? "deformed" : "rest" }),
   },
   {
+    effect: "large", label: "Large deformation", about: "right at any depth: lobes turn and keep their volume; takes longer",
+    cheapest: false, value: (e) => e.deformation === "large", change: (v) => (v ? { deformation: "large", force: "linear", radial: "off" } : LINEAR),
+  },
+  {
     effect: "force", label: "Measured force", about: "force corrected onto the tissue's measured curve",
-    cheapest: false, value: (e) => e.force === "response", change: (v) => ({ force: v ? "response" : "linear" }),
+    cheapest: false, value: (e) => e.force === "response", change: (v) => (v ? { force: "response", ...LINEAR } : { force: "linear" }),
   },
   {
     effect: "radial", label: "Measured bulging", about: "sideways displacement corrected onto the measured curve",
-    cheapest: false, value: (e) => e.radial === "response", change: (v) => ({ radial: v ? "response" : "off" }),
+    cheapest: false, value: (e) => e.radial === "response", change: (v) => (v ? { radial: "response", ...LINEAR } : { radial: "off" }),
   },
   {
     effect: "relaxation", label: "Relaxation", about: "force that fades while held, as measured on brain",
@@ -62,6 +70,7 @@ export const EFFECT_LINES: EffectLine[] = [
 ];
 
 export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean): boolean {
+  if (effect === "large") return info.hasLarge;
   if (effect === "force") return info.hasForce;
   if (effect === "radial") return info.hasRadial;
   if (effect === "interior") return info.hasInterior && info.nodeCount > info.surfaceNodeCount;
@@ -78,5 +87,10 @@ const FLAG_WORDS: [bit: number, words: string][] = [
   [1 << 4, "force limited"],
   [1 << 6, "not touchable here: neighbours are held instead"],
   [1 << 7, "not solved: the bundle's numbers are not finite here"],
+  [1 << 9, "too fast: the tool is not followed until it comes in again"],
+  [1 << 10, "part of the work waits for the next step"],
+  [1 << 11, "the law is met only nearly"],
+  [1 << 12, "fewer nodes under the disc than it covers: the force is too small"],
+  [1 << 13, "the organ has not yet followed the tool to the end"],
 ];
 export const flagWords = (flags: number) => FLAG_WORDS.filter(([bit]) => flags & bit).map(([, words]) => words);
