@@ -1,24 +1,43 @@
-// The bundles of a data folder (pipelines/rules.mk): DATA/ORGAN/RESOLUTION/CASE/bundle.h5, each with its picture and the organ's finer
-// surface. The server of the viewer lists them in bundles.json and serves them under data/.
+// What the viewer's server shows of a data folder (pipelines/rules.mk), under data/: the bundles DATA/ORGAN/RESOLUTION/CASE/bundle.h5, each
+// with its picture and the organ's finer surface, listed in bundles.json; the studies of palpate-accuracy, listed in studies.json.
 import { existsSync, readdirSync, statSync } from "node:fs";
 import { basename, dirname, join, resolve, sep } from "node:path";
 
 const PICTURES = ["pictures/boundary.png", "pictures/mesh.png"]; // the first that is there
-const SERVED = [".h5", ".ply", ".png"];
+const SERVED = [".h5", ".ply", ".png", "/accuracy.json"];
 
 /** @param {string} folder @returns {import("./viewer/src/served").ServedBundle[]} */
 export function bundlesOf(folder) {
-  const files = /** @type {string[]} */ (existsSync(folder) ? readdirSync(folder, { recursive: true }) : []);
-  const cases = files.filter((file) => basename(file) === "bundle.h5").map((file) => dirname(file).split(sep)).filter((parts) => parts.length > 2);
-  return cases.map((parts) => {
-    const organ = parts.slice(0, -2), here = parts.join("/"), address = (/** @type {string} */ file) => `data/${file}`;
-    const finer = `${organ.join("/")}/render.ply`, picture = PICTURES.map((name) => `${here}/${name}`).find((name) => existsSync(join(folder, name)));
+  return foldersWith(folder, "bundle.h5").map((parts) => {
+    const organ = parts.slice(0, -2).join("/"), here = parts.join("/"), picture = PICTURES.map((name) => `${here}/${name}`).find((name) => existsSync(join(folder, name)));
     return {
-      organ: organ.join("/"), resolution: parts[parts.length - 2], boundary: parts[parts.length - 1],
-      bytes: statSync(join(folder, here, "bundle.h5")).size, bundle: address(`${here}/bundle.h5`),
-      finer: existsSync(join(folder, finer)) ? address(finer) : null, picture: picture ? address(picture) : null,
+      organ, resolution: parts[parts.length - 2], boundary: parts[parts.length - 1],
+      bytes: statSync(join(folder, here, "bundle.h5")).size, bundle: `data/${here}/bundle.h5`,
+      finer: finerSurface(folder, organ), picture: picture ? `data/${picture}` : null,
     };
   }).sort((a, b) => a.organ.localeCompare(b.organ) || a.bytes - b.bytes);
+}
+
+/** Studies: DATA/ORGAN/accuracy/BC/accuracy.json, with their bundles under bundles/.
+ *  @param {string} folder @returns {import("./viewer/src/accuracy_study").ServedStudy[]} */
+export function studiesOf(folder) {
+  return foldersWith(folder, "accuracy.json").filter((parts) => parts[parts.length - 2] === "accuracy").map((parts) => {
+    const organ = parts.slice(0, -2).join("/"), here = parts.join("/"), bundles = join(folder, here, "bundles");
+    return {
+      organ, boundary: parts[parts.length - 1], address: `data/${here}`, finer: finerSurface(folder, organ),
+      bundles: existsSync(bundles) ? readdirSync(bundles).filter((file) => file.endsWith(".h5")).map((file) => `bundles/${file}`) : [],
+    };
+  });
+}
+
+// The folders, as their names, that hold a file of this name and lie at least two folders deep in an organ's.
+function foldersWith(/** @type {string} */ folder, /** @type {string} */ name) {
+  const files = /** @type {string[]} */ (existsSync(folder) ? readdirSync(folder, { recursive: true }) : []);
+  return files.filter((file) => basename(file) === name).map((file) => dirname(file).split(sep)).filter((parts) => parts.length > 2);
+}
+
+function finerSurface(/** @type {string} */ folder, /** @type {string} */ organ) {
+  return existsSync(join(folder, organ, "render.ply")) ? `data/${organ}/render.ply` : null;
 }
 
 /** The file of a request below data/; undefined where the folder has no such file, or where it is none that the pages show.

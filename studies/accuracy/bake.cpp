@@ -159,7 +159,8 @@ BakeCost Bakery::bake(const BundleSetting& setting) const {
   const Baked to = look(setting);
   if (is_baked(to)) return read_json(record_of(to));
   std::filesystem::create_directories(to.bundle.parent_path());
-  const BakeCost cost = is_rows(setting.storage) ? bake_rows(setting, to) : pack(setting, to);
+  BakeCost cost = is_rows(setting.storage) ? bake_rows(setting, to) : pack(setting, to);
+  cost["bundle"] = to.bundle.filename();
   write_text_atomically(record_of(to), cost.dump(2) + "\n");
   return cost;
 }

@@ -78,6 +78,7 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["contact_nodes"] = seen.contact_nodes;
   r["flags"] = seen.flags;
   r["farthest_site_mm"] = 1e3 * seen.farthest_site;
+  r["bundle"] = "bundles/" + p.cost.at("bundle").get<std::string>();
   r["mesh_sha256"] = p.cost.at("mesh_sha256");
   r["solved_by"] = p.cost.at("solver");
   return r;

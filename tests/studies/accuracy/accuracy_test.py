@@ -46,6 +46,7 @@ class Accuracy(StudyTest):
                 self.assertGreater(p[cost], 0, (p["name"], cost))
             # Allowed: the response left its measured range (8). A contact at a node without a column would be 64.
             self.assertEqual(p["flags"] & ~8, 0, p["name"])
+            self.assertAlmostEqual(os.path.getsize(os.path.join(self.folder, p["bundle"])) / 1e6, p["bundle_MB"], 9, p["name"])
         self.assertEqual(self.all["left_out"], [])
 
     def test_more_contacts_than_sites_are_pressed_where_the_organ_has_room(self):

@@ -183,11 +183,11 @@ class Viewer {
     if (STARTS_TASK && this.task.canStart) this.task.start();
   }
 
-  // Restores what the page's address holds, where it was made with this bundle.
+  // Restores what the page's address holds, where it was made with this bundle or for any bundle.
   private followLink() {
     const made = bundleOfLink(location.hash), now = this.pageState();
     if (made && made !== now.bundle) this.tellUser("This link was made with another bundle: effects and view are the page's own.");
-    if (made === now.bundle) this.restore(stateOfLink(location.hash, now, (effect) => isAvailable(effect, this.info!, this.fine !== null)));
+    if (location.hash && (!made || made === now.bundle)) this.restore(stateOfLink(location.hash, now, (effect) => isAvailable(effect, this.info!, this.fine !== null)));
     this.link = linkOf(this.pageState());
     history.replaceState(history.state, "", this.link);
     this.showUndo();

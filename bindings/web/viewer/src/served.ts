@@ -1,4 +1,6 @@
 // The bundles that the page's server has: the one that it was started with, and those of its data folder.
+import type { ServedStudy } from "./accuracy_study";
+
 export interface ServedBundle {
   organ: string;
   resolution: string;
@@ -24,12 +26,15 @@ export function servedFiles(): ServedFiles {
 }
 
 // The address of the viewer with one of the server's bundles. more: further words.
-export function viewerAddress({ bundle, finer }: ServedBundle, more: Record<string, string> = {}): string {
+export function viewerAddress({ bundle, finer }: Pick<ServedBundle, "bundle" | "finer">, more: Record<string, string> = {}): string {
   return `index.html?${new URLSearchParams({ bundle, ...(finer ? { finer } : {}), ...more })}`;
 }
 
-export async function servedBundles(): Promise<ServedBundle[]> {
-  const answer = await fetch("bundles.json").catch(() => null);
+export const servedBundles = () => listed<ServedBundle>("bundles.json");
+export const servedStudies = () => listed<ServedStudy>("studies.json");
+
+async function listed<Entry>(url: string): Promise<Entry[]> {
+  const answer = await fetch(url).catch(() => null);
   return answer?.ok ? answer.json() : [];
 }
 
