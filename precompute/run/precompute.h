@@ -6,6 +6,7 @@
 #include <string>
 
 #include "formats/bundle_layout.h"
+#include "formats/organ_config.h"
 #include "precompute/ranks/ranks.h"
 #include "precompute/run/stop_signals.h"
 
@@ -25,7 +26,13 @@ struct PrecomputeOptions {
   bool large_deformation = false;  // store what large deformation needs (runtime/large)
   int locking_probes = 0;          // patches of the surface where the element is compared with p2-p0; 0: none
   bool plan_only = false;          // tell what the run would take, and write nothing; bundle may be empty
-  std::string json;                // where the report goes as JSON; "-": standard output; empty: nowhere
+  // With plan_only: what a cluster would take. vertices: of a mesh that need not be there yet; mesh, organ and boundary are then empty.
+  double vertices = 0, touchable = 0;
+  Element element = Element::p1_anp;  // of such a mesh
+  int cluster_ranks = 0;              // in all; 0: not asked
+  int ranks_per_machine = 0;          // 0: the cores of this machine
+  double machine_gigabytes = 0;       // memory of each machine, GB
+  std::string json;                   // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
 // Collective: all ranks call it with the same options. A PetscSession must be alive. Resumes an earlier run of the same

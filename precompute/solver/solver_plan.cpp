@@ -17,54 +17,13 @@
 namespace palpate {
 namespace {
 
-// Constants of the prediction, fitted to runs of bench/precompute and bench/multigrid with 200 to 100,000 vertices. Where the
-// time is arithmetic, the constant is a share of the rate of the triangular solves' kernel, so that the prediction is right
-// for a slower machine too.
-constexpr double kSolveShare = 0.62;         // share of the kernel's rate that the triangular solves reach
-constexpr double kFactorShare = 0.5;         // the same of the factorisation, through BLAS
-constexpr double kFactorPerRow = 10e-6;      // s: small supernodes, for which calling BLAS takes longest
-constexpr double kFactorPerNumber = 5e-9;    // s: conversion of the factor into our panels
-constexpr double kProductShare = 0.45;       // share of the kernel's rate that K x and the residuals reach
-constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error, the write
-constexpr double kFactorBytes = 3e6;         // bytes that BLAS uses for itself
-constexpr double kSinglePasses = 3;          // solves with the factor in single precision until 1e-9
-constexpr double kSingleVectors = 6;         // batches of columns that CG then holds
-constexpr double kSingleSweep = 5e-9;        // s for each number of the batch: CG's vectors, and conversions
-constexpr double kMultigridProducts = 300;   // products with K for a column, in all V-cycles, until 1e-9
-constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
-constexpr double kStartSeconds = 0.4;        // mpiexec and MPI_Init of a few ranks on one machine
-constexpr double kFactorGain = 0.7;     // what each further rank of a machine adds to the speed of factoring together
+constexpr double kStartSeconds = 0.4;   // mpiexec and MPI_Init of a few ranks on one machine
 constexpr double kShareReserve = 1.05;  // of what the ranks share: files of others, which lie beside it
-constexpr double kShared = 0.06;  // share of a column's time that each further rank costs, which uses the same memory
 
 double processor_seconds() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-// Measures the operations per second of the backward kernel on one supernode of 24 block columns with 72 block rows below and 96
-// right-hand sides, the size in which a factor spends most of its time. Takes the fastest of several runs, because other work
-// on the machine can only slow a run.
-double kernel_rate(int block) {
-  constexpr std::int32_t kColumns = 24, kBelow = 72;
-  constexpr int kWidth = 96, kRuns = 8, kCalls = 40;
-  const std::int64_t numbers = supernode_numbers(kColumns, kBelow, block);
-  std::vector<double> values(static_cast<std::size_t>(numbers), 1e-3);
-  std::vector<std::int32_t> rows(kBelow);
-  for (std::int32_t i = 0; i < kBelow; ++i) rows[i] = kColumns + 2 * i;
-  const std::int64_t dofs = block * (kColumns + 2 * kBelow);
-  const ColumnBuffer y = make_column_buffer(dofs, kWidth);
-  std::fill_n(y.get(), dofs * kWidth, 1.0);
-  const Supernode<double> supernode{0, kColumns, kBelow, rows.data(), values.data()};
-  const SupernodalKernels<double> kernels = supernodal_kernels<double>(block);
-  double best = std::numeric_limits<double>::infinity();
-  for (int run = 0; run < kRuns; ++run) {
-    const double begun = processor_seconds();
-    for (int call = 0; call < kCalls; ++call) kernels.backward(supernode, false, y.get(), kWidth);
-    best = std::min(best, processor_seconds() - begun);
-  }
-  return 2.0 * static_cast<double>(numbers) * kWidth * kCalls / best;
 }
 
 // How many numbers of the factor the forward substitution of a batch reads, mean over all batches: those of the supernodes
@@ -96,53 +55,23 @@ double forward_numbers(const Elimination& e, std::span<const std::int32_t> colum
   return batches > 0 ? sum / static_cast<double>(batches) : 0;
 }
 
-// number_bytes: 8, or 4 for the factor in single precision, which takes kSinglePasses solves where the other takes one.
-SolverEstimate estimate_factor(const SolverPlan& plan, const PlanRequest& request, int width, int number_bytes) {
+// What is counted on the mesh, for batches of `width` columns.
+SolveSize size_of(const SolverPlan& plan, const PlanRequest& request, int width) {
   const Elimination& e = *plan.elimination;
-  const double dofs = 3.0 * static_cast<double>(plan.rows), blocks = static_cast<double>(plan.blocks);
-  const double numbers = static_cast<double>(e.numbers()), stored = 3.0 * static_cast<double>(request.stored_rows);
-  SolverEstimate result;
-  result.width = width;
-  const double renumbered =
-      76 * blocks + 132 * static_cast<double>(plan.form_blocks);  // copies while rows are put in order
   const FactoringNumbers at_once = factoring_numbers(e);
-  const bool single = number_bytes == 4;
-  const double factoring = number_bytes * static_cast<double>(at_once.rectangles + 2 * at_once.work);
-  // A batch in the rows and the numbers of L, where these are not those of K.
-  const double of_l = e.block == 3 && !single ? 0 : number_bytes * e.block * static_cast<double>(plan.rows);
-  const double columns = width * ((single ? kSingleVectors : 1) * 8 * dofs + of_l + 2 * 4 * stored);
-  result.bytes = kFactorBytes + std::max({renumbered, factoring, number_bytes * numbers + columns});
-  result.shared_bytes = number_bytes * static_cast<double>(at_once.rectangles);
-  result.divided_setup_seconds = e.factor_flops() / (kFactorShare * plan.flops_per_second * (single ? 2 : 1)) +
-                                 kFactorPerRow * static_cast<double>(plan.rows);
-  result.setup_seconds = result.divided_setup_seconds + kFactorPerNumber * numbers;
-  const double first_pass = forward_numbers(e, request.column_rows, width) + numbers;
-  const double passes = single ? (first_pass + (kSinglePasses - 1) * 2 * numbers) / 2 : first_pass;
-  const double products = single ? kSinglePasses + 1 : 1;
-  const double sweeps = single ? kSinglePasses * kSingleSweep * dofs : 0;
-  result.column_seconds = 2 * passes / (kSolveShare * plan.flops_per_second) +
-                          18 * products * blocks / (kProductShare * plan.flops_per_second) + sweeps +
-                          kPerStoredNumber * stored;
-  return result;
-}
-
-SolverEstimate estimate_multigrid(const SolverPlan& plan, const PlanRequest& request, int width) {
-  const double dofs = 3.0 * static_cast<double>(plan.rows), blocks = static_cast<double>(plan.blocks);
-  const double stored = 3.0 * static_cast<double>(request.stored_rows);
-  SolverEstimate result;
-  result.width = width;
-  result.bytes = kMultigridBytesPerBlock * blocks + width * (8 * 8 * dofs + 2 * 4 * stored);
-  result.setup_seconds = kMultigridSetup * blocks;
-  result.column_seconds =
-      kMultigridProducts * 18 * blocks / (kProductShare * plan.flops_per_second) + kPerStoredNumber * stored;
-  return result;
+  SolveSize size;
+  size.rows = static_cast<double>(plan.rows), size.blocks = static_cast<double>(plan.blocks);
+  size.form_blocks = static_cast<double>(plan.form_blocks), size.columns = static_cast<double>(plan.columns);
+  size.stored_rows = static_cast<double>(request.stored_rows), size.block = e.block;
+  size.numbers = static_cast<double>(e.numbers()), size.flops = e.factor_flops();
+  size.rectangles = static_cast<double>(at_once.rectangles), size.work = static_cast<double>(at_once.work);
+  size.forward = forward_numbers(e, request.column_rows, width);
+  size.flops_per_second = plan.flops_per_second;
+  return size;
 }
 
 double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan, int ranks, int here) {
-  const double columns = std::ceil(static_cast<double>(plan.columns) / ranks);
-  const double divided = estimate.divided_setup_seconds, together = 1 + kFactorGain * (here - 1);
-  const double setup = estimate.setup_seconds - (plan.can_share(estimate, here) ? divided - divided / together : 0);
-  return setup + columns * estimate.column_seconds;
+  return seconds_of(estimate, static_cast<double>(plan.columns), ranks, here, plan.can_share(estimate, here));
 }
 double seconds_of(const SolverEstimate& estimate, const SolverPlan& plan) {
   return seconds_of(estimate, plan, plan.ranks, plan.ranks_here);
@@ -165,25 +94,16 @@ int find_useful_ranks(const SolverPlan& plan, const PlanRequest& request) {
   return useful;
 }
 
-std::string bytes_text(double bytes) {
-  return bytes < 1e9 ? fmt::format("{:.0f} MB", bytes / 1e6) : fmt::format("{:.2f} GB", bytes / 1e9);
-}
-
-std::string seconds_text(double seconds) {
-  if (seconds < 100) return fmt::format("{:.2g} s", seconds);
-  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
-  return fmt::format("{:.1f} h", seconds / 3600);
-}
-
 void choose(SolverPlan& plan, const PlanRequest& request) {
   const auto widest = static_cast<int>(std::clamp<std::int64_t>((plan.columns + 7) / 8 * 8, 8, 96));
   const int asked = request.columns_at_a_time;
-  plan.factor = estimate_factor(plan, request, asked > 0 ? asked : widest, 8);
-  plan.single_factor = estimate_factor(plan, request, asked > 0 ? asked : widest, 4);
+  plan.size = size_of(plan, request, asked > 0 ? asked : widest);
+  plan.factor = estimate_factor(plan.size, asked > 0 ? asked : widest, 8);
+  plan.single_factor = estimate_factor(plan.size, asked > 0 ? asked : widest, 4);
   const auto each = [&](const SolverEstimate& estimate) { return plan.bytes_of_rank(estimate, plan.ranks_here); };
   if (asked == 0 && each(plan.single_factor) > plan.available_bytes)
-    plan.single_factor = estimate_factor(plan, request, std::min(widest, 32), 4);
-  plan.multigrid = estimate_multigrid(plan, request, asked > 0 ? asked : std::min(widest, 32));
+    plan.single_factor = estimate_factor(size_of(plan, request, std::min(widest, 32)), std::min(widest, 32), 4);
+  plan.multigrid = estimate_multigrid(plan.size, asked > 0 ? asked : std::min(widest, 32));
   plan.cholesky = each(plan.factor) <= plan.available_bytes;
   plan.shares_factor = plan.can_share(plan.factor, plan.ranks_here);
   if (plan.cholesky) {
@@ -217,8 +137,32 @@ double SolverPlan::seconds() const {
 }
 
 double SolverPlan::seconds_with(int with) const {
-  const double sharing = 1 + kShared * (with - 1), start = with > 1 ? kStartSeconds : 0;
+  const double sharing = slowdown_of(with), start = with > 1 ? kStartSeconds : 0;
   return start + sharing * (order_seconds + seconds_of(chosen(), *this, with, with));
+}
+
+// Measures the operations per second of the backward kernel on one supernode of 24 block columns with 72 block rows below and 96
+// right-hand sides, the size in which a factor spends most of its time. Takes the fastest of several runs, because other work
+// on the machine can only slow a run.
+double kernel_rate(int block) {
+  constexpr std::int32_t kColumns = 24, kBelow = 72;
+  constexpr int kWidth = 96, kRuns = 8, kCalls = 40;
+  const std::int64_t numbers = supernode_numbers(kColumns, kBelow, block);
+  std::vector<double> values(static_cast<std::size_t>(numbers), 1e-3);
+  std::vector<std::int32_t> rows(kBelow);
+  for (std::int32_t i = 0; i < kBelow; ++i) rows[i] = kColumns + 2 * i;
+  const std::int64_t dofs = block * (kColumns + 2 * kBelow);
+  const ColumnBuffer y = make_column_buffer(dofs, kWidth);
+  std::fill_n(y.get(), dofs * kWidth, 1.0);
+  const Supernode<double> supernode{0, kColumns, kBelow, rows.data(), values.data()};
+  const SupernodalKernels<double> kernels = supernodal_kernels<double>(block);
+  double best = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < kRuns; ++run) {
+    const double begun = processor_seconds();
+    for (int call = 0; call < kCalls; ++call) kernels.backward(supernode, false, y.get(), kWidth);
+    best = std::min(best, processor_seconds() - begun);
+  }
+  return 2.0 * static_cast<double>(numbers) * kWidth * kCalls / best;
 }
 
 int usable_cores() {

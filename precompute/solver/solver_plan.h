@@ -10,6 +10,7 @@
 #include "precompute/elements/stiffness.h"
 #include "precompute/solver/elimination.h"
 #include "precompute/solver/memory_left.h"
+#include "precompute/solver/solver_estimate.h"
 
 namespace palpate {
 
@@ -28,21 +29,12 @@ struct PlanRequest {
   double sharable_bytes = 0;                  // sharable_bytes() of machine_memory.h
 };
 
-// Bytes and seconds are of one rank, beyond what the process holds when the plan is made.
-struct SolverEstimate {
-  int width = 0;                     // columns in a batch
-  double bytes = 0;                  // at the peak
-  double shared_bytes = 0;           // of bytes: the factor, which the ranks of a machine hold once if they share it
-  double setup_seconds = 0;          // factoring, or building the levels
-  double divided_setup_seconds = 0;  // of setup_seconds: what the ranks of a machine divide if they share the factor
-  double column_seconds = 0;         // solving, certifying and converting one column
-};
-
 struct SolverPlan {
   bool cholesky = true;
   bool single = false;         // the factor in single precision
   bool shares_factor = false;  // the ranks of a machine hold one factor and compute it together
   std::string why;
+  SolveSize size;
   SolverEstimate factor, single_factor, multigrid;
   double available_bytes = 0;
   double bundle_bytes = 0;
@@ -70,12 +62,12 @@ struct SolverPlan {
 // second, and chooses the first that fits into the memory: the factor, the factor in single precision, multigrid. Errors: OperationError (memory).
 SolverPlan make_plan(const PlanRequest& request);
 
+// Operations per second of the triangular solves' kernel on this machine; block: 3, or 4 for the pressure form. Takes some
+// hundredths of a second.
+double kernel_rate(int block);
+
 // Processor cores that this process may use.
 int usable_cores();
-
-// Bytes that multigrid takes at its peak for each 3 x 3 block of K, without its batches of columns: PETSc's copy of K and the
-// levels that GAMG builds. Measured with 19,656 vertices: 100 (p1) and less (p1-anp) on one rank, 270 on two ranks that share K.
-inline constexpr double kMultigridBytesPerBlock = 300;
 
 // Floating-point operations of the factor and of all columns, counted from the pattern of the factor; 0 where there is no
 // factor.
