@@ -294,7 +294,8 @@ TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
     }
     trusted += Held(block(), held_def(count), grips).flags != PALPATE_STEP_REGULARISED;
   }
-  attack.hold("slight conflicts that raised no flag", trusted, 0, "forces that the targets do not decide must raise one");
+  attack.hold("slight conflicts that raised no flag", trusted, 0,
+              "forces that the targets do not decide must raise one");
 }
 
 TEST(StabilityContacts, OneNodeHeldManyTimes) {
