@@ -60,7 +60,7 @@ class LargeSolver {
   static constexpr double kLeastVolume = 0.02;
 
   // order: [free nodes] the nodes that are not held in all three dofs, as they are eliminated. max_rows, max_nodes: of contacts.
-  // Memory: about 420 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 24 max_rows^2 bytes.
+  // Memory: about 424 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 24 max_rows^2 bytes.
   // preload: [node_count][3] m, the linear displacement under dead loads, or nullptr. The body then rests where it is in equilibrium
   // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
   Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order, std::int32_t order_count,
@@ -119,6 +119,11 @@ class LargeSolver {
     const std::int32_t solves = response_solves_;
     return response_solves_ = 0, solves;
   }
+
+  // From now on the tetrahedra add nothing to the energy, each of them named once, indices of the body's. The metric is still that of
+  // the whole body: the body takes more steps, and no new factor. The state stays where it is, and the next step goes on from it.
+  // Not part of what a saved state holds. Cost: an evaluation. How many steps it takes: bench/removed.cpp.
+  void remove(const std::int32_t* tetrahedra, std::int32_t count);
 
   void forget();  // back to rest
   // Completes a restored state (scene_memory.h) by what follows from it. Cost: three solves for each row's nodes.
