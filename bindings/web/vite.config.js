@@ -5,6 +5,7 @@ import { createReadStream, statSync } from "node:fs";
 import { resolve } from "node:path";
 import { defineConfig } from "vite";
 import { bundlesOf, fileOf, studiesOf } from "./data_folder.js";
+import { fillWords } from "./fill_words.js";
 
 const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
 const wasm = resolve(process.env.PALPATE_WASM ?? `${here}/../../build/web`);
@@ -49,5 +50,5 @@ export default defineConfig({
     rollupOptions: { input: ["index", "compare", "gallery", "accuracy"].map((page) => `${here}/viewer/${page}.html`) } },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
-  plugins: [serveFiles],
+  plugins: [serveFiles, fillWords(`${here}/viewer/words`)],
 });

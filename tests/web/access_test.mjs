@@ -91,3 +91,46 @@ test("on a phone every control is 44 px high or more", async () => {
   assert.deepEqual(small, []);
   await page.close();
 });
+
+test("the page speaks the address's language, else the browser's; a switch changes every text, keeps the organ, and lasts", async () => {
+  const page = await open({ locale: "de-DE" });
+  await inState(page, "ready");
+  const heading = () => page.textContent('[data-words="effects.heading"]');
+  assert.equal(await heading(), "Effekte");
+  assert.equal(await page.getAttribute("html", "lang"), "de");
+  assert.match(await page.textContent("#facts"), /Netzpunkte/);
+  await page.selectOption('[data-effect="law"]', "sliding");
+  await page.waitForFunction(() => location.hash.includes("law=sliding"));
+  await page.selectOption("#language", "en");
+  assert.equal(await heading(), "Effects");
+  assert.match(await page.textContent("#facts"), /mesh points/);
+  assert.equal(await page.textContent("#legend-name"), "Dent");
+  assert.equal(await page.inputValue('[data-effect="law"]'), "sliding", "the effects stay");
+  assert.match(await page.evaluate(() => location.href), /language=en.*law=sliding/);
+  await page.reload();
+  await inState(page, "ready");
+  assert.equal(await heading(), "Effects", "kept in the address");
+  await page.evaluate(() => history.replaceState(null, "", location.pathname));
+  await page.reload();
+  await inState(page, "ready");
+  assert.equal(await heading(), "Effects", "kept in the browser");
+  await page.close();
+  const asked = await open({ locale: "fr-FR" }, undefined, "?language=de");
+  await inState(asked, "ready");
+  assert.equal(await asked.textContent('[data-words="effects.heading"]'), "Effekte");
+  await asked.selectOption("#language", "en");
+  for (const [width, language] of [[1280, "de"], [390, "de"], [390, "en"]]) {
+    await asked.selectOption("#language", language);
+    await asked.setViewportSize({ width, height: 844 });
+    await asked.waitForTimeout(400);
+    assert.deepEqual(await violations(asked), []);
+    const inside = await asked.evaluate(() => [...document.querySelectorAll("#tools button, #tools span, #corner button, #title, #readout dd")]
+      .filter((one) => one.checkVisibility({ visibilityProperty: true })).every((one) => one.getBoundingClientRect().left >= 0 && one.getBoundingClientRect().right <= innerWidth));
+    assert.ok(inside, `${language} fits into ${width} px`);
+  }
+  await asked.close();
+  const french = await open({ locale: "fr-FR" });
+  assert.equal(await french.textContent('[data-words="effects.heading"]'), "Effects");
+  assert.deepEqual([...page.failures, ...asked.failures, ...french.failures], []);
+  await french.close();
+});

@@ -72,7 +72,7 @@ test("a click on a setting opens its bundle with its contact and the study's dis
   await page.click(marker(4, "600 p1-anp, node contact"));
   await page.waitForURL(/index\.html/);
   await inState(page, "ready");
-  assert.match(await page.textContent("#facts"), /64 vertices/);
+  assert.match(await page.textContent("#facts"), /64 mesh points/);
   assert.equal(await page.inputValue('[data-effect="contact"]'), "node");
   assert.equal(await page.textContent("#radius-mm"), "10 mm");
   await page.waitForFunction(() => /bundle=[\da-f]{16}/.test(location.hash) && location.hash.includes("contact=node"));

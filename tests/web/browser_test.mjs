@@ -79,7 +79,7 @@ test("the finer surface is drawn where there is one, its cost is told, and it ca
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
   assert.equal(await drawn(), 3 * vertices);
   assert.match(await page.textContent("#facts"), /drawn: [\d,]+ triangles/);
-  const cost = page.locator("#effects .line", { hasText: "Fine surface" }).locator(".cost");
+  const cost = page.locator("#effects .line", { hasText: "Smooth surface" }).locator(".cost");
   assert.match(await cost.textContent(), /^\d.* · [\d.]+$/);
   assert.ok(Number((await cost.textContent()).split(" · ")[1]) > 0);
   for (const id of ["show-fixed", "show-touchable", "show-mesh"]) await page.check(`#${id}`);
@@ -154,12 +154,12 @@ test("one tool stays while another pulls; reset takes both away", async () => {
     await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.05);
   };
   const held = () => page.evaluate(() => globalThis.palpateViewer.shown.tools.filter((tool) => tool?.contacts > 0).length);
-  await page.click("text=Keep");
+  await page.click("#keep + span");
   await drag(x + 60, y, x + 140, y + 40);
   await page.mouse.up();
   await frame(page);
   assert.equal(await held(), 1);
-  await page.click("text=Pull");
+  await page.click('[value="pull"] + span');
   for (const id of ["show-fixed", "show-touchable", "show-mesh"]) await page.check(`#${id}`);
   await drag(x - 60, y + 10, x - 110, y - 70);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools.filter((tool) => tool?.contacts > 0).length === 2);

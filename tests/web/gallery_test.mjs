@@ -42,7 +42,7 @@ test("the gallery lists each bundle with organ, boundary set, size and picture; 
   assert.match(await page.textContent("#organs li:first-child .picture"), /make -f Makefile\.data gallery/);
   await page.click("#organs li:last-child a");
   await inState(page, "ready");
-  assert.match(await page.textContent("#facts"), /64 vertices/);
+  assert.match(await page.textContent("#facts"), /64 mesh points/);
   assert.equal(/drawn: /.test(await page.textContent("#facts")), !!renderMesh);
   assert.equal(await page.isVisible("#find-nodule"), false, "a body of one material has no nodule");
   await page.click("#compare");

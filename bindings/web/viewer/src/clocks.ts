@@ -1,5 +1,6 @@
 // Times and rates that the page shows.
 import type { Times } from "./messages";
+import { word } from "./words";
 
 const KEPT = 100; // frames
 
@@ -55,7 +56,7 @@ export class TouchRate {
   }
   get words() {
     const first = this.frames[0], last = this.frames.at(-1);
-    if (!first || !last || last.at - first.at < SHORTEST) return "measuring";
+    if (!first || !last || last.at - first.at < SHORTEST) return word("times.measuring");
     const hertz = (1000 * this.frames.slice(1).reduce((sum, { touches }) => sum + touches, 0)) / (last.at - first.at);
     return `${hertz.toFixed(0)} Hz`;
   }

@@ -1,24 +1,31 @@
 // The list of effects on the page: for each a switch or a list of values, and its cost.
 import { EFFECT_LINES } from "./effects";
 import type { Cost, PageEffects } from "./messages";
+import { decimal, word, type Key } from "./words";
 
 export class EffectsPanel {
   private effects: PageEffects = {};
   private costs = new Map<string, HTMLElement>();
 
-  constructor(private list: HTMLElement, private changed: (effects: PageEffects) => void) {}
+  // explains: with a sentence below each effect; without, the sentence is the line's title.
+  constructor(private list: HTMLElement, private changed: (effects: PageEffects) => void, private explains = false) {}
 
   open(effects: PageEffects, isAvailable: (effect: string) => boolean) {
     this.effects = { ...effects };
     this.list.replaceChildren(...EFFECT_LINES.map((line) => {
       const available = isAvailable(line.effect);
       const row = element("label", "line"), cost = element("span", "cost");
-      row.title = available ? line.about : `${line.about}; there is nothing for it here`;
+      const about = element("p", "about"), sentence = word(`effect.${line.effect}.about`);
+      about.id = `about-${line.effect}`;
+      about.textContent = available ? sentence : `${sentence} ${word("effect.absent")}`;
+      if (!this.explains) row.title = about.textContent;
       row.classList.toggle("absent", !available);
       const dim = (value: string | boolean) => row.classList.toggle("off", value === line.cheapest);
       dim(line.value(effects));
-      const name = element("span", "");
-      name.textContent = line.label;
+      const name = element("span", "name");
+      const term = element("small", "");
+      term.textContent = word(`effect.${line.effect}.term`);
+      name.append(word(`effect.${line.effect}`), " ", ...(this.explains ? [term] : []));
       const control = line.choices ? choice(line.choices, String(line.value(effects))) : toggle(line.value(effects) === true);
       control.disabled = !available;
       control.dataset.effect = line.effect;
@@ -30,7 +37,11 @@ export class EffectsPanel {
       });
       this.costs.set(line.effect, cost);
       row.append(name, cost, control);
-      return row;
+      if (!this.explains) return row;
+      control.setAttribute("aria-describedby", about.id);
+      const whole = element("div", "control");
+      whole.append(row, about);
+      return whole;
     }));
   }
 
@@ -39,7 +50,7 @@ export class EffectsPanel {
   }
 }
 
-const brief = (us: number) => (us < 0.05 ? "0" : us < 9.95 ? us.toFixed(1) : us.toFixed(0));
+const brief = (us: number) => (us < 0.05 ? "0" : decimal(us.toFixed(us < 9.95 ? 1 : 0)));
 
 function element(tag: string, name: string): HTMLElement {
   const made = document.createElement(tag);
@@ -55,8 +66,8 @@ function toggle(on: boolean): HTMLInputElement {
   return made;
 }
 
-function choice(choices: [string, string][], chosen: string): HTMLSelectElement {
+function choice(choices: [string, Key][], chosen: string): HTMLSelectElement {
   const made = document.createElement("select");
-  made.append(...choices.map(([word, label]) => new Option(label, word, false, word === chosen)));
+  made.append(...choices.map(([value, label]) => new Option(word(label), value, false, value === chosen)));
   return made;
 }

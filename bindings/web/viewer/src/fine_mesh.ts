@@ -2,6 +2,7 @@
 import { BufferAttribute, BufferGeometry } from "three";
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
 import type { RenderMesh } from "../../module/palpate.js";
+import { decimal, word } from "./words";
 
 export interface FineMesh extends Required<RenderMesh> {
   triangles: Uint32Array;
@@ -16,7 +17,7 @@ const FARTHEST = 2; // mean edges of the organ's mesh between a vertex and the n
 export function readFineMesh(bytes: ArrayBuffer, organ: { positions: Float32Array; triangles: Uint32Array }): FineMesh {
   const geometry = parsed(bytes), position = geometry.getAttribute("position") as BufferAttribute, triangles = Uint32Array.from(geometry.getIndex()!.array);
   const beyond = triangles.findIndex((vertex) => vertex >= position.count);
-  if (beyond >= 0) throw new Error(`triangle ${Math.floor(beyond / 3)} names vertex ${triangles[beyond]}, and the file has vertices 0 to ${position.count - 1}`);
+  if (beyond >= 0) throw new Error(word("fine.triangle", { triangle: Math.floor(beyond / 3), vertex: triangles[beyond], last: position.count - 1 }));
   geometry.computeVertexNormals();
   const size = sizeOf(position.array), wanted = sizeOf(organ.positions);
   const off = ([unit]: [number, string]) => Math.abs(Math.log((unit * size) / wanted));
@@ -30,9 +31,9 @@ function parsed(bytes: ArrayBuffer): BufferGeometry {
   const head = new TextDecoder("latin1").decode(bytes.slice(0, 4096));
   const count = (element: string) => Number(new RegExp(`^element ${element} (\\d+)`, "m").exec(head)?.[1] ?? 0);
   const vertices = count("vertex"), faces = count("face");
-  if (!/^ply\s/.test(head) || !head.includes("end_header")) throw new Error("it is no PLY file");
-  if (!vertices || !faces) throw new Error("it has no triangles");
-  const cut = () => new Error(`its head promises ${vertices} vertices and ${faces} faces, and the file ends before the last one: copy it again`);
+  if (!/^ply\s/.test(head) || !head.includes("end_header")) throw new Error(word("fine.no-ply"));
+  if (!vertices || !faces) throw new Error(word("fine.no-triangles"));
+  const cut = () => new Error(word("fine.cut", { vertices, faces }));
   let geometry: BufferGeometry;
   try {
     geometry = new PLYLoader().parse(bytes);
@@ -42,7 +43,7 @@ function parsed(bytes: ArrayBuffer): BufferGeometry {
   const position = geometry.getAttribute("position"), index = geometry.getIndex();
   if (position?.count !== vertices || (index?.count ?? 0) < 3 * faces) throw cut();
   const bad = position.array.findIndex((x) => !Number.isFinite(x));
-  if (bad >= 0) throw new Error(`vertex ${Math.floor(bad / 3)} has a coordinate that is no number`);
+  if (bad >= 0) throw new Error(word("fine.no-number", { vertex: Math.floor(bad / 3) }));
   return geometry;
 }
 
@@ -56,7 +57,7 @@ function checkPlace(positions: Float32Array, file: BufferAttribute, unit: string
   }
   if (distance <= allowed) return;
   const at = [file.getX(worst), file.getY(worst), file.getZ(worst)].map((x) => Number(x.toPrecision(5))).join(", ");
-  throw new Error(`vertex ${worst} (${at} ${unit}) is ${brief(1000 * distance)} mm from the organ's nearest vertex, and ${brief(1000 * allowed)} mm is the most: is it the surface of another organ, or in another frame?`);
+  throw new Error(word("fine.away", { vertex: worst, at, unit, distance: brief(1000 * distance), allowed: brief(1000 * allowed) }));
 }
 
 function nearest(positions: Float32Array, vertex: number, nodes: Float32Array): number {
@@ -88,4 +89,4 @@ function sizeOf(points: ArrayLike<number>): number {
   return Math.hypot(...low.map((x, d) => high[d] - x));
 }
 
-const brief = (value: number) => String(Number(value.toPrecision(3)));
+const brief = (value: number) => decimal(Number(value.toPrecision(3)));

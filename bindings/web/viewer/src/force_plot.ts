@@ -3,6 +3,7 @@
 import { roundUp } from "./colours";
 import { TOOL_COUNT, type Sample } from "./messages";
 import { TOOL_COLOURS } from "./tool_readout";
+import { decimal } from "./words";
 
 const MOST_SAMPLES = 6000;
 const MARGIN = { left: 40, right: 10, top: 8, bottom: 30 };
@@ -62,7 +63,7 @@ export class ForcePlot {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const style = getComputedStyle(this.canvas), colour = (name: string) => style.getPropertyValue(name);
     const last = this.traces.map(({ samples }) => `${samples.length} ${samples.at(-1)?.depth} ${samples.at(-1)?.force}`);
-    const state = [width, height, devicePixelRatio, colour("--ink"), ...last].join();
+    const state = [width, height, devicePixelRatio, colour("--ink"), decimal("."), ...last].join();
     if (state === this.drawn || width === 0) return;
     this.drawn = state;
     this.canvas.width = width * devicePixelRatio;
@@ -106,7 +107,7 @@ export class ForcePlot {
   }
 }
 
-const tidy = (value: number) => String(Number(value.toPrecision(2)));
+const tidy = (value: number) => decimal(Number(value.toPrecision(2)));
 
 function line(context: CanvasRenderingContext2D, points: [number, number][]) {
   context.beginPath();

@@ -1,11 +1,12 @@
 // Up to which depth of a push linear elasticity is right: as palpate-run's warning has it (programs/player/scene_warnings.h).
+import type { Key } from "./words";
+
 const NOT_MEASURED = 0.01; // m: docs/accuracy.md, "Linear elasticity itself"
 const LARGEST_SHARE = 0.1; // of the organ's smallest extent
 
 export interface LinearLimit {
   depth: number; // m
-  measured: boolean; // 5 % off at this depth, by the bundle's own accuracy_linear_limit_mm
-  rule: string; // where it was not measured
+  rule: Key; // by which it is: the bundle's own accuracy_linear_limit_mm, where the force is 5 % off, or another
 }
 
 // organ: positions at rest, m.
@@ -14,6 +15,6 @@ export function linearLimit(provenance: Record<string, unknown>, organ: Float32A
   organ.forEach((x, i) => ((low[i % 3] = Math.min(low[i % 3], x)), (high[i % 3] = Math.max(high[i % 3], x))));
   const share = LARGEST_SHARE * Math.min(...high.map((x, d) => x - low[d])), own = Number(provenance.accuracy_linear_limit_mm) / 1000;
   const limit = own > 0 ? own : NOT_MEASURED;
-  if (share < limit) return { depth: share, measured: false, rule: "a tenth of the organ's smallest extent" };
-  return { depth: limit, measured: own > 0, rule: "not measured for this bundle" };
+  if (share < limit) return { depth: share, rule: "trust.thin" };
+  return { depth: limit, rule: own > 0 ? "trust.measured" : "trust.not-measured" };
 }

@@ -17,13 +17,17 @@ import { readScene } from "./scene_reader";
 import { fetched, megabytes, servedFiles } from "./served";
 import { ToolPointer } from "./tool_pointer";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
+import { chosenLanguage, count, decimal, fill, fixed, keepInAddress, offerLanguages, speak, word, type Key } from "./words";
 
 const SERVED = servedFiles();
 const STARTS_TASK = new URLSearchParams(location.search).get("task") === "nodule";
+const ELEMENTS = ["p1", "p1-anp", "p2-p0"];
 const QUIET = 400; // ms without a touch before effects are timed
 
 const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
 const isOn = (id: string) => byId<HTMLInputElement>(id).checked;
+
+type Opened = Extract<FromWorker, { type: "opened" }>;
 
 type State = "loading" | "ready" | "empty" | "error" | "unable";
 function state(now: State) {
@@ -32,19 +36,20 @@ function state(now: State) {
 }
 
 function begin() {
-  if (typeof WebAssembly !== "object") return unable("The browser has no WebAssembly, which computes the organ. Browsers have had it since 2017; it may be switched off.");
+  speak(chosenLanguage());
+  if (typeof WebAssembly !== "object") return unable("unable.webassembly");
   const canvas = byId<HTMLCanvasElement>("organ");
   let view: OrganView;
   try {
     view = new OrganView(canvas);
   } catch {
-    return unable("The browser has no WebGL, which draws the organ. WebGL may be switched off, or the browser may not trust the graphics driver.");
+    return unable("unable.webgl");
   }
   Object.assign(globalThis, { palpateViewer: new Viewer(canvas, view) }); // for scripts: see `shown`
 }
 
-function unable(why: string) {
-  byId("unable-text").textContent = why;
+function unable(why: Key) {
+  byId("unable-text").textContent = word(why);
   state("unable");
 }
 
@@ -52,9 +57,9 @@ class Viewer {
   private worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
   private plot = new ForcePlot(byId<HTMLCanvasElement>("plot"));
   private pointer: ToolPointer;
-  private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects));
+  private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects), true);
   effects: PageEffects = DEFAULT_EFFECTS;
-  private facts = ""; // of the bundle
+  private opening: Opened | null = null; // what the worker told of the bundle
   private mesh: Mesh | null = null;
   private fine: FineMesh | null = null; // what effects.fine draws
   private accepted: { effects: PageEffects; tool: ToolShape; fine: FineMesh | null } | null = null; // by the worker, to return to when it refuses others
@@ -100,7 +105,7 @@ class Viewer {
       },
     });
     this.worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
-    this.worker.addEventListener("error", (event) => this.refuse("The engine stopped", event.message || "It could not be started.", 0));
+    this.worker.addEventListener("error", (event) => this.refuse("error.stopped", event.message || word("error.stopped.about"), 0));
     this.connect(canvas);
     this.dress();
     this.fineFile = fetched(SERVED.finer);
@@ -123,8 +128,7 @@ class Viewer {
     if (message.type !== "refused") return; // the answers that Compare asks for
     if (message.what === "absent") return this.absent(message.name);
     if (message.what === "effects") return this.refuseEffects(message.message);
-    const title = message.what === "bundle" ? "This bundle cannot be used" : "The engine could not be started";
-    this.refuse(title, message.message, message.byteOffset);
+    this.refuse(message.what === "bundle" ? "error.bundle" : "error.runtime", message.message, message.byteOffset);
   }
 
   // ---- opening -------------------------------------------------------------------------------------------------------
@@ -134,16 +138,19 @@ class Viewer {
     const bar = byId<HTMLProgressElement>("progress");
     if (total) bar.value = done / total;
     else bar.removeAttribute("value");
-    byId("progress-text").textContent = total ? `${megabytes(done)} of ${megabytes(total)} MB` : `${megabytes(done)} MB`;
+    const values = { done: decimal(megabytes(done)), total: decimal(megabytes(total)) };
+    byId("progress-text").textContent = word(total ? "loading.progress" : "loading.done", values);
   }
 
   private absent(url: string) {
     state(this.opened ? "ready" : "empty");
-    if (SERVED.isNamed) this.tellUser(`${url}: the server has no such bundle. The page of organs lists those that it has.`);
+    if (SERVED.isNamed) this.tellUser(word("notice.absent", { url }));
   }
 
-  private async open({ mesh, nodules, info, provenance, bytes, simd }: Extract<FromWorker, { type: "opened" }>) {
+  private async open(opening: Opened) {
+    const { mesh, nodules, info, provenance } = opening;
     this.opened = true;
+    this.opening = opening;
     this.info = info;
     this.mesh = mesh;
     this.effects = DEFAULT_EFFECTS;
@@ -159,15 +166,6 @@ class Viewer {
     this.accepted = { effects: this.effects, tool: this.tool, fine: null };
     this.showEffects();
     this.task.open(nodules);
-    const name = String(provenance.organ ?? "organ");
-    byId("name").textContent = name;
-    document.title = `${name} – Palpate`;
-    // Soft supports hold without fixing a node, so that the held region does not show them.
-    const soft = Object.keys(provenance).flatMap((key) => /^(?:foundation|spring) (.+)$/.exec(key)?.[1] ?? []);
-    this.facts = [
-      `${info.nodeCount.toLocaleString("en")} vertices, ${info.touchableCount.toLocaleString("en")} touchable`,
-      provenance.boundary && `held: ${provenance.boundary}${soft.length ? ` (softly: ${soft.join(", ")})` : ""}`, provenance.element, `${megabytes(bytes)} MB`, simd ? "" : "without SIMD",
-    ].filter(Boolean).join(" · ");
     this.showFacts();
     const softSwitch = byId<HTMLInputElement>("show-soft");
     softSwitch.disabled = mesh.soft.length === 0;
@@ -186,10 +184,11 @@ class Viewer {
   // Restores what the page's address holds, where it was made with this bundle or for any bundle.
   private followLink() {
     const made = bundleOfLink(location.hash), now = this.pageState();
-    if (made && made !== now.bundle) this.tellUser("This link was made with another bundle: effects and view are the page's own.");
+    if (made && made !== now.bundle) this.tellUser(word("notice.other-link"));
     if (location.hash && (!made || made === now.bundle)) this.restore(stateOfLink(location.hash, now, (effect) => isAvailable(effect, this.info!, this.fine !== null)));
     this.link = linkOf(this.pageState());
     history.replaceState(history.state, "", this.link);
+    keepInAddress();
     this.showUndo();
   }
 
@@ -248,7 +247,7 @@ class Viewer {
     try {
       this.fine = readFineMesh(bytes, this.mesh!);
     } catch (error) {
-      return this.tellUser(`${name}: this finer surface cannot be used: ${(error as Error).message}`);
+      return this.tellUser(word("notice.fine-refused", { name, why: (error as Error).message }));
     }
     this.tellUser("");
     this.view.openFine(this.fine);
@@ -257,8 +256,18 @@ class Viewer {
   }
 
   private showFacts() {
-    const drawn = this.effects.fine && this.fine ? ` · drawn: ${(this.fine.triangles.length / 3).toLocaleString("en")} triangles` : "";
-    byId("facts").textContent = this.facts + drawn;
+    const { provenance, info, bytes, simd } = this.opening!, { boundary: where, element } = provenance;
+    const name = String(provenance.organ ?? word("page.organ-name"));
+    byId("name").textContent = name;
+    document.title = `${name} – Palpate`;
+    // Soft supports hold without fixing a node, so that the held region does not show them.
+    const soft = Object.keys(provenance).flatMap((key) => /^(?:foundation|spring) (.+)$/.exec(key)?.[1] ?? []).join(", ");
+    byId("facts").textContent = [
+      word("facts.nodes", { count: count(info.nodeCount), touchable: count(info.touchableCount) }),
+      where && word(soft ? "facts.held-softly" : "facts.held", { where: String(where), soft }),
+      ELEMENTS.includes(String(element)) ? word(`facts.element.${element}` as Key) : element, `${decimal(megabytes(bytes))} MB`, simd ? "" : word("facts.no-simd"),
+      this.effects.fine && this.fine ? word("facts.drawn", { count: count(this.fine.triangles.length / 3) }) : "",
+    ].filter(Boolean).join(" · ");
   }
 
   private showEffects() {
@@ -267,10 +276,11 @@ class Viewer {
     this.effectsPanel.open(this.effects, (effect) => isAvailable(effect, this.info!, this.fine !== null));
   }
 
-  private refuse(title: string, text: string, byteOffset: number) {
-    byId("error-title").textContent = title;
+  private refuse(title: Key, text: string, byteOffset: number) {
+    byId("error-title").dataset.words = title;
+    byId("error-title").textContent = word(title);
     byId("error-text").textContent = text;
-    byId("error-place").textContent = byteOffset ? `At byte ${byteOffset.toLocaleString("en")} of the file.` : "";
+    byId("error-place").textContent = byteOffset ? word("error.place", { byte: count(byteOffset) }) : "";
     byId("error-back").hidden = !this.opened;
     state("error");
   }
@@ -300,7 +310,7 @@ class Viewer {
       return this.openBundle(bundle);
     }
     const other = fine ?? path;
-    if (!this.opened) return other && this.tellUser(`${other.name} is a ${fine ? "finer surface of an organ" : "path over an organ"}: open a bundle first, or drop both together.`);
+    if (!this.opened) return other && this.tellUser(word(fine ? "notice.fine-first" : "notice.path-first", { name: other.name }));
     if (bytes) this.drawFine(fine!.name, await bytes);
     if (path) return this.playPath(path);
   }
@@ -309,7 +319,7 @@ class Viewer {
     this.progress(0, 0);
     byId("progress-text").textContent = file.name;
     const bytes = await file.arrayBuffer().catch(() => null);
-    if (!bytes) return this.refuse("This file cannot be read", `${file.name}: the browser could not read it; was it moved or changed?`, 0);
+    if (!bytes) return this.refuse("error.unreadable", word("error.unreadable.about", { name: file.name }), 0);
     this.tell({ type: "open", name: file.name, bytes }, [bytes]);
   }
 
@@ -333,16 +343,16 @@ class Viewer {
       checkPlaceOfPath(path, this.mesh!.positions);
       this.replay(path);
     } catch (error) {
-      this.tellUser(`${file.name}: ${(error as Error).message}`);
+      this.tellUser(word("notice.refused", { name: file.name, why: (error as Error).message }));
     }
   }
 
   // A scene file: its effects and its tools' disc become the page's.
   private playScene(text: string) {
     const { bundle, effects, tool, path } = readScene(text, this), open = hexadecimal(this.info!.identity);
-    if (bundle && bundle !== open) throw new Error(`recorded on the bundle ${bundle}; open is ${open}. Open that bundle first`);
+    if (bundle && bundle !== open) throw new Error(word("scene.other-bundle", { bundle, open }));
     const missing = EFFECT_LINES.find((line) => line.value(effects) !== line.value(DEFAULT_EFFECTS) && line.effect !== "fine" && !isAvailable(line.effect, this.info!, false));
-    if (missing) throw new Error(`the scene asks for "${missing.label}", for which this bundle has no data`);
+    if (missing) throw new Error(word("scene.no-data", { effect: word(`effect.${missing.effect}`) }));
     checkPlaceOfPath(path, this.mesh!.positions);
     this.tool = tool;
     this.changeEffects(effects);
@@ -365,7 +375,7 @@ class Viewer {
 
   private afterReplay(message: Extract<FromWorker, { type: "replayed" }>) {
     this.replayed = message;
-    if (!message.touched) this.tellUser(`The tool of this path never met the organ: it came within ${(1000 * message.nearest).toFixed(1)} mm of a vertex.`);
+    if (!message.touched) this.tellUser(word("notice.never-met", { away: fixed(1000 * message.nearest, 1) }));
   }
 
   private saveFile(saved: Extract<FromWorker, { type: "saved" }>) {
@@ -410,8 +420,29 @@ class Viewer {
     byId("keep").addEventListener("change", () => !isOn("keep") && this.letGo());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
     window.addEventListener("popstate", () => this.opened && this.followLink());
+    for (const mode of document.querySelectorAll('input[name="mode"]')) mode.addEventListener("change", () => this.showHint());
+    offerLanguages(() => this.translate());
     this.connectKeys(canvas);
     this.connectDrops();
+  }
+
+  // What the page's words cannot fill by themselves, in a language that the user has just chosen.
+  private translate() {
+    this.tellUser("");
+    this.showRecorded();
+    if (!this.opened) return;
+    this.showFacts();
+    this.showEffects();
+    this.measured = false;
+    this.task.show();
+    this.show();
+  }
+
+  private showHint() {
+    const hint = byId("hint");
+    hint.dataset.words = isOnRadio("pull") ? "hint.pull" : "hint.push";
+    hint.classList.remove("done");
+    fill(hint.parentElement!);
   }
 
   private letGo() {
@@ -446,13 +477,13 @@ class Viewer {
 
   private showRadius() {
     this.tool = { ...this.tool, discRadius: Number(byId<HTMLInputElement>("radius").value) / 1000 };
-    byId("radius-mm").textContent = `${1000 * this.tool.discRadius} mm`;
+    byId("radius-mm").textContent = `${decimal(1000 * this.tool.discRadius)} mm`;
   }
 
   private show() {
     const by = byId<HTMLSelectElement>("colour-by").value as ColourBy;
     this.tell({ type: "colour", by });
-    byId("legend-name").textContent = by === "dent" ? "Dent" : "Displacement";
+    byId("legend-name").textContent = word(by === "dent" ? "legend.dent" : "legend.displacement");
     this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), soft: isOn("show-soft"), touchable: isOn("show-touchable") });
     if (this.newest) this.view.move(this.newest.shape);
     byId("legend").hidden = by === "nothing";
@@ -511,32 +542,31 @@ class Viewer {
       const times = this.times[key];
       times.add(frame[key]);
       byId(id).textContent = threeDigits(times.median);
-      byId(`${id}-spread`).textContent = `${threeDigits(times.low)} to ${threeDigits(times.high)}`;
+      byId(`${id}-spread`).textContent = word("times.spread", { low: threeDigits(times.low), high: threeDigits(times.high) });
     }
     this.rate.add(frame.touches, frame.at);
     this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
     const words = flagWords(frame.flags);
-    if (frame.lost) words.push(`${frame.lost} touches left out: this device is too busy`);
+    if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
     if (words.length) this.flagged = true;
     if (tools.length && (words.length || this.flagged)) {
       this.tellUser(words.join("; "));
       this.flagged = words.length > 0;
     }
     this.showRecorded();
-    byId("touch-rate").textContent = frame.touches ? this.rate.words : "at rest";
+    byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
     byId("replay").toggleAttribute("disabled", frame.replaying);
     byId("most").textContent = brief(1000 * this.view.most);
     byId("middle").textContent = brief(500 * this.view.most);
-    byId("frame-ms").textContent = this.frames.median.toFixed(1);
-    byId("frame-rate").textContent = `${this.frames.rate.toFixed(0)} per s`;
+    byId("frame-ms").textContent = fixed(this.frames.median, 1);
+    byId("frame-rate").textContent = word("times.per-second", { count: this.frames.rate.toFixed(0) });
   }
 
   // What the forces are, and up to which depth they can be trusted.
   private showTrust(depth: number) {
     const { force, deformation } = this.effects, note = byId("trust"), { limit } = this;
     const linear = deformation !== "large" && force !== "response";
-    note.textContent = !linear || !limit ? (force === "response" ? "Force from the tissue's measured curve." : "")
-      : `Linear elasticity: ${limit.measured ? "5 % off" : "good"} ${limit.measured ? "at" : "up to"} ${brief(1000 * limit.depth)} mm ${limit.measured ? "(measured for this bundle)" : `(${limit.rule})`}.`;
+    note.textContent = linear && limit ? word(limit.rule, { depth: brief(1000 * limit.depth) }) : force === "response" ? word("trust.response") : "";
     note.classList.toggle("beyond", linear && !!limit && depth > limit.depth);
   }
 
@@ -548,9 +578,9 @@ class Viewer {
 
   // What Replay plays and the files hold.
   private showRecorded() {
-    const none = this.recordedSteps === 0, seconds = (this.recordedSteps / TOUCH_HZ).toFixed(1);
+    const none = this.recordedSteps === 0, seconds = fixed(this.recordedSteps / TOUCH_HZ, 1);
     for (const id of ["save-scene", "save-forces"]) byId<HTMLButtonElement>(id).disabled = none;
-    byId("recorded").textContent = none ? "Nothing to save yet: touch the organ, or play a path." : `The last touch: ${seconds} s.`;
+    byId("recorded").textContent = none ? word("files.nothing") : word("files.recorded", { seconds });
   }
 
   private measure() {
@@ -575,7 +605,7 @@ function compareAddress(effects: PageEffects, { discRadius }: ToolShape): string
 
 const hexadecimal = (identity: bigint) => identity.toString(16).padStart(16, "0");
 const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;
-const threeDigits = (value: number) => value.toFixed(value < 99.5 ? 1 : 0);
-const brief = (value: number) => String(Number(value.toPrecision(2)));
+const threeDigits = (value: number) => fixed(value, value < 99.5 ? 1 : 0);
+const brief = (value: number) => decimal(Number(value.toPrecision(2)));
 
 begin();

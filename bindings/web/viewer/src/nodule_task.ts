@@ -2,6 +2,7 @@
 // point of the surface above the nodule.
 import type { Vector } from "./messages";
 import type { Nodule } from "./nodules";
+import { fixed, word } from "./words";
 
 export interface Answer {
   nodule: Nodule; // the one whose point is nearest to the place
@@ -20,6 +21,7 @@ export class NoduleTask {
   private presses = 0;
   private last: Vector | null = null;
   private began = 0; // ms
+  private took = 0; // s
 
   constructor(private box: HTMLElement, private offer: HTMLElement, private events: TaskEvents) {
     offer.addEventListener("click", () => this.start());
@@ -70,24 +72,28 @@ export class NoduleTask {
   private here() {
     if (!this.last) return;
     this.answer = nearestNodule(this.nodules, this.last);
+    this.took = (performance.now() - this.began) / 1000;
     this.events.ended();
     this.events.show(this.nodules, this.answer);
     this.show();
   }
 
-  private show() {
+  show() {
     const { answer, presses } = this;
     this.part("here").hidden = !!answer;
     this.part("here").disabled = presses === 0;
     this.part("again").hidden = !answer;
-    this.box.querySelector("p")!.textContent = answer ? this.result(answer) : presses === 0 ? `Find the hidden nodule: ${this.nodules.length > 1 ? `${this.nodules.length} stiff nodules lie` : "a stiff nodule lies"} inside. Over a nodule, the same depth takes more force. Press to search.`
-      : `${counted(presses, "press", "presses")}. Is the place of the last one above a nodule?`;
+    this.box.querySelector("p")!.textContent = answer ? this.result(answer)
+      : presses ? word("task.ask", { presses: counted("presses", presses) })
+      : word(this.nodules.length > 1 ? "task.begin.many" : "task.begin.one", { count: this.nodules.length });
   }
 
   private result({ nodule: { centre, radius, above }, millimetres }: Answer): string {
-    const deep = 1000 * Math.max(0, distance(centre, above) - radius), seconds = (performance.now() - this.began) / 1000;
-    return `${millimetres.toFixed(1)} mm from the point above the nodule. The nodule is ${(2000 * radius).toFixed(0)} mm wide and lies ${deep.toFixed(0)} mm deep; the line leads to it from your place. ` +
-      `You took ${counted(this.presses, "press", "presses")} and ${counted(Math.round(seconds), "second", "seconds")}.`;
+    const deep = 1000 * Math.max(0, distance(centre, above) - radius);
+    return word("task.result", {
+      away: fixed(millimetres, 1), wide: fixed(2000 * radius, 0), deep: fixed(deep, 0),
+      presses: counted("presses", this.presses), seconds: counted("seconds", Math.round(this.took)),
+    });
   }
 }
 
@@ -97,4 +103,4 @@ export function nearestNodule(nodules: Nodule[], place: Vector): Answer {
 }
 
 const distance = (a: Vector, b: Vector) => Math.hypot(...a.map((x, d) => x - b[d]));
-const counted = (count: number, one: string, many: string) => `${count} ${count === 1 ? one : many}`;
+const counted = (what: "presses" | "seconds", count: number) => word(`task.${what}.${count === 1 ? "one" : "many"}`, { count });

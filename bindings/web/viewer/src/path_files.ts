@@ -1,5 +1,6 @@
 // Reads paths: the CSV that palpate-run reads (path_csv, in metres).
 import { TOOL_COUNT, TOUCH_HZ, type Path, type Vector } from "./messages";
+import { decimal, word } from "./words";
 
 export const LONGEST_PATH = 600; // s
 
@@ -12,15 +13,15 @@ export function pathOfFile(text: string): Path {
     const numbers = row.split(",").map(Number);
     if (numbers.length === 4 && numbers.every(Number.isFinite)) {
       const last = rows.at(-1);
-      if (last && !(numbers[0] > last[0])) throw new Error(`line ${index + 1}: expected a time after ${last[0]} s, found ${numbers[0]}`);
+      if (last && !(numbers[0] > last[0])) throw new Error(word("path.time", { line: index + 1, last: last[0], found: numbers[0] }));
       rows.push(numbers);
     } else if (rows.length > 0 || /^[-+.\d]/.test(row)) {
-      throw new Error(`line ${index + 1}: expected four numbers s, x, y, z, found "${row}"`);
+      throw new Error(word("path.row", { line: index + 1, found: row }));
     }
   });
-  if (!rows.length) throw new Error("expected rows of s, x, y, z, found none");
+  if (!rows.length) throw new Error(word("path.empty"));
   const duration = rows.at(-1)![0];
-  if (duration > LONGEST_PATH) throw new Error(`expected at most ${LONGEST_PATH} s, found ${duration} s`);
+  if (duration > LONGEST_PATH) throw new Error(word("path.long", { most: LONGEST_PATH, found: duration }));
   const steps = Math.floor(duration * TOUCH_HZ * (1 + 1e-9)) + 1;
   const path: Path = {
     steps, points: new Float64Array(3 * TOOL_COUNT * steps).fill(NaN), hold: new Uint8Array(TOOL_COUNT * steps),
@@ -54,8 +55,7 @@ export function checkPlaceOfPath({ points }: Path, organ: Float32Array) {
     nearestInMm = Math.min(nearestInMm, away(at, 1e-3));
   }
   if (nearest <= size) return;
-  const found = `expected a path in metres near the organ, found one that stays ${brief(nearest)} m away from it`;
-  throw new Error(nearestInMm <= size ? `${found}; its numbers fit in mm: divide them by 1000` : `${found}; is it of another organ, or in another frame?`);
+  throw new Error(word(nearestInMm <= size ? "path.away.mm" : "path.away", { away: brief(nearest) }));
 }
 
 function boxOf(points: Float32Array): [low: number[], high: number[]] {
@@ -67,7 +67,7 @@ function boxOf(points: Float32Array): [low: number[], high: number[]] {
   return [low, high];
 }
 
-const brief = (value: number) => String(Number(value.toPrecision(3)));
+const brief = (value: number) => decimal(Number(value.toPrecision(3)));
 
 // The step at which the path's tools are farthest, in sum, from where each of them came.
 export function farthestStep({ points, steps }: Path): number {

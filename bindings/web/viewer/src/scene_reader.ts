@@ -4,6 +4,7 @@ import { parse, TomlError } from "smol-toml";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS } from "./effects";
 import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type Path, type ToolShape, type Vector } from "./messages";
 import { alongRows, LONGEST_PATH } from "./path_files";
+import { word } from "./words";
 
 const UNITS: Record<string, number> = { m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6 };
 const DISCS: [number, number] = [0.002, 0.012]; // m: those of the page's slider
@@ -26,17 +27,17 @@ type Table = Record<string, unknown>;
 // Throws an Error that names the key. now: what the file does not hold.
 export function readScene(text: string, now: { effects: PageEffects; tool: ToolShape }): PlayedScene {
   const scene = parsed(text), unit = UNITS[String(scene.unit)];
-  refuseOthers("the scene", scene, TOP);
-  if (!unit) throw new Error(`unit: expected m, cm, mm or um, found ${shownAs(scene.unit)}`);
+  refuseOthers(word("scene.itself"), scene, TOP);
+  if (!unit) throw new Error(word("scene.unit", { found: shownAs(scene.unit) }));
   const rate = table(scene.rate, "rate");
-  if (Number(rate.touch ?? TOUCH_HZ) !== TOUCH_HZ) throw new Error(`[rate] touch: expected ${TOUCH_HZ}, at which this page touches, found ${shownAs(rate.touch)}`);
+  if (Number(rate.touch ?? TOUCH_HZ) !== TOUCH_HZ) throw new Error(word("scene.rate", { expected: TOUCH_HZ, found: shownAs(rate.touch) }));
   const tools = (Array.isArray(scene.tool) ? scene.tool : []).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, unit));
-  if (!tools.length) throw new Error("[[tool]]: expected one tool or more, found none");
+  if (!tools.length) throw new Error(word("scene.no-tool"));
   const radii = tools.map((tool) => tool.discRadius), frictions = tools.map((tool) => tool.friction);
-  if (new Set(radii).size > 1 || new Set(frictions).size > 1) throw new Error("[[tool]]: expected one disc_radius and one friction for all tools, found several");
+  if (new Set(radii).size > 1 || new Set(frictions).size > 1) throw new Error(word("scene.discs"));
   const [discRadius] = radii, effects = readEffects(table(scene.effects, "effects"), table(scene.relaxation, "relaxation"), discRadius > 0);
   if (effects.contact === "patch" && !(discRadius >= DISCS[0] && discRadius <= DISCS[1]))
-    throw new Error(`disc_radius: expected ${DISCS.map((r) => 1000 * r).join(" to ")} mm, which this page has, found ${1000 * discRadius} mm`);
+    throw new Error(word("scene.disc", { least: 1000 * DISCS[0], most: 1000 * DISCS[1], found: 1000 * discRadius }));
   return {
     bundle: /^# bundle ([0-9a-f]{16})$/m.exec(text)?.[1] ?? null, effects: { ...effects, fine: now.effects.fine },
     tool: { discRadius: discRadius || now.tool.discRadius, friction: effects.law === "coulomb" ? frictions[0] : now.tool.friction }, path: pathOf(tools),
@@ -47,7 +48,7 @@ function parsed(text: string): Table {
   try {
     return parse(text) as Table;
   } catch (error) {
-    if (error instanceof TomlError) throw new Error(`line ${error.line}: this is no TOML: ${error.message.split("\n")[0].replace(/^Invalid TOML document: /, "")}`);
+    if (error instanceof TomlError) throw new Error(word("scene.toml", { line: error.line, why: error.message.split("\n")[0].replace(/^Invalid TOML document: /, "") }));
     throw error;
   }
 }
@@ -58,13 +59,13 @@ function readEffects(given: Table, relaxation: Table, hasDisc: boolean): PageEff
   for (const [effect, value] of Object.entries(given)) {
     const choices = CHOICES[effect];
     if (choices ? !choices.includes(String(value)) : typeof value !== "boolean")
-      throw new Error(`[effects] ${effect}: expected ${choices ? choices.join(", ") : "true or false"}, which this page can show, found ${shownAs(value)}`);
+      throw new Error(word("scene.effect", { effect, expected: choices ? choices.join(", ") : word("scene.true-false"), found: shownAs(value) }));
     effects[effect] = value;
   }
   if (relaxation.terms !== undefined) {
     const terms = relaxation.terms as number[][];
     if (!Array.isArray(terms) || !terms.every((term) => Array.isArray(term) && term.length === 2 && term.every(Number.isFinite)))
-      throw new Error(`[relaxation] terms: expected rows such as [${BRAIN_RELAXATION[0].share}, ${BRAIN_RELAXATION[0].time}], found ${shownAs(terms)}`);
+      throw new Error(word("scene.terms", { example: `[${BRAIN_RELAXATION[0].share}, ${BRAIN_RELAXATION[0].time}]`, found: shownAs(terms) }));
     effects.relaxation = terms.map(([share, time]) => ({ share, time }));
   }
   return effects as PageEffects;
@@ -82,13 +83,13 @@ interface SceneTool {
 function readTool(given: Table, where: string, unit: number): SceneTool {
   refuseOthers(where, given, OF_TOOL);
   const points = given.points as number[][] | undefined, rows = given.path as number[][] | undefined;
-  if (points?.length !== 1 || !isRow(points[0], 3)) throw new Error(`${where} points: expected one point, such as [[0, 0, 0]], found ${shownAs(points)}`);
-  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(`${where} path: expected rows [s, x, y, z], found ${shownAs(rows)}`);
+  if (points?.length !== 1 || !isRow(points[0], 3)) throw new Error(word("scene.points", { where, found: shownAs(points) }));
+  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(word("scene.path", { where, found: shownAs(rows) }));
   const late = rows.findIndex((row, i) => i > 0 && !(row[0] > rows[i - 1][0]));
-  if (late > 0) throw new Error(`${where} path: expected a time after ${rows[late - 1][0]} s in row ${late + 1}, found ${rows[late][0]} s`);
-  if (rows.at(-1)![0] > LONGEST_PATH) throw new Error(`${where} path: expected at most ${LONGEST_PATH} s, found ${rows.at(-1)![0]} s`);
+  if (late > 0) throw new Error(word("scene.late", { where, last: rows[late - 1][0], row: late + 1, found: rows[late][0] }));
+  if (rows.at(-1)![0] > LONGEST_PATH) throw new Error(word("scene.long", { where, most: LONGEST_PATH, found: rows.at(-1)![0] }));
   const away = (given.away ?? []) as [number, number][];
-  if (!Array.isArray(away) || !away.every((row) => isRow(row, 2))) throw new Error(`${where} away: expected rows [from, until] in s, found ${shownAs(away)}`);
+  if (!Array.isArray(away) || !away.every((row) => isRow(row, 2))) throw new Error(word("scene.away", { where, found: shownAs(away) }));
   const offset = points[0];
   return {
     slot: Number(/^tool (\d)\b/.exec(String(given.name))?.[1] ?? 0) - 1, hold: given.hold === true, away,
@@ -109,7 +110,7 @@ function pathOf(tools: SceneTool[]): Path {
     }
     const isFree = (slot: number) => there.every(([step]) => Number.isNaN(path.points[3 * (TOOL_COUNT * step + slot)]));
     const slot = [tool.slot, ...Array.from({ length: TOOL_COUNT }, (_, t) => t)].find((one) => one >= 0 && one < TOOL_COUNT && isFree(one));
-    if (slot === undefined) throw new Error(`[[tool]]: expected at most ${TOOL_COUNT} tools at a time, which this page has, found more`);
+    if (slot === undefined) throw new Error(word("scene.many-tools", { most: TOOL_COUNT }));
     for (const [step, point] of there) {
       path.points.set(point, 3 * (TOOL_COUNT * step + slot));
       path.hold[TOOL_COUNT * step + slot] = tool.hold ? 1 : 0;
@@ -120,14 +121,14 @@ function pathOf(tools: SceneTool[]): Path {
 
 function table(value: unknown, name: string): Table {
   if (value === undefined) return {};
-  if (typeof value !== "object" || value === null || Array.isArray(value)) throw new Error(`${name}: expected a table, found ${shownAs(value)}`);
+  if (typeof value !== "object" || value === null || Array.isArray(value)) throw new Error(word("scene.table", { name, found: shownAs(value) }));
   return value as Table;
 }
 
 function refuseOthers(where: string, given: Table, known: string[]) {
   const other = Object.keys(given).find((key) => !known.includes(key));
-  if (other) throw new Error(`${where} has ${other}, which this page cannot play; palpate-run can`);
+  if (other) throw new Error(word("scene.cannot", { where, key: other }));
 }
 
 const isRow = (row: unknown, length: number): row is number[] => Array.isArray(row) && row.length === length && row.every((x) => typeof x === "number" && Number.isFinite(x));
-const shownAs = (value: unknown) => (value === undefined ? "nothing" : JSON.stringify(value, (_, x) => (typeof x === "bigint" ? Number(x) : x)).slice(0, 60));
+const shownAs = (value: unknown) => (value === undefined ? word("scene.nothing") : JSON.stringify(value, (_, x) => (typeof x === "bigint" ? Number(x) : x)).slice(0, 60));

@@ -1,6 +1,7 @@
 // The force and the depth of each tool: in the headline, and the force beside the tool's arrow. A tool has the same number and
 // colour here, in the plot and in three dimensions.
 import type { ToolFrame, Vector } from "./messages";
+import { fixed } from "./words";
 
 export const TOOL_COLOURS = ["--force", "--second"]; // of the style sheet
 
@@ -17,8 +18,8 @@ export class ToolReadout {
     this.rows.forEach(({ row, newtons, depth }, t) => {
       const tool = tools[t];
       row.hidden = !tool && (t > 0 || tools.some(Boolean));
-      newtons.textContent = tool ? length(tool.force).toFixed(2) : "0.00";
-      depth.textContent = tool ? (1000 * tool.depth).toFixed(1) : "0.0";
+      newtons.textContent = fixed(tool ? length(tool.force) : 0, 2);
+      depth.textContent = fixed(tool ? 1000 * tool.depth : 0, 1);
     });
   }
 
@@ -35,7 +36,7 @@ export function forceLabels(labels: HTMLElement, tools: (ToolFrame | null)[], pl
     label.hidden = !at || !tool;
     if (label.hidden) continue;
     label.style.color = `var(${colours[t]})`;
-    label.textContent = `${names[t]}: ${length(tool!.force).toFixed(2)} N`;
+    label.textContent = `${names[t]}: ${fixed(length(tool!.force), 2)} N`;
     label.style.transform = `translate(${at![0].toFixed(1)}px, ${at![1].toFixed(1)}px) translate(-50%, -110%)`;
   }
 }

@@ -1,0 +1,82 @@
+// The words that the viewer shows, in the page's language. Compare, the gallery and the accuracy page keep English, the language at the
+// start. A word may hold {places} for values, `code` and [keys].
+import de from "../words/de.json";
+import en from "../words/en.json";
+import { marked } from "../words/marked.js";
+
+export type Key = keyof typeof en;
+
+const LANGUAGES: Record<string, Record<Key, string>> = { en, de };
+const KEPT = "palpate-language"; // in localStorage
+const ATTRIBUTES = ["aria-label"];
+
+let language = "en";
+
+export function word(key: Key, values: Record<string, string | number> = {}): string {
+  return LANGUAGES[language][key].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
+}
+
+export const count = (value: number) => value.toLocaleString(language);
+// A number's digits with the language's decimal mark.
+export const decimal = (digits: string | number) => String(digits).replace(".", word("decimal"));
+export const fixed = (value: number, digits: number) => decimal(value.toFixed(digits));
+
+// Fills the elements that name a word: data-words="key" its content, data-words-aria-label="key" the attribute.
+export function fill(root: ParentNode) {
+  for (const element of root.querySelectorAll<HTMLElement>("[data-words]")) element.innerHTML = marked(word(element.dataset.words as Key));
+  for (const name of ATTRIBUTES)
+    for (const element of root.querySelectorAll(`[data-words-${name}]`)) element.setAttribute(name, word(element.getAttribute(`data-words-${name}`) as Key));
+}
+
+// The language of the address, else the one that was chosen here before, else the browser's, else English.
+export function chosenLanguage(): string {
+  const wanted = [new URLSearchParams(location.search).get("language"), kept(), ...navigator.languages.map((name) => name.split("-")[0])];
+  return wanted.find((name) => name !== null && Object.hasOwn(LANGUAGES, name)) ?? "en";
+}
+
+export function speak(name: string) {
+  document.documentElement.lang = language = name;
+  fill(document);
+}
+
+// Lists of languages in the page. chosen: after the user took another one, which the browser and the address then keep.
+export function offerLanguages(chosen: () => void) {
+  for (const list of document.querySelectorAll<HTMLSelectElement>("select.language")) {
+    list.append(...Object.entries(LANGUAGES).map(([name, words]) => Object.assign(new Option(words["language.name"], name), { lang: name })));
+    list.value = language;
+    list.addEventListener("change", () => {
+      speak(list.value);
+      keep(language);
+      for (const other of document.querySelectorAll<HTMLSelectElement>("select.language")) other.value = language;
+      chosen();
+    });
+  }
+}
+
+// Names the language in the address where the user chose it; other steps of the browser's history may name another one.
+export function keepInAddress() {
+  const address = new URL(location.href);
+  if (kept() !== language || address.searchParams.get("language") === language) return;
+  address.searchParams.set("language", language);
+  history.replaceState(history.state, "", address);
+}
+
+// A browser may forbid localStorage.
+function kept(): string | null {
+  try {
+    return localStorage.getItem(KEPT);
+  } catch {
+    return null;
+  }
+}
+
+function keep(name: string) {
+  try {
+    localStorage.setItem(KEPT, name);
+  } catch {
+    // The address keeps it.
+  }
+  const address = new URL(location.href);
+  address.searchParams.set("language", name);
+  history.replaceState(history.state, "", address);
+}

@@ -1,0 +1,87 @@
+// node words_test.mjs VIEWER_FOLDER: the words of the viewer's page. Each language has the same keys and the same places for values; the
+// page and its source hold no other text that a user sees; each control has its sentence.
+import assert from "node:assert/strict";
+import { existsSync, readdirSync, readFileSync } from "node:fs";
+import { test } from "node:test";
+
+const viewer = process.argv[2];
+const languages = Object.fromEntries(readdirSync(`${viewer}/words`).filter((name) => name.endsWith(".json"))
+  .map((name) => [name.slice(0, -5), JSON.parse(readFileSync(`${viewer}/words/${name}`, "utf8"))]));
+const { en } = languages, html = readFileSync(`${viewer}/index.html`, "utf8").replace(/<!--[^]*?-->/g, "");
+const SAME_EVERYWHERE = /^(Palpate|\d*(\.\d+)?|–|\d* ?(N|mm|µs|ms|Hz))$/;
+
+// The page's own source: main.ts and what it imports, without comments.
+function sources(name = "main", found = new Map()) {
+  const file = `${viewer}/src/${name}.ts`;
+  if (found.has(name) || !existsSync(file)) return found;
+  const text = readFileSync(file, "utf8").replace(/\/\*[^]*?\*\//g, "").replace(/(^|\s)\/\/.*$/gm, "$1");
+  found.set(name, text);
+  for (const [, other] of text.matchAll(/^import (?!type ).* from "\.\/(\w+)"/gm)) sources(other, found);
+  return found;
+}
+
+// Literals of a text. A value in a template becomes {}.
+const literals = (text) => [...text.matchAll(/"((?:[^"\\\n]|\\.)*)"|`((?:[^`\\]|\\.)*)`/g)].map((m) => m[1] ?? withoutValues(m[2]));
+function withoutValues(template) {
+  let text = "", depth = 0;
+  for (const piece of template.split(/(\$?\{|\})/)) {
+    if (piece.endsWith("{") && depth++ === 0) text += "{}";
+    else if (piece === "}") --depth;
+    else if (depth === 0) text += piece;
+  }
+  return text;
+}
+
+// Two words in a row are a sentence for users, apart from shaders, fonts and CSS; and so is a word that is given to the user directly.
+const NOT_SHOWN = /#include|vec4|system-ui|linear-gradient|^[\w-]+ [#.\[]|^translate|\[data-|^\(prefers-/;
+const sentences = (text) => literals(text).filter((one) => /\p{L}{2,}[,;:]? \p{L}{2,}/u.test(one) && !NOT_SHOWN.test(one));
+const GIVEN = /(?:\.(?:textContent|innerText|title|ariaLabel) = |tellUser\(|new Option\(|Error\(|"aria-label", |fillText\()(["`][^"`]*["`])/g;
+const given = (text) => [...text.matchAll(GIVEN)].map(([, one]) => one.slice(1, -1).replace(/\$\{.*?\}+/g, "")).filter((one) => /\p{L}{2,}/u.test(one.replace(/Palpate|\bmm\b/g, "")));
+
+test("each language has the same keys, with the same places for values, and no empty word", () => {
+  assert.ok(Object.keys(languages).length >= 2);
+  const places = (word) => [...word.matchAll(/\{\w+\}/g)].map(([place]) => place).sort();
+  for (const [name, words] of Object.entries(languages)) {
+    assert.deepEqual(Object.keys(words), Object.keys(en), `${name}.json`);
+    for (const [key, word] of Object.entries(words)) {
+      assert.ok(word.trim(), `${name}.json: ${key} is empty`);
+      assert.deepEqual(places(word), places(en[key]), `${name}.json: ${key}`);
+    }
+  }
+});
+
+test("the page's HTML shows words alone", () => {
+  const texts = html.slice(html.indexOf("<body")).split(/<[^>]*>/).map((text) => text.trim()).filter((text) => !SAME_EVERYWHERE.test(text));
+  assert.deepEqual(texts, []);
+  assert.deepEqual([...html.matchAll(/ (?:title|aria-label|placeholder|alt)="[^"]*"/g)].map(([attribute]) => attribute), []);
+});
+
+test("the page's source shows words alone", () => {
+  const found = sources();
+  assert.ok(found.size > 15, "the page's files are found");
+  for (const [name, text] of found) assert.deepEqual([...sentences(text), ...given(text)], [], `${name}.ts`);
+});
+
+test("the search for text in the source finds some", () => {
+  assert.deepEqual(sentences('say("a whole sentence"); say(`${n} of them are here`); use("key")'), ["a whole sentence", "{} of them are here"]);
+  assert.deepEqual(given('a.textContent = "Dent"; b.title = `${x} newtons`; throw new Error("wrong")'), ["Dent", " newtons", "wrong"]);
+});
+
+test("the page's words exist, and each word is used", () => {
+  const source = [...sources().values()].join("\n");
+  const named = [...html.matchAll(/ data-words(?:-[\w-]+)?="([^"]*)"/g)].map(([, key]) => key);
+  for (const key of [...named, ...[...source.matchAll(/\bword\("([^"]*)"/g)].map(([, key]) => key)]) assert.ok(key in en, `no word ${key}`);
+  const used = new Set([...named, ...literals(source)]), begun = literals(source).filter((one) => /^[a-z]+\..*\{\}/.test(one)).map((one) => one.split("{}")[0]);
+  assert.deepEqual(Object.keys(en).filter((key) => !used.has(key) && !begun.some((start) => key.startsWith(start))), []);
+});
+
+test("each effect has a name, a term and a sentence; each control of the page has its sentence", () => {
+  const effects = [...readFileSync(`${viewer}/src/effects.ts`, "utf8").matchAll(/^ {4}effect: "(\w+)"/gm)].map(([, effect]) => effect);
+  assert.ok(effects.length >= 10);
+  for (const effect of effects) for (const part of ["", ".term", ".about"]) assert.ok(`effect.${effect}${part}` in en, `effect.${effect}${part}`);
+  const controls = html.match(/<aside[^]*<\/aside>/)[0].split(/<div class="control">|(?=<div><(?:a|button))/).filter((part) => /<(input|select|button|a) /.test(part));
+  assert.ok(controls.length >= 12);
+  for (const control of controls) assert.match(control, /class="about" data-words=/);
+  for (const [, name] of html.match(/<div id="corner">[^]*<\/section>/)[0].matchAll(/data-words="tool\.(\w+)"><\/(?:span|button)>/g))
+    if (name !== "more") assert.match(html, new RegExp(`<dd data-words="tool.${name}.about">`));
+});
