@@ -55,6 +55,11 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE;
 }
 
+// The same body is solved beside the touch, which goes on from the solutions by the linear response.
+[[maybe_unused]] static bool deforms_beside(const palpate_scene_def& def) {
+  return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE_BESIDE;
+}
+
 // A touch step tells each contact, and what began and ended.
 [[maybe_unused]] static bool reports_contacts(const palpate_scene_def& def) {
   return kHasEffects && def.report != PALPATE_REPORT_OFF;

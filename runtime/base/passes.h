@@ -18,6 +18,7 @@ enum class Pass : std::int32_t {
   relaxation,
   output,
   report,
+  deform,
   superposition,
   radial,
   positions,

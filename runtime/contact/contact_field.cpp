@@ -1,6 +1,7 @@
 #include "runtime/contact/contact_field.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 namespace {
@@ -41,6 +42,7 @@ bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t 
   if (!create_known(memory, layer.known)) return false;
   memory.keep(layer.count);
   memory.keep(layer.contact_count);
+  memory.keep(layer.adds);
   memory.keep_array(layer.nodes, count, layer.count);
   memory.keep_array(layer.modified, count, layer.count);
   memory.keep_array(layer.force, count, layer.count);
@@ -70,7 +72,8 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
       !create_layer(memory, layer_[0], node_capacity, contact_capacity) ||
       !create_layer(memory, layer_[1], node_capacity, contact_capacity))
     return false;
-  for (double* norm : {&norm_, &norm_before_, &path_, &path_set_, &path_before_}) memory.keep(*norm);
+  for (double* norm : {&norm_, &norm_before_, &linear_norm_, &linear_norm_before_, &path_, &path_set_, &path_before_})
+    memory.keep(*norm);
   forget();
   return true;
 }
@@ -95,13 +98,13 @@ void ContactField::find_rows(Layer& layer) const {
 void ContactField::forget() {
   if (body_) return body_->forget();
   for (Layer& layer : layer_) {
-    layer.count = layer.contact_count = 0;
+    layer.count = layer.contact_count = layer.adds = 0;
     forget_nodes(layer.known);
     expect(layer.known, 0, false);
   }
   without_tool_ = without_point_ = -1;
   solver_ = nullptr;
-  norm_ = norm_before_ = path_ = path_set_ = path_before_ = 0;
+  norm_ = norm_before_ = linear_norm_ = linear_norm_before_ = path_ = path_set_ = path_before_ = 0;
 }
 
 void ContactField::forget_nodes(Known& known) const {
@@ -123,17 +126,19 @@ Vec3 ContactField::keep(Known& known, std::int32_t node, Vec3 u) {
 }
 
 // A node that was not evaluated costs its rows; where it is one too many, all nodes are evaluated.
-template <class Evaluate>
-Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate) const {
+template <class Evaluate, class Added>
+Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate,
+                          Added added) const {
   if (is_known(known, node)) return known.at[node];
-  if (are_many(known) && !tensors_.compliance) return evaluate_all(known, rows, work) ? known.at[node] : Vec3{};
+  if (are_many(known) && !tensors_.compliance) return evaluate_all(known, rows, work, added) ? known.at[node] : Vec3{};
   if (!work->take(operations_at_node(rows.count / 3))) return {};
   ++known.count;
-  return keep(known, node, evaluate());
+  return keep(known, node, evaluate() + added(node));
 }
 
 // Those that are known stay. False where the query ends.
-bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work) const {
+template <class Added>
+bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work, Added added) const {
   if (!work->take(surface_nodes_ * operations_in_run(rows.count / 3))) return false;
   known.count = surface_nodes_ + 1;
   double run[3 * kRun];
@@ -141,15 +146,15 @@ bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work)
     const std::int32_t nodes = std::min(kRun, surface_nodes_ - first);
     tensors_.surface.sum_at_run(rows.row, rows.coefficient, rows.count, first, nodes, run);
     for (std::int32_t n = 0; n < nodes; ++n)
-      if (!is_known(known, first + n)) keep(known, first + n, load3(run + 3 * n));
+      if (!is_known(known, first + n)) keep(known, first + n, load3(run + 3 * n) + added(first + n));
   }
   return true;
 }
 
 void ContactField::swap_layers() {
   std::swap(layer_[0], layer_[1]);
-  norm_before_ = norm_, path_before_ = path_set_;
-  now_->count = now_->contact_count = 0;
+  norm_before_ = norm_, linear_norm_before_ = linear_norm_, path_before_ = path_set_;
+  now_->count = now_->contact_count = now_->adds = 0;
   forget_nodes(now_->known);
   without_tool_ = without_point_ = -1;
 }
@@ -157,7 +162,7 @@ void ContactField::swap_layers() {
 void ContactField::set_rest() {
   swap_layers();
   solver_ = nullptr;
-  norm_ = 0, path_ += norm_before_;
+  norm_ = linear_norm_ = 0, path_ += norm_before_;
   path_set_ = path_;
 }
 
@@ -175,12 +180,15 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   find_rows(now);
   const ReactionNorms norms = solver->measure_norms(set, norms_);
   *work += norms.operations;
-  norm_ = norms.whole;
+  norm_ = linear_norm_ = norms.whole;
   gather_contacts(set, norms_);
+  if (added_ && now.count > 0) share_added_field();
   remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
   double change = std::min(measure_contacts(norms.change_of_kept, work), norm_before_ + norm_);
   if (change > norms.change_of_kept) change = std::min(change, measure_whole_change(work));
+  if (now.adds && before_->adds) change += added_->change() / reach_;
+  if (now.adds != before_->adds) change = norm_before_ + norm_;
   path_ += change;
   path_set_ = path_;
 }
@@ -193,20 +201,41 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
     Contact* last = now.contact_count > 0 ? &now.contacts[now.contact_count - 1] : nullptr;
     if (!last || last->tool != constraint.tool || last->point != constraint.point) {
       last = &now.contacts[now.contact_count++];
-      *last = {constraint.tool, constraint.point, constraint.first_node, constraint.first_node, 0, 0, 0, true, {}};
+      *last = {
+          constraint.tool, constraint.point, constraint.first_node, constraint.first_node, 0, 0, 0, 1, 0, 0, true, {}};
     }
     last->last = constraint.first_node + constraint.node_count;
     last->own += each[p].own;
     last->own_change += each[p].own_change;
-    last->without += each[p].work;  // for now: the work of its reactions
+    last->work += each[p].work;
     last->kept = last->kept && each[p].kept;
   }
   // |f - g|^2 = |f|^2 - 2 f C g + |g|^2 in the norm of energy.
   for (std::int32_t c = 0; c < now.contact_count; ++c) {
     Contact& contact = now.contacts[c];
-    const double squared = norm_ * norm_ - 2 * contact.without + contact.own * contact.own;
+    const double squared = norm_ * norm_ - 2 * contact.work + contact.own * contact.own;
     contact.without =
         now.contact_count == 1 ? 0 : std::min(norm_ + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * norm_);
+  }
+}
+
+// What each contact makes of the added field, and what that adds to the norms.
+void ContactField::share_added_field() {
+  // Bounds of the ratio: where the two fields point apart, it has no meaning.
+  constexpr double least = 0.25, most = 4;
+  Layer& now = *now_;
+  now.adds = 1;
+  const double longest = added_->longest() / reach_;
+  norm_ += longest;
+  for (std::int32_t c = 0; c < now.contact_count; ++c) {
+    Contact& contact = now.contacts[c];
+    double beside = 0;  // J, of the contact's forces
+    for (std::int32_t e = contact.first; e < contact.last; ++e)
+      beside += dot(now.force[e], added_->now(now.nodes[e].node));
+    contact.ratio = contact.work > 0 ? std::clamp((contact.work + beside) / contact.work, least, most) : 1;
+    if (now.contact_count > 1) contact.without += longest + std::fabs(contact.ratio - 1) * contact.own;
+    const Contact* const before = find(*before_, contact.tool, contact.point);
+    if (before) contact.ratio_change = std::fabs(contact.ratio - before->ratio) * before->own;
   }
 }
 
@@ -219,7 +248,8 @@ void ContactField::remember_held_nodes(const ContactConstraints& set, const Cons
     if (constraint.node_count != 1 || held.weight != 1 || constraint.axes != all_axes) continue;
     const Vec3 along = each[p].displacement;
     if (is_known(now_->known, held.node)) continue;
-    keep(now_->known, held.node, constraint.framed ? transposed_times(constraint.frame, along) : along);
+    keep(now_->known, held.node,
+         (constraint.framed ? transposed_times(constraint.frame, along) : along) + added_at(*now_, held.node));
   }
 }
 
@@ -278,10 +308,11 @@ double ContactField::measure_whole_change(Operations* work) {
   QueryWork queries;
   queries.limit(kMostMeasuring);
   for (std::int32_t e = 0; e < now_->count; ++e)
-    between += dot(now_->force[e], before_at_node(now_->nodes[e].node, &queries));
+    between +=
+        dot(now_->force[e], before_at_node(now_->nodes[e].node, &queries) - added_at(*before_, now_->nodes[e].node));
   *work += queries.done();
   if (queries.ended()) return INFINITY;
-  return norm_of_difference(norm_, norm_before_, between);
+  return norm_of_difference(linear_norm_, linear_norm_before_, between);
 }
 
 const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t tool, std::int32_t point) {
@@ -294,7 +325,8 @@ const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t
 double ContactField::own_norm(std::int32_t tool, std::int32_t point) const {
   if (body_) return body_->own_norm(tool, point);
   const Contact* contact = find(*now_, tool, point);
-  return contact ? contact->own : 0;
+  if (contact && now_->adds && now_->contact_count == 1) return norm_;
+  return contact ? contact->ratio * contact->own : 0;
 }
 
 double ContactField::norm_without(std::int32_t tool, std::int32_t point) const {
@@ -306,7 +338,7 @@ double ContactField::norm_without(std::int32_t tool, std::int32_t point) const {
 double ContactField::last_change_without(std::int32_t tool, std::int32_t point) const {
   if (body_) return body_->last_change_without(tool, point);
   const Contact *now = find(*now_, tool, point), *before = find(*before_, tool, point);
-  const double own = now ? now->own_change : before ? before->own : 0;
+  const double own = now ? now->ratio * now->own_change + now->ratio_change : before ? before->ratio * before->own : 0;
   return std::min(last_change() + own, (now ? now->without : norm_) + (before ? before->without : norm_before_));
 }
 
@@ -323,14 +355,19 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
   if (body_) return body_->drop(tool, point);
   Contact* own = const_cast<Contact*>(find(*now_, tool, point));
   if (!own) return;
+  const double gone = own_norm(tool, point), left = 1 - own->ratio;  // of its linear part
   for (std::int32_t e = own->first; e < own->last; ++e) {
-    now_->modified[e] = now_->force[e] = Vec3{};
-    for (int j = 0; j < 3; ++j) now_->coefficient[3 * e + j] = 0;
+    now_->modified[e] = left == 0 ? Vec3{} : left * now_->modified[e];
+    now_->force[e] = left == 0 ? Vec3{} : left * now_->force[e];
+    for (int j = 0; j < 3; ++j) now_->coefficient[3 * e + j] = left == 0 ? 0 : left * now_->coefficient[3 * e + j];
   }
-  path_ += own->own;
+  if (now_->contact_count == 1) now_->adds = 0;
+  path_ += gone;
   norm_ = own->without;
-  for (std::int32_t c = 0; c < now_->contact_count; ++c) now_->contacts[c].without += own->own;
-  own->own = own->own_change = 0;
+  linear_norm_ = left == 0 ? norm_ : linear_norm_ + own->ratio * own->own;
+  for (std::int32_t c = 0; c < now_->contact_count; ++c) now_->contacts[c].without += gone;
+  own->own *= std::fabs(left);
+  own->own_change = own->ratio_change = 0, own->ratio = 1;
   solver_ = nullptr;
   forget_nodes(now_->known);
   without_tool_ = without_point_ = -1;
@@ -345,19 +382,34 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operat
   for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
     predicted_coefficient_[r] =
         predicted_[r / 3][r % 3] * static_cast<double>(tensors_.surface.row_scale(now_->nodes[r / 3].column, r % 3));
+  predicted_own_ = find(*now_, tool, point);
+  if (now_->adds && now_->contact_count > 1) {
+    const double beside = std::fabs(predicted_own_->ratio - 1) * predicted_own_->own;
+    predicted_norm_ += added_->longest() / reach_ + beside, predicted_apart_ += beside;
+  } else if (now_->adds) {
+    predicted_norm_ = 0, predicted_apart_ = norm_;
+  }
   return true;
 }
 
 Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->predicted_at_node(node, work);
-  return recall(known_predicted_, node, {now_->row, predicted_coefficient_, 3 * now_->count}, work, [&] {
-    if (!tensors_.compliance)
-      return tensors_.surface.sum_at_node(now_->row, predicted_coefficient_, 3 * now_->count, node);
-    Vec3 sum;
-    for (std::int32_t e = 0; e < now_->count; ++e)
-      sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
-    return sum;
-  });
+  if (now_->adds && now_->contact_count == 1) return {};
+  return recall(
+      known_predicted_, node, {now_->row, predicted_coefficient_, 3 * now_->count}, work,
+      [&] {
+        if (!tensors_.compliance)
+          return tensors_.surface.sum_at_node(now_->row, predicted_coefficient_, 3 * now_->count, node);
+        Vec3 sum;
+        for (std::int32_t e = 0; e < now_->count; ++e)
+          sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
+        return sum;
+      },
+      [&](std::int32_t n) {
+        if (!now_->adds) return Vec3{};
+        return added_->now(n) -
+               (predicted_own_->ratio - 1) * sum(*now_, predicted_own_->first, predicted_own_->last, n);
+      });
 }
 
 // Displacement of a surface node by the contact nodes first .. last - 1.
@@ -372,8 +424,9 @@ Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
   if (layer.count == 0) return {};
-  return recall(layer.known, node, {layer.row, layer.coefficient, 3 * layer.count}, work,
-                [&] { return sum(layer, 0, layer.count, node); });
+  return recall(
+      layer.known, node, {layer.row, layer.coefficient, 3 * layer.count}, work,
+      [&] { return sum(layer, 0, layer.count, node); }, [&](std::int32_t n) { return added_at(layer, n); });
 }
 
 Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
@@ -400,7 +453,8 @@ Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::in
   if (is_known(known_without_, node)) return known_without_.at[node];
   const Vec3 all = at_node(node, work);
   if (!work->take(operations_at_node(without_->last - without_->first))) return {};
-  return keep(known_without_, node, all - sum(*now_, without_->first, without_->last, node));
+  const Vec3 linear = sum(*now_, without_->first, without_->last, node);
+  return keep(known_without_, node, all - (without_->ratio == 1 ? linear : without_->ratio * linear));
 }
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/tensors.h"
+#include "runtime/contact/added_field.h"
 #include "runtime/contact/body_field.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/surface/surface_tree.h"
@@ -23,6 +24,10 @@ class ContactField {
               std::int32_t surface_nodes);
   // Under large deformation, in place of create(): `body` answers all that is asked. borrowed.
   void follow(BodyField* body) { body_ = body; }
+  // Beside create(): what `added` has adds to the contacts' field, while there are contacts. A contact that is alone makes all of it. Of
+  // several, each makes as many times its own linear part as its nodes move, along its forces, farther than the linear field moves
+  // them. reach: m / sqrt(J), the same for all nodes. borrowed.
+  void add(const AddedField* added, double reach) { added_ = added, reach_ = reach; }
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
   void restored(const Tensors& tensors, ContactSolver* solver);
@@ -74,8 +79,11 @@ class ContactField {
   struct Contact {
     std::int32_t tool, point, first, last;  // its contact nodes
     double own, without, own_change;        // sqrt(J)
-    bool kept;                              // its rows are those of the step before
-    bool unused[7];                         // in the place of padding, which a saved state would hold
+    // Of what it makes to its linear part, whose norms the others are; 1 without an added field. And what its change adds to own_change.
+    double ratio, ratio_change;
+    double work;     // J, of its forces on the linear field
+    bool kept;       // its rows are those of the step before
+    bool unused[7];  // in the place of padding, which a saved state would hold
   };
   // Displacements that were evaluated since the last forget().
   struct Known {
@@ -99,6 +107,7 @@ class ContactField {
     double* coefficient;  // [nodes][3] m, of each row
     Contact* contacts;    // ascending by tool and point
     std::int32_t count, contact_count;
+    std::int32_t adds;  // the added field counts: its step's in the layer of now, the one before in the other
     Known known;
   };
   bool create_known(SceneMemory& memory, Known& known) const;
@@ -107,14 +116,21 @@ class ContactField {
   void swap_layers();
   void forget_nodes(Known& known) const;
   static Vec3 keep(Known& known, std::int32_t node, Vec3 u);
-  template <class Evaluate>
-  Vec3 recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate) const;
+  // added(node): m, beside the rows.
+  template <class Evaluate, class Added>
+  Vec3 recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate, Added added) const;
   static bool is_known(const Known& known, std::int32_t node) { return known.stamp[node] == known.now; }
   Vec3 evaluate_at_node(std::int32_t node, QueryWork* work);
   static bool are_many(const Known& known) { return known.count > known.few; }
   bool are_all(const Known& known) const { return known.count > surface_nodes_; }
   void expect(Known& known, std::int32_t contact_nodes, bool many) const;
-  bool evaluate_all(Known& known, const Rows& rows, QueryWork* work) const;
+  template <class Added>
+  bool evaluate_all(Known& known, const Rows& rows, QueryWork* work, Added added) const;
+  Vec3 added_at(const Layer& layer, std::int32_t node) const {
+    if (!layer.adds) return {};
+    return &layer == now_ ? added_->now(node) : added_->before(node);
+  }
+  void share_added_field();
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
@@ -126,6 +142,8 @@ class ContactField {
   Vec3 known_at(Layer& layer, std::int32_t node, QueryWork* work) const;
 
   BodyField* body_ = nullptr;  // under large deformation
+  const AddedField* added_ = nullptr;
+  double reach_ = 1;
   Tensors tensors_;
   Layer layer_[2] = {};
   Layer *const now_ = layer_, *const before_ = layer_ + 1;
@@ -135,10 +153,12 @@ class ContactField {
   Known known_without_ = {}, known_predicted_ = {};
   std::int32_t without_tool_ = -1, without_point_ = -1;
   const Contact* without_ = nullptr;
-  ConstraintNorms* norms_ = nullptr;  // [contact_capacity]
-  ContactSolver* solver_ = nullptr;   // nullptr after drop()
+  const Contact* predicted_own_ = nullptr;  // the contact that predict_without() takes away
+  ConstraintNorms* norms_ = nullptr;        // [contact_capacity]
+  ContactSolver* solver_ = nullptr;         // nullptr after drop()
   std::int32_t surface_nodes_ = 0;
   double norm_ = 0, norm_before_ = 0, predicted_norm_ = 0, predicted_apart_ = 0;
+  double linear_norm_ = 0, linear_norm_before_ = 0;   // of the contacts' field, without the added one
   double path_ = 0, path_set_ = 0, path_before_ = 0;  // now; after the last set(); after the one before
 };
 

@@ -6,8 +6,9 @@
 namespace palpate {
 
 bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, const double* position,
-                           const std::int32_t* triangles, const FineSurface* fine, const BodyField* body) {
-  position_ = position, triangles_ = triangles, fine_ = fine, body_ = body;
+                           const std::int32_t* triangles, const FineSurface* fine, const BodyField* body,
+                           const AddedField* added) {
+  position_ = position, triangles_ = triangles, fine_ = fine, body_ = body, added_ = added;
   max_tools_ = def.max_tools, max_points_ = def.max_points;
   const std::size_t points = static_cast<std::size_t>(def.max_points),
                     nodes = static_cast<std::size_t>(def.max_contact_nodes);
@@ -105,7 +106,9 @@ Vec3 ContactReport::displacement(const Loads& loads, std::int32_t node) const {
 ContactReport::Corner ContactReport::corner_of(std::int32_t node) const {
   QueryWork work;
   if (body_) return {at_rest(node), body_->at_node(node, &work), body_->last_at_node(node)};
-  return {at_rest(node), displacement(now_, node), displacement(before_, node)};
+  Corner corner = {at_rest(node), displacement(now_, node), displacement(before_, node)};
+  if (added_) corner.now += added_->now(node), corner.before += added_->before(node);
+  return corner;
 }
 
 // The nodes around the three vertices are mostly the same: each of them is evaluated once.

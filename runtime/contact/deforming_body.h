@@ -58,6 +58,8 @@ class DeformingBody {
   void write_field(std::int32_t count, float* out) const {
     for (std::int32_t n = 0; n < count; ++n) solver_.displacement(n, out + 3 * static_cast<std::int64_t>(n));
   }
+  // The same, less the linear response to the forces of the last solve().
+  void write_beyond_linear(std::int32_t count, float* out) { solver_.write_beyond_linear(force_, count, out); }
   Vec3 displacement(std::int32_t node) const {
     float u[3];
     solver_.displacement(node, u);

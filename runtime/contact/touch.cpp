@@ -286,8 +286,28 @@ class Touch {
     if (contacts_may_give_way(context_.def) && !deformed_.failed) move_slipped_anchors();
   }
 
+  // Large deformation beside the touch: the constraints as the linear organ is to hold them.
+  const ContactConstraints& take_solution() {
+    bool fresh = false;
+    const ContactConstraints& set = touch_state_.beside.take(touch_state_.rows.set(), &fresh);
+    const BodyBeside::Told& told = touch_state_.beside.told();
+    renewals_ = 0;
+    for (std::int32_t p = 0; fresh && p < set.constraint_count; ++p)
+      if (set.constraints[p].framed) count_renewal();
+    std::uint32_t flags = 0;
+    if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
+    if (told.cut || told.unfinished || touch_state_.beside.behind() > BodyBeside::kBehind)
+      flags |= PALPATE_STEP_DEFORMATION_BEHIND;
+    flags_ |= flags;
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
+      if (tools_[t].contacts > 0) touch_state_.input.tool(t).flags |= flags;
+    deformed_.steps = told.steps, deformed_.residual = told.residual, deformed_.least_volume = told.least_volume;
+    return set;
+  }
+
   void solve() {
-    const ContactConstraints& set = touch_state_.rows.set();
+    const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : touch_state_.rows.set();
+    acting_ = &set;
     const ContactSolver::Outcome outcome =
         touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified, &touch_state_.work);
     std::uint32_t flag = 0;
@@ -357,8 +377,8 @@ class Touch {
   Vec3 left_behind(std::int32_t p) const {
     const ContactConstraint& constraint = touch_state_.rows.set().constraints[p];
     const ContactConstraints& set = touch_state_.rows.set();
-    const Vec3 missed =
-                   deforms_largely(context_.def) ? touch_state_.body.missed(p) : touch_state_.solver.missed(set, p),
+    const Vec3 missed = deforms_largely(context_.def) ? touch_state_.body.missed(p)
+                                                      : touch_state_.solver.missed(*acting_, p),
                target = set.target[p];
     double share = constraint.share;
     // Where contacts conflict or the law is missed, the surface may be anywhere: the anchor moves no farther than the tool is from
@@ -398,6 +418,9 @@ class Touch {
     const ContactConstraints& set = touch_state_.rows.set();
     lay_out_contacts(out_, touch_state_.input.sent(), set.node_count, touch_state_.field_nodes);
     if (deforms_largely(context_.def)) touch_state_.body.write_field(touch_state_.field_nodes, field_behind(out_));
+    if (deforms_beside(context_.def))
+      std::copy_n(touch_state_.beside.added().all(), 3 * static_cast<std::size_t>(touch_state_.field_nodes),
+                  field_behind(out_));
     out_.deformation_steps = deformed_.steps, out_.reserved = 0;
     out_.deformation_residual = deformed_.residual, out_.least_volume = deformed_.least_volume;
     palpate_contact_node* node = nodes_behind(out_);
@@ -596,10 +619,11 @@ class Touch {
   std::uint32_t flags_ = 0;
   ToolSum tools_[PALPATE_MAX_TOOLS];
   DeformingBody::Outcome deformed_;
-  std::int32_t renewals_ = 0;              // contacts that have come, gone or moved
-  double factor_[PALPATE_MAX_TOOLS] = {};  // on each tool's linear nodal forces
-  Vec3 raw_[PALPATE_MAX_TOOLS];            // N, in the organ's frame, force on each tool before the limits
-  Vec3 raw_torque_[PALPATE_MAX_TOOLS];     // N m, the same of the torque
+  const ContactConstraints* acting_ = nullptr;  // as the solver held them
+  std::int32_t renewals_ = 0;                   // contacts that have come, gone or moved
+  double factor_[PALPATE_MAX_TOOLS] = {};       // on each tool's linear nodal forces
+  Vec3 raw_[PALPATE_MAX_TOOLS];                 // N, in the organ's frame, force on each tool before the limits
+  Vec3 raw_torque_[PALPATE_MAX_TOOLS];          // N m, the same of the torque
 };
 
 }  // namespace
@@ -618,6 +642,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.work.forget();
   state.solver.forget();
   if (deforms_largely(def)) state.body.forget();
+  if (deforms_beside(def)) state.beside.forget();
   if (uses_body_field(def)) state.body_field.forget();
   state.rows.forget();
   if (reports_contacts(def)) state.report.forget();
@@ -628,6 +653,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
 void touch_restored(const StepContext& context, TouchState& state) {
   state.solver.restored(context.tensors);
   if (deforms_largely(context.def)) state.body.restored();
+  if (deforms_beside(context.def)) state.beside.restored();
   if (follows_deformed_surface(context.def)) state.field.restored(context.tensors, &state.solver);
 }
 

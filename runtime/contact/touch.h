@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/bundle/step_context.h"
+#include "runtime/contact/body_beside.h"
 #include "runtime/contact/collision.h"
 #include "runtime/contact/contact_patch.h"
 #include "runtime/contact/contact_report.h"
@@ -54,6 +55,7 @@ struct TouchState {
   ContactRows rows;
   ContactSolver solver;
   DeformingBody body;            // in place of the solver, under large deformation
+  BodyBeside beside;             // or beside it: the body then belongs to the thread of palpate_scene_deform
   std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0
   PronySeries relaxation;
   PronySeries::Memory* memory = nullptr;         // [max_tools]

@@ -315,6 +315,13 @@ void LargeSolver::add_responses(const double* force, double factor, float* field
   }
 }
 
+void LargeSolver::write_beyond_linear(const double* force, std::int32_t count, float* out) {
+  std::copy(u_, u_ + 3 * static_cast<std::size_t>(nodes_), trial_);
+  add_responses(force, -1, trial_);
+  for (std::int32_t n = 0; n < count; ++n)
+    std::copy_n(trial_ + 3 * static_cast<std::size_t>(place_[n]), 3, out + 3 * static_cast<std::size_t>(n));
+}
+
 // Y^T force of the rows of one spot after the other.
 void LargeSolver::responses_times(const float* force, double* out) const {
   for (std::int32_t i = 0; i < now_.spot_count; ++i) {

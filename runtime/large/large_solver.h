@@ -133,6 +133,9 @@ class LargeSolver {
   void displacement(std::int32_t node, float out[3]) const {
     for (int i = 0; i < 3; ++i) out[i] = u_[3 * static_cast<std::size_t>(place_[node]) + static_cast<std::size_t>(i)];
   }
+  // out: [count][3] m, the displacements of nodes 0 .. count - 1 less the linear response to the forces of the rows, u - Y force.
+  // force: [row_count] N. Cost: three numbers a node for each row.
+  void write_beyond_linear(const double* force, std::int32_t count, float* out);
   double energy() const { return now_.energy; }
   const BlockFactor& factor() const { return factor_; }
 

@@ -20,10 +20,11 @@ bool is_sound(const palpate_contact_node& node, std::int32_t columns) {
 }  // namespace
 
 bool QueriedField::create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable,
-                          std::int32_t node_capacity, bool large) {
+                          std::int32_t node_capacity, bool large, double added_reach) {
   const std::size_t capacity = static_cast<std::size_t>(node_capacity),
                     surface = static_cast<std::size_t>(tensors.surface_nodes);
-  touchable_ = touchable, large_ = large;
+  touchable_ = touchable, large_ = large, surface_nodes_ = tensors.surface_nodes;
+  if (added_reach > 0) added_ = memory.array<Vec3>(surface), reach_ = added_reach;
   loads_ = memory.array<Load>(capacity);
   row_ = memory.array<const void*>(3 * capacity);
   coefficient_ = memory.array<double>(3 * capacity);
@@ -56,7 +57,7 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
   std::uint32_t flags = 0;
   const std::int32_t sent = contacts ? contacts->node_count : 0;
   std::int32_t count = 0;
-  bool changed = false;
+  bool changed = added_ && take_added(contacts ? palpate_contacts_field(contacts) : nullptr, &flags);
   for (std::int32_t e = 0; e < sent; ++e) {
     const palpate_contact_node& node = nodes_behind(*contacts)[e];
     if (!is_sound(node, tensors.columns)) {
@@ -79,13 +80,33 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
   }
   // However much changed, the field went from one norm to the other.
   path_ += norm_;
-  norm_ = norm_of_loads(tensors);
+  norm_ = norm_of_loads(tensors) + longest_added_ / reach_;
   path_ += norm_;
   if (++now_ == 0) {
     std::fill(stamp_, stamp_ + tensors.surface_nodes, 0u);
     now_ = 1;
   }
   return flags;
+}
+
+// Copies the field that adds to the loads'. Returns whether it has changed.
+bool QueriedField::take_added(const float* field, std::uint32_t* flags) {
+  bool changed = false;
+  double most = 0;
+  for (std::int32_t n = 0; n < surface_nodes_; ++n) {
+    float u[3] = {};
+    if (field) std::copy_n(field + 3 * static_cast<std::size_t>(n), 3, u);
+    const Vec3 moved = {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+    Vec3& held = added_[n];
+    const bool sound = dot(moved, moved) <= 1e12;
+    if (!sound) *flags |= PALPATE_STEP_BAD_INPUT;
+    const Vec3 now = sound ? moved : Vec3{};
+    changed = changed || held.x != now.x || held.y != now.y || held.z != now.z;
+    held = now;
+    most = std::max(most, dot(now, now));
+  }
+  longest_added_ = std::sqrt(most);
+  return changed;
 }
 
 // sqrt(f^T C f), with the forces f_i = T^f_i u~_i of the loads; C f at the node of load i is sum_j T^u_ij u~_j.
@@ -106,13 +127,14 @@ double QueriedField::norm_of_loads(const Tensors& tensors) const {
 
 Vec3 QueriedField::at_node(const Tensors& tensors, std::int32_t node) {
   if (large_) return known_[node];
-  if (count_ == 0) return {};
+  if (count_ == 0) return added_ ? added_[node] : Vec3{};
   if (stamp_[node] == now_) return known_[node];
   Vec3 u;
   if (!tensors.compliance)
     u = tensors.surface.sum_at_node(row_, coefficient_, 3 * count_, node);
   else
     for (std::int32_t e = 0; e < count_; ++e) u += tensors.displacement(node, loads_[e].column) * loads_[e].modified;
+  if (added_) u += added_[node];
   stamp_[node] = now_;
   return known_[node] = is_finite(u) ? u : Vec3{};
 }

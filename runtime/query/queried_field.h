@@ -13,9 +13,10 @@ namespace palpate {
 class QueriedField {
  public:
   // touchable: [columns] the surface node of each tensor column, borrowed. large: the contacts hold the displacements themselves,
-  // as under large deformation; norms are then lengths.
+  // as under large deformation; norms are then lengths. added_reach: not zero where the contacts hold displacements that add to
+  // superposition; the reach of the tree (m / sqrt(J)), the same for all nodes.
   bool create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable, std::int32_t node_capacity,
-              bool large);
+              bool large, double added_reach);
 
   // Takes over the contact nodes; contacts: laid out (contact_nodes.h), or nullptr for the surface at rest. Returns the step flags.
   // Cost: a comparison where they are those of the last call, else nodes^2 entries of the tensors. Large: a pass over the surface.
@@ -32,16 +33,19 @@ class QueriedField {
   };
   double norm_of_loads(const Tensors& tensors) const;
   std::uint32_t copy_field(const float* field, std::int32_t nodes);
+  bool take_added(const float* field, std::uint32_t* flags);
 
   const std::int32_t* touchable_ = nullptr;
   Load* loads_ = nullptr;          // [capacity]
   const void** row_ = nullptr;     // [capacity][3] stored displacement rows; unused with a stored compliance
   double* coefficient_ = nullptr;  // [capacity][3] m, of each row
-  std::int32_t count_ = 0;
+  std::int32_t count_ = 0, surface_nodes_ = 0;
   bool large_ = false;
-  double norm_ = 0, path_ = 0;      // sqrt(J), as surface_tree.h explains
-  Vec3* known_ = nullptr;           // [surface nodes] m
-  std::uint32_t* stamp_ = nullptr;  // [surface nodes] of the evaluation
+  Vec3* added_ = nullptr;                 // [surface nodes] m, or nullptr
+  double longest_added_ = 0, reach_ = 1;  // m; m / sqrt(J)
+  double norm_ = 0, path_ = 0;            // sqrt(J), as surface_tree.h explains
+  Vec3* known_ = nullptr;                 // [surface nodes] m
+  std::uint32_t* stamp_ = nullptr;        // [surface nodes] of the evaluation
   std::uint32_t now_ = 1;
 };
 

@@ -173,9 +173,9 @@ double eigenvalue_bound(Mat3 c) {
 }
 
 // How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
-// deformation norms are lengths.
+// deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same.
 bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                 const std::int32_t* touchable, const FineSurface* fine, SurfaceTree& tree) {
+                 const std::int32_t* touchable, const FineSurface* fine, SurfaceTree& tree, double* same) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
   double* const reach = scratch.array<double>(count);
@@ -189,6 +189,8 @@ bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, cons
       most = std::max(most, reach[touchable[k]]);
     }
     std::replace(reach, reach + count, -1.0, deforms_largely(def) ? 1 : most);
+    *same = most > 0 ? most : 1;
+    if (deforms_beside(def)) std::fill(reach, reach + count, *same);
     if (!fine) tree.set_reach(reach);
   }
   double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
@@ -224,8 +226,10 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     touch.field.follow(&touch.body_field);
     return true;
   };
-  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.tree)))
+  double reach = 1;
+  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.tree, &reach)))
     return reader.no_memory("collision");
+  if (deformed && deforms_beside(def)) touch.field.add(&touch.beside.added(), reach);
   if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, fine))
     return reader.no_memory("collision");
   if (deformed) touch.tree.keep_seen(reader.memory());
@@ -412,6 +416,14 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
   return status;
 }
 
+// Nodes whose displacements the contacts of a step hold.
+std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene_def& def) {
+  const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes),
+                     of_shape[] = {def.queries == PALPATE_QUERIES_OFF ? 0 : reader.surface_nodes(),
+                                   reader.surface_nodes(), nodes};
+  return of_shape[def.shape];
+}
+
 // After the surface and the limits of contacts are known.
 palpate_status connect_deforming_body(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
                                       ShapeState& shape) {
@@ -421,16 +433,30 @@ palpate_status connect_deforming_body(const SectionReader& reader, const palpate
   if (uses_body_field(def) &&
       !touch.body_field.create(reader.memory(), &touch.body, most_constraints(def), reader.surface_nodes()))
     return reader.no_memory("deformation");
-  const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes),
-                     of_shape[] = {def.queries == PALPATE_QUERIES_OFF ? 0 : reader.surface_nodes(),
-                                   reader.surface_nodes(), nodes};
-  touch.field_nodes = shape.field_nodes = of_shape[def.shape];
+  touch.field_nodes = shape.field_nodes = field_nodes_of(reader, def);
   return PALPATE_OK;
+}
+
+palpate_status connect_body_beside(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
+                                   ShapeState& shape) {
+  BodyBeside::Limits limits;
+  limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
+  limits.surface_nodes = reader.surface_nodes();
+  limits.field_nodes = std::max(reader.surface_nodes(), field_nodes_of(reader, def));
+  touch.field_nodes = shape.field_nodes = field_nodes_of(reader, def);
+  const auto follow = [&](auto& body) {
+    return body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles,
+                               reader.triangles());
+  };
+  const bool made = touch.beside.create(reader.memory(), &touch.body, limits) &&
+                    (def.law == PALPATE_LAW_STICKING || (follow(touch.body) && follow(touch.beside)));
+  return made ? PALPATE_OK : reader.no_memory("deformation");
 }
 
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
-                             deforms_largely(def) ? &touch.body_field : nullptr)
+                             deforms_largely(def) ? &touch.body_field : nullptr,
+                             deforms_beside(def) ? &touch.beside.added() : nullptr)
              ? PALPATE_OK
              : reader.no_memory("report");
 }
@@ -449,10 +475,11 @@ palpate_status build_relaxation(const SectionReader& reader, const palpate_scene
 palpate_status build_queries(const SectionReader& reader, const palpate_scene_def& def, const TouchState& touch,
                              const Tensors& tensors, const std::int32_t* touchable, SurfaceQuery& query) {
   const FineSurface* const fine = fine_surface_of(touch);
-  const bool made =
-      build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
-      query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine, deforms_largely(def)) &&
-      set_reaches(reader, def, tensors, touchable, fine, query.tree());
+  double reach = 1;
+  const bool made = build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
+                    set_reaches(reader, def, tensors, touchable, fine, query.tree(), &reach) &&
+                    query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine,
+                                 deforms_largely(def), deforms_beside(def) ? reach : 0);
   return made ? PALPATE_OK : reader.no_memory("queries");
 }
 
@@ -560,7 +587,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
       !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
       !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
-      !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE))
+      !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_BESIDE))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
     return bad("relaxation.model has a value that palpate.h does not list");
@@ -589,7 +616,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
   if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
     return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
-  if (def.deformation == PALPATE_DEFORMATION_LARGE &&
+  if (def.deformation != PALPATE_DEFORMATION_LINEAR &&
       (def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF))
     return bad(
         "deformation LARGE is right at any depth without the measured response; leave force and radial at their "
@@ -626,7 +653,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   };
   step(true, use.contacts,
        [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
-  step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
+  step(def.deformation != PALPATE_DEFORMATION_LINEAR, use.deformation,
        [&] { return make_deforming_body(reader, def, touch.body); });
   step(needs_triangles(def), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
   step(needs_rest(def), use.surface, [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
@@ -642,6 +669,8 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, def, touch, shape); });
+  step(def.deformation == PALPATE_DEFORMATION_LARGE_BESIDE, use.deformation,
+       [&] { return connect_body_beside(reader, def, touch, shape); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });

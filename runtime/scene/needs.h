@@ -23,7 +23,7 @@ namespace palpate {
 
 // Displacements of nodes below the surface, from the tensors.
 [[maybe_unused]] static bool has_interior_shape(const palpate_scene_def& def, const palpate_bundle& bundle) {
-  return def.shape == PALPATE_SHAPE_VOLUME && def.deformation == PALPATE_DEFORMATION_LINEAR &&
+  return def.shape == PALPATE_SHAPE_VOLUME && def.deformation != PALPATE_DEFORMATION_LARGE &&
          bundle.index.counts.nodes > bundle.index.counts.surface_nodes;
 }
 

@@ -160,6 +160,9 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
        needs_surface(def) ? 0 : memory.surface);
   static const char* const large_laws[] = {"deformation: large, sticking", "deformation: large, sliding",
                                            "deformation: large, unilateral", "deformation: large, coulomb"};
+  static const char* const beside_laws[] = {"deformation: large-beside, sticking", "deformation: large-beside, sliding",
+                                            "deformation: large-beside, unilateral",
+                                            "deformation: large-beside, coulomb"};
   const bool large = def.deformation == PALPATE_DEFORMATION_LARGE;
   if (large)
     step(Pass::contact, large_laws[def.law], "touch", sections.deformation(), memory.contacts + memory.deformation);
@@ -174,6 +177,9 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
   step(Pass::output, "output", "touch");
   if (def.report != PALPATE_REPORT_OFF)
     step(Pass::report, "report: contacts", "touch", sections.surface(), memory.report);
+
+  if (deforms_beside(def))
+    step(Pass::deform, beside_laws[def.law], "deform", sections.deformation(), memory.deformation);
 
   const bool has_interior = has_interior_shape(def, bundle);
   if (has_shape && large)

@@ -37,6 +37,8 @@ class PassWork {
       case Pass::superposition:
         if (scene_.def.deformation == PALPATE_DEFORMATION_LARGE) return {24.0 * scene_.shape.nodes, 0, 50};
         return superposition();
+      case Pass::deform:
+        return deform();
       case Pass::radial:
         return {0, 0,
                 (2.5 + 0.25 * scene_.shape.radial.ratio_count()) * scene_.shape.nodes * std::min(tools, contacts)};

@@ -71,6 +71,10 @@ palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool*
   return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, *contacts);
 }
 
+int32_t palpate_scene_deform(palpate_scene* scene) {
+  return scene && palpate::deforms_beside(scene->def) ? scene->touch.beside.deform() : -1;
+}
+
 const palpate_contact_report* palpate_scene_report(const palpate_scene* scene) {
   return scene ? scene->touch.report.report() : nullptr;
 }

@@ -90,6 +90,7 @@ class Shape {
       return flags_;
     }
     gather(contacts);
+    added_ = contacts && deforms_beside(context_.def) ? palpate_contacts_field(contacts) : nullptr;
     const std::int32_t wanted = std::min(shape_state_.nodes, out_.node_capacity),
                        surface = context_.tensors.surface_nodes;
     if (compliance_)
@@ -259,6 +260,8 @@ class Shape {
       written = true;
     }
     if (!written) std::fill(field, field + floats, 0.0f);
+    if (added_)
+      for (std::size_t i = 0; i < floats; ++i) field[i] += added_[3 * static_cast<std::size_t>(first) + i];
     finish_chunk(first, count, field);
   }
 
@@ -291,6 +294,7 @@ class Shape {
   std::uint32_t flags_ = 0;
   Group groups_[PALPATE_MAX_TOOLS + 1];
   int group_count_ = 0, column_count_ = 0;
+  const float* added_ = nullptr;  // [nodes][3] m, adds to superposition; nullptr: nothing does
 };
 
 }  // namespace

@@ -153,6 +153,8 @@ std::vector<palpate_scene_def> every_effect() {
         def.deformation = PALPATE_DEFORMATION_LARGE;
         def.force = PALPATE_FORCE_LINEAR, def.radial = PALPATE_RADIAL_OFF;
         all.push_back(def);
+        def.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
+        all.push_back(def);
       }
   return all;
 }
@@ -177,6 +179,7 @@ struct Running {
     palpate_scene_set_pose(scene.get(), &pose, nullptr);
     play(box, scene.get(), contacts, steps, [&](palpate_step_flags) {
       contact_steps += palpate_contacts_tool(contacts, 0)->contact_count > 0;
+      palpate_scene_deform(scene.get());
       palpate_scene_shape(scene.get(), contacts.get(), &out);
       if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
       if (queries) ask();

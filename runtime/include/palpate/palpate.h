@@ -33,9 +33,10 @@
  *          palpate_contacts says the pose that its step used.
  * Memory   palpate_bundle_open* and palpate_scene_create take all memory. A step (palpate_scene_touch, palpate_scene_shape,
  *          palpate_scene_skin) never allocates, locks, prints, throws or makes a system call.
- * Threads  A bundle is constant and threads may share it. In one scene, palpate_scene_touch belongs to one thread and
- *          palpate_scene_shape to one thread. The two may be different threads and run at the same time; the palpate_contacts
- *          alone pass between them.
+ * Threads  A bundle is constant and threads may share it. In one scene, palpate_scene_touch belongs to one thread,
+ *          palpate_scene_shape to one thread, and palpate_scene_deform (LARGE_BESIDE) to one thread. They may be different
+ *          threads and run at the same time. The palpate_contacts alone pass from touch to shape; touch and deform hand over
+ *          inside the scene, without waiting.
  * Errors   Opening and creating return a status and fill the caller's palpate_error. A step always fills its output and
  *          returns flag bits that say how far to trust that output; 0 is full trust.
  * Structs  A struct that the host fills begins with struct_bytes, its size in the header that the host was compiled with.
@@ -194,7 +195,7 @@ typedef struct palpate_bundle_info {
   int32_t has_radial;         /* 1: the bundle has P (PALPATE_RADIAL_RESPONSE)            */
   int32_t has_force;          /* 1: the bundle has Q (PALPATE_FORCE_RESPONSE)             */
   int32_t has_preload;        /* 1: the bundle has the displacement under a body force    */
-  int32_t has_large;          /* 1: PALPATE_DEFORMATION_LARGE is possible                 */
+  int32_t has_large;          /* 1: PALPATE_DEFORMATION_LARGE and _BESIDE are possible    */
 } palpate_bundle_info;
 PALPATE_API void palpate_bundle_fill_info(const palpate_bundle* bundle, palpate_bundle_info* info, size_t struct_bytes);
 static inline palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {
@@ -289,10 +290,13 @@ typedef enum palpate_report_model {
 /* How the organ deforms. */
 typedef enum palpate_deformation_model {
   PALPATE_DEFORMATION_LINEAR, /* by superposition of the tensors: right for small displacements                    */
-  PALPATE_DEFORMATION_LARGE /* as the hyperelastic body that its mesh and laws make: forces and shape are right at any depth,
+  PALPATE_DEFORMATION_LARGE, /* as the hyperelastic body that its mesh and laws make: forces and shape are right at any depth,
                                  and a step takes longer (docs/method.md, section 14). The bundle must have been made for it
                                  (palpate-precompute --large-deformation). RESPONSE is refused beside it: it corrects a
                                  linear answer                                                                            */
+  PALPATE_DEFORMATION_LARGE_BESIDE /* the same body, solved by palpate_scene_deform in a thread of its own. The touch step takes
+                                 the newest solution and goes on from it by superposition, as fast as LINEAR: for bodies that
+                                 are too large to be solved in each step                                                  */
 } palpate_deformation_model;
 
 /* Whether a force decays while a displacement is held. */
@@ -420,7 +424,7 @@ PALPATE_API void palpate_scene_destroy(palpate_scene* scene);
 /* One pass of the plan: a piece of work that a step does, or that creating the scene did. */
 typedef struct palpate_plan_pass {
   const char* name;        /* "collision: deformed", "superposition: surface", ...          */
-  const char* half;        /* who runs it: "create", "touch" or "shape"                     */
+  const char* half;        /* who runs it: "create", "touch", "deform" or "shape"           */
   const char* sections;    /* the bundle sections it reads: "tensors/force mesh/nodes"      */
   uint64_t mapped_bytes;   /* of those sections                                             */
   uint64_t memory_bytes;   /* that the scene has taken for this pass                        */
@@ -626,9 +630,11 @@ typedef struct palpate_contacts {
   int32_t operations;           /* that the step counted (max_operations)                                          */
   double organ_position[3];     /* m, of the organ's frame in the world in this step (palpate_pose)               */
   double organ_orientation[4];  /* w x y z                                                                        */
-  uint32_t field_offset;        /* LARGE: of the displacements, from the begin of the head; else 0                */
-  int32_t field_nodes;          /* LARGE: nodes that have a displacement: those of the scene's shape; else 0      */
-  int32_t deformation_steps;    /* LARGE: quasi-Newton steps that this step took; else 0                          */
+  uint32_t field_offset;        /* LARGE: of the displacements, LARGE_BESIDE: of those that add to the superposition of
+                                   the contact nodes; from the begin of the head; else 0                          */
+  int32_t field_nodes;          /* nodes that have such a displacement: those of the scene's shape; else 0        */
+  int32_t deformation_steps;    /* LARGE: quasi-Newton steps that this step took; else 0. LARGE_BESIDE: this and the
+                                   next two are those of the newest solution                                      */
   int32_t reserved;             /* 0                                                                              */
   double deformation_residual;  /* LARGE: square root of the share of the energy that one more of them would find  */
   double least_volume;          /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
@@ -682,7 +688,8 @@ enum {
                                              up to a half on a single node. A disc with 95 % has its force within about 5 %      */
   PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13 /* LARGE: the body has not followed its tools to the end: the steps of max_operations
                                              ended far from the solution, or a move that would have turned a tetrahedron inside out
-                                             was cut. The next steps go on from there                                            */
+                                             was cut. The next steps go on from there. LARGE_BESIDE: that of the newest solution, or
+                                             a contact is more than 1 mm from where it was in the newest solution                */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
@@ -695,6 +702,14 @@ typedef uint32_t palpate_step_flags;
  * than palpate_contacts_bytes(scene), the step does nothing, writes nothing and returns BAD_INPUT. */
 PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
                                                    double dt, palpate_contacts* contacts, size_t contacts_bytes);
+
+/* LARGE_BESIDE: solves the body under the contacts of the newest touch step, eight quasi-Newton steps at most, and hands the solution
+ * to the touch steps that follow. Call it in a loop in a third thread, beside those of touch and shape; neither waits for the
+ * other. A host without a third thread may call it between touch steps. Returns the evaluations of the energy that it took: 0 where
+ * there was nothing to do, so that the thread may sleep for a millisecond; -1 for a scene of another deformation.
+ * Never allocates or locks. Cost: docs/method.md, section 14. While it runs, palpate_scene_save and palpate_scene_restore must not be
+ * called for the scene, nor palpate_scene_destroy. */
+PALPATE_API int32_t palpate_scene_deform(palpate_scene* scene);
 
 /* ---- report: contacts and events ----------------------------------------------------------------------------------- */
 

@@ -45,4 +45,17 @@ struct Seen {
   HyperelasticBody body;
 };
 
+// The box of TouchedBox, whose tensors are those of the tangent at rest.
+inline TouchedBody large_body(bool nodal, const std::function<void(BundleParts&)>& change = {}) {
+  DenseBody dense = dense_box({});
+  const TouchedBox plain;
+  const Seen seen(plain, nodal, 0);
+  const LargeReference reference(seen.body);
+  dense.stiffness = Eigen::MatrixXd(reference.tangent(Eigen::VectorXd::Zero(reference.dofs())));
+  return TouchedBody(dense, [&](BundleParts& parts) {
+    with_large(nodal)(parts);
+    if (change) change(parts);
+  });
+}
+
 }  // namespace palpate::tests

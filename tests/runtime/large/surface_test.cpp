@@ -1,6 +1,8 @@
 // What else a scene may do under large deformation: tools meet the deformed surface, queries and the report see it, the rest state
 // is an equilibrium under the preload, forces relax.
-#include "tests/runtime/large/large_scene.h"
+#include <gmock/gmock.h>
+
+#include "tests/runtime/large/pressed_box.h"
 
 namespace palpate::tests {
 namespace {
@@ -9,66 +11,24 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 const TouchedBox& box() {
-  static const TouchedBox shared({}, with_large(false));
-  return shared;
+  return large_box();
 }
 const Vector3d kOut(1, 0, 0);  // of the far face x = 60 mm
 
-palpate_scene_def deformed_def(palpate_contact_law law = PALPATE_LAW_STICKING) {
+// Solved in the touch, and beside it.
+class LargeSurface : public testing::TestWithParam<palpate_deformation_model> {};
+INSTANTIATE_TEST_SUITE_P(Both, LargeSurface,
+                         testing::Values(PALPATE_DEFORMATION_LARGE, PALPATE_DEFORMATION_LARGE_BESIDE));
+
+palpate_scene_def deformed_def(palpate_deformation_model model, palpate_contact_law law = PALPATE_LAW_STICKING) {
   palpate_scene_def def = large_def(PALPATE_CONTACT_PATCH);
+  def.deformation = model;
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = law, def.queries = PALPATE_QUERIES_ON;
   return def;
 }
 
-// Tools of one point each.
-class Play {
- public:
-  explicit Play(const palpate_scene_def& def, const TouchedBody& body = box())
-      : scene(body.scene(def)), contacts(scene.get()), body_(body) {}
-  palpate_step_flags move(const std::vector<Vector3d>& to, double radius = 0.006) {
-    points = to;
-    std::vector<palpate_tool> tools(to.size(), palpate_default_tool());
-    for (std::size_t i = 0; i < to.size(); ++i) {
-      tools[i].points = points[i].data(), tools[i].point_count = 1;
-      tools[i].disc_radius = radius, tools[i].friction = 0.3;
-    }
-    return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
-                               contacts.bytes());
-  }
-  int touching(int tool) { return palpate_contacts_tool(contacts, tool)->contact_count; }
-  Vector3d force(int tool) { return Vector3d(palpate_contacts_tool(contacts, tool)->force_raw); }
-  std::vector<Vector3d> places() {
-    const auto u = displacements(scene.get(), contacts, body_.body.surface_nodes);
-    std::vector<Vector3d> at;
-    for (std::int32_t n = 0; n < body_.body.surface_nodes; ++n)
-      at.push_back(body_.node(n) + Eigen::Map<const Eigen::Vector3f>(u.data() + 3 * n).cast<double>());
-    return at;
-  }
-  // The largest x at which a ray along x through (y, z) meets the deformed surface.
-  double front(double y, double z) {
-    const auto at = places();
-    double most = -1;
-    for (const auto& t : body_.body.triangles) {
-      const Vector3d &a = at[t[0]], &b = at[t[1]], &c = at[t[2]];
-      Eigen::Matrix2d m;
-      m << b[1] - a[1], c[1] - a[1], b[2] - a[2], c[2] - a[2];
-      if (std::abs(m.determinant()) < 1e-14) continue;
-      const Eigen::Vector2d k = m.inverse() * Eigen::Vector2d(y - a[1], z - a[2]);
-      if (k[0] >= 0 && k[1] >= 0 && k.sum() <= 1)
-        most = std::max(most, a[0] + k[0] * (b[0] - a[0]) + k[1] * (c[0] - a[0]));
-    }
-    return most;
-  }
-  ScenePointer scene;
-  Contacts contacts;
-  std::vector<Vector3d> points;
-
- private:
-  const TouchedBody& body_;
-};
-
-TEST(LargeSurface, ASecondToolMeetsTheSurfaceWhereItIs) {
-  Play play(deformed_def());
+TEST_P(LargeSurface, ASecondToolMeetsTheSurfaceWhereItIs) {
+  Play play(deformed_def(GetParam()));
   const Vector3d deep(0.06, 0.02, 0.02);
   const double y = 0.031, z = 0.022;
   play.move({deep + 1e-4 * kOut, Vector3d(0.07, y, z)});
@@ -84,9 +44,9 @@ TEST(LargeSurface, ASecondToolMeetsTheSurfaceWhereItIs) {
   EXPECT_NEAR(x, front, 5e-5 + 1e-6);
 }
 
-TEST(LargeSurface, AContactHoldsWhileItIsPressedAndEndsWhereThePointIsOut) {
+TEST_P(LargeSurface, AContactHoldsWhileItIsPressedAndEndsWhereThePointIsOut) {
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-    Play play(deformed_def(law));
+    Play play(deformed_def(GetParam(), law));
     const Vector3d at(0.06, 0.025, 0.02);
     play.move({at + 1e-4 * kOut});
     for (int tick = 1; tick <= 150; ++tick) {
@@ -107,9 +67,9 @@ TEST(LargeSurface, AContactHoldsWhileItIsPressedAndEndsWhereThePointIsOut) {
 }
 
 // Neighbours are pressed in together, by more than their distance, and then leave one after the other.
-TEST(LargeSurface, NeighboursHoldTogetherAndLeaveOneAfterTheOther) {
+TEST_P(LargeSurface, NeighboursHoldTogetherAndLeaveOneAfterTheOther) {
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-    Play play(deformed_def(law));
+    Play play(deformed_def(GetParam(), law));
     const std::vector<Vector3d> at = {{0.06, 0.018, 0.02}, {0.06, 0.026, 0.02}, {0.06, 0.034, 0.02}};
     const auto moved = [&](double a, double b, double c) {
       return std::vector<Vector3d>{at[0] - a * kOut, at[1] - b * kOut, at[2] - c * kOut};
@@ -134,11 +94,11 @@ TEST(LargeSurface, NeighboursHoldTogetherAndLeaveOneAfterTheOther) {
   }
 }
 
-TEST(LargeSurface, QueriesSeeTheDeformedSurface) {
+TEST_P(LargeSurface, QueriesSeeTheDeformedSurface) {
   for (const auto shape : {PALPATE_SHAPE_OFF, PALPATE_SHAPE_SURFACE, PALPATE_SHAPE_VOLUME}) {
-    palpate_scene_def def = deformed_def();
+    palpate_scene_def def = deformed_def(GetParam());
     def.shape = shape;
-    Play play(def), seen(deformed_def());
+    Play play(def), seen(deformed_def(GetParam()));
     const Vector3d at(0.06, 0.025, 0.02);
     for (Play* one : {&play, &seen})
       for (int tick = -1; tick <= 100; ++tick) one->move({at - 1e-4 * tick * kOut});
@@ -163,8 +123,8 @@ TEST(LargeSurface, QueriesSeeTheDeformedSurface) {
   }
 }
 
-TEST(LargeSurface, TheReportTellsPlaceNormalAndVelocity) {
-  palpate_scene_def def = deformed_def();
+TEST_P(LargeSurface, TheReportTellsPlaceNormalAndVelocity) {
+  palpate_scene_def def = deformed_def(GetParam());
   def.report = PALPATE_REPORT_CONTACTS, def.contact = PALPATE_CONTACT_POINT;
   Play play(def);
   const Vector3d at(0.06, 0.023, 0.021);
@@ -186,8 +146,9 @@ TEST(LargeSurface, TheReportTellsPlaceNormalAndVelocity) {
   }
 }
 
-TEST(LargeSurface, ForcesRelax) {
+TEST_P(LargeSurface, ForcesRelax) {
   palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  def.deformation = GetParam();
   Play plain(def);
   def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
   def.relaxation.share[0] = 0.4, def.relaxation.time[0] = 0.05;
@@ -197,18 +158,16 @@ TEST(LargeSurface, ForcesRelax) {
   for (Play* play : {&plain, &relaxing}) {
     const std::vector<palpate_grip> grips = {grip_at_node(box().touchable.back(), {-0.01, 0, 0})};
     const palpate_tool tool = tool_of(grips);
-    for (int tick = 0; tick < 500; ++tick)
-      palpate_scene_touch(play->scene.get(), &tool, 1, 1e-3, play->contacts.get(), play->contacts.bytes());
+    for (int tick = 0; tick < 500; ++tick) play->touch(tool);
     force[k++] = play->force(0);
   }
   EXPECT_LE((force[1] - 0.6 * force[0]).norm(), 1e-3 * force[0].norm());
 }
 
-TEST(LargeSurface, UnderAPreloadTheRestStateIsAnEquilibrium) {
+TEST_P(LargeSurface, UnderAPreloadTheRestStateIsAnEquilibrium) {
   for (const bool nodal : {false, true}) {
     VectorXd load, linear;
-    const TouchedBox body({}, [&](BundleParts& parts) {
-      with_large(nodal)(parts);
+    const TouchedBody body = large_body(nodal, [&](BundleParts& parts) {
       const TouchedBox plain;
       const Seen seen(plain, nodal, 0);
       const LargeReference reference(seen.body);
@@ -226,6 +185,7 @@ TEST(LargeSurface, UnderAPreloadTheRestStateIsAnEquilibrium) {
                 std::vector<double>(linear.data(), linear.data() + linear.size()));
     });
     palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+    def.deformation = GetParam();
     def.preload = PALPATE_PRELOAD_ON, def.shape = PALPATE_SHAPE_VOLUME, def.collision = PALPATE_COLLISION_REST;
     Play play(def, body);
     play.move({});
@@ -254,7 +214,7 @@ TEST(LargeSurface, UnderAPreloadTheRestStateIsAnEquilibrium) {
     for (int tick = 1; tick <= 100; ++tick) {
       const std::vector<palpate_grip> grips = {grip_at_node(node, {-1e-4 * tick, 0, 0})};
       const palpate_tool tool = tool_of(grips);
-      EXPECT_EQ(palpate_scene_touch(play.scene.get(), &tool, 1, 1e-3, play.contacts.get(), play.contacts.bytes()), 0u);
+      EXPECT_EQ(play.touch(tool), 0u);
     }
     palpate_scene_shape(play.scene.get(), play.contacts.get(), &out);
     VectorXd pushed(3 * count);
@@ -272,7 +232,7 @@ TEST(LargeSurface, UnderAPreloadTheRestStateIsAnEquilibrium) {
   }
 }
 
-TEST(LargeSurface, APreloadThatFlattensTheBodyIsRefused) {
+TEST_P(LargeSurface, APreloadThatFlattensTheBodyIsRefused) {
   const TouchedBox body({}, [&](BundleParts& parts) {
     with_large(true)(parts);
     const auto nodes = parts.get<double>(formats::SectionId::nodes);
@@ -281,6 +241,7 @@ TEST(LargeSurface, APreloadThatFlattensTheBodyIsRefused) {
     parts.set(formats::SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
   });
   palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  def.deformation = GetParam();
   def.preload = PALPATE_PRELOAD_ON;
   palpate_scene* scene = nullptr;
   palpate_error error = {};

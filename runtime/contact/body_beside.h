@@ -1,0 +1,120 @@
+// Large deformation beside the touch: one thread solves the hyperelastic body under the newest contacts, and the touch goes on from
+// its newest solution by the linear response.
+//
+// A solution is the displacement u of all nodes under the forces f that hold the contacts at their targets. What the linear organ
+// does not do of it is o = u - Y f, where Y f is the linear response (large_solver.h). The touch solves the linear contacts with
+// the targets d - W o, and adds o to the displacement that they make. Where the targets are those of the solution, forces and shape are
+// those of the solution, too; where they are not, the difference is linear.
+//
+// Two mailboxes (palpate_mailbox.h) connect the threads. Neither waits for the other.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/contact/added_field.h"
+#include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/deforming_body.h"
+#include "runtime/contact/turned_surface.h"
+#include "runtime/include/palpate/palpate_mailbox.h"
+
+namespace palpate {
+
+class BodyBeside {
+ public:
+  struct Limits {
+    std::int32_t nodes = 0, constraints = 0;  // most of each in a step
+    std::int32_t field_nodes = 0,
+                 surface_nodes = 0;  // whose displacements a solution has; at least those of the surface
+  };
+  // A contact farther than this from the target that was solved, m, is not to be trusted (DEFORMATION_BEHIND): the tangent of
+  // the deformed organ is not the linear one. docs/method.md, section 14, has the errors on both sides of it.
+  static constexpr double kBehind = 1e-3;
+
+  // body: made, borrowed; only deform() and restored() use it.
+  bool create(SceneMemory& memory, DeformingBody* body, const Limits& limits);
+  // For constraints with frames; the arguments are those of TurnedSurface::create. False where memory ends.
+  bool follow_normals(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
+                      std::int32_t triangle_count) {
+    return turned_.create(memory, rest, nodes, triangles, triangle_count);
+  }
+
+  // ---- the thread of the touch ----
+  // What the newest solution says about itself.
+  struct Told {
+    std::int32_t steps = 0, cut = 0, unfinished = 0, failed = 0;
+    double residual = 0, least_volume = 1;
+  };
+  // Takes the newest solution, gives the constraints of a step to the other thread, and returns them as the linear organ is to hold
+  // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
+  // *fresh: the solution is new, so that turned frames are. Cost: a pass over the nodes where it is new; six triangles a contact node.
+  const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
+  const Told& told() const { return told_; }
+  // m: how far the contacts of this step are from the targets of the solution.
+  double behind() const { return behind_; }
+  const AddedField& added() const { return added_; }
+  // Forgets all solutions, also those that the other thread has not made yet.
+  void forget();
+
+  // ---- the other thread ----
+  // Solves the newest contacts a little further, eight steps of the method at most, and publishes the solution.
+  // Returns the evaluations of the energy that it took; 0: there was nothing to do.
+  std::int32_t deform();
+
+  // Completes a restored state (scene_memory.h) by what follows from it. No other thread may be in deform().
+  void restored() { body_->restored(); }
+
+ private:
+  struct Job {
+    std::uint64_t begun;  // counts forget()
+    std::int32_t node_count, constraint_count;
+  };
+  struct Solved {
+    std::int32_t tool, point, part, unused;
+    Vec3 target;  // m, in the organ's axes
+  };
+  struct Solution {
+    std::uint64_t begun;
+    Told told;
+    std::int32_t constraint_count, unused;
+  };
+  // In a slot of a mailbox the arrays follow the head.
+  ContactNode* nodes_of(Job* job) const { return reinterpret_cast<ContactNode*>(job + 1); }
+  ContactConstraint* constraints_of(Job* job) const {
+    return reinterpret_cast<ContactConstraint*>(nodes_of(job) + limits_.nodes);
+  }
+  Vec3* targets_of(Job* job) const { return reinterpret_cast<Vec3*>(constraints_of(job) + limits_.constraints); }
+  Solved* solved_of(Solution* solution) const { return reinterpret_cast<Solved*>(solution + 1); }
+  float* added_of(Solution* solution) const {
+    return reinterpret_cast<float*>(solved_of(solution) + limits_.constraints);
+  }
+  float* displacement_of(Solution* solution) const {
+    return added_of(solution) + 3 * static_cast<std::size_t>(limits_.field_nodes);
+  }
+  bool make_mailbox(SceneMemory& memory, std::size_t bytes, std::uint64_t** box);
+  palpate_mailbox* jobs() const { return reinterpret_cast<palpate_mailbox*>(jobs_); }
+  palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
+  Solution* take_newest(bool* fresh);
+  void give(const ContactConstraints& set);
+  void publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome);
+  double distance(const ContactConstraints& set, Solution* newest) const;
+
+  DeformingBody* body_ = nullptr;
+  TurnedSurface turned_;
+  Limits limits_;
+  std::uint64_t *jobs_ = nullptr, *solutions_ = nullptr;  // the mailboxes' memory
+  // Of the touch:
+  AddedField added_;
+  ContactConstraints acting_;
+  Told told_;
+  double behind_ = 0;
+  std::uint64_t begun_ = 1;
+  std::int32_t follows_ = 0;  // a solution counts
+  // Of the other thread:
+  ContactConstraints job_set_;
+  Vec3* force_ = nullptr;  // [nodes] N
+  std::uint64_t begun_beside_ = 1;
+  std::int32_t published_ = 0;  // constraints of the last solution
+};
+
+}  // namespace palpate

@@ -1,0 +1,200 @@
+// Large deformation beside the touch: what the touch does between two solutions.
+#include <atomic>
+#include <thread>
+
+#include "tests/runtime/large/pressed_box.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+palpate_scene_def beside_def(palpate_contact_model contact) {
+  palpate_scene_def def = large_def(contact);
+  def.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
+  return def;
+}
+palpate_scene_def pressed_def(palpate_contact_law law) {
+  palpate_scene_def def = beside_def(PALPATE_CONTACT_PATCH);
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = law;
+  return def;
+}
+Vector3d pressed(double depth) {
+  return Vector3d(0.06 - depth, 0.025, 0.02);
+}
+
+TEST(LargeBeside, WithoutASolutionTheOrganIsLinearAndTheFlagSaysSo) {
+  palpate_scene_def def = beside_def(PALPATE_CONTACT_PATCH);
+  def.collision = PALPATE_COLLISION_REST;
+  Play beside(def);
+  def.deformation = PALPATE_DEFORMATION_LINEAR;
+  Play linear(def);
+  beside.most_solves = 0;
+  for (int tick = 0; tick <= 50; ++tick) {
+    const double depth = 0.99e-4 * tick;
+    const palpate_step_flags flags = beside.move({pressed(depth)});
+    linear.move({pressed(depth)});
+    const palpate_step_flags expected = tick > 10 ? PALPATE_STEP_DEFORMATION_BEHIND : 0;
+    EXPECT_EQ(flags, expected) << tick;
+    EXPECT_EQ(beside.force(0), linear.force(0)) << tick;
+  }
+  EXPECT_EQ(beside.places(), linear.places());
+}
+
+TEST(LargeBeside, ADeepPushThatIsSolvedIsTheConvergedSolution) {
+  for (const bool nodal : {false, true})
+    for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
+      const TouchedBody box = large_body(nodal);
+      palpate_scene_def def = beside_def(contact);
+      def.shape = PALPATE_SHAPE_VOLUME;
+      Play beside(def, box);
+      def.deformation = PALPATE_DEFORMATION_LARGE;
+      Play large(def, box);
+      for (int tick = 1; tick <= 165; ++tick) {
+        const Vector3d way = Vector3d(-1e-4, 0.2e-4, 0.3e-4) * std::min(tick, 160);  // the last steps wait
+        const std::vector<palpate_grip> grips = {contact == PALPATE_CONTACT_NODE
+                                                     ? grip_at_node(box.touchable.back(), way)
+                                                     : grip_at_place(box.far_triangle(), {0.5, 0.3, 0.2}, way)};
+        EXPECT_EQ(beside.touch(tool_of(grips)), 0u) << tick;
+        large.touch(tool_of(grips));
+      }
+      EXPECT_LT(beside.contacts->least_volume, 0.95) << "not a large strain";
+      EXPECT_LE((beside.force(0) - large.force(0)).norm(), 0.01 * large.force(0).norm()) << nodal << contact;
+      const auto count = static_cast<std::int32_t>(box.body.mesh.nodes.size());
+      const auto a = displacements(beside.scene.get(), beside.contacts, count),
+                 b = displacements(large.scene.get(), large.contacts, count);
+      const Eigen::Map<const Eigen::VectorXf> u(a.data(), 3 * count), v(b.data(), 3 * count);
+      EXPECT_LE((u - v).norm(), 0.01f * v.norm()) << nodal << contact;
+    }
+}
+
+// A solution every ten milliseconds, at 0.1 m/s, in tissue that stiffens.
+TEST(LargeBeside, BetweenSolutionsTheErrorStaysSmall) {
+  const TouchedBox box({}, with_large(false, 3));
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_COULOMB}) {
+    Play beside(pressed_def(law), box);
+    beside.solve_every = 10;
+    palpate_scene_def def = pressed_def(law);
+    def.deformation = PALPATE_DEFORMATION_LARGE;
+    Play large(def, box);
+    double worst = 0, linear = 0;
+    def.deformation = PALPATE_DEFORMATION_LINEAR;
+    Play superposed(def, box);
+    for (int tick = -1; tick <= 150; ++tick) {
+      for (Play* play : {&beside, &large, &superposed}) play->move({pressed(1e-4 * tick)});
+      if (tick < 30) continue;
+      worst = std::max(worst, (beside.force(0) - large.force(0)).norm() / large.force(0).norm());
+      linear = std::max(linear, (superposed.force(0) - large.force(0)).norm() / large.force(0).norm());
+    }
+    EXPECT_GT(linear, 0.05) << "the push is not large";
+    // The solution is up to 1 mm behind: 0.9 % were measured.
+    EXPECT_LT(worst, 0.015) << law;
+  }
+}
+
+TEST(LargeBeside, AContactFarFromItsSolutionRaisesTheFlagUntilItIsSolved) {
+  Play play(pressed_def(PALPATE_LAW_STICKING));
+  for (int tick = -1; tick <= 50; ++tick) EXPECT_EQ(play.move({pressed(1e-4 * tick)}), 0u) << tick;
+  play.most_solves = 0;
+  EXPECT_EQ(play.move({pressed(58e-4)}), 0u);
+  EXPECT_EQ(play.move({pressed(62e-4)}), PALPATE_STEP_DEFORMATION_BEHIND);
+  EXPECT_EQ(palpate_contacts_tool(play.contacts, 0)->flags, PALPATE_STEP_DEFORMATION_BEHIND);
+  play.most_solves = 100;
+  play.move({pressed(62e-4)});
+  EXPECT_EQ(play.move({pressed(62e-4)}), 0u);
+}
+
+TEST(LargeBeside, AfterTheReleaseTheOrganComesBackToRest) {
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
+    Play play(pressed_def(law));
+    for (int tick = -1; tick <= 120; ++tick) play.move({pressed(1e-4 * tick)});
+    for (int tick = 0; tick < 60; ++tick) play.move({pressed(-0.02)});
+    EXPECT_EQ(play.touching(0), 0);
+    for (std::int32_t n = 0; n < large_box().body.surface_nodes; ++n)
+      EXPECT_LE((play.places()[static_cast<std::size_t>(n)] - large_box().node(n)).norm(), 1e-6) << law << " " << n;
+  }
+}
+
+TEST(LargeBeside, TheOtherThreadHasNothingToDoWhereNothingMoves) {
+  Play play(pressed_def(PALPATE_LAW_STICKING));
+  play.most_solves = 0;
+  palpate_scene* const scene = play.scene.get();
+  EXPECT_EQ(palpate_scene_deform(scene), 0) << "no step yet";
+  play.move({pressed(-0.001)});
+  EXPECT_EQ(palpate_scene_deform(scene), 0) << "at rest";
+  play.move({pressed(0.002)}), play.move({pressed(0.002)});
+  EXPECT_GT(palpate_scene_deform(scene), 0);
+  for (int i = 0; i < 50; ++i) palpate_scene_deform(scene);
+  EXPECT_EQ(palpate_scene_deform(scene), 0) << "solved";
+  EXPECT_EQ(palpate_scene_deform(nullptr), -1);
+  Play linear(large_def(PALPATE_CONTACT_NODE));
+  EXPECT_EQ(palpate_scene_deform(linear.scene.get()), -1);
+}
+
+TEST(LargeBeside, AResetForgetsAlsoTheSolutionOnItsWay) {
+  Play play(pressed_def(PALPATE_LAW_STICKING));
+  for (int tick = -1; tick <= 100; ++tick) play.move({pressed(1e-4 * tick)});
+  palpate_scene_reset(play.scene.get());
+  palpate_scene_deform(play.scene.get());  // still of the steps before
+  play.move({});
+  for (std::int32_t n = 0; n < large_box().body.surface_nodes; ++n)
+    EXPECT_LE((play.places()[static_cast<std::size_t>(n)] - large_box().node(n)).norm(), 1e-9) << n;
+}
+
+TEST(LargeBeside, ARestoredStateGoesOnWithTheSameBits) {
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
+    palpate_scene_def def = pressed_def(law);
+    def.report = PALPATE_REPORT_CONTACTS;
+    Play play(def), other(def);
+    const auto go = [](Play& one, int from, int to) {
+      for (int tick = from; tick < to; ++tick) {
+        std::vector<Vector3d> at = {pressed(1e-4 * tick), Vector3d(0.0601 - 1e-4 * tick, 0.04, 0.03)};
+        if (tick % 15 < 5) at.pop_back();
+        one.move(at);
+      }
+    };
+    play.solve_every = other.solve_every = 4;
+    go(play, 0, 40);
+    std::vector<std::uint64_t> state(palpate_scene_state_bytes(play.scene.get()) / 8 + 1);
+    palpate_error error = {};
+    ASSERT_EQ(palpate_scene_save(play.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+    ASSERT_EQ(palpate_scene_restore(other.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK)
+        << error.text;
+    go(play, 40, 90), go(other, 40, 90);
+    EXPECT_EQ(0, std::memcmp(play.contacts.get(), other.contacts.get(), play.contacts->used_bytes)) << law;
+  }
+}
+
+// Random tools in one thread, solutions in another: a data race is seen by ThreadSanitizer.
+TEST(LargeBeside, TouchShapeAndDeformRunInThreeThreads) {
+  Play play(pressed_def(PALPATE_LAW_COULOMB));
+  play.most_solves = 0;
+  std::atomic<bool> stops = false;
+  std::atomic<int> solutions = 0;
+  std::thread deform([&] {
+    while (!stops) {
+      if (palpate_scene_deform(play.scene.get()) > 0)
+        ++solutions;
+      else
+        std::this_thread::yield();
+    }
+  });
+  std::uint32_t random = 1;
+  const auto next = [&] {
+    return random = random * 1664525u + 1013904223u, static_cast<double>(random >> 8) / (1 << 24);
+  };
+  for (int tick = 0; tick < 1000 || solutions < 20; ++tick) {
+    const double phase = 0.006 * (1 - std::cos(0.02 * tick)) - 0.0005;
+    std::vector<Vector3d> at = {pressed(phase) + 1e-4 * Vector3d(0, next(), next())};
+    if (tick % 200 > 100) at.push_back(Vector3d(0.0605 - phase, 0.04, 0.03));
+    play.move(at);
+    for (const Vector3d& p : play.places()) ASSERT_TRUE(p.allFinite());
+    ASSERT_TRUE(play.force(0).allFinite());
+  }
+  stops = true;
+  deform.join();
+  EXPECT_GE(solutions, 20);
+}
+
+}  // namespace
+}  // namespace palpate::tests
