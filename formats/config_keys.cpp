@@ -233,7 +233,7 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "", "surface", "table", "-", "-", "",
        "`[surface]`: a finer surface of the organ, which the tools meet in place of the mesh's (docs/method.md, "
        "section 9)."},
-      {S, "", "rate", "table", "-", "-", "", "`[rate]`: the rates of the two loops."},
+      {S, "", "rate", "table", "-", "-", "", "`[rate]`: the rates of the loops."},
       {S, "", "limits", "table", "-", "-", "", "`[limits]`: sizes and safety limits."},
       {S, "", "tool", "tables", "-", "required", "1 to 8", "`[[tool]]`: one tool and its path."},
       {S, "effects", "collision", "choice", "-", "\"rest\"", "off, rest, deformed",
@@ -254,9 +254,11 @@ const std::vector<ConfigKey>& config_keys() {
        "boundary file)."},
       {S, "effects", "radial", "choice", "-", "\"off\"", "off, response",
        "The displacement across a tool's motion: as the linear model has it, or corrected by the measured curve."},
-      {S, "effects", "deformation", "choice", "-", "\"linear\"", "linear, large",
-       "How the organ deforms: by superposition of the tensors, or as a hyperelastic body, right at any depth. `large` "
-       "needs a bundle of `palpate-precompute --large-deformation`, and none of `response`."},
+      {S, "effects", "deformation", "choice", "-", "\"linear\"", "linear, large, large-beside",
+       "How the organ deforms: by superposition of the tensors, or as a hyperelastic body, right at any depth. "
+       "`large-beside` solves that body beside the touch, for organs that are too large to be solved in each touch "
+       "step. "
+       "Both need a bundle of `palpate-precompute --large-deformation`, and none of `response`."},
       {S, "effects", "preload", "boolean", "-", "false", "",
        "Whether the organ is shown under the `[preload]` of the boundary file."},
       {S, "relaxation", "terms", "rows", "1, s", "required",
@@ -270,6 +272,11 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "surface", "unit", "choice", "-", "\"mm\"", "m, cm, mm, um", "The unit of the surface's positions."},
       {S, "rate", "touch", "number", "Hz", "1000", "1e-6 to 1e6", "Steps of the haptic loop in a second."},
       {S, "rate", "shape", "number", "Hz", "60", "1e-6 to `touch`", "Shapes in a second."},
+      {S, "rate", "deform", "number", "Hz", "100", "1e-6 to `touch`",
+       "With `deformation = \"large-beside\"`: solves of the body in a second. A solve is of the touch step before it, "
+       "and "
+       "the "
+       "next touch step has it. Against the clock (`--realtime`) the body is solved as often as a thread can."},
       {S, "limits", "points", "integer", "-", "-", "1 to 65536",
        "Tool points and grips of all tools together. By default: as many as the tools have."},
       {S, "limits", "contact_nodes", "integer", "-", "-", "1 to 3000",

@@ -261,8 +261,11 @@ void read_effects(TomlTable table, SceneConfig& scene) {
                             scene.shape);
   optional_choice<S::Radial>(table, "radial", {{"off", S::Radial::off}, {"response", S::Radial::response}},
                              scene.radial);
-  optional_choice<S::Deformation>(
-      table, "deformation", {{"linear", S::Deformation::linear}, {"large", S::Deformation::large}}, scene.deformation);
+  optional_choice<S::Deformation>(table, "deformation",
+                                  {{"linear", S::Deformation::linear},
+                                   {"large", S::Deformation::large},
+                                   {"large-beside", S::Deformation::large_beside}},
+                                  scene.deformation);
   if (table.has("preload")) scene.preload = table.boolean("preload");
   table.finish();
 }
@@ -299,6 +302,12 @@ void read_rate(TomlTable table, SceneConfig& scene) {
     table.wrong("touch", "a rate of at least 1e-6 Hz and up to 1e6 Hz");
   if (!(scene.shape_hz >= kSlowest && scene.shape_hz <= scene.touch_hz))
     table.wrong("shape", fmt::format("a rate of at least 1e-6 Hz and up to the touch rate, {} Hz", scene.touch_hz));
+  if (table.has("deform"))
+    scene.deform_hz = table.number("deform");
+  else
+    scene.deform_hz = std::min(scene.deform_hz, scene.touch_hz);
+  if (!(scene.deform_hz >= kSlowest && scene.deform_hz <= scene.touch_hz))
+    table.wrong("deform", fmt::format("a rate of at least 1e-6 Hz and up to the touch rate, {} Hz", scene.touch_hz));
   table.finish();
 }
 

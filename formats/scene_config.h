@@ -19,7 +19,7 @@ struct SceneConfig {
   enum class Force { off, linear, response };
   enum class Shape { off, surface, volume };
   enum class Radial { off, response };
-  enum class Deformation { linear, large };
+  enum class Deformation { linear, large, large_beside };
 
   struct Limits {
     std::optional<int> points, contact_nodes;
@@ -95,7 +95,7 @@ struct SceneConfig {
   bool preload = false;
   std::optional<Relaxation> relaxation;
   std::optional<Surface> surface;  // a finer one than the bundle's, which tools meet
-  double touch_hz = 1000, shape_hz = 60;
+  double touch_hz = 1000, shape_hz = 60, deform_hz = 100;
   Limits limits;
   std::vector<Tool> tools;
   bool operator==(const SceneConfig&) const = default;

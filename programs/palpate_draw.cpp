@@ -34,6 +34,7 @@ void run(const Options& options) {
   if (scene.shape == SceneConfig::Shape::off)
     throw InputError(
         fmt::format("{}: effects.shape: expected surface or volume to draw, found off", scene.file.string()));
+  check_deformation(scene);
   const fs::path bundle = bundle_of(scene, options.bundle);
   const Descriptor listening = open_bound("--from", resolve("--from", options.from, SOCK_DGRAM), SOCK_DGRAM);
   std::optional<OutputFolder> folder;

@@ -127,6 +127,13 @@ class HeldScene {
         without_lock([&] { return scene_.touch(copies_.data(), copies_.count(), dt, contacts.contacts); }));
   }
 
+  std::int32_t deform() {
+    const InUse use(deforming_, kDeforming);
+    const std::int32_t evaluations = without_lock([&] { return scene_.deform(); });
+    if (evaluations < 0) throw py::value_error("deform: expected a scene with deformation=\"large-beside\"");
+    return evaluations;
+  }
+
   std::int32_t vertex_count() const { return vertex_count_; }
 
   py::object skin(const py::object& displacements, const py::object& positions, const py::object& normals) {
@@ -204,7 +211,7 @@ class HeldScene {
     scene_.reset();
   }
   py::bytes save() {
-    const InUse use(touching_, kTouching);
+    const InUse use(touching_, kTouching), deform_use(deforming_, kDeforming);
     State state;
     palpate_error error = {};
     if (scene_.save(state, &error) != PALPATE_OK) throw Error(error);
@@ -212,7 +219,7 @@ class HeldScene {
   }
   void restore(const py::buffer& data) {
     const HeldBuffer bytes(data);
-    const InUse use(touching_, kTouching);
+    const InUse use(touching_, kTouching), deform_use(deforming_, kDeforming);
     State state(bytes.size());
     if (bytes.size() > 0) std::memcpy(state.get(), bytes.data(), bytes.size());
     palpate_error error = {};
@@ -233,7 +240,8 @@ class HeldScene {
   }
 
  private:
-  static constexpr const char* kTouching = "touch already runs on another thread";
+  static constexpr const char *kTouching = "touch already runs on another thread",
+                              *kDeforming = "deform already runs on another thread";
 
   static Scene create(const Bundle& bundle, const palpate_scene_def& def) {
     const py::gil_scoped_release released;
@@ -287,7 +295,8 @@ class HeldScene {
   std::int32_t vertex_count_;  // of the render mesh
   Scene scene_;
   ToolCopies copies_;
-  std::atomic_flag touching_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT, asking_ = ATOMIC_FLAG_INIT;
+  std::atomic_flag touching_ = ATOMIC_FLAG_INIT, deforming_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT,
+                   asking_ = ATOMIC_FLAG_INIT;
 };
 
 std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const std::string& collision,
@@ -309,7 +318,7 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.radial = choose<palpate_radial_model>("radial", radial, {"off", "response"});
   def.preload = choose<palpate_preload_model>("preload", preload, {"off", "on"});
   def.queries = choose<palpate_query_model>("queries", queries, {"off", "on"});
-  def.deformation = choose<palpate_deformation_model>("deformation", deformation, {"linear", "large"});
+  def.deformation = choose<palpate_deformation_model>("deformation", deformation, {"linear", "large", "large-beside"});
   def.report = choose<palpate_report_model>("report", report, {"off", "contacts"});
   def.relaxation = relaxation_of(relaxation);
   std::optional<RenderMesh> mesh;
@@ -412,6 +421,11 @@ void add_scene(py::module_& module) {
       .def("touch", &HeldScene::touch, py::arg("tools"), py::arg("dt"), py::arg("contacts"),
            "The haptic half: collision, contacts, forces. tools: of Tool, known by their id; dt: s since the last\n"
            "touch. Fills contacts and returns StepFlags; 0 is full trust. Microseconds.")
+      .def("deform", &HeldScene::deform,
+           "With deformation=\"large-beside\": solves the body under the contacts of the newest touch, a little "
+           "further in\n"
+           "each call, in a thread of its own. Returns the evaluations of the energy that it took; 0: nothing to do.\n"
+           "Neither save nor restore the scene meanwhile.")
       .def(
           "shape", &HeldScene::shape, py::arg("contacts"), py::arg("positions") = py::none(),
           py::arg("displacements") = py::none(),

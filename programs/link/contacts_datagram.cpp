@@ -1,11 +1,14 @@
 #include "programs/link/contacts_datagram.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
 #include "formats/checksum.h"
+#include "formats/errors.h"
 
 namespace palpate {
 namespace {
@@ -122,6 +125,14 @@ DatagramFault read_node(Reader& in, palpate_contact_node& node, int tools, const
 }
 
 }  // namespace
+
+void check_deformation(const SceneConfig& scene) {
+  if (scene.deformation == SceneConfig::Deformation::linear) return;
+  throw InputError(fmt::format(
+      "{}: effects.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "
+      "of every node, found \"{}\"; play the scene with palpate-run or palpate-igtl",
+      scene.file.string(), scene.deformation == SceneConfig::Deformation::large ? "large" : "large-beside"));
+}
 
 DatagramLimits datagram_limits(const Player& player, std::uint64_t bundle) {
   const std::int32_t* touchable = palpate_bundle_touchable(player.bundle());

@@ -42,6 +42,9 @@ struct DatagramLimits {
 
 DatagramLimits datagram_limits(const Player& player, std::uint64_t bundle);
 
+// A datagram holds contacts alone. Errors: InputError where the shape is not made of these, as under large deformation.
+void check_deformation(const SceneConfig& scene);
+
 // clang-format off
 enum class DatagramFault {
   none,

@@ -14,6 +14,7 @@
 #include "programs/link/igtl_messages.h"
 #include "programs/link/sockets.h"
 #include "programs/player/contacts_mailbox.h"
+#include "programs/player/deform_thread.h"
 
 namespace palpate {
 namespace {
@@ -87,6 +88,7 @@ class Server {
 
   IgtlServerRun run(const std::atomic<bool>* stop) {
     std::atomic<bool> stop_touching{false};
+    DeformThread deforming(player_.runtime_scene());
     std::thread touching([&] { touch(stop_touching); });
     const double start = seconds();
     while (!(stop && stop->load()) && (options_.seconds == 0 || seconds() - start < options_.seconds)) {

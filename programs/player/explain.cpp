@@ -155,7 +155,7 @@ struct Step {
   std::vector<double> pass_us;  // where somebody did
 };
 struct Steps {
-  std::vector<Step> touch, shape;
+  std::vector<Step> touch, shape, deform;
 };
 
 palpate_step_load load_of(const Player& player, const palpate_contacts& contacts) {
@@ -189,15 +189,22 @@ Steps play_steps(Player& player, int passes) {
   for (int round = 0; round < 6; ++round) {
     const bool watched = round % 2 == 1;
     palpate_watch_passes(player.runtime_scene(), watched ? PassTimer::passed : nullptr, &timer);
-    const std::size_t first_touch = steps.touch.size(), first_shape = steps.shape.size();
+    const std::size_t first_touch = steps.touch.size(), first_shape = steps.shape.size(),
+                      first_deform = steps.deform.size();
     const auto add = [&](std::vector<Step>& to, const palpate_contacts& contacts) {
       to.push_back({load_of(player, contacts), 0, watched ? timer.us() : std::vector<double>()});
     };
     const Timing timing =
         player.play([&](const TouchRecord& touch) { add(steps.touch, touch.contacts); },
-                    [&](const ShapeRecord& shape) { add(steps.shape, shape.contacts); }, [&] { timer.begin(); });
+                    [&](const ShapeRecord& shape) { add(steps.shape, shape.contacts); }, [&] { timer.begin(); },
+                    [&] {
+                      steps.deform.push_back(steps.touch.back());
+                      if (watched) steps.deform.back().pass_us = timer.us();
+                    });
     for (std::size_t i = first_touch; i < steps.touch.size(); ++i) steps.touch[i].us = timing.touch_us[i - first_touch];
     for (std::size_t i = first_shape; i < steps.shape.size(); ++i) steps.shape[i].us = timing.shape_us[i - first_shape];
+    for (std::size_t i = first_deform; i < steps.deform.size(); ++i)
+      steps.deform[i].us = timing.deform_us[i - first_deform];
   }
   palpate_watch_passes(player.runtime_scene(), nullptr, nullptr);
   return steps;
@@ -249,17 +256,19 @@ std::string explain(Player& player) {
   const Steps steps = play_steps(player, count);
   const int nodes = usual_nodes(steps.shape.empty() ? steps.touch : steps.shape);
   const Usual touch = usual(steps.touch, nodes, static_cast<std::size_t>(count)),
-              shape = usual(steps.shape, nodes, static_cast<std::size_t>(count));
+              shape = usual(steps.shape, nodes, static_cast<std::size_t>(count)),
+              deform = usual(steps.deform, nodes, static_cast<std::size_t>(count));
   std::vector<PassCost> passes;
-  double predicted_touch = 0, predicted_shape = 0;
+  double predicted_touch = 0, predicted_shape = 0, predicted_deform = 0;
   for (int p = 0; p < count; ++p) {
     PassCost cost = {plan[static_cast<std::size_t>(p)]};
-    const bool in_shape = std::strcmp(plan[static_cast<std::size_t>(p)].half, "shape") == 0;
+    const char* const half = plan[static_cast<std::size_t>(p)].half;
+    const bool in_shape = std::strcmp(half, "shape") == 0, in_deform = std::strcmp(half, "deform") == 0;
     cost.work = palpate_predict_pass(player.runtime_scene(), p, &touch.load);
     const MachineRates rates = measure_machine(static_cast<std::uint64_t>(cost.work.bytes));
     cost.predicted_us = 1e6 * predicted_seconds(cost.work, rates);
-    cost.measured_us = (in_shape ? shape : touch).pass_us[static_cast<std::size_t>(p)];
-    (in_shape ? predicted_shape : predicted_touch) += cost.predicted_us;
+    cost.measured_us = (in_shape ? shape : in_deform ? deform : touch).pass_us[static_cast<std::size_t>(p)];
+    (in_shape ? predicted_shape : in_deform ? predicted_deform : predicted_touch) += cost.predicted_us;
     passes.push_back(cost);
   }
   const MachineRates rates = measure_machine(1 << 20);
@@ -274,7 +283,10 @@ std::string explain(Player& player) {
              "shape {:.2f} us\n",
              load.nodes, load.contacts, load.points, load.grips, load.slips, load.sweeps, load.newton_steps,
              rates.bytes_per_second / 1e9, rates.flops_per_second / 1e9, rates.steps_per_second / 1e9, predicted_touch,
-             predicted_shape, touch.us, shape.us);
+             predicted_shape, touch.us, shape.us) +
+         (steps.deform.empty() ? std::string()
+                               : fmt::format("beside the touch: predicted {:.2f} us a solve, measured {:.2f} us\n",
+                                             predicted_deform, deform.us));
 }
 
 }  // namespace palpate

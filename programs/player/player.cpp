@@ -119,10 +119,13 @@ palpate_scene_def half_of(palpate_scene_def def, Half half) {
   return def;
 }
 
-// The touch step at which frame j is due.
-std::uint64_t step_of_frame(std::uint64_t frame, const SceneConfig& scene) {
+// The touch step at which number `index` of what happens `rate` times a second is due.
+std::uint64_t step_of(std::uint64_t index, double rate, const SceneConfig& scene) {
   constexpr double rounding = 1e-9;  // so that 3 * 1000 / 50 is 60, not 61
-  return static_cast<std::uint64_t>(std::ceil(static_cast<double>(frame) * scene.touch_hz / scene.shape_hz - rounding));
+  return static_cast<std::uint64_t>(std::ceil(static_cast<double>(index) * scene.touch_hz / rate - rounding));
+}
+std::uint64_t step_of_frame(std::uint64_t frame, const SceneConfig& scene) {
+  return step_of(frame, scene.shape_hz, scene);
 }
 
 template <typename Call>
@@ -256,8 +259,10 @@ void Player::withdraw_tool(std::size_t tool) {
 }
 
 Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
-                    const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before) {
+                    const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before,
+                    const std::function<void()>& on_deform) {
   palpate_scene_reset(runtime_scene_.get());
+  const bool solves_beside = scene_.deformation == SceneConfig::Deformation::large_beside;
   const bool shaped = scene_.shape != SceneConfig::Shape::off;
   const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());
@@ -269,7 +274,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
   const std::uint64_t steps = touch_count();
   Timing timing;
   timing.touch_us.reserve(steps);
-  std::uint64_t frame = 0;
+  std::uint64_t frame = 0, solve = 0;
   for (std::uint64_t step = 0; step < steps; ++step) {
     const double time = static_cast<double>(step) / scene_.touch_hz;
     move_tools(time);
@@ -277,6 +282,13 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
     const auto touch_flags =
         timed(timing.touch_us, [&] { return touch(1 / scene_.touch_hz, contacts, memory.size() * sizeof memory[0]); });
     if (on_touch) on_touch({time, touch_flags, positions_, *contacts});
+    if (solves_beside && step >= step_of(solve, scene_.deform_hz, scene_)) {
+      ++solve;
+      if (before) before();
+      timed(timing.deform_us,
+            [&] { return static_cast<palpate_step_flags>(palpate_scene_deform(runtime_scene_.get())); });
+      if (on_deform) on_deform();
+    }
     if (!shaped || step < step_of_frame(frame, scene_)) continue;
     ++frame;
     palpate_shape_out out = palpate_default_shape_out();

@@ -37,7 +37,8 @@ using Rotation = std::array<std::array<double, 3>, 3>;  // rows
 inline constexpr Rotation kNoTurn = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 struct Timing {
-  std::vector<double> touch_us, shape_us, skin_us;  // one per step, in order; none where nothing is skinned
+  // One per step, in order; none where nothing is skinned, or the body is not solved beside the touch.
+  std::vector<double> touch_us, shape_us, skin_us, deform_us;
 };
 
 // Which half of a scene a program plays. The effects of the other half are off, so that their sections are not mapped.
@@ -81,10 +82,11 @@ class Player {
                                contacts, contacts_bytes);
   }
 
-  // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_scene_touch, palpate_scene_shape
-  // and palpate_scene_skin alone. before is called before each touch and each shape.
+  // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_scene_touch, palpate_scene_shape,
+  // palpate_scene_skin and palpate_scene_deform alone. before is called before each of these but skin, on_deform after a solve.
   Timing play(const std::function<void(const TouchRecord&)>& on_touch,
-              const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {});
+              const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {},
+              const std::function<void()>& on_deform = {});
 
  private:
   struct CloseBundle {

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "programs/player/contacts_mailbox.h"
+#include "programs/player/deform_thread.h"
 
 namespace palpate {
 namespace {
@@ -64,7 +65,9 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
   measure_gaps(run);
   palpate_scene_reset(player.runtime_scene());
 
-  const Nanoseconds start = now() + 20000000;  // both threads are there by then
+  const Nanoseconds start = now() + 20000000;  // all threads are there by then
+  constexpr double kMostSolves = 10000;        // in a second
+  DeformThread deform_thread(player.runtime_scene(), static_cast<std::size_t>(kMostSolves * seconds));
   std::thread shape_thread([&] {
     if (!shaped) return;
     run.shape.scheduling = ask_for_fifo(10);
@@ -107,6 +110,8 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
   });
   touch_thread.join();
   shape_thread.join();
+  deform_thread.stop();
+  run.deform = deform_thread.times();
   return run;
 }
 
@@ -122,6 +127,7 @@ std::string realtime_table(const RealtimeRun& run) {
   table += percentile_head("us") + percentile_row("touch", run.touch.work) +
            percentile_row("touch woken late", run.touch.wake_up) + percentile_row("shape", run.shape.work) +
            percentile_row("shape woken late", run.shape.wake_up) + percentile_row("contacts' age", run.age);
+  if (!run.deform.empty()) table += percentile_row("solve beside touch", run.deform);
   return table + "\n";
 }
 
@@ -152,6 +158,7 @@ std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player&
       entry["shape"] = loop_summary(run.shape);
       entry["contacts_age_us"] = percentile_summary(run.age);
     }
+    if (!run.deform.empty()) entry["deform_us"] = percentile_summary(run.deform);
     out["realtime"].push_back(entry);
   }
   out["warnings"] = realtime_warnings(runs);

@@ -230,7 +230,7 @@ std::vector<std::string> displacement_warnings(const Player& player, const Bundl
     if (largest.length <= *limit) return {};
     return {begin + fmt::format("{:.3g} mm that `displacement` in the scene's [limits] allows", 1e3 * *limit)};
   }
-  if (player.scene().deformation == SceneConfig::Deformation::large) return {};  // right at any depth
+  if (player.scene().deformation != SceneConfig::Deformation::linear) return {};  // right at any depth
   const auto provenance = nlohmann::json::parse(fields.provenance, nullptr, false);
   const auto stated = provenance.is_object() ? provenance.find("accuracy_linear_limit_mm") : provenance.end();
   const bool measured = stated != provenance.end() && stated->is_number();

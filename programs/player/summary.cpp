@@ -122,6 +122,10 @@ std::string Summary::text(const Timing& timing, const BundleFields& fields, cons
   out["touches_with_flag"] = counts_by_name(touch_flags_);
   out["shapes_with_flag"] = counts_by_name(shape_flags_);
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};
+  if (!timing.deform_us.empty()) {
+    out["deform_hz"] = scene.deform_hz;
+    out["timing_us"]["deform"] = percentiles(timing.deform_us);
+  }
   if (!timing.skin_us.empty()) out["timing_us"]["skin"] = percentiles(timing.skin_us);
   return out.dump(2) + "\n";
 }

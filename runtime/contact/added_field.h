@@ -29,10 +29,12 @@ class AddedField {
 
   // Begins a step whose field is that of the step before.
   void keep() { before_ = now_, change_ = 0; }
-  // Begins a step with another field. field: [nodes][3] m. Cost: a pass over the nodes.
-  void set(const float* field) {
+  // Begins a step with the field newest + share (newest - last). Both: [nodes][3] m. Cost: a pass over the nodes.
+  void set(const float* newest, const float* last, double share) {
     before_ = now_, now_ = 1 - now_;
-    std::copy(field, field + 3 * static_cast<std::size_t>(nodes_), field_[now_]);
+    const auto s = static_cast<float>(share);
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i)
+      field_[now_][i] = newest[i] + s * (newest[i] - last[i]);
     float most = 0, moved = 0;
     for (std::int32_t n = 0; n < surface_nodes_; ++n) {
       const float *const u = field_[now_] + 3 * static_cast<std::size_t>(n), *const v = field_[before_] +

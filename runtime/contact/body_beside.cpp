@@ -45,11 +45,18 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
   acting_.constraints = memory.array<ContactConstraint>(constraints);
   acting_.target = memory.array<Vec3>(constraints);
   force_ = memory.array<Vec3>(nodes);
+  for (int i = 0; i < 2; ++i) {
+    const std::size_t numbers = 3 * static_cast<std::size_t>(limits.field_nodes);
+    offset_[i] = memory.array<float>(numbers), solved_[i] = memory.array<Solved>(constraints);
+    memory.keep(solved_count_[i]);
+    memory.keep_array(offset_[i], numbers), memory.keep_array(solved_[i], constraints, solved_count_[i]);
+  }
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number : {&told_.residual, &told_.least_volume, &behind_}) memory.keep(*number);
-  for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &follows_, &published_})
+  for (double* number : {&told_.residual, &told_.least_volume, &missed_}) memory.keep(*number);
+  for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
+                               &behind_, &goes_on_, &published_})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(begun_beside_);
   return !memory.failed();
@@ -58,7 +65,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
 void BodyBeside::forget() {
   ++begun_;
   added_.forget();
-  told_ = {}, behind_ = 0, follows_ = 0;
+  told_ = {}, missed_ = -1, behind_ = goes_on_ = 0, solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
 BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
@@ -79,32 +86,102 @@ void BodyBeside::give(const ContactConstraints& set) {
   palpate_mailbox_publish(jobs());
 }
 
-// A contact that the solution does not have, or that has ended since, counts with its whole target. Both lists ascend.
-double BodyBeside::distance(const ContactConstraints& set, Solution* newest) const {
-  const Solved *solved = newest ? solved_of(newest) : nullptr, *const end =
-                                                                   solved + (newest ? newest->constraint_count : 0);
-  double most = 0;
+// A contact that the solution does not have, or that has ended since, is as far from it as its whole target. Both lists ascend.
+bool BodyBeside::is_behind(const ContactConstraints& set) const {
+  const Solved *solved = solved_[newest_], *const end = solved + solved_count_[newest_];
+  double unknown = 0, way = 0, largest = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& now = set.constraints[p];
-    for (; solved != end && order(*solved, now) < 0; ++solved) most = std::max(most, length(solved->target));
+    for (; solved != end && order(*solved, now) < 0; ++solved) unknown = std::max(unknown, length(solved->target));
     const Vec3 target = in_axes(now, only(now.axes, set.target[p]));
-    const bool known = solved != end && order(*solved, now) == 0;
-    most = std::max(most, length(known ? target - solved->target : target));
-    solved += known;
+    largest = std::max(largest, length(only(now.axes, acting_.target[p])));
+    if (solved != end && order(*solved, now) == 0)
+      way = std::max(way, length(target - solved++->target));
+    else
+      unknown = std::max(unknown, length(target));
   }
-  for (; solved != end; ++solved) most = std::max(most, length(solved->target));
-  return most;
+  for (; solved != end; ++solved) unknown = std::max(unknown, length(solved->target));
+  if (unknown > kBehindUnknown) return true;
+  return missed_ < 0 ? way > kBehindUnknown : missed_ * way > std::max(kLeastMiss, kBehind * largest);
+}
+
+void BodyBeside::copy(Solution* newest) {
+  newest_ = 1 - newest_;
+  told_ = newest->told;
+  solved_count_[newest_] = newest->constraint_count;
+  std::copy_n(solved_of(newest), newest->constraint_count, solved_[newest_]);
+  std::copy_n(added_of(newest), 3 * static_cast<std::size_t>(limits_.field_nodes), offset_[newest_]);
+  solutions_taken_ = std::min(2, solutions_taken_ + 1);
+}
+
+bool BodyBeside::same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const {
+  if (count != set.constraint_count) return false;
+  for (std::int32_t p = 0; p < count; ++p)
+    if (order(solved[p], set.constraints[p]) != 0) return false;
+  return true;
+}
+
+// s. Zero where the two solutions have other contacts, or where one had no solution.
+template <class Target>
+double BodyBeside::share(std::int32_t count, Target target) const {
+  const Solved *const now = solved_[newest_], *const before = solved_[1 - newest_];
+  if (solutions_taken_ < 2 || told_.failed || count != solved_count_[newest_] || count != solved_count_[1 - newest_])
+    return 0;
+  double along = 0, squared = 0;
+  for (std::int32_t p = 0; p < count; ++p) {
+    if (order(now[p], before[p]) != 0) return 0;
+    const Vec3 went = now[p].target - before[p].target;
+    along += dot(target(p) - now[p].target, went), squared += dot(went, went);
+  }
+  return squared > 0 ? std::clamp(along / squared, -1.0, 1.0) : 0;
+}
+
+// Before copy(): by how much what the touch would have added at the targets of the new solution misses what this adds.
+void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
+  const Solved* const solved = solved_of(newest);
+  const std::int32_t count = newest->constraint_count;
+  const bool same = solutions_taken_ > 0 && count > 0 && same_contacts(solved, count, set) &&
+                    same_contacts(solved_[newest_], solved_count_[newest_], set);
+  const bool goes_on = goes_on_ != 0;
+  goes_on_ = 0;
+  if (!same || newest->told.failed) {
+    missed_ = -1;
+    return;
+  }
+  const double s = share(count, [&](std::int32_t p) { return solved[p].target; });
+  double missed = 0, missed_at_rest = 0, way = 0;  // going on; with o as it was
+  for (std::int32_t p = 0; p < count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    Vec3 miss, change;
+    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+      for (int i = 0; i < 3; ++i) {
+        const std::size_t at = 3 * static_cast<std::size_t>(set.nodes[e].node) + static_cast<std::size_t>(i);
+        const auto last = static_cast<double>(offset_[newest_][at]),
+                   earlier = static_cast<double>(offset_[1 - newest_][at]);
+        change[i] += set.nodes[e].weight * (last - static_cast<double>(added_of(newest)[at]));
+        miss[i] += set.nodes[e].weight * s * (last - earlier);
+      }
+    missed = std::max(missed, length(change + miss)), missed_at_rest = std::max(missed_at_rest, length(change));
+    way = std::max(way, length(solved[p].target - solved_[newest_][p].target));
+  }
+  constexpr double least_way = 1e-5;  // m; below, the solver's tolerance decides
+  constexpr double forgets = 0.7;     // from one solution to the next
+  if (way > least_way) missed_ = std::max((goes_on ? missed : missed_at_rest) / way, forgets * missed_);
+  goes_on_ = missed < 0.5 * missed_at_rest;
 }
 
 const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* fresh) {
   Solution* const newest = take_newest(fresh);
-  if (newest) told_ = newest->told;
-  if (*fresh)
-    added_.set(added_of(newest));
+  if (*fresh) measure_miss(set, newest), copy(newest);
+  const auto target_of = [&](std::int32_t p) {
+    return in_axes(set.constraints[p], only(set.constraints[p].axes, set.target[p]));
+  };
+  if (newest && same_contacts(solved_[newest_], solved_count_[newest_], set))
+    added_.set(offset_[newest_], offset_[1 - newest_], goes_on_ ? share(set.constraint_count, target_of) : 0);
+  else if (newest)
+    added_.set(offset_[newest_], offset_[newest_], 0);
   else
     added_.keep();
-  follows_ = newest != nullptr;
-  behind_ = distance(set, newest);
   give(set);
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;
@@ -112,7 +189,10 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
   acting_.constraints = constraints, acting_.target = targets;
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints);
   std::copy(set.target, set.target + set.constraint_count, targets);
-  if (!newest) return acting_;
+  if (!newest) {
+    behind_ = is_behind(set);
+    return acting_;
+  }
   const float* const displacement = displacement_of(newest);
   const auto moved = [&](std::int32_t node) {
     const float* const u = displacement + 3 * static_cast<std::size_t>(node);
@@ -127,6 +207,7 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
       constraint.frame = times_transposed(constraint.frame, turned_.turn(nodes, constraint.node_count, moved));
     targets[p] = constraint.framed ? constraint.frame * target : target;
   }
+  behind_ = is_behind(set);
   return acting_;
 }
 
@@ -152,7 +233,7 @@ void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Out
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
   solution->begun = begun_beside_;
-  solution->told = {outcome.steps,  outcome.cut,      outcome.unfinished,
+  solution->told = {outcome.steps,  outcome.cut,      outcome.residual > kUnfinished,
                     outcome.failed, outcome.residual, outcome.least_volume};
   solution->constraint_count = published_ = set.constraint_count;
   Solved* const solved = solved_of(solution);

@@ -4,7 +4,10 @@
 // A solution is the displacement u of all nodes under the forces f that hold the contacts at their targets. What the linear organ
 // does not do of it is o = u - Y f, where Y f is the linear response (large_solver.h). The touch solves the linear contacts with
 // the targets d - W o, and adds o to the displacement that they make. Where the targets are those of the solution, forces and shape are
-// those of the solution, too; where they are not, the difference is linear.
+// those of the solution, too. Where they are not, o goes on as it went from the last solution to the newest one: o is a smooth function
+// of the targets, and s = (d - d_n) . (d_n - d_(n-1)) / |d_n - d_(n-1)|^2, within -1 and 1, says how far along their change the
+// targets are now. Where that would have missed the newest solution by more than half of what o_n alone missed it by, as after a turn
+// of a tool, o stays. Nothing of this enters the solutions.
 //
 // Two mailboxes (palpate_mailbox.h) connect the threads. Neither waits for the other.
 #pragma once
@@ -27,9 +30,14 @@ class BodyBeside {
     std::int32_t field_nodes = 0,
                  surface_nodes = 0;  // whose displacements a solution has; at least those of the surface
   };
-  // A contact farther than this from the target that was solved, m, is not to be trusted (DEFORMATION_BEHIND): the tangent of
-  // the deformed organ is not the linear one. docs/method.md, section 14, has the errors on both sides of it.
-  static constexpr double kBehind = 1e-3;
+  // A step is not to be trusted (DEFORMATION_BEHIND) where its contacts are estimated to miss the solution of their targets by this
+  // share of what the linear organ does at them, and by more than kLeastMiss metres. The estimate is the way from the newest
+  // solution, times what the touch missed a solution by, for each metre of way, when it came. Where no solution has told that,
+  // contacts may be kBehindUnknown metres from the newest one. docs/method.md, section 14, has the errors.
+  static constexpr double kBehind = 0.05, kLeastMiss = 5e-5, kBehindUnknown = 1e-3;
+  // A solution is unfinished above this residual (LargeOutcome). It is less than a step's in the touch, because contacts go farther from
+  // one solution to the next one.
+  static constexpr double kUnfinished = 2 * LargeSolver::kTolerance;
 
   // body: made, borrowed; only deform() and restored() use it.
   bool create(SceneMemory& memory, DeformingBody* body, const Limits& limits);
@@ -47,11 +55,11 @@ class BodyBeside {
   };
   // Takes the newest solution, gives the constraints of a step to the other thread, and returns them as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
-  // *fresh: the solution is new, so that turned frames are. Cost: a pass over the nodes where it is new; six triangles a contact node.
+  // *fresh: the solution is new, so that turned frames are. Cost: a pass over the nodes; six triangles a contact node.
   const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
   const Told& told() const { return told_; }
-  // m: how far the contacts of this step are from the targets of the solution.
-  double behind() const { return behind_; }
+  // The contacts of this step are too far from the newest solution.
+  bool behind() const { return behind_ != 0; }
   const AddedField& added() const { return added_; }
   // Forgets all solutions, also those that the other thread has not made yet.
   void forget();
@@ -95,9 +103,15 @@ class BodyBeside {
   palpate_mailbox* jobs() const { return reinterpret_cast<palpate_mailbox*>(jobs_); }
   palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
   Solution* take_newest(bool* fresh);
+  void copy(Solution* newest);
   void give(const ContactConstraints& set);
+  // At the targets target(p), of constraints 0 .. count - 1 in the organ's axes.
+  template <class Target>
+  double share(std::int32_t count, Target target) const;
+  bool same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const;
   void publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome);
-  double distance(const ContactConstraints& set, Solution* newest) const;
+  void measure_miss(const ContactConstraints& set, Solution* newest);
+  bool is_behind(const ContactConstraints& set) const;
 
   DeformingBody* body_ = nullptr;
   TurnedSurface turned_;
@@ -105,11 +119,16 @@ class BodyBeside {
   std::uint64_t *jobs_ = nullptr, *solutions_ = nullptr;  // the mailboxes' memory
   // Of the touch:
   AddedField added_;
+  float* offset_[2] = {};   // [field nodes][3] m, o of the newest solution and of the last one, turn by turn
+  Solved* solved_[2] = {};  // [constraints]
+  std::int32_t solved_count_[2] = {}, newest_ = 0;
   ContactConstraints acting_;
   Told told_;
-  double behind_ = 0;
+  double missed_ = -1;        // m for each metre of way to a solution, by how much the touch missed it; -1: not known
+  std::int32_t goes_on_ = 0;  // o does, between solutions
+  std::int32_t behind_ = 0;
   std::uint64_t begun_ = 1;
-  std::int32_t follows_ = 0;  // a solution counts
+  std::int32_t solutions_taken_ = 0;  // since forget(); 2 and more count as 2
   // Of the other thread:
   ContactConstraints job_set_;
   Vec3* force_ = nullptr;  // [nodes] N

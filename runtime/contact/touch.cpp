@@ -296,8 +296,7 @@ class Touch {
       if (set.constraints[p].framed) count_renewal();
     std::uint32_t flags = 0;
     if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
-    if (told.cut || told.unfinished || touch_state_.beside.behind() > BodyBeside::kBehind)
-      flags |= PALPATE_STEP_DEFORMATION_BEHIND;
+    if (told.cut || told.unfinished || touch_state_.beside.behind()) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
     flags_ |= flags;
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
       if (tools_[t].contacts > 0) touch_state_.input.tool(t).flags |= flags;

@@ -72,7 +72,10 @@ palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool*
 }
 
 int32_t palpate_scene_deform(palpate_scene* scene) {
-  return scene && palpate::deforms_beside(scene->def) ? scene->touch.beside.deform() : -1;
+  if (!scene || !palpate::deforms_beside(scene->def)) return -1;
+  const std::int32_t evaluations = scene->touch.beside.deform();
+  scene->watch.ended(palpate::Pass::deform);
+  return evaluations;
 }
 
 const palpate_contact_report* palpate_scene_report(const palpate_scene* scene) {

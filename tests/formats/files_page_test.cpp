@@ -234,6 +234,7 @@ file = "fine.ply"
 [rate]
 @rate.touch@
 @rate.shape@
+@rate.deform@
 [limits]
 @limits.force@
 @limits.force_slew@

@@ -215,7 +215,7 @@ class Scene:
         radial: Literal["off", "response"] = ...,
         preload: Literal["off", "on"] = ...,
         queries: Literal["off", "on"] = ...,
-        deformation: Literal["linear", "large"] = ...,
+        deformation: Literal["linear", "large", "large-beside"] = ...,
         report: Literal["off", "contacts"] = ...,
         relaxation: Optional[Sequence[tuple[float, float]]] = ...,
         render_mesh: Union[npt.ArrayLike, tuple[npt.ArrayLike, npt.ArrayLike], None] = ...,
@@ -239,6 +239,7 @@ class Scene:
     def plan(self) -> list[PlanPass]: ...
     def make_contacts(self) -> Contacts: ...
     def touch(self, tools: Iterable[Tool], dt: float, contacts: Contacts) -> StepFlags: ...
+    def deform(self) -> int: ...
     def shape(
         self,
         contacts: Contacts,

@@ -13,7 +13,7 @@ const WORDS = /** @type {const} */ ({
   force: ["off", "linear", "response"],
   shape: ["off", "surface", "volume"],
   radial: ["off", "response"],
-  deformation: ["linear", "large"],
+  deformation: ["linear", "large", "large-beside"],
   queries: ["off", "on"],
   report: ["off", "contacts"],
 });

@@ -689,7 +689,7 @@ enum {
   PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13 /* LARGE: the body has not followed its tools to the end: the steps of max_operations
                                              ended far from the solution, or a move that would have turned a tetrahedron inside out
                                              was cut. The next steps go on from there. LARGE_BESIDE: that of the newest solution, or
-                                             a contact is more than 1 mm from where it was in the newest solution                */
+                                             the contacts have gone so far from it that they are estimated to miss theirs by 5 % */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;

@@ -124,6 +124,8 @@ class Scene {
   palpate_step_flags touch(const palpate_tool* tools, std::int32_t count, double dt, Contacts& contacts) noexcept {
     return palpate_scene_touch(get(), tools, count, dt, contacts.get(), contacts.bytes());
   }
+  // In a thread of its own, beside those of touch and shape.
+  std::int32_t deform() noexcept { return palpate_scene_deform(get()); }
   palpate_step_flags shape(const Contacts& contacts, palpate_shape_out& out) noexcept {
     return palpate_scene_shape(get(), contacts.get(), &out);
   }

@@ -172,7 +172,9 @@ TEST_F(ContactsDatagram, HasDirectionsOfAnyLengthUpToOne) {
     seal(bytes);
     const bool fits = std::fabs(length) <= 1;
     EXPECT_EQ(decode(bytes), fits ? DatagramFault::none : DatagramFault::number) << length;
-    if (fits) EXPECT_EQ(palpate_contacts_tool(got_->get(), 0)->direction[1], length);
+    if (fits) {
+      EXPECT_EQ(palpate_contacts_tool(got_->get(), 0)->direction[1], length);
+    }
   }
 }
 

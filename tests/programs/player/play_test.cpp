@@ -207,6 +207,30 @@ TEST_F(PlayedScene, KnowsNoLimitOfLinearElasticityUnderLargeDeformation) {
               HasSubstr("beyond the 1 mm that `displacement` in the scene's [limits] allows"));
 }
 
+TEST_F(PlayedScene, SolvesLargeDeformationBesideTheTouchAtItsRate) {
+  tests::BundleParts parts = tests::tiny_bundle();
+  add_large_deformation(parts, {0});
+  write_bundle(folder_ / "box.h5", parts);
+  const auto played = [&](const std::string& rate) {
+    write_scene(kProbe, "[effects]\ndeformation = \"large-beside\"\n[rate]\n" + rate);
+    const Ended ended = run("scene.toml -o out");
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    const std::string forces = read_text(folder_ / "out/forces.csv");
+    const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+    EXPECT_EQ(summary["deform_hz"], rate == "deform = 200\n" ? 200 : 50);
+    EXPECT_TRUE(summary["timing_us"].contains("deform"));
+    return forces;
+  };
+  const std::string often = played("deform = 200\n");
+  EXPECT_EQ(often, played("deform = 200\n")) << "a run is not the same twice";
+  EXPECT_NE(often, played("deform = 50\n"));
+  EXPECT_THAT(run("scene.toml --explain").output, HasSubstr("deformation: large-beside"));
+  EXPECT_THAT(run("scene.toml --realtime --rate 500 --seconds 0.2 -o clock").output, HasSubstr("solve beside touch"));
+  std::filesystem::remove_all(folder_ / "out");
+  write_scene(kProbe, "[effects]\ndeformation = \"large-beside\"\n[rate]\ndeform = 2000\n");
+  expect_refused("scene.toml -o out", "expected a rate of at least 1e-6 Hz and up to the touch rate, 1000 Hz");
+}
+
 TEST_F(PlayedScene, WarnsOfTenMillimetresOnALargeOrganWithoutAFigureOfItsOwn) {
   write_bundle(folder_ / "box.h5", tests::tiny_bundle({.size = {0.3, 0.25, 0.2}}));
   const auto pressed_to = [&](const std::string& z) {
