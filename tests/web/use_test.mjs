@@ -311,6 +311,41 @@ test("times have a median and a spread, the touch rate is measured, and a push b
   await closed(page);
 });
 
+test("a section cuts the organ open: its area is that of the box, follows the plane and the press, and asks for the interior", async () => {
+  const page = await ready();
+  const section = () => page.evaluate(() => globalThis.palpateViewer.shown.section);
+  assert.equal(await section(), 0);
+  assert.equal(await page.evaluate(() => globalThis.palpateViewer.shown.inside), 0, "nothing is computed for a section that nobody asks for");
+  const extent = await page.evaluate(() => {
+    const at = globalThis.palpateViewer.shown.positions, range = (d) => {
+      const along = at.filter((_, i) => i % 3 === d);
+      return Math.max(...along) - Math.min(...along);
+    };
+    return [0, 1, 2].map(range);
+  });
+  for (const [d, axis] of ["x", "y", "z"].entries()) {
+    await page.selectOption("#section", axis);
+    const exact = extent[0] * extent[1] * extent[2] / extent[d];
+    for (const place of ["20", "50", "73"]) {
+      await page.fill("#section-at", place);
+      await page.waitForFunction(() => globalThis.palpateViewer.shown.section > 0);
+      assert.ok(Math.abs((await section()) / exact - 1) < 1e-4, `${axis} at ${place}: ${await section()} m^2, the box has ${exact}`); // single precision
+    }
+  }
+  assert.equal(await page.isChecked('[data-effect="interior"]'), true);
+  await page.selectOption("#section", "none");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.section === 0);
+  await page.click("#keep + span");
+  await drag(page, [0, 0], [60, -60]);
+  await page.selectOption("#section", "z");
+  await page.fill("#section-at", "50");
+  await page.waitForFunction((rest) => Math.abs(globalThis.palpateViewer.shown.section / rest - 1) > 1e-3, extent[0] * extent[1]);
+  await page.uncheck('[data-effect="interior"]');
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.section === 0);
+  assert.deepEqual(page.failures, []);
+  await closed(page);
+});
+
 test("a soft support is shown where the bundle has one", async () => {
   const page = await ready();
   const soft = /softly/.test(await page.textContent("#facts")), triangles = await page.evaluate(() => globalThis.palpateViewer.mesh.soft.length);

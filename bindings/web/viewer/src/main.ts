@@ -16,6 +16,7 @@ import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files"
 import { readScene } from "./scene_reader";
 import { fetched, megabytes, servedFiles } from "./served";
 import { ToolPointer } from "./tool_pointer";
+import type { SectionAxis } from "./section";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 import { chosenLanguage, count, decimal, fill, fixed, keepInAddress, offerLanguages, speak, word, type Key } from "./words";
 
@@ -170,6 +171,11 @@ class Viewer {
     const softSwitch = byId<HTMLInputElement>("show-soft");
     softSwitch.disabled = mesh.soft.length === 0;
     softSwitch.closest(".line")!.classList.toggle("absent", softSwitch.disabled);
+    const section = byId<HTMLSelectElement>("section");
+    section.disabled = mesh.tetrahedra.length === 0;
+    section.closest(".line")!.classList.toggle("absent", section.disabled);
+    if (section.disabled) section.value = "none";
+    this.cut();
     this.limit = linearLimit(provenance, mesh.positions);
     this.tellUser("");
     byId("hint").classList.remove("done");
@@ -415,6 +421,8 @@ class Viewer {
         input.value = "";
       });
     for (const id of ["colour-by", "show-mesh", "show-fixed", "show-soft", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
+    byId("section").addEventListener("change", () => this.cut());
+    byId("section-at").addEventListener("input", () => this.cut());
     byId("radius").addEventListener("input", () => this.showRadius());
     byId("radius").addEventListener("change", () => this.changeEffects(this.effects));
     byId("keep").addEventListener("change", () => !isOn("keep") && this.letGo());
@@ -487,6 +495,18 @@ class Viewer {
     this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), soft: isOn("show-soft"), touchable: isOn("show-touchable") });
     if (this.newest) this.view.move(this.newest.shape);
     byId("legend").hidden = by === "nothing";
+  }
+
+  // A section needs the places of the inner nodes.
+  private cut() {
+    const axis = byId<HTMLSelectElement>("section").value as SectionAxis;
+    if (axis !== "none" && this.effects.shape !== "volume") {
+      this.changeEffects({ ...this.effects, shape: "volume" });
+      this.showEffects();
+    }
+    byId("section-place").hidden = axis === "none";
+    this.view.section.set(axis, Number(byId<HTMLInputElement>("section-at").value) / 100, (direction) => this.view.camera.facing(direction));
+    if (this.newest) this.view.move(this.newest.shape);
   }
 
   private dress() {
@@ -593,7 +613,7 @@ class Viewer {
   // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
-    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
 }
 

@@ -59,6 +59,7 @@ export interface Mesh {
   positions: Float32Array; // rest, [node][3] m, of the surface
   triangles: Uint32Array;
   tetrahedra: Uint32Array; // empty where the bundle has no interior
+  region: Int32Array; // of each of these tetrahedra
   fixed: Int32Array; // surface nodes that are fixed in every direction
   touchable: Int32Array;
   soft: Int32Array; // triangles over an elastic foundation

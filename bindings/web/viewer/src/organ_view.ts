@@ -1,6 +1,6 @@
 // Draws the organ, the tools and their forces in three dimensions.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DynamicDrawUsage, Group,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, Group,
   HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, Points, PointsMaterial, Raycaster,
   Scene, SphereGeometry, TorusGeometry, Vector2, Vector3, WebGLRenderer,
 } from "three";
@@ -8,6 +8,7 @@ import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { OrganCamera } from "./organ_camera";
 import { NoduleMarks } from "./nodule_marks";
+import { Section } from "./section";
 import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const NEWTON = 0.03; // m of arrow
@@ -43,6 +44,7 @@ const FINE_HIDES = 0.004; // m: marks on the coarse surface show through a finer
 export class OrganView {
   readonly camera: OrganCamera;
   readonly noduleMarks = new NoduleMarks();
+  readonly section = new Section(TISSUE);
   most = 0.005; // m: the palest colour
   private renderer: WebGLRenderer;
   private scene = new Scene();
@@ -73,7 +75,8 @@ export class OrganView {
     sky.position.set(0, 0, 1);
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
-    this.scene.add(this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group));
+    this.renderer.localClippingEnabled = true;
+    this.scene.add(this.section.cut, this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group));
     for (const { material } of [this.soft, this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
   }
 
@@ -110,6 +113,7 @@ export class OrganView {
     this.inside.geometry.dispose();
     this.inside.geometry = new BufferGeometry();
     this.tetrahedra = mesh.tetrahedra;
+    this.section.open(mesh);
     this.move({ positions: mesh.positions, inside: new Float32Array(0), lengths: new Float32Array(nodes), fine: null });
     this.camera.open(sphere.center, sphere.radius, mesh.positions, frame);
   }
@@ -148,9 +152,12 @@ export class OrganView {
     return roundUp(Math.max(most, this.most > 2.5 * most ? most : Math.min(this.most, 2.5 * most)));
   }
 
-  // Edges between two nodes of which at least one is inside; computed when they are first drawn.
+  // Edges between two nodes of which at least one is inside, computed when they are first drawn; or the section.
   private moveInside(positions: Float32Array, inside: Float32Array) {
-    this.inside.visible = inside.length > 0;
+    this.section.move(positions, inside);
+    for (const { material } of [this.surface, this.soft, this.wire, this.fixed, this.touchable]) material.clippingPlanes = this.section.planes;
+    this.surface.material.side = this.section.cut.visible ? DoubleSide : FrontSide;
+    this.inside.visible = inside.length > 0 && !this.section.cut.visible;
     const skin = this.surface.material;
     if (skin.transparent !== this.inside.visible) {
       skin.transparent = this.inside.visible;
@@ -208,8 +215,9 @@ export class OrganView {
   pick(x: number, y: number): Hit | null {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     this.raycaster.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera.camera);
-    const hit = this.raycaster.intersectObject(this.surface, false)[0];
-    if (!hit?.face) return null;
+    const drawn = (point: Vector3) => this.section.planes.every((plane) => plane.distanceToPoint(point) >= 0);
+    const hit = this.raycaster.intersectObject(this.surface, false).find(({ point }) => drawn(point));
+    if (!hit?.face || hit.face.normal.dot(this.raycaster.ray.direction) > 0) return null; // the cut is before it
     const corners = [hit.face.a, hit.face.b, hit.face.c];
     const barycentric = barycentricOf(hit.point, corners.map((n) => new Vector3().fromBufferAttribute(this.geometry.getAttribute("position") as BufferAttribute, n)));
     const mix = (of: Float32Array) => [0, 1, 2].map((d) => corners.reduce((sum, n, i) => sum + barycentric[i] * of[3 * n + d], 0)) as Vector;
