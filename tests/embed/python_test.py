@@ -137,6 +137,13 @@ class Scene(unittest.TestCase):
     def setUp(self):
         self.bundle = palpate.Bundle(BUNDLE)
 
+    def test_deform_is_for_large_deformation_beside_the_touch_alone(self):
+        bundle = palpate.Bundle(BUNDLE)
+        with self.assertRaisesRegex(ValueError, "large-beside"):
+            palpate.Scene(bundle).deform()
+        with self.assertRaisesRegex(palpate.Error, "large/order"):  # the bundle was not made for it
+            palpate.Scene(bundle, deformation="large-beside")
+
     def test_takes_every_effect_by_its_word(self):
         words = {
             "collision": ("off", "rest", "deformed"),

@@ -147,7 +147,17 @@ for (const wasm of wasms) {
     scene.shape();
     assert.ok(Math.max(...scene.displacements.map(Math.abs)) < 1e-6);
     assert.throws(() => bundle.createScene({ ...effects, deformation: "large", force: "response" }), PalpateError);
-    linear.destroy(), scene.destroy(), bundle.close();
+    // Beside the touch: solved between the touches, to the same force.
+    const beside = bundle.createScene({ ...effects, deformation: "large-beside" });
+    assert.equal(linear.deform(), -1);
+    assert.equal(beside.deform(), 0, "nothing to do before the first touch");
+    for (const points of press(8e-3, 150)) {
+      play(beside, [points]);
+      while (beside.deform() > 0);
+    }
+    play(beside, [press(8e-3, 150).at(-1)]);
+    assert.ok(Math.abs(beside.forceRaw(0)[2] / second - 1) < 0.01, `${beside.forceRaw(0)[2]} N, large ${second} N`);
+    linear.destroy(), scene.destroy(), beside.destroy(), bundle.close();
   });
 
   test(`${wasm}: a saved state goes on with the same bits`, () => {
