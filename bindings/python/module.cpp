@@ -79,7 +79,8 @@ void add_step_flags(py::module_& module) {
                 {"WORK_DEFERRED", PALPATE_STEP_WORK_DEFERRED},
                 {"SOLVE_INEXACT", PALPATE_STEP_SOLVE_INEXACT},
                 {"DISCS_THINNED", PALPATE_STEP_DISCS_THINNED},
-                {"DEFORMATION_BEHIND", PALPATE_STEP_DEFORMATION_BEHIND}});
+                {"DEFORMATION_BEHIND", PALPATE_STEP_DEFORMATION_BEHIND},
+                {"LINK_BROKE", PALPATE_STEP_LINK_BROKE}});
 }
 
 void add_device_flags(py::module_& module) {

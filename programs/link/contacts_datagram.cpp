@@ -118,7 +118,7 @@ DatagramFault read_node(Reader& in, palpate_contact_node& node, int tools, const
   in.vector(node.modified_displacement);
   in.vector(node.force);
   if (node.column < 0 || static_cast<std::size_t>(node.column) >= limits.touchable.size() ||
-      node.node != limits.touchable[static_cast<std::size_t>(node.column)] || node.tool < 0 || node.tool >= tools ||
+      node.node != limits.touchable[static_cast<std::size_t>(node.column)] || node.tool < -1 || node.tool >= tools ||
       node.point < 0)
     return DatagramFault::index;
   return is_sane(node.modified_displacement, 3) && is_sane(node.force, 3) ? DatagramFault::none : DatagramFault::number;

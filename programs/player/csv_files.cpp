@@ -43,7 +43,7 @@ void CsvFiles::write(const TouchRecord& touch) {
   const palpate_contact_node* nodes = palpate_contacts_node(&touch.contacts, 0);
   for (int n = 0; n < touch.contacts.node_count; ++n)
     fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{}\n", touch.time,
-                   quoted(scene_.tools[nodes[n].tool].name), nodes[n].point, nodes[n].node,
+                   nodes[n].tool < 0 ? "link" : quoted(scene_.tools[nodes[n].tool].name), nodes[n].point, nodes[n].node,
                    fmt::join(nodes[n].modified_displacement, ","), fmt::join(nodes[n].force, ","));
   append(contacts_, rows);
 }

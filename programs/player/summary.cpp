@@ -11,11 +11,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED",  "REGULARISED",   "RESPONSE_RANGE",
-                                      "FORCE_LIMITED", "BUNDLE_LOST",       "NOT_TOUCHABLE", "UNSOLVED",
-                                      "OTHER_BUNDLE",  "TRACKING_LOST",     "WORK_DEFERRED", "SOLVE_INEXACT",
-                                      "DISCS_THINNED", "DEFORMATION_BEHIND"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_DEFORMATION_BEHIND);
+constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED",   "REGULARISED",   "RESPONSE_RANGE",
+                                      "FORCE_LIMITED", "BUNDLE_LOST",        "NOT_TOUCHABLE", "UNSOLVED",
+                                      "OTHER_BUNDLE",  "TRACKING_LOST",      "WORK_DEFERRED", "SOLVE_INEXACT",
+                                      "DISCS_THINNED", "DEFORMATION_BEHIND", "LINK_BROKE"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_LINK_BROKE);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;
@@ -58,7 +58,7 @@ void Summary::add(const TouchRecord& touch) {
   touch_flags_.add(touch.flags);
   for (int n = 0; n < touch.contacts.node_count; ++n) {
     const palpate_contact_node& node = *palpate_contacts_node(&touch.contacts, n);
-    if (node.point < tools_[node.tool].points) tools_[node.tool].point_touched = true;
+    if (node.tool >= 0 && node.point < tools_[node.tool].points) tools_[node.tool].point_touched = true;
   }
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const palpate_tool_state& state = *palpate_contacts_tool(&touch.contacts, t);

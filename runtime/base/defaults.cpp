@@ -1,4 +1,6 @@
 // The library's version, and the defaults that palpate.h states, written as structs of the host's size.
+#include <cmath>
+
 #include "runtime/base/host_struct.h"
 
 #define PALPATE_TEXT_OF(number) #number
@@ -71,6 +73,13 @@ void palpate_init_tool(palpate_tool* tool, size_t struct_bytes) {
   palpate_tool defaults = {};
   defaults.id = -1;
   write_host_struct(defaults, tool, struct_bytes);
+}
+
+void palpate_init_link(palpate_link* link, size_t struct_bytes) {
+  palpate_link defaults = {};
+  defaults.id = -1;
+  defaults.stiffness = defaults.breaking_force = INFINITY;
+  write_host_struct(defaults, link, struct_bytes);
 }
 
 void palpate_init_shape_out(palpate_shape_out* out, size_t struct_bytes) {

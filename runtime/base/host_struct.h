@@ -42,6 +42,8 @@ inline constexpr std::size_t kLeastStructBytes<palpate_grip> = offsetof(palpate_
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_tool> = offsetof(palpate_tool, disc_radius);
 template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_link> = offsetof(palpate_link, rest_length);
+template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(palpate_shape_out, positions);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_skin_out> = offsetof(palpate_skin_out, normals);

@@ -14,6 +14,7 @@ enum class Pass : std::int32_t {
   collision,
   rows,
   contact,
+  links,
   force,
   relaxation,
   output,

@@ -4,9 +4,13 @@
 #include <cstdint>
 
 #include "runtime/base/vec3.h"
+#include "runtime/include/palpate/palpate.h"
 #include "runtime/surface/surface_index.h"
 
 namespace palpate {
+
+// The tool of constraints that belong to a link in place of a tool; `point` is then the link's index.
+constexpr std::int32_t kToolOfLinks = PALPATE_MAX_TOOLS;
 
 // One node under one contact, where a force acts. The same node may serve several contacts.
 struct ContactNode {

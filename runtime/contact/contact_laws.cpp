@@ -11,16 +11,6 @@ namespace {
 // Relative rounding by which a tangential force may exceed its friction.
 constexpr double kRounding = 1e-12;
 
-// Solves a x = b for a symmetric positive definite a.
-Vec3 solve3(const Mat3& a, Vec3 b) {
-  const double l10 = a.m[1][0] / a.m[0][0], l20 = a.m[2][0] / a.m[0][0];
-  const double d1 = a.m[1][1] - l10 * a.m[0][1], e = a.m[2][1] - l20 * a.m[0][1], l21 = e / d1;
-  const double d2 = a.m[2][2] - l20 * a.m[0][2] - l21 * (a.m[1][2] - l10 * a.m[0][2]);
-  const double y1 = b.y - l10 * b.x, y2 = b.z - l20 * b.x - l21 * y1;
-  const double z = y2 / d2, y = (y1 - (a.m[1][2] - l10 * a.m[0][2]) * z) / d1;
-  return {(b.x - a.m[0][1] * y - a.m[0][2] * z) / a.m[0][0], y, z};
-}
-
 // The reaction of a slipping contact: (own + lambda on the two tangential rows) r = c with |r_t| = mu r_n. lambda r_t is the
 // slip, opposite to the friction. With share = 1 / (1 + lambda / scale), the excess |r_t| - mu r_n changes its sign once as
 // share runs from 0 (no friction) to 1 (sticking); false position finds that root (the Illinois variant, which halves the
@@ -107,6 +97,15 @@ Vec3 constraint_force(const ContactConstraint& constraint, const Mat3& own, Vec3
 }
 
 }  // namespace
+
+Vec3 solve3(const Mat3& a, Vec3 b) {
+  const double l10 = a.m[1][0] / a.m[0][0], l20 = a.m[2][0] / a.m[0][0];
+  const double d1 = a.m[1][1] - l10 * a.m[0][1], e = a.m[2][1] - l20 * a.m[0][1], l21 = e / d1;
+  const double d2 = a.m[2][2] - l20 * a.m[0][2] - l21 * (a.m[1][2] - l10 * a.m[0][2]);
+  const double y1 = b.y - l10 * b.x, y2 = b.z - l20 * b.x - l21 * y1;
+  const double z = y2 / d2, y = (y1 - (a.m[1][2] - l10 * a.m[0][2]) * z) / d1;
+  return {(b.x - a.m[0][1] * y - a.m[0][2] * z) / a.m[0][0], y, z};
+}
 
 Mat3 own_compliance(const ContactSystem& system, std::int32_t p) {
   if (system.own) return system.own[p];

@@ -44,6 +44,9 @@ Mat3 own_compliance(const ContactSystem& system, std::int32_t p);
 // The same of all constraints; own: [constraint_count].
 void find_own_compliances(const ContactSystem& system, Mat3* own);
 
+// Solves a x = b for a symmetric positive definite a.
+Vec3 solve3(const Mat3& a, Vec3 b);
+
 // The numbers of constraint p's rows in an array over all rows; zero where it has no row.
 Vec3 gather(const ContactSystem& system, const double* numbers, std::int32_t p);
 

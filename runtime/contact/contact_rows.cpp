@@ -176,6 +176,30 @@ std::uint32_t ContactRows::hold_surface_point(const ContactWish& wish, const Sur
   return flags;
 }
 
+// Its second end has negative weights: the row holds the displacement of the first end against the second one.
+std::int32_t ContactRows::add_link(const LinkWish& link) {
+  const LinkEnd *const a = link.ends, *const b = link.ends + 1;
+  const bool made = has_room(1, a->count + b->count);
+  --to_come_;
+  if (!made) return -1;
+  ContactWish wish;
+  wish.tool = kToolOfLinks, wish.point = link.link, wish.law = link.law, wish.displacement = link.target;
+  ContactConstraint& constraint = add_constraint(wish, 0);
+  for (const LinkEnd* end : {a, b})
+    for (int v = 0; v < end->count; ++v)
+      add_held_node(wish, constraint, end->node[v], end == a ? end->weight[v] : -end->weight[v]);
+  constraint.local = a->local;
+  add_scaled(constraint.local, 1, b->local);
+  if (link.law != ContactLaw::sticking) {
+    const Vec3 tangent = across(link.along, {}), rows[3] = {link.along, tangent, cross(link.along, tangent)};
+    for (int i = 0; i < 3; ++i) store3(rows[i], constraint.frame.m[i]);
+    constraint.framed = true, constraint.axes = 1;
+    constraint.local = times_transposed(constraint.frame * constraint.local, constraint.frame);
+  }
+  for (int i = 0; i < 3; ++i) constraint.local.m[i][i] += link.softness;
+  return set_.constraint_count - 1;
+}
+
 // Takes over the patch of the last step where its surface point, radius and law are the same.
 bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfacePoint& surface_point) {
   const auto before = [&](const ContactConstraint& constraint) {

@@ -21,6 +21,27 @@ struct ContactWish {
   bool moved = false;     // its frame may have changed although its surface point is the same
 };
 
+// The nodes below one end of a link, with weights that sum to one. No nodes: the end does not move with the tissue.
+struct LinkEnd {
+  static constexpr int kMostNodes = 8;
+  std::int32_t count = 0, unused = 0;
+  std::int32_t node[kMostNodes] = {};
+  double weight[kMostNodes] = {};
+  Mat3 local;  // m/N, compliance below its disc that the mesh does not resolve
+  Vec3 rest;   // m, in the organ's frame
+  Vec3 moved;  // m, by the last step
+};
+
+// One link as it asks for its rows (links.h).
+struct LinkWish {
+  std::int32_t link = 0;
+  const LinkEnd* ends = nullptr;  // [2]
+  ContactLaw law = ContactLaw::sticking;
+  Vec3 along;           // unit; where the law is not sticking, the direction of its only row
+  Vec3 target;          // m: x along the row, or x, y, z
+  double softness = 0;  // m/N, of the link itself
+};
+
 class ContactRows {
  public:
   // What the constraints are made from; borrowed. rest and patch are nullptr where no effect needs them.
@@ -44,6 +65,9 @@ class ContactRows {
   // force stays bounded near a fixed border.
   // A disc or an interpolated point gets no more nodes than leave as many to each contact that is still to come (thin_nodes).
   std::uint32_t add_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
+
+  // The rows of a link, after all contacts, in ascending order of links. Returns its constraint; -1: there is no room.
+  std::int32_t add_link(const LinkWish& wish);
 
   const ContactConstraints& set() const { return set_; }
 

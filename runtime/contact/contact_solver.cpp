@@ -371,6 +371,25 @@ void ContactSolver::set_limits(const ContactConstraint* constraints, std::int32_
   }
 }
 
+Vec3 ContactSolver::displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const {
+  const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(e));
+  Vec3 u;
+  for (std::int32_t b = 0; b < set.node_count; ++b) u += c[compliance_.slot_of_contact_node(b)] * force[b];
+  return u;
+}
+
+Mat3 ContactSolver::compliance_between_nodes(const ContactConstraints& set, std::int32_t p) const {
+  const ContactConstraint& constraint = set.constraints[p];
+  const std::int32_t end = constraint.first_node + constraint.node_count;
+  Mat3 sum;
+  for (std::int32_t a = constraint.first_node; a < end; ++a) {
+    const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(a));
+    for (std::int32_t b = constraint.first_node; b < end; ++b)
+      add_scaled(sum, set.nodes[a].weight * set.nodes[b].weight, c[compliance_.slot_of_contact_node(b)]);
+  }
+  return sum;
+}
+
 // m, along the axis along which a contact node moves most; the square of a length of 1e-290 m would be zero. force: [node_count],
 // overwritten.
 double ContactSolver::largest_displacement(const ContactConstraints& set, Vec3* force) const {
@@ -378,9 +397,7 @@ double ContactSolver::largest_displacement(const ContactConstraints& set, Vec3* 
   spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction_, force);
   double most = 0;
   for (std::int32_t e = 0; e < set.node_count; ++e) {
-    const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(e));
-    Vec3 u;
-    for (std::int32_t b = 0; b < set.node_count; ++b) u += c[compliance_.slot_of_contact_node(b)] * force[b];
+    const Vec3 u = displacement(set, force, e);
     most = std::max({most, std::fabs(u.x), std::fabs(u.y), std::fabs(u.z)});
   }
   return most;

@@ -121,6 +121,12 @@ class ContactSolver {
   bool predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm, double* apart,
                        Operations* work);
 
+  // m/N, of constraint p of the last solve along x, y and z, without its local part: the weighted displacement of its nodes per unit
+  // of a force on them, weighted alike. Cost: 9 multiply-adds for each pair of its nodes.
+  Mat3 compliance_between_nodes(const ContactConstraints& set, std::int32_t p) const;
+  // m, of contact node e of the last solve, under the forces of all of them. Cost: 9 multiply-adds for each.
+  Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
+
   // Of the last solve, with its constraints; each: [constraint_count]. Cost: 2 rows^2 multiply-adds.
   ReactionNorms measure_norms(const ContactConstraints& set, ConstraintNorms* each);
 

@@ -65,17 +65,25 @@ class Touch {
       forget_absent_points();
       context_.watch.ended(Pass::collision);
     }
-    touch_state_.rows.begin(contacts_to_request());
+    const bool links = has_links(context_.def);
+    touch_state_.rows.begin(contacts_to_request() + (links ? touch_state_.links.begin(touch_state_.organ) : 0));
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       if (context_.def.collision != PALPATE_COLLISION_OFF) request_point_contacts(t);
       request_grip_contacts(t);
     }
+    if (links) flags_ |= touch_state_.links.request(touch_state_.rows);
     context_.watch.ended(Pass::rows);
     if (deforms_largely(context_.def))
       deform();
     else
       solve();
     context_.watch.ended(Pass::contact);
+    if (links) {
+      flags_ |=
+          touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force, touch_state_.modified,
+                                 touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED), touch_state_.step + 1);
+      context_.watch.ended(Pass::links);
+    }
     if (context_.def.force != PALPATE_FORCE_OFF) {
       for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) factor_[t] = tools_[t].contacts > 0 ? force_factor(t) : 0;
       context_.watch.ended(Pass::force);
@@ -103,7 +111,7 @@ class Touch {
 
  private:
   void raise(std::int32_t tool, std::uint32_t flag) {
-    touch_state_.input.tool(tool).flags |= flag;
+    if (tool != kToolOfLinks) touch_state_.input.tool(tool).flags |= flag;
     flags_ |= flag;
   }
 
@@ -257,6 +265,7 @@ class Touch {
   }
 
   void add_force(std::int32_t e, const ContactNode& held) {
+    if (held.tool == kToolOfLinks) return;
     tools_[held.tool].resultant += touch_state_.force[e];
     if (touch_state_.input.tool(held.tool).has_torque)
       tools_[held.tool].moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
@@ -341,6 +350,7 @@ class Touch {
     renewals_ = 0;
     for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
       const ContactConstraint& first = set.constraints[p];
+      if (first.tool == kToolOfLinks) return;
       bool sticks = false;
       for (; end < set.constraint_count && set.constraints[end].tool == first.tool &&
              set.constraints[end].point == first.point;
@@ -426,10 +436,11 @@ class Touch {
     for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
       const ContactNode& held = set.nodes[e];
       node->node = held.node, node->column = held.column, node->point = held.point;
-      node->tool = touch_state_.input.tool(held.tool).index;
+      const bool of_link = held.tool == kToolOfLinks;
+      node->tool = of_link ? -1 : touch_state_.input.tool(held.tool).index;
       store3(touch_state_.modified[e], node->modified_displacement);
       // A steep response may turn a finite force into an infinite one.
-      const Vec3 force = factor_[held.tool] * touch_state_.force[e];
+      const Vec3 force = (of_link ? 1 : factor_[held.tool]) * touch_state_.force[e];
       if (!is_finite(force)) raise(held.tool, PALPATE_STEP_UNSOLVED);
       store3(is_finite(force) ? force : Vec3{}, node->force);
     }
@@ -469,11 +480,12 @@ class Touch {
     state.flags = tool.flags;
   }
 
-  // Calls visit(first, end) for the constraints of each contact, which are neighbours in the list.
+  // Calls visit(first, end) for the constraints of each contact, which are neighbours in the list. Links, at its end, are no contacts.
   template <class Visit>
   void for_each_contact(Visit visit) const {
     const ContactConstraints& set = touch_state_.rows.set();
     for (std::int32_t first = 0, end = 0; first < set.constraint_count; first = end) {
+      if (set.constraints[first].tool == kToolOfLinks) return;
       while (end < set.constraint_count && set.constraints[end].tool == set.constraints[first].tool &&
              set.constraints[end].point == set.constraints[first].point)
         ++end;
@@ -644,6 +656,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   if (deforms_beside(def)) state.beside.forget();
   if (uses_body_field(def)) state.body_field.forget();
   state.rows.forget();
+  if (has_links(def)) state.links.forget();
   if (reports_contacts(def)) state.report.forget();
   state.step = 0;
   for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);

@@ -129,7 +129,7 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
 // Constraints that a step can have.
 std::int32_t most_constraints(const palpate_scene_def& def) {
   const std::int32_t per_point = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
-  return std::min(def.max_contact_nodes, per_point * def.max_points);
+  return std::min(def.max_contact_nodes, per_point * def.max_points + def.max_links);
 }
 
 // The fine surface, bound to the mesh's. triangles: checked.
@@ -271,7 +271,8 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
   memory.keep(touch.slides);
-  solver.gives_way = contacts_may_give_way(def), solver.predicts = def.collision == PALPATE_COLLISION_DEFORMED;
+  solver.gives_way = contacts_may_give_way(def) || has_links(def),
+  solver.predicts = def.collision == PALPATE_COLLISION_DEFORMED;
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
       !touch.solver.create(memory, solver))
     return reader.no_memory("contacts");
@@ -453,6 +454,18 @@ palpate_status connect_body_beside(const SectionReader& reader, const palpate_sc
   return made ? PALPATE_OK : reader.no_memory("deformation");
 }
 
+palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  const bool discs = def.contact == PALPATE_CONTACT_PATCH;
+  const Links::Source source = {touch.rest,
+                                touch.triangles,
+                                touch.column_of_node,
+                                reader.triangles(),
+                                &touch.surface,
+                                discs ? &touch.measure : nullptr,
+                                discs ? &touch.patch : nullptr};
+  return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
+}
+
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
                              deforms_largely(def) ? &touch.body_field : nullptr,
@@ -600,6 +613,9 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
   if (def.max_contact_nodes < 0 || def.max_contact_nodes > 3000)
     return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
+  if (def.max_links < 0 || def.max_links > 1000) return bad("max_links must be 0 .. 1000");
+  if (def.max_links > 0 && def.deformation != PALPATE_DEFORMATION_LINEAR)
+    return bad("links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR");
   if (def.contact == PALPATE_CONTACT_TRIANGLE && def.max_contact_nodes > 0 && def.max_contact_nodes < 3)
     return bad("a contact TRIANGLE acts on three nodes, and max_contact_nodes allows fewer; set 3 or more, or 0");
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
@@ -631,7 +647,9 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def) {
   // A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and
   // one wide disc alone finds many. Memory grows with the square.
   constexpr std::int32_t each = 8, fewest = 192, most = 1024;
-  return def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
+  const std::int32_t of_links = def.max_links * (def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6),
+                     of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
+  return std::min(3000, of_points + of_links);
 }
 
 palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
@@ -667,6 +685,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });
+  step(has_links(def), use.links, [&] { return build_links(reader, def, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, def, touch, shape); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE_BESIDE, use.deformation,

@@ -8,7 +8,7 @@ namespace palpate {
 
 // The rest surface, searchable.
 [[maybe_unused]] static bool needs_surface(const palpate_scene_def& def) {
-  return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def);
+  return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def) || def.max_links > 0;
 }
 
 // Positions of the surface's nodes without contacts.

@@ -24,6 +24,8 @@ class PassWork {
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
         return scene_.def.deformation == PALPATE_DEFORMATION_LARGE ? deform() : solve();
+      case Pass::links:
+        return links();
       case Pass::force:
         return {
             0, 0,
@@ -81,6 +83,12 @@ class PassWork {
     return {0, 2 * rows * rows * (3 + load_.sweeps + 3 * newton) + newton * rows * rows * rows / 3,
             60 + 60 * contacts + 20 * nodes + 120 * contacts * (load_.sweeps + 2 * newton) +
                 (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
+  }
+
+  // Every link as if it were slack: the displacements of the nodes of both its ends by all contact nodes.
+  palpate_pass_work links() const {
+    const double nodes = scene_.def.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
+    return {0, 0, scene_.touch.links.count() * (20 + 6 * nodes * load_.nodes)};
   }
 
   // Every triangle adds to three bones, every vertex blends three bones.

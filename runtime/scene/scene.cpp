@@ -71,6 +71,16 @@ palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool*
   return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, *contacts);
 }
 
+palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link* links, int32_t count,
+                                       palpate_error* error) {
+  if (!scene) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene must not be NULL");
+  return scene->touch.links.set(links, count, error);
+}
+
+const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link) {
+  return scene ? scene->touch.links.state(link) : nullptr;
+}
+
 int32_t palpate_scene_deform(palpate_scene* scene) {
   if (!scene || !palpate::deforms_beside(scene->def)) return -1;
   const std::int32_t evaluations = scene->touch.beside.deform();

@@ -117,7 +117,7 @@ std::uint64_t definition_of(const palpate_scene_def& def, const SceneMemory& mem
   digest.add(def.relaxation.model, def.relaxation.terms, def.relaxation.share, def.relaxation.time);
   digest.add(def.max_tools, def.max_points, def.max_contact_nodes, def.force_limit, def.force_slew);
   digest.add(def.max_tool_speed, def.release_distance, def.queries, def.report);
-  digest.add(def.torque_limit, def.torque_slew, def.max_operations, fine_surface, def.deformation);
+  digest.add(def.torque_limit, def.torque_slew, def.max_operations, fine_surface, def.deformation, def.max_links);
   for (int k = 0; k < memory.kept_count(); ++k) digest.add(memory.kept()[k].bytes, memory.kept()[k].count);
   return digest.value();
 }

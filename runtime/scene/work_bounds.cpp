@@ -28,7 +28,7 @@ class WorkBounds {
                      rows() * rows() * rows() / 6 + ContactSolver::kSoftSolves * rows() * rows() + 9 * nodes * nodes;
     // The laws, and a second time for grips that contradict one another, take what is left, but a sweep and some looks at least;
     // before that the nodes that contacts share.
-    const bool gives_way = def_.law == PALPATE_LAW_UNILATERAL || def_.law == PALPATE_LAW_COULOMB;
+    const bool gives_way = def_.law == PALPATE_LAW_UNILATERAL || def_.law == PALPATE_LAW_COULOMB || def_.max_links > 0;
     const double shared = std::min<double>(nodes, SharedNodes::kMostNodes),
                  laws = gives_way ? 2 * (6 * rows() * rows() + 1600 * contacts()) + 60 * (shared * shared + nodes) : 0;
     return (5 * rows() * rows() + limit + laws) / kDense + renewals(contacts()) + 1.25 * most() + 2 * kMeasuring;
@@ -43,7 +43,9 @@ class WorkBounds {
   static constexpr double kTriangle = 300, kMeasuring = 30'000, kRowsOfAContact = 9, kSweeps = 10;
   bool follows() const { return def_.collision == PALPATE_COLLISION_DEFORMED; }
   double most() const { return static_cast<double>(def_.max_operations); }
-  double contacts() const { return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3.0 : 1.0); }
+  double contacts() const {
+    return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3.0 : 1.0) + def_.max_links;
+  }
   double rows() const { return 3 * contacts(); }
   double node() const { return follows() ? 10 + 3.0 * def_.max_contact_nodes : 0; }
   // Two queries and the ray of a third, each of which may visit the whole surface; the fields that they ask for, one of which and a

@@ -43,6 +43,7 @@ class StepFlags(enum.IntFlag):
     SOLVE_INEXACT = 2048
     DISCS_THINNED = 4096
     DEFORMATION_BEHIND = 8192
+    LINK_BROKE = 16384
 
 class Bundle:
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]], *, access: str = ...) -> None: ...

@@ -403,7 +403,9 @@ typedef struct palpate_scene_def {
       fine_surface; /* default NULL: tools meet the bundle's triangles. palpate_scene_create reads it and
                                                does not keep it. Needs collision or queries                     */
   palpate_deformation_model deformation; /* default LINEAR                                                           */
-  int32_t reserved;                      /* 0                                                                        */
+  int32_t
+      max_links; /* default 0    [0 .. 1000] links (palpate_scene_set_links); 0: none, and neither time nor memory for
+                                     them. Refused beside LARGE and LARGE_BESIDE                                      */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -579,10 +581,10 @@ static inline palpate_tool palpate_default_tool(void) {
 
 /* One node under contact. */
 typedef struct palpate_contact_node {
-  int32_t node;                    /* mesh node index                                                                 */
-  int32_t column;                  /* index of the node in tensors/nodes: its tensor column                           */
-  int32_t tool;                    /* index of the tool in this step                                                  */
-  int32_t point;                   /* index of the tool point, or point_count + index of the grip                     */
+  int32_t node;   /* mesh node index                                                                 */
+  int32_t column; /* index of the node in tensors/nodes: its tensor column                           */
+  int32_t tool;   /* index of the tool in this step; -1: a link holds the node                       */
+  int32_t point;  /* index of the tool point, or point_count + index of the grip; of a link its index */
   double modified_displacement[3]; /* u~ of eq. 8, m; LARGE: 0                                                        */
   double force[3];                 /* N, on the organ at this node, after the correction by Q                         */
 } palpate_contact_node;
@@ -686,10 +688,11 @@ enum {
   PALPATE_STEP_DISCS_THINNED    = 1 << 12, /* max_contact_nodes is short: a disc acts on so few of its nodes that these carry less
                                              than 95 % of it, or a POINT on fewer than its three. Its force is then too small, by
                                              up to a half on a single node. A disc with 95 % has its force within about 5 %      */
-  PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13 /* LARGE: the body has not followed its tools to the end: the steps of max_operations
+  PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13, /* LARGE: the body has not followed its tools to the end: the steps of max_operations
                                              ended far from the solution, or a move that would have turned a tetrahedron inside out
                                              was cut. The next steps go on from there. LARGE_BESIDE: that of the newest solution, or
                                              the contacts have gone so far from it that they are estimated to miss theirs by 5 % */
+  PALPATE_STEP_LINK_BROKE       = 1 << 14 /* a link came beyond its breaking_force: it acted in this step for the last time      */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
@@ -710,6 +713,88 @@ PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const p
  * Never allocates or locks. Cost: docs/method.md, section 14. While it runs, palpate_scene_save and palpate_scene_restore must not be
  * called for the scene, nor palpate_scene_destroy. */
 PALPATE_API int32_t palpate_scene_deform(palpate_scene* scene);
+
+/* ---- links: sutures, clips, ligaments, springs --------------------------------------------------------------------- */
+
+/* How a link acts between its two ends. */
+typedef enum palpate_link_kind {
+  PALPATE_LINK_UNSAID = 0, /* refused: a link must say what it is                                                   */
+  PALPATE_LINK_THREAD = 1, /* pulls its ends together where they are farther apart than rest_length, and never pushes:
+                              a suture, a ligament                                                                  */
+  PALPATE_LINK_SPRING = 2, /* pulls and pushes along the line between its ends                                      */
+  PALPATE_LINK_CLIP = 3    /* brings its ends to one place, in all three directions; its rest_length is 0           */
+} palpate_link_kind;
+
+typedef enum palpate_link_end_kind {
+  PALPATE_END_UNSAID = 0,        /* refused                                                                         */
+  PALPATE_END_SURFACE_POINT = 1, /* a point of a triangle, which moves with the tissue                              */
+  PALPATE_END_WORLD = 2          /* a point that stands in the world                                                */
+} palpate_link_end_kind;
+
+/* A part of palpate_link; it does not grow. */
+typedef struct palpate_link_end {
+  palpate_link_end_kind kind; /* default UNSAID                                                                     */
+  int32_t triangle;           /* under SURFACE_POINT: 0 .. F-1                                                      */
+  double barycentric[3];      /* under SURFACE_POINT: weights of the triangle's three vertices, 0 .. 1, that sum to 1 */
+  double point[3];            /* under WORLD: m, within 1e6 m                                                       */
+} palpate_link_end;
+
+typedef struct palpate_link {
+  uint32_t struct_bytes;  /* sizeof(palpate_link)                                                                 */
+  palpate_link_kind kind; /* default UNSAID                                                                       */
+  int32_t id;             /* 0 or more, another one for each link; default -1: its index in the list              */
+  int32_t runs_on;        /* default 0; 1: the thread runs on into the next link of the list, which is a THREAD too, and
+                               slides without friction where both have an end. Both are one thread then: the sum of their
+                               rest lengths stays, and their tensions become equal within some 20 steps              */
+  palpate_link_end ends[2]; /* at least one of them is a SURFACE_POINT                                              */
+  double rest_length;       /* default 0 m, 0 .. 1e6                                                                */
+  double stiffness;         /* default INFINITY; N/m above 0: force over what the link is longer than rest_length   */
+  double breaking_force;    /* default INFINITY; N above 0: a link that bears more breaks                           */
+  double radius; /* default 0 m, 0 .. 1: of the disc of tissue that each end takes hold of. Needs contact PATCH.
+                               0: a point, whose stiffness falls as the mesh is refined                             */
+} palpate_link;
+PALPATE_API void palpate_init_link(palpate_link* link, size_t struct_bytes);
+static inline palpate_link palpate_default_link(void) {
+  palpate_link link;
+  palpate_init_link(&link, sizeof link);
+  return link;
+}
+
+/* Gives the scene its links, in place of those that it had. links: [count], count 0 .. max_links; the call copies them. Every later
+ * touch step holds them, until the next call. A link is known by its id: where the list has it again with the same kind and ends,
+ * its state stays, and only its numbers are new: so a host tightens a thread by sending it again with a shorter rest_length, and
+ * changes a stiffness at run time. A link that has broken stays broken under its id.
+ * - The places of a thread and a spring move and turn with the tissue: the force is along the line between the ends as the last
+ *   step left them.
+ * - A SURFACE_POINT whose three vertices are all fixed stands where the organ's frame takes it.
+ * - A link acts on nodes, like a contact: its nodes count towards max_contact_nodes (8 for each end with a radius, else 3).
+ * Refused with PALPATE_ERROR_ARGUMENT, and the scene keeps its links: a number out of its range, two links with one id, more links
+ * than max_links. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+PALPATE_API palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link* links, int32_t count,
+                                                   palpate_error* error);
+
+typedef enum palpate_link_condition {
+  PALPATE_LINK_SLACK = 0, /* a thread that is not stretched: no force                                               */
+  PALPATE_LINK_TAUT = 1,  /* it bears a force, or may; a spring and a clip always                                   */
+  PALPATE_LINK_BROKEN = 2 /* it has borne more than its breaking_force: no force from then on                       */
+} palpate_link_condition;
+
+/* One link after a touch step; the library fills it. Places and forces are in the organ's frame. */
+typedef struct palpate_link_state {
+  int32_t id;                       /* of the link; its index where the host gave none                              */
+  palpate_link_condition condition; /* in this step                                                                 */
+  uint64_t broken;                  /* the touch step in which it broke; 0: it has not                              */
+  double rest_length;               /* m: as it was given, or as the thread has run on                              */
+  double length;                    /* m: between the ends, as the step left them                                   */
+  double tension;    /* N: that pulls the ends together; below 0 where a spring pushes; of a clip the length
+                                       of its force                                                                 */
+  double force[3];   /* N: on the first end; the second one has the opposite                         */
+  double ends[2][3]; /* m: where the ends are                                                        */
+} palpate_link_state;
+
+/* The state of link 0 .. count - 1 of the list, inside the scene and valid until the next step; NULL behind the last one. Call it in
+ * the thread of palpate_scene_touch. */
+PALPATE_API const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link);
 
 /* ---- report: contacts and events ----------------------------------------------------------------------------------- */
 
@@ -794,8 +879,8 @@ static inline const palpate_contact_event* palpate_report_event(const palpate_co
 
 /* ---- reset ---------------------------------------------------------------------------------------------------------- */
 
-/* Forgets contacts, last positions and forces: the state after creation, but the pose stays. Call it in the thread of
- * palpate_scene_touch. */
+/* Forgets contacts, last positions and forces: the state after creation, but the pose stays, and the links, whole again. Call it
+ * in the thread of palpate_scene_touch. */
 PALPATE_API void palpate_scene_reset(palpate_scene* scene);
 /* The same for the tool of that id alone: its next step is like its first. The surface stays as the last step deformed it
  * until the next step. An id that is not in use changes nothing. Call it in the thread of palpate_scene_touch. */

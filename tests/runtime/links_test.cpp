@@ -1,0 +1,551 @@
+// Sutures, clips, ligaments and springs against the dense body: the ends stand where linear elasticity takes them under the forces that
+// the links report, and these forces are those that the links' laws ask for at these places. Both together are the equilibrium.
+#include <Eigen/Dense>
+
+#include "tests/runtime/played_box.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+const TouchedBox& box() {
+  static const TouchedBox shared;
+  return shared;
+}
+
+// [3N][3N] m/N, zero on fixed dofs.
+const MatrixXd& compliance() {
+  static const MatrixXd shared = [] {
+    const MatrixXd stiffness = box().stiffness();
+    std::vector<Eigen::Index> free;
+    for (Eigen::Index i = 0; i < box().dofs(); ++i)
+      if (!box().fixed[i]) free.push_back(i);
+    MatrixXd c = MatrixXd::Zero(box().dofs(), box().dofs());
+    const MatrixXd inverse = MatrixXd(stiffness(free, free)).inverse();
+    c(free, free) = inverse;
+    return c;
+  }();
+  return shared;
+}
+
+const Vector3d kMiddle(.3, .3, .4);
+
+palpate_link_end on_surface(std::int32_t triangle, Vector3d k = kMiddle) {
+  palpate_link_end end = {};
+  end.kind = PALPATE_END_SURFACE_POINT, end.triangle = triangle;
+  Eigen::Map<Vector3d>(end.barycentric) = k;
+  return end;
+}
+palpate_link_end in_world(Vector3d point) {
+  palpate_link_end end = {};
+  end.kind = PALPATE_END_WORLD;
+  Eigen::Map<Vector3d>(end.point) = point;
+  return end;
+}
+palpate_link link_of(palpate_link_kind kind, palpate_link_end a, palpate_link_end b, double rest_length = 0,
+                     double stiffness = INFINITY) {
+  palpate_link link = palpate_default_link();
+  link.kind = kind, link.ends[0] = a, link.ends[1] = b;
+  link.rest_length = rest_length, link.stiffness = stiffness;
+  return link;
+}
+// Two places of the far face, 27 mm apart.
+palpate_link thread_of(double rest_length, double stiffness = INFINITY) {
+  return link_of(PALPATE_LINK_THREAD, on_surface(box().far_triangle(0)), on_surface(box().far_triangle(14)),
+                 rest_length, stiffness);
+}
+double apart_at_rest(const palpate_link& link) {
+  return (box().place(link.ends[0].triangle, Vector3d(link.ends[0].barycentric)) -
+          box().place(link.ends[1].triangle, Vector3d(link.ends[1].barycentric)))
+      .norm();
+}
+
+palpate_scene_def linked_def() {
+  palpate_scene_def def = unlimited_def();
+  def.contact = PALPATE_CONTACT_POINT, def.collision = PALPATE_COLLISION_OFF;
+  def.max_links = 16;
+  return def;
+}
+
+// A scene with its links and the tools of its steps.
+struct Linked {
+  explicit Linked(const palpate_scene_def& def = linked_def(), const TouchedBox& of = box())
+      : scene(of.scene(def)), contacts(scene.get()) {}
+
+  void set(const std::vector<palpate_link>& wanted) {
+    links = wanted;
+    palpate_error error = {};
+    EXPECT_EQ(palpate_scene_set_links(scene.get(), links.data(), static_cast<std::int32_t>(links.size()), &error),
+              PALPATE_OK)
+        << error.text;
+  }
+  palpate_step_flags step(const std::vector<palpate_tool>& tools = {}) {
+    return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
+                               contacts.bytes());
+  }
+  palpate_step_flags steps(int count, const std::vector<palpate_tool>& tools = {}) {
+    palpate_step_flags all = 0;
+    for (int s = 0; s < count; ++s) all = step(tools);
+    return all;
+  }
+  const palpate_link_state& state(std::int32_t i = 0) { return *palpate_scene_link_state(scene.get(), i); }
+
+  // The dense body under the forces of all contact nodes.
+  VectorXd field() {
+    VectorXd force = VectorXd::Zero(box().dofs());
+    for (std::int32_t n = 0; n < contacts->node_count; ++n)
+      force.segment<3>(3 * contacts.nodes()[n].node) += Vector3d(contacts.nodes()[n].force);
+    return compliance() * force;
+  }
+  Vector3d end_of(const palpate_link_end& end, const VectorXd& u) {
+    if (end.kind == PALPATE_END_WORLD) return Vector3d(end.point);
+    Vector3d sum = Vector3d::Zero();
+    for (int v = 0; v < 3; ++v) {
+      const auto n = box().body.triangles[end.triangle][v];
+      sum += end.barycentric[v] * (box().node(n) + u.segment<3>(3 * n));
+    }
+    return sum;
+  }
+  // The equilibrium: places follow from the forces, and forces from the places. within: N, of the forces' directions and sizes.
+  void expect_equilibrium(double within) {
+    const VectorXd u = field();
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const palpate_link_state& found = state(static_cast<std::int32_t>(i));
+      const Vector3d a = end_of(links[i].ends[0], u), b = end_of(links[i].ends[1], u);
+      // Columns are stored in single precision: 6e-8 of a displacement of centimetres.
+      EXPECT_LT((a - Vector3d(found.ends[0])).norm(), 1e-8);
+      EXPECT_LT((b - Vector3d(found.ends[1])).norm(), 1e-8);
+      const Vector3d x = b - a, force(found.force);
+      EXPECT_NEAR(found.length, x.norm(), 2e-8);
+      if (links[i].kind == PALPATE_LINK_CLIP) {
+        EXPECT_LT((x - force / links[i].stiffness).norm(), 1e-7);
+        continue;
+      }
+      EXPECT_LT((force - found.tension * x.normalized()).norm(), within) << "along the line between the ends";
+      if (found.condition == PALPATE_LINK_TAUT)
+        EXPECT_NEAR(x.norm(), found.rest_length + found.tension / links[i].stiffness, 1e-7);
+      else
+        EXPECT_EQ(found.tension, 0);
+    }
+  }
+
+  ScenePointer scene;
+  Contacts contacts;
+  std::vector<palpate_link> links;
+};
+
+// N: tension and direction of one link of length L and softness s whose ends are x0 apart at rest. Its force T t moves them by -M T t,
+// M the compliance of one end against the other; they are x = (L + T s) t apart in the end, so that (L + T s + T M) t = x0.
+struct OneLink {
+  double tension;
+  Vector3d along;
+};
+OneLink solve_one(const palpate_link& link) {
+  MatrixXd h = MatrixXd::Zero(3, box().dofs());
+  Vector3d x0 = Vector3d::Zero();
+  for (int e = 0; e < 2; ++e)
+    for (int v = 0; v < 3 && link.ends[e].kind == PALPATE_END_SURFACE_POINT; ++v) {
+      const auto n = box().body.triangles[link.ends[e].triangle][v];
+      h.block<3, 3>(0, 3 * n) += (e ? 1 : -1) * link.ends[e].barycentric[v] * Matrix3d::Identity();
+      x0 += (e ? 1 : -1) * link.ends[e].barycentric[v] * box().node(n);
+    }
+  for (int e = 0; e < 2; ++e)
+    if (link.ends[e].kind == PALPATE_END_WORLD) x0 += (e ? 1 : -1) * Vector3d(link.ends[e].point);
+  const Matrix3d m = h * compliance() * h.transpose();
+  const auto along = [&](double t) {
+    return Vector3d(((link.rest_length + t / link.stiffness) * Matrix3d::Identity() + t * m).inverse() * x0);
+  };
+  double low = 0, high = 100;
+  for (int i = 0; i < 200; ++i) (along(0.5 * (low + high)).norm() > 1 ? low : high) = 0.5 * (low + high);
+  return {high, along(high)};
+}
+
+TEST(Links, ThreadsPullAsADirectSolveOfTheTurningLine) {
+  for (const double share : {0.95, 0.7, 0.3, 0.05})
+    for (const double stiffness : {double(INFINITY), 200.0, 10.0}) {
+      Linked linked;
+      palpate_link link = thread_of(1, stiffness);
+      link.rest_length = share * apart_at_rest(link);
+      linked.set({link});
+      EXPECT_EQ(linked.steps(60), 0u);
+      const OneLink expected = solve_one(link);
+      const palpate_link_state& found = linked.state();
+      EXPECT_EQ(found.condition, PALPATE_LINK_TAUT);
+      // The line keeps its row within 0.1 milliradian. Where the ends are a twentieth of their distance at rest apart, that error of the
+      // force turns the line itself by twenty times as much.
+      EXPECT_NEAR(found.tension, expected.tension, 1e-3 * expected.tension) << share << " " << stiffness;
+      EXPECT_LT((Vector3d(found.force) - expected.tension * expected.along).norm(), 2e-3 * expected.tension);
+      linked.expect_equilibrium(2e-3 * expected.tension);
+    }
+}
+
+TEST(Links, LigamentsToTheWorldTurnWithTheTissue) {
+  // To a point beside the far face, so that the line turns as the tissue gives way.
+  const std::int32_t triangle = box().far_triangle(4);
+  const Vector3d anchor = box().place(triangle, kMiddle) + Vector3d(0.01, 0.03, -0.01);
+  for (const auto kind : {PALPATE_LINK_THREAD, PALPATE_LINK_SPRING}) {
+    Linked linked;
+    const palpate_link link = link_of(kind, on_surface(triangle), in_world(anchor), 0.02, 60);
+    linked.set({link});
+    linked.steps(60);
+    const OneLink expected = solve_one(link);
+    EXPECT_NEAR(linked.state().tension, expected.tension, 1e-3 * expected.tension);
+    linked.expect_equilibrium(2e-3 * expected.tension);
+    EXPECT_GT(std::acos(expected.along.dot((anchor - box().place(triangle, kMiddle)).normalized())), 0.02)
+        << "the case must turn the line";
+  }
+}
+
+TEST(Links, SpringsPushWhereTheyAreShorterThanTheirLength) {
+  Linked linked;
+  palpate_link link = thread_of(0, 150);
+  link.kind = PALPATE_LINK_SPRING, link.rest_length = 1.2 * apart_at_rest(link);
+  linked.set({link});
+  linked.steps(60);
+  EXPECT_LT(linked.state().tension, -0.05);
+  linked.expect_equilibrium(2e-3 * -linked.state().tension);
+}
+
+TEST(Links, StiffnessAndLengthChangeAtRunTime) {
+  Linked linked, fresh;
+  palpate_link link = thread_of(0.02, 20);
+  linked.set({link});
+  linked.steps(60);
+  const double soft = linked.state().tension;
+  link.stiffness = 300, link.rest_length = 0.015;
+  linked.set({link}), fresh.set({link});
+  linked.steps(60), fresh.steps(60);
+  EXPECT_GT(linked.state().tension, 1.3 * soft);
+  // Each has turned its line to within 0.1 milliradian, on its own way.
+  EXPECT_NEAR(linked.state().tension, fresh.state().tension, 1e-4 * fresh.state().tension);
+}
+
+TEST(Links, ClipsBringTheirEndsTogether) {
+  for (const double stiffness : {double(INFINITY), 400.0}) {
+    Linked linked;
+    const palpate_link clip =
+        link_of(PALPATE_LINK_CLIP, on_surface(box().far_triangle(0)), on_surface(box().far_triangle(14)), 0, stiffness);
+    linked.set({clip});
+    EXPECT_EQ(linked.step(), 0u);
+    linked.expect_equilibrium(0);
+    EXPECT_GT(linked.state().tension, 0.1);
+    if (stiffness == INFINITY) {
+      EXPECT_LT(linked.state().length, 1e-7);
+    }
+  }
+}
+
+TEST(Links, ActAndReact) {
+  Linked linked;
+  linked.set({thread_of(0.005),
+              link_of(PALPATE_LINK_CLIP, on_surface(box().far_triangle(3)), on_surface(box().far_triangle(9)))});
+  linked.steps(10);
+  for (std::int32_t link = 0; link < 2; ++link) {
+    Vector3d sum = Vector3d::Zero();
+    double size = 0;
+    std::int32_t nodes = 0;
+    for (std::int32_t n = 0; n < linked.contacts->node_count; ++n) {
+      if (linked.contacts.nodes()[n].point != link) continue;
+      EXPECT_EQ(linked.contacts.nodes()[n].tool, -1);
+      sum += Vector3d(linked.contacts.nodes()[n].force);
+      size += Vector3d(linked.contacts.nodes()[n].force).norm(), ++nodes;
+    }
+    EXPECT_EQ(nodes, 6);
+    EXPECT_GT(size, 0.1);
+    EXPECT_LT(sum.norm(), 1e-14 * size);
+  }
+}
+
+// A tool that plays beside them, with and without links.
+TEST(Links, SlackOnesLeaveEveryBitAsItIs) {
+  palpate_scene_def def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB, def.report = PALPATE_REPORT_CONTACTS;
+  // The defaults of a scene without links: a link adds to the contact nodes that it may have.
+  def.max_contact_nodes = 600;
+  Linked without(def);
+  def.max_links = 4;
+  Linked with(def);
+  palpate_link loose = thread_of(0.05);
+  with.set({loose, thread_of(0.04)});
+  std::vector<std::vector<unsigned char>> runs[2];
+  for (Linked* linked : {&without, &with})
+    play(box(), linked->scene.get(), linked->contacts, 120, [&](palpate_step_flags) {
+      const auto* bytes = reinterpret_cast<const unsigned char*>(linked->contacts.get());
+      runs[linked == &with].emplace_back(bytes, bytes + linked->contacts->used_bytes);
+      if (linked == &with) {
+        EXPECT_EQ(with.state().condition, PALPATE_LINK_SLACK);
+      }
+    });
+  EXPECT_EQ(runs[0], runs[1]);
+}
+
+TEST(Links, BecomeTautWhereAToolStretchesThemAndSlackAgain) {
+  Linked linked;
+  palpate_link link = thread_of(0);
+  link.rest_length = 1.05 * apart_at_rest(link);
+  linked.set({link});
+  double most = 0;
+  for (int s = 0; s <= 200; ++s) {
+    const double way = 0.008 * std::sin(M_PI * s / 200);
+    const palpate_grip grip = grip_at_place(link.ends[0].triangle, kMiddle, {0, 0, 0});
+    const palpate_grip pulled = grip_at_place(link.ends[1].triangle, {.1, .1, .8}, {0, way, way});
+    const palpate_tool tools[2] = {grip_tool(&grip), grip_tool(&pulled)};
+    EXPECT_EQ(linked.step({tools[0], tools[1]}) & ~palpate_step_flags{PALPATE_STEP_REGULARISED}, 0u);
+    const palpate_link_state& state = linked.state();
+    if (state.condition == PALPATE_LINK_TAUT) most = std::max(most, state.tension);
+    EXPECT_GE(state.tension, 0);
+    // A thread becomes taut one step after it was stretched: one step of the tool, 0.13 mm.
+    EXPECT_LT(state.length, link.rest_length + 0.2e-3);
+  }
+  EXPECT_GT(most, 0.05);
+  EXPECT_EQ(linked.state().condition, PALPATE_LINK_SLACK);
+}
+
+TEST(Links, BreakBeyondTheirForceAndStayBroken) {
+  Linked linked;
+  palpate_link link = thread_of(0.02);
+  link.id = 7, link.breaking_force = 0.3;
+  linked.set({link});
+  std::uint64_t step = 0;
+  for (int s = 1; s <= 200 && step == 0; ++s) {
+    link.rest_length -= 0.1e-3;
+    linked.set({link});
+    const palpate_step_flags flags = linked.step();
+    if (flags & PALPATE_STEP_LINK_BROKE)
+      step = s;
+    else
+      EXPECT_LE(linked.state().tension, 0.3);
+  }
+  ASSERT_GT(step, 0u);
+  EXPECT_EQ(linked.state().condition, PALPATE_LINK_BROKEN);
+  EXPECT_EQ(linked.state().broken, step);
+  EXPECT_GT(linked.state().tension, 0.3);
+  for (int s = 0; s < 3; ++s) {
+    EXPECT_EQ(linked.step(), 0u);
+    EXPECT_EQ(linked.state().tension, 0);
+    EXPECT_EQ(linked.contacts->node_count, 0);
+    linked.set({link});  // given again under its id it stays broken
+  }
+  EXPECT_EQ(linked.state().broken, step);
+  palpate_scene_reset(linked.scene.get());
+  EXPECT_EQ(linked.state().condition, PALPATE_LINK_SLACK);
+}
+
+// Four stitches of one thread, of which the first part is shorter than the others.
+TEST(Links, OfOneThreadShareItsLengthUntilTheirTensionsAreEqual) {
+  Linked linked;
+  const int places[] = {0, 5, 9, 14};
+  std::vector<palpate_link> links;
+  double whole = 0;
+  for (int i = 0; i < 3; ++i) {
+    palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(box().far_triangle(places[i])),
+                                on_surface(box().far_triangle(places[i + 1])));
+    link.rest_length = (i == 0 ? 0.5 : 0.95) * apart_at_rest(link), link.runs_on = i < 2;
+    whole += link.rest_length;
+    links.push_back(link);
+  }
+  linked.set(links);
+  linked.step();
+  EXPECT_GT(linked.state(0).tension, 2 * linked.state(2).tension) << "the case must begin unequal";
+  linked.steps(100);
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(linked.state(i).tension, linked.state(0).tension, 1e-3 * linked.state(0).tension);
+    sum += linked.state(i).rest_length;
+  }
+  EXPECT_GT(linked.state(0).tension, 0.1);
+  EXPECT_NEAR(sum, whole, 1e-15);
+  linked.expect_equilibrium(3e-3 * linked.state(0).tension);
+  // Pulled tight: the thread is shortened in one part, and all parts share it.
+  const double before = linked.state(0).tension;
+  links[2].rest_length -= 0.004;
+  linked.set(links);
+  linked.steps(100);
+  EXPECT_GT(linked.state(0).tension, 1.05 * before);
+  EXPECT_NEAR(linked.state(0).tension, linked.state(2).tension, 1e-3 * before);
+}
+
+// The force for a displaced point falls as the mesh is refined; that of a disc belongs to the body.
+TEST(Links, WithARadiusHaveAForceThatDoesNotFollowTheMesh) {
+  double tension[2][2];  // [radius][mesh]
+  const Vector3d places[2] = {{0.06, 0.0131, 0.0207}, {0.06, 0.0371, 0.0207}};
+  for (int mesh = 0; mesh < 2; ++mesh) {
+    TinyBox form;
+    form.cells = mesh ? std::array<int, 3>{7, 7, 6} : std::array<int, 3>{3, 3, 3};
+    form.interior = false, form.poisson = 0.3;
+    const TouchedBox body(form);
+    palpate_link link = palpate_default_link();
+    link.kind = PALPATE_LINK_THREAD, link.rest_length = 0.020;
+    for (int e = 0; e < 2; ++e) {
+      double nearest = INFINITY;
+      for (std::size_t t = 0; t < body.body.triangles.size(); ++t) {
+        const auto triangle = static_cast<std::int32_t>(t);
+        if (body.outward(triangle)[0] < 0.99) continue;
+        // The barycentric weights of the place in the triangle's plane; inside where the least is above zero.
+        Matrix3d corners;
+        for (int v = 0; v < 3; ++v) corners.col(v) = body.node(body.body.triangles[t][v]);
+        const Vector3d k = corners.fullPivLu().solve(places[e]);
+        if (k.minCoeff() >= 0 && nearest == INFINITY) nearest = 0, link.ends[e] = on_surface(triangle, k);
+      }
+      ASSERT_EQ(nearest, 0);
+    }
+    for (int radius = 0; radius < 2; ++radius) {
+      palpate_scene_def def = linked_def();
+      def.contact = PALPATE_CONTACT_PATCH;
+      Linked linked(def, body);
+      link.radius = radius ? 0.003 : 0;
+      linked.set({link});
+      linked.steps(20);
+      tension[radius][mesh] = linked.state().tension;
+    }
+  }
+  EXPECT_LT(tension[0][1], 0.7 * tension[0][0]) << "the case must follow the mesh without a radius";
+  EXPECT_NEAR(tension[1][1], tension[1][0], 0.12 * tension[1][0]) << "as two discs on these meshes agree";
+}
+
+// Threads that would draw the whole face into one place and others that hold it back, given anew and crossed at random.
+TEST(Links, ThatCannotCloseOrContradictEachOtherStayFiniteAndBounded) {
+  palpate_scene_def def = linked_def();
+  def.contact = PALPATE_CONTACT_PATCH;
+  Linked linked(def);
+  std::uint32_t random = 7;
+  const auto draw = [&](double most) {
+    return most * ((random = random * 1664525u + 1013904223u) >> 8) / double(1 << 24);
+  };
+  const auto triangles = static_cast<std::int32_t>(box().body.triangles.size());
+  // The stiffest single place of the box, times the farthest that a link can ask for, is a bound of each force; kMostForce on top.
+  double stiffest = 0;
+  for (const std::int32_t n : box().touchable)
+    stiffest = std::max(stiffest, compliance().block<3, 3>(3 * n, 3 * n).inverse().norm());
+  for (int round = 0; round < 60; ++round) {
+    std::vector<palpate_link> links;
+    for (int i = 0; i < 16; ++i) {
+      const auto place = [&] {
+        const double a = draw(1), b = draw(1 - a);
+        return on_surface(static_cast<std::int32_t>(draw(triangles - 1)), {a, b, 1 - a - b});
+      };
+      palpate_link link =
+          link_of(static_cast<palpate_link_kind>(1 + i % 3), place(), i % 5 ? place() : in_world({0, draw(0.1), 0}), 0,
+                  i % 4 ? draw(1000) + 1 : double(INFINITY));
+      if (link.kind != PALPATE_LINK_CLIP) link.rest_length = draw(0.05);
+      link.radius = i % 2 ? 0 : draw(0.01);
+      if (i == 15) link = links[2];
+      links.push_back(link);
+    }
+    linked.set(links);
+    for (int s = 0; s < 5; ++s) {
+      const palpate_step_flags flags = linked.step();
+      EXPECT_EQ(flags & ~palpate_step_flags(PALPATE_STEP_REGULARISED | PALPATE_STEP_SOLVE_INEXACT), 0u);
+      for (int i = 0; i < 16; ++i) {
+        const palpate_link_state& state = linked.state(i);
+        ASSERT_TRUE(std::isfinite(state.tension) && std::isfinite(state.length));
+        ASSERT_LT(std::fabs(state.tension), 1024 * stiffest * 0.15);
+      }
+    }
+  }
+}
+
+TEST(Links, GoOnFromASavedStateWithTheSameBits) {
+  const auto links = [] {
+    palpate_link link = thread_of(0.012, 500), next = link;
+    next.ends[0] = link.ends[1], next.ends[1] = on_surface(box().far_triangle(9));
+    link.runs_on = 1;
+    return std::vector<palpate_link>{link, next, thread_of(0.05)};
+  }();
+  Linked one, other;
+  one.set(links);
+  one.steps(7);
+  std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8);
+  ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
+  palpate_error error = {};
+  ASSERT_EQ(palpate_scene_restore(other.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  for (int s = 0; s < 20; ++s) {
+    one.step(), other.step();
+    for (int i = 0; i < 3; ++i) ASSERT_EQ(std::memcmp(&one.state(i), &other.state(i), sizeof(palpate_link_state)), 0);
+  }
+}
+
+TEST(Links, FollowTheOrgansPose) {
+  const std::int32_t triangle = box().far_triangle(4);
+  const Vector3d anchor = box().place(triangle, kMiddle) + Vector3d(0.03, 0.01, 0);
+  Linked resting, moved;
+  const palpate_link link = link_of(PALPATE_LINK_SPRING, on_surface(triangle), in_world(anchor), 0.02, 50);
+  resting.set({link});
+  resting.steps(30);
+  // The organ moves away from the world's point by 5 mm: as if the point had moved against the organ.
+  palpate_pose pose = palpate_default_pose();
+  pose.position[0] = -0.005;
+  ASSERT_EQ(palpate_scene_set_pose(moved.scene.get(), &pose, nullptr), PALPATE_OK);
+  palpate_link nearer = link;
+  nearer.ends[1].point[0] -= 0.005;
+  moved.set({nearer});
+  moved.steps(30);
+  EXPECT_NEAR(moved.state().tension, resting.state().tension, 1e-9);
+}
+
+TEST(Links, BadOnesAreRefusedWithASentenceAndChangeNothing) {
+  Linked linked;
+  linked.set({thread_of(0.02)});
+  const auto refused = [&](const std::function<void(palpate_link&)>& change, const char* text) {
+    palpate_link two[2] = {thread_of(0.02), thread_of(0.01)};
+    change(two[1]);
+    palpate_error error = {};
+    EXPECT_EQ(palpate_scene_set_links(linked.scene.get(), two, 2, &error), PALPATE_ERROR_ARGUMENT) << text;
+    EXPECT_NE(std::string(error.text).find(text), std::string::npos) << error.text;
+    EXPECT_EQ(palpate_scene_link_state(linked.scene.get(), 1), nullptr);
+  };
+  refused([](palpate_link& l) { l.kind = PALPATE_LINK_UNSAID; }, "kind THREAD, SPRING or CLIP");
+  refused([](palpate_link& l) { l.ends[0].kind = PALPATE_END_UNSAID; }, "kind SURFACE_POINT or WORLD");
+  refused([](palpate_link& l) { l.ends[0].triangle = 1 << 20; }, "triangle from 0 to F-1");
+  refused([](palpate_link& l) { l.ends[1].barycentric[0] = NAN; }, "barycentric");
+  refused([](palpate_link& l) { l.ends[1].barycentric[0] = 0; }, "sum to 1");
+  refused([](palpate_link& l) { l.ends[0] = l.ends[1] = in_world({0, 0, 0}); }, "at least one end");
+  refused([](palpate_link& l) { l.ends[0] = in_world({0, INFINITY, 0}); }, "within 1e6 m");
+  refused([](palpate_link& l) { l.rest_length = -1e-9; }, "rest_length");
+  refused([](palpate_link& l) { l.kind = PALPATE_LINK_CLIP; }, "CLIP of rest_length 0");
+  for (const double bad : {0.0, -1.0, double(NAN)}) {
+    refused([&](palpate_link& l) { l.stiffness = bad; }, "stiffness");
+    refused([&](palpate_link& l) { l.breaking_force = bad; }, "breaking_force");
+  }
+  refused([](palpate_link& l) { l.radius = NAN; }, "radius");
+  refused([](palpate_link& l) { l.radius = 0.002; }, "contact is not PATCH");
+  refused([](palpate_link& l) { l.runs_on = 1; }, "behind one that runs on");
+  refused([](palpate_link& l) { l.id = 0; }, "another id");
+  refused([](palpate_link& l) { l.id = -2; }, "id of 0 or more");
+  refused([](palpate_link& l) { l.struct_bytes -= 8; }, "struct_bytes");
+  palpate_error error = {};
+  EXPECT_EQ(palpate_scene_set_links(linked.scene.get(), nullptr, 17, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_NE(std::string(error.text).find("max_links (16)"), std::string::npos) << error.text;
+  linked.steps(5);
+  EXPECT_GT(linked.state().tension, 0);
+  linked.set({});
+  linked.step();
+  EXPECT_EQ(linked.contacts->node_count, 0);
+
+  palpate_scene* scene = nullptr;
+  palpate_scene_def def = linked_def();
+  def.deformation = PALPATE_DEFORMATION_LARGE;
+  EXPECT_EQ(palpate_scene_create(box().bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_NE(std::string(error.text).find("deformation LINEAR"), std::string::npos) << error.text;
+}
+
+TEST(Links, OnFixedTissueStandWhereItStands) {
+  std::int32_t fixed = -1;
+  for (std::size_t t = 0; t < box().body.triangles.size() && fixed < 0; ++t)
+    if (box().outward(static_cast<std::int32_t>(t))[0] < -0.99) fixed = static_cast<std::int32_t>(t);
+  Linked linked;
+  const palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(fixed), on_surface(box().far_triangle(4)), 0.055,
+                                    1000),
+                     without_effect = link_of(PALPATE_LINK_THREAD, on_surface(fixed), on_surface(fixed, {1, 0, 0}));
+  linked.set({link, without_effect});
+  EXPECT_EQ(linked.steps(60), 0u);
+  EXPECT_NEAR(linked.state().tension, solve_one(link).tension, 1e-3 * linked.state().tension);
+  EXPECT_EQ(linked.state(1).tension, 0);
+}
+
+}  // namespace
+}  // namespace palpate::tests
