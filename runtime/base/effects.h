@@ -70,6 +70,11 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.max_links > 0;
 }
 
+// Tools may grasp.
+[[maybe_unused]] static bool has_grasps(const palpate_scene_def& def) {
+  return kHasEffects && def.grasps != 0;
+}
+
 // The surface of the hyperelastic body is asked about beside the solve.
 [[maybe_unused]] static bool uses_body_field(const palpate_scene_def& def) {
   return deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
@@ -82,11 +87,11 @@ constexpr bool kHasEffects = true;
 
 // True where the scene asks for something that a build without effects does not have.
 [[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
-  return !kHasEffects &&
-         (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
-          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
-          def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
-          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.deformation != PALPATE_DEFORMATION_LINEAR);
+  return !kHasEffects && (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
+                          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE ||
+                          def.radial != PALPATE_RADIAL_OFF || def.relaxation.model != PALPATE_RELAXATION_OFF ||
+                          def.render_mesh || def.fine_surface || def.report != PALPATE_REPORT_OFF ||
+                          def.max_links > 0 || def.grasps || def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

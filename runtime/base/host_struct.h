@@ -44,6 +44,8 @@ inline constexpr std::size_t kLeastStructBytes<palpate_tool> = offsetof(palpate_
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_link> = offsetof(palpate_link, rest_length);
 template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_grasp> = offsetof(palpate_grasp, closing);
+template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(palpate_shape_out, positions);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_skin_out> = offsetof(palpate_skin_out, normals);

@@ -176,6 +176,21 @@ std::uint32_t ContactRows::hold_surface_point(const ContactWish& wish, const Sur
   return flags;
 }
 
+std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
+  const bool made = has_room(grasp.parts, grasp.parts * grasp.count);
+  --to_come_;
+  if (!made) return -1;
+  ContactWish wish;
+  wish.tool = grasp.tool, wish.point = grasp.point;
+  for (int part = 0; part < grasp.parts; ++part) {
+    wish.displacement = grasp.target[part];
+    ContactConstraint& constraint = add_constraint(wish, part);
+    for (int e = 0; e < grasp.count; ++e) add_held_node(wish, constraint, grasp.node[e], grasp.weight[part][e]);
+    constraint.local = grasp.local[part];
+  }
+  return set_.constraint_count - grasp.parts;
+}
+
 // Its second end has negative weights: the row holds the displacement of the first end against the second one.
 std::int32_t ContactRows::add_link(const LinkWish& link) {
   const LinkEnd *const a = link.ends, *const b = link.ends + 1;

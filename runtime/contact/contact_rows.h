@@ -42,6 +42,16 @@ struct LinkWish {
   double softness = 0;  // m/N, of the link itself
 };
 
+// One patch of a grasp as it asks for its rows (grasp.h): constraints on the same nodes with other weights.
+struct GraspWish {
+  std::int32_t tool = 0, point = 0;
+  const std::int32_t* node = nullptr;  // [count]
+  std::int32_t count = 0, parts = 0;
+  const double* weight[3] = {};  // [parts][count]
+  Mat3 local[3];                 // m/N; of the gradients 1/(N m)
+  Vec3 target[3];                // m; of the gradients without unit
+};
+
 class ContactRows {
  public:
   // What the constraints are made from; borrowed. rest and patch are nullptr where no effect needs them.
@@ -65,6 +75,11 @@ class ContactRows {
   // force stays bounded near a fixed border.
   // A disc or an interpolated point gets no more nodes than leave as many to each contact that is still to come (thin_nodes).
   std::uint32_t add_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
+
+  // The rows of a grasp's patch, after the grips of its tool. Returns the first of its constraints; -1: there is no room.
+  std::int32_t add_grasp(const GraspWish& wish);
+  // Of a constraint of this step, before it is solved again.
+  void set_target(std::int32_t p, Vec3 target) { set_.target[p] = target; }
 
   // The rows of a link, after all contacts, in ascending order of links. Returns its constraint; -1: there is no room.
   std::int32_t add_link(const LinkWish& wish);

@@ -378,6 +378,28 @@ Vec3 ContactSolver::displacement(const ContactConstraints& set, const Vec3* forc
   return u;
 }
 
+Vec3 ContactSolver::last_displacement(const Tensors& tensors, std::int32_t node) const {
+  Vec3 u;
+  for (std::int32_t p = 0; p < kept_constraints_; ++p) {
+    const ContactConstraint& constraint = kept_constraint_[p];
+    Vec3 sum;
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = kept_rows_[p].at[i];
+      if (row < 0) continue;
+      if (constraint.framed)
+        sum += reaction_[row] * load3(constraint.frame.m[i]);
+      else
+        sum[i] += reaction_[row];
+    }
+    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
+      const ContactNode& held = kept_node_[e];
+      u += held.weight *
+           (tensors.displacement(node, held.column) * (compliance_.self(compliance_.slot_of_contact_node(e)) * sum));
+    }
+  }
+  return u;
+}
+
 Mat3 ContactSolver::compliance_between_nodes(const ContactConstraints& set, std::int32_t p) const {
   const ContactConstraint& constraint = set.constraints[p];
   const std::int32_t end = constraint.first_node + constraint.node_count;

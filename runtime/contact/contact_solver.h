@@ -121,6 +121,9 @@ class ContactSolver {
   bool predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm, double* apart,
                        Operations* work);
 
+  // m, of any surface node under the reactions of the last solve, also after palpate_scene_restore. Cost: an entry of the tensors for each
+  // of its contact nodes.
+  Vec3 last_displacement(const Tensors& tensors, std::int32_t node) const;
   // m/N, of constraint p of the last solve along x, y and z, without its local part: the weighted displacement of its nodes per unit
   // of a force on them, weighted alike. Cost: 9 multiply-adds for each pair of its nodes.
   Mat3 compliance_between_nodes(const ContactConstraints& set, std::int32_t p) const;

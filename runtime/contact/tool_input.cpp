@@ -4,6 +4,7 @@
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/pose/pose.h"
 
 namespace palpate {
 namespace {
@@ -14,18 +15,32 @@ bool is_sound_point(const double* p) {
   return std::fabs(p[0]) <= kFarthest && std::fabs(p[1]) <= kFarthest && std::fabs(p[2]) <= kFarthest;  // false for NaN
 }
 
+bool is_sound_place(std::int32_t triangle, const double* barycentric, std::int32_t triangles) {
+  if (triangle < 0 || triangle >= triangles) return false;
+  double sum = 0;
+  for (int v = 0; v < 3; ++v) {
+    if (!(barycentric[v] >= -1e-6 && barycentric[v] <= 1 + 1e-6)) return false;
+    sum += barycentric[v];
+  }
+  return std::fabs(sum - 1) <= 1e-6;
+}
+
+bool is_sound_grasp(const palpate_grasp& grasp, const InputLimits& limits) {
+  Pose pose;
+  if (!limits.has_grasps || !is_sound_place(grasp.triangle, grasp.barycentric, limits.triangles)) return false;
+  if (grasp.opposite_triangle != -1 &&
+      !is_sound_place(grasp.opposite_triangle, grasp.opposite_barycentric, limits.triangles))
+    return false;
+  return is_position(grasp.position) && read_pose(grasp.position, grasp.orientation, &pose) && grasp.radius > 0 &&
+         grasp.radius <= 1 && grasp.closing >= 0 && grasp.closing <= 1 && grasp.friction >= 0 && grasp.clamp_force >= 0;
+}
+
 bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
   if (grip.axes == 0 || grip.axes > 7 || !is_sound_point(grip.displacement)) return false;
   const int kind = enum_number(grip.kind);
   if (kind == PALPATE_GRIP_NODE) return grip.node >= 0 && grip.node < limits.surface_nodes;
   if (kind != PALPATE_GRIP_SURFACE_POINT) return false;
-  if (!limits.has_triangles || grip.triangle < 0 || grip.triangle >= limits.triangles) return false;
-  double sum = 0;
-  for (const double k : grip.barycentric) {
-    if (!(k >= -1e-6 && k <= 1 + 1e-6)) return false;
-    sum += k;
-  }
-  return std::fabs(sum - 1) <= 1e-6;
+  return limits.has_triangles && is_sound_place(grip.triangle, grip.barycentric, limits.triangles);
 }
 
 // Element i of a host's array, whose elements may be smaller or larger than this library's.
@@ -85,7 +100,7 @@ bool ToolInput::create(SceneMemory& memory, const InputLimits& limits) {
 void ToolInput::forget_input(std::int32_t t) {
   Tool& tool = tools_[t];
   tool.point_count = tool.grip_count = 0;
-  tool.hold = tool.has_torque = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
+  tool.hold = tool.has_torque = tool.has_grasp = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
 }
 
 void ToolInput::free_place(std::int32_t t) {
@@ -113,6 +128,8 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
     if (!is_sound_point(tool.points + 3 * static_cast<std::size_t>(i))) return false;
+  palpate_grasp grasp = palpate_default_grasp();
+  if (tool.grasp && !(read_host_struct(tool.grasp, &grasp) && is_sound_grasp(grasp, limits_))) return false;
   if (grips > 0 && !have_one_size(tool.grips, grips)) return false;
   for (std::int32_t i = 0; i < grips; ++i) {
     palpate_grip grip = palpate_default_grip();
@@ -160,6 +177,8 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
     tool.hold = from.hold != 0;
     tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
     tool.disc_radius = from.disc_radius, tool.friction = from.friction;
+    tool.has_grasp = from.grasp != nullptr, tool.grasp = palpate_default_grasp();
+    if (from.grasp) copy_host_struct(from.grasp, &tool.grasp);
   } else {
     tool.flags |= PALPATE_STEP_BAD_INPUT;
     tool.point_count = std::min(tool.point_count, *room);

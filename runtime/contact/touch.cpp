@@ -29,12 +29,16 @@ void forget_points(const palpate_scene_def& def, TouchState& state, std::int32_t
 void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t) {
   forget_points(def, state, t, 0);
   state.last_force[t] = state.last_torque[t] = Vec3{};
+  if (has_grasps(def)) state.grasps.forget(t);
   if (state.memory) state.memory[t] = state.torque_memory[t] = PronySeries::Memory{};
 }
 
 // P and Q act fully where the sum of a tool's imposed displacements is this share of the sum of their lengths, or more: two of
 // equal length may differ by 120 degrees.
 constexpr double kAgreed = 0.5;
+
+// How often a step is solved at most where a grasp slips: each solve leaves a few per cent of the excess.
+constexpr int kMostSlips = 4;
 
 // Sums over one tool's contacts in this step.
 struct ToolSum {
@@ -70,6 +74,7 @@ class Touch {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       if (context_.def.collision != PALPATE_COLLISION_OFF) request_point_contacts(t);
       request_grip_contacts(t);
+      if (has_grasps(context_.def)) request_grasp(t);
     }
     if (links) flags_ |= touch_state_.links.request(touch_state_.rows);
     context_.watch.ended(Pass::rows);
@@ -167,6 +172,8 @@ class Touch {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       const Tool& tool = touch_state_.input.tool(t);
       count += tool.grip_count;
+      if (has_grasps(context_.def))
+        count += touch_state_.grasps.begin(t, tool, touch_state_.organ, context_.tensors, touch_state_.solver);
       for (std::int32_t i = 0; context_.def.collision != PALPATE_COLLISION_OFF && i < tool.point_count; ++i)
         count += touch_state_.points[t][i].contact;
     }
@@ -242,6 +249,46 @@ class Touch {
     }
   }
 
+  void request_grasp(std::int32_t t) {
+    const Tool& tool = touch_state_.input.tool(t);
+    std::int32_t made = 0;
+    const std::uint32_t flags =
+        touch_state_.grasps.request(t, tool, tool.point_count + tool.grip_count, touch_state_.rows, &made);
+    if (flags) raise(t, flags);
+    const ContactConstraints& set = touch_state_.rows.set();
+    for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p)
+      if (set.constraints[p].tool == t && set.constraints[p].part == 0 && is_of_grasp(t, set.constraints[p].point))
+        count_contact(t, set.target[p]);
+  }
+  bool is_of_grasp(std::int32_t t, std::int32_t point) const {
+    if (!has_grasps(context_.def)) return false;
+    const Tool& tool = touch_state_.input.tool(t);
+    return point >= tool.point_count + tool.grip_count;
+  }
+  // The constraints once more where a grasp pulls beyond its friction, until it does not.
+  ContactSolver::Outcome solve_slipping(const ContactConstraints& set) {
+    ContactSolver::Outcome outcome = ContactSolver::Outcome::solved;
+    for (int solve = 0; solve < kMostSlips; ++solve) {
+      outcome = touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified,
+                                          &touch_state_.work);
+      bool slips = false;
+      for (std::int32_t t = 0; has_grasps(context_.def) && t < touch_state_.input.count(); ++t)
+        slips = (outcome != ContactSolver::Outcome::unsolved && solve + 1 < kMostSlips &&
+                 touch_state_.grasps.slips(t, touch_state_.input.tool(t), touch_state_.solver, touch_state_.rows)) ||
+                slips;
+      if (!slips) break;
+    }
+    return outcome;
+  }
+  void finish_grasps() {
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      Vec3 torque;
+      const Tool& tool = touch_state_.input.tool(t);
+      touch_state_.grasps.finish(t, tool, touch_state_.solver, touch_state_.organ, &torque);
+      if (tool.has_torque && is_finite(torque)) tools_[t].moment += torque;
+    }
+  }
+
   void request_contact(const ContactWish& wish, const SurfacePoint& surface_point) {
     bool made = false;
     const std::uint32_t flags = touch_state_.rows.add_contact(wish, surface_point, &made);
@@ -267,7 +314,7 @@ class Touch {
   void add_force(std::int32_t e, const ContactNode& held) {
     if (held.tool == kToolOfLinks) return;
     tools_[held.tool].resultant += touch_state_.force[e];
-    if (touch_state_.input.tool(held.tool).has_torque)
+    if (touch_state_.input.tool(held.tool).has_torque && !is_of_grasp(held.tool, held.point))
       tools_[held.tool].moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
   }
 
@@ -316,8 +363,8 @@ class Touch {
   void solve() {
     const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : touch_state_.rows.set();
     acting_ = &set;
-    const ContactSolver::Outcome outcome =
-        touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified, &touch_state_.work);
+    const ContactSolver::Outcome outcome = solve_slipping(set);
+    if (has_grasps(context_.def)) finish_grasps();
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
     if (outcome == ContactSolver::Outcome::unsolved) flag = PALPATE_STEP_UNSOLVED;
@@ -480,7 +527,7 @@ class Touch {
     state.flags = tool.flags;
   }
 
-  // Calls visit(first, end) for the constraints of each contact, which are neighbours in the list. Links, at its end, are no contacts.
+  // Calls visit(first, end) for the constraints of each contact, which are neighbours in the list. Links, at its end, and grasps are no contacts.
   template <class Visit>
   void for_each_contact(Visit visit) const {
     const ContactConstraints& set = touch_state_.rows.set();
@@ -489,6 +536,7 @@ class Touch {
       while (end < set.constraint_count && set.constraints[end].tool == set.constraints[first].tool &&
              set.constraints[end].point == set.constraints[first].point)
         ++end;
+      if (is_of_grasp(set.constraints[first].tool, set.constraints[first].point)) continue;
       visit(first, end);
     }
   }
@@ -599,7 +647,7 @@ class Touch {
     if (tool.has_torque)
       raw_torque_[t] =
           touch_state_.relaxation.step(touch_state_.torque_memory[t], elastic_torque, touch_state_.input.dt());
-    if (tools_[t].contacts > 0 && (tool.hold || !(dot(raw_[t], elastic) < 0))) return;
+    if (tools_[t].contacts > 0 && (tool.hold || tool.has_grasp || !(dot(raw_[t], elastic) < 0))) return;
     raw_[t] = raw_torque_[t] = Vec3{};
   }
 

@@ -12,6 +12,7 @@
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
 #include "runtime/contact/deforming_body.h"
+#include "runtime/contact/grasp.h"
 #include "runtime/contact/links.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
@@ -54,7 +55,8 @@ struct TouchState {
       {};  // [max_points] for each tool; nullptr: tools meet the mesh's surface
   ContactPatch patch;
   ContactRows rows;
-  Links links;  // where the scene may have some
+  Grasps grasps;  // where tools may grasp
+  Links links;    // where the scene may have some
   ContactSolver solver;
   DeformingBody body;            // in place of the solver, under large deformation
   BodyBeside beside;             // or beside it: the body then belongs to the thread of palpate_scene_deform

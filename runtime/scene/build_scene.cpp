@@ -129,7 +129,8 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
 // Constraints that a step can have.
 std::int32_t most_constraints(const palpate_scene_def& def) {
   const std::int32_t per_point = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
-  return std::min(def.max_contact_nodes, per_point * def.max_points + def.max_links);
+  return std::min(def.max_contact_nodes,
+                  per_point * def.max_points + def.max_links + (has_grasps(def) ? 6 * def.max_tools : 0));
 }
 
 // The fine surface, bound to the mesh's. triangles: checked.
@@ -259,6 +260,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   memory.keep(touch.last_force);
   memory.keep(touch.last_torque);
   memory.keep(touch.organ);
+  limits.has_grasps = has_grasps(def);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
   const std::int32_t constraints = most_constraints(def);
@@ -454,6 +456,11 @@ palpate_status connect_body_beside(const SectionReader& reader, const palpate_sc
   return made ? PALPATE_OK : reader.no_memory("deformation");
 }
 
+palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  const Grasps::Source source = {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
+  return touch.grasps.create(reader.memory(), source, def.max_tools) ? PALPATE_OK : reader.no_memory("grasps");
+}
+
 palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   const bool discs = def.contact == PALPATE_CONTACT_PATCH;
   const Links::Source source = {touch.rest,
@@ -613,6 +620,10 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
   if (def.max_contact_nodes < 0 || def.max_contact_nodes > 3000)
     return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
+  if (def.grasps < 0 || def.grasps > 1) return bad("grasps must be 0 or 1");
+  if (def.grasps && (def.contact != PALPATE_CONTACT_PATCH || def.deformation != PALPATE_DEFORMATION_LINEAR))
+    return bad(
+        "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0");
   if (def.max_links < 0 || def.max_links > 1000) return bad("max_links must be 0 .. 1000");
   if (def.max_links > 0 && def.deformation != PALPATE_DEFORMATION_LINEAR)
     return bad("links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR");
@@ -649,7 +660,8 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def) {
   constexpr std::int32_t each = 8, fewest = 192, most = 1024;
   const std::int32_t of_links = def.max_links * (def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6),
                      of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
-  return std::min(3000, of_points + of_links);
+  const std::int32_t of_grasps = has_grasps(def) ? 3 * GraspPatch::kMostNodes * def.max_tools : 0;
+  return std::min(3000, of_points + of_links + of_grasps);
 }
 
 palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
@@ -685,6 +697,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });
+  step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
   step(has_links(def), use.links, [&] { return build_links(reader, def, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, def, touch, shape); });

@@ -81,6 +81,12 @@ const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, i
   return scene ? scene->touch.links.state(link) : nullptr;
 }
 
+const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {
+  if (!scene || !palpate::has_grasps(scene->def)) return nullptr;
+  const std::int32_t t = scene->touch.input.place_of(id);
+  return t < 0 ? nullptr : &scene->touch.grasps.state(t);
+}
+
 int32_t palpate_scene_deform(palpate_scene* scene) {
   if (!scene || !palpate::deforms_beside(scene->def)) return -1;
   const std::int32_t evaluations = scene->touch.beside.deform();

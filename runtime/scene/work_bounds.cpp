@@ -44,7 +44,8 @@ class WorkBounds {
   bool follows() const { return def_.collision == PALPATE_COLLISION_DEFORMED; }
   double most() const { return static_cast<double>(def_.max_operations); }
   double contacts() const {
-    return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3.0 : 1.0) + def_.max_links;
+    return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3.0 : 1.0) + def_.max_links +
+           (def_.grasps ? 6 * def_.max_tools : 0);
   }
   double rows() const { return 3 * contacts(); }
   double node() const { return follows() ? 10 + 3.0 * def_.max_contact_nodes : 0; }

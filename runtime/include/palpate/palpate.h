@@ -406,6 +406,10 @@ typedef struct palpate_scene_def {
   int32_t
       max_links; /* default 0    [0 .. 1000] links (palpate_scene_set_links); 0: none, and neither time nor memory for
                                      them. Refused beside LARGE and LARGE_BESIDE                                      */
+  int32_t
+      grasps; /* default 0: no tool grasps, and there is no memory for it; 1: each tool may (palpate_grasp). Needs PATCH
+                                     and LINEAR                                                                       */
+  int32_t reserved; /* 0                                                                                            */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -548,6 +552,36 @@ static inline palpate_grip palpate_default_grip(void) {
   return grip;
 }
 
+/* Jaws that hold tissue: the surface below one disc, or below two discs that face each other across a fold, follows the rigid motion of the
+ * tool since the jaws closed, in all six degrees of freedom. The tool gets the force and, with has_torque, the torque.
+ * - The grasp closes in the first step that has it, and anew where the id changes: with no force of its own, wherever the tissue then is.
+ *   It opens in the first step of the tool without it.
+ * - Beyond its friction it slips: the tissue stays behind so far that the force is friction times what presses the jaws on the tissue
+ *   (the force along the jaws, between two discs from both sides). Once it has slipped by more than `radius` it lets go, until it closes anew.
+ * - Its nodes count towards max_contact_nodes, each three times: at most 96 for each disc.
+ * - A grasp needs grasps 1, contact PATCH and deformation LINEAR (else: bad input). */
+typedef struct palpate_grasp {
+  uint32_t struct_bytes;          /* sizeof(palpate_grasp)                                                          */
+  int32_t id;                     /* default 0: of this closing                                                     */
+  int32_t triangle;               /* 0 .. F-1: where the first disc's middle is                                     */
+  int32_t opposite_triangle;      /* default -1: one disc; 0 .. F-1: where the second one's middle is               */
+  double barycentric[3];          /* weights of the triangle's vertices, 0 .. 1, that sum to 1                      */
+  double opposite_barycentric[3]; /* the same of the opposite triangle                                              */
+  double position[3];             /* m, of the tool in the world, within 1e6 m                                      */
+  double orientation[4];          /* default 1 0 0 0: of the tool, a quaternion w x y z of length 1                 */
+  double radius;                  /* m, above 0 .. 1: of each disc                                                  */
+  double closing;     /* default 0 m: by how much the discs have come nearer since the jaws closed; 0 .. 1 */
+  double friction;    /* default INFINITY: it never slips; 0 or more                                    */
+  double clamp_force; /* default INFINITY; N, 0 or more: what presses the jaws on the tissue of one disc. Two discs have
+                         the force between them in its place                                                        */
+} palpate_grasp;
+PALPATE_API void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes);
+static inline palpate_grasp palpate_default_grasp(void) {
+  palpate_grasp grasp;
+  palpate_init_grasp(&grasp, sizeof grasp);
+  return grasp;
+}
+
 /* One instrument. How a contact of a tool point begins and ends:
  * - It begins where the point crosses into the organ. That surface point becomes the anchor, and the contact imposes on it
  *   u* = (tool point - anchor at rest).
@@ -571,6 +605,7 @@ typedef struct palpate_tool {
   int32_t has_torque;  /* default 0: no torque is computed; 1: the torque about `reference`. In a scene without
                           collision and with a contact other than PATCH, 1 is bad input                           */
   double reference[3]; /* default 0 m, in the world: the point of the tool about which its torque is taken        */
+  const palpate_grasp* grasp; /* default NULL: none                                                             */
 } palpate_tool;
 PALPATE_API void palpate_init_tool(palpate_tool* tool, size_t struct_bytes);
 static inline palpate_tool palpate_default_tool(void) {
@@ -795,6 +830,30 @@ typedef struct palpate_link_state {
 /* The state of link 0 .. count - 1 of the list, inside the scene and valid until the next step; NULL behind the last one. Call it in
  * the thread of palpate_scene_touch. */
 PALPATE_API const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link);
+
+/* ---- grasps ---------------------------------------------------------------------------------------------------------- */
+
+typedef enum palpate_grasp_condition {
+  PALPATE_GRASP_OPEN = 0,  /* the tool has no grasp                                                                 */
+  PALPATE_GRASP_HOLDS = 1, /* the tissue follows the jaws                                                           */
+  PALPATE_GRASP_SLIPS = 2, /* it slipped in this step                                                               */
+  PALPATE_GRASP_LET_GO = 3 /* it has slipped by more than its radius: no force until it closes anew                 */
+} palpate_grasp_condition;
+
+/* The grasp of one tool after a touch step; the library fills it. In the world. */
+typedef struct palpate_grasp_state {
+  palpate_grasp_condition condition; /* in this step                                                                */
+  int32_t reserved;                  /* 0                                                                           */
+  double force[3];                   /* N, on the tool, of the grasp alone, before Q, relaxation and limits         */
+  double torque[3];                  /* N m, the same about the tool's reference                                    */
+  double place[3];                   /* m: where the first disc's middle is held                                    */
+  double slipped;                    /* m: by how much the tissue has stayed behind                                 */
+  double friction_limit;             /* N: beyond which it slips; INFINITY: never                                   */
+} palpate_grasp_state;
+
+/* Of the tool with that id, inside the scene and valid until the next step; NULL where no tool has the id, or no tool may grasp. Call it
+ * in the thread of palpate_scene_touch. */
+PALPATE_API const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id);
 
 /* ---- report: contacts and events ----------------------------------------------------------------------------------- */
 

@@ -1,0 +1,269 @@
+#include "runtime/contact/grasp.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/contact/contact_laws.h"
+#include "runtime/contact/thinned_disc.h"
+
+namespace palpate {
+namespace {
+
+// Patches whose nodes lie nearly on one line hold no gradients: M is then singular.
+constexpr double kOnALine = 1e-3;
+// A grasp slips until its force is within this share of its friction, in the step in which it came beyond it.
+constexpr double kSlipsTo = 1e-3;
+
+int patches_of(const palpate_grasp& grasp) {
+  return grasp.opposite_triangle >= 0 ? 2 : 1;
+}
+
+SurfacePoint place_of(std::int32_t triangle, const double* barycentric) {
+  SurfacePoint place;
+  place.triangle = triangle;
+  std::copy(barycentric, barycentric + 3, place.barycentric);
+  return place;
+}
+
+Mat3 without_one(Mat3 turn) {
+  for (int i = 0; i < 3; ++i) turn.m[i][i] -= 1;
+  return turn;
+}
+
+}  // namespace
+
+bool Grasps::create(SceneMemory& memory, const Source& source, std::int32_t max_tools) {
+  source_ = source;
+  grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
+  memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
+  for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget(t);
+  return !memory.failed();
+}
+
+void Grasps::forget(std::int32_t t) {
+  grasps_[t] = Grasp{};
+}
+
+// ---- closing ---------------------------------------------------------------------------------------------------------
+
+// x: [count] m, places of the nodes from their weighted mean.
+void Grasps::find_gradients(const Vec3* x, GraspPatch* patch) {
+  double m11 = 0, m12 = 0, m22 = 0;
+  for (int e = 0; e < patch->count; ++e) {
+    const double x1 = dot(x[e], patch->along[0]), x2 = dot(x[e], patch->along[1]), w = patch->weight[0][e];
+    m11 += w * x1 * x1, m12 += w * x1 * x2, m22 += w * x2 * x2;
+  }
+  const double determinant = m11 * m22 - m12 * m12;
+  patch->has_gradients = determinant > kOnALine * std::max(m11, m22) * std::max(m11, m22);
+  for (int e = 0; e < patch->count && patch->has_gradients; ++e) {
+    const double x1 = dot(x[e], patch->along[0]), x2 = dot(x[e], patch->along[1]), w = patch->weight[0][e];
+    patch->weight[1][e] = w * (m22 * x1 - m12 * x2) / determinant;
+    patch->weight[2][e] = w * (m11 * x2 - m12 * x1) / determinant;
+  }
+}
+
+// The disc's nodes that have a column, thinned to kMostNodes. False where there are none.
+bool Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
+                        GraspPatch* to) {
+  *to = GraspPatch{};
+  Vec3 outward = source_.measure->outward(place);
+  if (length(outward) == 0) outward = source_.surface->outward(place.triangle);
+  if (length(outward) == 0) outward = {0, 0, 1};
+  to->along[0] = across(outward, {}), to->along[1] = cross(outward, to->along[0]);
+  ContactPatch& disc = *source_.patch;
+  disc.press(place, outward, to->along[0], radius);
+  std::int32_t node[ContactPatch::kMaxNodes];
+  double weight[ContactPatch::kMaxNodes], sum = 0;
+  WeightedNodes nodes = {node, weight, 0};
+  for (int e = 0; e < disc.count(); ++e) {
+    if (source_.column_of_node[disc.nodes()[e]] < 0) continue;
+    node[nodes.count] = disc.nodes()[e], weight[nodes.count++] = disc.weights()[e];
+    sum += disc.weights()[e];
+  }
+  if (nodes.count == 0) return false;
+  for (int e = 0; e < nodes.count; ++e) weight[e] /= sum;
+  if (nodes.count > GraspPatch::kMostNodes)
+    thin_nodes(source_.rest, to->along[0], to->along[1], GraspPatch::kMostNodes, &nodes);
+  to->count = std::min(nodes.count, GraspPatch::kMostNodes);
+  for (int e = 0; e < to->count; ++e) to->node[e] = node[e], to->weight[0][e] = weight[e];
+
+  Vec3 x[GraspPatch::kMostNodes], mean;
+  const auto rest = [&](int e) { return load3(source_.rest + 3 * static_cast<std::size_t>(to->node[e])); };
+  for (int e = 0; e < to->count; ++e) mean += to->weight[0][e] * rest(e);
+  for (int e = 0; e < to->count; ++e) x[e] = rest(e) - mean;
+  find_gradients(x, to);
+
+  // A rigid disc has the stiffness 8 G a^3 / (3 (1 - nu)) against a tilt and 16 G a^3 / 3 against a twist, of which each gradient takes a
+  // half; with 1/G from the compliances (1 - nu) / (4 G) along its normal and (2 - nu) / (8 G) across it.
+  const LocalCompliance tissue = source_.measure->tissue(place);
+  const double s = source_.measure->spacing(place), wide = std::max(radius, ContactPatch::kResolved * s),
+               cubed = 1 / (radius * radius * radius), across_b = wide + tissue.tangent_blur * s,
+               along_b = wide + tissue.normal_blur * s,
+               tilt = 1.5 * tissue.normal * std::max(0.0, cubed - 1 / (along_b * along_b * along_b)),
+               twist = (3 * tissue.tangent - 1.5 * tissue.normal) *
+                       std::max(0.0, cubed - 1 / (across_b * across_b * across_b));
+  to->local[0] = disc.local();
+  for (int part = 1; part < 3; ++part)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        to->local[part].m[i][j] = (tilt - twist) * outward[i] * outward[j] + (i == j ? twist : 0);
+
+  for (int e = 0; e < to->count; ++e) {
+    const Vec3 u = solver.last_displacement(tensors, to->node[e]);
+    for (int part = 0; part < 3; ++part) {
+      to->before[part] += to->weight[part][e] * u;
+      to->place[part] += to->weight[part][e] * (rest(e) + u);
+    }
+  }
+  return true;
+}
+
+void Grasps::close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver) {
+  const palpate_grasp& from = tool.grasp;
+  grasp.closed = 1, grasp.id = from.id, grasp.slipped = {};
+  grasp.state = {};
+  grasp.patches[0] = grasp.patches[1] = GraspPatch{};
+  find_patch(place_of(from.triangle, from.barycentric), from.radius, tensors, solver, &grasp.patches[0]);
+  if (patches_of(from) < 2) return;
+  find_patch(place_of(from.opposite_triangle, from.opposite_barycentric), from.radius, tensors, solver,
+             &grasp.patches[1]);
+  grasp.axis = unit_or_zero(grasp.patches[1].place[0] - grasp.patches[0].place[0]);
+}
+
+// ---- a step ----------------------------------------------------------------------------------------------------------
+
+std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
+                           const ContactSolver& solver) {
+  Grasp& grasp = grasps_[t];
+  for (GraspPatch& patch : grasp.patches) patch.rows_of = -1;
+  if (!tool.has_grasp) {
+    if (grasp.closed) forget(t);
+    return 0;
+  }
+  Pose pose;
+  read_pose(tool.grasp.position, tool.grasp.orientation, &pose);  // checked with the tool's input
+  grasp.position = organ.point_to_organ(pose.position);
+  Mat3 axes = pose.axes;
+  for (int j = 0; j < 3; ++j) {
+    const Vec3 column = organ.vector_to_organ({axes.m[0][j], axes.m[1][j], axes.m[2][j]});
+    for (int i = 0; i < 3; ++i) axes.m[i][j] = column[i];
+  }
+  if (!grasp.closed || grasp.id != tool.grasp.id) {
+    grasp.closed_position = grasp.position, grasp.closed_axes = axes;
+    close(grasp, tool, tensors, solver);
+  }
+  grasp.turn = times_transposed(axes, grasp.closed_axes);
+  if (grasp.state.condition == PALPATE_GRASP_LET_GO) return 0;
+  grasp.state.condition = PALPATE_GRASP_HOLDS;
+  return (grasp.patches[0].count > 0) + (grasp.patches[1].count > 0);
+}
+
+// Of the mean (part 0) or a gradient. The jaws close along the axis, which turns with the tool.
+Vec3 Grasps::target(const Grasp& grasp, const Tool& tool, int p, int part) const {
+  const GraspPatch& patch = grasp.patches[p];
+  const Mat3 turn = without_one(grasp.turn);
+  if (part > 0) return patch.before[part] + turn * patch.place[part];
+  Vec3 to = patch.before[0] + turn * (patch.place[0] - grasp.closed_position) + grasp.position - grasp.closed_position;
+  to += (p == 0 ? 0.5 : -0.5) * tool.grasp.closing * (grasp.turn * grasp.axis);
+  return to - grasp.slipped;
+}
+
+std::uint32_t Grasps::request(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows,
+                              std::int32_t* made) {
+  Grasp& grasp = grasps_[t];
+  std::uint32_t flags = 0;
+  *made = 0;
+  if (!tool.has_grasp || grasp.state.condition == PALPATE_GRASP_LET_GO) return flags;
+  for (int p = 0; p < patches_of(tool.grasp); ++p) {
+    GraspPatch& patch = grasp.patches[p];
+    if (patch.count == 0) {
+      flags |= PALPATE_STEP_NOT_TOUCHABLE;
+      continue;
+    }
+    GraspWish wish;
+    wish.tool = t, wish.point = first + p, wish.node = patch.node, wish.count = patch.count;
+    wish.parts = patch.has_gradients ? 3 : 1;
+    for (int part = 0; part < wish.parts; ++part) {
+      wish.weight[part] = patch.weight[part], wish.local[part] = patch.local[part];
+      wish.target[part] = target(grasp, tool, p, part);
+    }
+    patch.rows_of = rows.add_grasp(wish);
+    *made += patch.rows_of >= 0;
+    if (patch.rows_of < 0) flags |= PALPATE_STEP_CONTACTS_DROPPED;
+  }
+  return flags;
+}
+
+Vec3 Grasps::force_of(const Grasp& grasp, const ContactSolver& solver) {
+  Vec3 sum;
+  for (const GraspPatch& patch : grasp.patches)
+    if (patch.rows_of >= 0) sum += solver.reaction(patch.rows_of);
+  return sum;
+}
+
+// N: friction times what presses the jaws on the tissue: the stated clamp, or with two patches their own pressure, twice.
+double Grasps::limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver) {
+  double clamp = tool.grasp.clamp_force;
+  if (patches_of(tool.grasp) == 2 && grasp.patches[0].rows_of >= 0 && grasp.patches[1].rows_of >= 0) {
+    const Vec3 axis = grasp.turn * grasp.axis;
+    clamp = std::max(0.0, dot(axis, solver.reaction(grasp.patches[0].rows_of)) -
+                              dot(axis, solver.reaction(grasp.patches[1].rows_of)));
+  }
+  return std::isfinite(tool.grasp.friction) ? tool.grasp.friction * clamp : INFINITY;
+}
+
+bool Grasps::slips(std::int32_t t, const Tool& tool, const ContactSolver& solver, ContactRows& rows) {
+  Grasp& grasp = grasps_[t];
+  if (!tool.has_grasp || !std::isfinite(tool.grasp.friction)) return false;
+  const Vec3 force = force_of(grasp, solver);
+  const double size = length(force), most = limit_of(grasp, tool, solver);
+  if (!(size > most * (1 + kSlipsTo))) return false;
+  // Back by what the mean of the patches gives way under the excess, if nothing else holds it.
+  Mat3 stiffness, own;
+  for (const GraspPatch& patch : grasp.patches) {
+    if (patch.rows_of < 0) continue;
+    own = solver.compliance_between_nodes(rows.set(), patch.rows_of);
+    add_scaled(own, 1, patch.local[0]);
+    for (int j = 0; j < 3; ++j) {
+      const Vec3 column = solve3(own, {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0});
+      for (int i = 0; i < 3; ++i) stiffness.m[i][j] += column[i];
+    }
+  }
+  const Vec3 back = (1 - most / size) * solve3(stiffness, force);
+  if (!is_finite(back)) return false;
+  grasp.slipped += back;
+  grasp.state.condition = PALPATE_GRASP_SLIPS;
+  for (int p = 0; p < 2; ++p)
+    if (grasp.patches[p].rows_of >= 0) rows.set_target(grasp.patches[p].rows_of, target(grasp, tool, p, 0));
+  return true;
+}
+
+void Grasps::finish(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
+                    Vec3* torque) {
+  Grasp& grasp = grasps_[t];
+  *torque = {};
+  palpate_grasp_state& state = grasp.state;
+  if (!tool.has_grasp) return;
+  const Vec3 reference = organ.point_to_organ(tool.reference);
+  Vec3 force, moment, centre;
+  for (int p = 0; p < 2; ++p) {
+    const GraspPatch& patch = grasp.patches[p];
+    if (patch.rows_of < 0) continue;
+    const Vec3 held = patch.place[0] - patch.before[0] + target(grasp, tool, p, 0), r = solver.reaction(patch.rows_of);
+    force += r, moment += cross(held - reference, r);
+    if (p == 0) centre = held;
+    for (int part = 1; part < 3 && patch.has_gradients; ++part)
+      moment += cross(grasp.turn * patch.place[part], solver.reaction(patch.rows_of + part));
+  }
+  *torque = moment;
+  store3(organ.vector_to_world(-1 * force), state.force);
+  store3(organ.vector_to_world(-1 * moment), state.torque);
+  store3(organ.point_to_world(centre), state.place);
+  state.slipped = length(grasp.slipped);
+  if (state.condition == PALPATE_GRASP_LET_GO) return;
+  if (!is_finite(force)) return;
+  state.friction_limit = limit_of(grasp, tool, solver);
+  if (state.slipped > tool.grasp.radius) state.condition = PALPATE_GRASP_LET_GO;
+}
+
+}  // namespace palpate
