@@ -144,13 +144,14 @@ std::vector<palpate_scene_def> every_effect() {
           def.render_mesh = &vertices(), def.queries = PALPATE_QUERIES_ON;
           def.report = PALPATE_REPORT_CONTACTS;
           def.fine_surface = &fine_surface();
+          def.max_links = 4, def.grasps = contact == PALPATE_CONTACT_PATCH;
         }
         all.push_back(def);
         const bool deforms = contact == PALPATE_CONTACT_NODE
                                  ? collision == PALPATE_COLLISION_OFF
                                  : contact == PALPATE_CONTACT_PATCH && collision == PALPATE_COLLISION_REST;
         if (on ? collision != PALPATE_COLLISION_DEFORMED : !deforms) continue;
-        def.deformation = PALPATE_DEFORMATION_LARGE;
+        def.deformation = PALPATE_DEFORMATION_LARGE, def.max_links = def.grasps = 0;
         def.force = PALPATE_FORCE_LINEAR, def.radial = PALPATE_RADIAL_OFF;
         all.push_back(def);
         def.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
@@ -168,6 +169,9 @@ struct Running {
         out(shape_out(u.data(), nullptr, static_cast<std::int32_t>(from.box.dofs() / 3))),
         skinned(def.render_mesh),
         queries(def.queries != PALPATE_QUERIES_OFF),
+        links(def.max_links > 0),
+        grasps(def.grasps != 0),
+        patch(def.contact == PALPATE_CONTACT_PATCH),
         box(from.box) {}
 
   // Runs both halves, and saves and restores the state now and then. Each touchable node is held at some time, so that each tensor
@@ -183,6 +187,7 @@ struct Running {
       palpate_scene_shape(scene.get(), contacts.get(), &out);
       if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
       if (queries) ask();
+      if (links) tighten();
       device.step(device.force, palpate_contacts_tool(contacts, 0)->force_raw, contacts->step);
       if (contacts->step % 50 != 20) return;
       restored += palpate_scene_save(scene.get(), state.data(), 8 * state.size(), nullptr) == PALPATE_OK &&
@@ -190,10 +195,33 @@ struct Running {
     });
     for (const std::int32_t node : box.touchable) {
       const palpate_grip grip = grip_at_node(node, {0.001, 0, 0});
-      const palpate_tool tool = grip_tool(&grip);
+      palpate_tool tool = grip_tool(&grip);
+      palpate_grasp grasp = palpate_default_grasp();
+      grasp.triangle = box.far_triangle(2), grasp.barycentric[0] = 1, grasp.radius = 0.006;
+      grasp.position[0] = 1e-4 * node, grasp.friction = 0.1, grasp.clamp_force = 1;
+      tool.grasp = grasps ? &grasp : nullptr;
       palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+      if (grasps) slips += palpate_scene_grasp_state(scene.get(), 0)->condition == PALPATE_GRASP_SLIPS;
       palpate_scene_shape(scene.get(), contacts.get(), &out);
     }
+  }
+
+  // A thread that becomes shorter in each step, one that is slack, a clip and a spring to the world.
+  void tighten() {
+    palpate_link all[4];
+    for (int i = 0; i < 4; ++i) {
+      palpate_link& link = all[i] = palpate_default_link();
+      link.kind = i < 2 ? PALPATE_LINK_THREAD : i == 2 ? PALPATE_LINK_CLIP : PALPATE_LINK_SPRING;
+      for (int e = 0; e < 2; ++e) {
+        link.ends[e].kind = PALPATE_END_SURFACE_POINT, link.ends[e].triangle = box.far_triangle(3 * i + 2 * e);
+        link.ends[e].barycentric[0] = 1;
+      }
+      if (i == 3) link.ends[1].kind = PALPATE_END_WORLD, link.ends[1].point[0] = 0.07, link.stiffness = 1;
+      link.radius = patch ? 0.003 : 0;
+    }
+    all[0].rest_length = 0.01 / (1 + 0.01 * static_cast<double>(contacts->step)), all[1].rest_length = 1;
+    palpate_scene_set_links(scene.get(), all, 4, nullptr);
+    taut += palpate_scene_link_state(scene.get(), 0)->condition == PALPATE_LINK_TAUT;
   }
 
   void ask() {
@@ -216,7 +244,8 @@ struct Running {
   Contacts contacts;
   std::vector<float> u, normals = u;
   palpate_shape_out out;
-  bool skinned, queries = false;
+  bool skinned, queries = false, links = false, grasps = false, patch = false;
+  int taut = 0, slips = 0;
   int answered = 0;
   float moved[2][3 * kVertices];
   palpate_skin_out skin = skin_out(moved[0], moved[1], kVertices);
@@ -240,6 +269,8 @@ TEST(Step, AllocatesAndLocksNothing) {
       EXPECT_EQ(locks, 0);
       EXPECT_TRUE(def.collision == PALPATE_COLLISION_OFF || running.contact_steps > 20);
       EXPECT_TRUE(def.queries == PALPATE_QUERIES_OFF || running.answered == 1000);
+      EXPECT_TRUE(def.max_links == 0 || running.taut > 100);
+      EXPECT_TRUE(def.grasps == 0 || running.slips > 0);
       EXPECT_EQ(running.restored, 20);
     }
   allocations = locks = 0;
