@@ -48,5 +48,26 @@ int main(int argc, char** argv) {
   expect(scene && error.status == PALPATE_OK, "a scene is created");
   palpate::Contacts contacts = scene.make_contacts();
   expect(scene.touch(nullptr, 0, 0.001, contacts) == 0 && contacts->step == 1, "and steps");
+
+  // A ligament between a touchable node's triangle and a point 5 cm beside it.
+  def.max_links = 1, def.grasps = 1;
+  scene = palpate::Scene::create(bundle, def, &error);
+  palpate::Contacts held = scene.make_contacts();
+  palpate_link link = palpate_default_link();
+  expect(scene.set_links(&link, 1, &error) == PALPATE_ERROR_ARGUMENT && std::strstr(error.text, "expected a kind"),
+         "a link that says nothing is refused");
+  link.kind = PALPATE_LINK_THREAD, link.stiffness = 10;
+  link.ends[0].kind = PALPATE_END_SURFACE_POINT, link.ends[1].kind = PALPATE_END_WORLD;
+  const std::int32_t node = palpate_bundle_touchable(bundle.get())[0];
+  const std::int32_t* corner = palpate_bundle_triangles(bundle.get());
+  while (*corner != node) ++corner;
+  const std::ptrdiff_t at = corner - palpate_bundle_triangles(bundle.get());
+  link.ends[0].triangle = static_cast<std::int32_t>(at / 3), link.ends[0].barycentric[at % 3] = 1;
+  for (int d = 0; d < 3; ++d)
+    link.ends[1].point[d] = palpate_bundle_nodes(bundle.get())[3 * node + d] + (d == 0 ? 0.05 : 0);
+  expect(scene.set_links(&link, 1, &error) == PALPATE_OK, "and a good one taken");
+  for (int step = 0; step < 3; ++step) scene.touch(nullptr, 0, 0.001, held);
+  expect(scene.link_state(0) && scene.link_state(0)->tension > 0 && !scene.link_state(1), "which then pulls");
+  expect(!scene.grasp_state(0), "no tool grasps");
   return failures == 0 ? 0 : 1;
 }

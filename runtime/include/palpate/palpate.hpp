@@ -166,6 +166,17 @@ class Scene {
   bool set_pose(const palpate_pose& pose, palpate_error* error = nullptr) noexcept {
     return palpate_scene_set_pose(get(), &pose, error) == PALPATE_OK;
   }
+  // PALPATE_OK, or the reason and *error, which may be NULL; the scene then keeps its links.
+  palpate_status set_links(const palpate_link* links, std::int32_t count, palpate_error* error = nullptr) noexcept {
+    return palpate_scene_set_links(get(), links, count, error);
+  }
+  // Of the last touch; nullptr behind the last link, and where no tool has that id or may grasp.
+  const palpate_link_state* link_state(std::int32_t link) const noexcept {
+    return palpate_scene_link_state(get(), link);
+  }
+  const palpate_grasp_state* grasp_state(std::int32_t id) const noexcept {
+    return palpate_scene_grasp_state(get(), id);
+  }
   void reset() noexcept { palpate_scene_reset(get()); }
   void reset_tool(std::int32_t id) noexcept { palpate_scene_reset_tool(get(), id); }
 
