@@ -73,6 +73,30 @@ test("space held for long stays in contact, also on a small organ", async () => 
   await page.close();
 });
 
+test("a pen presses as deep as its pressure says; a pen that does not measure pressure presses as the mouse does", async () => {
+  const page = await ready();
+  const box = await page.locator("#organ").boundingBox(), client = await page.context().newCDPSession(page);
+  const pen = (type, force, away = 0) => client.send("Input.dispatchMouseEvent", { type, force, pointerType: "pen", button: "left",
+    buttons: type === "mouseReleased" ? 0 : 1, clickCount: 1, x: box.x + box.width / 2 + away, y: box.y + box.height / 2 });
+  // To 0.1 mm: the page rounds no depth, and a tool arrives within 0.001 mm.
+  const deep = (mm) => page.waitForFunction((wanted) => Math.abs(1000 * (globalThis.palpateViewer.shown.tools[0]?.depth ?? 0) - wanted) < 0.1, mm);
+  await pen("mousePressed", 0.1);
+  for (const [force, mm] of [[0.2, 5], [0.4, 9], [0.25, 6]]) {
+    await pen("mouseMoved", force);
+    await deep(mm);
+  }
+  await pen("mouseReleased", 0);
+  await noTools(page);
+  await pen("mousePressed", 0.5);
+  await pen("mouseMoved", 0.5);
+  await deep(1);
+  await pen("mouseMoved", 0.5, 40);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0].depth > 0.002);
+  await pen("mouseReleased", 0);
+  assert.deepEqual(page.failures, []);
+  await page.close();
+});
+
 test("on the empty page the first Tab comes to its button", async () => {
   const page = await open({}, (p) => p.route(/bundle\.h5|render\.ply/, (route) => route.fulfill({ status: 404, body: "" })));
   await inState(page, "empty");

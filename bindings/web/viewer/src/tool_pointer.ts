@@ -1,4 +1,4 @@
-// Turns the input of mouse, fingers and keys into targets of the tools.
+// Turns the input of mouse, pen, fingers and keys into targets of the tools.
 import { TOOL_COUNT, type ToolTarget, type Vector } from "./messages";
 import type { Hit, OrganView } from "./organ_view";
 
@@ -8,6 +8,8 @@ const TOUCH_DOWN = 0.001; // m, depth of a press before the pointer moves
 const ARRIVED = 1e-6; // m, from its target
 const DEEPEST = 0.03; // m
 const DEEPEST_SHARE = 0.3; // of the organ's radius: well below palpate_scene_def.release_distance, at which a tool loses its contact
+const PEN_DEPTH = 0.02; // m, how deep a pen presses at its full pressure
+const NO_PRESSURE = 0.5; // what browsers report for a pen that does not measure its pressure
 const KEY_SPEED = 0.012; // m/s while space is held
 const KEYBOARD = -1; // stands for the id of a pointer
 const HANDED_OVER = "palpateHandedOver"; // marks an event that the camera alone hears
@@ -31,6 +33,7 @@ interface Held {
   since: number; // ms
   target: ToolTarget;
   scale: number; // m per pixel
+  measures: boolean; // it is a pen that has reported a pressure
 }
 
 export class ToolPointer {
@@ -118,7 +121,7 @@ export class ToolPointer {
     const place = this.options.followsDeformed() ? hit.point : hit.place;
     const grasp = this.options.pulls() ? along(place, hit.normal, -GRASP) : null;
     const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, grasp, down: true };
-    const held = { pointer, index, hit, place, x, y, since: performance.now(), target, scale: this.view.metresPerPixel(hit.point) };
+    const held = { pointer, index, hit, place, x, y, since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false };
     this.held.push(held);
     this.options.pressed(hit);
     this.aim(held, TOUCH_DOWN, 0, 0);
@@ -160,7 +163,9 @@ export class ToolPointer {
     }
     event.stopImmediatePropagation();
     const dx = event.offsetX - held.x, dy = event.offsetY - held.y;
-    this.aim(held, TOUCH_DOWN + Math.hypot(dx, dy) * held.scale * 0.5, dx, dy);
+    held.measures ||= event.pointerType === "pen" && event.pressure !== NO_PRESSURE;
+    const deeper = held.measures ? event.pressure * PEN_DEPTH : Math.hypot(dx, dy) * held.scale * 0.5;
+    this.aim(held, TOUCH_DOWN + deeper, dx, dy);
   }
 
   // The target of a push: along the normal, at the depth. The target of a pull: the position of the pointer.
