@@ -191,7 +191,7 @@ std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
   return set_.constraint_count - grasp.parts;
 }
 
-// Its second end has negative weights: the row holds the displacement of the first end against the second one.
+// The nodes of a link's second end have negative weights, so that a row holds the displacement of the first end against the second one.
 std::int32_t ContactRows::add_link(const LinkWish& link) {
   const LinkEnd *const a = link.ends, *const b = link.ends + 1;
   const bool made = has_room(1, a->count + b->count);

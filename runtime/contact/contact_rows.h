@@ -78,7 +78,7 @@ class ContactRows {
 
   // The rows of a grasp's patch, after the grips of its tool. Returns the first of its constraints; -1: there is no room.
   std::int32_t add_grasp(const GraspWish& wish);
-  // Of a constraint of this step, before it is solved again.
+  // Gives constraint p of this step another target; the caller then solves the step again.
   void set_target(std::int32_t p, Vec3 target) { set_.target[p] = target; }
 
   // The rows of a link, after all contacts, in ascending order of links. Returns its constraint; -1: there is no room.

@@ -382,15 +382,7 @@ Vec3 ContactSolver::last_displacement(const Tensors& tensors, std::int32_t node)
   Vec3 u;
   for (std::int32_t p = 0; p < kept_constraints_; ++p) {
     const ContactConstraint& constraint = kept_constraint_[p];
-    Vec3 sum;
-    for (int i = 0; i < 3; ++i) {
-      const std::int32_t row = kept_rows_[p].at[i];
-      if (row < 0) continue;
-      if (constraint.framed)
-        sum += reaction_[row] * load3(constraint.frame.m[i]);
-      else
-        sum[i] += reaction_[row];
-    }
+    const Vec3 sum = force_of(constraint, kept_rows_[p], reaction_);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
       const ContactNode& held = kept_node_[e];
       u += held.weight *
@@ -646,20 +638,26 @@ Vec3 ContactSolver::reaction(std::int32_t p) const {
   return r;
 }
 
+// N, along x, y and z.
+Vec3 ContactSolver::force_of(const ContactConstraint& constraint, const Rows& rows, const double* reaction) {
+  Vec3 sum;
+  for (int i = 0; i < 3; ++i) {
+    const std::int32_t row = rows.at[i];
+    if (row < 0) continue;
+    if (!constraint.framed)
+      sum[i] = reaction[row];
+    else
+      sum += reaction[row] * load3(constraint.frame.m[i]);
+  }
+  return sum;
+}
+
 // f = H^T r: adds the reactions of the rows to the forces of their contact nodes.
 void ContactSolver::spread_reactions(const ContactConstraint* constraints, const Rows* rows, std::int32_t count,
                                      const ContactNode* nodes, const double* reaction, Vec3* force) {
   for (std::int32_t p = 0; p < count; ++p) {
     const ContactConstraint& constraint = constraints[p];
-    Vec3 sum;
-    for (int i = 0; i < 3; ++i) {
-      const std::int32_t row = rows[p].at[i];
-      if (row < 0) continue;
-      if (!constraint.framed)
-        sum[i] = reaction[row];
-      else
-        sum += reaction[row] * Vec3{constraint.frame.m[i][0], constraint.frame.m[i][1], constraint.frame.m[i][2]};
-    }
+    const Vec3 sum = force_of(constraint, rows[p], reaction);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
       force[e] += nodes[e].weight * sum;
   }

@@ -173,6 +173,7 @@ class ContactSolver {
   void refine_laws(const ContactSystem& laws, int most_solves, double largest_target);
   void measure_laws(const ContactSystem& laws);
   double largest_target() const;
+  static Vec3 force_of(const ContactConstraint& constraint, const Rows& rows, const double* reaction);
   static void spread_reactions(const ContactConstraint* constraints, const Rows* rows, std::int32_t count,
                                const ContactNode* nodes, const double* reaction, Vec3* force);
   int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;

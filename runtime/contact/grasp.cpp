@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "runtime/contact/contact_laws.h"
-#include "runtime/contact/thinned_disc.h"
 
 namespace palpate {
 namespace {
@@ -32,7 +31,7 @@ Mat3 without_one(Mat3 turn) {
 
 }  // namespace
 
-bool Grasps::create(SceneMemory& memory, const Source& source, std::int32_t max_tools) {
+bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools) {
   source_ = source;
   grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
   memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
@@ -62,30 +61,17 @@ void Grasps::find_gradients(const Vec3* x, GraspPatch* patch) {
   }
 }
 
-// The disc's nodes that have a column, thinned to kMostNodes. False where there are none.
-bool Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
+// `to` has no nodes where the disc has no touchable one.
+void Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
                         GraspPatch* to) {
   *to = GraspPatch{};
-  Vec3 outward = source_.measure->outward(place);
-  if (length(outward) == 0) outward = source_.surface->outward(place.triangle);
-  if (length(outward) == 0) outward = {0, 0, 1};
-  to->along[0] = across(outward, {}), to->along[1] = cross(outward, to->along[0]);
-  ContactPatch& disc = *source_.patch;
-  disc.press(place, outward, to->along[0], radius);
-  std::int32_t node[ContactPatch::kMaxNodes];
-  double weight[ContactPatch::kMaxNodes], sum = 0;
-  WeightedNodes nodes = {node, weight, 0};
-  for (int e = 0; e < disc.count(); ++e) {
-    if (source_.column_of_node[disc.nodes()[e]] < 0) continue;
-    node[nodes.count] = disc.nodes()[e], weight[nodes.count++] = disc.weights()[e];
-    sum += disc.weights()[e];
-  }
-  if (nodes.count == 0) return false;
-  for (int e = 0; e < nodes.count; ++e) weight[e] /= sum;
-  if (nodes.count > GraspPatch::kMostNodes)
-    thin_nodes(source_.rest, to->along[0], to->along[1], GraspPatch::kMostNodes, &nodes);
-  to->count = std::min(nodes.count, GraspPatch::kMostNodes);
-  for (int e = 0; e < to->count; ++e) to->node[e] = node[e], to->weight[0][e] = weight[e];
+  TouchableDisc disc;
+  press_disc(source_, place, radius, GraspPatch::kMostNodes, &disc);
+  if (disc.count == 0) return;
+  const Vec3 outward = disc.outward;
+  to->count = disc.count, to->along[0] = disc.along[0], to->along[1] = disc.along[1];
+  std::copy(disc.node, disc.node + disc.count, to->node);
+  std::copy(disc.weight, disc.weight + disc.count, to->weight[0]);
 
   Vec3 x[GraspPatch::kMostNodes], mean;
   const auto rest = [&](int e) { return load3(source_.rest + 3 * static_cast<std::size_t>(to->node[e])); };
@@ -102,7 +88,7 @@ bool Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors&
                tilt = 1.5 * tissue.normal * std::max(0.0, cubed - 1 / (along_b * along_b * along_b)),
                twist = (3 * tissue.tangent - 1.5 * tissue.normal) *
                        std::max(0.0, cubed - 1 / (across_b * across_b * across_b));
-  to->local[0] = disc.local();
+  to->local[0] = disc.local;
   for (int part = 1; part < 3; ++part)
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
@@ -115,7 +101,6 @@ bool Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors&
       to->place[part] += to->weight[part][e] * (rest(e) + u);
     }
   }
-  return true;
 }
 
 void Grasps::close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver) {

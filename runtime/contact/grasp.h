@@ -9,10 +9,10 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/contact/contact_patch.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/tool_input.h"
+#include "runtime/contact/touchable_disc.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {
@@ -46,14 +46,7 @@ struct Grasp {
 
 class Grasps {
  public:
-  struct Source {
-    const double* rest;                  // [Ns][3] m
-    const std::int32_t* column_of_node;  // [Ns]
-    SurfaceIndex* surface;
-    const SurfaceMeasure* measure;
-    ContactPatch* patch;
-  };
-  bool create(SceneMemory& memory, const Source& source, std::int32_t max_tools);
+  bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools);
   void forget(std::int32_t t);
 
   // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, and the
@@ -72,14 +65,14 @@ class Grasps {
 
  private:
   void close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver);
-  bool find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
+  void find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
                   GraspPatch* to);
   static void find_gradients(const Vec3* x, GraspPatch* patch);
   Vec3 target(const Grasp& grasp, const Tool& tool, int patch, int part) const;
   static double limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
   static Vec3 force_of(const Grasp& grasp, const ContactSolver& solver);
 
-  Source source_ = {};
+  DiscSource source_ = {};
   Grasp* grasps_ = nullptr;  // [max_tools]
 };
 

@@ -6,7 +6,6 @@
 
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
-#include "runtime/contact/thinned_disc.h"
 
 namespace palpate {
 namespace {
@@ -74,29 +73,13 @@ bool Links::create(SceneMemory& memory, const Source& source, std::int32_t capac
 
 // ---- what the host gives ---------------------------------------------------------------------------------------------
 
-// A disc's nodes with a column, thinned to kMostNodes.
 void Links::find_disc(const SurfacePoint& place, double radius, LinkEnd* to) {
-  Vec3 outward = source_.measure->outward(place);
-  if (length(outward) == 0) outward = source_.surface->outward(place.triangle);
-  if (length(outward) == 0) outward = {0, 0, 1};
-  const Vec3 tangent = across(outward, {});
-  ContactPatch& patch = *source_.patch;
-  patch.press(place, outward, tangent, radius);
-  std::int32_t node[ContactPatch::kMaxNodes];
-  double weight[ContactPatch::kMaxNodes], sum = 0;
-  WeightedNodes nodes = {node, weight, 0};
-  for (int e = 0; e < patch.count(); ++e) {
-    if (source_.column_of_node[patch.nodes()[e]] < 0) continue;
-    node[nodes.count] = patch.nodes()[e], weight[nodes.count++] = patch.weights()[e];
-    sum += patch.weights()[e];
-  }
-  if (nodes.count == 0) return;
-  for (int e = 0; e < nodes.count; ++e) weight[e] /= sum;
-  if (nodes.count > LinkEnd::kMostNodes)
-    thin_nodes(source_.rest, tangent, cross(outward, tangent), LinkEnd::kMostNodes, &nodes);
-  to->count = nodes.count, to->local = patch.local();
-  std::copy(node, node + nodes.count, to->node);
-  std::copy(weight, weight + nodes.count, to->weight);
+  TouchableDisc disc;
+  press_disc(source_.disc, place, radius, LinkEnd::kMostNodes, &disc);
+  if (disc.count == 0) return;
+  to->count = disc.count, to->local = disc.local;
+  std::copy(disc.node, disc.node + disc.count, to->node);
+  std::copy(disc.weight, disc.weight + disc.count, to->weight);
 }
 
 void Links::find_end(const palpate_link& link, const palpate_link_end& from, LinkEnd* to) {
@@ -108,8 +91,8 @@ void Links::find_end(const palpate_link& link, const palpate_link_end& from, Lin
   const std::int32_t* const corner = source_.triangles + 3 * static_cast<std::size_t>(from.triangle);
   double sum = 0;
   for (int v = 0; v < 3; ++v) {
-    to->rest += from.barycentric[v] * load3(source_.rest + 3 * static_cast<std::size_t>(corner[v]));
-    if (source_.column_of_node[corner[v]] < 0 || !(from.barycentric[v] > 0)) continue;
+    to->rest += from.barycentric[v] * load3(source_.disc.rest + 3 * static_cast<std::size_t>(corner[v]));
+    if (source_.disc.column_of_node[corner[v]] < 0 || !(from.barycentric[v] > 0)) continue;
     to->node[to->count] = corner[v], to->weight[to->count++] = from.barycentric[v];
     sum += from.barycentric[v];
   }
@@ -137,7 +120,7 @@ palpate_status Links::set(const palpate_link* links, std::int32_t count, palpate
     const auto* const from = reinterpret_cast<const palpate_link*>(reinterpret_cast<const unsigned char*>(links) +
                                                                    static_cast<std::size_t>(i) * links->struct_bytes);
     if (const palpate_status status = read_host_struct("link", from, &given, error)) return status;
-    const char* fault = fault_of(given, source_.triangle_count, source_.patch != nullptr);
+    const char* fault = fault_of(given, source_.triangle_count, source_.disc.patch != nullptr);
     if (!fault && from->struct_bytes != links->struct_bytes) fault = "the same struct_bytes in all links";
     if (!fault && given.id < -1) fault = "an id of 0 or more, or -1";
     const std::int32_t id = given.id == -1 ? i : given.id;

@@ -8,9 +8,9 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/contact/contact_patch.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/touchable_disc.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {
@@ -29,15 +29,11 @@ struct Link {
 
 class Links {
  public:
-  // All borrowed. patch and measure: nullptr where contacts are no discs.
+  // All borrowed. The disc's patch and measure are nullptr where contacts are no discs.
   struct Source {
-    const double* rest;                  // [Ns][3] m
-    const std::int32_t* triangles;       // [F][3]
-    const std::int32_t* column_of_node;  // [Ns]
+    DiscSource disc;
+    const std::int32_t* triangles;  // [F][3]
     std::int32_t triangle_count;
-    SurfaceIndex* surface;
-    const SurfaceMeasure* measure;
-    ContactPatch* patch;
   };
   bool create(SceneMemory& memory, const Source& source, std::int32_t capacity);
 

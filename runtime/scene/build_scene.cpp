@@ -456,20 +456,17 @@ palpate_status connect_body_beside(const SectionReader& reader, const palpate_sc
   return made ? PALPATE_OK : reader.no_memory("deformation");
 }
 
+DiscSource discs_of(TouchState& touch) {
+  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
+}
+
 palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  const Grasps::Source source = {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
-  return touch.grasps.create(reader.memory(), source, def.max_tools) ? PALPATE_OK : reader.no_memory("grasps");
+  return touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools) ? PALPATE_OK : reader.no_memory("grasps");
 }
 
 palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  const bool discs = def.contact == PALPATE_CONTACT_PATCH;
-  const Links::Source source = {touch.rest,
-                                touch.triangles,
-                                touch.column_of_node,
-                                reader.triangles(),
-                                &touch.surface,
-                                discs ? &touch.measure : nullptr,
-                                discs ? &touch.patch : nullptr};
+  Links::Source source = {discs_of(touch), touch.triangles, reader.triangles()};
+  if (def.contact != PALPATE_CONTACT_PATCH) source.disc.measure = nullptr, source.disc.patch = nullptr;
   return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
 }
 

@@ -1,0 +1,30 @@
+// A disc on the surface at rest as links and grasps hold it: on its touchable nodes alone, and on a few of them where it has many.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact/contact_patch.h"
+
+namespace palpate {
+
+// What a disc is made from; borrowed.
+struct DiscSource {
+  const double* rest;                  // [Ns][3] m
+  const std::int32_t* column_of_node;  // [Ns] -1: not touchable
+  SurfaceIndex* surface;
+  const SurfaceMeasure* measure;
+  ContactPatch* patch;  // its work space
+};
+
+struct TouchableDisc {
+  std::int32_t node[ContactPatch::kMaxNodes];
+  double weight[ContactPatch::kMaxNodes];  // sum to one
+  int count = 0;                           // 0: the disc has no touchable node
+  Vec3 outward, along[2];                  // unit, orthogonal
+  Mat3 local;                              // m/N, compliance that the mesh does not resolve
+};
+
+// Fills `disc` for the disc of that radius, m, around a place: at most `most` nodes. Cost: that of ContactPatch::press.
+void press_disc(const DiscSource& source, const SurfacePoint& place, double radius, int most, TouchableDisc* disc);
+
+}  // namespace palpate
