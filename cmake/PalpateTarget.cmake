@@ -6,9 +6,11 @@ if(PROJECT_IS_TOP_LEVEL)
   endif()
   find_program(PALPATE_CCACHE ccache)
   if(PALPATE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-    set(CMAKE_C_COMPILER_LAUNCHER ${PALPATE_CCACHE})
+    # Paths below the project are hashed relative to the build folder: clones in different folders share what was compiled.
+    set(palpate_ccache CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1)
+    set(CMAKE_C_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env ${palpate_ccache} ${PALPATE_CCACHE})
     # ccache keeps what a precompiled header went into only when it is told so. No source of ours uses __TIME__ or __DATE__.
-    set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${PALPATE_CCACHE})
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env ${palpate_ccache} CCACHE_SLOPPINESS=pch_defines,time_macros ${PALPATE_CCACHE})
   endif()
   set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
