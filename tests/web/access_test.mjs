@@ -2,7 +2,7 @@
 // screen, and under axe-core (https://github.com/dequelabs/axe-core).
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { frame, inState, noTools, open, picture, ready } from "./page.mjs";
+import { frame, inState, noTools, open, picture, ready, steady } from "./page.mjs";
 import { violations } from "./axe.mjs";
 
 for (const colorScheme of ["light", "dark"])
@@ -15,7 +15,7 @@ for (const colorScheme of ["light", "dark"])
     for (const width of [820, 390]) {
       await page.setViewportSize({ width, height: 844 });
       if (width === 390) await page.click("#more");
-      await page.waitForTimeout(400);
+      await frame(page);
       assert.deepEqual(await violations(page), []);
       await picture(page, `${colorScheme}-${width}`);
     }
@@ -65,8 +65,11 @@ test("keys work wherever the focus is; the cross moves, and space pushes there",
 test("space held for long stays in contact, also on a small organ", async () => {
   const page = await ready();
   await page.keyboard.down("Space");
-  await page.waitForTimeout(5000);  // the push deepens by 12 mm/s
-  await frame(page);
+  await page.waitForFunction(() => {
+    const { pointer } = globalThis.palpateViewer, [held] = pointer.held, away = held.place.map((x, d) => held.target.point[d] - x);
+    return Math.hypot(...away) > pointer.deepest - 1e-9;
+  });
+  await steady(page);
   const { contacts, force } = await page.evaluate(() => globalThis.palpateViewer.shown.tools[0]);
   assert.ok(contacts > 0 && Math.hypot(...force) > 0.1);
   await page.keyboard.up("Space");
@@ -108,7 +111,7 @@ test("on the empty page the first Tab comes to its button", async () => {
 test("on a phone every control is 44 px high or more", async () => {
   const page = await ready({ viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
   await page.click("#more");
-  await page.waitForTimeout(400);
+  await frame(page);
   const small = await page.evaluate(() => [...document.querySelectorAll("button, select, input[role=switch], .choice span, .toggle span, #radius")]
     .filter((control) => control.checkVisibility({ visibilityProperty: true })).map((control) => [control.id || control.textContent || control.dataset.effect, control.getBoundingClientRect().height])
     .filter(([, height]) => height < 44));
@@ -146,7 +149,7 @@ test("the page speaks the address's language, else the browser's; a switch chang
   for (const [width, language] of [[1280, "de"], [390, "de"], [390, "en"]]) {
     await asked.selectOption("#language", language);
     await asked.setViewportSize({ width, height: 844 });
-    await asked.waitForTimeout(400);
+    await frame(asked);
     assert.deepEqual(await violations(asked), []);
     const inside = await asked.evaluate(() => [...document.querySelectorAll("#tools button, #tools span, #corner button, #title, #readout dd")]
       .filter((one) => one.checkVisibility({ visibilityProperty: true })).every((one) => one.getBoundingClientRect().left >= 0 && one.getBoundingClientRect().right <= innerWidth));

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { violations } from "./axe.mjs";
-import { bundle, folder, frame, inState, open } from "./page.mjs";
+import { bundle, closed, folder, frame, inState, open } from "./page.mjs";
 
 const setting = (name, touch, error, more = {}) => ({
   name, is_reference: false, vertices: 1000, element: name.split(" ")[1], own_material: true, columns_everywhere: true, solver: "auto", storage: "f32", exercise: "press",
@@ -31,10 +31,6 @@ async function fronts(options = {}, folderOfData = data) {
   await inState(page, "ready");
   return page;
 }
-const closed = async (page) => {
-  assert.deepEqual(page.failures, []);
-  await page.close();
-};
 const marker = (chart, name) => `#fronts figure:nth-child(${chart}) [aria-label^="${name}:"]`;
 const namesOf = (page, chart, which = "") => page.$$eval(`#fronts figure:nth-child(${chart}) [aria-label*=":"]${which}`, (all) => all.map((one) => one.getAttribute("aria-label").replace(/:.*/, "")));
 
@@ -95,7 +91,7 @@ for (const colorScheme of ["light", "dark"])
     const page = await fronts({ colorScheme });
     for (const width of [1440, 820, 390]) {
       await page.setViewportSize({ width, height: 900 });
-      await page.waitForTimeout(300);
+      await frame(page);
       await page.focus(marker(1, "200 p2-p0"));
       assert.deepEqual(await violations(page), []);
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the page");

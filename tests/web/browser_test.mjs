@@ -201,7 +201,6 @@ test("on a phone: a finger pushes, details open and close", async () => {
   await picture(page, "phone");
   await finger("touchEnd");
   await page.click("#more");
-  await page.waitForTimeout(400);
   await picture(page, "phone-details");
   await page.click("#more");
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true);

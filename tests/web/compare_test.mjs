@@ -115,7 +115,7 @@ for (const colorScheme of ["light", "dark"])
     for (const width of [1440, 820, 390]) {
       await page.setViewportSize({ width, height: 900 });
       if (width === 390) await page.click(".pane:nth-child(1) summary");
-      await page.waitForTimeout(300);
+      await frame(page);
       assert.deepEqual(await violations(page), []);
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the page");
       await frame(page);

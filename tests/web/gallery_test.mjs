@@ -6,7 +6,7 @@ import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { get } from "node:http";
 import { test } from "node:test";
 import { violations } from "./axe.mjs";
-import { bundle, drag, folder, frame, inState, notice, noTools, open, ready, renderMesh } from "./page.mjs";
+import { bundle, closed, drag, folder, frame, inState, notice, noTools, open, ready, renderMesh } from "./page.mjs";
 
 const data = `${folder}/data`, PICTURE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
 rmSync(data, { recursive: true, force: true });
@@ -24,10 +24,6 @@ const gallery = async (options = {}, folderOfData = data) => {
   const page = await open(options, undefined, "gallery.html");
   await inState(page, "ready");
   return page;
-};
-const closed = async (page) => {
-  assert.deepEqual(page.failures, []);
-  await page.close();
 };
 
 test("the gallery lists each bundle with organ, boundary set, size and picture; a card opens it with its finer surface", async () => {
@@ -115,7 +111,7 @@ for (const colorScheme of ["light", "dark"])
   test(`axe-core finds nothing in the gallery and in the task, ${colorScheme}, at 1440, 820 and 390 px`, async () => {
     const page = await gallery({ colorScheme }), widths = [1440, 820, 390], at = (width) => page.setViewportSize({ width, height: 900 });
     const fits = async (name, fullPage) => {
-      await page.waitForTimeout(300);
+      await frame(page);
       assert.deepEqual(await violations(page), []);
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the page");
       await frame(page);

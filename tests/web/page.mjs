@@ -1,6 +1,7 @@
 // What the tests of the viewer share: a server of the built page, headless Chromium, ways to open and ask the page. From the command
 // line: PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH]. RENDER_MESH: a finer surface; "box": one for the box of tests/support;
 // without it, its tests are skipped. Pictures and files go to FOLDER.
+import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
@@ -18,6 +19,9 @@ const { preview } = await import(pathToFileURL(require.resolve("vite").replace(/
 const FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
   "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
 const PATIENCE = 120_000;  // ms: a busy machine may draw one frame in a second
+// The software renderer takes most of a test's time. On the box no test looks at pixels, so that a quarter of them in each direction will
+// do; on an organ the pictures are looked at.
+const SCALE = given === "box" ? 0.25 : 1;
 
 let server, browser, url;
 before(async () => {
@@ -34,15 +38,19 @@ after(async () => {
   await server?.close();
 });
 
-// address: of the page, after the server's.
+// address: of the page, after the server's, or on another server. Without transitions, so that what a test measures is where it stays.
 export async function open(options = {}, prepare = async () => {}, address = "") {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, ...options });
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, deviceScaleFactor: SCALE, reducedMotion: "reduce", ...options });
   page.setDefaultTimeout(PATIENCE);
   page.failures = [];
   page.on("pageerror", (error) => page.failures.push(error.message));
   await prepare(page);
-  await page.goto(url + address);
+  await page.goto(new URL(address, url).href);
   return page;
+}
+export async function closed(page) {
+  assert.deepEqual(page.failures, []);
+  await page.close();
 }
 export const inState = (page, state) => page.waitForFunction((s) => document.body.dataset.state === s, state);
 export const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
@@ -71,10 +79,34 @@ export async function drag(page, [fromX, fromY], [toX, toY], { release = true, b
   await page.mouse.down({ button });
   await page.mouse.move(x + (fromX + toX) / 2, y + (fromY + toY) / 2);
   await page.mouse.move(x + toX, y + toY);
-  if (button === "left") await page.waitForFunction(() => globalThis.palpateViewer.shown.tools.some((tool) => tool?.depth > 0.002));
+  if (button === "left")
+    await page.waitForFunction(() => {
+      const { pointer, shown } = globalThis.palpateViewer;
+      return shown.tools[pointer.held.at(-1)?.index]?.depth > 0.002;
+    });
   if (release) await page.mouse.up({ button });
 }
+// Waits until every tool stands at its target and its force has not changed for three frames of the worker. The force: to 1e-4 N, where the
+// tests ask for 1e-3 N or more.
+export const steady = (page) => page.waitForFunction(() => {
+  const { newest, pointer } = globalThis.palpateViewer, { at, tools } = newest.frame, far = (a, b) => Math.hypot(...a.map((x, d) => x - b[d]));
+  const arrived = tools.every((tool, t) => !tool === !pointer.targets[t] && (!tool || far(tool.point, pointer.targets[t].point) < 1e-6));
+  const known = (globalThis.palpateSteady ??= { at: 0, frames: 0, tools: [] });
+  if (at === known.at) return false;
+  const same = tools.length === known.tools.length && tools.every((tool, t) => !tool === !known.tools[t] && (!tool || far(tool.force, known.tools[t].force) < 1e-4));
+  globalThis.palpateSteady = { at, tools, frames: arrived && same ? known.frames + 1 : 0 };
+  if (globalThis.palpateSteady.frames < 3) return false;
+  delete globalThis.palpateSteady;
+  return true;
+});
 export const noTools = (page) => page.waitForFunction(() => !globalThis.palpateViewer.shown.tools.some(Boolean));
+// Where the camera is, as the organ sees it.
+export const camera = (page) => page.evaluate(() => {
+  const { camera, controls } = globalThis.palpateViewer.view.camera, offset = camera.position.clone().sub(controls.target);
+  return { distance: offset.length(), direction: offset.normalize().toArray() };
+});
+export const same = (a, b, tolerance) => Math.hypot(...a.map((x, d) => x - b[d])) < tolerance;
+export const shown = (page, of) => page.evaluate((name) => globalThis.palpateViewer.shown[name], of);
 export const notice = (page, pattern) => page.waitForFunction((p) => new RegExp(p).test(document.getElementById("notice").textContent), pattern);
 export const give = (page, name, content, input = "#file") =>
   page.setInputFiles(input, { name, mimeType: "application/octet-stream", buffer: Buffer.from(content) });
