@@ -20,8 +20,8 @@ package=$build/npm
 rm -rf "$package"
 mkdir -p "$package"
 cp "$source"/bindings/web/module/*.js "$source/LICENSE" "$package/"
-sed "s/@VERSION@/$version/" "$source/cmake/binary-packages/package.json.in" > "$package/package.json"
-sed "s/@VERSION@/$version/" "$source/cmake/binary-packages/npm-readme.md" > "$package/README.md"
+sed "s/@VERSION@/$version/" "$source/bindings/web/npm/package.json.in" > "$package/package.json"
+sed "s/@VERSION@/$version/" "$source/bindings/web/npm/README.md.in" > "$package/README.md"
 for variant in simd baseline; do
   mkdir "$package/$variant"
   cp "$web/$variant/palpate.wasm" "$package/$variant/"
