@@ -75,6 +75,19 @@ void palpate_init_tool(palpate_tool* tool, size_t struct_bytes) {
   write_host_struct(defaults, tool, struct_bytes);
 }
 
+void palpate_init_world_organ(palpate_world_organ* organ, size_t struct_bytes) {
+  write_host_struct(palpate_world_organ{}, organ, struct_bytes);
+}
+
+void palpate_init_world_def(palpate_world_def* def, size_t struct_bytes) {
+  palpate_world_def defaults = {};
+  defaults.force_limit = 50;
+  defaults.force_slew = 1e4;
+  defaults.torque_limit = 5;
+  defaults.torque_slew = 1e3;
+  write_host_struct(defaults, def, struct_bytes);
+}
+
 void palpate_init_link(palpate_link* link, size_t struct_bytes) {
   palpate_link defaults = {};
   defaults.id = -1;

@@ -9,6 +9,7 @@
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
+#include "runtime/include/palpate/palpate_world.h"
 
 namespace palpate {
 
@@ -41,6 +42,10 @@ template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_grip> = offsetof(palpate_grip, displacement) + sizeof(double[3]);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_tool> = offsetof(palpate_tool, disc_radius);
+template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_world_organ> = offsetof(palpate_world_organ, def);
+template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_world_def> = offsetof(palpate_world_def, force_limit);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_link> = offsetof(palpate_link, rest_length);
 template <>

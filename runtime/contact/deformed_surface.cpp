@@ -152,6 +152,10 @@ double DeformedSurface::largest_move() const {
   return field_ ? tree_->largest_reach() * field_->last_change() : 0;
 }
 
+double DeformedSurface::farthest_from_rest() const {
+  return field_ ? tree_->largest_reach() * (field_->norm() + field_->last_change()) : 0;
+}
+
 double DeformedSurface::largest_move_without(std::int32_t tool, std::int32_t point) const {
   return field_ ? tree_->largest_reach() * field_->last_change_without(tool, point) : 0;
 }

@@ -51,6 +51,8 @@ class DeformedSurface {
 
   // m: how far any point of the surface may have moved since the last solve but one; of the surface without a contact.
   double largest_move() const;
+  // m: how far any point of the surface is from where it rests, now or before the last solve.
+  double farthest_from_rest() const;
   double largest_move_without(std::int32_t tool, std::int32_t point) const;
   // sqrt(J): grows with every change of the surface (NearestPoint::per_path).
   double path() const { return field_ ? field_->path() : 0; }

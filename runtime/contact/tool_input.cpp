@@ -78,8 +78,9 @@ bool have_ids_of_their_own(const palpate_tool* tools, std::uint32_t stride, std:
 
 }  // namespace
 
-bool ToolInput::create(SceneMemory& memory, const InputLimits& limits) {
-  limits_ = limits;
+bool ToolInput::create(SceneMemory& memory, const InputLimits& limits, const InputLimits* organs,
+                       std::int32_t organ_count) {
+  limits_ = limits, organs_ = organs, organ_count_ = organ_count;
   for (std::int32_t t = 0; t < limits.max_tools; ++t) {
     tools_[t].points = memory.array<Vec3>(static_cast<std::size_t>(limits.max_points));
     tools_[t].grips = memory.array<palpate_grip>(static_cast<std::size_t>(limits.max_points));
@@ -101,6 +102,7 @@ void ToolInput::forget_input(std::int32_t t) {
   Tool& tool = tools_[t];
   tool.point_count = tool.grip_count = 0;
   tool.hold = tool.has_torque = tool.has_grasp = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
+  tool.organ = 0;
 }
 
 void ToolInput::free_place(std::int32_t t) {
@@ -120,7 +122,15 @@ std::int32_t ToolInput::place_of(std::int32_t id) const {
   return -1;
 }
 
+// nullptr where there is no such organ. A scene has one, whatever the tool says.
+const InputLimits* ToolInput::limits_of(std::int32_t organ) const {
+  if (!organs_) return &limits_;
+  return organ >= 0 && organ < organ_count_ ? organs_ + organ : nullptr;
+}
+
 bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const {
+  const InputLimits* const of_organ = limits_of(tool.organ);
+  if (!of_organ) return false;
   if (tool.point_count < 0 || tool.grip_count < 0) return false;
   if (!(tool.disc_radius >= 0 && tool.disc_radius <= 1 && tool.friction >= 0 && tool.friction <= 100)) return false;
   if (tool.has_torque && !(limits_.has_positions && is_sound_point(tool.reference))) return false;
@@ -129,11 +139,12 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
   for (std::int32_t i = 0; i < points; ++i)
     if (!is_sound_point(tool.points + 3 * static_cast<std::size_t>(i))) return false;
   palpate_grasp grasp = palpate_default_grasp();
-  if (tool.grasp && !(read_host_struct(tool.grasp, &grasp) && is_sound_grasp(grasp, limits_))) return false;
+  if (tool.grasp && !(read_host_struct(tool.grasp, &grasp) && is_sound_grasp(grasp, *of_organ))) return false;
   if (grips > 0 && !have_one_size(tool.grips, grips)) return false;
   for (std::int32_t i = 0; i < grips; ++i) {
     palpate_grip grip = palpate_default_grip();
-    if (!read_host_struct(element(tool.grips, struct_bytes_of(tool.grips), i), &grip) || !is_sound_grip(grip, limits_))
+    if (!read_host_struct(element(tool.grips, struct_bytes_of(tool.grips), i), &grip) ||
+        !is_sound_grip(grip, *of_organ))
       return false;
   }
   return true;
@@ -177,6 +188,7 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
     tool.hold = from.hold != 0;
     tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
     tool.disc_radius = from.disc_radius, tool.friction = from.friction;
+    tool.organ = from.organ;
     tool.has_grasp = from.grasp != nullptr, tool.grasp = palpate_default_grasp();
     if (from.grasp) copy_host_struct(from.grasp, &tool.grasp);
   } else {
@@ -187,7 +199,16 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
   *room -= tool.point_count + tool.grip_count;
 }
 
-std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count, double dt) {
+// The world has checked it, and cut it to the room that there is.
+void ToolInput::take_far_tool(const palpate_tool& from, Tool& tool, std::int32_t* room) {
+  tool.point_count = from.point_count, tool.grip_count = 0;
+  tool.hold = from.hold != 0, tool.has_grasp = false;
+  tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
+  tool.disc_radius = from.disc_radius, tool.friction = from.friction, tool.organ = from.organ;
+  *room -= tool.point_count;
+}
+
+std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count, double dt, const bool* far) {
   std::uint32_t flags = 0;
   if (dt > 0 && dt <= 1e6)
     dt_ = dt;
@@ -210,7 +231,10 @@ std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count
     palpate_tool from = palpate_default_tool();
     copy_host_struct(sent, &from);
     Tool& tool = tools_[place_[i]];
-    take_tool(from, tool, has_known_fields_only(sent), &room);
+    if (far && far[i])
+      take_far_tool(from, tool, &room);
+    else
+      take_tool(from, tool, has_known_fields_only(sent), &room);
     flags |= tool.flags;
   }
   return flags;

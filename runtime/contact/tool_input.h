@@ -27,6 +27,8 @@ struct ToolValues {
   bool has_grasp = false;
   std::int32_t point_count = 0, grip_count = 0;
   std::uint32_t flags = 0;  // of this step
+  std::int32_t organ = 0;   // of a world, that grips and grasp hold
+  std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
   Vec3 reference;           // m, in the world, where the tool has a torque
   double disc_radius = 0, friction = 0;
   palpate_grasp grasp = {};  // where the tool has one
@@ -40,16 +42,20 @@ struct Tool : ToolValues {
 
 class ToolInput {
  public:
-  bool create(SceneMemory& memory, const InputLimits& limits);
+  // organs: of a world, whose grips and grasps each have limits of their own: [organ_count], borrowed; nullptr: one organ.
+  bool create(SceneMemory& memory, const InputLimits& limits, const InputLimits* organs = nullptr,
+              std::int32_t organ_count = 1);
 
   // Copies the step's tools. A tool with any bad number keeps all of its last good input (nothing at first); so does dt, and so
   // do all tools where the list itself is bad. Points and grips beyond max_points are dropped, the first ones kept. Returns the
-  // step flags.
-  std::uint32_t take(const palpate_tool* tools, std::int32_t tool_count, double dt);
+  // step flags. far: [tool_count], of tools whose points and grips are neither checked nor copied; nullptr: none is.
+  std::uint32_t take(const palpate_tool* tools, std::int32_t tool_count, double dt, const bool* far = nullptr);
 
   void forget();
   // Forgets the last good input of the tool in place t.
   void forget_input(std::int32_t t);
+  // The place of tool `index` of the step.
+  std::int32_t place_of_sent(std::int32_t index) const { return place_[index]; }
   // The place of the tool with that id; -1: none.
   std::int32_t place_of(std::int32_t id) const;
 
@@ -60,14 +66,19 @@ class ToolInput {
   Tool& tool(std::int32_t t) { return tools_[t]; }
   const Tool& tool(std::int32_t t) const { return tools_[t]; }
   double dt() const { return dt_; }
+  const InputLimits& limits() const { return limits_; }
 
  private:
   bool is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const;
   void free_place(std::int32_t t);
   void assign_places(const palpate_tool* tools, std::uint32_t stride, std::int32_t tool_count);
   void take_tool(const palpate_tool& from, Tool& tool, bool known, std::int32_t* room);
+  static void take_far_tool(const palpate_tool& from, Tool& tool, std::int32_t* room);
+  const InputLimits* limits_of(std::int32_t organ) const;
 
   InputLimits limits_;
+  const InputLimits* organs_ = nullptr;
+  std::int32_t organ_count_ = 1;
   Tool tools_[PALPATE_MAX_TOOLS];
   std::int32_t place_[PALPATE_MAX_TOOLS] = {};  // [sent] of each tool of the step
   std::int32_t sent_ = 0, count_ = 0;

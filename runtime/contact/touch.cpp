@@ -1,16 +1,13 @@
 // The touch half, in order: input, collision, contact constraints, solve, force corrections, limits, output.
 #include "runtime/contact/touch.h"
 #include "runtime/base/contact_nodes.h"
+#include "runtime/contact/force_limits.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace palpate {
 namespace {
-
-// s, the longest time over which one step may change a force at force_slew. A haptic loop slower than 50 Hz does not feel
-// like contact, so a longer time is a loop that stood still.
-constexpr double kLongestSlew = 0.02;
 
 bool has_fine_contacts(const TouchState& state) {
   return kHasEffects && state.fine_contacts[0];
@@ -30,6 +27,7 @@ void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t
   forget_points(def, state, t, 0);
   state.last_force[t] = state.last_torque[t] = Vec3{};
   if (has_grasps(def)) state.grasps.forget(t);
+  state.far.forget(t);
   if (state.memory) state.memory[t] = state.torque_memory[t] = PronySeries::Memory{};
 }
 
@@ -51,28 +49,29 @@ struct ToolSum {
 
 class Touch {
  public:
-  Touch(const StepContext& context, TouchState& state, palpate_contacts& out)
-      : context_(context), touch_state_(state), out_(out) {}
+  Touch(const StepContext& context, TouchState& state, const ToolsInWorld* world, palpate_contacts& out)
+      : context_(context), touch_state_(state), world_(world), out_(out) {}
 
   std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
     touch_state_.work.begin();
     touch_state_.slides.begin();
-    flags_ = touch_state_.input.take(tools, tool_count, dt);
-    touch_state_.organ.begin_step(touch_state_.input.dt());
+    take_input(tools, tool_count, dt);
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
       if (touch_state_.input.tool(t).is_new || touch_state_.input.tool(t).index < 0)
         forget_tool(context_.def, touch_state_, t);
+    if (world_) pass_far_tools();
     context_.watch.ended(Pass::input);
     if (context_.def.collision != PALPATE_COLLISION_OFF) {
       touch_state_.collision.begin();
-      for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) collide(t);
+      for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
+        if (!is_far(t)) collide(t);
       forget_absent_points();
       context_.watch.ended(Pass::collision);
     }
     const bool links = has_links(context_.def);
     touch_state_.rows.begin(contacts_to_request() + (links ? touch_state_.links.begin(touch_state_.organ) : 0));
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
-      if (context_.def.collision != PALPATE_COLLISION_OFF) request_point_contacts(t);
+      if (context_.def.collision != PALPATE_COLLISION_OFF && !is_far(t)) request_point_contacts(t);
       request_grip_contacts(t);
       if (has_grasps(context_.def)) request_grasp(t);
     }
@@ -120,6 +119,54 @@ class Touch {
     flags_ |= flag;
   }
 
+  // In a world the pose of the step comes first, because it decides which tools are far.
+  void take_input(const palpate_tool* tools, std::int32_t tool_count, double dt) {
+    if (!world_) {
+      flags_ = touch_state_.input.take(tools, tool_count, dt);
+      touch_state_.organ.begin_step(touch_state_.input.dt());
+      return;
+    }
+    touch_state_.organ.begin_step(dt);
+    bool far[PALPATE_MAX_TOOLS] = {};
+    const bool finds_far = world_->finds_far && context_.def.collision != PALPATE_COLLISION_OFF;
+    for (std::int32_t i = 0; finds_far && i < tool_count; ++i) {
+      const std::int32_t t = touch_state_.input.place_of(tools[i].id);
+      const bool held = (t >= 0 && touch_state_.far.held[t] > 0) || tools[i].grip_count > 0 || tools[i].grasp;
+      far[i] = !held && palpate::is_far(world_->tool[i], touch_state_.deformed, touch_state_.organ, touch_state_.far,
+                                        context_.def.max_tool_speed * dt);
+    }
+    flags_ = touch_state_.input.take(tools, tool_count, dt, far) | world_->flags;
+    touch_state_.far.near_count = 0;
+    for (std::int32_t i = 0; i < tool_count; ++i) {
+      far_[touch_state_.input.place_of_sent(i)] = far[i];
+      touch_state_.far.near_count += !far[i];
+      if (world_->tool[i].flags) raise(touch_state_.input.place_of_sent(i), world_->tool[i].flags);
+    }
+  }
+  bool is_far(std::int32_t t) const { return far_[t]; }
+
+  // A tool that becomes far is outside with all of its points. One that comes near again was outside, where it was in the last step.
+  void pass_far_tools() {
+    FarTools& far = touch_state_.far;
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      const Tool& tool = touch_state_.input.tool(t);
+      if (tool.index < 0) continue;
+      if (far_[t] && !far.far[t]) forget_points(context_.def, touch_state_, t, 0);
+      if (!far_[t] && far.far[t]) come_near(t, world_->tool[tool.index]);
+      far.far[t] = far_[t];
+    }
+    far.pose = touch_state_.organ.pose(), far.is_posed = touch_state_.organ.is_set();
+  }
+  void come_near(std::int32_t t, const ToolInWorld& tool) {
+    const std::int32_t known = std::min(tool.before_count, touch_state_.input.tool(t).point_count);
+    for (std::int32_t i = 0; i < known; ++i) {
+      PointState& state = touch_state_.points[t][i];
+      state = PointState{};
+      state.known = true, state.last = touch_state_.far.before_in_organ(tool.before[i]);
+      if (reports_contacts(context_.def)) touch_state_.report.note(t, i, state.last);
+    }
+  }
+
   // m, in the organ's frame.
   Vec3 point(const Tool& tool, std::int32_t i) const { return touch_state_.organ.point_to_organ(tool.points[i]); }
 
@@ -146,6 +193,12 @@ class Touch {
       if (differ(anchor, state.anchor)) count_renewal();
     }
     if (touch_state_.work.deferred() > deferred) raise(t, PALPATE_STEP_WORK_DEFERRED);
+    if (world_) count_held(t);
+  }
+  void count_held(std::int32_t t) {
+    std::int32_t held = 0;
+    for (std::int32_t i = 0; i < touch_state_.input.tool(t).point_count; ++i) held += touch_state_.points[t][i].contact;
+    touch_state_.far.held[t] = held;
   }
 
   // Whether an anchor may move in this step. One that may not stays where it is, and its contact keeps its rows.
@@ -174,6 +227,7 @@ class Touch {
       count += tool.grip_count;
       if (has_grasps(context_.def))
         count += touch_state_.grasps.begin(t, tool, touch_state_.organ, context_.tensors, touch_state_.solver);
+      if (is_far(t)) continue;
       for (std::int32_t i = 0; context_.def.collision != PALPATE_COLLISION_OFF && i < tool.point_count; ++i)
         count += touch_state_.points[t][i].contact;
     }
@@ -618,7 +672,7 @@ class Touch {
     });
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       const Tool& tool = touch_state_.input.tool(t);
-      for (std::int32_t i = 0; tool.index >= 0 && i < tool.point_count + tool.grip_count; ++i)
+      for (std::int32_t i = 0; tool.index >= 0 && !is_far(t) && i < tool.point_count + tool.grip_count; ++i)
         report.note(t, i, holder(tool, i));
     }
     report.end();
@@ -651,30 +705,19 @@ class Touch {
     raw_[t] = raw_torque_[t] = Vec3{};
   }
 
-  // For a haptic device: at most `limit` long, changing by at most `slew` per second. A long dt (a wrong clock, or a loop that
-  // stood still) allows no larger change than kLongestSlew. last: what was sent in the last step.
+  // last: what was sent in the last step.
   Vec3 safe(std::int32_t t, Vec3 raw, double limit, double slew, Vec3& last) {
-    if (!is_finite(raw)) {
-      raise(t, PALPATE_STEP_UNSOLVED);
-      raw = Vec3{};
-    }
-    Vec3 sent = raw;
-    if (const double size = length(sent); size > limit) {
-      sent = (limit / size) * sent;
-      raise(t, PALPATE_STEP_FORCE_LIMITED);
-    }
-    const Vec3 change = sent - last;
-    const double most = slew * std::min(touch_state_.input.dt(), kLongestSlew);
-    if (const double size = length(change); size > most) {
-      sent = last + (most / size) * change;
-      raise(t, PALPATE_STEP_FORCE_LIMITED);
-    }
-    return last = sent;
+    std::uint32_t flags = 0;
+    const Vec3 sent = within_limits(raw, limit, slew, touch_state_.input.dt(), &last, &flags);
+    if (flags) raise(t, flags);
+    return sent;
   }
 
   const StepContext& context_;
   TouchState& touch_state_;
+  const ToolsInWorld* world_;
   palpate_contacts& out_;
+  bool far_[PALPATE_MAX_TOOLS] = {};  // by place
   std::uint32_t flags_ = 0;
   ToolSum tools_[PALPATE_MAX_TOOLS];
   DeformingBody::Outcome deformed_;
@@ -688,8 +731,8 @@ class Touch {
 }  // namespace
 
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
-                         std::int32_t tool_count, double dt, palpate_contacts& out) {
-  return Touch(context, state, out).step(tools, tool_count, dt);
+                         std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out) {
+  return Touch(context, state, world, out).step(tools, tool_count, dt);
 }
 
 void reset_touch(const palpate_scene_def& def, TouchState& state) {

@@ -12,6 +12,7 @@
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
 #include "runtime/contact/deforming_body.h"
+#include "runtime/contact/far_tools.h"
 #include "runtime/contact/grasp.h"
 #include "runtime/contact/links.h"
 #include "runtime/contact/tool_input.h"
@@ -60,6 +61,7 @@ struct TouchState {
   ContactSolver solver;
   DeformingBody body;            // in place of the solver, under large deformation
   BodyBeside beside;             // or beside it: the body then belongs to the thread of palpate_scene_deform
+  FarTools far;                  // of an organ in a world
   std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0
   PronySeries relaxation;
   PronySeries::Memory* memory = nullptr;         // [max_tools]
@@ -74,8 +76,9 @@ struct TouchState {
 };
 
 // One touch step; palpate_scene_touch of palpate.h states the contract. Returns the step flags.
+// world: of an organ in a world, what the world knows about the tools, which it has checked; nullptr: of a scene.
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
-                         std::int32_t tool_count, double dt, palpate_contacts& out);
+                         std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
 
 // Forgets contacts, last positions and last forces: the state after creation.
 void reset_touch(const palpate_scene_def& def, TouchState& state);

@@ -260,6 +260,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   memory.keep(touch.last_force);
   memory.keep(touch.last_torque);
   memory.keep(touch.organ);
+  memory.keep(touch.far);
   limits.has_grasps = has_grasps(def);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);

@@ -66,9 +66,10 @@ size_t palpate_contacts_bytes(const palpate_scene* scene) {
 
 palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
                                        palpate_contacts* contacts, size_t contacts_bytes) {
-  if (!scene || !contacts || !palpate::is_aligned(contacts) || contacts_bytes < palpate_contacts_bytes(scene))
+  if (!scene || scene->in_world || !contacts || !palpate::is_aligned(contacts) ||
+      contacts_bytes < palpate_contacts_bytes(scene))
     return PALPATE_STEP_BAD_INPUT;
-  return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, *contacts);
+  return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, nullptr, *contacts);
 }
 
 palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link* links, int32_t count,

@@ -26,6 +26,7 @@ struct palpate_scene {
   palpate::Skin skin;           // bound where the host gave a render mesh; belongs to the shape half's thread
   palpate::SurfaceQuery query;  // with queries; belongs to the thread of the queries
   palpate::Plan plan;
+  bool in_world = false;  // an organ of a world, which steps, saves and restores it
 };
 
 namespace palpate {

@@ -1,6 +1,5 @@
 // Saving and restoring what the touch steps have left in a scene: the values and arrays that its memory marks as kept.
 #include "runtime/scene/state.h"
-#include "formats/checksum.h"
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
 #include "runtime/contact/touch.h"
@@ -86,20 +85,6 @@ void read_kept(const SceneMemory& memory, const unsigned char* state) {
   }
 }
 
-// A running checksum of numbers.
-class Digest {
- public:
-  template <class... Numbers>
-  Digest& add(const Numbers&... numbers) {
-    (sum_.update(&numbers, sizeof numbers), ...);
-    return *this;
-  }
-  std::uint64_t value() const { return sum_.digest(); }
-
- private:
-  formats::Xxh64 sum_;
-};
-
 // The size of palpate_scene_def on 64-bit systems when this file was last told of a new field. A field that takes the place of
 // `reserved` does not change the size.
 constexpr std::size_t kDefinitionBytes = 304;
@@ -123,64 +108,99 @@ std::uint64_t definition_of(const palpate_scene_def& def, const SceneMemory& mem
   return digest.value();
 }
 
+std::size_t SceneState::bytes() const {
+  return bytes_of_state(memory);
+}
+
+std::size_t SceneState::write(unsigned char* state) const {
+  const std::size_t bytes = write_kept(memory, state);
+  StateHead head = {};
+  std::memcpy(head.magic, kMagic, sizeof head.magic);
+  head.bytes = bytes;
+  head.definition = definition;
+  head.bundle = bundle;
+  std::memcpy(state, &head, sizeof head);
+  head.checksum = checksum_of(state, bytes);
+  std::memcpy(state, &head, sizeof head);
+  return bytes;
+}
+
+palpate_status SceneState::check(const unsigned char* state, std::size_t state_bytes, std::size_t* bytes,
+                                 palpate_error* error) const {
+  StateHead head = {};
+  if (state_bytes < sizeof head)
+    return fail(error, PALPATE_ERROR_TRUNCATED, 0, "state has %llu bytes; expected those that palpate_scene_save wrote",
+                static_cast<unsigned long long>(state_bytes));
+  std::memcpy(&head, state, sizeof head);
+  if (std::memcmp(head.magic, kMagic, sizeof head.magic) != 0)
+    return fail(error, PALPATE_ERROR_MAGIC, 0, "these bytes are not a state that palpate_scene_save wrote");
+  if (head.bytes > state_bytes || head.bytes < sizeof head)
+    return fail(error, PALPATE_ERROR_TRUNCATED, 0, "state has %llu bytes; expected %llu, as its head says",
+                static_cast<unsigned long long>(state_bytes), static_cast<unsigned long long>(head.bytes));
+  if (head.checksum != checksum_of(state, head.bytes))
+    return fail(error, PALPATE_ERROR_CHECKSUM, 0, "state differs from what palpate_scene_save wrote; save it again");
+  if (head.bundle != bundle)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "state is of bundle %016llx; expected %016llx, the bundle of this scene",
+                static_cast<unsigned long long>(head.bundle), static_cast<unsigned long long>(bundle));
+  if (head.definition != definition)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "state is of a scene with another palpate_scene_def, or of another version of the library; create this "
+                "scene as that one was created");
+  if (!fits(memory, state, static_cast<std::size_t>(head.bytes)))
+    return fail(error, PALPATE_ERROR_CONTENT, 0, "state contradicts itself, although its checksum fits; save it again");
+  *bytes = static_cast<std::size_t>(head.bytes);
+  return PALPATE_OK;
+}
+
+void SceneState::read(const unsigned char* state) const {
+  read_kept(memory, state);
+}
+
+SceneState state_of(const palpate_scene& scene) {
+  return {scene.memory, scene.definition, scene.context.bundle.index.header.index_checksum};
+}
+
 }  // namespace palpate
 
 using palpate::fail;
 
 size_t palpate_scene_state_bytes(const palpate_scene* scene) {
-  return scene ? palpate::bytes_of_state(scene->memory) : 0;
+  return scene ? palpate::state_of(*scene).bytes() : 0;
 }
+
+namespace {
+
+palpate_status refuse_organ(palpate_error* error) {
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+              "the scene is an organ of a world; save and restore the world (palpate_world_save)");
+}
+
+}  // namespace
 
 palpate_status palpate_scene_save(const palpate_scene* scene, void* state, size_t state_bytes, palpate_error* error) {
   if (!scene || !state) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and state must not be NULL");
+  if (scene->in_world) return refuse_organ(error);
   if (!palpate::is_aligned(static_cast<const std::uint64_t*>(state)))
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "state must be 8-byte aligned");
   if (const size_t needed = palpate_scene_state_bytes(scene); state_bytes < needed)
     return fail(error, PALPATE_ERROR_ARGUMENT, 0,
                 "state has %llu bytes; expected %llu, as palpate_scene_state_bytes returns now",
                 static_cast<unsigned long long>(state_bytes), static_cast<unsigned long long>(needed));
-  const std::size_t bytes = palpate::write_kept(scene->memory, static_cast<unsigned char*>(state));
-  palpate::StateHead head = {};
-  std::memcpy(head.magic, palpate::kMagic, sizeof head.magic);
-  head.bytes = bytes;
-  head.definition = scene->definition;
-  head.bundle = scene->context.bundle.index.header.index_checksum;
-  std::memcpy(state, &head, sizeof head);
-  head.checksum = palpate::checksum_of(state, bytes);
-  std::memcpy(state, &head, sizeof head);
+  palpate::state_of(*scene).write(static_cast<unsigned char*>(state));
   return palpate::succeed(error);
 }
 
 palpate_status palpate_scene_restore(palpate_scene* scene, const void* state, size_t state_bytes,
                                      palpate_error* error) {
   if (!scene || !state) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and state must not be NULL");
+  if (scene->in_world) return refuse_organ(error);
   if (!palpate::is_aligned(static_cast<const std::uint64_t*>(state)))
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "state must be 8-byte aligned");
-  palpate::StateHead head = {};
-  if (state_bytes < sizeof head)
-    return fail(error, PALPATE_ERROR_TRUNCATED, 0, "state has %llu bytes; expected those that palpate_scene_save wrote",
-                static_cast<unsigned long long>(state_bytes));
-  std::memcpy(&head, state, sizeof head);
-  if (std::memcmp(head.magic, palpate::kMagic, sizeof head.magic) != 0)
-    return fail(error, PALPATE_ERROR_MAGIC, 0, "these bytes are not a state that palpate_scene_save wrote");
-  if (head.bytes > state_bytes || head.bytes < sizeof head)
-    return fail(error, PALPATE_ERROR_TRUNCATED, 0, "state has %llu bytes; expected %llu, as its head says",
-                static_cast<unsigned long long>(state_bytes), static_cast<unsigned long long>(head.bytes));
-  if (head.checksum != palpate::checksum_of(state, head.bytes))
-    return fail(error, PALPATE_ERROR_CHECKSUM, 0, "state differs from what palpate_scene_save wrote; save it again");
-  if (head.bundle != scene->context.bundle.index.header.index_checksum)
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-                "state is of bundle %016llx; expected %016llx, the bundle of this scene",
-                static_cast<unsigned long long>(head.bundle),
-                static_cast<unsigned long long>(scene->context.bundle.index.header.index_checksum));
-  if (head.definition != scene->definition)
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-                "state is of a scene with another palpate_scene_def, or of another version of the library; create this "
-                "scene as that one was created");
-  const auto* bytes = static_cast<const unsigned char*>(state);
-  if (!palpate::fits(scene->memory, bytes, static_cast<std::size_t>(head.bytes)))
-    return fail(error, PALPATE_ERROR_CONTENT, 0, "state contradicts itself, although its checksum fits; save it again");
-  palpate::read_kept(scene->memory, bytes);
+  const auto* const from = static_cast<const unsigned char*>(state);
+  std::size_t bytes = 0;
+  if (const palpate_status status = palpate::state_of(*scene).check(from, state_bytes, &bytes, error)) return status;
+  palpate::state_of(*scene).read(from);
   palpate::touch_restored(scene->context, scene->touch);
   return palpate::succeed(error);
 }

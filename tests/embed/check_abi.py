@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-HEADERS = ("palpate.h", "palpate_mailbox.h", "palpate_device.h", "palpate_tool_shape.h")
+HEADERS = ("palpate.h", "palpate_mailbox.h", "palpate_device.h", "palpate_tool_shape.h", "palpate_world.h")
 
 
 def without_comments(text):

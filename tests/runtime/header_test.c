@@ -3,6 +3,7 @@
 #include "runtime/include/palpate/palpate_device.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 #include "runtime/include/palpate/palpate_tool_shape.h"
+#include "runtime/include/palpate/palpate_world.h"
 
 static int mailbox_works(void) {
   static unsigned char plain[8192 + 63];
@@ -24,11 +25,21 @@ static int device_help_works(void) {
          palpate_coupling_step(&coupling, at, none, tool, force) == 0 && tool[2] == 3 && force[2] == 0;
 }
 
+static int world_works(void) {
+  palpate_world_def def = palpate_default_world_def();
+  palpate_world_organ organ = palpate_default_world_organ();
+  palpate_world* world = 0;
+  palpate_error error;
+  def.organs = &organ, def.organ_count = 1;
+  return palpate_world_create(&def, &world, &error) == PALPATE_ERROR_ARGUMENT && !world && error.text[0] != 0 &&
+         palpate_world_contacts_bytes(0) == 0;
+}
+
 int main(void) {
   palpate_error error;
   palpate_bundle* bundle = 0;
   const palpate_scene_def def = palpate_default_scene_def();
   if (palpate_bundle_open("", 0, 0, &bundle, &error) == PALPATE_OK || bundle != 0 || error.text[0] == 0) return 1;
-  if (!mailbox_works() || !device_help_works()) return 1;
+  if (!mailbox_works() || !device_help_works() || !world_works()) return 1;
   return def.max_tools == 4 && palpate_scene_touch(0, 0, 0, 0.001, 0, 0) == PALPATE_STEP_BAD_INPUT ? 0 : 1;
 }

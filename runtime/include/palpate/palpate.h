@@ -606,6 +606,9 @@ typedef struct palpate_tool {
                           collision and with a contact other than PATCH, 1 is bad input                           */
   double reference[3]; /* default 0 m, in the world: the point of the tool about which its torque is taken        */
   const palpate_grasp* grasp; /* default NULL: none                                                             */
+  int32_t organ; /* default 0: in a world (palpate_world.h), the organ that grips and grasp hold; a scene has one organ
+                       and does not read it                                                                          */
+  int32_t reserved; /* 0                                                                                             */
 } palpate_tool;
 PALPATE_API void palpate_init_tool(palpate_tool* tool, size_t struct_bytes);
 static inline palpate_tool palpate_default_tool(void) {

@@ -7,6 +7,7 @@
 
 #include <palpate/palpate.h>
 #include <palpate/palpate_tool_shape.h>
+#include <palpate/palpate_world.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -202,6 +203,87 @@ class Scene {
  public:
   // create; it throws Error where it fails.
   explicit Scene(const Bundle& bundle, const palpate_scene_def& def = palpate_default_scene_def());
+#endif
+};
+
+// Room for the palpate_world_contacts of one world.
+class WorldContacts {
+ public:
+  explicit WorldContacts(std::size_t bytes) : words_(bytes / 8 + 1) {}
+  palpate_world_contacts* get() noexcept { return reinterpret_cast<palpate_world_contacts*>(words_.data()); }
+  const palpate_world_contacts* get() const noexcept {
+    return reinterpret_cast<const palpate_world_contacts*>(words_.data());
+  }
+  const palpate_world_contacts* operator->() const noexcept { return get(); }
+  std::size_t bytes() const noexcept { return words_.size() * sizeof(std::uint64_t); }
+  // t: 0 .. tool_count - 1
+  const palpate_world_tool_state& tool(std::int32_t t) const noexcept { return *palpate_world_contacts_tool(get(), t); }
+  // k: 0 .. organ_count - 1
+  const palpate_world_organ_state& state(std::int32_t k) const noexcept {
+    return *palpate_world_contacts_state(get(), k);
+  }
+  const palpate_contacts& organ(std::int32_t k) const noexcept { return *palpate_world_contacts_organ(get(), k); }
+
+ private:
+  std::vector<std::uint64_t> words_;
+};
+
+// Several organs and the tools that touch them (palpate_world.h).
+class World {
+ public:
+  World() = default;
+  // An empty World and *error where it fails.
+  static World create(const palpate_world_def& def, palpate_error* error) noexcept {
+    palpate_world* created = nullptr;
+    palpate_world_create(&def, &created, error);
+    return World(created);
+  }
+
+  explicit operator bool() const noexcept { return handle_ != nullptr; }
+  palpate_world* get() const noexcept { return handle_.get(); }
+  std::int32_t organ_count() const noexcept { return palpate_world_organ_count(get()); }
+  // The scene of an organ, for the functions of palpate.h; nullptr behind the last one.
+  palpate_scene* scene(std::int32_t organ) const noexcept { return palpate_world_scene(get(), organ); }
+  WorldContacts make_contacts() const { return WorldContacts(palpate_world_contacts_bytes(get())); }
+
+  palpate_step_flags touch(const palpate_tool* tools, std::int32_t count, double dt, WorldContacts& contacts) noexcept {
+    return palpate_world_touch(get(), tools, count, dt, contacts.get(), contacts.bytes());
+  }
+  palpate_step_flags shape(std::int32_t organ, const WorldContacts& contacts, palpate_shape_out& out) noexcept {
+    return palpate_scene_shape(scene(organ), &contacts.organ(organ), &out);
+  }
+  // False, with *error filled, where the pose is refused.
+  bool set_pose(std::int32_t organ, const palpate_pose& pose, palpate_error* error = nullptr) noexcept {
+    return palpate_scene_set_pose(scene(organ), &pose, error) == PALPATE_OK;
+  }
+  void reset() noexcept { palpate_world_reset(get()); }
+  void reset_tool(std::int32_t id) noexcept { palpate_world_reset_tool(get(), id); }
+
+  // As those of Scene.
+  palpate_status save(State& state, palpate_error* error = nullptr) const {
+    const std::size_t bytes = palpate_world_state_bytes(get());
+    if (state.bytes() != bytes) state = State(bytes);
+    return palpate_world_save(get(), state.get(), state.bytes(), error);
+  }
+  palpate_status restore(const State& state, palpate_error* error = nullptr) noexcept {
+    return palpate_world_restore(get(), state.get(), state.bytes(), error);
+  }
+
+ private:
+  struct Destroy {
+    void operator()(palpate_world* world) const noexcept { palpate_world_destroy(world); }
+  };
+  explicit World(palpate_world* created) noexcept : handle_(created) {}
+  std::unique_ptr<palpate_world, Destroy> handle_;
+
+#ifdef __cpp_exceptions
+ public:
+  // create; it throws Error where it fails.
+  explicit World(const palpate_world_def& def) {
+    palpate_error error = {};
+    *this = create(def, &error);
+    if (!handle_) throw Error(error);
+  }
 #endif
 };
 

@@ -1,0 +1,37 @@
+// A force or a torque as a haptic device may get it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "runtime/base/vec3.h"
+#include "runtime/include/palpate/palpate.h"
+
+namespace palpate {
+
+// s, the longest time over which one step may change a force at its slew. A haptic loop slower than 50 Hz does not feel like
+// contact, so a longer time is a loop that stood still.
+inline constexpr double kLongestSlew = 0.02;
+
+// raw: at most `limit` long, and changed by at most `slew` per second since the last step, whose result *last is and becomes this one's.
+// A long dt (a wrong clock, or a loop that stood still) allows no larger change than kLongestSlew. Adds step flags to *flags.
+inline Vec3 within_limits(Vec3 raw, double limit, double slew, double dt, Vec3* last, std::uint32_t* flags) {
+  if (!is_finite(raw)) {
+    *flags |= PALPATE_STEP_UNSOLVED;
+    raw = Vec3{};
+  }
+  Vec3 sent = raw;
+  if (const double size = length(sent); size > limit) {
+    sent = (limit / size) * sent;
+    *flags |= PALPATE_STEP_FORCE_LIMITED;
+  }
+  const Vec3 change = sent - *last;
+  const double most = slew * std::min(dt, kLongestSlew);
+  if (const double size = length(change); size > most) {
+    sent = *last + (most / size) * change;
+    *flags |= PALPATE_STEP_FORCE_LIMITED;
+  }
+  return *last = sent;
+}
+
+}  // namespace palpate

@@ -1,0 +1,175 @@
+/* palpate_world.h - several organs and the tools that touch them, stepped together.
+ *
+ * A world has organs. Each organ is a scene of palpate.h: a bundle, a pose and effects of its own. The tools are in the world's frame;
+ * one call of palpate_world_touch sends them to the organs that they are near. Everything that a scene does an organ does too:
+ * palpate_world_scene gives the scene of an organ, for its shape, skin, queries, links, report, pose and plan.
+ *
+ *     palpate_world_organ organs[2] = {palpate_default_world_organ(), palpate_default_world_organ()};
+ *     organs[0].bundle = liver, organs[1].bundle = kidney;
+ *     palpate_world_def def = palpate_default_world_def();
+ *     def.organs = organs, def.organ_count = 2;
+ *     palpate_world_create(&def, &world, &error);
+ *     palpate_world_touch(world, tools, tool_count, dt, contacts, palpate_world_contacts_bytes(world));
+ *     palpate_world_contacts_tool(contacts, 0)->force                         the force on tool 0, of all organs together
+ *     palpate_scene_shape(palpate_world_scene(world, 1), palpate_world_contacts_organ(contacts, 1), &out);
+ *
+ * Cost     An organ that a tool is far from pays a box test for the tool: none of its points is looked at. An organ is as costly as
+ *          its scene, and no organ waits for another one.
+ * Bits     A world of one organ gives the same bits as its scene. In a world of several, so does every organ, apart from
+ *          palpate_contacts.operations, which do not count far tools, and from what a step that has reached max_operations puts off.
+ * Memory, threads, errors and structs as palpate.h states: palpate_world_create takes all memory; palpate_world_touch,
+ *          palpate_scene_set_pose and the reset, save and restore of a world belong to one thread; the shapes of the organs may run in
+ *          others at the same time.
+ */
+#ifndef PALPATE_WORLD_H
+#define PALPATE_WORLD_H
+
+#include "palpate.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct palpate_world palpate_world;
+
+#define PALPATE_MAX_ORGANS 32
+
+/* One organ of a world. */
+typedef struct palpate_world_organ {
+  uint32_t struct_bytes;        /* sizeof(palpate_world_organ)                                                      */
+  int32_t reserved;             /* 0                                                                                */
+  palpate_bundle* bundle;       /* several organs may stand on one bundle; it must outlive the world                */
+  const palpate_scene_def* def; /* default NULL: palpate_default_scene_def()                                        */
+  const palpate_pose* pose;     /* default NULL: the organ's frame is the world's                                   */
+} palpate_world_organ;
+PALPATE_API void palpate_init_world_organ(palpate_world_organ* organ, size_t struct_bytes);
+static inline palpate_world_organ palpate_default_world_organ(void) {
+  palpate_world_organ organ;
+  palpate_init_world_organ(&organ, sizeof organ);
+  return organ;
+}
+
+typedef struct palpate_world_def {
+  uint32_t struct_bytes;             /* sizeof(palpate_world_def)                                                   */
+  int32_t organ_count;               /* 1 .. PALPATE_MAX_ORGANS                                                     */
+  const palpate_world_organ* organs; /* [organ_count]; palpate_world_create reads them and does not keep them       */
+  double force_limit;          /* default 50   N, above 0: largest length of each tool's force, all organs together */
+  double force_slew;           /* default 1e4  N/s, above 0: largest change of it; INFINITY: none             */
+  double torque_limit;         /* default 5    N m, above 0: the same of each tool's torque; INFINITY: none   */
+  double torque_slew;          /* default 1e3  N m/s, above 0; INFINITY: none                                 */
+  palpate_allocator allocator; /* default NULL, NULL, NULL: of the world; each scene has its own              */
+} palpate_world_def;
+PALPATE_API void palpate_init_world_def(palpate_world_def* def, size_t struct_bytes);
+static inline palpate_world_def palpate_default_world_def(void) {
+  palpate_world_def def;
+  palpate_init_world_def(&def, sizeof def);
+  return def;
+}
+
+/* Makes a world and the scenes of its organs. max_tools and max_points of all organs must be the same. error may be NULL; its text
+ * names the organ. Returns PALPATE_OK, or the reason, in which case *world is NULL. */
+PALPATE_API palpate_status palpate_world_create(const palpate_world_def* def, palpate_world** world,
+                                                palpate_error* error);
+/* Destroys the world and the scenes of its organs. NULL is allowed. */
+PALPATE_API void palpate_world_destroy(palpate_world* world);
+
+PALPATE_API int32_t palpate_world_organ_count(const palpate_world* world);
+/* The scene of organ 0 .. organ_count - 1; NULL behind the last one. It belongs to the world: palpate_scene_touch refuses it with
+ * BAD_INPUT, palpate_scene_save and palpate_scene_restore with an error; do not destroy it. All other functions take it. */
+PALPATE_API palpate_scene* palpate_world_scene(const palpate_world* world, int32_t organ);
+
+/* The passes of all organs in order, those of organ 0 first; NULL behind the last one. *organ: whose pass it is; may be NULL. What a
+ * step costs is the sum. */
+PALPATE_API const palpate_plan_pass* palpate_world_plan(const palpate_world* world, int32_t pass, int32_t* organ);
+
+/* ---- touch ---------------------------------------------------------------------------------------------------------- */
+
+/* What a step found out about one tool, in the world. */
+typedef struct palpate_world_tool_state {
+  double force[3]; /* N, on the tool, of all organs together, within force_limit and force_slew: send it to a device */
+  double force_raw[3];   /* N, the sum of the organs' force_raw (palpate_tool_state)                                */
+  double torque[3];      /* N m, about the tool's reference, within torque_limit and torque_slew                    */
+  double torque_raw[3];  /* N m, the sum of the organs' torque_raw                                                  */
+  int32_t id;            /* of the tool; its index where the host gave none                                         */
+  int32_t organ_count;   /* organs that the tool is in contact with                                                 */
+  int32_t contact_count; /* the sum of the organs'                                                                  */
+  int32_t slip_count;    /* the same                                                                                */
+  int32_t release_count; /* the same                                                                                */
+  uint32_t flags;        /* the step flags that concern this tool, of all organs                                    */
+} palpate_world_tool_state;
+
+/* What a step found out about one organ, in the world. */
+typedef struct palpate_world_organ_state {
+  uint64_t contacts_offset; /* of its palpate_contacts, from the begin of the head                                  */
+  uint32_t flags;           /* of its step                                                                          */
+  int32_t near_tools;       /* tools that were not far from it                                                      */
+  double force[3];          /* N, on the organ, by all tools: the sum of its nodes' forces                          */
+  double torque[3]; /* N m, of these forces at the rest places of their nodes, about the origin of the organ's frame;
+                               zero in a scene that has no positions (contact NODE without collision)               */
+} palpate_world_organ_state;
+
+/* The result of a touch step: plain data without pointers, as palpate_contacts is. In memory the head is followed by tool_count
+ * palpate_world_tool_state, organ_count palpate_world_organ_state and the palpate_contacts of each organ. Find them with the
+ * functions below. Copy used_bytes of it through a socket; through a palpate_mailbox of palpate_world_contacts_bytes with a cast. */
+typedef struct palpate_world_contacts {
+  uint32_t struct_bytes;      /* of this head; the tool states begin behind it                                      */
+  uint32_t flags;             /* of all organs and the world, as palpate_world_touch returned them                  */
+  uint64_t used_bytes;        /* of the head and all that follows it                                                */
+  uint64_t step;              /* touch steps since creation or reset: 1, 2, ...                                     */
+  int32_t tool_count;         /* tools of this step                                                                 */
+  int32_t organ_count;        /* organs of the world                                                                */
+  uint32_t tool_state_bytes;  /* from one tool state to the next                                                    */
+  uint32_t organs_offset;     /* of the first organ state, from the begin of the head                               */
+  uint32_t organ_state_bytes; /* from one organ state to the next                                                   */
+  uint32_t reserved;          /* 0                                                                                  */
+} palpate_world_contacts;
+
+/* Bytes of a palpate_world_contacts with room for all that a step may find. */
+PALPATE_API size_t palpate_world_contacts_bytes(const palpate_world* world);
+/* The state of tool 0 .. tool_count - 1, inside *contacts. */
+static inline const palpate_world_tool_state* palpate_world_contacts_tool(const palpate_world_contacts* contacts,
+                                                                          int32_t tool) {
+  return (const palpate_world_tool_state*)(const void*)((const char*)contacts + contacts->struct_bytes +
+                                                        (size_t)tool * contacts->tool_state_bytes);
+}
+/* The state of organ 0 .. organ_count - 1, inside *contacts. */
+static inline const palpate_world_organ_state* palpate_world_contacts_state(const palpate_world_contacts* contacts,
+                                                                            int32_t organ) {
+  return (const palpate_world_organ_state*)(const void*)((const char*)contacts + contacts->organs_offset +
+                                                         (size_t)organ * contacts->organ_state_bytes);
+}
+/* What the step of organ 0 .. organ_count - 1 found, inside *contacts: for palpate_scene_shape and the queries of that organ. */
+static inline const palpate_contacts* palpate_world_contacts_organ(const palpate_world_contacts* contacts,
+                                                                   int32_t organ) {
+  return (const palpate_contacts*)(const void*)((const char*)contacts +
+                                                palpate_world_contacts_state(contacts, organ)->contacts_offset);
+}
+
+/* The touch step of all organs. tools, tool_count, dt: as palpate_scene_touch takes them, in the world; grips and grasp of a tool
+ * hold the organ that palpate_tool.organ names. A tool with a bad number, of whatever organ, keeps all of its last good input.
+ * Always fills *contacts, which has contacts_bytes bytes and is 8-byte aligned. If contacts is NULL, not aligned or smaller than
+ * palpate_world_contacts_bytes(world), the step does nothing, writes nothing and returns BAD_INPUT. Returns the flags of all organs
+ * together. */
+PALPATE_API palpate_step_flags palpate_world_touch(palpate_world* world, const palpate_tool* tools, int32_t tool_count,
+                                                   double dt, palpate_world_contacts* contacts, size_t contacts_bytes);
+
+/* ---- reset and state ------------------------------------------------------------------------------------------------ */
+
+/* palpate_scene_reset of all organs. */
+PALPATE_API void palpate_world_reset(palpate_world* world);
+/* palpate_scene_reset_tool of all organs. */
+PALPATE_API void palpate_world_reset_tool(palpate_world* world, int32_t id);
+
+/* What the touch steps have left in a world, as palpate_scene_save states it for a scene. */
+PALPATE_API size_t palpate_world_state_bytes(const palpate_world* world);
+PALPATE_API palpate_status palpate_world_save(const palpate_world* world, void* state, size_t state_bytes,
+                                              palpate_error* error);
+/* A state that is refused leaves all organs as they were. */
+PALPATE_API palpate_status palpate_world_restore(palpate_world* world, const void* state, size_t state_bytes,
+                                                 palpate_error* error);
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+
+#endif /* PALPATE_WORLD_H */

@@ -1,0 +1,171 @@
+// The C API of a world: creation, plan, and the touch step, which world_touch.cpp computes.
+#include "runtime/world/world.h"
+
+#include <new>
+
+#include "runtime/base/aligned_memory.h"
+#include "runtime/base/alignment.h"
+#include "runtime/base/error_text.h"
+#include "runtime/base/host_struct.h"
+
+namespace palpate {
+namespace {
+
+palpate_status check_world_def(const palpate_world_def& def, palpate_error* error) {
+  const auto bad = [&](const char* what) {
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_world_def: %s", what);
+  };
+  if (def.organ_count < 1 || def.organ_count > PALPATE_MAX_ORGANS)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_world_def: expected an organ_count of 1 .. %d, found %d",
+                PALPATE_MAX_ORGANS, static_cast<int>(def.organ_count));
+  if (!def.organs || !is_aligned(def.organs)) return bad("organs must be an array of palpate_world_organ");
+  if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
+  if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
+  if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
+  if (!(def.torque_slew > 0)) return bad("torque_slew must be above 0 N m/s");
+  if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
+    return bad("the allocator needs both allocate and release, or neither");
+  return PALPATE_OK;
+}
+
+// Puts the organ's number in front of what went wrong with its scene.
+palpate_status of_organ(std::int32_t k, const palpate_error& from, palpate_error* error) {
+  return fail(error, from.status, from.byte_offset, "organ %d: %s", static_cast<int>(k), from.text);
+}
+
+palpate_status read_organ(const palpate_world_def& def, std::int32_t k, palpate_world_organ* organ,
+                          palpate_error* error) {
+  const std::uint32_t stride = struct_bytes_of(def.organs);
+  const auto* const from = reinterpret_cast<const palpate_world_organ*>(
+      reinterpret_cast<const unsigned char*>(def.organs) + static_cast<std::size_t>(k) * stride);
+  palpate_error found = {};
+  if (read_host_struct("world_organ", from, organ, &found) != PALPATE_OK) return of_organ(k, found, error);
+  if (from->struct_bytes != stride)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "organ %d: all organs must have the same struct_bytes",
+                static_cast<int>(k));
+  if (!organ->bundle)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "organ %d: bundle must not be NULL", static_cast<int>(k));
+  return PALPATE_OK;
+}
+
+palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, palpate_error* error) {
+  const std::int32_t k = world.organ_count;
+  palpate_error found = {};
+  const palpate_scene_def def = palpate_default_scene_def();
+  palpate_scene* scene = nullptr;
+  if (palpate_scene_create(organ.bundle, organ.def ? organ.def : &def, &scene, &found) != PALPATE_OK)
+    return of_organ(k, found, error);
+  world.organ[world.organ_count++] = scene;
+  scene->in_world = true;
+  const palpate_scene_def& first = world.organ[0]->def;
+  if (scene->def.max_tools != first.max_tools || scene->def.max_points != first.max_points)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "organ %d: expected max_tools %d and max_points %d, as organ 0 has, found %d and %d; the organs of a "
+                "world share their tools",
+                static_cast<int>(k), static_cast<int>(first.max_tools), static_cast<int>(first.max_points),
+                static_cast<int>(scene->def.max_tools), static_cast<int>(scene->def.max_points));
+  if (organ.pose && palpate_scene_set_pose(scene, organ.pose, &found) != PALPATE_OK) return of_organ(k, found, error);
+  return PALPATE_OK;
+}
+
+palpate_status build_world(palpate_world& world, palpate_error* error) {
+  InputLimits limits[PALPATE_MAX_ORGANS];
+  for (std::int32_t k = 0; k < world.def.organ_count; ++k) {
+    palpate_world_organ organ = palpate_default_world_organ();
+    if (const palpate_status status = read_organ(world.def, k, &organ, error)) return status;
+    if (const palpate_status status = make_organ(world, organ, error)) return status;
+    limits[k] = world.organ[k]->touch.input.limits();
+  }
+  world.memory.keep(world.step);
+  world.memory.keep(world.sent);
+  if (!world.input.create(world.memory, limits, world.organ_count, world.organ_count > 1))
+    return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the world");
+  world.definition = definition_of(world);
+  return PALPATE_OK;
+}
+
+}  // namespace
+}  // namespace palpate
+
+palpate_status palpate_world_create(const palpate_world_def* def, palpate_world** world, palpate_error* error) {
+  if (world) *world = nullptr;
+  if (!def || !world) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "def and world must not be NULL");
+  palpate_error local = {};
+  if (!error) error = &local;
+  *error = palpate_error{};
+  palpate_world_def wanted = palpate_default_world_def();
+  if (const palpate_status status = palpate::read_host_struct("world_def", def, &wanted, error)) return status;
+  if (const palpate_status status = palpate::check_world_def(wanted, error)) return status;
+  palpate::SceneMemory own(wanted.allocator);
+  void* memory =
+      own.array<std::max_align_t>((sizeof(palpate_world) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
+  if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the world");
+  palpate_world* created = new (memory) palpate_world(wanted);
+  const palpate_status status = palpate::build_world(*created, error);
+  if (status != PALPATE_OK) {
+    palpate_world_destroy(created);
+    return status;
+  }
+  created->def.organs = nullptr;  // the host may release its array now
+  *world = created;
+  return palpate::succeed(error);
+}
+
+void palpate_world_destroy(palpate_world* world) {
+  if (!world) return;
+  for (std::int32_t k = 0; k < world->organ_count; ++k) palpate_scene_destroy(world->organ[k]);
+  const palpate_allocator host = world->def.allocator;
+  world->memory.release_all();
+  world->~palpate_world();
+  if (host.allocate)
+    host.release(host.user, world);
+  else
+    palpate::release_aligned(world);
+}
+
+int32_t palpate_world_organ_count(const palpate_world* world) {
+  return world ? world->organ_count : 0;
+}
+
+palpate_scene* palpate_world_scene(const palpate_world* world, int32_t organ) {
+  return world && organ >= 0 && organ < world->organ_count ? world->organ[organ] : nullptr;
+}
+
+const palpate_plan_pass* palpate_world_plan(const palpate_world* world, int32_t pass, int32_t* organ) {
+  if (organ) *organ = -1;
+  for (std::int32_t k = 0; pass >= 0 && k < palpate_world_organ_count(world); ++k) {
+    const palpate::Plan& plan = world->organ[k]->plan;
+    if (pass < plan.count) {
+      if (organ) *organ = k;
+      return plan.pass + pass;
+    }
+    pass -= plan.count;
+  }
+  return nullptr;
+}
+
+size_t palpate_world_contacts_bytes(const palpate_world* world) {
+  return world ? palpate::bytes_of_world_contacts(*world) : 0;
+}
+
+palpate_step_flags palpate_world_touch(palpate_world* world, const palpate_tool* tools, int32_t tool_count, double dt,
+                                       palpate_world_contacts* contacts, size_t contacts_bytes) {
+  if (!world || !contacts || !palpate::is_aligned(contacts) || contacts_bytes < palpate_world_contacts_bytes(world))
+    return PALPATE_STEP_BAD_INPUT;
+  return palpate::touch_world(*world, tools, tool_count, dt, *contacts);
+}
+
+void palpate_world_reset(palpate_world* world) {
+  if (!world) return;
+  for (std::int32_t k = 0; k < world->organ_count; ++k) palpate_scene_reset(world->organ[k]);
+  world->input.forget();
+  for (palpate::SentToTool& sent : world->sent) sent = {};
+  world->step = 0;
+}
+
+void palpate_world_reset_tool(palpate_world* world, int32_t id) {
+  if (!world) return;
+  for (std::int32_t k = 0; k < world->organ_count; ++k) palpate_scene_reset_tool(world->organ[k], id);
+  if (const std::int32_t t = world->input.place_of(id); t >= 0) world->sent[t] = {};
+  world->input.forget_tool(id);
+}
