@@ -34,6 +34,7 @@ constexpr Example kExamples[] = {
     {nullptr, "terms", "[[0.45, 0.5]]"},
     {nullptr, "path", "[[0, 150, 15, 118], [0.5, 150, 24, 118]]"},
     {"capsule", "length", "60"},
+    {"link", "places", "[[0, 0, 0], [10, 0, 0]]"},
     {nullptr, "samples", "40"},
 };
 
@@ -236,6 +237,8 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "", "rate", "table", "-", "-", "", "`[rate]`: the rates of the loops."},
       {S, "", "limits", "table", "-", "-", "", "`[limits]`: sizes and safety limits."},
       {S, "", "tool", "tables", "-", "required", "1 to 8", "`[[tool]]`: one tool and its path."},
+      {S, "", "link", "tables", "-", "-", "at most 1000 stretches together",
+       "`[[link]]`: a suture, clip, ligament or spring, which holds places of the organ together or to the world."},
       {S, "effects", "collision", "choice", "-", "\"rest\"", "off, rest, deformed",
        "Where the program looks for contacts: nowhere (grips alone move the organ), on the surface at rest, or on the "
        "deformed surface."},
@@ -304,8 +307,8 @@ const std::vector<ConfigKey>& config_keys() {
        "to the next step, and the step's flag says so."},
       {S, "tool", "name", "text", "-", "required", "not empty", "The tool's name in the results."},
       {S, "tool", "points", "points", "`unit`", "-", "",
-       "Points that touch, relative to the tool's position. The tool moves along its path and does not turn. A tool "
-       "needs `points`, a `capsule` or a `[[tool.grip]]`."},
+       "Points that touch, relative to the tool's position. A tool needs `points`, a `capsule`, a `[[tool.grip]]` or a "
+       "`[tool.grasp]`."},
       {S, "tool", "capsule", "table", "-", "-", "", "Adds points on the skin of a capsule (a rod with round ends)."},
       {S, "tool", "disc_radius", "number", "`unit`", "-", "above 0, at most 1 m",
        "Makes each point a flat disc of this radius. It needs `contact = \"patch\"`, which it also selects."},
@@ -331,6 +334,13 @@ const std::vector<ConfigKey>& config_keys() {
        "there. Below 0 the tool is in front of the surface."},
       {S, "tool", "grip", "tables", "-", "-", "",
        "`[[tool.grip]]`: nodes that move as the tool has moved since its start, whether the tool touches them or not."},
+      {S, "tool", "turn", "rows", "s, degrees", "-", "times of at least 0 s, ascending; at most 1e6 degrees",
+       "Rows `[t, x, y, z]`: how far the tool is turned about its position at these times, a vector along the axis "
+       "whose "
+       "length is the angle, on straight lines in between. Its points and its grasp turn; a grip moves without a turn. "
+       "Without it the tool does not turn."},
+      {S, "tool", "grasp", "table", "-", "-", "",
+       "`[tool.grasp]`: jaws that hold tissue, which follows them in all six degrees of freedom."},
       {S, "capsule", "radius", "number", "`unit`", "required", "above 0",
        "The radius of the rod and of its round ends."},
       {S, "capsule", "length", "number", "`unit`", "required", "0 or above",
@@ -343,6 +353,51 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "grip", "box", "table", "-", "-", "", "Grips every touchable node in the box."},
       {S, "grip", "axes", "text", "-", "\"xyz\"", "some of the letters x, y, z, each once",
        "The axes along which the nodes are moved; along the others no force acts on them."},
+      {S, "grasp", "near", "point", "`unit`", "required", "",
+       "Where the first disc's middle is: the point of the touchable surface at rest that is nearest to this point."},
+      {S, "grasp", "opposite", "point", "`unit`", "-", "",
+       "Where the middle of a second disc is, which faces the first one across a fold. Without it there is one disc."},
+      {S, "grasp", "radius", "number", "`unit`", "required", "above 0, at most 1 m", "The radius of each disc."},
+      {S, "grasp", "closing", "rows", "s, `unit`", "-", "times of at least 0 s, ascending; lengths of at least 0",
+       "Rows `[t, length]`: by how much the two discs have come nearer to each other at these times, since the jaws "
+       "closed, on straight lines in between. It needs `opposite`."},
+      {S, "grasp", "friction", "number", "1", "-", "0 to 100",
+       "The coefficient of friction: the grasp slips where its force exceeds this times what presses the jaws on the "
+       "tissue. Without it the grasp never slips."},
+      {S, "grasp", "clamp_force", "number", "N", "-", "0 or above",
+       "What presses the jaws on the tissue of one disc. It needs `friction`. Two discs press with the force between "
+       "them."},
+      {S, "grasp", "closed", "rows", "s", "-", "ascending times of at least 0 s",
+       "Rows `[from, until]`: the jaws are closed from the first time until before the second. Without it they are "
+       "closed "
+       "all the time, but for the times at which the tool is `away`."},
+      {S, "link", "name", "text", "-", "required", "not empty", "The link's name in the results."},
+      {S, "link", "kind", "choice", "-", "required", "thread, spring, clip",
+       "A thread pulls its ends together and never pushes: a suture, a ligament. A spring pulls and pushes along the "
+       "line "
+       "between its ends. A clip brings its ends to one place, in all directions."},
+      {S, "link", "places", "points", "`unit`", "required", "two ends with `world`; of a thread up to 1000",
+       "The ends: each holds the point of the surface at rest that is nearest to this point, and moves with the "
+       "tissue. A "
+       "thread of more than two ends runs through them without friction."},
+      {S, "link", "world", "point", "`unit`", "-", "", "One more end, behind the places, that stands in the world."},
+      {S, "link", "rest_length", "number", "`unit`", "-", "0 or above",
+       "Longer than this, the thread is stretched; of a thread through several places, the length of all of it. By "
+       "default: as long as from place to place on the mesh. A clip has none."},
+      {S, "link", "rest_lengths", "rows", "s, `unit`", "-", "times of at least 0 s, ascending; lengths of at least 0",
+       "In place of `rest_length`: rows `[t, length]`, on straight lines in between, for a thread that is drawn "
+       "tight."},
+      {S, "link", "stiffness", "number", "N/m", "-", "above 0",
+       "The force over what the link is longer than its rest length. By default it does not stretch. Each stretch "
+       "between two ends has this stiffness."},
+      {S, "link", "stiffnesses", "rows", "s, N/m", "-", "times of at least 0 s, ascending; above 0",
+       "In place of `stiffness`: rows `[t, stiffness]`, on straight lines in between."},
+      {S, "link", "breaking_force", "number", "N", "-", "above 0",
+       "A stretch that bears more breaks, and stays broken. By default it never does."},
+      {S, "link", "radius", "number", "`unit`", "-", "above 0, at most 1 m",
+       "Of the disc of tissue that each place takes hold of. It needs `contact = \"patch\"`, which it also selects. "
+       "Without it "
+       "a place is a point, whose stiffness falls as the mesh is refined."},
       {S, "box", "min", "point", "`unit`", "required", "each coordinate at most that of `max`", "The lowest corner."},
       {S, "box", "max", "point", "`unit`", "required", "", "The highest corner."},
   };

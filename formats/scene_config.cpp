@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "formats/errors.h"
+#include "formats/scene_holds.h"
 #include "formats/toml_reader.h"
 
 namespace palpate {
@@ -19,6 +20,7 @@ constexpr int kMaxOperations = 1'000'000'000;
 constexpr double kMaxRadius = 1;   // m
 constexpr double kSlowest = 1e-6;  // Hz
 constexpr std::size_t kMaxRelaxationTerms = 8;
+constexpr int kMaxLinks = 1000;
 
 using Lengths = std::vector<std::pair<std::string, double>>;
 const Lengths kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
@@ -227,10 +229,42 @@ SceneConfig::Tool read_tool(TomlTable& table, double scale) {
   if (table.has("away")) tool.away = read_away(table);
   if (table.has("grip"))
     for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
-  if (tool.points.empty() && !tool.capsule && tool.grips.empty())
-    table.wrong("points", "points, a capsule or a [[tool.grip]], so that the tool can touch something");
+  if (table.has("turn")) tool.turn = read_turn(table);
+  if (table.has("grasp")) tool.grasp = read_grasp(table.table("grasp"), scale);
+  if (tool.points.empty() && !tool.capsule && tool.grips.empty() && !tool.grasp)
+    table.wrong("points", "points, a capsule, a [[tool.grip]] or a [tool.grasp], so that the tool can touch something");
   table.finish();
   return tool;
+}
+
+// A radius selects the contact model patch; with another contact model named, the radius would be ignored, so it is refused.
+void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contact) {
+  const auto needs_patch = [&](const char* key, const std::string& why) {
+    if (!names_contact) scene.contact = SceneConfig::Contact::patch;
+    if (scene.contact != SceneConfig::Contact::patch)
+      root.wrong(key, fmt::format("contact = \"patch\" in [effects], since {}", why));
+  };
+  for (const auto& tool : scene.tools) {
+    if (tool.disc_radius > 0) needs_patch("tool", fmt::format("tool \"{}\" has a disc_radius", tool.name));
+    if (tool.grasp) needs_patch("tool", fmt::format("tool \"{}\" has a grasp", tool.name));
+  }
+  for (const auto& link : scene.links)
+    if (link.radius > 0) needs_patch("link", fmt::format("link \"{}\" has a radius", link.name));
+}
+
+// Sutures and grasps hold the linear organ alone.
+void check_holds(const SceneConfig& scene, const TomlTable& root) {
+  const bool linear = scene.deformation == SceneConfig::Deformation::linear;
+  for (const auto& tool : scene.tools)
+    if (tool.grasp && !linear)
+      root.wrong("tool",
+                 fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a grasp", tool.name));
+  if (!scene.links.empty() && !linear)
+    root.wrong("link", "deformation = \"linear\" in [effects], since the scene has links");
+  int stretches = 0;
+  for (const auto& link : scene.links) stretches += stretches_of(link);
+  if (stretches > kMaxLinks)
+    root.wrong("link", fmt::format("at most {} stretches between places of all links together", kMaxLinks));
 }
 
 // ---- the rest ------------------------------------------------------------------------------------------------------
@@ -346,14 +380,9 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   if (root.has("limits")) read_limits(root.table("limits"), scene.limits);
   if (!root.has("tool")) root.wrong("tool", "one [[tool]] or more");
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scale));
-  // A radius selects the contact model patch; with another contact model named, the radius would be ignored, so it is refused.
-  for (const auto& tool : scene.tools) {
-    if (tool.disc_radius == 0) continue;
-    if (!names_contact) scene.contact = SceneConfig::Contact::patch;
-    if (scene.contact != SceneConfig::Contact::patch)
-      root.wrong("tool",
-                 fmt::format("contact = \"patch\" in [effects], since tool \"{}\" has a disc_radius", tool.name));
-  }
+  for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scale));
+  choose_contact(scene, root, names_contact);
+  check_holds(scene, root);
   for (const auto& tool : scene.tools)
     if (tool.friction > 0 && scene.law != SceneConfig::Law::coulomb)
       root.wrong("tool", fmt::format("law = \"coulomb\" in [effects], since tool \"{}\" has a friction", tool.name));

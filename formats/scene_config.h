@@ -67,6 +67,32 @@ struct SceneConfig {
     std::vector<std::array<double, 2>> depth;  // s, m below the surface at rest; below 0 in front of it
     bool operator==(const Place&) const = default;
   };
+  // What holds places of the surface together, or to a point of the world (palpate_link of palpate.h). A thread may run through several
+  // places: its stretches then share its length.
+  struct Link {
+    enum class Kind { thread, spring, clip };
+    std::string name;
+    Kind kind = Kind::thread;
+    std::vector<Vector> places;                      // m; each holds the point of the surface that is nearest to it
+    std::optional<Vector> world;                     // m: the last end, which stands in the world
+    std::vector<std::array<double, 2>> rest_length;  // s, m, of the whole thread; empty: that at rest
+    std::vector<std::array<double, 2>> stiffness;    // s, N/m; empty: infinite
+    std::optional<double> breaking_force;            // N
+    double radius = 0;                               // m
+    int line = 0;
+    bool operator==(const Link&) const = default;
+  };
+  // Jaws of a tool (palpate_grasp of palpate.h).
+  struct Grasp {
+    Vector near{};                   // m; the first disc holds the point of the surface that is nearest to it
+    std::optional<Vector> opposite;  // m; the same of the second disc
+    double radius = 0;               // m
+    std::vector<std::array<double, 2>> closing;   // s, m
+    std::optional<double> friction, clamp_force;  // 1, N
+    std::vector<std::array<double, 2>> closed;    // s: from, until; ascending; empty: always
+    int line = 0;
+    bool operator==(const Grasp&) const = default;
+  };
   struct Tool {
     std::string name;
     std::vector<Vector> points;
@@ -74,7 +100,9 @@ struct SceneConfig {
     std::vector<Grip> grips;
     std::optional<Place> place;
     std::vector<KeyFrame> path;  // at least one, times ascending; with a place the player fills in the positions
-    double disc_radius = 0;      // m
+    std::vector<KeyFrame> turn;  // axis times angle in degrees, times ascending; empty: it does not turn
+    std::optional<Grasp> grasp;
+    double disc_radius = 0;  // m
     double friction = 0;
     bool hold = false;
     std::vector<std::array<double, 2>> away;  // s: from, until; ascending
@@ -98,6 +126,7 @@ struct SceneConfig {
   double touch_hz = 1000, shape_hz = 60, deform_hz = 100;
   Limits limits;
   std::vector<Tool> tools;
+  std::vector<Link> links;
   bool operator==(const SceneConfig&) const = default;
 };
 

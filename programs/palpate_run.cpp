@@ -13,6 +13,7 @@
 #include "programs/player/csv_files.h"
 #include "programs/player/explain.h"
 #include "programs/player/gltf_file.h"
+#include "programs/player/held_csv.h"
 #include "programs/player/output_folder.h"
 #include "programs/player/realtime.h"
 #include "programs/player/record.h"
@@ -40,9 +41,11 @@ fs::path target_of(const Options& options) {
 }
 
 void play(Player& player, const fs::path& bundle, const Options& options) {
-  OutputFolder folder(target_of(options), {"forces.csv", "contacts.csv", "shapes", "shapes.pvd", "summary.json"});
+  OutputFolder folder(target_of(options), {"forces.csv", "contacts.csv", "links.csv", "grasps.csv", "shapes",
+                                           "shapes.pvd", "summary.json"});
   const BundleFields fields = read_bundle_fields(bundle);
   CsvFiles csv(folder.part(), player.scene());
+  HeldCsvFiles held(folder.part(), player);
   Summary summary(player);
   const bool shaped = player.scene().shape != SceneConfig::Shape::off;
   auto shapes = shaped ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
@@ -54,6 +57,7 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
   const Timing timing = player.play(
       [&](const TouchRecord& touch) {
         csv.write(touch);
+        held.write(touch);
         summary.add(touch);
         hasher.add(touch);
         progress.advance();
@@ -66,6 +70,7 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
         if (gltf) gltf->add(shape);
       });
   csv.close();
+  held.close();
   if (shapes) shapes->close();
   const std::vector<std::string> warnings = summary.warnings(fields);
   write_text_atomically(folder.part() / "summary.json",

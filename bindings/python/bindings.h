@@ -100,6 +100,7 @@ py::object device_flags(std::uint32_t flags);
 void add_bundle(py::module_& module);
 void add_contacts(py::module_& module);
 void add_tools(py::module_& module);
+void add_links(py::module_& module);
 void add_scene(py::module_& module);
 void add_tool_shape(py::module_& module);
 void add_device(py::module_& module);

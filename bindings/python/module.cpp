@@ -120,6 +120,7 @@ PYBIND11_MODULE(_palpate, module) {
   add_bundle(module);
   add_contacts(module);
   add_tools(module);
+  add_links(module);
   add_tool_shape(module);
   add_scene(module);
   add_device_flags(module);

@@ -206,6 +206,28 @@ class HeldScene {
     if (!scene_.set_pose(pose, &error)) throw Error(error);
   }
 
+  void set_links(const py::iterable& links) {
+    const InUse use(touching_, kTouching);
+    link_copies_.take(links);
+    palpate_error error = {};
+    if (palpate_scene_set_links(scene_.get(), link_copies_.data(), link_copies_.count(), &error) != PALPATE_OK)
+      throw Error(error);
+  }
+  py::array link_states() {
+    const InUse use(touching_, kTouching);
+    std::int32_t count = 0;
+    while (palpate_scene_link_state(scene_.get(), count)) ++count;
+    py::array_t<palpate_link_state> states(std::vector<py::ssize_t>{count});
+    for (std::int32_t i = 0; i < count; ++i) states.mutable_data()[i] = *palpate_scene_link_state(scene_.get(), i);
+    return states;
+  }
+  py::object grasp_state(std::int32_t id) {
+    const InUse use(touching_, kTouching);
+    const palpate_grasp_state* state = palpate_scene_grasp_state(scene_.get(), id);
+    if (!state) return py::none();
+    return py::array_t<palpate_grasp_state>(1, state)[py::int_(0)];
+  }
+
   void reset() {
     const InUse use(touching_, kTouching);
     scene_.reset();
@@ -295,6 +317,7 @@ class HeldScene {
   std::int32_t vertex_count_;  // of the render mesh
   Scene scene_;
   ToolCopies copies_;
+  LinkCopies link_copies_;
   std::atomic_flag touching_ = ATOMIC_FLAG_INIT, deforming_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT,
                    asking_ = ATOMIC_FLAG_INIT;
 };
@@ -308,7 +331,7 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
                                       std::int32_t max_tools, std::int32_t max_points, std::int32_t max_contact_nodes,
                                       double force_limit, double force_slew, double max_tool_speed,
                                       double release_distance, double torque_limit, double torque_slew,
-                                      std::int64_t max_operations) {
+                                      std::int64_t max_operations, std::int32_t max_links, bool grasps) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
   def.contact = choose<palpate_contact_model>("contact", contact, {"node", "triangle", "point", "patch"});
@@ -335,6 +358,8 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.torque_limit = torque_limit;
   def.torque_slew = torque_slew;
   def.max_operations = max_operations;
+  def.max_links = max_links;
+  def.grasps = grasps;
   return std::make_unique<HeldScene>(std::move(bundle), def);
 }
 
@@ -385,7 +410,8 @@ void add_scene(py::module_& module) {
            py::arg("force_limit") = start.force_limit, py::arg("force_slew") = start.force_slew,
            py::arg("max_tool_speed") = start.max_tool_speed, py::arg("release_distance") = start.release_distance,
            py::arg("torque_limit") = start.torque_limit, py::arg("torque_slew") = start.torque_slew,
-           py::arg("max_operations") = start.max_operations,
+           py::arg("max_operations") = start.max_operations, py::arg("max_links") = start.max_links,
+           py::arg("grasps") = false,
            "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n\n"
            "collision: off, rest, deformed        contact: node, triangle, point, patch (a disc of the tool's "
            "disc_radius)\n"
@@ -405,7 +431,9 @@ void add_scene(py::module_& module) {
            "m/s: on its\n"
            "torque\n"
            "max_tool_speed, m/s; release_distance, m (0: from the organ's size): beyond them a point is TRACKING_LOST\n"
-           "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)")
+           "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)\n"
+           "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\", "
+           "deformation=\"linear\")")
       .def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
       .def_property_readonly("shape_node_count", &HeldScene::shape_node_count,
                              "nodes that shape fills: the surface's, all (shape=\"volume\"), or 0")
@@ -462,6 +490,19 @@ void add_scene(py::module_& module) {
            "Where the organ is in the world at the next touch: m; a quaternion w, x, y, z; m/s and rad/s, with which "
            "each\n"
            "later touch moves it on. Points of tools and forces on tools are in the world. Raises Error.")
+      .def("set_links", &HeldScene::set_links, py::arg("links"),
+           "Gives the scene its links, of Link, in place of those that it had; each later touch holds them. One that "
+           "was "
+           "there\n"
+           "before with its id, kind and ends keeps its state, and takes its new numbers. Raises Error.")
+      .def("link_states", &HeldScene::link_states,
+           "After a touch: structured [links], a copy: id, condition (0 slack, 1 taut, 2 broken), broken (the touch), "
+           "rest_length,\n"
+           "length, tension (N), force ([3], N, on the first end), ends ([2, 3], m).")
+      .def("grasp_state", &HeldScene::grasp_state, py::arg("id"),
+           "After a touch, of the tool with that id: a record, a copy: condition (0 open, 1 holds, 2 slips, 3 let go), "
+           "force (N)\n"
+           "and torque (N m) on the tool, place (m), slipped (m), friction_limit (N); None where no tool has it.")
       .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces; the pose stays.")
       .def("save", &HeldScene::save,
            "bytes: what the touches have left in the scene. Restored, the next touches give the same bits.")

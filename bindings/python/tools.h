@@ -25,6 +25,7 @@ struct HeldTool {
   double disc_radius = 0, friction = 0;
   std::int32_t id = -1;
   std::optional<std::array<double, 3>> torque_about = std::nullopt;  // m; none: no torque
+  py::object grasp = py::none();                                     // a Grasp, or None
 };
 
 // A copy of the tools of one touch, made while the interpreter's lock is held, so that nothing changes during the step. The next
@@ -40,6 +41,19 @@ class ToolCopies {
   std::vector<palpate_tool> tools_;
   std::vector<double> points_;
   std::vector<palpate_grip> grips_;
+  std::vector<std::optional<palpate_grasp>> grasps_;  // [tool]
+};
+
+// The same of links, for one call.
+class LinkCopies {
+ public:
+  // Throws a Python error where an object is not a link.
+  void take(const py::iterable& links);
+  const palpate_link* data() const { return links_.data(); }
+  std::int32_t count() const { return static_cast<std::int32_t>(links_.size()); }
+
+ private:
+  std::vector<palpate_link> links_;
 };
 
 }  // namespace palpate::python

@@ -92,11 +92,14 @@ def point_data(grid, name):
 
 
 def frame_of_peak(scene):
-    """The frame at which the tools' forces together are largest."""
+    """The frame at which the tools' forces and the links' tensions together are largest."""
     total = {}
     for row in read_csv(os.path.join(scene, "forces.csv")):
         time = float(row["time_s"])
         total[time] = total.get(time, 0) + np.linalg.norm(vector(row, "force", "N"))
+    links = os.path.join(scene, "links.csv")
+    for row in read_csv(links) if os.path.exists(links) else []:
+        total[float(row["time_s"])] += abs(float(row["tension_N"]))
     return max(read_frames(scene), key=lambda frame: total[frame[0]])
 
 
@@ -346,7 +349,7 @@ def text_size(panel, text, fontsize):
 
 def label_arrows(panel, pixel, labels, taken, fontsize, **style):
     """labels: [(end at the organ, free end, text)]. Each text stands beyond its arrow's free end, or near it where another text or one
-    of the boxes taken is in the way. Call when the panel has its place in the figure."""
+    of the boxes taken is in the way. Returns all boxes that are taken then. Call when the panel has its place in the figure."""
     sizes = [text_size(panel, text, fontsize) for *_, text in labels]
     wanted = []
     for (inner, outer, _), size in zip(labels, sizes):
@@ -354,9 +357,11 @@ def label_arrows(panel, pixel, labels, taken, fontsize, **style):
         away = away / np.linalg.norm(away) if np.linalg.norm(away) > 1 else np.array([1.0, 0])
         wanted.append(at + (0.5 * np.abs(away) @ size + 10) * away)
     picture = abs(np.diff(panel.get_xlim())[0]), abs(np.diff(panel.get_ylim())[0])
-    for at, (*_, text) in zip(views.free_places(wanted, sizes, taken, picture), labels):
+    places = views.free_places(wanted, sizes, taken, picture)
+    for at, (*_, text) in zip(places, labels):
         panel.text(*at, text, ha="center", va="center", bbox=dict(facecolor="white", edgecolor="none", alpha=0.7, pad=1.5),
                    fontsize=fontsize, **style)
+    return list(taken) + [views.around(at, size) for at, size in zip(places, sizes)]
 
 
 def emptiest_corner(image, side):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """touched.py SCENE_FOLDER -o PNG: the organ at the scene's largest force, coloured by displacement, with the tools, their paths and
-the forces that they feel, from two sides."""
+the forces that they feel, the links and the discs of grasps, from two sides."""
 import argparse
 import os
 
@@ -20,6 +20,8 @@ from offscreen import vtk  # noqa: E402
 COLOURS = plt.get_cmap("viridis")
 STEEL, FORCE, EDGE, PATH, HATCH = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15), (0.95, 0.55, 0.1), (0.9, 0.9, 0.95)
 FORCE_HEX, BORDER = "#d91a1a", (0.0, 0.0, 0.0)
+THREAD, THREAD_HEX, SLACK, DISC = (0.10, 0.25, 0.85), "#1a40d9", (0.65, 0.70, 0.85), (0.55, 0.15, 0.65)
+LINE, TAUT, BROKEN = 3, 1, 2  # a VTK cell; conditions of a link
 
 
 def region_lines(bundle, points):
@@ -105,6 +107,45 @@ def grip_actors(place, shaft, size):
     return jaws + [offscreen.rod(joint, joint + 0.25 * size * shaft, radius, STEEL)]
 
 
+def held_actors(held_file, surface, size):
+    """Actors of the links and of the discs of grasps; labels (place, place, text) of the stretches that bear a force; the outward
+    normals at them. A link that is broken is not drawn."""
+    if not os.path.exists(held_file):
+        return [], [], []
+    grid = offscreen.read_grid(held_file)
+    points = offscreen.points_of(grid)
+    actors, labels, places = [], [], []
+    for cell in range(grid.GetNumberOfCells()):
+        ids = [grid.GetCell(cell).GetPointId(i) for i in range(grid.GetCell(cell).GetNumberOfPoints())]
+        condition, tension = (grid.GetCellData().GetArray(name).GetTuple1(cell) for name in ("condition", "tension"))
+        if grid.GetCellType(cell) == LINE:
+            if condition == BROKEN:
+                continue
+            ends = points[ids]
+            # A line between two places of a bent surface lies inside it: it is drawn above them.
+            above = 0.012 * size * views.unit(sum(normals_at(surface, ends)))
+            actors.append(offscreen.rod(*(ends + above), 0.004 * size, THREAD if condition == TAUT else SLACK))
+            actors += [offscreen.sphere(end + above, 0.007 * size, THREAD) for end in ends]
+            places += [ends[0]]
+            if tension != 0:
+                labels.append((ends[0] + above, ends[1] + above, "%.2f N" % tension))
+        else:
+            rim = points[ids]
+            middle, normal = rim.mean(axis=0), views.unit(np.cross(rim[0] - rim[6], rim[3] - rim[9]))
+            radius = np.linalg.norm(rim[0] - middle)
+            actors.append(offscreen.rod(middle - 0.01 * size * normal, middle + 0.01 * size * normal, radius, DISC))
+            places.append(middle)
+    return actors, labels, normals_at(surface, places)
+
+
+def torque_of(scene, tool, time):
+    """N m, its length."""
+    for row in offscreen.read_csv(os.path.join(scene, "forces.csv")):
+        if float(row["time_s"]) == time and row["tool"] == tool:
+            return np.linalg.norm([float(row["torque_%s_Nm" % axis]) for axis in "xyz"])
+    return 0.0
+
+
 def normals_at(surface, places):
     locator = vtk.vtkPointLocator()
     locator.SetDataSet(surface)
@@ -120,6 +161,7 @@ def tools_and_forces(scene, summary, time, surface, now, tool_grid, size):
     strongest = max(np.linalg.norm(force) for _, _, force in paths.values())
     actors, forces, normals = [], [], []
     for index, tool in enumerate(summary["tools"]):
+        torque = torque_of(scene, tool["name"], time) if tool.get("grasp") else 0
         path, first, force = paths[tool["name"]]
         mine, strength = tool_points[owners == index], np.linalg.norm(force)
         place = centres.get(tool["name"], path[-1])
@@ -134,7 +176,8 @@ def tools_and_forces(scene, summary, time, surface, now, tool_grid, size):
             actors.append(offscreen.path_line(path, 0.0025 * size, PATH))
         if strength > 0 and tool["name"] in centres:
             forces.append((place, force / strength, size * (0.10 + 0.15 * strength / strongest), normal, shaft,
-                           radius_of(tool, size) if len(mine) else 0.04 * size, "%.2f N" % strength))
+                           radius_of(tool, size) if len(mine) else 0.04 * size,
+                           "%.2f N" % strength + (", %.2g N mm" % (1e3 * torque) if torque else "")))
     return actors, forces, normals
 
 
@@ -175,6 +218,8 @@ def main():
     actors += borders
     more, forces, normals = tools_and_forces(arguments.scene, summary, time, surface, now, offscreen.read_grid(tools_file), size)
     actors += more
+    more, tensions, seen = held_actors(organ_file.replace("organ_", "held_"), surface, size)
+    actors, normals = actors + more, normals + seen
 
     figure, panels = plt.subplots(1, 2, figsize=(16, 7.2))
     figure.subplots_adjust(left=0.003, right=0.928, bottom=0.005, top=0.94, wspace=0.01)
@@ -184,14 +229,17 @@ def main():
         panel.imshow(image)
         panel.axis("off")
         written = offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), look_from, size, summary["provenance"].get("frame"))
-        offscreen.label_arrows(panel, pixel, labels, written, fontsize=15, color=FORCE_HEX, weight="bold")
+        written = offscreen.label_arrows(panel, pixel, labels, written, fontsize=15, color=FORCE_HEX, weight="bold")
+        offscreen.label_arrows(panel, pixel, tensions, written, fontsize=13, color=THREAD_HEX, weight="bold")
     bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(0, largest), COLOURS),
                           cax=figure.add_axes([0.935, 0.14, 0.014, 0.68]))
     bar.set_label("displacement (mm)", fontsize=16)
     bar.ax.tick_params(labelsize=14)
     figure.suptitle("%s, %.2f s, from two sides; red: force of the organ on the %s; orange: path; striped: held%s"
                     % (summary["scene"], time, "tools" if len(summary["tools"]) > 1 else "tool",
-                       "; thick lines: between tissues" if borders else ""), fontsize=16, y=0.985)
+                       ("; thick lines: between tissues" if borders else "") + ("; blue: links" if summary.get("links") else "") +
+                       ("; violet: discs of a grasp" if any(tool.get("grasp") for tool in summary["tools"]) else "")),
+                    fontsize=16, y=0.985)
     picture_file.save(figure, arguments.output, [arguments.scene])
 
 

@@ -14,7 +14,8 @@ void append(std::ofstream& stream, const Row& row) {
   stream.write(row.data(), static_cast<std::streamsize>(row.size()));
 }
 
-// A comma or a quote in a tool's name must not shift the columns.
+}  // namespace
+
 std::string quoted(const std::string& name) {
   if (name.find_first_of(",\"\n") == std::string::npos) return name;
   std::string out = "\"";
@@ -22,11 +23,10 @@ std::string quoted(const std::string& name) {
   return out + '"';
 }
 
-}  // namespace
-
 CsvFiles::CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene)
     : scene_(scene), folder_(folder), forces_(folder / "forces.csv"), contacts_(folder / "contacts.csv") {
-  forces_ << "time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags\n";
+  forces_ << "time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,torque_x_Nm,"
+             "torque_y_Nm,torque_z_Nm\n";
   contacts_ << "time_s,tool,point,node,modified_x_m,modified_y_m,modified_z_m,force_x_N,force_y_N,force_z_N\n";
 }
 
@@ -34,9 +34,9 @@ void CsvFiles::write(const TouchRecord& touch) {
   fmt::memory_buffer rows;
   for (int t = 0; t < touch.contacts.tool_count; ++t) {
     const palpate_tool_state& tool = *palpate_contacts_tool(&touch.contacts, t);
-    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{}\n", touch.time, quoted(scene_.tools[t].name),
+    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{}\n", touch.time, quoted(scene_.tools[t].name),
                    fmt::join(touch.positions[t], ","), fmt::join(tool.force, ","), fmt::join(tool.force_raw, ","),
-                   tool.contact_count, tool.flags);
+                   tool.contact_count, tool.flags, fmt::join(tool.torque, ","));
   }
   append(forces_, rows);
   rows.clear();

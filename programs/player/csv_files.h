@@ -9,6 +9,9 @@
 
 namespace palpate {
 
+// A tool's or a link's name as one cell: a comma or a quote in it must not shift the columns.
+std::string quoted(const std::string& name);
+
 // forces.csv: one row per touch and tool. contacts.csv: one row per touch and node under contact.
 class CsvFiles {
  public:

@@ -158,6 +158,8 @@ struct Steps {
   std::vector<Step> touch, shape, deform;
 };
 
+constexpr int kRowsOfDisc = 9;  // of a grasp: three constraints of three rows
+
 palpate_step_load load_of(const Player& player, const palpate_contacts& contacts) {
   palpate_step_load load = palpate_default_step_load();
   load.tools = contacts.tool_count;
@@ -170,8 +172,17 @@ palpate_step_load load_of(const Player& player, const palpate_contacts& contacts
   for (std::size_t t = 0; t < player.grips().size(); ++t) {
     const int grips = static_cast<int>(player.grips()[t].size());
     for (const palpate_grip& grip : player.grips()[t]) load.rows += std::popcount(grip.axes);
-    load.rows += rows_of_place *
-                 std::max(0, palpate_contacts_tool(&contacts, static_cast<std::int32_t>(t))->contact_count - grips);
+    const int places =
+        std::max(0, palpate_contacts_tool(&contacts, static_cast<std::int32_t>(t))->contact_count - grips);
+    const palpate_grasp_state* grasp = palpate_scene_grasp_state(player.runtime_scene(), static_cast<std::int32_t>(t));
+    const bool grasps = grasp && (grasp->condition == PALPATE_GRASP_HOLDS || grasp->condition == PALPATE_GRASP_SLIPS);
+    const int discs = std::min(places, !grasps ? 0 : player.held().grasp(t)->opposite_triangle >= 0 ? 2 : 1);
+    load.rows += rows_of_place * (places - discs) + kRowsOfDisc * discs;
+  }
+  for (std::size_t s = 0; s < player.held().links().size(); ++s) {
+    const palpate_link_state* link = palpate_scene_link_state(player.runtime_scene(), static_cast<std::int32_t>(s));
+    if (!link || link->condition != PALPATE_LINK_TAUT) continue;
+    load.rows += player.held().links()[s].kind == PALPATE_LINK_CLIP ? 3 : 1;
   }
   for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
     const palpate_tool_state& tool = *palpate_contacts_tool(&contacts, t);

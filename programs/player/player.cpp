@@ -74,10 +74,11 @@ palpate_tool tool_of(const SceneConfig::Tool& from, const std::vector<SceneConfi
   tool.grips = grips.data();
   tool.grip_count = static_cast<std::int32_t>(grips.size());
   tool.disc_radius = from.disc_radius, tool.friction = from.friction, tool.hold = from.hold ? 1 : 0;
+  tool.has_torque = from.grasp ? 1 : 0;
   return tool;
 }
 
-palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
+palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips, const HeldTissue& held) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = static_cast<palpate_collision>(scene.collision);
   def.contact = static_cast<palpate_contact_model>(scene.contact);
@@ -98,8 +99,9 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips) {
   def.max_points = scene.limits.points.value_or(std::max(1, points_and_grips));
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
   const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3, most = 3000;  // of palpate.h
-  def.max_contact_nodes = scene.limits.contact_nodes.value_or(
-      std::min(most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points))));
+  def.max_contact_nodes = scene.limits.contact_nodes.value_or(std::min(
+      most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes()));
+  def.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps = held.has_grasps();
   def.force_limit = scene.limits.force;
   def.force_slew = scene.limits.force_slew;
   def.max_tool_speed = scene.limits.tool_speed, def.max_operations = scene.limits.operations;
@@ -115,6 +117,7 @@ palpate_scene_def half_of(palpate_scene_def def, Half half) {
   if (half == Half::shape) {
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.relaxation.model = PALPATE_RELAXATION_OFF;
+    def.max_links = def.grasps = 0;
   }
   return def;
 }
@@ -181,7 +184,9 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
     grips_.push_back(resolve_grips(tool, bundle_.get(), scene_.file));
     total += local_points_.back().size() + grips_.back().size();
   }
-  palpate_scene_def def = half_of(scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20))), half);
+  held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
+  palpate_scene_def def =
+      half_of(scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20)), *held_), half);
   scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
   contact_node_limit_ = def.max_contact_nodes;
   palpate_render_mesh skin = palpate_default_render_mesh();
@@ -207,11 +212,20 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
   positions_.resize(scene_.tools.size());
   for (std::size_t t = 0; t < scene_.tools.size(); ++t)
     tools_.push_back(tool_of(scene_.tools[t], points_[t], grips_[t]));
+  holds_ = def.max_links > 0 || def.grasps;
+  if (holds_) held_->hold_links(runtime_scene_.get(), 0);
 }
 
 double Player::duration() const {
   double last = 0;
-  for (const auto& tool : scene_.tools) last = std::max(last, tool.path.back().time);
+  for (const auto& tool : scene_.tools) {
+    last = std::max(last, tool.path.back().time);
+    if (!tool.turn.empty()) last = std::max(last, tool.turn.back().time);
+    if (tool.grasp && !tool.grasp->closing.empty()) last = std::max(last, tool.grasp->closing.back()[0]);
+  }
+  for (const auto& link : scene_.links)
+    for (const auto* rows : {&link.rest_length, &link.stiffness})
+      if (!rows->empty()) last = std::max(last, rows->back()[0]);
   return last;
 }
 
@@ -234,8 +248,9 @@ int Player::shape_node_count() const {
 }
 
 void Player::move_tools(double time) {
+  if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_.get(), time);
   for (std::size_t t = 0; t < tools_.size(); ++t) {
-    place_tool(t, position_at(scene_.tools[t].path, time));
+    place_tool(t, position_at(scene_.tools[t].path, time), turn_at(scene_.tools[t].turn, time));
     if (is_away(scene_.tools[t], time)) withdraw_tool(t);
   }
 }
@@ -252,10 +267,14 @@ void Player::place_tool(std::size_t tool, const Vector& position, const Rotation
     for (int d = 0; d < 3; ++d) grip.displacement[d] = position[d] - start[d];
   tools_[tool].point_count = static_cast<std::int32_t>(points_[tool].size());
   tools_[tool].grip_count = static_cast<std::int32_t>(grips_[tool].size());
+  if (!holds_) return;
+  tools_[tool].grasp = held_->place_grasp(tool, position, turn);
+  std::copy(position.begin(), position.end(), tools_[tool].reference);
 }
 
 void Player::withdraw_tool(std::size_t tool) {
   tools_[tool].point_count = tools_[tool].grip_count = 0;
+  tools_[tool].grasp = nullptr;
 }
 
 Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,

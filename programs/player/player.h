@@ -8,7 +8,9 @@
 
 #include <palpate/palpate.h>
 #include "formats/scene_config.h"
+#include "programs/player/held_tissue.h"
 #include "programs/player/render_mesh.h"
+#include "programs/player/tool_turn.h"
 
 namespace palpate {
 
@@ -33,9 +35,6 @@ struct ShapeRecord {
   const float* skin_normals;
 };
 
-using Rotation = std::array<std::array<double, 3>, 3>;  // rows
-inline constexpr Rotation kNoTurn = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-
 struct Timing {
   // One per step, in order; none where nothing is skinned, or the body is not solved beside the touch.
   std::vector<double> touch_us, shape_us, skin_us, deform_us;
@@ -58,12 +57,14 @@ class Player {
 
   const SceneConfig& scene() const { return scene_; }
   const std::vector<std::vector<palpate_grip>>& grips() const { return grips_; }  // [tool][grip], a node each
+  const HeldTissue& held() const { return *held_; }
+  bool holds_tissue() const { return holds_; }  // whether the library's scene has links or grasps
   palpate_bundle* bundle() const { return bundle_.get(); }
   const RenderMesh* render_mesh() const { return render_mesh_; }
   // The finer surface that the tools meet; nullptr: the bundle's.
   const palpate_fine_surface* met_surface() const { return met_triangles_.empty() ? nullptr : &met_surface_; }
   palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
-  double duration() const;            // s, the last key frame of all tools
+  double duration() const;            // s, the last key frame of all tools and links
   std::uint64_t shape_count() const;  // shapes that play makes
   std::uint64_t touch_count() const;  // steps of the whole scene, both ends included
   int contact_node_limit() const { return contact_node_limit_; }
@@ -71,7 +72,8 @@ class Player {
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
   // For a caller with a loop of its own: move_tools puts all tools where their paths are at a time and withdraws those that are
-  // away then, place_tool puts one tool where the caller says, touch makes one step. None of them allocates.
+  // away then, with what the scene's links and jaws do then; place_tool puts one tool where the caller says, touch makes one step.
+  // None of them allocates.
   void move_tools(double time);
   void place_tool(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
   void withdraw_tool(std::size_t tool);  // it touches nothing until it is placed again
@@ -108,6 +110,8 @@ class Player {
   std::vector<std::vector<palpate_grip>> grips_;                         // [tool][grip]
   std::vector<SceneConfig::Vector> positions_;                           // [tool]
   std::vector<palpate_tool> tools_;
+  std::unique_ptr<HeldTissue> held_;
+  bool holds_ = false;  // the library's scene has links or grasps
 };
 
 }  // namespace palpate

@@ -79,6 +79,51 @@ toml::array path_of(const SceneConfig::Tool& tool, const SceneConfig& scene, std
   return path;
 }
 
+template <std::size_t count>
+toml::array rows_of(const std::vector<std::array<double, count>>& from) {
+  toml::array rows;
+  for (const auto& row : from) {
+    toml::array one;
+    for (const double x : row) one.push_back(x);
+    rows.push_back(std::move(one));
+  }
+  return rows;
+}
+
+toml::array turn_of(const std::vector<SceneConfig::KeyFrame>& turn) {
+  toml::array rows;
+  for (const auto& [time, v] : turn) rows.push_back(toml::array{time, v[0], v[1], v[2]});
+  return rows;
+}
+
+// Places as the scene names them: on the same bundle they are found anew.
+toml::table grasp_of(const SceneConfig::Grasp& grasp) {
+  toml::table table{{"near", numbers(grasp.near)}, {"radius", grasp.radius}};
+  if (grasp.opposite) table.insert("opposite", numbers(*grasp.opposite));
+  if (!grasp.closing.empty()) table.insert("closing", rows_of(grasp.closing));
+  if (grasp.friction) table.insert("friction", *grasp.friction);
+  if (grasp.clamp_force) table.insert("clamp_force", *grasp.clamp_force);
+  if (!grasp.closed.empty()) table.insert("closed", rows_of(grasp.closed));
+  return table;
+}
+
+toml::array links_of(const SceneConfig& scene) {
+  toml::array list;
+  for (const SceneConfig::Link& link : scene.links) {
+    toml::array places;
+    for (const auto& place : link.places) places.push_back(numbers(place));
+    toml::table table{{"name", link.name}, {"kind", word(link.kind, {"thread", "spring", "clip"})}};
+    table.insert("places", std::move(places));
+    if (link.world) table.insert("world", numbers(*link.world));
+    if (!link.rest_length.empty()) table.insert("rest_lengths", rows_of(link.rest_length));
+    if (!link.stiffness.empty()) table.insert("stiffnesses", rows_of(link.stiffness));
+    if (link.breaking_force) table.insert("breaking_force", *link.breaking_force);
+    if (link.radius > 0) table.insert("radius", link.radius);
+    list.push_back(std::move(table));
+  }
+  return list;
+}
+
 // Each gripped node is written as its own position, to which no other node is nearer.
 toml::array grips_of(const std::vector<palpate_grip>& grips, const palpate_bundle* bundle) {
   toml::array list;
@@ -101,9 +146,9 @@ toml::table tool_of(const Player& player, std::size_t t) {
   if (!points.empty()) table.insert("points", std::move(points));
   if (tool.disc_radius > 0) table.insert("disc_radius", tool.disc_radius);
   if (tool.friction > 0) table.insert("friction", tool.friction);
-  toml::array away;
-  for (const auto& [from, until] : tool.away) away.push_back(toml::array{from, until});
-  if (!away.empty()) table.insert("away", std::move(away));
+  if (!tool.away.empty()) table.insert("away", rows_of(tool.away));
+  if (!tool.turn.empty()) table.insert("turn", turn_of(tool.turn));
+  if (tool.grasp) table.insert("grasp", grasp_of(*tool.grasp));
   if (!player.grips()[t].empty()) table.insert("grip", grips_of(player.grips()[t], player.bundle()));
   return table;
 }
@@ -123,6 +168,7 @@ toml::table resolved_scene(const Player& player) {
   toml::array tools;
   for (std::size_t t = 0; t < scene.tools.size(); ++t) tools.push_back(tool_of(player, t));
   table.insert("tool", std::move(tools));
+  if (!scene.links.empty()) table.insert("link", links_of(scene));
   return table;
 }
 
@@ -162,7 +208,7 @@ void check_bundle(const Player& player, const fs::path& bundle) {
 void refuse_other_scene(const fs::path& record, const Player& recorded, const fs::path& file, const fs::path& bundle) {
   const toml::table expected = resolved_scene(recorded);
   const toml::table found = resolved_scene(Player(read_scene_config(file), bundle));
-  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "surface", "tool"}) {
+  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link"}) {
     const toml::node *a = expected.get(key), *b = found.get(key);
     const bool same = a && b ? a->visit([&](const auto& node) {
       const auto* other = b->as<std::decay_t<decltype(node)>>();

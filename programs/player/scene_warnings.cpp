@@ -11,6 +11,7 @@
 #include "formats/plausible_size.h"
 #include "programs/player/summary.h"
 #include "programs/player/tool_points.h"
+#include "programs/player/tool_turn.h"
 
 namespace palpate {
 namespace {
@@ -83,6 +84,18 @@ class RestSurface {
   palpate_scene* scene_ = nullptr;
 };
 
+// Where the points of a tool are, m. local: in the tool's frame.
+std::vector<Vector> points_at(const SceneConfig::Tool& tool, const std::vector<Vector>& local, double time) {
+  const Vector position = position_at(tool.path, time);
+  const Rotation turn = turn_at(tool.turn, time);
+  std::vector<Vector> points = local;
+  for (Vector& p : points) {
+    if (!tool.turn.empty()) p = turned(turn, p);
+    for (int d = 0; d < 3; ++d) p[d] += position[d];
+  }
+  return points;
+}
+
 struct Place {
   double distance = std::numeric_limits<double>::infinity();  // m from the surface, below zero inside
   double time = 0;
@@ -97,35 +110,31 @@ Place nearest_place(const Player& player, std::size_t t, const RestSurface& surf
   const std::vector<Vector> points = tool_points(tool);
   std::vector<double> least(points.size(),
                             -std::numeric_limits<double>::infinity());  // lower bound of the distance now
+  std::vector<Vector> before = points_at(tool, points, 0), now;
   Place found;
-  Vector before = position_at(tool.path, 0);
   for (std::uint64_t step = 0; step < player.touch_count(); ++step) {
     const double time = static_cast<double>(step) / player.scene().touch_hz;
     if (is_away(tool, time)) continue;
-    const Vector position = position_at(tool.path, time);
-    const double moved = distance(position, before);
-    before = position;
+    now = points_at(tool, points, time);
     for (std::size_t p = 0; p < points.size(); ++p) {
-      least[p] -= moved;
+      least[p] -= distance(now[p], before[p]);
       if (least[p] >= found.distance - kNearEnough) continue;
-      const Vector at = {position[0] + points[p][0], position[1] + points[p][1], position[2] + points[p][2]};
-      least[p] = surface.signed_distance(at);
-      if (least[p] < found.distance) found = {least[p], time, p, at};
+      least[p] = surface.signed_distance(now[p]);
+      if (least[p] < found.distance) found = {least[p], time, p, now[p]};
     }
+    before = now;
   }
   return found;
 }
 
 // Where the tool first is there: the deepest point.
 Place deepest_start(const SceneConfig::Tool& tool, const RestSurface& surface) {
-  const std::vector<Vector> points = tool_points(tool);
   const double start = tool.away.empty() || tool.away[0][0] > 0 ? 0 : tool.away[0][1];
-  const Vector position = position_at(tool.path, start);
+  const std::vector<Vector> points = points_at(tool, tool_points(tool), start);
   Place found;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const Vector at = {position[0] + points[p][0], position[1] + points[p][1], position[2] + points[p][2]};
-    const double d = surface.signed_distance(at);
-    if (d < found.distance) found = {d, start, p, at};
+    const double d = surface.signed_distance(points[p]);
+    if (d < found.distance) found = {d, start, p, points[p]};
   }
   return found;
 }

@@ -13,6 +13,9 @@
 #include <vtkXMLUnstructuredGridWriter.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
 
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
@@ -71,6 +74,59 @@ void write_tools(const ShapeRecord& shape, const std::filesystem::path& file) {
     force->SetTuple(i, palpate_contacts_tool(&shape.contacts, owner[i])->force);
   }
   write_grid(grid, file);
+}
+
+// Lines and discs that hold tissue.
+struct HeldGrid {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkIntArray> link, tool, condition;
+  vtkNew<vtkDoubleArray> tension;
+
+  HeldGrid() {
+    points->SetDataTypeToDouble();
+    grid->SetPoints(points);
+    const auto name = [&](vtkDataArray* array, const char* as) {
+      array->SetName(as);
+      grid->GetCellData()->AddArray(array);
+    };
+    name(link, "link"), name(tool, "tool"), name(condition, "condition"), name(tension, "tension");
+  }
+  void add(int cell_type, const std::vector<std::array<double, 3>>& corners, int of_link, int of_tool, int condition_of,
+           double tension_of) {
+    std::vector<vtkIdType> ids;
+    for (const auto& corner : corners) ids.push_back(points->InsertNextPoint(corner.data()));
+    grid->InsertNextCell(cell_type, static_cast<vtkIdType>(ids.size()), ids.data());
+    link->InsertNextValue(of_link), tool->InsertNextValue(of_tool), condition->InsertNextValue(condition_of);
+    tension->InsertNextValue(tension_of);
+  }
+};
+
+// The rim of a disc around a point of a deformed triangle, in the triangle's plane.
+std::vector<std::array<double, 3>> rim_of(const palpate_bundle* bundle, const float* positions, std::int32_t triangle,
+                                          const double* barycentric, double radius) {
+  constexpr int kCorners = 24;
+  const std::int32_t* node = palpate_bundle_triangles(bundle) + 3 * static_cast<std::ptrdiff_t>(triangle);
+  std::array<double, 3> corner[3], middle{}, first{}, second{};
+  for (int v = 0; v < 3; ++v)
+    for (std::size_t d = 0; d < 3; ++d) {
+      corner[v][d] = double{positions[3 * static_cast<std::ptrdiff_t>(node[v]) + static_cast<std::ptrdiff_t>(d)]};
+      middle[d] += barycentric[v] * corner[v][d];
+    }
+  double along = 0, length = 0;  // Gram and Schmidt of two of its edges
+  for (std::size_t d = 0; d < 3; ++d) first[d] = corner[1][d] - corner[0][d], length += first[d] * first[d];
+  for (std::size_t d = 0; d < 3; ++d) first[d] /= std::sqrt(length), along += first[d] * (corner[2][d] - corner[0][d]);
+  length = 0;
+  for (std::size_t d = 0; d < 3; ++d)
+    second[d] = corner[2][d] - corner[0][d] - along * first[d], length += second[d] * second[d];
+  std::vector<std::array<double, 3>> rim;
+  for (int c = 0; c < kCorners; ++c) {
+    const double angle = 2 * std::numbers::pi * c / kCorners;
+    rim.push_back(middle);
+    for (std::size_t d = 0; d < 3; ++d)
+      rim.back()[d] += radius * (std::cos(angle) * first[d] + std::sin(angle) * second[d] / std::sqrt(length));
+  }
+  return rim;
 }
 
 }  // namespace
@@ -156,13 +212,36 @@ struct ShapeFiles::Skin {
 };
 
 ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player, const BundleFields& fields)
-    : folder_(folder), organ_(std::make_unique<Organ>(player, fields)) {
+    : player_(player), folder_(folder), organ_(std::make_unique<Organ>(player, fields)) {
   if (player.render_mesh()) skin_ = std::make_unique<Skin>(*player.render_mesh());
   vtkObject::GlobalWarningDisplayOff();  // failures are reported here, in one sentence
   std::filesystem::create_directory(folder_ / "shapes");
 }
 
 ShapeFiles::~ShapeFiles() = default;
+
+void ShapeFiles::write_held(const ShapeRecord& shape, const std::filesystem::path& file) const {
+  HeldGrid held;
+  const HeldTissue& tissue = player_.held();
+  for (std::size_t s = 0; s < tissue.stretches().size(); ++s)
+    if (const palpate_link_state* state =
+            palpate_scene_link_state(player_.runtime_scene(), static_cast<std::int32_t>(s)))
+      held.add(VTK_LINE, {std::to_array(state->ends[0]), std::to_array(state->ends[1])},
+               static_cast<int>(tissue.stretches()[s].link), -1, state->condition, state->tension);
+  for (std::size_t t = 0; t < player_.scene().tools.size(); ++t) {
+    const palpate_grasp* grasp = tissue.grasp(t);
+    const palpate_grasp_state* state =
+        grasp ? palpate_scene_grasp_state(player_.runtime_scene(), static_cast<std::int32_t>(t)) : nullptr;
+    if (!state || state->condition == PALPATE_GRASP_OPEN || state->condition == PALPATE_GRASP_LET_GO) continue;
+    const auto add = [&](std::int32_t triangle, const double* barycentric) {
+      held.add(VTK_POLYGON, rim_of(player_.bundle(), shape.positions, triangle, barycentric, grasp->radius), -1,
+               static_cast<int>(t), state->condition, 0);
+    };
+    add(grasp->triangle, grasp->barycentric);
+    if (grasp->opposite_triangle >= 0) add(grasp->opposite_triangle, grasp->opposite_barycentric);
+  }
+  write_grid(held.grid, file);
+}
 
 void ShapeFiles::write(const ShapeRecord& shape) {
   organ_->move_to(shape);
@@ -175,6 +254,10 @@ void ShapeFiles::write(const ShapeRecord& shape) {
     parts.push_back(fmt::format("shapes/skin_{:06}.vtu", written_));
     skin_->move_to(shape);
     write_grid(skin_->grid, folder_ / parts.back());
+  }
+  if (player_.holds_tissue()) {
+    parts.push_back(fmt::format("shapes/held_{:06}.vtu", written_));
+    write_held(shape, folder_ / parts.back());
   }
   for (std::size_t part = 0; part < parts.size(); ++part)
     entries_ += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", shape.time, part, parts[part]);

@@ -4,7 +4,9 @@
 // nodes under contact), fixed (0 or 1: all three axes held). SHAPE surface writes triangles, SHAPE volume tetrahedra
 // with their region. The tools are vertices; point data: tool (its index in the scene) and force (N, of the organ on
 // the tool, at each of its points). With a render mesh, part 2 holds its deformed triangles; point data:
-// displacement (m) and normal.
+// displacement (m) and normal. With links or grasps, the last part holds them: a line for each stretch of a link and a polygon for each
+// closed disc, with a pair of points or the corners of its own; cell data: link (its index in the scene, or -1), tool (the same of the
+// disc's tool), tension (N) and condition (those of palpate.h).
 #pragma once
 
 #include <filesystem>
@@ -31,6 +33,8 @@ class ShapeFiles {
  private:
   struct Organ;
   struct Skin;
+  void write_held(const ShapeRecord& shape, const std::filesystem::path& file) const;
+  const Player& player_;
   std::filesystem::path folder_;
   std::unique_ptr<Organ> organ_;
   std::unique_ptr<Skin> skin_;  // with a render mesh

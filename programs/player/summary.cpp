@@ -48,7 +48,7 @@ std::vector<std::string> flag_names(palpate_step_flags flags) {
   return names;
 }
 
-Summary::Summary(const Player& player) : player_(player), tools_(player.scene().tools.size()) {
+Summary::Summary(const Player& player) : player_(player), tools_(player.scene().tools.size()), held_(player) {
   for (std::size_t t = 0; t < tools_.size(); ++t) tools_[t].points = static_cast<int>(player.points()[t].size());
 }
 
@@ -56,6 +56,7 @@ void Summary::add(const TouchRecord& touch) {
   ++touches_;
   most_contact_nodes_ = std::max(most_contact_nodes_, touch.contacts.node_count);
   touch_flags_.add(touch.flags);
+  held_.add(touch);
   for (int n = 0; n < touch.contacts.node_count; ++n) {
     const palpate_contact_node& node = *palpate_contacts_node(&touch.contacts, n);
     if (node.tool >= 0 && node.point < tools_[node.tool].points) tools_[node.tool].point_touched = true;
@@ -116,9 +117,11 @@ std::string Summary::text(const Timing& timing, const BundleFields& fields, cons
                           {"axis", capsule->axis},
                           {"samples", capsule->samples}};
     if (scene.tools[t].disc_radius > 0) entry["radius_m"] = scene.tools[t].disc_radius;
+    if (player_.held().grasp(t)) entry["grasp"] = held_.grasp(t);
     if (tool.first_contact_time >= 0) entry["first_contact_s"] = tool.first_contact_time;
     out["tools"].push_back(entry);
   }
+  if (!player_.held().links().empty()) out["links"] = held_.links();
   out["touches_with_flag"] = counts_by_name(touch_flags_);
   out["shapes_with_flag"] = counts_by_name(shape_flags_);
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};
@@ -137,6 +140,8 @@ std::vector<std::string> Summary::forces() const {
       lines.push_back(fmt::format("tool \"{}\": largest force {:.3g} N, at {:.3g} s; first contact at {:.3g} s",
                                   player_.scene().tools[t].name, tools_[t].peak_force, tools_[t].peak_time,
                                   tools_[t].first_contact_time));
+  const std::vector<std::string> held = held_.lines();
+  lines.insert(lines.end(), held.begin(), held.end());
   return lines;
 }
 

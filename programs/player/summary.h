@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "programs/player/bundle_fields.h"
+#include "programs/player/held_summary.h"
 #include "programs/player/player.h"
 #include "programs/player/scene_warnings.h"
 
@@ -27,7 +28,7 @@ class Summary {
   // JSON text. Everything but "timing_us" is the same for the same input. warnings: those of warnings().
   std::string text(const Timing& timing, const BundleFields& fields, const std::filesystem::path& bundle,
                    int shapes_written, const std::vector<std::string>& warnings) const;
-  // One line for each tool that touched: its largest force.
+  // One line for each tool that touched: its largest force; and for each link and grasp.
   std::vector<std::string> forces() const;
   // What the user should know of this run, a sentence each (scene_warnings.h). Asks the surface; takes milliseconds.
   std::vector<std::string> warnings(const BundleFields& fields) const;
@@ -42,6 +43,7 @@ class Summary {
   };
   const Player& player_;
   std::vector<Tool> tools_;
+  HeldSummary held_;
   FlagCounts touch_flags_, shape_flags_;
   std::uint64_t touches_ = 0, shapes_ = 0;
   int most_contact_nodes_ = 0;

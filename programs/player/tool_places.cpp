@@ -38,12 +38,13 @@ Vector weighted(const std::array<Vector, 3>& v, const Vector& weights) {
 struct Surface {
   std::vector<Vector> nodes, normals;   // of the surface nodes; normals as long as twice the area around
   std::vector<char> touchable;          // [surface nodes]
-  std::vector<Triangle> triangles;      // with three touchable nodes
+  std::vector<Triangle> triangles;      // that are searched
+  std::vector<std::int32_t> numbers;    // of these triangles, in the bundle
   std::vector<char> away_from_the_end;  // [surface nodes] touchable, as all nodes around
   Vector low{}, high{};
 };
 
-Surface surface_of(const palpate_bundle* bundle) {
+Surface surface_of(const palpate_bundle* bundle, PlaceFinder::Where where) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   const double* nodes = palpate_bundle_nodes(bundle);
   const std::int32_t *triangles = palpate_bundle_triangles(bundle), *touchable = palpate_bundle_touchable(bundle);
@@ -69,7 +70,8 @@ Surface surface_of(const palpate_bundle* bundle) {
       for (int d = 0; d < 3; ++d) surface.normals[n[c]][d] += normal[d];
       if (!whole) surface.away_from_the_end[n[c]] = 0;
     }
-    if (whole) surface.triangles.push_back({n[0], n[1], n[2]});
+    if (whole || where == PlaceFinder::Where::surface)
+      surface.triangles.push_back({n[0], n[1], n[2]}), surface.numbers.push_back(t);
   }
   return surface;
 }
@@ -125,7 +127,7 @@ Vector nearest_in_triangle(const Vector& p, const Vector& a, const Vector& b, co
 SurfacePlace with_unit_normal(const Vector& point, Vector normal) {
   const double length = std::sqrt(dot(normal, normal));
   for (double& x : normal) x /= length > 0 ? length : 1;
-  return {point, normal};
+  return {point, normal, -1, {}};
 }
 
 // Of nodes that lie equally far, as on a flat face, the one whose normal points best along the direction: not a corner.
@@ -147,53 +149,75 @@ SurfacePlace farthest(const Surface& surface, const Vector& direction) {
   return {};  // a surface with touchable triangles has touchable nodes
 }
 
-SurfacePlace nearest(const Surface& surface, const Vector& p, double* distance) {
-  const Triangle* best = nullptr;
+SurfacePlace nearest_on(const Surface& surface, const Vector& p, double* distance) {
+  std::size_t best = 0;
   Vector at{};
   double least = std::numeric_limits<double>::infinity();
-  for (const Triangle& t : surface.triangles) {
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    const Triangle& t = surface.triangles[i];
     const std::array<Vector, 3> corners = {surface.nodes[t[0]], surface.nodes[t[1]], surface.nodes[t[2]]};
     const Vector weights = nearest_in_triangle(p, corners[0], corners[1], corners[2]);
     const Vector away = minus(weighted(corners, weights), p);
-    if (dot(away, away) < least) least = dot(away, away), best = &t, at = weights;
+    if (dot(away, away) < least) least = dot(away, away), best = i, at = weights;
   }
   *distance = std::sqrt(least);
-  const auto& t = *best;
-  return with_unit_normal(weighted({surface.nodes[t[0]], surface.nodes[t[1]], surface.nodes[t[2]]}, at),
-                          weighted({surface.normals[t[0]], surface.normals[t[1]], surface.normals[t[2]]}, at));
+  const Triangle& t = surface.triangles[best];
+  SurfacePlace place =
+      with_unit_normal(weighted({surface.nodes[t[0]], surface.nodes[t[1]], surface.nodes[t[2]]}, at),
+                       weighted({surface.normals[t[0]], surface.normals[t[1]], surface.normals[t[2]]}, at));
+  place.triangle = surface.numbers[best], place.barycentric = at;
+  return place;
 }
 
 }  // namespace
 
-SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
-                        const std::filesystem::path& scene) {
-  const auto refuse = [&](const std::string& text) {
-    throw InputError(fmt::format("{}:{}: tool \"{}\": {}", scene.string(), tool.line, tool.name, text));
-  };
-  const Surface surface = surface_of(bundle);
+struct PlaceFinder::Searched {
+  Surface surface;
+  Where where;
+};
+
+PlaceFinder::PlaceFinder(const palpate_bundle* bundle, Where where)
+    : searched_(std::make_unique<Searched>(Searched{surface_of(bundle, where), where})) {}
+PlaceFinder::~PlaceFinder() = default;
+
+SurfacePlace PlaceFinder::nearest(const Vector& near, const std::string& who) const {
+  const Surface& surface = searched_->surface;
   if (surface.triangles.empty())
-    refuse(
-        "expected a touchable surface to place the tool on, found no triangle of three touchable nodes; compare with "
-        "\"palpate-bundle info\"");
-  if (tool.place->at) {
-    const std::string frame = frame_of(bundle);
-    if (frame != "LPS" && frame != "RAS")
-      refuse(
-          fmt::format("at: expected a bundle of frame LPS or RAS, which says where the patient's front is, found frame "
-                      "\"{}\"; give near = [x, y, z], or set frame in organ.toml",
-                      frame));
-    return farthest(surface, direction_of(*tool.place->at, frame));
-  }
+    throw InputError(
+        fmt::format("{}: expected a {} to find a place on, found no triangle{}; compare with "
+                    "\"palpate-bundle info\"",
+                    who, searched_->where == Where::surface ? "surface" : "touchable surface",
+                    searched_->where == Where::surface ? "" : " of three touchable nodes"));
   double distance = 0;
-  const SurfacePlace place = nearest(surface, *tool.place->near, &distance);
+  const SurfacePlace place = nearest_on(surface, near, &distance);
   const Vector diagonal = minus(surface.high, surface.low);
   if (!(distance <= std::sqrt(dot(diagonal, diagonal))))
-    refuse(fmt::format(
-        "near: expected a point near the organ, whose box is x {:.4g} .. {:.4g}, y {:.4g} .. {:.4g}, z {:.4g} "
-        ".. {:.4g} mm, found one {:.4g} mm away; check the numbers and unit",
-        1e3 * surface.low[0], 1e3 * surface.high[0], 1e3 * surface.low[1], 1e3 * surface.high[1], 1e3 * surface.low[2],
-        1e3 * surface.high[2], 1e3 * distance));
+    throw InputError(
+        fmt::format("{}: expected a point near the organ, whose box is x {:.4g} .. {:.4g}, y {:.4g} .. {:.4g}, z "
+                    "{:.4g} .. {:.4g} mm, "
+                    "found one {:.4g} mm away; check the numbers and unit",
+                    who, 1e3 * surface.low[0], 1e3 * surface.high[0], 1e3 * surface.low[1], 1e3 * surface.high[1],
+                    1e3 * surface.low[2], 1e3 * surface.high[2], 1e3 * distance));
   return place;
+}
+
+SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
+                        const std::filesystem::path& scene) {
+  const std::string who = fmt::format("{}:{}: tool \"{}\": ", scene.string(), tool.line, tool.name);
+  if (!tool.place->at)
+    return PlaceFinder(bundle, PlaceFinder::Where::touchable).nearest(*tool.place->near, who + "near");
+  const Surface surface = surface_of(bundle, PlaceFinder::Where::touchable);
+  if (surface.triangles.empty())
+    throw InputError(who +
+                     "expected a touchable surface to place the tool on, found no triangle of three touchable "
+                     "nodes; compare with \"palpate-bundle info\"");
+  const std::string frame = frame_of(bundle);
+  if (frame != "LPS" && frame != "RAS")
+    throw InputError(
+        fmt::format("{}at: expected a bundle of frame LPS or RAS, which says where the patient's front is, found frame "
+                    "\"{}\"; give near = [x, y, z], or set frame in organ.toml",
+                    who, frame));
+  return farthest(surface, direction_of(*tool.place->at, frame));
 }
 
 void resolve_places(SceneConfig& scene, const palpate_bundle* bundle) {

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <palpate/palpate.h>
+
+#include <memory>
+#include <string>
+
 #include "formats/scene_config.h"
 
 namespace palpate {
@@ -9,6 +13,23 @@ namespace palpate {
 // A point of the surface at rest and the outward normal there, m; the normal has length 1.
 struct SurfacePlace {
   SceneConfig::Vector point, normal;
+  std::int32_t triangle = -1;       // that has the point, of those that were searched
+  SceneConfig::Vector barycentric;  // weights of its vertices
+};
+
+// Finds places on a bundle's surface.
+class PlaceFinder {
+ public:
+  enum class Where { touchable, surface };  // triangles of three touchable nodes; all triangles
+  PlaceFinder(const palpate_bundle* bundle, Where where);
+  ~PlaceFinder();
+  // The nearest point to `near`, m. Errors: InputError that begins with `who`, where there are no such triangles, or where the point is
+  // farther from the organ than the organ's box is large.
+  SurfacePlace nearest(const SceneConfig::Vector& near, const std::string& who) const;
+
+ private:
+  struct Searched;
+  std::unique_ptr<const Searched> searched_;
 };
 
 // at: of the touchable nodes the one that lies farthest in that direction of the patient. Nodes with an untouchable node

@@ -623,6 +623,136 @@ class DeviceHelp(unittest.TestCase):
         self.assertAlmostEqual(watchdog.age, 0.04)
 
 
+def surface_point(bundle, triangle):
+    """A place in the middle of a triangle and where it is, m."""
+    return (triangle, (1 / 3, 1 / 3, 1 / 3)), bundle.nodes[bundle.triangles[triangle]].mean(axis=0)
+
+
+def touchable_triangles(bundle):
+    touchable = np.zeros(bundle.node_count, bool)
+    touchable[bundle.touchable] = True
+    return np.flatnonzero(touchable[bundle.triangles].all(axis=1))
+
+
+class Links(unittest.TestCase):
+    def setUp(self):
+        self.bundle = palpate.Bundle(BUNDLE)
+        triangles = touchable_triangles(self.bundle)
+        (self.first, self.a), (self.second, self.b) = (surface_point(self.bundle, int(t)) for t in (triangles[0], triangles[-1]))
+        self.apart = float(np.linalg.norm(self.a - self.b))
+
+    def scene(self):
+        return palpate.Scene(self.bundle, contact="point", max_links=4)
+
+    def played(self, links, touches=30):
+        scene = self.scene()
+        scene.set_links(links)
+        contacts = scene.make_contacts()
+        for _ in range(touches):
+            scene.touch([], 0.001, contacts)
+        return scene, scene.link_states(), contacts
+
+    def test_a_thread_pulls_and_a_slack_one_does_not(self):
+        _, states, contacts = self.played(
+            [
+                palpate.Link("thread", (self.first, self.second), rest_length=0.8 * self.apart, stiffness=30),
+                palpate.Link("thread", (self.first, self.second), rest_length=2 * self.apart, id=7),
+            ]
+        )
+        self.assertEqual(states["condition"].tolist(), [1, 0])
+        self.assertEqual(states["id"].tolist(), [0, 7])
+        # The law of the thread holds to the accuracy with which its line turns, 1e-4.
+        self.assertAlmostEqual(states["tension"][0] / (30 * (states["length"][0] - 0.8 * self.apart)), 1, delta=1e-3)
+        self.assertGreater(states["tension"][0], 0)
+        self.assertEqual(states["tension"][1], 0)
+        np.testing.assert_allclose(np.linalg.norm(states["force"][0]), states["tension"][0], rtol=1e-9)
+        np.testing.assert_allclose(np.linalg.norm(states["ends"][0][1] - states["ends"][0][0]), states["length"][0], rtol=1e-9)
+        self.assertTrue((contacts.nodes["tool"] == -1).all())
+
+    def test_a_number_changes_at_run_time_and_the_state_stays(self):
+        scene, before, contacts = self.played([palpate.Link("spring", (self.first, (0, 0, 0.3)), rest_length=0.1, stiffness=1)])
+        link = palpate.Link("spring", (self.first, (0, 0, 0.3)), rest_length=0.1, stiffness=1)
+        link.stiffness = 5
+        scene.set_links([link])
+        for _ in range(30):
+            scene.touch([], 0.001, contacts)
+        self.assertGreater(scene.link_states()["tension"][0], 2 * before["tension"][0])
+
+    def test_a_broken_link_says_so(self):
+        link = palpate.Link("clip", (self.first, self.second), breaking_force=1e-6)
+        scene = self.scene()
+        scene.set_links([link])
+        contacts = scene.make_contacts()
+        self.assertIn(palpate.StepFlags.LINK_BROKE, scene.touch([], 0.001, contacts))
+        self.assertEqual(scene.link_states()["condition"][0], 2)
+        self.assertEqual(scene.link_states()["broken"][0], 1)
+
+    def test_what_cannot_be_is_refused_in_a_sentence(self):
+        with self.assertRaisesRegex(ValueError, "kind: expected one of thread, spring, clip; found \"glue\""):
+            palpate.Link("glue", (self.first, self.second))
+        with self.assertRaisesRegex(ValueError, "ends: expected two, found 1"):
+            palpate.Link("thread", (self.first,))
+        with self.assertRaisesRegex(TypeError, "ends: expected .triangle, weights. on the surface"):
+            palpate.Link("thread", (self.first, 7))
+        with self.assertRaisesRegex(ValueError, "ends: expected 3 numbers"):
+            palpate.Link("thread", (self.first, (3, (1, 0))))
+        scene, states, _ = self.played([palpate.Link("thread", (self.first, self.second))])
+        with self.assertRaisesRegex(palpate.Error, "a stiffness above 0 N/m"):
+            scene.set_links([palpate.Link("thread", (self.first, self.second), stiffness=0)])
+        with self.assertRaisesRegex(palpate.Error, "raise max_links"):
+            scene.set_links([palpate.Link("thread", (self.first, self.second))] * 5)
+        self.assertEqual(len(scene.link_states()), 1, "the scene keeps its links")
+        with self.assertRaises(RuntimeError):
+            scene.set_links([7])
+
+
+class Grasps(unittest.TestCase):
+    def setUp(self):
+        self.bundle = palpate.Bundle(BUNDLE)
+        triangles = touchable_triangles(self.bundle)
+        far = max(triangles, key=lambda t: self.bundle.nodes[self.bundle.triangles[t]].mean(axis=0)[0])
+        self.place, self.at = surface_point(self.bundle, int(far))
+
+    def test_jaws_lift_turn_and_open(self):
+        scene, grasp = palpate.Scene(self.bundle, grasps=True), palpate.Grasp(self.place, 0.01, self.at)
+        contacts, tool = scene.make_contacts(), palpate.Tool(id=3, grasp=grasp, torque_about=self.at)
+        scene.touch([tool], 0.001, contacts)
+        self.assertLess(np.linalg.norm(contacts.tools["force_raw"][0]), 1e-9)
+        grasp.position[2] += 0.002
+        grasp.orientation[:] = np.cos(0.1), np.sin(0.1), 0, 0
+        scene.touch([tool], 0.001, contacts)
+        state = scene.grasp_state(3)
+        self.assertEqual(state["condition"], 1)
+        self.assertGreater(np.linalg.norm(state["force"]), 1e-3)
+        self.assertGreater(np.linalg.norm(state["torque"]), 1e-6)
+        np.testing.assert_allclose(state["force"], contacts.tools["force_raw"][0], rtol=1e-9)
+        np.testing.assert_allclose(state["torque"], contacts.tools["torque_raw"][0], rtol=1e-9)
+        tool.grasp = None
+        scene.touch([tool], 0.001, contacts)
+        self.assertEqual(scene.grasp_state(3)["condition"], 0)
+        self.assertIsNone(scene.grasp_state(4))
+        self.assertEqual(contacts.flags, 0)
+
+    def test_beyond_its_friction_it_slips_and_lets_go(self):
+        scene = palpate.Scene(self.bundle, grasps=True)
+        grasp = palpate.Grasp(self.place, 0.01, self.at, friction=0.5, clamp_force=0.02)
+        contacts, tool, conditions = scene.make_contacts(), palpate.Tool(grasp=grasp), []
+        for _ in range(40):
+            scene.touch([tool], 0.001, contacts)
+            conditions.append(int(scene.grasp_state(0)["condition"]))
+            grasp.position[2] += 0.0005
+        self.assertEqual(sorted(set(conditions)), [1, 2, 3])
+        self.assertEqual(conditions, sorted(conditions))
+
+    def test_a_scene_without_grasps_says_that_the_input_is_bad(self):
+        scene = palpate.Scene(self.bundle)
+        contacts = scene.make_contacts()
+        flags = scene.touch([palpate.Tool(grasp=palpate.Grasp(self.place, 0.01, self.at))], 0.001, contacts)
+        self.assertIn(palpate.StepFlags.BAD_INPUT, flags)
+        with self.assertRaisesRegex(ValueError, "place: expected .triangle, weights., found 7|not iterable|sequence"):
+            palpate.Grasp((7,), 0.01, self.at)
+
+
 class Stub(unittest.TestCase):
     """palpate/__init__.pyi says what the module has."""
 

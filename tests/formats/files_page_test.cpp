@@ -104,7 +104,7 @@ TEST(FilesPage, HasAnExampleOfEachFileThatTheReaderAcceptsAndThatShowsEveryKey) 
   EXPECT_EQ(read_organ_config(written("organ.toml")).regions.size(), 2u);
   EXPECT_EQ(read_boundary_config(written("boundary/held.toml")).fixed.size(), 3u);
   std::ofstream(folder / "rod.csv") << "time,x,y,z\n0,0,0,0\n";
-  EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 4u);
+  EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 6u);
   const std::map<ConfigFile, std::string> names = {{ConfigFile::organ, "organ.toml"},
                                                    {ConfigFile::boundary, "boundary/held.toml"},
                                                    {ConfigFile::scene, "scene.toml"}};

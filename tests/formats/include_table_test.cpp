@@ -119,6 +119,7 @@ const std::vector<Rule>& rules() {
        {}},
       {"runtime/include/", {"palpate.h"}, {"palpate"}},
       {"programs/player/", {"programs/player/", "runtime/include/", "formats/"}, {"plumbing", "VTK", "palpate"}},
+      {"programs/player/tool_turn.cpp", {"programs/player/", "runtime/base/sine.h", "formats/"}, {}},
       {"programs/player/record.cpp",
        {"programs/player/", "runtime/include/", "formats/"},
        {"plumbing", "toml++", "palpate"}},

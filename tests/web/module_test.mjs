@@ -116,6 +116,57 @@ for (const wasm of wasms) {
     without.close(), close();
   });
 
+  test(`${wasm}: a thread pulls, a slack one does not, and a clip may break`, () => {
+    const { scene, close } = open({ collision: "off", contact: "point", queries: "on", maxLinks: 3 });
+    const place = (point) => (({ triangle, barycentric }) => ({ triangle, barycentric }))(scene.closestPoint(point));
+    const ends = [place([0.06, 0.012, 0.02]), place([0.06, 0.036, 0.02])];
+    const thread = { kind: "thread", ends, restLength: 0.015, stiffness: 30 };
+    scene.setLinks([thread, { kind: "thread", ends, restLength: 0.05, id: 9 }]);
+    for (let i = 0; i < 30; ++i) scene.touch(1e-3);
+    const [taut, slack] = scene.links;
+    assert.deepEqual([taut.condition, slack.condition, slack.id, slack.tension], ["taut", "slack", 9, 0]);
+    // The law of the thread, to the accuracy with which its line turns, 1e-4.
+    near([taut.tension / (30 * (taut.length - 0.015))], [1], 1e-3, "tension");
+    assert.ok(taut.tension > 0.01 && taut.length < 0.024);
+    near([Math.hypot(...taut.force)], [taut.tension], 1e-9, "force");
+    near([Math.hypot(...taut.ends[1].map((x, d) => x - taut.ends[0][d]))], [taut.length], 1e-9, "length");
+    scene.setLinks([{ ...thread, stiffness: 60 }]);
+    for (let i = 0; i < 30; ++i) scene.touch(1e-3);
+    assert.ok(scene.links[0].tension > taut.tension, "stiffer at run time");
+    scene.setLinks([{ kind: "clip", ends: [ends[0], { world: [0.07, 0.012, 0.02] }], breakingForce: 1e-6 }]);
+    assert.ok(scene.touch(1e-3) & (1 << 14), "LINK_BROKE");
+    assert.equal(scene.links[0].condition, "broken");
+    refused(() => scene.setLinks([{ ...thread, kind: "glue" }]), /expected a kind thread, spring, clip, found glue/);
+    refused(() => scene.setLinks([{ ...thread, ends: [ends[0]] }]), /expected two ends, found 1/);
+    refused(() => scene.setLinks([{ ...thread, stiffness: 0 }]), /a stiffness above 0 N/);
+    assert.throws(() => scene.setLinks([thread, thread, thread, thread]), /4 links; the scene was made for 3/);
+    assert.equal(scene.links.length, 1, "the scene keeps its links");
+    close();
+  });
+
+  test(`${wasm}: jaws lift and turn tissue, slip beyond their friction, and open`, () => {
+    const { scene, close } = open({ queries: "on", grasps: true, torqueLimit: Infinity, torqueSlew: Infinity, forceSlew: Infinity });
+    const at = [0.06, 0.024, 0.02], { triangle, barycentric } = scene.closestPoint(at), place = { triangle, barycentric };
+    const hold = (grasp) => {
+      scene.setTools([{ id: 5, reference: at, grasp: grasp && { place, position: at, radius: 0.012, ...grasp } }]);
+      assert.equal(scene.touch(1e-3), 0);
+      return scene.grasp(5);
+    };
+    near(hold({}).force, [0, 0, 0], 1e-9, "it closes without a force");
+    const held = hold({ position: [0.06, 0.024, 0.022], orientation: [Math.cos(0.1), Math.sin(0.1), 0, 0] });
+    assert.equal(held.condition, "holds");
+    assert.ok(held.force[2] < -0.01 && held.torque[0] < -1e-5, `${held.force}, ${held.torque}`);
+    near([...scene.forceRaw(0)], held.force, 1e-9, "force");
+    near([...scene.torqueRaw(0)], held.torque, 1e-9, "torque");
+    const slipping = hold({ position: [0.06, 0.024, 0.023], friction: 0.5, clampForce: 0.02 });
+    assert.equal(slipping.condition, "slips");
+    near([Math.hypot(...slipping.force), slipping.frictionLimit], [0.01, 0.01], 1e-4, "friction");
+    assert.equal(hold(undefined).condition, "open");
+    assert.equal(scene.grasp(6), undefined);
+    refused(() => hold({ position: [0, 0] }), /position: expected 3 numbers, found 2/);
+    close();
+  });
+
   test(`${wasm}: normals of the drawn triangles point outwards`, () => {
     const { scene, bundle, close } = open({ collision: "deformed" });
     play(scene, press(2e-3, 100));

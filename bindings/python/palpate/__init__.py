@@ -12,8 +12,10 @@ from palpate._palpate import (
     Device,
     DeviceFlags,
     Error,
+    Grasp,
     Grip,
     Hit,
+    Link,
     Mailbox,
     Passivity,
     PlanPass,
@@ -34,8 +36,10 @@ __all__ = [
     "Device",
     "DeviceFlags",
     "Error",
+    "Grasp",
     "Grip",
     "Hit",
+    "Link",
     "Mailbox",
     "Passivity",
     "PlanPass",
@@ -47,5 +51,5 @@ __all__ = [
     "Watchdog",
     "__version__",
 ]
-for _each in (Bundle, Contacts, Coupling, Device, Grip, Hit, Mailbox, Passivity, PlanPass, Scene, Tool, Watchdog):
+for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Passivity, PlanPass, Scene, Tool, Watchdog):
     _each.__module__ = "palpate"

@@ -151,6 +151,7 @@ class Tool:
         friction: float = ...,
         id: int = ...,
         torque_about: Optional[Sequence[float]] = ...,
+        grasp: Optional[Grasp] = ...,
     ) -> None: ...
     @property
     def points(self) -> npt.NDArray[np.float64]: ...
@@ -162,6 +163,55 @@ class Tool:
     friction: float
     id: int
     torque_about: Optional[Sequence[float]]
+    grasp: Optional[Grasp]
+
+class Link:
+    def __init__(
+        self,
+        kind: Literal["thread", "spring", "clip"],
+        ends: Sequence[Any],
+        *,
+        rest_length: float = ...,
+        stiffness: float = ...,
+        breaking_force: float = ...,
+        radius: float = ...,
+        runs_on: bool = ...,
+        id: int = ...,
+    ) -> None: ...
+    rest_length: float
+    stiffness: float
+    breaking_force: float
+    @property
+    def radius(self) -> float: ...
+    runs_on: bool
+    id: int
+
+class Grasp:
+    def __init__(
+        self,
+        place: tuple[int, npt.ArrayLike],
+        radius: float,
+        position: npt.ArrayLike,
+        *,
+        orientation: npt.ArrayLike = ...,
+        opposite: Optional[tuple[int, npt.ArrayLike]] = ...,
+        closing: float = ...,
+        friction: float = ...,
+        clamp_force: float = ...,
+        id: int = ...,
+    ) -> None: ...
+    @property
+    def position(self) -> npt.NDArray[np.float64]: ...
+    @position.setter
+    def position(self, to: npt.ArrayLike) -> None: ...
+    @property
+    def orientation(self) -> npt.NDArray[np.float64]: ...
+    @orientation.setter
+    def orientation(self, to: npt.ArrayLike) -> None: ...
+    closing: float
+    friction: float
+    clamp_force: float
+    id: int
 
 class ToolShape:
     def __init__(
@@ -231,6 +281,8 @@ class Scene:
         torque_limit: float = ...,
         torque_slew: float = ...,
         max_operations: int = ...,
+        max_links: int = ...,
+        grasps: bool = ...,
     ) -> None: ...
     @property
     def bundle(self) -> Bundle: ...
@@ -276,6 +328,9 @@ class Scene:
         velocity: npt.ArrayLike = ...,
         angular_velocity: npt.ArrayLike = ...,
     ) -> None: ...
+    def set_links(self, links: Iterable[Link]) -> None: ...
+    def link_states(self) -> npt.NDArray[np.void]: ...
+    def grasp_state(self, id: int) -> Optional[np.void]: ...
     def reset(self) -> None: ...
     def reset_tool(self, id: int) -> None: ...
     def save(self) -> bytes: ...

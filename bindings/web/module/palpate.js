@@ -3,14 +3,16 @@
 // are not copied. Opening a bundle or creating a scene may move them, so ask for them again afterwards; a step never moves them.
 import { readHit, readReport } from "./contact_report.js";
 import { ARGUMENT, Heap, HeapBytes, PalpateError, readFields } from "./heap.js";
+import { fillGrasp, fillLink, readGraspState, readLinkState } from "./links.js";
 import { fillSceneDef, lendFineSurface, lendRenderMesh } from "./scene_def.js";
 export { PalpateError };
 
 /** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number, id?: number,
- *   reference?: ArrayLike<number>}} Tool
+ *   reference?: ArrayLike<number>, grasp?: Grasp}} Tool
  *  id: 0 or more, by which the scene knows the tool from touch to touch; left out: its index.
  *  points: x y z after one another, m, in the world; discRadius: m, of the flat disc that each point presses on the organ (contact
- *  "patch"); reference: x y z, m, in the world, about which torque() is taken; left out: no torque is computed. */
+ *  "patch"); reference: x y z, m, in the world, about which torque() is taken; left out: no torque is computed; grasp: the jaws are
+ *  closed in each touch that has it (effects: grasps). */
 /** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
  *  Holds a touchable node, or a point of a triangle (barycentric weights); give node or triangle. At a displacement from rest, m. axes: bits 1, 2, 4
  *  impose x, y, z. */
@@ -21,7 +23,8 @@ export { PalpateError };
  *   deformation?: "linear" | "large" | "large-beside", queries?: "off" | "on", report?: "off" | "contacts",
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
- *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number
+ *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number,
+ *   maxLinks?: number, grasps?: boolean
  * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
@@ -32,6 +35,10 @@ export { PalpateError };
  *   angularVelocity?: ArrayLike<number>}} Pose
  *  Where the organ's frame is in the world: m; a quaternion w x y z of length 1; m/s; rad/s about the world's axes. What is left
  *  out is the identity, or zero. */
+/** @typedef {import("./links.js").Link} Link */
+/** @typedef {import("./links.js").Grasp} Grasp */
+/** @typedef {import("./links.js").LinkState} LinkState */
+/** @typedef {import("./links.js").GraspState} GraspState */
 /** @typedef {import("./contact_report.js").ContactReport} ContactReport */
 /** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
 /** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
@@ -246,6 +253,8 @@ export class Scene {
   #hitAt = 0;
   #poseAt = 0;
   #numbersAt = 0; // six doubles: what a query asks
+  #graspsAt = 0;
+  #linksAt = 0;
   #touched = false;
 
   /** @param {Bundle} bundle @param {Effects} effects */
@@ -267,6 +276,7 @@ export class Scene {
       const limit = (/** @type {string} */ name) => heap.i32(def + runtime.field(`palpate_scene_def.${name}`));
       this.maxTools = limit("max_tools");
       this.maxPoints = limit("max_points");
+      this.maxLinks = limit("max_links");
       const shape = limit("shape");
       /** nodes that shape() fills: none, those of the surface, or all */
       this.nodeCount = [0, bundle.info.surfaceNodeCount, bundle.info.nodeCount][shape] ?? 0;
@@ -288,7 +298,8 @@ export class Scene {
       runtime.field("palpate_shape_out"), 12 * this.nodeCount, 12 * this.nodeCount,
       runtime.field("palpate_skin_out"), 12 * this.vertexCount, this.hasNormals ? 12 * this.vertexCount : 0,
       this.nodeCount ? 12 * this.bundle.info.surfaceNodeCount : 0, runtime.field("palpate_surface_hit"),
-      runtime.field("palpate_pose"), 48,
+      runtime.field("palpate_pose"), 48, this.maxTools * runtime.field("palpate_grasp"),
+      this.maxLinks * runtime.field("palpate_link"),
     ].map((bytes) => (bytes + 15) & ~15);
     const all = sizes.reduce((sum, bytes) => sum + bytes, 0);
     this.#memory = heap.take(all);
@@ -296,7 +307,7 @@ export class Scene {
     let at = this.#memory;
     [this.#toolsAt, this.#pointsAt, this.#gripsAt, this.#contactsAt, this.#shapeAt, this.#displacementsAt, this.#positionsAt,
       this.#skinAt, this.#skinPositionsAt, this.#skinNormalsAt, this.#normalsAt, this.#hitAt, this.#poseAt,
-      this.#numbersAt] = sizes.map((bytes) => (at += bytes) - bytes);
+      this.#numbersAt, this.#graspsAt, this.#linksAt] = sizes.map((bytes) => (at += bytes) - bytes);
     const put = (/** @type {number} */ at, /** @type {string} */ name, /** @type {number} */ value) =>
       heap.data.setUint32(at + runtime.field(name), value, true);
     api.palpate_init_shape_out(this.#shapeAt, runtime.field("palpate_shape_out"));
@@ -353,6 +364,32 @@ export class Scene {
     data.setFloat64(field("friction"), tool.friction ?? 0, true);
     data.setInt32(field("has_torque"), tool.reference ? 1 : 0, true);
     if (tool.reference) this.#setNumbers(field("reference"), tool.reference, 3, "reference");
+    if (!tool.grasp) return;
+    const graspAt = this.#graspsAt + index * runtime.field("palpate_grasp");
+    fillGrasp(runtime, graspAt, tool.grasp);
+    data.setUint32(field("grasp"), graspAt, true);
+  }
+
+  /** Gives the scene its links, in place of those that it had; each later touch() holds them. One that was there before with its id, kind
+   *  and ends keeps its state, and takes its new numbers. What cannot be throws, and the scene keeps its links. @param {Link[]} links */
+  setLinks(links) {
+    const { runtime } = this, size = runtime.field("palpate_link");
+    if (links.length > this.maxLinks) throw new RangeError(`${links.length} links; the scene was made for ${this.maxLinks}`);
+    links.forEach((link, i) => fillLink(runtime, this.#linksAt + i * size, link));
+    runtime.check((error) => runtime.api.palpate_scene_set_links(this.pointer, this.#linksAt, links.length, error));
+  }
+  /** The links after the last touch(), in their order: copies. @returns {LinkState[]} */
+  get links() {
+    const states = [];
+    for (let at = 0; (at = this.runtime.api.palpate_scene_link_state(this.pointer, states.length) >>> 0) !== 0;)
+      states.push(readLinkState(this.runtime, at));
+    return states;
+  }
+  /** The grasp of the tool with that id after the last touch(): a copy. @param {number} id
+   *  @returns {GraspState | undefined} undefined: no tool has the id, or no tool of the scene may grasp */
+  grasp(id) {
+    const at = this.runtime.api.palpate_scene_grasp_state(this.pointer, id) >>> 0;
+    return at === 0 ? undefined : readGraspState(this.runtime, at);
   }
 
   /** @param {number} at @param {Grip} grip */

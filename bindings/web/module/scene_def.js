@@ -49,6 +49,8 @@ export function fillSceneDef(runtime, def, effects) {
   if (effects.torqueSlew !== undefined) data.setFloat64(field("torque_slew"), effects.torqueSlew, true);
   if (effects.maxToolSpeed !== undefined) data.setFloat64(field("max_tool_speed"), effects.maxToolSpeed, true);
   if (effects.releaseDistance !== undefined) data.setFloat64(field("release_distance"), effects.releaseDistance, true);
+  if (effects.maxLinks !== undefined) data.setInt32(field("max_links"), effects.maxLinks, true);
+  if (effects.grasps !== undefined) data.setInt32(field("grasps"), effects.grasps ? 1 : 0, true);
   if (effects.maxOperations !== undefined) data.setBigInt64(field("max_operations"), BigInt(effects.maxOperations), true);
 }
 

@@ -90,6 +90,101 @@ TEST_F(SceneFile, MakesAPatchOfAToolWithARadius) {
   expect_refused(kPoint + kPath + "friction = -1\n", "[effects]\nlaw = \"coulomb\"\n", "a coefficient of 0 to 100");
 }
 
+TEST_F(SceneFile, TakesAGraspAndTheTurnOfATool) {
+  const SceneConfig scene = read(kPath +
+                                 "turn = [[0, 0, 0, 0], [2, 0, 0, 90]]\n[tool.grasp]\nnear = [1, 2, 3]\nopposite = [1, "
+                                 "2, 9]\nradius = 5\nclosing = [[0, 0], [1, 2]]\nfriction = 0.4\nclosed = [[0, 1], [1, "
+                                 "2]]\n");
+  EXPECT_EQ(scene.contact, SceneConfig::Contact::patch);
+  const SceneConfig::Tool& tool = scene.tools.at(0);
+  EXPECT_THAT(tool.turn.at(1).position, ElementsAre(0, 0, 90));
+  EXPECT_DOUBLE_EQ(tool.grasp->near[2], 0.003);
+  EXPECT_DOUBLE_EQ((*tool.grasp->opposite)[2], 0.009);
+  EXPECT_DOUBLE_EQ(tool.grasp->radius, 0.005);
+  EXPECT_DOUBLE_EQ(tool.grasp->closing.at(1)[1], 0.002);
+  EXPECT_DOUBLE_EQ(*tool.grasp->friction, 0.4);
+  EXPECT_EQ(tool.grasp->closed.size(), 2u);
+}
+
+TEST_F(SceneFile, RefusesAGraspThatCannotHoldWithLineAndKey) {
+  const std::string grasp = kPath + "[tool.grasp]\nnear = [1, 2, 3]\n";
+  const auto refused = [&](const std::string& keys, const std::string& sentence) {
+    expect_refused(grasp + keys, "", sentence);
+  };
+  refused("", "grasp: the key \"radius\" is missing");
+  refused("radius = 0\n", "scene.toml:8: [[tool]] 1.grasp: radius: expected a length above 0");
+  refused("radius = 1001\n", "a length of at most 1 m");
+  refused("radius = 5\nclosing = [[0, 1]]\n", "opposite = [x, y, z] as well");
+  refused("radius = 5\nopposite = [0, 0, 0]\nclosing = [[0, -1]]\n", "closing[0]: expected a number of at least 0");
+  refused("radius = 5\nopposite = [0, 0, 0]\nclosing = [[1, 1], [1, 2]]\n", "closing[1]: expected a time");
+  refused("radius = 5\nfriction = -0.1\n", "a coefficient of 0 to 100");
+  refused("radius = 5\nclamp_force = 2\n", "friction as well");
+  refused("radius = 5\nfriction = 1\nclamp_force = -2\n", "a force of at least 0 N");
+  refused("radius = 5\nfriction = 1\nclamp_force = 2\nopposite = [0, 0, 0]\n", "no clamp_force beside opposite");
+  refused("radius = 5\nclosed = [[1, 1]]\n", "closed[0]: expected two ascending times");
+  refused("radius = 5\ncolour = 1\n", "unknown key \"colour\"");
+  expect_refused(grasp + "radius = 5\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
+  expect_refused(grasp + "radius = 5\n", "[effects]\ndeformation = \"large\"\n", "deformation = \"linear\"");
+  expect_refused(kPoint + kPath + "turn = [[1, 0, 0, 0], [0, 0, 0, 0]]\n", "", "turn[1]: expected a time");
+  expect_refused(kPoint + kPath + "turn = [[0, 0, 0, 1e7]]\n", "", "turn[0]: expected a turn of at most 1e6 degrees");
+}
+
+TEST_F(SceneFile, TakesLinksOfEachKind) {
+  const SceneConfig scene =
+      read(kPoint + kPath +
+           "[[link]]\nname = \"suture\"\nkind = \"thread\"\nplaces = [[1, 2, 3], [4, 5, 6], [7, 8, "
+           "9]]\nrest_lengths = [[0, 12], [1, 6]]\nbreaking_force = 5\nradius = 2\n"
+           "[[link]]\nname = \"ligament\"\nkind = \"spring\"\nplaces = [[1, 2, 3]]\nworld = [0, 0, "
+           "50]\nrest_length = 40\nstiffnesses = [[0, 50], [1, 5]]\n"
+           "[[link]]\nname = \"clip\"\nkind = \"clip\"\nplaces = [[1, 2, 3], [4, 5, 6]]\nstiffness "
+           "= 300\n");
+  EXPECT_EQ(scene.contact, SceneConfig::Contact::patch);  // of the radius
+  ASSERT_EQ(scene.links.size(), 3u);
+  const SceneConfig::Link &suture = scene.links[0], &ligament = scene.links[1], &clip = scene.links[2];
+  EXPECT_DOUBLE_EQ(suture.places.at(2)[0], 0.007);
+  EXPECT_DOUBLE_EQ(suture.rest_length.at(1)[1], 0.006);
+  EXPECT_EQ(*suture.breaking_force, 5);
+  EXPECT_DOUBLE_EQ(suture.radius, 0.002);
+  EXPECT_DOUBLE_EQ((*ligament.world)[2], 0.05);
+  EXPECT_DOUBLE_EQ(ligament.rest_length.at(0)[1], 0.04);
+  EXPECT_EQ(ligament.stiffness.at(1)[1], 5);
+  EXPECT_EQ(clip.kind, SceneConfig::Link::Kind::clip);
+  EXPECT_EQ(clip.stiffness.at(0)[1], 300);
+}
+
+TEST_F(SceneFile, RefusesALinkThatCannotBeWithLineAndKey) {
+  const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
+    expect_refused(kPoint + kPath + "[[link]]\nname = \"suture\"\n" + keys, head, sentence);
+  };
+  const std::string two = "places = [[0, 0, 0], [1, 0, 0]]\n", three = "places = [[0, 0, 0], [1, 0, 0], [2, 0, 0]]\n",
+                    thread = "kind = \"thread\"\n";
+  refused(two, "[[link]] 1: the key \"kind\" is missing; add it, for example: kind = \"thread\"");
+  refused("kind = \"glue\"\n" + two, "scene.toml:9: [[link]] 1: kind: expected one of thread, spring, clip");
+  refused(thread, "the key \"places\" is missing");
+  refused(thread + "places = [[0, 0, 0]]\n", "places: expected two places or more, or one place and world = [x, y, z]");
+  refused("kind = \"spring\"\n" + three, "only a thread runs through more");
+  refused("kind = \"clip\"\n" + two + "world = [0, 0, 0]\n", "only a thread runs through more");
+  refused("kind = \"clip\"\n" + two + "rest_length = 3\n", "rest_length: expected no rest length of a clip");
+  refused(thread + two + "rest_length = -3\n", "rest_length: expected a number of at least 0, found -3");
+  refused(thread + two + "rest_length = 3\nrest_lengths = [[0, 3]]\n", "either rest_length or rest_lengths, not both");
+  refused(thread + two + "rest_lengths = [[1, 3], [0, 3]]\n", "rest_lengths[1]: expected a time");
+  refused(thread + two + "stiffness = 0\n", "stiffness: expected a number above 0");
+  refused(thread + two + "stiffnesses = [[0, 0]]\n", "stiffnesses[0]: expected a number above 0");
+  refused(thread + two + "breaking_force = 0\n", "a force above 0 N");
+  refused(thread + two + "radius = 2000\n", "a length of at most 1 m");
+  refused(thread + two + "radius = 2\n", "since link \"suture\" has a radius", "[effects]\ncontact = \"node\"\n");
+  refused(thread + two, "deformation = \"linear\"", "[effects]\ndeformation = \"large\"\n");
+  refused(thread + two + "from = [0, 0, 0]\n", "unknown key \"from\"");
+  std::string many = thread + "places = [";
+  for (int i = 0; i < 1001; ++i) many += "[0, 0, 0],";
+  refused(many + "]\n", "at most 1000 places");
+  refused(many + "]\nworld = [0, 0, 0]\n", "at most 1000 places");
+  std::string twice;  // 999 stretches each
+  for (const std::string name : {"a", "b"})
+    twice += "[[link]]\nname = \"" + name + "\"\n" + many.substr(0, many.size() - 10) + "]\n";
+  expect_refused(kPoint + kPath + twice, "", "at most 1000 stretches");
+}
+
 TEST_F(SceneFile, TakesTheTermsOfARelaxation) {
   const auto with = [](const std::string& terms) {
     return "[relaxation]\nterms = " + terms + "\nsource = \"a paper\"\n";

@@ -1,0 +1,126 @@
+// palpate.Link and palpate.Grasp: what holds tissue.
+#include <algorithm>
+#include <string>
+
+#include "bindings/python/tools.h"
+
+namespace palpate::python {
+namespace {
+
+// (triangle, (k0, k1, k2)).
+void set_surface_point(std::int32_t* triangle, double (&barycentric)[3], const py::handle& from, const char* name) {
+  const py::sequence pair = from.cast<py::sequence>();
+  if (pair.size() != 2)
+    throw py::value_error(std::string(name) + ": expected (triangle, weights), found " +
+                          std::string(py::str(py::repr(from))));
+  *triangle = py::handle(pair[0]).cast<std::int32_t>();
+  set_numbers(barycentric, py::object(pair[1]).cast<Numbers>(), name);
+}
+
+// (triangle, (k0, k1, k2)) of the surface, or (x, y, z) in the world.
+palpate_link_end end_of(const py::handle& from) {
+  palpate_link_end end = {};
+  if (!py::isinstance<py::sequence>(from) && !py::isinstance<py::array>(from))
+    throw py::type_error("ends: expected (triangle, weights) on the surface or (x, y, z) in the world, found " +
+                         std::string(py::str(py::repr(from))));
+  if (py::len(from) == 3) {
+    end.kind = PALPATE_END_WORLD;
+    set_numbers(end.point, from.cast<Numbers>(), "ends");
+  } else {
+    end.kind = PALPATE_END_SURFACE_POINT;
+    set_surface_point(&end.triangle, end.barycentric, from, "ends");
+  }
+  return end;
+}
+
+palpate_link_kind kind_of(const std::string& word) {
+  if (word == "thread") return PALPATE_LINK_THREAD;
+  if (word == "spring") return PALPATE_LINK_SPRING;
+  if (word == "clip") return PALPATE_LINK_CLIP;
+  throw py::value_error("kind: expected one of thread, spring, clip; found \"" + word + "\"");
+}
+
+palpate_link make_link(const std::string& kind, const py::sequence& ends, double rest_length, double stiffness,
+                       double breaking_force, double radius, bool runs_on, std::int32_t id) {
+  if (ends.size() != 2) throw py::value_error("ends: expected two, found " + std::to_string(ends.size()));
+  palpate_link link = palpate_default_link();
+  link.kind = kind_of(kind);
+  for (std::size_t e = 0; e < 2; ++e) link.ends[e] = end_of(py::object(ends[e]));
+  link.rest_length = rest_length, link.stiffness = stiffness, link.breaking_force = breaking_force;
+  link.radius = radius, link.runs_on = runs_on, link.id = id;
+  return link;
+}
+
+palpate_grasp make_grasp(const py::object& place, double radius, const Numbers& position, const Numbers& orientation,
+                         const py::object& opposite, double closing, double friction, double clamp_force,
+                         std::int32_t id) {
+  palpate_grasp grasp = palpate_default_grasp();
+  set_surface_point(&grasp.triangle, grasp.barycentric, place, "place");
+  if (!opposite.is_none())
+    set_surface_point(&grasp.opposite_triangle, grasp.opposite_barycentric, opposite, "opposite");
+  set_numbers(grasp.position, position, "position");
+  set_numbers(grasp.orientation, orientation, "orientation");
+  grasp.radius = radius, grasp.closing = closing, grasp.friction = friction, grasp.clamp_force = clamp_force;
+  grasp.id = id;
+  return grasp;
+}
+
+// A view of a grasp's numbers, which the caller may write to.
+template <std::size_t count>
+py::array numbers_of(const py::object& self, double (palpate_grasp::*member)[count]) {
+  return py::array_t<double>({count}, {sizeof(double)}, self.cast<palpate_grasp&>().*member, self);
+}
+
+}  // namespace
+
+void LinkCopies::take(const py::iterable& links) {
+  links_.clear();
+  for (const py::handle each : links) links_.push_back(each.cast<const palpate_link&>());
+}
+
+void add_links(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(palpate_link_state, id, condition, broken, rest_length, length, tension, force, ends);
+  PYBIND11_NUMPY_DTYPE(palpate_grasp_state, condition, force, torque, place, slipped, friction_limit);
+  py::class_<palpate_link>(
+      module, "Link", "A suture, clip, ligament or spring between two places of the organ, or from one to the world.")
+      .def(py::init(&make_link), py::arg("kind"), py::arg("ends"), py::kw_only(), py::arg("rest_length") = 0.0,
+           py::arg("stiffness") = INFINITY, py::arg("breaking_force") = INFINITY, py::arg("radius") = 0.0,
+           py::arg("runs_on") = false, py::arg("id") = -1,
+           "kind: \"thread\" pulls alone, \"spring\" pulls and pushes, \"clip\" brings both ends to one place.\n"
+           "ends: two; each is (triangle, weights), which moves with the tissue, or (x, y, z), m, in the world.\n"
+           "rest_length: m; stiffness: N/m; breaking_force: N; radius: m, of the disc that each end takes hold of\n"
+           "(contact=\"patch\"); runs_on: the thread runs on into the next link; id: 0 or more; -1: its index.")
+      .def_readwrite("rest_length", &palpate_link::rest_length, "m")
+      .def_readwrite("stiffness", &palpate_link::stiffness, "N/m")
+      .def_readwrite("breaking_force", &palpate_link::breaking_force, "N")
+      .def_readonly("radius", &palpate_link::radius, "m")
+      .def_property(
+          "runs_on", [](const palpate_link& self) { return self.runs_on != 0; },
+          [](palpate_link& self, bool to) { self.runs_on = to; }, "the thread runs on into the next link")
+      .def_readwrite("id", &palpate_link::id, "0 or more, another one for each link; -1: its index");
+  py::class_<palpate_grasp>(module, "Grasp", "Jaws that hold tissue, which follows them in six degrees of freedom.")
+      .def(
+          py::init(&make_grasp), py::arg("place"), py::arg("radius"), py::arg("position"), py::kw_only(),
+          py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0), py::arg("opposite") = py::none(),
+          py::arg("closing") = 0.0, py::arg("friction") = INFINITY, py::arg("clamp_force") = INFINITY,
+          py::arg("id") = 0,
+          "place, opposite: (triangle, weights), where the discs' middles are; radius: m, of each disc.\n"
+          "position, orientation: of the tool in the world, m and a quaternion w, x, y, z; move them between touches.\n"
+          "closing: m, by how much two discs have come nearer; friction, clamp_force (N, of one disc): beyond them it "
+          "slips.\n"
+          "id: of this closing; the jaws close anew where it changes.")
+      .def_property(
+          "position", [](const py::object& self) { return numbers_of(self, &palpate_grasp::position); },
+          [](palpate_grasp& self, const Numbers& to) { set_numbers(self.position, to, "position"); },
+          "float64 [3], m, a view that you may write to")
+      .def_property(
+          "orientation", [](const py::object& self) { return numbers_of(self, &palpate_grasp::orientation); },
+          [](palpate_grasp& self, const Numbers& to) { set_numbers(self.orientation, to, "orientation"); },
+          "float64 [4], w, x, y, z, a view that you may write to")
+      .def_readwrite("closing", &palpate_grasp::closing, "m")
+      .def_readwrite("friction", &palpate_grasp::friction, "0 or more")
+      .def_readwrite("clamp_force", &palpate_grasp::clamp_force, "N")
+      .def_readwrite("id", &palpate_grasp::id, "of this closing");
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,110 @@
+// Links and grasps as objects -> palpate_link and palpate_grasp in the module's memory, and their states back.
+import { ARGUMENT, PalpateError } from "./heap.js";
+/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @typedef {{triangle: number, barycentric: ArrayLike<number>}} SurfacePoint
+ *  A point of a triangle, by the weights of its vertices, as a SurfaceHit has it. */
+/** @typedef {SurfacePoint | {world: ArrayLike<number>}} LinkEnd
+ *  A point of the surface, which moves with the tissue, or one that stands in the world, m. */
+/** @typedef {{kind: "thread" | "spring" | "clip", ends: LinkEnd[], restLength?: number, stiffness?: number, breakingForce?: number,
+ *   radius?: number, runsOn?: boolean, id?: number}} Link
+ *  A suture, clip, ligament or spring, as palpate_link; two ends. restLength, radius: m; stiffness: N/m; breakingForce: N. What is left
+ *  out is the default of palpate.h. */
+/** @typedef {{place: SurfacePoint, opposite?: SurfacePoint, position: ArrayLike<number>, orientation?: ArrayLike<number>, radius: number,
+ *   closing?: number, friction?: number, clampForce?: number, id?: number}} Grasp
+ *  Jaws that hold tissue, as palpate_grasp. position, orientation: of the tool in the world, m and a quaternion w x y z. */
+/** @typedef {{id: number, condition: "slack" | "taut" | "broken", broken: number, restLength: number, length: number, tension: number,
+ *   force: number[], ends: number[][]}} LinkState  A link after a touch, as palpate_link_state; in the organ's frame. */
+/** @typedef {{condition: "open" | "holds" | "slips" | "let-go", force: number[], torque: number[], place: number[], slipped: number,
+ *   frictionLimit: number}} GraspState  A grasp after a touch, as palpate_grasp_state; in the world. */
+
+// The words of palpate.h's enums, in their order.
+const KINDS = ["thread", "spring", "clip"]; // from 1 on
+const LINK_CONDITIONS = /** @type {const} */ (["slack", "taut", "broken"]);
+const GRASP_CONDITIONS = /** @type {const} */ (["open", "holds", "slips", "let-go"]);
+const END_SURFACE_POINT = 1, END_WORLD = 2;
+
+/** @param {Runtime} runtime @param {number} at @param {Link} link */
+export function fillLink(runtime, at, link) {
+  const put = writer(runtime, "palpate_link", at), kind = KINDS.indexOf(link.kind) + 1;
+  if (kind === 0) throw new PalpateError(ARGUMENT, `link: expected a kind ${KINDS.join(", ")}, found ${link.kind}`);
+  if (link.ends?.length !== 2) throw new PalpateError(ARGUMENT, `link: expected two ends, found ${link.ends?.length}`);
+  runtime.api.palpate_init_link(at, runtime.field("palpate_link"));
+  put.integer("kind", kind);
+  link.ends.forEach((end, e) => fillEnd(runtime, at + runtime.field("palpate_link.ends") + e * runtime.field("palpate_link_end"), end));
+  put.integer("id", link.id ?? -1);
+  put.integer("runs_on", link.runsOn ? 1 : 0);
+  put.number("rest_length", link.restLength);
+  put.number("stiffness", link.stiffness);
+  put.number("breaking_force", link.breakingForce);
+  put.number("radius", link.radius);
+}
+
+/** @param {Runtime} runtime @param {number} at @param {LinkEnd} end */
+function fillEnd(runtime, at, end) {
+  const put = writer(runtime, "palpate_link_end", at);
+  if ("world" in end) {
+    put.integer("kind", END_WORLD);
+    put.numbers("point", end.world, 3);
+  } else {
+    put.integer("kind", END_SURFACE_POINT);
+    put.integer("triangle", end.triangle);
+    put.numbers("barycentric", end.barycentric, 3);
+  }
+}
+
+/** @param {Runtime} runtime @param {number} at @param {Grasp} grasp */
+export function fillGrasp(runtime, at, grasp) {
+  const put = writer(runtime, "palpate_grasp", at);
+  runtime.api.palpate_init_grasp(at, runtime.field("palpate_grasp"));
+  put.integer("id", grasp.id ?? 0);
+  put.integer("triangle", grasp.place.triangle);
+  put.numbers("barycentric", grasp.place.barycentric, 3);
+  if (grasp.opposite) {
+    put.integer("opposite_triangle", grasp.opposite.triangle);
+    put.numbers("opposite_barycentric", grasp.opposite.barycentric, 3);
+  }
+  put.numbers("position", grasp.position, 3);
+  if (grasp.orientation) put.numbers("orientation", grasp.orientation, 4);
+  put.number("radius", grasp.radius);
+  put.number("closing", grasp.closing);
+  put.number("friction", grasp.friction);
+  put.number("clamp_force", grasp.clampForce);
+}
+
+/** @param {Runtime} runtime @param {number} at @returns {LinkState} */
+export function readLinkState(runtime, at) {
+  const { data } = runtime.heap, where = (/** @type {string} */ field) => at + runtime.field(`palpate_link_state.${field}`);
+  const number = (/** @type {string} */ field, i = 0) => data.getFloat64(where(field) + 8 * i, true);
+  const vector = (/** @type {string} */ field, first = 0) => [0, 1, 2].map((d) => number(field, first + d));
+  return {
+    id: data.getInt32(where("id"), true), condition: LINK_CONDITIONS[data.getInt32(where("condition"), true)],
+    broken: Number(data.getBigUint64(where("broken"), true)), restLength: number("rest_length"), length: number("length"),
+    tension: number("tension"), force: vector("force"), ends: [vector("ends"), vector("ends", 3)],
+  };
+}
+
+/** @param {Runtime} runtime @param {number} at @returns {GraspState} */
+export function readGraspState(runtime, at) {
+  const { data } = runtime.heap, where = (/** @type {string} */ field) => at + runtime.field(`palpate_grasp_state.${field}`);
+  const vector = (/** @type {string} */ field) => [0, 8, 16].map((d) => data.getFloat64(where(field) + d, true));
+  return {
+    condition: GRASP_CONDITIONS[data.getInt32(where("condition"), true)], force: vector("force"), torque: vector("torque"),
+    place: vector("place"), slipped: data.getFloat64(where("slipped"), true), frictionLimit: data.getFloat64(where("friction_limit"), true),
+  };
+}
+
+// Writes the fields of a struct; a number that is left out keeps its default.
+/** @param {Runtime} runtime @param {string} struct @param {number} at */
+function writer(runtime, struct, at) {
+  const where = (/** @type {string} */ field) => at + runtime.field(`${struct}.${field}`);
+  return {
+    integer: (/** @type {string} */ field, /** @type {number} */ value) => runtime.heap.data.setInt32(where(field), value, true),
+    number: (/** @type {string} */ field, /** @type {number | undefined} */ value) => {
+      if (value !== undefined) runtime.heap.data.setFloat64(where(field), value, true);
+    },
+    numbers: (/** @type {string} */ field, /** @type {ArrayLike<number>} */ values, /** @type {number} */ count) => {
+      if (values?.length !== count) throw new PalpateError(ARGUMENT, `${field}: expected ${count} numbers, found ${values?.length}`);
+      for (let i = 0; i < count; ++i) runtime.heap.data.setFloat64(where(field) + 8 * i, values[i], true);
+    },
+  };
+}

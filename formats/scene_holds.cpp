@@ -1,0 +1,147 @@
+#include "formats/scene_holds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+using Rows = std::vector<std::array<double, 2>>;
+
+constexpr double kMaxRadius = 1;          // m, as palpate.h
+constexpr double kMostDegrees = 1e6;      // of a turn
+constexpr std::size_t kMaxPlaces = 1000;  // of one link; as many as palpate.h has links
+
+SceneConfig::Vector scaled(SceneConfig::Vector v, double scale) {
+  for (double& x : v) x *= scale;
+  return v;
+}
+
+double positive(TomlTable& table, const char* key, const char* expected) {
+  const double value = table.number(key);
+  if (!(value > 0)) table.wrong(key, expected);
+  return value;
+}
+
+double radius_of(TomlTable& table, double scale) {
+  const double radius = positive(table, "radius", "a length above 0") * scale;
+  if (radius > kMaxRadius) table.wrong("radius", "a length of at most 1 m");
+  return radius;
+}
+
+// Rows [t, value]: values of `least` or more; with `above`, above it.
+Rows read_rows(TomlTable& table, const char* key, const char* shown, double scale, bool above) {
+  Rows rows = table.rows<2>(key, shown);
+  double before = -1;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    auto& [time, value] = rows[i];
+    if (!(time >= 0 && time > before)) table.wrong_row(key, i, "a time of at least 0 s and after the row before");
+    if (above ? !(value > 0) : !(value >= 0))
+      table.wrong_row(key, i, above ? "a number above 0" : "a number of at least 0");
+    before = time;
+    value *= scale;
+  }
+  return rows;
+}
+
+// A number, or rows of it, or neither: no rows.
+Rows number_or_rows(TomlTable& table, const char* number, const char* rows, const char* shown, double scale,
+                    bool above) {
+  const bool one = table.has(number), many = table.has(rows);
+  if (one && many) table.wrong(rows, fmt::format("either {} or {}, not both", number, rows));
+  if (many) return read_rows(table, rows, shown, scale, above);
+  if (!one) return {};
+  const double value = table.number(number);
+  if (above ? !(value > 0) : !(value >= 0)) table.wrong(number, above ? "a number above 0" : "a number of at least 0");
+  return {{0, value * scale}};
+}
+
+}  // namespace
+
+SceneConfig::Link read_link(TomlTable table, double scale) {
+  using Kind = SceneConfig::Link::Kind;
+  SceneConfig::Link link;
+  link.line = table.line();
+  link.name = table.text("name", "\"suture\"");
+  link.kind = table.choice<Kind>("kind", {{"thread", Kind::thread}, {"spring", Kind::spring}, {"clip", Kind::clip}});
+  for (const auto& place : table.points("places")) link.places.push_back(scaled(place, scale));
+  if (table.has("world")) link.world = scaled(table.vector("world"), scale);
+  link.rest_length = number_or_rows(table, "rest_length", "rest_lengths", "[t, length]", scale, false);
+  link.stiffness = number_or_rows(table, "stiffness", "stiffnesses", "[t, stiffness]", 1, true);
+  if (table.has("breaking_force")) link.breaking_force = positive(table, "breaking_force", "a force above 0 N");
+  if (table.has("radius")) link.radius = radius_of(table, scale);
+  const int stretches = stretches_of(link);
+  if (link.places.size() > kMaxPlaces) table.wrong("places", fmt::format("at most {} places", kMaxPlaces));
+  if (stretches < 1) table.wrong("places", "two places or more, or one place and world = [x, y, z]");
+  if (stretches > 1 && link.kind != Kind::thread)
+    table.wrong("places", "two ends in all, places and world; only a thread runs through more");
+  if (link.kind == Kind::clip && !link.rest_length.empty())
+    table.wrong(table.has("rest_length") ? "rest_length" : "rest_lengths",
+                "no rest length of a clip, which brings its ends to one place");
+  table.finish();
+  return link;
+}
+
+SceneConfig::Grasp read_grasp(TomlTable table, double scale) {
+  SceneConfig::Grasp grasp;
+  grasp.line = table.line();
+  grasp.near = scaled(table.vector("near"), scale);
+  if (table.has("opposite")) grasp.opposite = scaled(table.vector("opposite"), scale);
+  grasp.radius = radius_of(table, scale);
+  if (table.has("closing")) grasp.closing = read_rows(table, "closing", "[t, length]", scale, false);
+  if (!grasp.closing.empty() && !grasp.opposite)
+    table.wrong("closing", "opposite = [x, y, z] as well, since two discs close on tissue between them");
+  if (table.has("friction")) {
+    grasp.friction = table.number("friction");
+    if (!(*grasp.friction >= 0 && *grasp.friction <= 100)) table.wrong("friction", "a coefficient of 0 to 100");
+  }
+  if (table.has("clamp_force")) {
+    grasp.clamp_force = table.number("clamp_force");
+    if (!(*grasp.clamp_force >= 0)) table.wrong("clamp_force", "a force of at least 0 N");
+    if (grasp.opposite)
+      table.wrong("clamp_force", "no clamp_force beside opposite, since the force between the two discs is known");
+    if (!grasp.friction) table.wrong("clamp_force", "friction as well, without which the grasp never slips");
+  }
+  if (table.has("closed")) {
+    grasp.closed = table.rows<2>("closed", "[from, until]");
+    double before = 0;
+    for (std::size_t i = 0; i < grasp.closed.size(); ++i) {
+      if (!(grasp.closed[i][0] >= before && grasp.closed[i][1] > grasp.closed[i][0]))
+        table.wrong_row("closed", i, "two ascending times, of at least 0 s and not before the row before");
+      before = grasp.closed[i][1];
+    }
+  }
+  table.finish();
+  return grasp;
+}
+
+std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool) {
+  std::vector<SceneConfig::KeyFrame> turn;
+  for (const auto& row : tool.rows<4>("turn", "[t, x, y, z]")) {
+    if (!(turn.empty() ? row[0] >= 0 : row[0] > turn.back().time))
+      tool.wrong_row("turn", turn.size(), "a time of at least 0 s and after the row before");
+    if (!(std::hypot(row[1], row[2], row[3]) <= kMostDegrees))
+      tool.wrong_row("turn", turn.size(), "a turn of at most 1e6 degrees");
+    turn.push_back({row[0], {row[1], row[2], row[3]}});
+  }
+  return turn;
+}
+
+int stretches_of(const SceneConfig::Link& link) {
+  return static_cast<int>(link.places.size() + (link.world ? 1 : 0)) - 1;
+}
+
+double value_at(const Rows& rows, double time) {
+  const auto after =
+      std::upper_bound(rows.begin(), rows.end(), time, [](double t, const auto& row) { return t < row[0]; });
+  if (after == rows.begin()) return rows.front()[1];
+  if (after == rows.end()) return rows.back()[1];
+  const auto& before = *(after - 1);
+  const double share = (time - before[0]) / ((*after)[0] - before[0]);
+  return before[1] + share * ((*after)[1] - before[1]);
+}
+
+}  // namespace palpate

@@ -1,0 +1,22 @@
+// What holds tissue in a scene.toml: its links, and the grasps and turns of its tools.
+#pragma once
+
+#include <vector>
+
+#include "formats/scene_config.h"
+#include "formats/toml_reader.h"
+
+namespace palpate {
+
+// Each table is read whole. scale: metres in a unit of the file. Errors: InputError with file, line, key, expected and found.
+SceneConfig::Link read_link(TomlTable table, double scale);
+SceneConfig::Grasp read_grasp(TomlTable table, double scale);
+std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool);
+
+// Constraints of the palpate_link that a link of the scene makes: one for each stretch between two of its ends.
+int stretches_of(const SceneConfig::Link& link);
+
+// The numbers of rows [t, value] at a time: on straight lines between the rows, the first one before them, the last one after them.
+double value_at(const std::vector<std::array<double, 2>>& rows, double time);
+
+}  // namespace palpate

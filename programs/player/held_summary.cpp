@@ -1,0 +1,89 @@
+#include "programs/player/held_summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace palpate {
+namespace {
+
+double length(const double (&v)[3]) {
+  return std::hypot(v[0], v[1], v[2]);
+}
+
+nlohmann::ordered_json or_null(const std::optional<double>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+}  // namespace
+
+HeldSummary::HeldSummary(const Player& player)
+    : player_(player), links_(player.held().links().size()), grasps_(player.scene().tools.size()) {}
+
+void HeldSummary::add(const TouchRecord& touch) {
+  for (std::size_t s = 0; s < links_.size(); ++s) {
+    const palpate_link_state* state = palpate_scene_link_state(player_.runtime_scene(), static_cast<std::int32_t>(s));
+    if (!state) continue;
+    if (std::fabs(state->tension) > std::fabs(links_[s].peak_tension))
+      links_[s].peak_tension = state->tension, links_[s].peak_time = touch.time;
+    if (state->condition == PALPATE_LINK_BROKEN && !links_[s].broken) links_[s].broken = touch.time;
+  }
+  for (std::size_t t = 0; t < grasps_.size(); ++t) {
+    const palpate_grasp_state* state =
+        player_.held().grasp(t) ? palpate_scene_grasp_state(player_.runtime_scene(), static_cast<std::int32_t>(t))
+                                : nullptr;
+    if (!state) continue;
+    Grasp& grasp = grasps_[t];
+    grasp.peak_force = std::max(grasp.peak_force, length(state->force));
+    if (const double torque = length(state->torque); torque > grasp.peak_torque)
+      grasp.peak_torque = torque, grasp.peak_torque_time = touch.time;
+    grasp.slipped = std::max(grasp.slipped, state->slipped);
+    if (state->condition == PALPATE_GRASP_LET_GO && !grasp.let_go) grasp.let_go = touch.time;
+  }
+}
+
+nlohmann::ordered_json HeldSummary::links() const {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t s = 0; s < links_.size(); ++s) {
+    const HeldTissue::Stretch& stretch = player_.held().stretches()[s];
+    list.push_back({{"name", player_.scene().links[stretch.link].name},
+                    {"stretch", stretch.part + 1},
+                    {"peak_tension_N", links_[s].peak_tension},
+                    {"peak_time_s", links_[s].peak_time},
+                    {"broken_s", or_null(links_[s].broken)}});
+  }
+  return list;
+}
+
+nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
+  const palpate_grasp* of = player_.held().grasp(tool);
+  if (!of) return nullptr;
+  const Grasp& grasp = grasps_[tool];
+  return {{"radius_m", of->radius},           {"discs", of->opposite_triangle >= 0 ? 2 : 1},
+          {"peak_force_N", grasp.peak_force}, {"peak_torque_Nm", grasp.peak_torque},
+          {"slipped_m", grasp.slipped},       {"let_go_s", or_null(grasp.let_go)}};
+}
+
+std::vector<std::string> HeldSummary::lines() const {
+  std::vector<std::string> lines;
+  for (std::size_t s = 0; s < links_.size(); ++s) {
+    if (links_[s].peak_tension == 0) continue;
+    lines.push_back(fmt::format(
+        "link \"{}\": largest tension {:.3g} N, at {:.3g} s{}", player_.held().name_of(s), links_[s].peak_tension,
+        links_[s].peak_time, links_[s].broken ? fmt::format("; broke at {:.3g} s", *links_[s].broken) : std::string()));
+  }
+  for (std::size_t t = 0; t < grasps_.size(); ++t) {
+    const Grasp& grasp = grasps_[t];
+    if (!player_.held().grasp(t)) continue;
+    lines.push_back(fmt::format("grasp of tool \"{}\": largest torque {:.3g} N m, at {:.3g} s{}",
+                                player_.scene().tools[t].name, grasp.peak_torque, grasp.peak_torque_time,
+                                grasp.let_go        ? fmt::format("; let go at {:.3g} s", *grasp.let_go)
+                                : grasp.slipped > 0 ? fmt::format("; slipped by {:.3g} mm", 1e3 * grasp.slipped)
+                                                    : std::string()));
+  }
+  return lines;
+}
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+// What the links and grasps of a played scene came to.
+#pragma once
+
+#include <array>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "programs/player/player.h"
+
+namespace palpate {
+
+class HeldSummary {
+ public:
+  // player must outlive this.
+  explicit HeldSummary(const Player& player);
+  // Call it between the touch and the next one.
+  void add(const TouchRecord& touch);
+  // For summary.json: one entry for each stretch of a link; of a tool with a grasp one entry, else null.
+  nlohmann::ordered_json links() const;
+  nlohmann::ordered_json grasp(std::size_t tool) const;
+  // One line for each stretch that was taut, and for each grasp.
+  std::vector<std::string> lines() const;
+
+ private:
+  struct Link {
+    double peak_tension = 0, peak_time = 0;
+    std::optional<double> broken;  // s
+  };
+  struct Grasp {
+    double peak_force = 0, peak_torque = 0, peak_torque_time = 0, slipped = 0;
+    std::optional<double> let_go;  // s
+  };
+  const Player& player_;
+  std::vector<Link> links_;    // [stretch]
+  std::vector<Grasp> grasps_;  // [tool]
+};
+
+}  // namespace palpate

@@ -1,0 +1,238 @@
+// palpate-run plays links and grasps: what it writes is what the C API says.
+#include <gmock/gmock.h>
+#include <palpate/palpate.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "programs/player/held_tissue.h"
+#include "programs/player/tool_turn.h"
+#include "tests/programs/player/played_scene.h"
+
+namespace palpate {
+namespace {
+
+using namespace tests;
+using testing::HasSubstr;
+
+using Row = std::map<std::string, std::string>;
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (const char c : line)
+    if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      cells.emplace_back();
+    else
+      cells.back() += c;
+  return cells;
+}
+std::vector<Row> read_rows(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  const std::vector<std::string> header = cells_of(line);
+  std::vector<Row> rows;
+  while (std::getline(stream, line)) {
+    const std::vector<std::string> cells = cells_of(line);
+    EXPECT_EQ(cells.size(), header.size()) << line;
+    rows.emplace_back();
+    for (std::size_t i = 0; i < std::min(header.size(), cells.size()); ++i) rows.back()[header[i]] = cells[i];
+  }
+  return rows;
+}
+double number(const Row& row, const std::string& name) {
+  return std::stod(row.at(name));
+}
+double length_of(const Row& row, const std::string& name, const std::string& unit) {
+  return std::hypot(number(row, name + "_x_" + unit), number(row, name + "_y_" + unit),
+                    number(row, name + "_z_" + unit));
+}
+
+// The box is 60 x 50 x 40 mm, held at x = 0. The forceps hold its far face, lift it by 4 mm and turn it by 20 degrees about x.
+const std::string kForceps =
+    "[[tool]]\nname = \"forceps\"\npath = [[0, 60, 25, 20], [0.1, 60, 25, 24]]\nturn = [[0, 0, 0, 0], [0.1, 20, 0, "
+    "0]]\n[tool.grasp]\nnear = [60, 25, 20]\nradius = 12\n";
+
+TEST_F(PlayedScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
+  write_scene(kForceps);
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const std::vector<Row> forces = read_rows(folder_ / "out/forces.csv"), grasps = read_rows(folder_ / "out/grasps.csv");
+  ASSERT_EQ(forces.size(), 101u);
+  ASSERT_EQ(grasps.size(), 101u);
+
+  palpate_bundle* bundle = nullptr;
+  ASSERT_EQ(palpate_bundle_open_file((folder_ / "box.h5").c_str(), nullptr, &bundle, nullptr), PALPATE_OK);
+  SceneConfig config;
+  config.tools.emplace_back().grasp.emplace();
+  config.tools[0].grasp->near = {0.06, 0.025, 0.02}, config.tools[0].grasp->radius = 0.012;
+  HeldTissue held(config, bundle);
+  palpate_scene_def def = palpate_default_scene_def();
+  def.grasps = 1, def.max_tools = 1;
+  palpate_scene* scene = nullptr;
+  ASSERT_EQ(palpate_scene_create(bundle, &def, &scene, nullptr), PALPATE_OK);
+  std::vector<double> memory(palpate_contacts_bytes(scene) / sizeof(double) + 1);
+  auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
+  double most_torque = 0;
+  for (int step = 0; step <= 100; ++step) {
+    const double share = step / 100.0, half = share * M_PI / 18;
+    palpate_grasp grasp = *held.grasp(0);
+    grasp.position[0] = 0.06, grasp.position[1] = 0.025, grasp.position[2] = 0.02 + share * 0.004;
+    grasp.orientation[0] = std::cos(half), grasp.orientation[1] = std::sin(half);
+    palpate_tool tool = palpate_default_tool();
+    tool.grasp = &grasp, tool.has_torque = 1;
+    std::copy(grasp.position, grasp.position + 3, tool.reference);
+    palpate_scene_touch(scene, &tool, 1, 1e-3, contacts, memory.size() * sizeof memory[0]);
+    const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);
+    const char* axes[3] = {"x", "y", "z"};
+    for (int d = 0; d < 3; ++d) {
+      // The path and the turn are evaluated in another order of roundings: 1e-15 of 0.04 m, over a displacement of 4e-5 m.
+      EXPECT_NEAR(number(forces[step], std::string("force_") + axes[d] + "_N"), state.force[d], 1e-9);
+      EXPECT_NEAR(number(forces[step], std::string("torque_") + axes[d] + "_Nm"), state.torque[d], 1e-11);
+      EXPECT_NEAR(number(grasps[step], std::string("torque_") + axes[d] + "_Nm"), state.torque_raw[d], 1e-11);
+    }
+    EXPECT_EQ(grasps[step].at("condition"), "holds");
+    most_torque = std::max(most_torque, std::fabs(state.torque_raw[0]));
+  }
+  EXPECT_GT(most_torque, 1e-3);  // it turns at all
+  palpate_scene_destroy(scene);
+  palpate_bundle_close(bundle);
+
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["tools"][0]["grasp"]["discs"], 1);
+  EXPECT_NEAR(summary["tools"][0]["grasp"]["peak_torque_Nm"].get<double>(), length_of(grasps[100], "torque", "Nm"),
+              1e-12);
+  EXPECT_THAT(ended.errors, HasSubstr("grasp of tool \"forceps\": largest torque"));
+  EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("shapes/held_000000.vtu"));
+}
+
+TEST_F(PlayedScene, OpensAndClosesJawsWhenItsSceneSaysSo) {
+  write_scene(kForceps + "closed = [[0.02, 0.04], [0.06, 0.2]]\n");
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const std::vector<Row> rows = read_rows(folder_ / "out/grasps.csv");
+  const auto condition = [&](int step) { return rows.at(step).at("condition"); };
+  const auto force = [&](int step) { return length_of(rows.at(step), "force", "N"); };
+  EXPECT_EQ(condition(19), "open");
+  EXPECT_EQ(condition(20), "holds");
+  EXPECT_LT(force(20), 1e-9) << "it closes without a force";
+  EXPECT_GT(force(39), 0.01);
+  EXPECT_EQ(condition(40), "open");
+  EXPECT_LT(force(60), 1e-9) << "it closes anew";
+  EXPECT_GT(force(100), 0.01);
+}
+
+TEST_F(PlayedScene, SlipsAndLetsGoAndSaysWhen) {
+  write_scene(kForceps + "friction = 0.5\nclamp_force = 0.02\n");
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const std::vector<Row> rows = read_rows(folder_ / "out/grasps.csv");
+  EXPECT_EQ(rows.back().at("condition"), "slips");
+  for (const Row& row : rows) EXPECT_LT(length_of(row, "force", "N"), 0.5 * 0.02 * 1.01);
+  EXPECT_GT(number(rows.back(), "slipped_m"), 1e-3);
+  EXPECT_THAT(ended.errors, HasSubstr("; slipped by"));
+}
+
+// From the far face to a point 40 mm beside it, and a suture across the edge at x = 60, z = 40.
+const std::string kLinks =
+    "[[link]]\nname = \"ligament\"\nkind = \"spring\"\nplaces = [[60, 25, 20]]\nworld = [100, 25, 20]\nrest_lengths = "
+    "[[0, 40], [0.05, 30]]\nstiffness = 20\n"
+    "[[link]]\nname = \"suture, of three\"\nkind = \"thread\"\nplaces = [[60, 40, 30], [50, 40, 40], [60, 10, "
+    "30]]\nrest_lengths = [[0, 60], [0.05, 40]]\nradius = 5\n";
+const std::string kIdle =
+    "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 30, 25, 80], [0.1, 30, 25, 80]]\n";
+
+TEST_F(PlayedScene, DrawsLinksAsTheSceneSays) {
+  write_scene(kIdle + kLinks);
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const std::vector<Row> rows = read_rows(folder_ / "out/links.csv");
+  ASSERT_EQ(rows.size(), 303u);  // three stretches
+  const auto of = [&](int step, int stretch) { return rows.at(3 * step + stretch); };
+  // At the begin the spring is as long as at rest, and pulls with what 20 N/m make of the rest.
+  EXPECT_NEAR(number(of(0, 0), "tension_N"), 0, 1e-6);
+  const Row last = of(100, 0);
+  EXPECT_NEAR(number(last, "rest_length_m"), 0.03, 1e-12);
+  EXPECT_NEAR(number(last, "tension_N"), 20 * (number(last, "length_m") - 0.03), 2e-4 * number(last, "tension_N"));
+  EXPECT_GT(number(last, "tension_N"), 0.02);
+  EXPECT_NEAR(number(last, "second_x_m"), 0.1, 1e-12);
+  // The thread slides through its middle place: the whole keeps its length, and both parts pull alike.
+  const std::string text = read_text(folder_ / "out/links.csv");
+  EXPECT_THAT(text, HasSubstr("\"suture, of three\",2,taut"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  ASSERT_EQ(summary["links"].size(), 3u);
+  EXPECT_GT(summary["links"][1]["peak_tension_N"].get<double>(), 0.05);
+  // 50 steps after it was drawn. The line of a stretch keeps its row within 0.1 milliradian.
+  EXPECT_NEAR(number(of(100, 1), "tension_N"), number(of(100, 2), "tension_N"), 2e-2 * number(of(100, 1), "tension_N"));
+  EXPECT_NEAR(number(of(100, 1), "rest_length_m") + number(of(100, 2), "rest_length_m"), 0.04, 1e-12);
+  EXPECT_THAT(ended.errors, HasSubstr("link \"suture, of three 2\": largest tension"));
+}
+
+TEST_F(PlayedScene, BreaksALinkAndSaysWhen) {
+  write_scene(kIdle + kLinks.substr(0, kLinks.find("[[link]]", 1)) + "breaking_force = 0.01\n");
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.errors, HasSubstr("1 of 101 touches raised LINK_BROKE"));
+  EXPECT_THAT(ended.errors, HasSubstr("; broke at 0.0"));
+  EXPECT_EQ(read_rows(folder_ / "out/links.csv").back().at("condition"), "broken");
+}
+
+TEST_F(PlayedScene, RecordsAndReplaysLinksAndGrasps) {
+  write_scene(kForceps + kLinks);
+  ASSERT_EQ(run("scene.toml -o out --record run.record").code, 0) << read_text(folder_ / "stderr.txt");
+  EXPECT_EQ(run("--replay run.record").code, 0) << read_text(folder_ / "stderr.txt");
+  EXPECT_EQ(run("scene.toml --replay run.record").code, 0) << read_text(folder_ / "stderr.txt");
+  ASSERT_EQ(run("run.record -o again --record again.record").code, 0);
+  EXPECT_EQ(read_text(folder_ / "again.record"), read_text(folder_ / "run.record"));
+  for (const char* file : {"forces.csv", "links.csv", "grasps.csv"})
+    EXPECT_EQ(read_text(folder_ / "again" / file), read_text(folder_ / "out" / file)) << file;
+  write_scene(kForceps + kLinks + "stiffness = 5\n");
+  EXPECT_THAT(run("scene.toml --replay run.record").errors, HasSubstr("found another \"link\""));
+  write_scene(kForceps + "friction = 1\n" + kLinks);
+  EXPECT_THAT(run("scene.toml --replay run.record").errors, HasSubstr("found another \"tool\""));
+}
+
+TEST_F(PlayedScene, ExplainsWhatLinksCost) {
+  write_scene(kForceps + kLinks);
+  const Ended ended = run("scene.toml --explain");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.output, HasSubstr("touch   links"));
+}
+
+TEST_F(PlayedScene, RefusesAPlaceThatIsFarFromTheOrgan) {
+  write_scene(kIdle + "[[link]]\nname = \"far\"\nkind = \"thread\"\nplaces = [[60, 25, 20], [9999, 0, 0]]\n");
+  expect_refused("scene.toml -o out", "scene.toml:8: link \"far\": places: expected a point near the organ");
+  write_scene("[[tool]]\nname = \"forceps\"\npath = [[0, 0, 0, 0]]\n[tool.grasp]\nnear = [9999, 0, 0]\nradius = 3\n");
+  expect_refused("scene.toml -o out", "scene.toml:7: tool \"forceps\": grasp.near: expected a point near the organ");
+}
+
+TEST(ToolTurn, IsARotationByTheAngleAboutTheAxis) {
+  const std::vector<SceneConfig::KeyFrame> turn = {{0, {0, 0, 0}}, {1, {0, 0, 180}}, {2, {0, 0, 900}}};
+  const auto at = [&](double time) { return turned(turn_at(turn, time), {1, 0, 0}); };
+  // Sums of a few products of numbers of size 1.
+  EXPECT_NEAR(at(0.5)[1], 1, 1e-14);
+  EXPECT_NEAR(at(1)[0], -1, 1e-14);
+  EXPECT_NEAR(at(1.125)[0], 0, 1e-13);  // 270 degrees
+  EXPECT_NEAR(at(1.125)[1], -1, 1e-13);
+  EXPECT_EQ(at(0), (SceneConfig::Vector{1, 0, 0}));
+  EXPECT_EQ(turn_at({}, 1), kNoTurn);
+  // The quaternion turns alike, from each of its four branches.
+  for (const SceneConfig::Vector degrees :
+       {SceneConfig::Vector{10, 20, 30}, {175, 10, 5}, {10, 175, 5}, {5, 10, 175}, {0, 0, 180}}) {
+    const Rotation r = turn_at({{0, degrees}}, 0);
+    const auto q = quaternion_of(r);
+    for (std::size_t d = 0; d < 3; ++d) {
+      double v[3] = {}, out[3];
+      v[d] = 1;
+      palpate_vector_to_world(q.data(), v, out);
+      for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(out[i], r[i][d], 1e-14);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
