@@ -23,8 +23,8 @@ class Writer {
   void u64(std::uint64_t value) { put(value, 8); }
   void i32(std::int32_t value) { u32(static_cast<std::uint32_t>(value)); }
   void f64(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
-  void vector(const double* v) {
-    for (int d = 0; d < 3; ++d) f64(v[d]);
+  void vector(const double* v, int count = 3) {
+    for (int d = 0; d < count; ++d) f64(v[d]);
   }
 
  private:
@@ -42,8 +42,8 @@ class Reader {
   std::uint64_t u64() { return get(8); }
   std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
   double f64() { return std::bit_cast<double>(u64()); }
-  void vector(double* v) {
-    for (int d = 0; d < 3; ++d) v[d] = f64();
+  void vector(double* v, int count = 3) {
+    for (int d = 0; d < count; ++d) v[d] = f64();
   }
 
  private:
@@ -94,17 +94,26 @@ bool is_direction(const double* d) {
   return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) <= 1 + 1e-6;  // false for NaN
 }
 
+// As palpate_pose has it.
+bool is_pose(const double* position, const double* orientation) {
+  double square = 0;
+  for (int i = 0; i < 4; ++i) square += orientation[i] * orientation[i];
+  return is_sane(position, 3) && std::fabs(std::sqrt(square) - 1) <= 1e-3;  // false for NaN
+}
+
 DatagramFault read_tool(Reader& in, palpate_tool_state& tool, SceneConfig::Vector& position) {
   in.vector(position.data());
   in.vector(tool.force);
   in.vector(tool.force_raw);
   in.vector(tool.direction);
+  in.vector(tool.torque);
+  in.vector(tool.torque_raw);
   tool.contact_count = in.i32();
   tool.slip_count = in.i32();
   tool.release_count = in.i32();
   tool.flags = in.u32();
   if (!is_sane(position.data(), 3) || !is_sane(tool.force, 3) || !is_sane(tool.force_raw, 3) ||
-      !is_direction(tool.direction))
+      !is_direction(tool.direction) || !is_sane(tool.torque, 3) || !is_sane(tool.torque_raw, 3))
     return DatagramFault::number;
   const bool counted = tool.contact_count >= 0 && tool.slip_count >= 0 && tool.release_count >= 0;
   return counted ? DatagramFault::none : DatagramFault::counts;
@@ -162,12 +171,18 @@ std::size_t encode_contacts(const palpate_contacts& contacts, const DatagramNote
   out.i32(contacts.newton_steps);
   out.f64(contacts.residual_displacement);
   out.f64(contacts.residual_force);
+  out.vector(contacts.organ_position);
+  out.vector(contacts.organ_orientation, 4);
+  out.i32(contacts.operations);
+  out.u32(0);
   for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
     const palpate_tool_state& tool = *palpate_contacts_tool(&contacts, t);
     out.vector(note.positions[static_cast<std::size_t>(t)].data());
     out.vector(tool.force);
     out.vector(tool.force_raw);
     out.vector(tool.direction);
+    out.vector(tool.torque);
+    out.vector(tool.torque_raw);
     out.i32(tool.contact_count);
     out.i32(tool.slip_count);
     out.i32(tool.release_count);
@@ -207,16 +222,19 @@ DatagramFault decode_contacts(std::span<const unsigned char> bytes, const Datagr
   contacts->sweeps = in.i32();
   const std::uint32_t tools = in.u32(), nodes = in.u32();
   contacts->newton_steps = in.i32();
-  contacts->organ_orientation[0] = 1;  // the pose is not sent
-  contacts->least_volume = 1;          // the least volume of `deformation: large` is not sent
+  contacts->least_volume = 1;  // what concerns `deformation: large` is not sent
   contacts->residual_displacement = in.f64();
   contacts->residual_force = in.f64();
+  in.vector(contacts->organ_position);
+  in.vector(contacts->organ_orientation, 4);
+  contacts->operations = in.i32();
+  in.u32();
   const auto at_most = [](std::uint32_t count, int limit) { return count <= static_cast<std::uint32_t>(limit); };
   if (!at_most(tools, std::min(limits.tools, PALPATE_MAX_TOOLS)) || !at_most(nodes, limits.nodes) ||
       bytes.size() != kDatagramHeaderBytes + tools * kDatagramToolBytes + nodes * kDatagramNodeBytes)
     return DatagramFault::counts;
   if (!is_sane(&note->time, 1) || !is_sane(&contacts->residual_displacement, 1) ||
-      !is_sane(&contacts->residual_force, 1))
+      !is_sane(&contacts->residual_force, 1) || !is_pose(contacts->organ_position, contacts->organ_orientation))
     return DatagramFault::number;
   contacts->bundle = note->bundle;
   contacts->node_capacity = limits.nodes;

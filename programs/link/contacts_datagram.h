@@ -12,8 +12,8 @@
 
 namespace palpate {
 
-inline constexpr std::uint32_t kDatagramVersion = 1;
-inline constexpr std::size_t kDatagramHeaderBytes = 112, kDatagramToolBytes = 112, kDatagramNodeBytes = 64;
+inline constexpr std::uint32_t kDatagramVersion = 2;
+inline constexpr std::size_t kDatagramHeaderBytes = 176, kDatagramToolBytes = 160, kDatagramNodeBytes = 64;
 inline constexpr std::size_t kMostDatagramBytes = 65507;  // what UDP over IPv4 carries
 inline constexpr int kMostDatagramNodes =
     (kMostDatagramBytes - kDatagramHeaderBytes - PALPATE_MAX_TOOLS * kDatagramToolBytes) / kDatagramNodeBytes;
@@ -54,7 +54,7 @@ enum class DatagramFault {
   checksum,  // damaged on the way
   bundle,    // of another bundle
   counts,    // more tools or contact nodes than the scene has room for, or than its bytes hold
-  number,    // not finite, or beyond what a contact can be
+  number,    // not finite, or beyond what a contact or a pose can be
   index,     // a node, column or tool that the bundle or the scene does not have
 };
 // clang-format on

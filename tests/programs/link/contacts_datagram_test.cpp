@@ -76,7 +76,6 @@ TEST_F(ContactsDatagram, ComesAsItWasSentInEveryStep) {
     palpate_contacts* got = got_->get();
     EXPECT_EQ(got->node_capacity, player_->contact_node_limit());
     got->node_capacity = sent.get()->node_capacity;  // of its own memory
-    got->operations = sent.get()->operations;        // not sent
     ASSERT_EQ(got->used_bytes, sent.get()->used_bytes) << step;
     EXPECT_EQ(0, std::memcmp(got, sent.get(), got->used_bytes)) << step;
     EXPECT_EQ(note_.session, 7u);
@@ -88,6 +87,27 @@ TEST_F(ContactsDatagram, ComesAsItWasSentInEveryStep) {
   EXPECT_GT(with_nodes, 50);  // the scene touches, with both tools
 }
 
+// The drawing machine must place the organ where the touch felt it.
+TEST_F(ContactsDatagram, HoldsThePoseAndTheTorque) {
+  palpate_pose pose = palpate_default_pose();
+  pose.position[0] = 0.25, pose.position[2] = -3;
+  pose.orientation[0] = 0.6, pose.orientation[3] = 0.8;
+  ASSERT_EQ(palpate_scene_set_pose(player_->runtime_scene(), &pose, nullptr), PALPATE_OK);
+  player_->move_tools(0);
+  tests::OwnContacts sent(*player_);
+  player_->touch(1e-3, sent.get(), sent.bytes());
+  auto& tool = const_cast<palpate_tool_state&>(*palpate_contacts_tool(sent.get(), 1));
+  for (int d = 0; d < 3; ++d) tool.torque[d] = 0.5 + d, tool.torque_raw[d] = -7.5 - d;
+  note_.bundle = identity_;
+  ASSERT_EQ(decode(tests::encoded(*sent.get(), note_)), DatagramFault::none);
+  for (int d = 0; d < 3; ++d) {
+    EXPECT_EQ(got_->get()->organ_position[d], pose.position[d]);
+    EXPECT_EQ(palpate_contacts_tool(got_->get(), 1)->torque[d], 0.5 + d);
+    EXPECT_EQ(palpate_contacts_tool(got_->get(), 1)->torque_raw[d], -7.5 - d);
+  }
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(got_->get()->organ_orientation[i], pose.orientation[i], 1e-15);
+}
+
 // Some bytes of the README's byte map.
 TEST_F(ContactsDatagram, HasTheLayoutThatTheReadmeGives) {
   const auto u32 = [&](std::size_t at) {
@@ -97,14 +117,14 @@ TEST_F(ContactsDatagram, HasTheLayoutThatTheReadmeGives) {
   };
   ASSERT_EQ(decode(pressed_), DatagramFault::none);
   EXPECT_EQ(0, std::memcmp(pressed_.data(), "PALPLINK", 8));
-  EXPECT_EQ(u32(8), 1u);
+  EXPECT_EQ(u32(8), 2u);
   EXPECT_EQ(u32(12), pressed_.size());
   EXPECT_EQ(u32(40), 121u);  // sequence
   EXPECT_EQ(u32(84), 2u);    // tools
   const std::uint32_t nodes = u32(88);
   EXPECT_EQ(nodes, static_cast<std::uint32_t>(got_->get()->node_count));
-  EXPECT_EQ(pressed_.size(), 112 + 2 * 112 + 64 * nodes);
-  EXPECT_EQ(u32(112 + 2 * 112), static_cast<std::uint32_t>(palpate_contacts_node(got_->get(), 0)->node));
+  EXPECT_EQ(pressed_.size(), 176 + 2 * 160 + 64 * nodes);
+  EXPECT_EQ(u32(176 + 2 * 160), static_cast<std::uint32_t>(palpate_contacts_node(got_->get(), 0)->node));
 }
 
 TEST_F(ContactsDatagram, CutAtAnyByteIsRefused) {
@@ -135,17 +155,20 @@ TEST_F(ContactsDatagram, SaysWhatIsWrong) {
   const std::uint64_t infinity = std::bit_cast<std::uint64_t>(std::numeric_limits<double>::infinity());
   const std::size_t tool = kDatagramHeaderBytes, node = tool + 2 * kDatagramToolBytes;
   EXPECT_EQ(decode_changed(0, 'p', 1), DatagramFault::magic);
-  EXPECT_EQ(decode_changed(8, 2, 4), DatagramFault::version);
+  EXPECT_EQ(decode_changed(8, 1, 4), DatagramFault::version);
   EXPECT_EQ(decode_changed(24, identity_ + 1, 8), DatagramFault::bundle);
   EXPECT_EQ(decode_changed(84, 3, 4), DatagramFault::counts);  // a tool the scene does not have
   EXPECT_EQ(decode_changed(84, 1, 4), DatagramFault::counts);  // one fewer than the bytes hold
   EXPECT_EQ(decode_changed(88, 0xffffffff, 4), DatagramFault::counts);
   EXPECT_EQ(decode_changed(56, nan, 8), DatagramFault::number);        // time
   EXPECT_EQ(decode_changed(104, infinity, 8), DatagramFault::number);  // residual
-  for (std::size_t number = 0; number < 12; ++number)
+  for (std::size_t number = 0; number < 7; ++number)  // pose
+    EXPECT_EQ(decode_changed(112 + 8 * number, nan, 8), DatagramFault::number) << number;
+  EXPECT_EQ(decode_changed(136, std::bit_cast<std::uint64_t>(0.99), 8), DatagramFault::number);  // no rotation
+  for (std::size_t number = 0; number < 18; ++number)
     EXPECT_EQ(decode_changed(tool + 8 * number, nan, 8), DatagramFault::number) << number;
   EXPECT_EQ(decode_changed(tool + 72, std::bit_cast<std::uint64_t>(2.0), 8), DatagramFault::number);  // no direction
-  EXPECT_EQ(decode_changed(tool + 96, 0xffffffff, 4), DatagramFault::counts);
+  EXPECT_EQ(decode_changed(tool + 144, 0xffffffff, 4), DatagramFault::counts);
   for (std::size_t index = 0; index < 4; ++index)  // node, column, tool, point
     EXPECT_EQ(decode_changed(node + 4 * index, 0xfffffffe, 4), DatagramFault::index) << index;
   EXPECT_EQ(decode_changed(node + 4, limits_.touchable.size(), 4), DatagramFault::index);

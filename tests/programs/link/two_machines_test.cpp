@@ -163,7 +163,7 @@ TEST_F(TwoMachines, RefuseBadUsageInOneSentence) {
   refused(PALPATE_FEEL, {file("scene.toml"), "--to", "nowhere"}, "--to: expected PORT");
   refused(PALPATE_FEEL, {file("scene.toml"), "--to", "127.0.0.1:70000"}, "--to: expected PORT");
   refused(PALPATE_FEEL, {file("large.toml"), "--to", "9"},
-          "expected at most 1007, which one datagram holds, found 2000");
+          "expected at most 1000, which one datagram holds, found 2000");
   scene("deformed", "[effects]\ndeformation = \"large\"\n");
   refused(PALPATE_FEEL, {file("deformed.toml"), "--to", "9"}, "effects.deformation: expected \"linear\"");
   refused(PALPATE_DRAW, {file("deformed.toml"), "--from", "0"}, "effects.deformation: expected \"linear\"");
