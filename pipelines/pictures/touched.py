@@ -107,6 +107,19 @@ def grip_actors(place, shaft, size):
     return jaws + [offscreen.rod(joint, joint + 0.25 * size * shaft, radius, STEEL)]
 
 
+def jaw_actors(middles, normals, centre, size):
+    """A grasp's shaft, on one disc along its normal; between two discs a jaw to each, and the shaft away from the organ's centre."""
+    radius = 0.008 * size
+    if len(middles) == 1:
+        return [offscreen.rod(middles[0], middles[0] + 0.3 * size * normals[0], radius, STEEL)]
+    apart, out = views.unit(middles[1] - middles[0]), np.mean(middles, axis=0) - centre
+    out = out - apart * (apart @ out)
+    out = views.unit(out) if np.linalg.norm(out) > 0.01 * size else views.unit(np.cross(apart, np.eye(3)[np.argmin(np.abs(apart))]))
+    outer = [middle + 0.02 * size * normal for middle, normal in zip(middles, normals)]
+    joint = np.mean(outer, axis=0) + (0.10 * size + 0.5 * np.linalg.norm(outer[1] - outer[0])) * out
+    return [offscreen.rod(end, joint, radius, STEEL) for end in outer] + [offscreen.rod(joint, joint + 0.2 * size * out, radius, STEEL)]
+
+
 def held_actors(held_file, surface, size):
     """Actors of the links and of the discs of grasps; labels (place, place, text) of the stretches that bear a force; the outward
     normals at them. A link that is broken is not drawn."""
@@ -114,7 +127,7 @@ def held_actors(held_file, surface, size):
         return [], [], []
     grid = offscreen.read_grid(held_file)
     points = offscreen.points_of(grid)
-    actors, labels, places = [], [], []
+    actors, labels, places, discs = [], [], [], {}
     for cell in range(grid.GetNumberOfCells()):
         ids = [grid.GetCell(cell).GetPointId(i) for i in range(grid.GetCell(cell).GetNumberOfPoints())]
         condition, tension = (grid.GetCellData().GetArray(name).GetTuple1(cell) for name in ("condition", "tension"))
@@ -135,6 +148,9 @@ def held_actors(held_file, surface, size):
             radius = np.linalg.norm(rim[0] - middle)
             actors.append(offscreen.rod(middle - 0.01 * size * normal, middle + 0.01 * size * normal, radius, DISC))
             places.append(middle)
+            discs.setdefault(grid.GetCellData().GetArray("tool").GetTuple1(cell), []).append(middle)
+    for middles in discs.values():
+        actors += jaw_actors(middles, normals_at(surface, middles), offscreen.points_in(surface).mean(axis=0), size)
     return actors, labels, normals_at(surface, places)
 
 
@@ -170,7 +186,7 @@ def tools_and_forces(scene, summary, time, surface, now, tool_grid, size):
         shaft = views.shaft(path, first, normal)
         if len(mine):
             actors += tool_actors(tool, mine, shaft, size)
-        elif tool["name"] in centres:
+        elif tool["name"] in centres and not tool.get("grasp"):
             actors += grip_actors(place, shaft, size)
         if np.linalg.norm(np.ptp(path, axis=0)) > 2:
             actors.append(offscreen.path_line(path, 0.0025 * size, PATH))

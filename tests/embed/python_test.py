@@ -749,7 +749,7 @@ class Grasps(unittest.TestCase):
         contacts = scene.make_contacts()
         flags = scene.touch([palpate.Tool(grasp=palpate.Grasp(self.place, 0.01, self.at))], 0.001, contacts)
         self.assertIn(palpate.StepFlags.BAD_INPUT, flags)
-        with self.assertRaisesRegex(ValueError, "place: expected .triangle, weights., found 7|not iterable|sequence"):
+        with self.assertRaisesRegex(ValueError, "place: expected .triangle, weights., found .7,."):
             palpate.Grasp((7,), 0.01, self.at)
 
 
