@@ -7,7 +7,6 @@
 namespace palpate {
 
 using formats::ComplianceBlock;
-using formats::stored_number;
 
 // Visits every block from each touchable cluster that it covers: as columns and, for blocks off the diagonal, as rows.
 template <class Visit>
@@ -36,6 +35,8 @@ Compliance::Outcome Compliance::create(SceneMemory& memory, const Stored& stored
     first += blocks_[b].numbers();
     most_runs = std::max(most_runs, blocks_[b].rank);
   }
+  loaded_slot_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_loaded));
+  loaded_force_ = memory.array<float>(3 * static_cast<std::size_t>(most_loaded));
   runs_ = memory.array<const void*>(static_cast<std::size_t>(most_runs));
   coefficients_ = memory.array<float>(static_cast<std::size_t>(most_runs));
   Outcome outcome = assign_slots(memory);
@@ -127,82 +128,88 @@ Mat3 Compliance::entry(std::int32_t node, std::int32_t column) const {
 
 void Compliance::field(LoadedColumn* loads, std::int32_t count, float* out) {
   std::fill(field_of_slot_, field_of_slot_ + 3 * static_cast<std::size_t>(stored_.surface_nodes), 0.0f);
+  apply_blocks(sorted(loads, count));
+  for (std::int32_t p = 0; p < stored_.surface_nodes; ++p)
+    std::copy_n(field_of_slot_ + 3 * static_cast<std::size_t>(p), 3,
+                out + 3 * static_cast<std::size_t>(stored_.nodes[p]));
+}
+
+Loads Compliance::sorted(LoadedColumn* loads, std::int32_t count) {
   std::sort(loads, loads + count, [](const LoadedColumn& a, const LoadedColumn& b) { return a.slot < b.slot; });
-  for (std::int32_t first = 0, next = 0; first < count; first = next) {
-    const std::int32_t q = cluster_of_slot_[loads[first].slot];
-    while (next < count && cluster_of_slot_[loads[next].slot] == q) ++next;
+  for (std::int32_t l = 0; l < count; ++l) {
+    loaded_slot_[l] = loads[l].slot;
+    for (int d = 0; d < 3; ++d) loaded_force_[3 * l + d] = static_cast<float>(loads[l].force[d]);
+  }
+  return {loaded_slot_, loaded_force_, count};
+}
+
+// The end of the loads that are on the cluster of the first one.
+int Compliance::end_of_cluster(const Loads& loads, int first) const {
+  int end = first + 1;
+  while (end < loads.count && cluster_of_slot_[loads.slot[end]] == cluster_of_slot_[loads.slot[first]]) ++end;
+  return end;
+}
+
+void Compliance::apply_blocks(const Loads& loads) {
+  for (int first = 0, next = 0; first < loads.count; first = next) {
+    next = end_of_cluster(loads, first);
+    const std::int32_t q = cluster_of_slot_[loads.slot[first]];
     for (std::int32_t s = first_side_[q]; s < first_side_[q + 1]; ++s) {
       // A block may cover several clusters: the first loaded one applies it, for the loads of all of them.
       const Side& side = sides_[s];
       const ComplianceBlock& block = blocks_[side.block];
       const std::int32_t begin = side.transposed ? block.row : block.column;
       const std::int32_t end = begin + (side.transposed ? block.rows : block.columns);
-      if (first > 0 && loads[first - 1].slot >= begin) continue;
-      std::int32_t last = next;
-      while (last < count && loads[last].slot < end) ++last;
-      apply(side, loads + first, last - first);
+      if (first > 0 && loads.slot[first - 1] >= begin) continue;
+      int last = next;
+      while (last < loads.count && loads.slot[last] < end) ++last;
+      apply(side, loads.part(first, last));
     }
   }
-  for (std::int32_t p = 0; p < stored_.surface_nodes; ++p)
-    std::copy_n(field_of_slot_ + 3 * static_cast<std::size_t>(p), 3,
-                out + 3 * static_cast<std::size_t>(stored_.nodes[p]));
 }
 
-void Compliance::apply(const Side& side, const LoadedColumn* loads, std::int32_t count) {
+void Compliance::apply(const Side& side, const Loads& loads) {
   const ComplianceBlock& block = blocks_[side.block];
   if (block.rank > 0)
-    apply_low_rank(block, side.transposed != 0, loads, count);
+    apply_low_rank(block, side.transposed != 0, loads);
   else if (side.transposed)
-    apply_dense_transposed(block, loads, count);
+    apply_dense_transposed(block, loads);
   else
-    apply_dense(block, loads, count);
+    apply_dense(block, loads);
 }
 
-void Compliance::apply_dense(const ComplianceBlock& block, const LoadedColumn* loads, std::int32_t count) {
+void Compliance::apply_dense(const ComplianceBlock& block, const Loads& loads) {
   int runs = 0;
-  for (std::int32_t l = 0; l < count; ++l)
+  for (int l = 0; l < loads.count; ++l)
     for (int j = 0; j < 3; ++j, ++runs) {
-      runs_[runs] = run(block.dense_run(loads[l].slot - block.column, j));
-      coefficients_[runs] = static_cast<float>(block.scale * loads[l].force[j]);
+      runs_[runs] = run(block.dense_run(loads.slot[l] - block.column, j));
+      coefficients_[runs] = block.scale * loads.force[3 * l + j];
     }
   superpose_onto(stored_.type, runs_, coefficients_, runs, 0, 3 * static_cast<std::size_t>(block.rows),
                  field_of_slot_ + 3 * static_cast<std::size_t>(block.row));
 }
 
-void Compliance::apply_dense_transposed(const ComplianceBlock& block, const LoadedColumn* loads, std::int32_t count) {
-  float* out = field_of_slot_ + 3 * static_cast<std::size_t>(block.column);
-  for (std::int32_t c = 0; c < block.columns; ++c)
-    for (int j = 0; j < 3; ++j) {
-      const std::uint64_t row = block.dense_run(c, j);
-      double sum = 0;
-      for (std::int32_t l = 0; l < count; ++l)
-        for (int i = 0; i < 3; ++i)
-          sum += loads[l].force[i] * stored_number(stored_.type, stored_.values,
-                                                   row + 3 * static_cast<std::uint64_t>(loads[l].slot - block.row) +
-                                                       static_cast<std::uint64_t>(i));
-      out[3 * c + j] += static_cast<float>(block.scale * sum);
-    }
+void Compliance::apply_dense_transposed(const ComplianceBlock& block, const Loads& loads) {
+  multiply_loads_onto({stored_.type, run(block.first), 3 * static_cast<std::size_t>(block.rows), 3 * block.columns,
+                       block.row, block.scale},
+                      loads, field_of_slot_ + 3 * static_cast<std::size_t>(block.column));
 }
 
 // C = U V^T: first the products of V^T with the loads, one weight per rank, then the sum of the columns of U with those weights
 // (with U and V exchanged where the loads are on the rows).
-void Compliance::apply_low_rank(const ComplianceBlock& block, bool transposed, const LoadedColumn* loads,
-                                std::int32_t count) {
-  const std::int32_t own = transposed ? block.row : block.column, other = transposed ? block.column : block.row;
-  const std::int32_t others = transposed ? block.columns : block.rows;
-  for (std::int32_t q = 0; q < block.rank; ++q) {
-    const std::uint64_t own_run = transposed ? block.u_run(q) : block.v_run(q);
-    double weight = 0;
-    for (std::int32_t l = 0; l < count; ++l)
-      for (int i = 0; i < 3; ++i)
-        weight += loads[l].force[i] * stored_number(stored_.type, stored_.values,
-                                                    own_run + 3 * static_cast<std::uint64_t>(loads[l].slot - own) +
-                                                        static_cast<std::uint64_t>(i));
-    runs_[q] = run(transposed ? block.v_run(q) : block.u_run(q));
-    coefficients_[q] = static_cast<float>(block.scale * weight);
-  }
-  superpose_onto(stored_.type, runs_, coefficients_, block.rank, 0, 3 * static_cast<std::size_t>(others),
-                 field_of_slot_ + 3 * static_cast<std::size_t>(other));
+void Compliance::apply_low_rank(const ComplianceBlock& block, bool transposed, const Loads& loads) {
+  const auto rows = static_cast<std::size_t>(block.rows), columns = static_cast<std::size_t>(block.columns);
+  const RunsOfSlots of_rows = {stored_.type, run(block.u_run(0)), 3 * rows, block.rank, block.row, block.scale},
+                    of_columns = {stored_.type, run(block.v_run(0)), 3 * columns,
+                                  block.rank,   block.column,        block.scale};
+  const RunsOfSlots &own = transposed ? of_rows : of_columns, &other = transposed ? of_columns : of_rows;
+  std::fill(coefficients_, coefficients_ + block.rank, 0.0f);
+  multiply_loads_onto(own, loads, coefficients_);
+  for (std::int32_t q = 0; q < block.rank; ++q)
+    runs_[q] = static_cast<const unsigned char*>(other.numbers) +
+               static_cast<std::size_t>(q) * other.stride * formats::element_bytes(stored_.type);
+  superpose_onto(stored_.type, runs_, coefficients_, block.rank, 0, other.stride,
+                 field_of_slot_ + 3 * static_cast<std::size_t>(other.slot));
 }
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include "formats/compliance_blocks.h"
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
+#include "runtime/dense/loaded_runs.h"
 
 namespace palpate {
 
@@ -60,6 +61,9 @@ class Compliance {
     std::int32_t other_begin, other_end;
   };
 
+  Loads sorted(LoadedColumn* loads, std::int32_t count);
+  void apply_blocks(const Loads& loads);
+  int end_of_cluster(const Loads& loads, int first) const;
   Outcome assign_slots(SceneMemory& memory);
   Outcome list_sides(SceneMemory& memory);
   template <class Visit>
@@ -68,11 +72,10 @@ class Compliance {
   const void* run(std::uint64_t first) const {
     return static_cast<const unsigned char*>(stored_.values) + first * formats::element_bytes(stored_.type);
   }
-  void apply(const Side& side, const LoadedColumn* loads, std::int32_t count);
-  void apply_dense(const formats::ComplianceBlock& block, const LoadedColumn* loads, std::int32_t count);
-  void apply_dense_transposed(const formats::ComplianceBlock& block, const LoadedColumn* loads, std::int32_t count);
-  void apply_low_rank(const formats::ComplianceBlock& block, bool transposed, const LoadedColumn* loads,
-                      std::int32_t count);
+  void apply(const Side& side, const Loads& loads);
+  void apply_dense(const formats::ComplianceBlock& block, const Loads& loads);
+  void apply_dense_transposed(const formats::ComplianceBlock& block, const Loads& loads);
+  void apply_low_rank(const formats::ComplianceBlock& block, bool transposed, const Loads& loads);
 
   Stored stored_;
   formats::ComplianceBlock* blocks_ = nullptr;
@@ -82,9 +85,11 @@ class Compliance {
   std::int32_t* first_side_ = nullptr;       // [touchable clusters + 1]
   Side* sides_ = nullptr;                    // sorted by touchable cluster, then by other_begin
   std::int32_t touchable_clusters_ = 0;
-  const void** runs_ = nullptr;     // [most runs]
-  float* coefficients_ = nullptr;   // [most runs]
-  float* field_of_slot_ = nullptr;  // [Ns][3]
+  std::int32_t* loaded_slot_ = nullptr;  // [most loaded]
+  float* loaded_force_ = nullptr;        // [most loaded][3]
+  const void** runs_ = nullptr;          // [most runs]
+  float* coefficients_ = nullptr;        // [most runs]
+  float* field_of_slot_ = nullptr;       // [Ns][3]
   std::uint64_t numbers_per_column_ = 0;
 };
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/half.h"
+#include "runtime/dense/loaded_runs.h"
 #include "runtime/dense/node_sum.h"
 
 namespace palpate {
@@ -65,6 +66,46 @@ TEST(Superposition, SumsTheColumnsInOrderWithEveryInstructionSet) {
                                    << ", instructions " << set;
         }
       }
+}
+
+// The runs fill their memory to the last byte: a sanitizer sees a number that is read behind them.
+TEST(LoadedRuns, AddTheLoadsOfEachRunWithEveryInstructionSetAlsoAtTheEndOfTheLastRun) {
+  constexpr std::int32_t first_slot = 7;
+  for (const ElementType type : {ElementType::f32, ElementType::f64, ElementType::f16})
+    for (const int runs : {1, 3, 4, 5, 8, 9, 31})
+      for (const int slots : {1, 2, 11})
+        for (const int loads : {0, 1, 3}) {
+          const auto stride = 3 * static_cast<std::size_t>(slots);
+          const Columns stored(type, 1, static_cast<std::size_t>(runs) * stride);
+          std::vector<std::int32_t> slot;
+          std::vector<float> force;
+          for (int l = 0; l < loads; ++l) {
+            slot.push_back(first_slot + (slots - 1) * (l + 1) / loads);
+            for (int d = 0; d < 3; ++d)
+              force.push_back(0.25f * static_cast<float>(l + 1) - 0.1f * static_cast<float>(d));
+          }
+          const RunsOfSlots of = {type, stored.run[0].data(), stride, runs, first_slot, 0.5f};
+          std::vector<float> same;
+          for (int set = 0; set <= static_cast<int>(best_instructions()); ++set) {
+            std::vector<float> found(static_cast<std::size_t>(runs), 2);
+            multiply_loads_onto(static_cast<Instructions>(set), of, {slot.data(), force.data(), loads}, found.data());
+            for (int r = 0; r < runs; ++r) {
+              double expected = 2, size = 2;
+              for (int l = 0; l < loads; ++l)
+                for (int d = 0; d < 3; ++d) {
+                  const double term = 0.5 * force[3 * l + d] *
+                                      stored.numbers[0][static_cast<std::size_t>(r) * stride +
+                                                        3 * static_cast<std::size_t>(slot[l] - first_slot) + d];
+                  expected += term, size += std::abs(term);
+                }
+              // Ten terms, each rounded with its product and its sum.
+              ASSERT_NEAR(found[r], expected, 20 * 0x1p-24 * size)
+                  << static_cast<int>(type) << " " << runs << " " << slots;
+            }
+            if (set == 0) same = found;
+            ASSERT_EQ(found, same) << "instructions " << set;
+          }
+        }
 }
 
 TEST(NodeSum, AddsFourSumsSideBySideWithEveryInstructionSetAlsoAtTheEndOfAColumn) {
