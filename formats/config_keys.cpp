@@ -262,6 +262,10 @@ const std::vector<ConfigKey>& config_keys() {
        "`large-beside` solves that body beside the touch, for organs that are too large to be solved in each touch "
        "step. "
        "Both need a bundle of `palpate-precompute --large-deformation`, and none of `response`."},
+      {S, "effects", "dent", "choice", "-", "\"off\"", "off, discs",
+       "Whether the mesh of `palpate-run --render-mesh` sinks to the disc of each contact where the bundle's mesh is "
+       "too "
+       "coarse to show it. It changes what is drawn, and no force. It needs a tool with a `disc_radius`."},
       {S, "effects", "preload", "boolean", "-", "false", "",
        "Whether the organ is shown under the `[preload]` of the boundary file."},
       {S, "relaxation", "terms", "rows", "1, s", "required",

@@ -300,6 +300,7 @@ void read_effects(TomlTable table, SceneConfig& scene) {
                                    {"large", S::Deformation::large},
                                    {"large-beside", S::Deformation::large_beside}},
                                   scene.deformation);
+  optional_choice<S::Dent>(table, "dent", {{"off", S::Dent::off}, {"discs", S::Dent::discs}}, scene.dent);
   if (table.has("preload")) scene.preload = table.boolean("preload");
   table.finish();
 }
@@ -383,6 +384,8 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scale));
   choose_contact(scene, root, names_contact);
   check_holds(scene, root);
+  if (scene.dent == SceneConfig::Dent::discs && scene.contact != SceneConfig::Contact::patch)
+    root.wrong("effects", "no dent = \"discs\", or a tool with a disc_radius, whose dent is drawn");
   for (const auto& tool : scene.tools)
     if (tool.friction > 0 && scene.law != SceneConfig::Law::coulomb)
       root.wrong("tool", fmt::format("law = \"coulomb\" in [effects], since tool \"{}\" has a friction", tool.name));

@@ -20,6 +20,7 @@ struct SceneConfig {
   enum class Shape { off, surface, volume };
   enum class Radial { off, response };
   enum class Deformation { linear, large, large_beside };
+  enum class Dent { off, discs };
 
   struct Limits {
     std::optional<int> points, contact_nodes;
@@ -120,6 +121,7 @@ struct SceneConfig {
   Shape shape = Shape::surface;
   Radial radial = Radial::off;
   Deformation deformation = Deformation::linear;
+  Dent dent = Dent::off;
   bool preload = false;
   std::optional<Relaxation> relaxation;
   std::optional<Surface> surface;  // a finer one than the bundle's, which tools meet

@@ -104,6 +104,11 @@ void run(const Options& options) {
   if (!options.record.empty()) check_target(options.record);
   RenderMesh render_mesh;
   if (!options.render_mesh.empty()) render_mesh = read_render_mesh(options.render_mesh, options.render_unit);
+  if (scene.dent == SceneConfig::Dent::discs && options.render_mesh.empty() && !options.realtime)
+    throw InputError(
+        fmt::format("{}: effects.dent: expected --render-mesh FILE.ply, on which \"discs\" are drawn, found "
+                    "none; add the option, or remove the key",
+                    options.scene.string()));
   Player player(scene, bundle, Half::both, options.render_mesh.empty() ? nullptr : &render_mesh);
   if (options.explain)
     fmt::print("{}", explain(player));

@@ -102,7 +102,7 @@ void add_contacts(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_tool_state, force, force_raw, direction, contact_count, slip_count, release_count, flags,
                        id, torque, torque_raw);
   PYBIND11_NUMPY_DTYPE(palpate_contact, tool_id, tool, point, triangle, node, state, begun, barycentric, place, normal,
-                       depth, gap, force, velocity);
+                       depth, gap, force, velocity, tool_point, disc_radius, disc_normal, indentation);
   PYBIND11_NUMPY_DTYPE(palpate_contact_event, kind, tool_id, point, contact, triangle, node, barycentric, place);
   PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, tool, point, modified_displacement, force);
   py::class_<HeldContacts, std::shared_ptr<HeldContacts>> type(

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "bindings/python/tools.h"
 
@@ -136,7 +137,8 @@ class HeldScene {
 
   std::int32_t vertex_count() const { return vertex_count_; }
 
-  py::object skin(const py::object& displacements, const py::object& positions, const py::object& normals) {
+  py::object skin(const py::object& displacements, const py::object& positions, const py::object& normals,
+                  const py::object& report) {
     const InUse use(shaping_, "shape already runs on another thread");
     palpate_shape_out shape = palpate_default_shape_out();
     shape.node_count = bundle_->bundle.describe().surface_node_count;
@@ -145,6 +147,7 @@ class HeldScene {
     out.positions = writable(positions, "positions", vertex_count_);
     out.normals = writable(normals, "normals", vertex_count_);
     out.vertex_capacity = vertex_count_;
+    if (!report.is_none()) out.report = copy_of(report);
     return step_flags(without_lock([&] { return scene_.skin(shape, out); }));
   }
 
@@ -193,6 +196,12 @@ class HeldScene {
     if (!report) throw py::value_error("the scene reports no contacts; make it with report=\"contacts\"");
     return py::make_tuple(py::array_t<palpate_contact>(report->contact_count, palpate_report_contact(report, 0)),
                           py::array_t<palpate_contact_event>(report->event_count, palpate_report_event(report, 0)));
+  }
+  py::bytes report_bytes() {
+    const InUse use(touching_, kTouching);
+    const palpate_contact_report* report = palpate_scene_report(scene_.get());
+    if (!report) throw py::value_error("the scene reports no contacts; make it with report=\"contacts\"");
+    return py::bytes(reinterpret_cast<const char*>(report), report->used_bytes);
   }
   void set_pose(const Numbers& position, const Numbers& orientation, const Numbers& velocity,
                 const Numbers& angular_velocity) {
@@ -270,6 +279,16 @@ class HeldScene {
     return Scene(bundle, def);
   }
 
+  // A report as bytes, 8-byte aligned as the API asks. One that says that it is longer than it is counts as damaged: it becomes zeros.
+  const palpate_contact_report* copy_of(const py::object& report) {
+    const std::string bytes = py::cast<py::bytes>(report);
+    report_copy_.assign(std::max(bytes.size(), sizeof(palpate_contact_report)) / 8 + 1, 0);
+    palpate_contact_report head = {};
+    std::memcpy(&head, bytes.data(), std::min(bytes.size(), sizeof head));
+    if (head.used_bytes <= bytes.size()) std::memcpy(report_copy_.data(), bytes.data(), bytes.size());
+    return reinterpret_cast<const palpate_contact_report*>(report_copy_.data());
+  }
+
   // Answers a query: a Hit, None or a number.
   template <class Answer, class Query>
   py::object ask(HeldContacts* contacts, Query query) {
@@ -316,6 +335,7 @@ class HeldScene {
   palpate_scene_def def_;
   std::int32_t vertex_count_;  // of the render mesh
   Scene scene_;
+  std::vector<std::uint64_t> report_copy_;  // of skin
   ToolCopies copies_;
   LinkCopies link_copies_;
   std::atomic_flag touching_ = ATOMIC_FLAG_INIT, deforming_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT,
@@ -326,7 +346,7 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
                                       const std::string& contact, const std::string& law, const std::string& force,
                                       const std::string& shape, const std::string& radial, const std::string& preload,
                                       const std::string& queries, const std::string& deformation,
-                                      const std::string& report, const py::object& relaxation,
+                                      const std::string& report, const std::string& dent, const py::object& relaxation,
                                       const py::object& render_mesh, const py::object& fine_surface,
                                       std::int32_t max_tools, std::int32_t max_points, std::int32_t max_contact_nodes,
                                       double force_limit, double force_slew, double max_tool_speed,
@@ -343,6 +363,7 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.queries = choose<palpate_query_model>("queries", queries, {"off", "on"});
   def.deformation = choose<palpate_deformation_model>("deformation", deformation, {"linear", "large", "large-beside"});
   def.report = choose<palpate_report_model>("report", report, {"off", "contacts"});
+  def.dent = choose<palpate_dent_model>("dent", dent, {"off", "discs"});
   def.relaxation = relaxation_of(relaxation);
   std::optional<RenderMesh> mesh;
   if (!render_mesh.is_none()) def.render_mesh = &mesh.emplace(render_mesh).mesh;
@@ -404,7 +425,7 @@ void add_scene(py::module_& module) {
            py::arg("contact") = "patch", py::arg("law") = "sticking", py::arg("force") = "linear",
            py::arg("shape") = "surface", py::arg("radial") = "off", py::arg("preload") = "off",
            py::arg("queries") = "off", py::arg("deformation") = "linear", py::arg("report") = "off",
-           py::arg("relaxation") = py::none(), py::arg("render_mesh") = py::none(),
+           py::arg("dent") = "off", py::arg("relaxation") = py::none(), py::arg("render_mesh") = py::none(),
            py::arg("fine_surface") = py::none(), py::arg("max_tools") = start.max_tools,
            py::arg("max_points") = start.max_points, py::arg("max_contact_nodes") = start.max_contact_nodes,
            py::arg("force_limit") = start.force_limit, py::arg("force_slew") = start.force_slew,
@@ -418,6 +439,7 @@ void add_scene(py::module_& module) {
            "law: sticking, sliding, unilateral, coulomb          force: off, linear, response\n"
            "shape: off, surface, volume           radial: off, response           preload: off, on\n"
            "queries: off, on (cast_ray, closest_point, signed_distance)          report: off, contacts\n"
+           "dent: off, discs (skin sinks the render mesh to the discs of the report)\n"
            "deformation: linear, large (a hyperelastic body; the bundle must have been made for it)\n"
            "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
            "render_mesh: None, or a finer mesh that skin moves with the surface: positions [vertices, 3], m, or a "
@@ -461,9 +483,12 @@ void add_scene(py::module_& module) {
           "rows, contiguous, m; nothing is allocated. Returns StepFlags; 0 is full trust.")
       .def_property_readonly("vertex_count", &HeldScene::vertex_count, "vertices that skin fills: the render mesh's")
       .def("skin", &HeldScene::skin, py::arg("displacements"), py::arg("positions") = py::none(),
-           py::arg("normals") = py::none(),
+           py::arg("normals") = py::none(), py::arg("report") = py::none(),
            "The render mesh under a shape: displacements as shape wrote them. Fills the caller's arrays, float32\n"
-           "[vertex_count, 3] or more rows, contiguous; m. Returns StepFlags; 0 is full trust.")
+           "[vertex_count, 3] or more rows, contiguous; m. Returns StepFlags; 0 is full trust.\n"
+           "report: report_bytes of the touch that made the shape; a scene with dent=\"discs\" then sinks the mesh to "
+           "its "
+           "discs.")
       .def("normals", &HeldScene::normals, py::arg("positions"), py::arg("normals"),
            "Normals of the surface's vertices, the mean of the triangles around each, weighted by their angles:\n"
            "positions as shape wrote them. Fills the caller's array, float32 [surface_node_count, 3]. Returns "
@@ -483,6 +508,7 @@ void add_scene(py::module_& module) {
            "palpate_contact_event. state: 0 sticks, 1 slips, 2 frictionless, 3 released. kind: 1 begin, 2 end, 3 slip "
            "start,\n"
            "4 stick start. Read it after every touch.")
+      .def("report_bytes", &HeldScene::report_bytes, "The same report as bytes, a copy, for skin.")
       .def("set_pose", &HeldScene::set_pose, py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
            py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0), py::kw_only(),
            py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),

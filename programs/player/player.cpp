@@ -194,6 +194,8 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
     skin.positions = render_mesh_->positions.data(), skin.normals = render_mesh_->normals.data();
     skin.vertex_count = static_cast<std::int32_t>(render_mesh_->positions.size() / 3);
     def.render_mesh = &skin;
+    if (scene_.dent == SceneConfig::Dent::discs && half == Half::both)
+      def.dent = PALPATE_DENT_DISCS, def.report = PALPATE_REPORT_CONTACTS;
   }
   if (scene_.surface && def.collision != PALPATE_COLLISION_OFF) {
     RenderMesh met = read_render_mesh(scene_.surface->file, scene_.surface->metres_per_unit);
@@ -319,6 +321,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
       palpate_skin_out skin = palpate_default_skin_out();
       skin.positions = skin_positions.data(), skin.normals = skin_normals.data(),
       skin.vertex_capacity = static_cast<std::int32_t>(skin_positions.size() / 3);
+      skin.report = palpate_scene_report(runtime_scene_.get());  // NULL where no dent is drawn
       shape_flags |= timed(timing.skin_us, [&] { return palpate_scene_skin(runtime_scene_.get(), &out, &skin); });
     }
     if (on_shape)

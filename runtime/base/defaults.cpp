@@ -40,6 +40,7 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   defaults.torque_slew = 1e3;
   defaults.max_operations = 300'000;
   defaults.deformation = PALPATE_DEFORMATION_LINEAR;
+  defaults.dent = PALPATE_DENT_OFF;
   write_host_struct(defaults, def, struct_bytes);
 }
 

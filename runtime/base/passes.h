@@ -24,6 +24,7 @@ enum class Pass : std::int32_t {
   radial,
   positions,
   skin,
+  dent,
   count
 };
 constexpr std::int32_t kPasses = static_cast<std::int32_t>(Pass::count);

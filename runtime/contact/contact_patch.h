@@ -20,7 +20,7 @@ namespace palpate {
 
 class ContactPatch {
  public:
-  static constexpr double kResolved = 0.75;
+  static constexpr double kResolved = kResolvedSpacings;
   static constexpr int kRings = 6, kSpokes = 20, kPoints = kRings * kSpokes;
   static constexpr int kMaxNodes = 3 * kPoints;
 

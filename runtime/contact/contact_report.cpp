@@ -169,6 +169,9 @@ void ContactReport::add(const ReportedContact& from, std::int32_t index) {
   contact.depth = -dot(from.holder - rest_place, at_rest);
   contact.gap = dot(from.holder - place, outward);
   store3(from.force, contact.force);
+  store3(from.holder, contact.tool_point);
+  store3(from.disc_normal, contact.disc_normal);
+  contact.disc_radius = from.disc_radius, contact.indentation = from.indentation;
   if (held.last_step > 0 && held.last_step + 1 == step_)
     store3((1 / dt_) * (from.holder - held.last - moved), contact.velocity);
 

@@ -21,6 +21,9 @@ struct ReportedContact {
   Vec3 holder;                       // m: the tool point; of a grip, where it takes the place that it holds
   Vec3 force;                        // N, on the tool
   palpate_contact_state state = PALPATE_CONTACT_STICKS;
+  double disc_radius = 0;  // m; 0: no disc
+  Vec3 disc_normal;        // outward, unit, at rest
+  double indentation = 0;  // m, of the disc into a half-space
 };
 
 class ContactReport {

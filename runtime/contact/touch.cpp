@@ -269,10 +269,11 @@ class Touch {
 
   // The outward normal at a surface point, and a tangent that turns with the normal from step to step.
   void set_frame(ContactWish& wish, const SurfacePoint& surface_point, Vec3* tangent) {
-    if (!needs_contact_frames(context_.def)) return;
-    Vec3 outward = touch_state_.measure.outward(surface_point);
-    if (length(outward) == 0) outward = touch_state_.surface.outward(surface_point.triangle);
-    set_frame(wish, outward, tangent);
+    if (needs_contact_frames(context_.def)) set_frame(wish, outward_at(surface_point), tangent);
+  }
+  Vec3 outward_at(const SurfacePoint& surface_point) const {
+    const Vec3 outward = touch_state_.measure.outward(surface_point);
+    return length(outward) == 0 ? touch_state_.surface.outward(surface_point.triangle) : outward;
   }
   static void set_frame(ContactWish& wish, Vec3 outward, Vec3* tangent) {
     wish.outward = length(outward) == 0 ? Vec3{0, 0, 1} : outward;
@@ -633,11 +634,26 @@ class Touch {
       std::copy(grip.barycentric, grip.barycentric + 3, contact.surface_point.barycentric);
     }
     contact.holder = holder(tool, constraint.point);
+    Vec3 linear;
     for (std::int32_t p = first; p < end; ++p)
-      for (std::int32_t e = 0; e < set.constraints[p].node_count; ++e)
-        contact.force += -factor_[constraint.tool] * touch_state_.force[set.constraints[p].first_node + e];
+      for (std::int32_t e = 0; e < set.constraints[p].node_count; ++e) {
+        const Vec3 force = touch_state_.force[set.constraints[p].first_node + e];
+        contact.force += -factor_[constraint.tool] * force, linear += force;
+      }
     if (!is_finite(contact.force)) contact.force = Vec3{};
+    if (constraint.disc_radius > 0) describe_disc(constraint, linear, &contact);
     return contact;
+  }
+
+  // The disc below a contact, and how deep its own force on the organ, N, would press it into a half-space.
+  void describe_disc(const ContactConstraint& constraint, Vec3 force, ReportedContact* contact) const {
+    const FineContact* fine =
+        contact->fine.triangle >= 0 ? &touch_state_.fine_contacts[constraint.tool][constraint.point] : nullptr;
+    const Vec3 outward = fine ? fine->outward : outward_at(constraint.surface_point);
+    const double pressed =
+        -dot(force, outward) * touch_state_.measure.tissue(constraint.surface_point).normal / constraint.disc_radius;
+    if (!std::isfinite(pressed) || length(outward) == 0) return;
+    contact->disc_radius = constraint.disc_radius, contact->disc_normal = outward, contact->indentation = pressed;
   }
 
   // m, in the organ's frame: a tool point, or where a grip takes the place that it holds.

@@ -553,7 +553,7 @@ palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene
   if (const palpate_status status = read_host_struct("render_mesh", def.render_mesh, &mesh, reader.error()))
     return status;
   return skin.bind(reader.memory(), scratch, mesh, meshed, reader.surface_nodes(), preload_of_surface, triangles,
-                   reader.triangles(), reader.error());
+                   reader.triangles(), draws_dents(def), reader.error());
 }
 
 palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
@@ -605,7 +605,8 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
       !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
       !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
-      !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_BESIDE))
+      !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.dent, PALPATE_DENT_DISCS) ||
+      !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_BESIDE))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
     return bad("relaxation.model has a value that palpate.h does not list");
@@ -639,6 +640,11 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
   if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
+  if (def.dent != PALPATE_DENT_OFF &&
+      (!def.render_mesh || def.contact != PALPATE_CONTACT_PATCH || def.report == PALPATE_REPORT_OFF))
+    return bad(
+        "dent DISCS draws the discs of a report on a render mesh; set render_mesh, contact PATCH and report "
+        "CONTACTS, or leave dent OFF");
   if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
     return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
   if (def.deformation != PALPATE_DEFORMATION_LINEAR &&
@@ -692,6 +698,10 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
   step(def.render_mesh != nullptr, use.render_mesh,
        [&] { return bind_render_mesh(reader, def, touch.triangles, scene.skin); });
+  step(draws_dents(def), use.dent, [&] {
+    return scene.skin.draw_dents(reader.memory(), &touch.measure, def.max_points) ? PALPATE_OK
+                                                                                  : reader.no_memory("dent");
+  });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });

@@ -193,6 +193,7 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
          sections.response(SectionId::response_radial, "material/response/radial material/response/range"));
   if (has_shape) step(Pass::positions, "positions", "shape", sections.rest(false));
   if (def.render_mesh) step(Pass::skin, "skin: render mesh", "shape");
+  if (draws_dents(def)) step(Pass::dent, "dent: discs", "shape", {}, memory.dent);
   return plan;
 }
 

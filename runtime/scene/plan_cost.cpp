@@ -48,6 +48,8 @@ class PassWork {
         return {36.0 * scene_.shape.nodes, 3.0 * scene_.shape.nodes, 100};
       case Pass::skin:
         return skin();
+      case Pass::dent:
+        return dent();
       case Pass::count:
         break;
     }
@@ -97,6 +99,13 @@ class PassWork {
     const double vertices = skin.vertex_count(), triangles = skin.triangle_count(), nodes = skin.node_count();
     const double floats = skin.has_normals() ? 21 : 15;  // floats read and written for each vertex
     return {4 * (floats * vertices + 21 * triangles + 19 * nodes), 0, 9 * vertices + 12 * triangles};
+  }
+
+  // Every vertex is compared with the box around the discs; those inside look at each disc.
+  palpate_pass_work dent() const {
+    const double vertices = scene_.skin.vertex_count(), discs = patches();
+    if (discs == 0) return {0, 0, 10};
+    return {12 * vertices, 0, 50 * discs + 2 * vertices + discs * scene_.skin.vertices_near_a_disc() * 60};
   }
 
   palpate_pass_work superposition() const {

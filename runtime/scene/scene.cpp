@@ -129,11 +129,18 @@ palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_
   if (!scene || !scene->skin.bound() || wanted.vertex_capacity < 0) return PALPATE_STEP_BAD_INPUT;
   if (!palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
   if (!shaped.displacements || shaped.node_count < scene->skin.node_count()) return PALPATE_STEP_BAD_INPUT;
-  for (const float* array : {shaped.displacements, wanted.positions, wanted.normals})
+  for (const float* array : {shaped.displacements, wanted.positions, wanted.normals, wanted.disc_normals})
     if (!palpate::is_aligned(array)) return PALPATE_STEP_BAD_INPUT;
   if (wanted.normals && !scene->skin.has_normals()) return PALPATE_STEP_BAD_INPUT;
-  const palpate_step_flags flags = scene->skin.move(shaped.displacements, &wanted);
+  if (wanted.disc_normals && wanted.disc_capacity < 0) return PALPATE_STEP_BAD_INPUT;
+  palpate_step_flags flags = scene->skin.move(shaped.displacements, &wanted);
   out->vertex_count = wanted.vertex_count;
   scene->watch.ended(palpate::Pass::skin);
+  if (palpate::draws_dents(scene->def) && wanted.report) {
+    flags |= scene->skin.dent(&wanted);
+    scene->watch.ended(palpate::Pass::dent);
+  }
+  if (out->struct_bytes >= offsetof(palpate_skin_out, disc_count) + sizeof out->disc_count)
+    out->disc_count = palpate::draws_dents(scene->def) && wanted.report ? wanted.disc_count : 0;
   return flags;
 }

@@ -47,39 +47,55 @@ void Skin::turn_bones() {
   }
 }
 
-palpate_step_flags Skin::move_vertex(std::int32_t v, palpate_skin_out* out) const {
+Skin::Bone Skin::blended(const Bone* bones, const std::int32_t* node, const float* weight) {
+  const float *a = bones[node[0]].column[0], *b = bones[node[1]].column[0], *c = bones[node[2]].column[0];
+  Bone bone;
+  float* h = bone.column[0];
+  for (int i = 0; i < 16; ++i) h[i] = weight[0] * a[i] + weight[1] * b[i] + weight[2] * c[i];
+  return bone;
+}
+
+// False where the place would not be finite: the vertex then stays where it was bound.
+bool Skin::place_vertex(std::int32_t v, const Bone& bone, float* moved) const {
   const Vertex& vertex = vertices_[v];
-  const float *a = bones_[vertex.node[0]].column[0], *b = bones_[vertex.node[1]].column[0],
-              *c = bones_[vertex.node[2]].column[0];
-  float h[16];  // the blended bone: columns of H, then u
-  for (int i = 0; i < 16; ++i) h[i] = vertex.weight[0] * a[i] + vertex.weight[1] * b[i] + vertex.weight[2] * c[i];
+  const std::size_t first = 3 * static_cast<std::size_t>(v);
+  const float* h = bone.column[0];
+  for (int d = 0; d < 3; ++d)
+    moved[d] = positions_[first + d] +
+               (h[d] * vertex.offset[0] + h[4 + d] * vertex.offset[1] + h[8 + d] * vertex.offset[2] + h[12 + d]);
+  if (std::fabs(moved[0]) + std::fabs(moved[1]) + std::fabs(moved[2]) < INFINITY) return true;
+  std::copy_n(positions_ + first, 3, moved);
+  return false;
+}
+
+// cofactor(I + H) n, of unit length, or n where that has no direction. The columns of a cofactor are the cross products of the
+// columns of I + H.
+void Skin::turn_normal(const Bone& bone, const float* n, float* out) {
+  Bone deformed = bone;
+  float* h = deformed.column[0];
+  h[0] += 1, h[5] += 1, h[10] += 1;
+  const float *x = h, *y = h + 4, *z = h + 8;
+  float turned[3], square = 0;
+  for (int d = 0, e = 1, f = 2; d < 3; e = f, f = d++) {
+    turned[d] =
+        n[0] * (y[e] * z[f] - y[f] * z[e]) + n[1] * (z[e] * x[f] - z[f] * x[e]) + n[2] * (x[e] * y[f] - x[f] * y[e]);
+    square += turned[d] * turned[d];
+  }
+  const float length = std::sqrt(square);
+  const bool good = length > 0 && length < INFINITY;
+  for (int d = 0; d < 3; ++d) out[d] = good ? turned[d] / length : n[d];
+}
+
+palpate_step_flags Skin::move_vertex(std::int32_t v, palpate_skin_out* out) const {
+  const Bone bone = blended(bones_, vertices_[v].node, vertices_[v].weight);
   const std::size_t first = 3 * static_cast<std::size_t>(v);
   palpate_step_flags flags = 0;
   if (out->positions) {
     float moved[3];
-    for (int d = 0; d < 3; ++d)
-      moved[d] = positions_[first + d] +
-                 (h[d] * vertex.offset[0] + h[4 + d] * vertex.offset[1] + h[8 + d] * vertex.offset[2] + h[12 + d]);
-    if (!(std::fabs(moved[0]) + std::fabs(moved[1]) + std::fabs(moved[2]) < INFINITY)) {
-      std::copy_n(positions_ + first, 3, moved);
-      flags = PALPATE_STEP_UNSOLVED;
-    }
+    if (!place_vertex(v, bone, moved)) flags = PALPATE_STEP_UNSOLVED;
     std::copy_n(moved, 3, out->positions + first);
   }
-  if (out->normals) {
-    // The normal is cofactor(I + H) n. The columns of a cofactor are the cross products of the columns of I + H.
-    h[0] += 1, h[5] += 1, h[10] += 1;
-    const float *x = h, *y = h + 4, *z = h + 8, *n = normals_ + first;
-    float turned[3], square = 0;
-    for (int d = 0, e = 1, f = 2; d < 3; e = f, f = d++) {
-      turned[d] =
-          n[0] * (y[e] * z[f] - y[f] * z[e]) + n[1] * (z[e] * x[f] - z[f] * x[e]) + n[2] * (x[e] * y[f] - x[f] * y[e]);
-      square += turned[d] * turned[d];
-    }
-    const float length = std::sqrt(square);
-    const bool good = length > 0 && length < INFINITY;
-    for (int d = 0; d < 3; ++d) out->normals[first + d] = good ? turned[d] / length : n[d];
-  }
+  if (out->normals) turn_normal(bone, normals_ + first, out->normals + first);
   return flags;
 }
 

@@ -7,23 +7,29 @@
 //   - beside the surface its offset turns with the surface;
 //   - translations and rotations of the whole organ are reproduced exactly, and the mesh stays continuous.
 // Normals follow by the cofactor of I + H, so they need no triangles of the host's mesh.
+// Where the scene asks for dents, the vertices around the discs of a step then sink to these (dent.h).
 #pragma once
 
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/shape/dent.h"
 #include "runtime/surface/surface_index.h"
+#include "runtime/surface/surface_measure.h"
 
 namespace palpate {
 
 class Skin {
  public:
   // Binds the mesh to the surface as it was meshed. nodes: [node_count][3] m, used during the call; triangles: checked, outward.
-  // preload: [node_count][3] m, borrowed, or nullptr. scratch: memory for the binding alone.
+  // preload: [node_count][3] m, borrowed, or nullptr. scratch: memory for the binding alone. dents: draw_dents() will follow.
   // Errors: ARGUMENT with the vertex, MEMORY. Cost: a few microseconds per vertex near the surface.
   palpate_status bind(SceneMemory& memory, SceneMemory& scratch, const palpate_render_mesh& mesh, const double* nodes,
                       std::int32_t node_count, const float* preload, const std::int32_t* triangles,
-                      std::int32_t triangle_count, palpate_error* error);
+                      std::int32_t triangle_count, bool dents, palpate_error* error);
+
+  // After bind(): makes dent() possible. measure: of the surface at rest, borrowed; contacts: that a report has at most.
+  bool draw_dents(SceneMemory& memory, const SurfaceMeasure* measure, std::int32_t contacts);
 
   bool bound() const { return vertex_count_ > 0; }
   bool has_normals() const { return normals_ != nullptr; }
@@ -33,6 +39,11 @@ class Skin {
 
   // displacements: [node_count][3] m, any floats. Returns step flags.
   palpate_step_flags move(const float* displacements, palpate_skin_out* out);
+
+  bool draws_dents() const { return measure_ != nullptr; }
+  double vertices_near_a_disc() const;  // about, for the plan's cost
+  // After move(): sinks what it moved to the discs of out->report, which is not nullptr, and fills out->disc_normals. Returns step flags.
+  palpate_step_flags dent(palpate_skin_out* out);
 
  private:
   struct Triangle {
@@ -55,7 +66,12 @@ class Skin {
   void bind_vertex(std::int32_t v, const SurfacePoint& surface_point, Vec3 position, Vec3 surface_position);
   palpate_step_flags take(const float* displacements);
   void turn_bones();
+  static Bone blended(const Bone* bones, const std::int32_t* node, const float* weight);
+  bool place_vertex(std::int32_t v, const Bone& bone, float* moved) const;
+  static void turn_normal(const Bone& bone, const float* n, float* out);
   palpate_step_flags move_vertex(std::int32_t v, palpate_skin_out* out) const;
+  bool find_disc(const palpate_contact& contact, DentDisc* disc) const;
+  void dent_vertex(std::int32_t v, palpate_skin_out* out) const;
 
   std::int32_t node_count_ = 0, triangle_count_ = 0, vertex_count_ = 0;
   Triangle* triangles_ = nullptr;   // [triangle_count]
@@ -64,6 +80,12 @@ class Skin {
   float* positions_ = nullptr;      // [vertex_count][3] m, as bound
   float* normals_ = nullptr;        // [vertex_count][3] unit or zero; nullptr: none
   const float* preload_ = nullptr;  // [node_count][3] m
+  // Where the scene draws dents, else nullptr.
+  const SurfaceMeasure* measure_ = nullptr;
+  Bone* rest_bones_ = nullptr;        // [node_count] under the preload alone; nullptr: no preload
+  std::int32_t* triangle_ = nullptr;  // [vertex_count] that each vertex is bound to; nullptr with normals
+  std::int32_t most_contacts_ = 0;
+  Dents dents_;
 };
 
 // Writes the unit normal of two edges to out, or zero and returns false where they span no area. The same edges give the same

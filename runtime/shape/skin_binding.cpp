@@ -63,12 +63,14 @@ void Skin::bind_vertex(std::int32_t v, const SurfacePoint& surface_point, Vec3 p
     vertex.weight[i] = static_cast<float>(surface_point.barycentric[i]);
   }
   store_float(position - surface_position, vertex.offset);
+  if (triangle_) triangle_[v] = surface_point.triangle;
   store_float(position, positions_ + 3 * static_cast<std::size_t>(v));
 }
 
 palpate_status Skin::bind(SceneMemory& memory, SceneMemory& scratch, const palpate_render_mesh& mesh,
                           const double* nodes, std::int32_t node_count, const float* preload,
-                          const std::int32_t* triangles, std::int32_t triangle_count, palpate_error* error) {
+                          const std::int32_t* triangles, std::int32_t triangle_count, bool dents,
+                          palpate_error* error) {
   const auto bad = [&](const char* what) {
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_render_mesh: %s", what);
   };
@@ -82,6 +84,7 @@ palpate_status Skin::bind(SceneMemory& memory, SceneMemory& scratch, const palpa
   vertices_ = memory.array<Vertex>(count);
   positions_ = memory.array<float>(3 * count);
   if (mesh.normals) normals_ = memory.array<float>(3 * count);
+  if (dents && !mesh.normals) triangle_ = memory.array<std::int32_t>(count);
   SurfaceIndex surface;
   if (!describe_triangles(memory, scratch, nodes, triangles) ||
       !surface.build(scratch, nodes, triangles, triangle_count))

@@ -32,6 +32,9 @@ struct LocalCompliance {
   double normal_blur = 0, tangent_blur = 0;  // in units of s
   double curved = 0, curved_trace = 0;       // m^2/N
 };
+// A disc acts through one of this many node spacings at least (contact/contact_patch.h).
+inline constexpr double kResolvedSpacings = 0.75;
+
 void add_weighted(LocalCompliance& sum, double weight, const LocalCompliance& a);
 LocalCompliance local_compliance(double young, double poisson, StoredElement element);
 

@@ -28,6 +28,14 @@ def address(array):
     return array.__array_interface__["data"][0]
 
 
+def scene_triangle(bundle):
+    """A triangle without fixed nodes that looks along z."""
+    corners = bundle.nodes[bundle.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    up = normals[:, 2] > 0.99 * np.linalg.norm(normals, axis=1)
+    return int(np.flatnonzero(up & np.isin(bundle.triangles, bundle.touchable).all(axis=1))[0])
+
+
 def pressed(scene, displacement=(0, 0, -0.002), bundle=None):
     """A touch that holds the first touchable node at a displacement."""
     node = int(scene.bundle.touchable[0])
@@ -424,6 +432,27 @@ class RenderMesh(unittest.TestCase):
         self.assertGreater(np.abs(shape[1]).max(), 1e-3)
         np.testing.assert_allclose(positions, shape[0], atol=3e-8)  # floats of 6 cm
         np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6)
+
+    def test_a_render_mesh_sinks_to_the_discs_of_a_report(self):
+        bundle = palpate.Bundle(BUNDLE)
+        rest = bundle.nodes[: bundle.surface_node_count]
+        scene = palpate.Scene(bundle, render_mesh=rest, report="contacts", dent="discs")
+        grip = palpate.Grip(triangle=scene_triangle(bundle), barycentric=(0.4, 0.3, 0.3), displacement=(0, 0, -0.002))
+        contacts = scene.make_contacts()
+        scene.touch([palpate.Tool(grips=[grip], disc_radius=0.003)], 0.001, contacts)
+        u = np.empty((len(rest), 3), np.float32)
+        flat, dented = np.empty_like(u), np.empty_like(u)
+        scene.shape(contacts, displacements=u)
+        self.assertEqual(scene.skin(u, positions=flat), 0)
+        self.assertEqual(scene.skin(u, positions=dented, report=scene.report_bytes()), 0)
+        contact = scene.report()[0][0]
+        moved = np.linalg.norm(dented - flat, axis=1)
+        self.assertGreater(moved.max(), 1e-5)
+        # Within three times the wide disc, which is 1.1 node spacings here: the box is 60 mm long.
+        far = np.linalg.norm(flat - contact["tool_point"], axis=1) > 0.05
+        self.assertEqual(moved[far].max(initial=0), 0)
+        self.assertGreater(contact["disc_radius"], 0)
+        self.assertEqual(scene.skin(u, positions=dented, report=b"damaged"), palpate.StepFlags.BAD_INPUT)
 
     def test_what_is_no_render_mesh_is_named(self):
         bundle = palpate.Bundle(BUNDLE)

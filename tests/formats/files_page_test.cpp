@@ -227,6 +227,7 @@ unit = "mm"
 @effects.shape@
 @effects.radial@
 @effects.deformation@
+@effects.dent@
 @effects.preload@
 [surface]
 file = "fine.ply"

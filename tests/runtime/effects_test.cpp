@@ -170,6 +170,8 @@ TEST(Scene, IsBitIdenticalWhenAnEffectThatDoesNothingIsAddedOrLeftOut) {
   palpate_scene_def drawn = plain;
   drawn.render_mesh = &vertices();
   EXPECT_EQ(played(drawn), reference);
+  drawn.report = PALPATE_REPORT_CONTACTS, drawn.dent = PALPATE_DENT_DISCS;
+  EXPECT_EQ(played(drawn), reference);
   palpate_scene_def response = plain;
   response.force = PALPATE_FORCE_RESPONSE;
   EXPECT_NE(played(response), "");
@@ -357,6 +359,7 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
       def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB, def.force = PALPATE_FORCE_RESPONSE;
       def.radial = PALPATE_RADIAL_RESPONSE, def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {1}};
       def.render_mesh = &vertices();
+      def.report = PALPATE_REPORT_CONTACTS, def.dent = PALPATE_DENT_DISCS;
     }
     const ScenePointer scene = box().scene(def), plain = box().scene(def);
     const std::vector<palpate_plan_pass> plan = plan_of(scene.get());
@@ -386,6 +389,7 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
     palpate_scene_shape(scene.get(), contacts.get(), &out);
     float moved[6];
     palpate_skin_out skin = skin_out(moved, nullptr, 2);
+    skin.report = palpate_scene_report(scene.get());
     EXPECT_EQ(palpate_scene_skin(scene.get(), &out, &skin) == 0, all == 1);
     // The two tools are corrected one after the other, so the pass `radial` comes twice.
     passed.erase(std::unique(passed.begin(), passed.end()), passed.end());

@@ -145,6 +145,7 @@ std::vector<palpate_scene_def> every_effect() {
           def.report = PALPATE_REPORT_CONTACTS;
           def.fine_surface = &fine_surface();
           def.max_links = 4, def.grasps = contact == PALPATE_CONTACT_PATCH;
+          def.dent = contact == PALPATE_CONTACT_PATCH ? PALPATE_DENT_DISCS : PALPATE_DENT_OFF;
         }
         all.push_back(def);
         const bool deforms = contact == PALPATE_CONTACT_NODE
@@ -185,6 +186,7 @@ struct Running {
       contact_steps += palpate_contacts_tool(contacts, 0)->contact_count > 0;
       palpate_scene_deform(scene.get());
       palpate_scene_shape(scene.get(), contacts.get(), &out);
+      skin.report = palpate_scene_report(scene.get());
       if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
       if (queries) ask();
       if (links) tighten();

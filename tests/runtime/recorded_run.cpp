@@ -23,7 +23,9 @@ using palpate::tests::grip_tool;
 using palpate::tests::GuardedDevice;
 using palpate::tests::point_tool;
 using palpate::tests::RecordedStep;
+using palpate::tests::render_mesh;
 using palpate::tests::shape_out;
+using palpate::tests::skin_out;
 
 struct Played {
   Xxh64 contacts, forces, shape;
@@ -60,12 +62,14 @@ palpate_pose moving_pose() {
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
 static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 15 * sizeof(double));
 
-Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, bool moves,
+// skinned: floats of the scene's render mesh, 0 without one.
+Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, bool moves, std::size_t skinned,
             const std::vector<RecordedStep>& path) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene) / 8 + 1);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
   std::vector<float> displacements(3 * static_cast<std::size_t>(info.node_count)), positions(displacements.size());
+  std::vector<float> drawn(skinned), discs(3 * 64);
   Played played;
   GuardedDevice device;
   for (std::size_t s = 0; s < path.size(); ++s) {
@@ -104,6 +108,13 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
     const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(out.node_count);
     played.shape.update(displacements.data(), bytes);
     played.shape.update(positions.data(), bytes);
+    if (skinned) {
+      palpate_skin_out skin = skin_out(drawn.data(), nullptr, static_cast<std::int32_t>(skinned / 3));
+      skin.report = palpate_scene_report(scene), skin.disc_normals = discs.data(), skin.disc_capacity = 64;
+      played.flags |= palpate_scene_skin(scene, &out, &skin);
+      played.shape.update(drawn.data(), sizeof(float) * skinned);
+      played.shape.update(discs.data(), 3 * sizeof(float) * static_cast<std::size_t>(skin.disc_count));
+    }
     played.contact_nodes += contacts->node_count;
     for (int t = 0; t < 3; ++t) played.slips += palpate_contacts_tool(contacts, t)->slip_count;
   }
@@ -128,6 +139,7 @@ palpate_scene_def scene_def(const Combination& c) {
   if (!has_the_rest(c)) return def;
   def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
   def.relaxation = {PALPATE_RELAXATION_PRONY, 2, {0.45, 0.365}, {0.005, 0.5}};
+  if (c.contact == PALPATE_CONTACT_PATCH) def.report = PALPATE_REPORT_CONTACTS, def.dent = PALPATE_DENT_DISCS;
   return def;
 }
 
@@ -143,7 +155,14 @@ std::string line_of(const Combination& c, const Played& played) {
 
 // Returns nothing for a scene whose effects this build or bundle does not have. Any other failure ends the program.
 std::string play(const Combination& c, palpate_bundle* bundle, const std::vector<RecordedStep>& path) {
-  const palpate_scene_def def = scene_def(c);
+  palpate_scene_def def = scene_def(c);
+  // The surface's own nodes are the render mesh of scenes with dents.
+  const std::int32_t nodes = palpate_bundle_describe(bundle).surface_node_count;
+  std::vector<float> vertices;
+  for (std::int32_t i = 0; def.dent != PALPATE_DENT_OFF && i < 3 * nodes; ++i)
+    vertices.push_back(static_cast<float>(palpate_bundle_nodes(bundle)[i]));
+  const palpate_render_mesh mesh = render_mesh(vertices.data(), nullptr, nodes);
+  if (!vertices.empty()) def.render_mesh = &mesh;
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   const palpate_status status = palpate_scene_create(bundle, &def, &scene, &error);
@@ -152,8 +171,8 @@ std::string play(const Combination& c, palpate_bundle* bundle, const std::vector
     std::fprintf(stderr, "recorded_run: %s\n", error.text);
     std::exit(3);
   }
-  const std::string line = line_of(
-      c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1, c.law == PALPATE_LAW_COULOMB, path));
+  const std::string line = line_of(c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1,
+                                           c.law == PALPATE_LAW_COULOMB, vertices.size(), path));
   palpate_scene_destroy(scene);
   return line;
 }

@@ -325,7 +325,7 @@ TEST(Skin, LeavesAVertexWhereItWasBoundWhereItsMotionIsNoNumber) {
   const float place[3] = {4e5f, 2e5f, 0}, apart[9] = {0, 0, 0, 1e6f, 0, 0, 0, 0, 0};
   Skin skin;
   palpate_error error = {};
-  ASSERT_EQ(skin.bind(memory, scratch, render_mesh(place, nullptr, 1), nodes, 3, nullptr, triangles, 2, &error),
+  ASSERT_EQ(skin.bind(memory, scratch, render_mesh(place, nullptr, 1), nodes, 3, nullptr, triangles, 2, false, &error),
             PALPATE_OK)
       << error.text;
   float moved[3];

@@ -57,6 +57,18 @@ export function positionAt(path, time) {
   return a.map((x, d) => x + ((time - t0) / (t1 - t0)) * (b[d] - x));
 }
 
+// Normals of vertices, weighted by area, as palpate-run makes them. positions: [vertices][3]; faces: three vertices each.
+export function smoothNormals(positions, faces) {
+  const normals = new Float64Array(positions.length), at = (v, d) => positions[3 * v + d];
+  for (const [a, b, c] of faces)
+    for (let d = 0; d < 3; ++d) {
+      const e = (d + 1) % 3, f = (d + 2) % 3;
+      const area = (at(b, e) - at(a, e)) * (at(c, f) - at(a, f)) - (at(b, f) - at(a, f)) * (at(c, e) - at(a, e));
+      for (const v of [a, b, c]) normals[3 * v + d] += area;
+    }
+  return Float32Array.from(normals, (_, i) => normals[i] / Math.hypot(...normals.subarray(i - (i % 3), i - (i % 3) + 3)));
+}
+
 // The largest difference of two arrays over the largest number in the second.
 export function relativeDifference(found, expected) {
   if (found.length !== expected.length) return Infinity;

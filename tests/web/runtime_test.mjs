@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { boxScenes, boxToolsFor, playNatively, positionAt, relativeDifference } from "./reference.mjs";
+import { boxScenes, boxToolsFor, playNatively, positionAt, relativeDifference, smoothNormals } from "./reference.mjs";
 
 const [modulePath, palpateRun, palpateBundle, writeTinyBundle, folder, ...wasms] = process.argv.slice(2);
 const { loadRuntime, hasSimd } = await import(pathToFileURL(modulePath));
@@ -69,8 +69,9 @@ for (const wasm of wasms) {
       bundle.close();
     });
 
-  test(`${wasm}: a render mesh goes where palpate-run has it`, () => {
-    const effects = { collision: "deformed", contact: "point" }, tools = boxToolsFor(effects), bundle = runtime.openBundle(bytes);
+  for (const effects of [{ collision: "deformed", contact: "point" }, { collision: "deformed", contact: "patch", law: "coulomb", dent: "discs" }])
+  test(`${wasm}: a render mesh goes where palpate-run has it, ${JSON.stringify(effects)}`, () => {
+    const tools = boxToolsFor(effects), bundle = runtime.openBundle(bytes);
     // Every surface node, and the middle of every triangle moved outwards by a millimetre.
     const { nodes, triangles, info } = bundle, positions = Array.from(nodes.subarray(0, 3 * info.surfaceNodeCount));
     for (let t = 0; t < info.triangleCount; ++t)
@@ -78,20 +79,28 @@ for (const wasm of wasms) {
         const middle = [0, 1, 2].reduce((sum, v) => sum + nodes[3 * triangles[3 * t + v] + d] / 3, 0);
         positions.push(middle + (middle > 0.025 ? 0.001 : -0.001));
       }
+    // Each triangle in three, around its middle.
+    const faces = Array.from({ length: info.triangleCount }, (_, t) => [0, 1, 2].map((v) =>
+      [triangles[3 * t + v], triangles[3 * t + (v + 1) % 3], info.surfaceNodeCount + t])).flat();
     const rows = Array.from({ length: positions.length / 3 }, (_, v) => positions.slice(3 * v, 3 * v + 3).map((x) => 1000 * x).join(" "));
     writeFileSync(`${folder}/fine.ply`, `ply\nformat ascii 1.0\nelement vertex ${rows.length}\nproperty double x\nproperty double y\n` +
-      `property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n${rows.join("\n")}\n3 0 1 2\n`);
+      `property double z\nelement face ${faces.length}\nproperty list uchar int vertex_indices\nend_header\n${rows.join("\n")}\n` +
+      faces.map((face) => `3 ${face.join(" ")}\n`).join(""));
     const expected = playNatively(palpateRun, folder, "skin", file, effects, tools, ["--render-mesh", `${folder}/fine.ply`]);
-    const renderMesh = { positions: Float32Array.from(positions), normals: new Float32Array(positions.length).fill(1) };
-    const scene = bundle.createScene({ ...effects, renderMesh, maxTools: 2, maxPoints: 2 }), skins = [];
-    assert.ok(scene.plan.some((pass) => pass.name === "skin: render mesh"));
+    const renderMesh = { positions: Float32Array.from(positions), normals: smoothNormals(positions, faces) };
+    const report = effects.dent ? "contacts" : "off";
+    const scene = bundle.createScene({ ...effects, report, renderMesh, maxTools: 2, maxPoints: 2 }), skins = [];
+    assert.equal(scene.plan.at(-1).name, effects.dent ? "dent: discs" : "skin: render mesh");
+    let dents = 0;
     expected.forces.forEach((_, step) => {
       scene.setTools(tools.map((tool) => ({ ...tool, discRadius: tool.disc_radius, points: positionAt(tool.path, step / 1000) })));
       scene.touch(1e-3);
       if (step < Math.ceil((skins.length * 1000) / 60 - 1e-9)) return;
       assert.equal(scene.shape() | scene.skin(), 0);
       skins.push(scene.skinPositions.slice());
+      dents += scene.discNormals.length / 3;
     });
+    assert.equal(dents > 0, !!effects.dent);
     assert.equal(skins.length, expected.skins.length);
     skins.forEach((skin, i) => assert.ok(relativeDifference(skin, expected.skins[i]) < tolerance, `skin ${i}`));
     assert.ok(relativeDifference(skins.at(-4), skins[0]) > 100 * tolerance, "the mesh moves");

@@ -268,6 +268,7 @@ class Scene:
         queries: Literal["off", "on"] = ...,
         deformation: Literal["linear", "large", "large-beside"] = ...,
         report: Literal["off", "contacts"] = ...,
+        dent: Literal["off", "discs"] = ...,
         relaxation: Optional[Sequence[tuple[float, float]]] = ...,
         render_mesh: Union[npt.ArrayLike, tuple[npt.ArrayLike, npt.ArrayLike], None] = ...,
         fine_surface: Optional[tuple[npt.ArrayLike, npt.ArrayLike]] = ...,
@@ -306,6 +307,7 @@ class Scene:
         displacements: npt.NDArray[np.float32],
         positions: Optional[npt.NDArray[np.float32]] = ...,
         normals: Optional[npt.NDArray[np.float32]] = ...,
+        report: Optional[bytes] = ...,
     ) -> StepFlags: ...
     def normals(self, positions: npt.NDArray[np.float32], normals: npt.NDArray[np.float32]) -> StepFlags: ...
     def cast_ray(
@@ -318,6 +320,7 @@ class Scene:
     def closest_point(
         self, point: npt.ArrayLike, contacts: Optional[Contacts] = ..., farthest: float = ...
     ) -> Optional[Hit]: ...
+    def report_bytes(self) -> bytes: ...
     def report(self) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]: ...
     def signed_distance(self, point: npt.ArrayLike, contacts: Optional[Contacts] = ...) -> float: ...
     def set_pose(

@@ -3,7 +3,8 @@
 /** @typedef {"sticks" | "slips" | "frictionless" | "released"} ContactState */
 /** @typedef {"begin" | "end" | "slip-start" | "stick-start"} ContactEventKind */
 /** @typedef {{toolId: number, tool: number, point: number, triangle: number, node: number, state: ContactState, begun: number,
- *   barycentric: number[], place: number[], normal: number[], depth: number, gap: number, force: number[], velocity: number[]}} Contact
+ *   barycentric: number[], place: number[], normal: number[], depth: number, gap: number, force: number[], velocity: number[],
+ *   toolPoint: number[], discRadius: number, discNormal: number[], indentation: number}} Contact
  *  A contact of a step, as palpate_contact: places, directions and forces are in the organ's frame; begun: the step in which the
  *  contact began. toolId, point and begun together name the contact. */
 /** @typedef {{kind: ContactEventKind, toolId: number, point: number, contact: number, triangle: number, node: number,
@@ -47,7 +48,8 @@ function readContact(runtime, at) {
     triangle: read.integer("triangle"), node: read.integer("node"), state: STATES[read.integer("state")],
     begun: whole(runtime, at + runtime.field("palpate_contact.begun")), barycentric: read.vector("barycentric"),
     place: read.vector("place"), normal: read.vector("normal"), depth: read.number("depth"), gap: read.number("gap"),
-    force: read.vector("force"), velocity: read.vector("velocity"),
+    force: read.vector("force"), velocity: read.vector("velocity"), toolPoint: read.vector("tool_point"),
+    discRadius: read.number("disc_radius"), discNormal: read.vector("disc_normal"), indentation: read.number("indentation"),
   };
 }
 

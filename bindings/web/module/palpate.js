@@ -20,7 +20,7 @@ export { PalpateError };
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
  *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
- *   deformation?: "linear" | "large" | "large-beside", queries?: "off" | "on", report?: "off" | "contacts",
+ *   deformation?: "linear" | "large" | "large-beside", queries?: "off" | "on", report?: "off" | "contacts", dent?: "off" | "discs",
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
  *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number,
@@ -249,6 +249,7 @@ export class Scene {
   #skinAt = 0;
   #skinPositionsAt = 0;
   #skinNormalsAt = 0;
+  #discNormalsAt = 0;
   #normalsAt = 0;
   #hitAt = 0;
   #poseAt = 0;
@@ -266,6 +267,8 @@ export class Scene {
     /** vertices of the render mesh, which skin() fills */
     this.vertexCount = (effects.renderMesh?.positions.length ?? 0) / 3;
     this.hasNormals = !!effects.renderMesh?.normals;
+    /** whether skin() draws the dents of the report's discs */
+    this.hasDents = effects.dent === "discs";
     let mesh = 0, fine = 0;
     try {
       api.palpate_init_scene_def(def, runtime.field("palpate_scene_def"));
@@ -299,7 +302,7 @@ export class Scene {
       runtime.field("palpate_skin_out"), 12 * this.vertexCount, this.hasNormals ? 12 * this.vertexCount : 0,
       this.nodeCount ? 12 * this.bundle.info.surfaceNodeCount : 0, runtime.field("palpate_surface_hit"),
       runtime.field("palpate_pose"), 48, this.maxTools * runtime.field("palpate_grasp"),
-      this.maxLinks * runtime.field("palpate_link"),
+      this.maxLinks * runtime.field("palpate_link"), this.hasDents ? 12 * this.maxPoints : 0,
     ].map((bytes) => (bytes + 15) & ~15);
     const all = sizes.reduce((sum, bytes) => sum + bytes, 0);
     this.#memory = heap.take(all);
@@ -307,7 +310,7 @@ export class Scene {
     let at = this.#memory;
     [this.#toolsAt, this.#pointsAt, this.#gripsAt, this.#contactsAt, this.#shapeAt, this.#displacementsAt, this.#positionsAt,
       this.#skinAt, this.#skinPositionsAt, this.#skinNormalsAt, this.#normalsAt, this.#hitAt, this.#poseAt,
-      this.#numbersAt, this.#graspsAt, this.#linksAt] = sizes.map((bytes) => (at += bytes) - bytes);
+      this.#numbersAt, this.#graspsAt, this.#linksAt, this.#discNormalsAt] = sizes.map((bytes) => (at += bytes) - bytes);
     const put = (/** @type {number} */ at, /** @type {string} */ name, /** @type {number} */ value) =>
       heap.data.setUint32(at + runtime.field(name), value, true);
     api.palpate_init_shape_out(this.#shapeAt, runtime.field("palpate_shape_out"));
@@ -318,6 +321,8 @@ export class Scene {
     put(this.#skinAt, "palpate_skin_out.positions", this.#skinPositionsAt);
     put(this.#skinAt, "palpate_skin_out.normals", this.hasNormals ? this.#skinNormalsAt : 0);
     put(this.#skinAt, "palpate_skin_out.vertex_capacity", this.vertexCount);
+    put(this.#skinAt, "palpate_skin_out.disc_normals", this.hasDents ? this.#discNormalsAt : 0);
+    put(this.#skinAt, "palpate_skin_out.disc_capacity", this.hasDents ? this.maxPoints : 0);
   }
 
   /** The passes of a step, in order. @returns {PlanPass[]} */
@@ -429,8 +434,12 @@ export class Scene {
     return this.runtime.api.palpate_scene_shape(this.pointer, this.#contactsAt, this.#shapeAt) >>> 0;
   }
 
-  /** Moves the render mesh with the last shape(): fills skinPositions and skinNormals. @returns {number} flag bits */
+  /** Moves the render mesh with the last shape(): fills skinPositions and skinNormals. With dent: "discs" it sinks to the discs of the
+   *  last touch(). @returns {number} flag bits */
   skin() {
+    const { api, heap } = this.runtime;
+    if (this.hasDents)
+      heap.data.setUint32(this.#skinAt + this.runtime.field("palpate_skin_out.report"), api.palpate_scene_report(this.pointer), true);
     return this.runtime.api.palpate_scene_skin(this.pointer, this.#shapeAt, this.#skinAt) >>> 0;
   }
 
@@ -484,6 +493,13 @@ export class Scene {
   /** view [vertexCount][3] m, of the last skin() */
   get skinPositions() {
     return new Float32Array(this.runtime.heap.buffer, this.#skinPositionsAt, 3 * this.vertexCount);
+  }
+  /** With dent: "discs", of the last skin(): view [contacts][3], for each contact of the report the outward normal of the plane that
+   *  its disc is drawn in; zero where it has none. */
+  get discNormals() {
+    const { heap } = this.runtime;
+    const count = this.hasDents ? heap.i32(this.#skinAt + this.runtime.field("palpate_skin_out.disc_count")) : 0;
+    return new Float32Array(heap.buffer, this.#discNormalsAt, 3 * count);
   }
   /** view [vertexCount][3], unit, of the last skin(); empty for a render mesh without normals */
   get skinNormals() {

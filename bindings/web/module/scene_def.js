@@ -16,6 +16,7 @@ const WORDS = /** @type {const} */ ({
   deformation: ["linear", "large", "large-beside"],
   queries: ["off", "on"],
   report: ["off", "contacts"],
+  dent: ["off", "discs"],
 });
 const MAX_RELAXATION_TERMS = 8;
 

@@ -287,6 +287,14 @@ typedef enum palpate_report_model {
   PALPATE_REPORT_CONTACTS /* contacts and events                                                                   */
 } palpate_report_model;
 
+/* Whether palpate_scene_skin dents the render mesh below each disc, where the bundle's mesh is too coarse to show it. */
+typedef enum palpate_dent_model {
+  PALPATE_DENT_OFF, /* the render mesh follows the bundle's surface alone                                         */
+  PALPATE_DENT_DISCS /* it also meets the disc of each contact: the closed-form dent of a rigid punch less what the mesh shows
+                        of it (docs/method.md, section 18). Needs a render_mesh, contact PATCH and report CONTACTS; it changes
+                        what is drawn, and no force                                                                */
+} palpate_dent_model;
+
 /* How the organ deforms. */
 typedef enum palpate_deformation_model {
   PALPATE_DEFORMATION_LINEAR, /* by superposition of the tensors: right for small displacements                    */
@@ -409,7 +417,7 @@ typedef struct palpate_scene_def {
   int32_t
       grasps; /* default 0: no tool grasps, and there is no memory for it; 1: each tool may (palpate_grasp). Needs PATCH
                                      and LINEAR                                                                       */
-  int32_t reserved; /* 0                                                                                            */
+  palpate_dent_model dent; /* default OFF                                                                            */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -888,6 +896,12 @@ typedef struct palpate_contact {
                                   resolution: below 0                                                                */
   double force[3];    /* N, on the tool, after Q, before relaxation, force_limit and force_slew             */
   double velocity[3]; /* m/s, of the tool past the organ there; 0 in the first step of a tool point or grip */
+  double tool_point[3];  /* m: the tool point, or the place that a grip holds, moved by the grip's displacement       */
+  double disc_radius;    /* m, of the disc that the contact presses under PATCH; 0: none                             */
+  double disc_normal[3]; /* outward unit normal of that disc: of the surface at rest, around the place; zero: no disc */
+  double
+      indentation; /* m: how deep the disc alone would sink into a half-space of the tissue there, under the contact's
+                            normal force before Q; below 0 where it pulls; 0: no disc                                */
 } palpate_contact;
 
 typedef enum palpate_contact_event_kind {
@@ -953,8 +967,8 @@ PALPATE_API void palpate_scene_reset_tool(palpate_scene* scene, int32_t id);
 /* What the touch steps have left in a scene: contacts, forces, last positions, relaxation, the pose with its velocities, and the
  * report. After a restore the next steps give the same bits as the next steps of the scene that was saved, if they get the same
  * input. The shape half and the queries have no state of their own.
- * A state is plain bytes, for the same version of the library, the same byte order, a scene with the same definition (render mesh
- * and allocator aside), and a bundle with the same identity; it may be restored into another scene or another process.
+ * A state is plain bytes, for the same version of the library, the same byte order, a scene with the same definition (render mesh,
+ * dent and allocator aside), and a bundle with the same identity; it may be restored into another scene or another process.
  * None of these functions allocates or locks; call them in the thread of palpate_scene_touch. */
 
 /* The bytes that a saved state of the scene takes now. They grow with the contacts: ask after the last step. */
@@ -1002,6 +1016,14 @@ typedef struct palpate_skin_out {
   int32_t reserved;        /* 0                                                                                   */
   float* positions;        /* default NULL; [vertex_capacity][3] m                                                */
   float* normals;          /* default NULL; [vertex_capacity][3] unit length; NULL for a render mesh without normals */
+  const palpate_contact_report*
+      report; /* default NULL: no dents. With dent DISCS: of the touch step whose contacts made the
+                                           shape. Where shape and touch are two threads: a copy of its used_bytes    */
+  float*
+      disc_normals; /* default NULL; [disc_capacity][3], for each contact of the report: outward unit normal of the plane
+                            through its tool_point that its disc is drawn in; zero: no disc                          */
+  int32_t disc_capacity; /* in: room in disc_normals                                                                */
+  int32_t disc_count;    /* out: contacts filled                                                                    */
 } palpate_skin_out;
 PALPATE_API void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes);
 static inline palpate_skin_out palpate_default_skin_out(void) {
@@ -1012,8 +1034,9 @@ static inline palpate_skin_out palpate_default_skin_out(void) {
 
 /* Moves the scene's render mesh with a shape. shape: as palpate_scene_shape filled it; this call reads its displacements and
  * node_count, at least Ns. Call it in the thread of palpate_scene_shape. A node whose displacement is not finite counts as
- * unmoved (BAD_INPUT). A vertex that would not be finite stays where it was bound (UNSOLVED). Cost: one pass over the surface's
- * triangles and one over the vertices. */
+ * unmoved (BAD_INPUT). A vertex that would not be finite stays where it was bound (UNSOLVED). With dent DISCS and a report, the vertices
+ * around each disc then sink to it; a contact or a report that is damaged makes no dent (BAD_INPUT). Cost: one pass over the
+ * surface's triangles and one over the vertices; with discs a second one over the vertices. */
 PALPATE_API palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape,
                                                   palpate_skin_out* out);
 

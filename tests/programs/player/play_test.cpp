@@ -412,6 +412,32 @@ TEST_F(PlayedScene, MovesARenderMeshWithTheOrganInEveryUnit) {
               HasSubstr("shape   skin: render mesh"));
 }
 
+TEST_F(PlayedScene, SinksARenderMeshToTheDiscsOfTheTools) {
+  std::ofstream(folder_ / "fine.ply") << ply_of(tests::tiny_bundle(), "m");
+  const std::string tool =
+      "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\ndisc_radius = 3\n"
+      "path = [[0, 33, 24, 42], [0.1, 33, 24, 36]]\n";
+  const auto last_skin = [&](const std::string& dent) {
+    write_scene(tool, "[effects]\ncontact = \"patch\"\n" + dent);
+    const Ended ended = run("scene.toml -o out --render-mesh fine.ply --render-unit m");
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    return read_grid(folder_ / "out/shapes/skin_000006.vtu");
+  };
+  const auto off = last_skin("");
+  const std::string forces = read_text(folder_ / "out/forces.csv");
+  const auto with = last_skin("dent = \"discs\"\n");
+  EXPECT_EQ(read_text(folder_ / "out/forces.csv"), forces) << "what is drawn changes no force";
+  double deepest = 0;
+  for (vtkIdType n = 0; n < off->GetNumberOfPoints(); ++n)
+    deepest = std::max(deepest, off->GetPoint(n)[2] - with->GetPoint(n)[2]);
+  EXPECT_GT(deepest, 1e-4);
+  EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").output,
+              HasSubstr("shape   dent: discs"));
+  expect_refused("scene.toml -o out", "effects.dent: expected --render-mesh FILE.ply");
+  write_scene(kProbe, "[effects]\ndent = \"discs\"\n");
+  expect_refused("scene.toml -o out --render-mesh fine.ply --render-unit m", "a tool with a disc_radius");
+}
+
 TEST_F(PlayedScene, RefusesARenderMeshThatIsNone) {
   write_scene(kProbe);
   const std::string good = ply_of(tests::tiny_bundle());
