@@ -14,19 +14,7 @@ rm -rf "$out/_CPack_Packages"
 
 (cd "$source/bindings/python" && /usr/bin/python3 -c "import build_backend; build_backend.build_wheel('$out')" > "$build/wheel.log")
 
-# The npm package: the module, both builds of the runtime, and the types that TypeScript reads from the module's comments.
-version=$(sed -n 's/^project(palpate VERSION \([0-9.]*\).*/\1/p' "$source/CMakeLists.txt")
 package=$build/npm
-rm -rf "$package"
-mkdir -p "$package"
-cp "$source"/bindings/web/module/*.js "$source/LICENSE" "$package/"
-sed "s/@VERSION@/$version/" "$source/bindings/web/npm/package.json.in" > "$package/package.json"
-sed "s/@VERSION@/$version/" "$source/bindings/web/npm/README.md.in" > "$package/README.md"
-for variant in simd baseline; do
-  mkdir "$package/$variant"
-  cp "$web/$variant/palpate.wasm" "$package/$variant/"
-done
-"$source/bindings/web/node_modules/.bin/tsc" "$package/palpate.js" --declaration --emitDeclarationOnly --allowJs --target es2022 \
-  --module esnext --moduleResolution bundler --skipLibCheck --outDir "$package"
+"$source/bindings/web/make_npm_package.sh" "$source" "$web" "$package"
 (cd "$package" && npm pack --silent --pack-destination "$out")
 ls -l "$out"

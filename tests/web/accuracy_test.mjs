@@ -25,9 +25,9 @@ cpSync(bundle, `${study}/bundles/there.h5`);
 writeFileSync(`${study}/accuracy.json`, JSON.stringify({ organ: "liver", boundary: "abdomen", radius_mm: 10, points }));
 writeFileSync(`${data}/plate/accuracy/corners/accuracy.json`, "{ cut");
 
-async function fronts(options = {}, folderOfData = data) {
+async function fronts(options = {}, folderOfData = data, language = "en") {
   process.env.PALPATE_DATA = folderOfData;
-  const page = await open({ viewport: { width: 1440, height: 1000 }, ...options }, undefined, "accuracy.html");
+  const page = await open({ viewport: { width: 1440, height: 1000 }, ...options }, undefined, `accuracy.html?language=${language}`);
   await inState(page, "ready");
   return page;
 }
@@ -86,9 +86,12 @@ test("a study that cannot be read is named; without a study the page says what m
   await closed(none);
 });
 
-for (const colorScheme of ["light", "dark"])
-  test(`axe-core finds nothing in the fronts, ${colorScheme}, at 1440, 820 and 390 px`, async () => {
-    const page = await fronts({ colorScheme });
+for (const [colorScheme, language, touch] of [["light", "en", "touch"], ["dark", "de", "Berührung"]])
+  test(`axe-core finds nothing in the fronts, ${colorScheme}, ${language}, at 1440, 820 and 390 px`, async () => {
+    const page = await fronts({ colorScheme }, data, language);
+    await page.hover(marker(2, "600 p1"));
+    assert.ok((await page.textContent("#setting")).includes(`${touch}3 µs`));
+    assert.equal(await page.textContent("figcaption"), language === "de" ? "Fehler der Kraft über der Zeit einer Berührung" : "Force error against the time of a touch");
     for (const width of [1440, 820, 390]) {
       await page.setViewportSize({ width, height: 900 });
       await frame(page);

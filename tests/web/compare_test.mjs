@@ -1,16 +1,17 @@
 // node compare_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): the page that sets two settings side by
 // side. COMPARE_WITH: a bundle of the same organ with another mesh; without it, both sides have the same bundle.
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
 import { test } from "node:test";
-import { bundle, drag, folder, frame, open, palpateRun, picture } from "./page.mjs";
+import { bundle, closed, drag, folder, frame, open, palpateRun, picture } from "./page.mjs";
 import { playNatively, relativeDifference } from "./reference.mjs";
 import { violations } from "./axe.mjs";
 
 const RADIUS = 0.006; // m: the disc that the page starts with
 process.env.PALPATE_BUNDLE_B = process.env.COMPARE_WITH ?? "";
 
-async function comparing(hash = "", options = {}) {
-  const page = await open(options, undefined, `compare.html${hash}`);
+async function comparing(hash = "", options = {}, language = "en") {
+  const page = await open(options, undefined, `compare.html?language=${language}${hash}`);
   await page.waitForFunction(() => globalThis.palpateCompare?.areOpen && globalThis.palpateCompare.sides.every((side) => side.frame));
   return page;
 }
@@ -25,7 +26,7 @@ const found = (page) => page.evaluate(() => {
 });
 // The first tool's path and forces, [step][x y z].
 const firstTool = (numbers) => Array.from({ length: numbers.length / 6 }, (_, step) => numbers.slice(6 * step, 6 * step + 3));
-const natively = (name, path, effects, tool) => playNatively(palpateRun, folder, name, bundle, effects,
+const natively = (name, path, effects, tool, of = bundle) => playNatively(palpateRun, folder, name, of, effects,
   [{ name: "probe", points: [[0, 0, 0]], path: firstTool(path).map((point, step) => [step / 1000, ...point]), ...tool }]).forces.map(([force]) => force);
 
 test("both sides play one press; their forces are palpate-run's under each side's effects, and the table holds the difference", async () => {
@@ -107,11 +108,55 @@ test("a press by mouse on one organ moves both; a drag beside one turns both", a
   await page.close();
 });
 
-for (const colorScheme of ["light", "dark"])
-  test(`axe-core finds nothing in Compare, ${colorScheme}, at 1440, 820 and 390 px`, async () => {
-    const page = await comparing("#b=contact%3Dpoint", { colorScheme });
+test("a pull on both sides is palpate-run's pull; in the other mode the button presses again", { skip: !!process.env.COMPARE_WITH }, async () => {
+  const page = await comparing("#b=law%3Dsliding");
+  await page.click('[value="pull"] + span');
+  assert.equal(await page.textContent("#press"), "Pull");
+  await page.click("#press");
+  await compared(page);
+  const { points, trials } = await found(page), [pull] = trials.map((trial) => firstTool(trial.forces)), { normal } = await page.evaluate(() => {
+    const [{ view, mesh }] = globalThis.palpateCompare.sides;
+    return view.front(mesh.touchable);
+  });
+  const native = natively("compare-pull", points, { contact: "patch", collision: "deformed" }, { disc_radius: RADIUS, hold: true });
+  assert.ok(relativeDifference(pull.flat(), native.flat()) < 1e-5);
+  assert.ok(Math.min(...pull.map((force) => force.reduce((sum, x, d) => sum + x * normal[d], 0))) < -0.05, "the organ pulls back");
+  await page.click('[value="push"] + span');
+  assert.equal(await page.textContent("#press"), "Press");
+  await page.evaluate(() => (globalThis.palpateCompare.differences = null));
+  await page.click("#press");
+  await compared(page);
+  assert.ok(Math.min(...firstTool((await found(page)).trials[0].forces).map((force) => force.reduce((sum, x, d) => sum + x * normal[d], 0))) > -1e-3);
+  await closed(page);
+});
+
+test("large deformation is a setting of a side whose bundle has it; its forces are palpate-run's", { skip: !!process.env.COMPARE_WITH }, async () => {
+  const large = `${folder}/compare-large.h5`;
+  execFileSync(process.env.WRITE_TINY_BUNDLE, [large, "large"]);
+  process.env.PALPATE_BUNDLE_B = large;
+  const page = await comparing("#b=large%3Don");
+  process.env.PALPATE_BUNDLE_B = "";
+  assert.equal(await page.isDisabled('.pane:nth-child(1) [data-effect="large"]'), true, "side A's bundle has none");
+  assert.equal(await page.isChecked('.pane:nth-child(2) [data-effect="large"]'), true);
+  await page.click("#press");
+  await compared(page);
+  const { differences, points, trials } = await found(page);
+  const native = natively("compare-large", points, { contact: "patch", collision: "deformed", deformation: "large" }, { disc_radius: RADIUS }, large);
+  assert.ok(relativeDifference(firstTool(trials[1].forces).flat(), native.flat()) < 1e-5);
+  assert.ok(differences.largestForce > 1e-3, "linear and large differ");
+  await closed(page);
+});
+
+for (const [colorScheme, language, force] of [["light", "en", "Force where"], ["dark", "de", "Kraft, wo"]])
+  test(`axe-core finds nothing in Compare, ${colorScheme}, ${language}, at 1440, 820 and 390 px; a switch of the language changes its words`, async () => {
+    const page = await comparing("#b=contact%3Dpoint", { colorScheme }, language);
     await page.click("#press");
     await compared(page);
+    const { rows: [[name, value]] } = await found(page);
+    assert.ok(name.startsWith(force) && value.includes(language === "de" ? "," : "."), `${name}: ${value}`);
+    await page.selectOption("#language", language === "de" ? "en" : "de");
+    assert.ok((await found(page)).rows[0][0].startsWith(language === "de" ? "Force where" : "Kraft, wo"));
+    await page.selectOption("#language", language);
     for (const width of [1440, 820, 390]) {
       await page.setViewportSize({ width, height: 900 });
       if (width === 390) await page.click(".pane:nth-child(1) summary");

@@ -19,9 +19,9 @@ cpSync(bundle, `${data}/bundle.h5`); // of no case
 writeFileSync(`${data}/notes.txt`, "not for the page");
 execFileSync(process.env.WRITE_TINY_BUNDLE, [`${data}/liver-tumour/1700/face/bundle.h5`, "nodule"]);
 
-const gallery = async (options = {}, folderOfData = data) => {
+const gallery = async (options = {}, folderOfData = data, language = "en") => {
   process.env.PALPATE_DATA = folderOfData;
-  const page = await open(options, undefined, "gallery.html");
+  const page = await open(options, undefined, `gallery.html?language=${language}`);
   await inState(page, "ready");
   return page;
 };
@@ -107,9 +107,9 @@ test("the task scores the place of the last press in millimetres, reveals the no
   await closed(page);
 });
 
-for (const colorScheme of ["light", "dark"])
-  test(`axe-core finds nothing in the gallery and in the task, ${colorScheme}, at 1440, 820 and 390 px`, async () => {
-    const page = await gallery({ colorScheme }), widths = [1440, 820, 390], at = (width) => page.setViewportSize({ width, height: 900 });
+for (const [colorScheme, language, heading] of [["light", "en", "Organs"], ["dark", "de", "Organe"]])
+  test(`axe-core finds nothing in the gallery and in the task, ${colorScheme}, ${language}, at 1440, 820 and 390 px`, async () => {
+    const page = await gallery({ colorScheme }, data, language), widths = [1440, 820, 390], at = (width) => page.setViewportSize({ width, height: 900 });
     const fits = async (name, fullPage) => {
       await frame(page);
       assert.deepEqual(await violations(page), []);
@@ -117,6 +117,8 @@ for (const colorScheme of ["light", "dark"])
       await frame(page);
       await page.screenshot({ path: `${folder}/${name}.png`, fullPage });
     };
+    assert.equal(await page.textContent("h1"), heading);
+    assert.equal(await page.textContent("#organs dt"), language === "de" ? "Gehalten" : "Held");
     for (const width of widths) await at(width), await fits(`gallery-${colorScheme}-${width}`, true);
     await at(1440);
     await page.click("#task-start a");

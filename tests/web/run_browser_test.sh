@@ -9,4 +9,4 @@ if ! [ -f "$viewer/index.html" ]; then
 fi
 mkdir -p "$folder"
 "$write_tiny_bundle" "$folder/box.h5"
-PALPATE_VIEWER=$viewer WRITE_TINY_BUNDLE=$write_tiny_bundle exec "$node" "$source/tests/web/$test" "$source/bindings/web" "$palpate_run" "$folder/box.h5" "$folder" box
+PALPATE_VIEWER=$viewer PALPATE_PACKAGE=$(dirname "$viewer")/npm WRITE_TINY_BUNDLE=$write_tiny_bundle exec "$node" "$source/tests/web/$test" "$source/bindings/web" "$palpate_run" "$folder/box.h5" "$folder" box

@@ -1,22 +1,26 @@
-// node words_test.mjs VIEWER_FOLDER: the words of the viewer's page. Each language has the same keys and the same places for values; the
-// page and its source hold no other text that a user sees; each control has its sentence.
+// node words_test.mjs VIEWER_FOLDER: the words of the viewer's pages and of <palpate-viewer>. Each language has the same keys and the same
+// places for values; the pages and their source hold no other text that a user sees; each control of the viewer has its sentence.
 import assert from "node:assert/strict";
 import { existsSync, readdirSync, readFileSync } from "node:fs";
+import { dirname, resolve } from "node:path";
 import { test } from "node:test";
 
 const viewer = process.argv[2];
 const languages = Object.fromEntries(readdirSync(`${viewer}/words`).filter((name) => name.endsWith(".json"))
   .map((name) => [name.slice(0, -5), JSON.parse(readFileSync(`${viewer}/words/${name}`, "utf8"))]));
-const { en } = languages, html = readFileSync(`${viewer}/index.html`, "utf8").replace(/<!--[^]*?-->/g, "");
-const SAME_EVERYWHERE = /^(Palpate|\d*(\.\d+)?|–|\d* ?(N|mm|µs|ms|Hz))$/;
+const pages = Object.fromEntries(["index", "compare", "gallery", "accuracy"].map((page) => [page, readFileSync(`${viewer}/${page}.html`, "utf8").replace(/<!--[^]*?-->/g, "")]));
+const { en } = languages, html = pages.index;
+const SAME_EVERYWHERE = /^(Palpate|[AB]|p1|p1-anp|p2-p0|\d*(\.\d+)?|–|\d* ?(N|mm|µs|ms|Hz))$/;
 
-// The page's own source: main.ts and what it imports, without comments.
-function sources(name = "main", found = new Map()) {
-  const file = `${viewer}/src/${name}.ts`;
-  if (found.has(name) || !existsSync(file)) return found;
-  const text = readFileSync(file, "utf8").replace(/\/\*[^]*?\*\//g, "").replace(/(^|\s)\/\/.*$/gm, "$1");
-  found.set(name, text);
-  for (const [, other] of text.matchAll(/^import (?!type ).* from "\.\/(\w+)"/gm)) sources(other, found);
+// The pages' and the element's own source: their first files and what these import, without comments.
+const FIRST = [...["main", "compare", "gallery", "accuracy"].map((name) => `${viewer}/src/${name}.ts`), `${viewer}/../component/element.ts`];
+function sources(files = FIRST, found = new Map()) {
+  for (const file of files.map((name) => resolve(name))) {
+    if (found.has(file) || !existsSync(file)) continue;
+    const text = readFileSync(file, "utf8").replace(/\/\*[^]*?\*\//g, "").replace(/(^|\s)\/\/.*$/gm, "$1");
+    found.set(file, text);
+    sources([...text.matchAll(/^import (?!type ).* from "(\.[\w./]+)"/gm)].map(([, other]) => `${dirname(file)}/${other}.ts`), found);
+  }
   return found;
 }
 
@@ -33,7 +37,7 @@ function withoutValues(template) {
 }
 
 // Two words in a row are a sentence for users, apart from shaders, fonts and CSS; and so is a word that is given to the user directly.
-const NOT_SHOWN = /#include|vec4|system-ui|linear-gradient|^[\w-]+ [#.\[]|^translate|\[data-|^\(prefers-/;
+const NOT_SHOWN = /#include|vec4|system-ui|linear-gradient|^[\w-]+ [#.\[]|^translate|\[data-|^\(prefers-|^make -f |^<style>/;
 const sentences = (text) => literals(text).filter((one) => /\p{L}{2,}[,;:]? \p{L}{2,}/u.test(one) && !NOT_SHOWN.test(one));
 const GIVEN = /(?:\.(?:textContent|innerText|title|ariaLabel) = |tellUser\(|new Option\(|Error\(|"aria-label", |fillText\()(["`][^"`]*["`])/g;
 const given = (text) => [...text.matchAll(GIVEN)].map(([, one]) => one.slice(1, -1).replace(/\$\{.*?\}+/g, "")).filter((one) => /\p{L}{2,}/u.test(one.replace(/Palpate|\bmm\b/g, "")));
@@ -50,16 +54,18 @@ test("each language has the same keys, with the same places for values, and no e
   }
 });
 
-test("the page's HTML shows words alone", () => {
-  const texts = html.slice(html.indexOf("<body")).split(/<[^>]*>/).map((text) => text.trim()).filter((text) => !SAME_EVERYWHERE.test(text));
-  assert.deepEqual(texts, []);
-  assert.deepEqual([...html.matchAll(/ (?:title|aria-label|placeholder|alt)="[^"]*"/g)].map(([attribute]) => attribute), []);
+test("the pages' HTML shows words alone", () => {
+  for (const [name, page] of Object.entries(pages)) {
+    const texts = page.split(/<[^>]*>/).map((text) => text.trim()).filter((text) => !SAME_EVERYWHERE.test(text));
+    assert.deepEqual(texts, [], name);
+    assert.deepEqual([...page.matchAll(/ (?:title|aria-label|placeholder|alt)="[^"]*"/g)].map(([attribute]) => attribute), [], name);
+  }
 });
 
-test("the page's source shows words alone", () => {
+test("the pages' source shows words alone", () => {
   const found = sources();
-  assert.ok(found.size > 15, "the page's files are found");
-  for (const [name, text] of found) assert.deepEqual([...sentences(text), ...given(text)], [], `${name}.ts`);
+  assert.ok(found.size > 30, "the pages' files are found");
+  for (const [name, text] of found) assert.deepEqual([...sentences(text), ...given(text)], [], name);
 });
 
 test("the search for text in the source finds some", () => {
@@ -67,9 +73,9 @@ test("the search for text in the source finds some", () => {
   assert.deepEqual(given('a.textContent = "Dent"; b.title = `${x} newtons`; throw new Error("wrong")'), ["Dent", " newtons", "wrong"]);
 });
 
-test("the page's words exist, and each word is used", () => {
+test("the pages' words exist, and each word is used", () => {
   const source = [...sources().values()].join("\n");
-  const named = [...html.matchAll(/ data-words(?:-[\w-]+)?="([^"]*)"/g)].map(([, key]) => key);
+  const named = [...Object.values(pages).join("").matchAll(/ data-words(?:-[\w-]+)?="([^"]*)"/g)].map(([, key]) => key);
   for (const key of [...named, ...[...source.matchAll(/\bword\("([^"]*)"/g)].map(([, key]) => key)]) assert.ok(key in en, `no word ${key}`);
   const used = new Set([...named, ...literals(source)]), begun = literals(source).filter((one) => /^[a-z]+\..*\{\}/.test(one)).map((one) => one.split("{}")[0]);
   assert.deepEqual(Object.keys(en).filter((key) => !used.has(key) && !begun.some((start) => key.startsWith(start))), []);

@@ -2,9 +2,11 @@
 // Units, costs and the meaning of every field are those of palpate.h. Arrays named "view" lie in the module's own memory and
 // are not copied. Opening a bundle or creating a scene may move them, so ask for them again afterwards; a step never moves them.
 import { readHit, readReport } from "./contact_report.js";
+import { STEP_BAD_INPUT, STEP_OTHER_BUNDLE } from "./flags.js";
 import { ARGUMENT, Heap, HeapBytes, PalpateError, readFields } from "./heap.js";
 import { fillGrasp, fillLink, readGraspState, readLinkState } from "./links.js";
 import { fillSceneDef, lendFineSurface, lendRenderMesh } from "./scene_def.js";
+export * from "./flags.js";
 export { PalpateError };
 
 /** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number, id?: number,
@@ -46,8 +48,6 @@ export { PalpateError };
  *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean, hasLarge: boolean}} BundleInfo */
 
 const GRIP_NODE = 1, GRIP_SURFACE_POINT = 2;
-const BAD_INPUT = 1; // bits of a step's flags
-const OTHER_BUNDLE = 1 << 8;
 const REGION = 12, FOUNDATION = 21, YOUNG = 30; // sections of the bundle (formats/BUNDLE.md)
 
 // A WebAssembly module with one function that uses a v128: valid where the engine has SIMD.
@@ -518,7 +518,7 @@ export class Scene {
     const { api, heap } = this.runtime, count = this.bundle.info.surfaceNodeCount;
     if (this.nodeCount === 0) throw new PalpateError(ARGUMENT, "normals: expected a scene with a shape, found shape: off");
     const flags = api.palpate_scene_normals(this.pointer, this.#shapeAt, this.#normalsAt, count) >>> 0;
-    if (flags & BAD_INPUT)
+    if (flags & STEP_BAD_INPUT)
       throw new PalpateError(ARGUMENT, "normals: expected shape() before, and a scene with collision, queries, a law other than sticking, or contact triangle, point or patch");
     return new Float32Array(heap.buffer, this.#normalsAt, 3 * count);
   }
@@ -561,7 +561,7 @@ export class Scene {
   }
   /** @param {number} flags */
   #answered(flags) {
-    if (flags & (BAD_INPUT | OTHER_BUNDLE))
+    if (flags & (STEP_BAD_INPUT | STEP_OTHER_BUNDLE))
       throw new PalpateError(ARGUMENT, "a query expects a scene with queries: \"on\", numbers that are finite, a direction that is not zero, and a distance above zero");
   }
   /** The address of the contacts that deform the surface; 0: it is at rest. @param {boolean} atRest */

@@ -1,4 +1,6 @@
 // What palpate-accuracy measured (studies/accuracy): accuracy.json, read as its report reads it.
+import type { Key } from "./words";
+
 export interface ServedStudy {
   organ: string;
   boundary: string;
@@ -45,20 +47,20 @@ export interface Study {
 type Cost = "touch_us" | "shape_us" | "precompute_s" | "bundle_MB";
 type Judged = "force_error" | "field_error";
 export interface FrontAxes {
-  title: string;
+  title: Key;
   cost: Cost;
-  costLabel: string;
+  costLabel: Key;
   error: Judged;
-  errorLabel: string;
+  errorLabel: Key;
   reference: "reference_force_error" | "reference_field_error";
 }
 
-const OF_FORCE = { error: "force_error", errorLabel: "error of the force, %", reference: "reference_force_error" } as const;
+const OF_FORCE = { error: "force_error", errorLabel: "accuracy.axis.force", reference: "reference_force_error" } as const;
 export const FRONTS: FrontAxes[] = [
-  { title: "Force error against the time of a touch", cost: "touch_us", costLabel: "one touch, median, µs", ...OF_FORCE },
-  { title: "Field error against the time of a shape", cost: "shape_us", costLabel: "one shape, median, µs", error: "field_error", errorLabel: "error of the displacement, %", reference: "reference_field_error" },
-  { title: "Force error against the time of the precompute", cost: "precompute_s", costLabel: "precompute, s", ...OF_FORCE },
-  { title: "Force error against the size of the bundle", cost: "bundle_MB", costLabel: "bundle, MB", ...OF_FORCE },
+  { title: "accuracy.front.touch", cost: "touch_us", costLabel: "accuracy.axis.touch", ...OF_FORCE },
+  { title: "accuracy.front.shape", cost: "shape_us", costLabel: "accuracy.axis.shape", error: "field_error", errorLabel: "accuracy.axis.displacement", reference: "reference_field_error" },
+  { title: "accuracy.front.precompute", cost: "precompute_s", costLabel: "accuracy.axis.precompute", ...OF_FORCE },
+  { title: "accuracy.front.bundle", cost: "bundle_MB", costLabel: "accuracy.axis.bundle", ...OF_FORCE },
 ];
 
 // The settings that a user could bake: can_be_chosen of studies/accuracy/choose.h.

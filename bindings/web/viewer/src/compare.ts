@@ -1,19 +1,22 @@
-// Compare: the same press under two settings, two organs side by side from one camera, the two curves, and the difference.
+// Compare: the same press or pull under two settings, two organs side by side from one camera, the two curves, and the difference.
 import { roundUp } from "./colours";
 import { CompareSide } from "./compare_side";
+import { Cross } from "./cross";
 import { DEFAULT_TOOL } from "./effects";
 import { ForcePlot } from "./force_plot";
 import { Keys } from "./keys";
 import { wordsOfEffects } from "./links";
 import { TOOL_COUNT, TOUCH_HZ, type Path, type Times, type Trial } from "./messages";
-import { demonstration } from "./path_files";
+import { demonstration, demonstrationOfPull } from "./path_files";
 import { fetched, servedFiles } from "./served";
 import { NearestPoints } from "./surface_difference";
+import { chosenLanguage, decimal, fixed, keepInAddress, offerLanguages, speak, word, type Key } from "./words";
 
 const LONGEST = 30 * TOUCH_HZ; // steps of a touch that are compared
 const LEAST_MOST = 0.002; // m: the palest colour stands for this much at least
 const SAMPLES_APART = 1000; // contacts of two tools are different curves
 
+const pulls = () => document.querySelector<HTMLInputElement>('input[name="mode"][value="pull"]')!.checked;
 const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
 const address = new URLSearchParams(location.hash.slice(1));
 
@@ -39,7 +42,9 @@ class Compare {
     bundles.forEach((urls, i) => this.sides[i].fetch(urls));
     byId("press").addEventListener("click", () => this.press());
     byId("whole").addEventListener("click", () => this.lead.view.camera.home());
-    byId("radius").addEventListener("input", () => (byId("radius-mm").textContent = `${byId<HTMLInputElement>("radius").value} mm`));
+    byId("radius").addEventListener("input", () => this.showRadius());
+    for (const mode of document.querySelectorAll('input[name="mode"]')) mode.addEventListener("change", () => this.chooseMode());
+    offerLanguages(() => this.translate());
     byId("radius").addEventListener("change", () => this.setRadius());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
     this.connectKeys();
@@ -49,10 +54,9 @@ class Compare {
 
   private side(letter: "A" | "B", index: number, renderMesh: Promise<ArrayBuffer | null>): CompareSide {
     const root = (byId<HTMLTemplateElement>("side").content.cloneNode(true) as DocumentFragment).firstElementChild as HTMLElement;
-    root.setAttribute("aria-label", `Setting ${letter}`);
     byId("sides").append(root);
     return new CompareSide(root, letter, address.get(letter.toLowerCase()) ?? "", renderMesh, {
-      opened: () => this.opened(), changed: () => this.changed(),
+      opened: () => this.opened(), changed: () => this.changed(), pulls,
       send: (tool, target) => {
         this.touching = this.sides[index];
         for (const side of this.sides) side.place(tool, target);
@@ -82,9 +86,14 @@ class Compare {
     if (this.path) void this.try(this.path);
   }
 
-  private setRadius() {
+  private showRadius(): number {
     const mm = Number(byId<HTMLInputElement>("radius").value);
-    byId("radius-mm").textContent = `${mm} mm`;
+    byId("radius-mm").textContent = `${decimal(mm)} mm`;
+    return mm;
+  }
+
+  private setRadius() {
+    const mm = this.showRadius();
     for (const side of this.sides) side.setTool({ ...DEFAULT_TOOL, discRadius: mm / 1000 });
   }
 
@@ -96,11 +105,26 @@ class Compare {
     history.replaceState(null, "", `#${words}`);
   }
 
-  // The last touch again, or else a press where one sees the dent from the side.
+  // Pushes or pulls from now on; what was played before is of the other mode.
+  private chooseMode() {
+    this.path = null;
+    byId("press").dataset.words = pulls() ? "compare.pull" : "compare.press";
+    byId("press").textContent = word(pulls() ? "compare.pull" : "compare.press");
+  }
+
+  // What the page's words cannot fill by themselves.
+  private translate() {
+    this.showRadius();
+    for (const side of this.sides) side.translate();
+    const [a, b] = this.sides.map((side) => side.trial);
+    if (this.differences && a && b) this.show(a.of, b.of);
+  }
+
+  // The last touch again, or else a press, or a pull, where one sees the dent from the side.
   private press() {
     if (!this.areOpen || this.sides.some((side) => side.touched)) return;
     const [a] = this.sides, hit = a.view.front(a.mesh!.touchable);
-    const path = this.path ?? (hit && demonstration(hit.place, hit.normal));
+    const path = this.path ?? (hit && (pulls() ? demonstrationOfPull : demonstration)(hit.place, hit.normal));
     if (path) void this.try(path);
   }
 
@@ -110,7 +134,7 @@ class Compare {
     this.again = this.trying;
     if (this.trying) return;
     this.trying = true;
-    byId("about").textContent = "Playing the press under both settings …";
+    byId("about").textContent = word("compare.playing");
     for (const side of this.sides) await side.try(path);
     this.trying = false;
     if (this.again) return this.try(this.path);
@@ -134,16 +158,15 @@ class Compare {
     const forces = [a, b].map((trial) => Math.max(0, ...trial.tools.map((tool) => (tool ? Math.hypot(...tool.force) : 0))));
     const most = largestOf(a.forces);
     byId("rows").replaceChildren(
-      row("Force where the press is deepest", forces.map((x) => `${x.toFixed(3)} N`), `${signed(forces[1] - forces[0], 3)} N ${share(forces[1] - forces[0], forces[0])}`),
-      row("Force, the largest difference of the press", ["", ""], `${largestForce.toFixed(3)} N ${share(largestForce, most, false)}`),
-      row("Largest displacement there", moved.map((x) => `${(1000 * x).toFixed(2)} mm`), `${signed(1000 * (moved[1] - moved[0]), 2)} mm ${share(moved[1] - moved[0], moved[0])}`),
-      row("Surface: the largest difference, and its root mean square", ["", ""], `${(1000 * largest).toFixed(2)}, ${(1000 * rms).toFixed(2)} mm ${share(largest, moved[0], false)}`),
-      row("Time of a touch", [times(a.touchUs), times(b.touchUs)], ratio(a.touchUs, b.touchUs)),
-      row("Time of a shape", [times(a.shapeUs), times(b.shapeUs)], ratio(a.shapeUs, b.shapeUs)),
-      row("Size of the bundle", [before, after].map((side) => `${(side.bytes / 1e6).toFixed(1)} MB`), `× ${(after.bytes / before.bytes).toPrecision(2)}`));
-    const seconds = (this.path!.steps / TOUCH_HZ).toFixed(1), { farthest } = this.nearest!.points;
-    byId("about").textContent = `A press of ${seconds} s, played under each setting alone; organs and tools stand where it is deepest. Times: median and the middle 80 %.` +
-      (farthest > 1e-6 ? ` The surfaces differ at rest by up to ${(1000 * farthest).toFixed(1)} mm.` : "");
+      row("compare.row.force", forces.map((x) => `${fixed(x, 3)} N`), `${signed(forces[1] - forces[0], 3)} N ${share(forces[1] - forces[0], forces[0])}`),
+      row("compare.row.largest-force", ["", ""], `${fixed(largestForce, 3)} N ${share(largestForce, most, false)}`),
+      row("compare.row.displacement", moved.map((x) => `${fixed(1000 * x, 2)} mm`), `${signed(1000 * (moved[1] - moved[0]), 2)} mm ${share(moved[1] - moved[0], moved[0])}`),
+      row("compare.row.surface", ["", ""], `${fixed(1000 * largest, 2)}; ${fixed(1000 * rms, 2)} mm ${share(largest, moved[0], false)}`),
+      row("compare.row.touch", [times(a.touchUs), times(b.touchUs)], ratio(a.touchUs, b.touchUs)),
+      row("compare.row.shape", [times(a.shapeUs), times(b.shapeUs)], ratio(a.shapeUs, b.shapeUs)),
+      row("compare.row.size", [before, after].map((side) => `${fixed(side.bytes / 1e6, 1)} MB`), `× ${decimal((after.bytes / before.bytes).toPrecision(2))}`));
+    const { farthest } = this.nearest!.points;
+    byId("about").textContent = [word("compare.played", { seconds: fixed(this.path!.steps / TOUCH_HZ, 1) }), farthest > 1e-6 ? word("compare.apart", { mm: fixed(1000 * farthest, 1) }) : ""].join(" ");
   }
 
   private draw() {
@@ -169,7 +192,7 @@ class Compare {
   }
 
   private connectKeys() {
-    const camera = () => this.lead.view.camera, cross = document.createElement("i");
+    const camera = () => this.lead.view.camera, cross = new Cross(this.sides[0].canvas, document.createElement("i"));
     new Keys(this.sides[0].canvas, cross, {
       isOpen: () => this.areOpen, turn: (right, up) => camera().turn(right, up), nearer: (factor) => camera().nearer(factor),
       home: () => camera().home(), push: (down) => down && this.press(), replay: () => this.press(), reset: () => {}, undo: () => {},
@@ -195,18 +218,20 @@ function largestOf(vectors: ArrayLike<number>): number {
 const largestDifference = (a: Float64Array, b: Float64Array) => largestOf(a.map((x, i) => x - b[i]));
 const largestMove = (now: Float32Array, rest: Float32Array) => largestOf(now.map((x, i) => x - rest[i]));
 
-const signed = (x: number, digits: number) => `${x < 0 ? "−" : "+"}${Math.abs(x).toFixed(digits)}`;
-const share = (x: number, of: number, sign = true) => (of > 0 ? `(${sign ? signed((100 * x) / of, 1) : ((100 * x) / of).toFixed(1)} %)` : "");
-const digits = (us: number) => (us < 99.5 ? us.toFixed(1) : us.toFixed(0));
-const times = ({ median, low, high }: Times) => (median ? `${digits(median)} µs, ${digits(low)} to ${digits(high)}` : "too short to time");
-const ratio = (a: Times, b: Times) => (a.median && b.median ? `× ${(b.median / a.median).toPrecision(2)}` : "");
+const signed = (x: number, digits: number) => `${x < 0 ? "−" : "+"}${fixed(Math.abs(x), digits)}`;
+const share = (x: number, of: number, sign = true) => (of > 0 ? `(${sign ? signed((100 * x) / of, 1) : fixed((100 * x) / of, 1)} %)` : "");
+const digits = (us: number) => fixed(us, us < 99.5 ? 1 : 0);
+const times = ({ median, low, high }: Times) => (median ? word("compare.times", { median: digits(median), low: digits(low), high: digits(high) }) : word("compare.short"));
+const ratio = (a: Times, b: Times) => (a.median && b.median ? `× ${decimal((b.median / a.median).toPrecision(2))}` : "");
 
-function row(name: string, values: string[], difference: string): HTMLTableRowElement {
+function row(name: Key, values: string[], difference: string): HTMLTableRowElement {
   const made = document.createElement("tr"), head = document.createElement("th");
   head.scope = "row";
-  head.textContent = name;
+  head.textContent = word(name);
   made.append(head, ...[...values, difference].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
   return made;
 }
 
+speak(chosenLanguage());
+keepInAddress();
 Object.assign(globalThis, { palpateCompare: new Compare() }); // for scripts

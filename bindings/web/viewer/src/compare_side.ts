@@ -1,64 +1,71 @@
-// One of the two sides of Compare: an engine of its own, a bundle, effects, and the organ drawn as both sides' camera sees it.
+// One of the two sides of Compare: an organ under effects of its own, drawn as both sides' camera sees it.
 import type { BundleInfo } from "../../module/palpate.js";
-import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords, isAvailable } from "./effects";
+import { flagWords } from "./effects";
 import { EffectsPanel } from "./effects_panel";
-import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { effectsOfWords } from "./links";
-import { frameArrays, frameBytes, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolFrame, type ToolShape, type ToolTarget, type ToWorker, type Trial } from "./messages";
-import { OrganView, type Shape } from "./organ_view";
-import { ToolPointer } from "./tool_pointer";
+import { LiveOrgan } from "./live_organ";
+import type { Frame, FromWorker, Mesh, PageEffects, Path, ToolFrame, ToolShape, ToolTarget, Trial } from "./messages";
+import type { OrganView, Shape } from "./organ_view";
+import { megabytes } from "./served";
 import { forceLabels, TOOL_COLOURS } from "./tool_readout";
+import { count, decimal, fill, fixed, word } from "./words";
 
 export interface SideEvents {
   opened: () => void;
   changed: () => void; // the effects: what was tried before is of others
   send: (index: number, target: ToolTarget) => void;
   withdraw: (index: number) => void;
+  pulls: () => boolean; // the pointer pulls in place of pushing
   leads: () => void; // this side's camera is the one that the user turns
 }
 
 export class CompareSide {
-  readonly view: OrganView;
-  readonly pointer: ToolPointer;
   readonly canvas: HTMLCanvasElement;
-  mesh: Mesh | null = null;
-  info: BundleInfo | null = null;
-  bytes = 0;
-  effects: PageEffects = DEFAULT_EFFECTS;
   trial: { of: Trial; shape: Shape } | null = null; // shown when no tool is there
-  frame: Frame | null = null; // the newest
-  private worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
+  private organ: LiveOrgan;
   private panel: EffectsPanel;
-  private fine: FineMesh | null = null;
-  private tool: ToolShape = DEFAULT_TOOL;
-  private accepted: { effects: PageEffects; tool: ToolShape } = { effects: DEFAULT_EFFECTS, tool: DEFAULT_TOOL };
-  private live: Shape | null = null;
-  private buffer: ArrayBuffer | null = null;
-  private waiting = false; // for a frame
-  private answers = new Map<string, (message: FromWorker) => void>();
+  private provenance: Record<string, unknown> = {};
   private others: string[] = []; // addresses to try where the server does not have the bundle
-  private wanted: string; // the words of the effects that the page's address asks for
 
-  // renderMesh: the bytes of the finer surface; null: there is none.
-  constructor(private root: HTMLElement, private letter: "A" | "B", words: string, private renderMesh: Promise<ArrayBuffer | null>, private events: SideEvents) {
-    this.wanted = words;
+  // words: of the effects that the page's address asks for. renderMesh: the bytes of the finer surface; null: there is none.
+  constructor(private root: HTMLElement, private letter: "A" | "B", words: string, renderMesh: Promise<ArrayBuffer | null>, private events: SideEvents) {
     this.canvas = this.part("canvas");
-    this.canvas.setAttribute("aria-label", `Organ ${letter} in three dimensions. Arrow keys turn both organs, plus and minus come nearer.`);
     this.part("h2").textContent = letter;
     this.part("h2").className = letter.toLowerCase();
-    this.view = new OrganView(this.canvas);
-    this.view.show({ colour: true, mesh: false, fixed: false, touchable: false, soft: false });
-    this.pointer = new ToolPointer(this.canvas, this.view, {
-      pulls: () => false, keeps: () => false, followsDeformed: () => this.effects.collision === "deformed",
-      send: events.send, withdraw: events.withdraw, pressed: () => {},
+    const pointer = { pulls: events.pulls, keeps: () => false, send: events.send, withdraw: events.withdraw, pressed: () => {} };
+    const start = (own: PageEffects) => effectsOfWords(new URLSearchParams(words), own, (effect) => this.organ.isAvailable(effect));
+    this.organ = new LiveOrgan(this.canvas, pointer, () => renderMesh, start, {
+      opening: () => (this.trial = null),
+      opened: (bundle) => this.opened(bundle), accepted: () => this.accepted(), refused: (why) => this.refused(why),
+      progress: (done, total) => this.say(word(total ? "loading.progress" : "loading.done", { done: decimal(megabytes(done)), total: decimal(megabytes(total)) })),
+      framed: ({ tools, flags }) => tools.some(Boolean) && this.say(flagWords(flags).join("; ")),
     });
+    this.translate();
+    this.view.show({ colour: true, mesh: false, fixed: false, touchable: false, soft: false });
     this.panel = new EffectsPanel(this.part(".effects"), (effects) => this.change(effects));
     for (const type of ["pointerdown", "wheel", "focus"]) this.canvas.addEventListener(type, () => events.leads(), { capture: true, passive: true });
     const input = this.part<HTMLInputElement>("input[type=file]");
     this.part(".open").addEventListener("click", () => input.click());
     input.addEventListener("change", () => void (input.files?.[0] && this.openFile(input.files[0])));
-    this.worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
-    this.worker.addEventListener("error", (event) => this.say(event.message || "The engine could not be started."));
+  }
+
+  get view(): OrganView {
+    return this.organ.view;
+  }
+  get mesh(): Mesh | null {
+    return this.organ.mesh;
+  }
+  get info(): BundleInfo | null {
+    return this.organ.info;
+  }
+  get bytes(): number {
+    return this.organ.bytes;
+  }
+  get effects(): PageEffects {
+    return this.organ.effects;
+  }
+  get frame(): Frame | null {
+    return this.organ.frame;
   }
 
   // Both tools of a side have the side's colour.
@@ -77,58 +84,54 @@ export class CompareSide {
   // Opens the first of these that the server has.
   fetch([url, ...others]: string[]) {
     this.others = others;
-    this.say("Opening the organ …");
-    this.tell({ type: "fetch", url });
+    this.say(word("compare.opening"));
+    this.organ.tell({ type: "fetch", url });
   }
 
   async openFile(file: File) {
-    this.say(`Opening ${file.name} …`);
+    this.say(word("compare.opening-file", { name: file.name }));
     const bytes = await file.arrayBuffer().catch(() => null);
-    if (!bytes) return this.say(`${file.name}: the browser could not read it; was it moved or changed?`);
-    this.tell({ type: "open", name: file.name, bytes }, [bytes]);
+    if (!bytes) return this.say(word("error.unreadable.about", { name: file.name }));
+    this.organ.tell({ type: "open", name: file.name, bytes }, [bytes]);
   }
 
   setTool(tool: ToolShape) {
-    this.tool = tool;
-    if (this.mesh) this.change(this.effects);
+    this.organ.change(this.effects, tool);
   }
 
   place(index: number, target: ToolTarget) {
-    this.tell({ type: "tool", index, target });
+    this.organ.tell({ type: "tool", index, target });
   }
 
   withdraw(index: number) {
-    this.tell({ type: "withdraw", index });
+    this.organ.tell({ type: "withdraw", index });
   }
 
   // What the tools of the last touch, or of the present one, did.
   async lastPath(): Promise<Path | null> {
-    const answer = await this.ask({ type: "path" }, "path");
+    const answer = await this.organ.ask({ type: "path" }, "path");
     return answer.type === "path" ? answer.path : null;
   }
 
   async try(path: Path) {
-    const answer = await this.ask({ type: "try", path }, "tried");
+    const answer = await this.organ.ask({ type: "try", path }, "tried");
     if (answer.type !== "tried") return;
     const { buffer, inside, vertices } = answer.trial.shape;
-    this.trial = { of: answer.trial, shape: this.shapeOf(buffer, inside, vertices) };
+    this.trial = { of: answer.trial, shape: this.organ.shapeOf(buffer, inside, vertices) };
   }
 
   get touched(): boolean {
-    return this.pointer.active || !!this.frame?.tools.some(Boolean);
+    return this.organ.pointer.active || !!this.frame?.tools.some(Boolean);
   }
 
   // The shape and the tools to draw now.
   get shown(): { shape: Shape | null; tools: (ToolFrame | null)[] } {
     if (this.trial && !this.touched) return { shape: this.trial.shape, tools: this.trial.of.tools };
-    return { shape: this.live, tools: this.frame?.tools ?? [] };
+    return { shape: this.organ.shape, tools: this.frame?.tools ?? [] };
   }
 
   askFrame() {
-    if (this.waiting || !this.mesh) return;
-    this.waiting = true;
-    this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
-    this.buffer = null;
+    this.organ.askFrame();
   }
 
   // most: m, the palest colour of both sides.
@@ -136,9 +139,10 @@ export class CompareSide {
     const { shape, tools } = this.shown;
     if (shape) this.view.move(shape, most);
     this.view.render();
-    forceLabels(this.part(".labels"), tools, this.view.moveTools(tools, this.effects.contact === "patch" ? this.tool.discRadius : 0), [this.letter, this.letter], this.colours);
+    const radius = this.effects.contact === "patch" ? this.organ.tool.discRadius : 0;
+    forceLabels(this.part(".labels"), tools, this.view.moveTools(tools, radius), [this.letter, this.letter], this.colours);
     const tool = tools.find(Boolean);
-    this.part(".now").textContent = tool ? `${Math.hypot(...tool.force).toFixed(3)} N at ${(1000 * tool.depth).toFixed(1)} mm` : "";
+    this.part(".now").textContent = tool ? word("compare.now", { newtons: fixed(Math.hypot(...tool.force), 3), mm: fixed(1000 * tool.depth, 1) }) : "";
   }
 
   dress() {
@@ -146,86 +150,42 @@ export class CompareSide {
     this.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), this.colours.map(colour));
   }
 
-  private tell(message: ToWorker, transfer: Transferable[] = []) {
-    this.worker.postMessage(message, transfer);
-  }
-
-  private ask(message: ToWorker, type: FromWorker["type"]): Promise<FromWorker> {
-    return new Promise((done) => {
-      this.answers.set(type, done);
-      this.tell(message);
-    });
-  }
-
-  private heard(message: FromWorker) {
-    this.answers.get(message.type)?.(message);
-    if (message.type === "frame") return this.take(message);
-    if (message.type === "progress") return this.say(`${(message.done / 1e6).toFixed(0)} of ${(message.total / 1e6).toFixed(0)} MB`);
-    if (message.type === "opened") return void this.open(message);
-    if (message.type === "accepted") return this.accept(message);
-    if (message.type === "refused") this.refused(message);
-  }
-
-  private async open({ mesh, info, provenance, bytes }: Extract<FromWorker, { type: "opened" }>) {
-    Object.assign(this, { mesh, info, bytes, effects: DEFAULT_EFFECTS, fine: null, trial: null, live: null, buffer: null, waiting: false });
-    this.view.open(mesh, String(provenance.frame));
-    const words = [provenance.organ ?? "organ", `${info.nodeCount.toLocaleString("en")} vertices`, provenance.boundary, provenance.element, `${(bytes / 1e6).toFixed(1)} MB`];
-    this.part(".facts").textContent = words.filter(Boolean).join(" · ");
+  // The words in the page's language.
+  translate() {
+    const { root, letter, info, bytes } = this;
+    fill(root);
+    root.setAttribute("aria-label", word("compare.side", { side: letter }));
+    this.canvas.setAttribute("aria-label", word("compare.organ", { side: letter }));
     this.say("");
-    this.fine = fineMesh(await this.renderMesh, mesh);
-    this.view.openFine(this.fine);
-    const effects = effectsOfWords(new URLSearchParams(this.wanted), { ...DEFAULT_EFFECTS, fine: this.fine !== null }, (effect) => this.isAvailable(effect));
-    this.change(effects);
+    if (!info) return;
+    const { organ, boundary, element } = this.provenance;
+    this.part(".facts").textContent = [organ ?? word("page.organ-name"), word("compare.vertices", { count: count(info.nodeCount) }), boundary, element, `${fixed(bytes / 1e6, 1)} MB`].filter(Boolean).join(" · ");
+    this.showEffects();
+  }
+
+  private opened({ provenance }: Extract<FromWorker, { type: "opened" }>) {
+    this.provenance = provenance;
+    this.translate();
     this.events.opened();
   }
 
-  private isAvailable(effect: string): boolean {
-    return isAvailable(effect, this.info!, this.fine !== null);
-  }
-
   private change(effects: PageEffects) {
-    this.effects = effects;
-    const { fine } = this;
-    this.tell({ type: "effects", effects, tool: this.tool, mesh: fine ? { positions: fine.positions, normals: fine.normals } : null });
-    this.panel.open(effects, (effect) => this.isAvailable(effect));
+    this.organ.change(effects);
+    this.showEffects();
   }
 
-  private accept({ effects, tool }: { effects: PageEffects; tool: ToolShape }) {
-    this.accepted = { effects, tool };
+  private showEffects() {
+    this.panel.open(this.effects, (effect) => this.organ.isAvailable(effect));
+  }
+
+  private accepted() {
     this.trial = null;
     this.events.changed();
   }
 
   private refused({ what, message }: Extract<FromWorker, { type: "refused" }>) {
-    if (what === "absent") return this.others.length ? this.fetch(this.others) : this.say("No organ yet: open a bundle.");
+    if (what === "absent") return this.others.length ? this.fetch(this.others) : this.say(word("compare.none"));
     this.say(message);
-    if (what !== "effects") return;
-    Object.assign(this, this.accepted);
-    this.panel.open(this.effects, (effect) => this.isAvailable(effect));
-  }
-
-  private take(frame: Frame) {
-    this.waiting = false;
-    const { inside, vertices, buffer } = frame, nodes = this.info!.surfaceNodeCount;
-    if (buffer.byteLength !== frameBytes(nodes, inside, vertices) || (vertices && 3 * vertices !== this.fine?.positions.length)) return; // of another bundle
-    if (frame.changed || !this.live) this.live = this.shapeOf(buffer.slice(0), inside, vertices);
-    this.buffer = buffer;
-    this.frame = frame;
-    const words = flagWords(frame.flags);
-    if (frame.tools.some(Boolean)) this.say(words.join("; "));
-  }
-
-  private shapeOf(buffer: ArrayBuffer, inside: number, vertices: number): Shape {
-    const { fine, ...shape } = frameArrays(buffer, this.info!.surfaceNodeCount, inside, vertices);
-    return { ...shape, fine: vertices ? fine : null };
-  }
-}
-
-// null where the file is not of this organ.
-function fineMesh(bytes: ArrayBuffer | null, mesh: Mesh): FineMesh | null {
-  try {
-    return bytes && readFineMesh(bytes, mesh);
-  } catch {
-    return null;
+    if (what === "effects") this.showEffects();
   }
 }

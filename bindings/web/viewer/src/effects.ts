@@ -1,6 +1,9 @@
 // The effects that the page shows: for each a line with a switch or a list of values; its words are
 // effect.NAME, .term in small print, and .about.
-import type { BundleInfo } from "../../module/palpate.js";
+import {
+  STEP_CONTACTS_DROPPED, STEP_DEFORMATION_BEHIND, STEP_DISCS_THINNED, STEP_FORCE_LIMITED, STEP_NOT_TOUCHABLE, STEP_REGULARISED, STEP_RESPONSE_RANGE,
+  STEP_SOLVE_INEXACT, STEP_TRACKING_LOST, STEP_UNSOLVED, STEP_WORK_DEFERRED, type BundleInfo,
+} from "../../module/palpate.js";
 import type { PageEffects, ToolShape } from "./messages";
 import { word, type Key } from "./words";
 
@@ -81,18 +84,18 @@ export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean):
   return true;
 }
 
-// The step flags of palpate.h as the page words them.
+// The flags of a step as the page words them.
 const FLAG_WORDS: [bit: number, key: Key][] = [
-  [1 << 1, "flag.contacts"],
-  [1 << 2, "flag.conflict"],
-  [1 << 3, "flag.beyond"],
-  [1 << 4, "flag.limited"],
-  [1 << 6, "flag.not-touchable"],
-  [1 << 7, "flag.not-finite"],
-  [1 << 9, "flag.too-fast"],
-  [1 << 10, "flag.later"],
-  [1 << 11, "flag.nearly"],
-  [1 << 12, "flag.few-nodes"],
-  [1 << 13, "flag.not-yet"],
+  [STEP_CONTACTS_DROPPED, "flag.contacts"],
+  [STEP_REGULARISED, "flag.conflict"],
+  [STEP_RESPONSE_RANGE, "flag.beyond"],
+  [STEP_FORCE_LIMITED, "flag.limited"],
+  [STEP_NOT_TOUCHABLE, "flag.not-touchable"],
+  [STEP_UNSOLVED, "flag.not-finite"],
+  [STEP_TRACKING_LOST, "flag.too-fast"],
+  [STEP_WORK_DEFERRED, "flag.later"],
+  [STEP_SOLVE_INEXACT, "flag.nearly"],
+  [STEP_DISCS_THINNED, "flag.few-nodes"],
+  [STEP_DEFORMATION_BEHIND, "flag.not-yet"],
 ];
 export const flagWords = (flags: number) => FLAG_WORDS.filter(([bit]) => flags & bit).map(([, key]) => word(key));

@@ -3,6 +3,7 @@ import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
 import { hasSimd, loadRuntime, PalpateError, type Bundle, type RenderMesh, type Runtime } from "../../module/palpate.js";
 import { measureCosts } from "./costs";
+import { DeviceLink } from "./device_link";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
   frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
@@ -165,6 +166,7 @@ function tick() {
     due = MOST_DUE;
   }
   for (let made = 0; made < due && running; ++made) step();
+  if (due) link?.send((index) => scene!.force(index));
   if (running) setTimeout(tick, 0);
 }
 
@@ -245,6 +247,20 @@ function place(index: number, target: ToolTarget) {
     motions[index] = new ToolMotion(target);
   }
   run();
+}
+
+// ---- devices ---------------------------------------------------------------------------------------------------------
+
+let link: DeviceLink | null = null;
+const starts: (Vector | null)[] = Array(TOOL_COUNT).fill(null); // where a device's tool came in
+
+function connect(port: number | null) {
+  link?.close();
+  link = port === null ? null : new DeviceLink(port, {
+    move: (index, point) => place(index, { start: (starts[index] ??= point), point, grasp: null, down: true }),
+    leave: (index) => (starts[index] = motions[index] = null),
+    changed: (state, tools) => say({ type: "linked", state, tools }),
+  });
 }
 
 function withdraw(index: number) {
@@ -354,7 +370,8 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "fetch") void fetchBundle(data.url);
   if (data.type === "open") void opening(data.name, async (engine) => engine.openBundle(new Uint8Array(data.bytes)));
   if (data.type === "effects") changeEffects(data.effects, data.tool, data.mesh === undefined ? fineMesh : data.mesh);
-  if (data.type === "tool") place(data.index, data.target);
+  if (data.type === "tool" && !link?.owns(data.index)) place(data.index, data.target);
+  if (data.type === "link") connect(data.port);
   if (data.type === "withdraw") withdraw(data.index);
   if (data.type === "frame") answerFrame(data.buffer);
   if (data.type === "replay") play(data.path);

@@ -1,6 +1,7 @@
 // Draws settings as points of error against cost, both logarithmic, with the front that no other setting beats.
 import { errorOfReference, paretoFront, type FrontAxes, type Setting, type Study } from "./accuracy_study";
 import { svg } from "./elements";
+import { decimal, word } from "./words";
 
 const HEIGHT = 340; // px
 const MARGIN = { left: 54, right: 16, top: 12, bottom: 44 };
@@ -23,7 +24,7 @@ export class FrontChart {
   constructor(private study: Study, settings: Setting[], private axes: FrontAxes, private events: ChartEvents) {
     this.settings = settings.filter((setting) => this.cost(setting) > 0 && this.error(setting) > 0);
     this.front = paretoFront(this.settings, (s) => this.cost(s), (s) => this.error(s));
-    this.root.setAttribute("aria-label", axes.title);
+    this.root.setAttribute("aria-label", word(axes.title));
   }
 
   private cost = (setting: Setting) => setting[this.axes.cost];
@@ -33,7 +34,7 @@ export class FrontChart {
     this.root.setAttribute("width", String(width));
     this.drawn.clear();
     this.root.replaceChildren();
-    if (!this.settings.length) return this.root.append(svg("text", { x: MARGIN.left, y: HEIGHT / 2 }, "The study has no setting to show here."));
+    if (!this.settings.length) return this.root.append(svg("text", { x: MARGIN.left, y: HEIGHT / 2 }, word("accuracy.empty")));
     const x = logarithmic(this.settings.map(this.cost), MARGIN.left, width - MARGIN.right), y = logarithmic(this.settings.map(this.error), HEIGHT - MARGIN.bottom, MARGIN.top);
     this.root.append(this.band(y, width), this.grid(x, y, width), this.line(x, y), this.names(x, y, width));
     const rest = this.settings.filter((setting) => !this.front.includes(setting));
@@ -47,11 +48,11 @@ export class FrontChart {
 
   private grid(x: Scale, y: Scale, width: number) {
     const bottom = HEIGHT - MARGIN.bottom, group = svg("g", { class: "grid", "aria-hidden": "true" });
-    for (const tick of x.ticks) group.append(svg("line", { x1: x.at(tick), x2: x.at(tick), y1: MARGIN.top, y2: bottom }), svg("text", { x: x.at(tick), y: bottom + 16, "text-anchor": "middle" }, String(tick)));
-    for (const tick of y.ticks) group.append(svg("line", { x1: MARGIN.left, x2: width - MARGIN.right, y1: y.at(tick), y2: y.at(tick) }), svg("text", { x: MARGIN.left - 7, y: y.at(tick) + 4, "text-anchor": "end" }, String(tick)));
+    for (const tick of x.ticks) group.append(svg("line", { x1: x.at(tick), x2: x.at(tick), y1: MARGIN.top, y2: bottom }), svg("text", { x: x.at(tick), y: bottom + 16, "text-anchor": "middle" }, decimal(tick)));
+    for (const tick of y.ticks) group.append(svg("line", { x1: MARGIN.left, x2: width - MARGIN.right, y1: y.at(tick), y2: y.at(tick) }), svg("text", { x: MARGIN.left - 7, y: y.at(tick) + 4, "text-anchor": "end" }, decimal(tick)));
     const middle = (MARGIN.top + bottom) / 2;
-    group.append(svg("text", { x: (MARGIN.left + width - MARGIN.right) / 2, y: HEIGHT - 8, "text-anchor": "middle" }, this.axes.costLabel),
-      svg("text", { x: 13, y: middle, "text-anchor": "middle", transform: `rotate(-90 13 ${middle})` }, this.axes.errorLabel));
+    group.append(svg("text", { x: (MARGIN.left + width - MARGIN.right) / 2, y: HEIGHT - 8, "text-anchor": "middle" }, word(this.axes.costLabel)),
+      svg("text", { x: 13, y: middle, "text-anchor": "middle", transform: `rotate(-90 13 ${middle})` }, word(this.axes.errorLabel)));
     return group;
   }
 
@@ -61,7 +62,7 @@ export class FrontChart {
     if (!error || y.at(100 * error) >= bottom) return group;
     const top = Math.max(MARGIN.top, y.at(100 * error));
     group.append(svg("rect", { x: MARGIN.left, y: top, width: width - MARGIN.left - MARGIN.right, height: bottom - top }),
-      svg("text", { x: MARGIN.left + 6, y: Math.min(top + 15, bottom - 5) }, "estimated error of the reference"));
+      svg("text", { x: MARGIN.left + 6, y: Math.min(top + 15, bottom - 5) }, word("accuracy.band")));
     return group;
   }
 

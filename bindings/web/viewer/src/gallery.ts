@@ -1,13 +1,14 @@
 // The gallery: every bundle of the server's data folder, and the task of finding the hidden nodule.
 import { element } from "./elements";
 import { megabytes, servedBundles, viewerAddress, type ServedBundle } from "./served";
+import { chosenLanguage, decimal, offerLanguages, speak, tell, word, type Key } from "./words";
 
 const TASK_ORGAN = "liver-tumour";
 
 function card(bundle: ServedBundle): HTMLElement {
   const { organ, boundary, resolution, bytes, picture } = bundle;
-  const facts = [["Held", boundary], ["Mesh", resolution], ["Size", `${megabytes(bytes)} MB`]];
-  const shown = picture ? element("img", { src: picture, alt: `${organ}, and what holds it: ${boundary}`, loading: "lazy" }) : "No picture yet: make -f Makefile.data gallery draws one.";
+  const facts = [[word("gallery.held"), boundary], [word("gallery.mesh"), resolution], [word("gallery.size"), `${decimal(megabytes(bytes))} MB`]];
+  const shown = picture ? element("img", { src: picture, alt: word("gallery.picture", { organ, boundary }), loading: "lazy" }) : said("gallery.no-picture");
   return element("li", {}, element("a", { href: viewerAddress(bundle) },
     element("div", { class: "picture" }, shown),
     element("div", { class: "about" }, element("h2", {}, organ), element("dl", {}, ...facts.flatMap(([term, value]) => [element("dt", {}, term), element("dd", {}, value)])))));
@@ -16,10 +17,24 @@ function card(bundle: ServedBundle): HTMLElement {
 // The organ as it is, not one of the other materials of its folder, which lie in folders of longer names.
 const taskBundle = (bundles: ServedBundle[]) => bundles.filter(({ organ }) => organ === TASK_ORGAN).sort((a, b) => a.boundary.length - b.boundary.length || a.bytes - b.bytes)[0];
 
-const bundles = await servedBundles(), withNodule = taskBundle(bundles);
-document.getElementById("organs")!.append(...bundles.map(card));
+function said(key: Key, values?: Record<string, string>): HTMLElement {
+  const span = element("span");
+  tell(span, key, values);
+  return span;
+}
+
+// In the page's language.
+function show(bundles: ServedBundle[]) {
+  const withNodule = taskBundle(bundles);
+  document.getElementById("organs")!.replaceChildren(...bundles.map(card));
+  document.getElementById("task-start")!.replaceChildren(withNodule
+    ? element("a", { class: "primary", href: viewerAddress(withNodule, { task: "nodule" }) }, word("gallery.task.start"))
+    : said("gallery.task.needs", { organ: TASK_ORGAN, command: `make -f Makefile.data ORGAN=${TASK_ORGAN}` }));
+}
+
+speak(chosenLanguage());
+const bundles = await servedBundles();
 document.getElementById("none")!.hidden = bundles.length > 0;
-document.getElementById("task-start")!.append(withNodule
-  ? element("a", { class: "primary", href: viewerAddress(withNodule, { task: "nodule" }) }, "Start")
-  : element("span", {}, "It needs the organ ", element("code", {}, TASK_ORGAN), ", which ", element("code", {}, `make -f Makefile.data ORGAN=${TASK_ORGAN}`), " makes."));
+show(bundles);
+offerLanguages(() => show(bundles));
 document.body.dataset.state = "ready";

@@ -1,5 +1,7 @@
-// The keyboard: turns the organ, moves the cross, pushes at the cross. Keys work wherever the focus is, apart from those that the
-// focused control uses itself.
+// The keyboard: turns the organ, moves the cross, pushes at the cross. Keys work wherever the focus is within `heard`, apart from those
+// that the focused control uses itself.
+import type { Cross } from "./cross";
+
 const STEP = 24; // px: one move of the cross
 const TURN = 0.08; // rad
 const NEARER = 0.92;
@@ -16,13 +18,12 @@ export interface KeyActions {
 }
 
 export class Keys {
-  private at = { x: 0.5, y: 0.5 }; // of the cross, in the canvas's size
   private pushes = false;
 
-  constructor(private canvas: HTMLElement, private cross: HTMLElement, private actions: KeyActions) {
-    document.addEventListener("keydown", (event) => this.down(event));
-    document.addEventListener("keyup", (event) => event.key === " " && this.push(false));
-    window.addEventListener("blur", () => this.push(false));
+  constructor(private canvas: HTMLElement, private cross: Cross, private actions: KeyActions, heard: Document | HTMLElement = document) {
+    (heard as HTMLElement).addEventListener("keydown", (event) => this.down(event));
+    (heard as HTMLElement).addEventListener("keyup", (event) => event.key === " " && this.push(false));
+    for (const left of [window, heard]) left.addEventListener("blur", () => this.push(false));
     // The ring and the cross are shown to users of the keyboard alone.
     canvas.addEventListener("focus", () => this.byKeys(canvas.matches(":focus-visible")));
     canvas.addEventListener("blur", () => this.byKeys(false));
@@ -41,7 +42,7 @@ export class Keys {
 
   private act({ key, shiftKey }: KeyboardEvent): (() => void) | undefined {
     const { turn, nearer, home, undo, replay, reset } = this.actions;
-    const arrow = (right: number, up: number) => () => (shiftKey ? this.move(right, -up) : turn(TURN * right, TURN * up));
+    const arrow = (right: number, up: number) => () => (shiftKey ? this.cross.move(STEP * right, -STEP * up) : turn(TURN * right, TURN * up));
     const acts: Record<string, () => void> = {
       ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1),
       "+": () => nearer(NEARER), "=": () => nearer(NEARER), "-": () => nearer(1 / NEARER),
@@ -50,22 +51,15 @@ export class Keys {
     return acts[key.length === 1 ? key.toLowerCase() : key];
   }
 
-  private move(right: number, down: number) {
-    const { clientWidth: width, clientHeight: height } = this.canvas, inside = (share: number) => Math.max(0.02, Math.min(0.98, share));
-    this.at = { x: inside(this.at.x + (right * STEP) / width), y: inside(this.at.y + (down * STEP) / height) };
-    this.cross.style.left = `${100 * this.at.x}%`;
-    this.cross.style.top = `${100 * this.at.y}%`;
-  }
-
   private push(down: boolean) {
     if (down === this.pushes) return;
     this.pushes = down;
-    this.actions.push(down, this.at.x * this.canvas.clientWidth, this.at.y * this.canvas.clientHeight);
+    this.actions.push(down, ...this.cross.place);
   }
 
   private byKeys(on: boolean) {
     this.canvas.classList.toggle("by-keys", on);
-    this.cross.hidden = !on;
+    this.cross.show(on);
   }
 }
 

@@ -1,11 +1,14 @@
 // The page: draws the frames that the worker sends, and sends the user's input to the worker.
 import type { BundleInfo } from "../../module/palpate.js";
 import { GRADIENT } from "./colours";
+import { Cross } from "./cross";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, flagWords, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
 import { FrameClock, Spread, TouchRate } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
+import { Gamepads } from "./gamepad";
+import { Headset } from "./headset";
 import { Keys } from "./keys";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
@@ -23,9 +26,11 @@ import { chosenLanguage, count, decimal, fill, fixed, keepInAddress, offerLangua
 const SERVED = servedFiles();
 const STARTS_TASK = new URLSearchParams(location.search).get("task") === "nodule";
 const ELEMENTS = ["p1", "p1-anp", "p2-p0"];
+const BRIDGE = Number(new URLSearchParams(location.search).get("device") ?? 18945); // the port on which the bridge of devices waits for this page
 const QUIET = 400; // ms without a touch before effects are timed
 
 const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
+const isReady = () => document.body.dataset.state === "ready";
 const isOn = (id: string) => byId<HTMLInputElement>(id).checked;
 
 type Opened = Extract<FromWorker, { type: "opened" }>;
@@ -90,6 +95,10 @@ class Viewer {
   private rate = new TouchRate();
   private limit: LinearLimit | null = null;
   private newest: { shape: Shape; frame: Frame } | null = null;
+  private linkedTo: number | null = null; // the port of the bridge of devices
+  private cross: Cross;
+  private gamepads: Gamepads;
+  private headset: Headset;
 
   constructor(canvas: HTMLCanvasElement, private view: OrganView) {
     this.pointer = new ToolPointer(canvas, view, {
@@ -105,13 +114,22 @@ class Viewer {
         if (!this.newest?.frame.tools.some(Boolean)) this.plot.clear();
       },
     });
+    this.cross = new Cross(canvas, byId("cross"));
+    this.gamepads = new Gamepads(this.cross, {
+      isOpen: isReady, turn: (right, up) => view.camera.turn(right, up), home: () => view.camera.home(), reset: () => this.reset(),
+      press: (share, x, y) => this.pointer.press(share, x, y), release: () => this.pointer.release(),
+    });
+    this.headset = new Headset(view, byId("headset"), {
+      isOpen: isReady, tools: () => this.newest?.frame.tools ?? [], positions: () => this.newest?.shape.positions ?? null,
+      send: (index, target) => this.tell({ type: "tool", index, target }), begun: () => this.reset(),
+    });
     this.worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
     this.worker.addEventListener("error", (event) => this.refuse("error.stopped", event.message || word("error.stopped.about"), 0));
     this.connect(canvas);
     this.dress();
     this.fineFile = fetched(SERVED.finer);
     this.tell({ type: "fetch", url: SERVED.bundle });
-    requestAnimationFrame(() => this.draw());
+    view.loop(() => this.draw());
   }
 
   private tell(message: ToWorker, transfer: Transferable[] = []) {
@@ -126,6 +144,7 @@ class Viewer {
     if (message.type === "accepted") return void (this.accepted = { effects: message.effects, tool: message.tool, fine: this.fine });
     if (message.type === "replayed") return this.afterReplay(message);
     if (message.type === "saved") return this.saveFile(message);
+    if (message.type === "linked") return this.showLink(message);
     if (message.type !== "refused") return; // the answers that Compare asks for
     if (message.what === "absent") return this.absent(message.name);
     if (message.what === "effects") return this.refuseEffects(message.message);
@@ -184,6 +203,7 @@ class Viewer {
     state("ready");
     this.lastTouch = performance.now();
     this.followLink();
+    if (location.search.includes("device=") && this.linkedTo === null) this.connectDevices(BRIDGE);
     if (STARTS_TASK && this.task.canStart) this.task.start();
   }
 
@@ -405,6 +425,7 @@ class Viewer {
     click("replay", () => this.replay(null));
     click("reset", () => this.reset());
     click("undo", () => this.undo());
+    click("device", () => this.connectDevices(this.linkedTo === null ? BRIDGE : null));
     click("home", () => this.view.camera.home());
     click("open", () => byId("file").click());
     click("open-path", () => byId("path-file").click());
@@ -460,11 +481,25 @@ class Viewer {
 
   private connectKeys(canvas: HTMLCanvasElement) {
     const { camera } = this.view;
-    new Keys(canvas, byId("cross"), {
-      isOpen: () => document.body.dataset.state === "ready",
+    new Keys(canvas, this.cross, {
+      isOpen: isReady,
       turn: (right, up) => camera.turn(right, up), nearer: (factor) => camera.nearer(factor), home: () => camera.home(),
       push: (down, x, y) => this.pointer.key(down, x, y), undo: () => this.undo(), replay: () => this.replay(null), reset: () => this.reset(),
     });
+  }
+
+  // port: of the bridge; null: lets the devices go.
+  private connectDevices(port: number | null) {
+    this.linkedTo = port;
+    byId("device").setAttribute("aria-pressed", String(port !== null));
+    byId("linked").textContent = "";
+    this.tell({ type: "link", port });
+  }
+
+  private showLink({ state: now, tools }: Extract<FromWorker, { type: "linked" }>) {
+    byId("linked").textContent = now === "open" && tools.length ? word("devices.link.tools", { tools: tools.join(", ") }) : word(`devices.link.${now}`);
+    if (now !== "open") this.linkedTo = null;
+    byId("device").setAttribute("aria-pressed", String(now === "open"));
   }
 
   private connectDrops() {
@@ -517,9 +552,10 @@ class Viewer {
   }
 
   private draw() {
-    requestAnimationFrame(() => this.draw());
     if (!this.opened) return;
     const start = performance.now();
+    this.gamepads.tick(start);
+    this.headset.tick();
     this.pointer.tick((this.newest?.frame.tools ?? []).map((tool) => tool && tool.point));
     if (!this.waiting) {
       this.waiting = true;

@@ -1,5 +1,6 @@
 // The messages between the page and the worker.
 import type { BundleInfo, Effects, RenderMesh } from "../../module/palpate.js";
+import type { LinkState } from "./device_link";
 import type { Nodule } from "./nodules";
 
 export const TOOL_COUNT = 2;
@@ -50,6 +51,7 @@ export type ToWorker =
   | { type: "try"; path: Path } // answered by "tried"
   | { type: "measure"; place: Vector; normal: Vector }
   | { type: "colour"; by: ColourBy } // what a frame's lengths are
+  | { type: "link"; port: number | null } // connects to the bridge of devices; null: lets it go. Answered by "linked", again and again
   | { type: "reset" };
 
 export type ColourBy = "dent" | "displacement" | "nothing";
@@ -141,5 +143,6 @@ export type FromWorker =
   | { type: "saved"; as: SavedFile; text: string; difference: number } // difference: of the file's forces from those felt, N
   | { type: "costs"; costs: Cost[] }
   | { type: "path"; path: Path | null }
+  | { type: "linked"; state: LinkState; tools: string[] } // tools: of devices that are there
   | { type: "tried"; trial: Trial }
   | Frame;

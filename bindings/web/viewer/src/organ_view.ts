@@ -1,7 +1,7 @@
 // Draws the organ, the tools and their forces in three dimensions.
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, Group,
-  HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, Points, PointsMaterial, Raycaster,
+  HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, type Object3D, Points, PointsMaterial, Raycaster,
   Scene, SphereGeometry, TorusGeometry, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
@@ -253,7 +253,21 @@ export class OrganView {
     return this.camera.metresPerPixel(new Vector3(...point), this.canvas.clientHeight);
   }
 
+  // Calls `draw` for each frame of the screen, or of a headset while it shows the organ.
+  loop(draw: () => void) {
+    this.renderer.setAnimationLoop(draw);
+  }
+
+  get xr() {
+    return this.renderer.xr;
+  }
+
+  add(object: Object3D) {
+    this.scene.add(object);
+  }
+
   render() {
+    if (this.xr.isPresenting) return this.renderer.render(this.scene, this.camera.camera); // the headset has its own size and cameras
     const { clientWidth: width, clientHeight: height } = this.canvas, ratio = Math.min(2, devicePixelRatio);
     const size = this.renderer.getSize(new Vector2());
     if (!width || !height) return; // while the page is laid out
@@ -264,6 +278,14 @@ export class OrganView {
     }
     this.camera.update();
     this.renderer.render(this.scene, this.camera.camera);
+  }
+
+  // Gives the graphics memory back.
+  close() {
+    this.renderer.setAnimationLoop(null);
+    this.camera.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   private toScreen(point: Vector3): [number, number] {

@@ -86,11 +86,20 @@ export function farthestStep({ points, steps }: Path): number {
   return farthest;
 }
 
-// The press that a replay plays before the user's first touch: the tool goes in, stays, and comes out.
+// The press that a replay plays before the user's first touch: the tool goes in, stays, and comes out. A pull: the tool comes to the
+// surface, takes hold, and goes out.
 export function demonstration(place: Vector, normal: Vector, depth = 0.012): Path {
   const at = (height: number) => place.map((x, d) => x + height * normal[d]);
   const keys: [number, number][] = [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]];
   return pathOfFile(keys.map(([time, height]) => [time, ...at(height)].join(",")).join("\n"));
+}
+
+export function demonstrationOfPull(place: Vector, normal: Vector, height = 0.008): Path {
+  const at = (above: number) => place.map((x, d) => x + above * normal[d]);
+  const keys: [number, number][] = [[0, 0.002], [0.15, -3e-4], [1.1, height], [1.9, height]];
+  const path = pathOfFile(keys.map(([time, above]) => [time, ...at(above)].join(",")).join("\n"));
+  for (let step = 0; step < path.steps; ++step) path.hold[TOOL_COUNT * step] = 1;
+  return path;
 }
 
 export function save(name: string, text: string) {

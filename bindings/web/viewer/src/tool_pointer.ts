@@ -11,7 +11,7 @@ const DEEPEST_SHARE = 0.3; // of the organ's radius: well below palpate_scene_de
 const PEN_DEPTH = 0.02; // m, how deep a pen presses at its full pressure
 const NO_PRESSURE = 0.5; // what browsers report for a pen that does not measure its pressure
 const KEY_SPEED = 0.012; // m/s while space is held
-const KEYBOARD = -1; // stands for the id of a pointer
+const KEYBOARD = -1, GAMEPAD = -2; // stand for the ids of pointers
 const HANDED_OVER = "palpateHandedOver"; // marks an event that the camera alone hears
 
 export interface PointerOptions {
@@ -34,6 +34,7 @@ interface Held {
   target: ToolTarget;
   scale: number; // m per pixel
   measures: boolean; // it is a pen that has reported a pressure
+  slides: boolean; // a push follows the pointer along the surface's plane too
 }
 
 export class ToolPointer {
@@ -86,6 +87,20 @@ export class ToolPointer {
     if (hit) this.take(KEYBOARD, hit, x, y);
   }
 
+  // A gamepad's press, as deep as `share` (0 to 1) says, dragged to a point of the canvas.
+  press(share: number, x: number, y: number) {
+    if (!this.held.some((h) => h.pointer === GAMEPAD)) {
+      const hit = this.view.pick(x, y);
+      if (hit) this.take(GAMEPAD, hit, x, y);
+    }
+    const held = this.held.find((h) => h.pointer === GAMEPAD);
+    if (held) this.aim(held, share * PEN_DEPTH, x - held.x, y - held.y);
+  }
+
+  release() {
+    this.up(GAMEPAD);
+  }
+
   // Once per frame: sends the next tool that stays when the one before it has arrived, and deepens the pushes that grow with time.
   // places: of the tools.
   tick(places: (Vector | null)[]) {
@@ -121,7 +136,7 @@ export class ToolPointer {
     const place = this.options.followsDeformed() ? hit.point : hit.place;
     const grasp = this.options.pulls() ? along(place, hit.normal, -GRASP) : null;
     const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, grasp, down: true };
-    const held = { pointer, index, hit, place, x, y, since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false };
+    const held = { pointer, index, hit, place, x, y, since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false, slides: pointer === GAMEPAD };
     this.held.push(held);
     this.options.pressed(hit);
     this.aim(held, TOUCH_DOWN, 0, 0);
@@ -168,12 +183,14 @@ export class ToolPointer {
     this.aim(held, TOUCH_DOWN + deeper, dx, dy);
   }
 
-  // The target of a push: along the normal, at the depth. The target of a pull: the position of the pointer.
+  // The target of a push: along the normal, at the depth; where it slides, beside it too. The target of a pull: the position of the pointer.
   private aim(held: Held, depth: number, dx: number, dy: number) {
     const { target, hit, place } = held;
     const dragged = this.view.drag(hit.point, dx, dy);
-    const pulled = place.map((x, d) => x + dragged[d] - hit.point[d]) as Vector;
-    held.target = { ...target, point: target.grasp ? limited(place, pulled, this.deepest) : along(place, hit.normal, -Math.min(this.deepest, depth)) };
+    const way = dragged.map((x, d) => x - hit.point[d]), up = way.reduce((sum, x, d) => sum + x * hit.normal[d], 0);
+    const pulled = place.map((x, d) => x + way[d]) as Vector;
+    const beside = held.slides ? (place.map((x, d) => x + way[d] - up * hit.normal[d]) as Vector) : place;
+    held.target = { ...target, point: target.grasp ? limited(place, pulled, this.deepest) : along(beside, hit.normal, -Math.min(this.deepest, depth)) };
     this.targets[held.index] = held.target;
     this.options.send(held.index, held.target);
   }

@@ -1,5 +1,4 @@
-// The words that the viewer shows, in the page's language. Compare, the gallery and the accuracy page keep English, the language at the
-// start. A word may hold {places} for values, `code` and [keys].
+// The words that the pages show, in the page's language; English at the start. A word may hold {places} for values, `code` and [keys].
 import de from "../words/de.json";
 import en from "../words/en.json";
 import { marked } from "../words/marked.js";
@@ -21,21 +20,34 @@ export const count = (value: number) => value.toLocaleString(language);
 export const decimal = (digits: string | number) => String(digits).replace(".", word("decimal"));
 export const fixed = (value: number, digits: number) => decimal(value.toFixed(digits));
 
+// The word as an element's content.
+export function tell(element: HTMLElement, key: Key, values?: Record<string, string | number>) {
+  element.innerHTML = marked(word(key, values));
+}
+
 // Fills the elements that name a word: data-words="key" its content, data-words-aria-label="key" the attribute.
 export function fill(root: ParentNode) {
-  for (const element of root.querySelectorAll<HTMLElement>("[data-words]")) element.innerHTML = marked(word(element.dataset.words as Key));
+  for (const element of root.querySelectorAll<HTMLElement>("[data-words]")) tell(element, element.dataset.words as Key);
   for (const name of ATTRIBUTES)
     for (const element of root.querySelectorAll(`[data-words-${name}]`)) element.setAttribute(name, word(element.getAttribute(`data-words-${name}`) as Key));
+}
+
+export const isLanguage = (name: string) => Object.hasOwn(LANGUAGES, name);
+
+// The language of the words from now on. What is shown already keeps its own.
+export function useLanguage(name: string) {
+  language = name;
 }
 
 // The language of the address, else the one that was chosen here before, else the browser's, else English.
 export function chosenLanguage(): string {
   const wanted = [new URLSearchParams(location.search).get("language"), kept(), ...navigator.languages.map((name) => name.split("-")[0])];
-  return wanted.find((name) => name !== null && Object.hasOwn(LANGUAGES, name)) ?? "en";
+  return wanted.find((name) => name !== null && isLanguage(name)) ?? "en";
 }
 
 export function speak(name: string) {
-  document.documentElement.lang = language = name;
+  useLanguage(name);
+  document.documentElement.lang = name;
   fill(document);
 }
 
