@@ -52,7 +52,7 @@ test("without organs the gallery says what makes one; an address of a missing bu
   assert.match(await page.textContent("#none"), /make -f Makefile\.data/);
   assert.equal(await page.isVisible("#none"), true);
   assert.match(await page.textContent("#task-start"), /ORGAN=liver-tumour/);
-  await page.goto(page.url().replace("gallery.html", "index.html?bundle=data%2Fplate%2Fbundle.h5"));
+  await page.goto(page.url().replace(/gallery\.html.*/, "index.html?bundle=data%2Fplate%2Fbundle.h5"));
   await inState(page, "empty");
   await notice(page, "data/plate/bundle.h5: the server has no such bundle");
   await closed(page);
