@@ -12,6 +12,9 @@ namespace palpate {
 // The tool of constraints that belong to a link in place of a tool; `point` is then the link's index.
 constexpr std::int32_t kToolOfLinks = PALPATE_MAX_TOOLS;
 
+// The tool of constraints that hold two organs of a world apart; `point` names the pair. They come after those of links.
+constexpr std::int32_t kToolOfPairs = PALPATE_MAX_TOOLS + 1;
+
 // One node under one contact, where a force acts. The same node may serve several contacts.
 struct ContactNode {
   std::int32_t node, column, tool, point;

@@ -43,13 +43,13 @@ void ContactRows::begin(std::int32_t contacts) {
 }
 
 bool ContactRows::has_room(std::int32_t constraints, std::int32_t nodes) const {
-  return set_.constraint_count + constraints <= set_.constraint_capacity &&
-         set_.node_count + nodes <= set_.node_capacity;
+  return set_.constraint_count + constraints <= set_.constraint_capacity - constraints_for_pairs_ &&
+         set_.node_count + nodes <= set_.node_capacity - nodes_for_pairs_;
 }
 
 // An equal share of the room that is left, for the present contact and those to come.
 std::int32_t ContactRows::nodes_for_one() const {
-  return std::max(1, (set_.node_capacity - set_.node_count) / std::max(1, to_come_));
+  return std::max(1, (set_.node_capacity - nodes_for_pairs_ - set_.node_count) / std::max(1, to_come_));
 }
 
 ContactConstraint& ContactRows::add_constraint(const ContactWish& wish, std::int32_t part) {
@@ -189,6 +189,17 @@ std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
     constraint.local = grasp.local[part];
   }
   return set_.constraint_count - grasp.parts;
+}
+
+std::int32_t ContactRows::add_pair(const PairWish& pair) {
+  if (set_.constraint_count == set_.constraint_capacity || set_.node_count + pair.count > set_.node_capacity) return -1;
+  ContactWish wish;
+  wish.tool = kToolOfPairs, wish.point = pair.point, wish.law = pair.law, wish.friction = pair.friction;
+  ContactConstraint& constraint = add_constraint(wish, 0);
+  for (std::int32_t v = 0; v < pair.count; ++v) add_held_node(wish, constraint, pair.node[v], pair.weight[v]);
+  for (int i = 0; i < 3; ++i) store3(pair.row[i], constraint.frame.m[i]);
+  constraint.framed = true, constraint.axes = pair.law == ContactLaw::coulomb ? 7 : 1;
+  return set_.constraint_count - 1;
 }
 
 // The nodes of a link's second end have negative weights, so that a row holds the displacement of the first end against the second one.

@@ -52,6 +52,17 @@ struct GraspWish {
   Vec3 target[3];                // m; of the gradients without unit
 };
 
+// One organ's part in a pair of places of two organs that must not pass through one another.
+struct PairWish {
+  std::int32_t point = 0;              // ascending over the pairs of an organ
+  const std::int32_t* node = nullptr;  // [count] with a tensor column
+  const double* weight = nullptr;      // [count]
+  std::int32_t count = 0;
+  Vec3 row[3];  // unit, orthogonal: the first one along the force that the other organ exerts
+  ContactLaw law = ContactLaw::unilateral;
+  double friction = 0;
+};
+
 class ContactRows {
  public:
   // What the constraints are made from; borrowed. rest and patch are nullptr where no effect needs them.
@@ -78,6 +89,13 @@ class ContactRows {
 
   // The rows of a grasp's patch, after the grips of its tool. Returns the first of its constraints; -1: there is no room.
   std::int32_t add_grasp(const GraspWish& wish);
+  // Keeps so much of the capacity for pairs alone. Call it once.
+  void keep_for_pairs(std::int32_t nodes, std::int32_t constraints) {
+    nodes_for_pairs_ = nodes, constraints_for_pairs_ = constraints;
+  }
+  // The rows of a pair, after all else, without a target. Returns its constraint; -1: there is no room.
+  std::int32_t add_pair(const PairWish& pair);
+
   // Gives constraint p of this step another target; the caller then solves the step again.
   void set_target(std::int32_t p, Vec3 target) { set_.target[p] = target; }
 
@@ -103,6 +121,7 @@ class ContactRows {
   Source source_ = {};
   ContactConstraints set_, last_;
   std::int32_t next_in_last_ = 0;
+  std::int32_t nodes_for_pairs_ = 0, constraints_for_pairs_ = 0;
   std::int32_t to_come_ = 0;  // contacts that will be asked for, the present one included
 };
 

@@ -753,6 +753,45 @@ Operations ContactSolver::operations_to_renew(std::int32_t contacts) const {
   return (std::min(each * contacts, whole) + contacts * each / 2) / kDense + entries;
 }
 
+bool ContactSolver::prepare(const Tensors& tensors, const ContactConstraints& set) {
+  residual_ = {}, effort_ = {}, shares_ = false;
+  if (!update(tensors, set)) {
+    forget();
+    return false;
+  }
+  std::copy(reaction_, reaction_ + rows_end_, last_);
+  return true;
+}
+
+Vec3 ContactSolver::reached(std::int32_t p) const {
+  Vec3 sum;
+  for (int i = 0; i < 3; ++i)
+    if (const std::int32_t row = rows_[p].at[i]; row >= 0) sum[i] = dot_rows(rows_end_, matrix_row(row), reaction_);
+  return sum;
+}
+
+ContactSolver::Outcome ContactSolver::take_reactions(const ContactConstraints& set, const LawEffort& effort,
+                                                     Vec3* force, Vec3* modified) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
+  set_limits(set.constraints, set.constraint_count);
+  effort_ = effort, gives_way_ = 1;
+  measure_laws(system(set.constraints, set.constraint_count));
+  std::fill(force, force + set.node_count, Vec3{});
+  spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction_, force);
+  bool finite = std::isfinite(residual_.displacement) && std::isfinite(residual_.force);
+  for (std::int32_t e = 0; e < set.node_count; ++e) {
+    modified[e] = compliance_.self(compliance_.slot_of_contact_node(e)) * force[e];
+    finite = finite && is_finite(force[e]) && is_finite(modified[e]);
+  }
+  if (finite) return Outcome::solved;
+  forget();
+  for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
+  residual_ = {}, effort_ = {};
+  return Outcome::unsolved;
+}
+
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force,
                                             Vec3* modified, StepWork* work) {
   for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};

@@ -88,6 +88,22 @@ class ContactSolver {
   // rows^2 / 2 to join and up to rows^2 to leave; and for the laws. Only new nodes read the tensors.
   Outcome solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force, Vec3* modified, StepWork* work);
 
+  // For organs that touch, whose systems are solved as one (runtime/world/joint_solver.h), in place of solve(). prepare() brings the
+  // matrix up to date; false: a number is not finite. Then whoever solves sets the reactions of all rows, and take_reactions() takes them
+  // over as solve() its own. The constraints of pairs have got as targets where the reactions bring them.
+  bool prepare(const Tensors& tensors, const ContactConstraints& set);
+  Outcome take_reactions(const ContactConstraints& set, const LawEffort& effort, Vec3* force, Vec3* modified);
+  std::int32_t rows_end() const { return rows_end_; }
+  const RowsOfConstraint& rows_of(std::int32_t p) const { return rows_[p]; }
+  const double* matrix_row(std::int32_t row) const { return matrix_ + static_cast<std::size_t>(row) * stride_; }
+  double reaction_of(std::int32_t row) const { return reaction_[row]; }
+  // coarse: N, the reaction before the last refinement, which took away what the shift does.
+  void set_reaction(std::int32_t row, double reaction, double coarse) {
+    reaction_[row] = reaction, coarse_[row] = coarse;
+  }
+  // m, of constraint p under the reactions that are set, along the rows of its frame.
+  Vec3 reached(std::int32_t p) const;
+
   // Of `contacts` more contacts that come, go or move in this step: their rows leave the factor and join it.
   Operations operations_to_renew(std::int32_t contacts) const;
   const ContactResidual& residual() const { return residual_; }

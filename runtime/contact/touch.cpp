@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
+#include <type_traits>
 
 namespace palpate {
 namespace {
@@ -52,7 +54,8 @@ class Touch {
   Touch(const StepContext& context, TouchState& state, const ToolsInWorld* world, palpate_contacts& out)
       : context_(context), touch_state_(state), world_(world), out_(out) {}
 
-  std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
+  // Until the constraints are requested.
+  void begin(const palpate_tool* tools, std::int32_t tool_count, double dt) {
     touch_state_.work.begin();
     touch_state_.slides.begin();
     take_input(tools, tool_count, dt);
@@ -77,10 +80,22 @@ class Touch {
     }
     if (links) flags_ |= touch_state_.links.request(touch_state_.rows);
     context_.watch.ended(Pass::rows);
+  }
+
+  bool grasps_slip() {
+    bool slips = false;
+    for (std::int32_t t = 0; has_grasps(context_.def) && t < touch_state_.input.count(); ++t)
+      slips = touch_state_.grasps.slips(t, touch_state_.input.tool(t), touch_state_.solver, touch_state_.rows) || slips;
+    return slips;
+  }
+
+  // joint: how the solution of several organs ended, which the solver has; nullptr: the organ is solved alone.
+  std::uint32_t finish(const ContactSolver::Outcome* joint) {
+    const bool links = has_links(context_.def);
     if (deforms_largely(context_.def))
       deform();
     else
-      solve();
+      solve(joint);
     context_.watch.ended(Pass::contact);
     if (links) {
       flags_ |=
@@ -115,7 +130,7 @@ class Touch {
 
  private:
   void raise(std::int32_t tool, std::uint32_t flag) {
-    if (tool != kToolOfLinks) touch_state_.input.tool(tool).flags |= flag;
+    if (tool < kToolOfLinks) touch_state_.input.tool(tool).flags |= flag;
     flags_ |= flag;
   }
 
@@ -326,12 +341,7 @@ class Touch {
     for (int solve = 0; solve < kMostSlips; ++solve) {
       outcome = touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified,
                                           &touch_state_.work);
-      bool slips = false;
-      for (std::int32_t t = 0; has_grasps(context_.def) && t < touch_state_.input.count(); ++t)
-        slips = (outcome != ContactSolver::Outcome::unsolved && solve + 1 < kMostSlips &&
-                 touch_state_.grasps.slips(t, touch_state_.input.tool(t), touch_state_.solver, touch_state_.rows)) ||
-                slips;
-      if (!slips) break;
+      if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlips || !grasps_slip()) break;
     }
     return outcome;
   }
@@ -367,7 +377,7 @@ class Touch {
   }
 
   void add_force(std::int32_t e, const ContactNode& held) {
-    if (held.tool == kToolOfLinks) return;
+    if (held.tool >= kToolOfLinks) return;
     tools_[held.tool].resultant += touch_state_.force[e];
     if (touch_state_.input.tool(held.tool).has_torque && !is_of_grasp(held.tool, held.point))
       tools_[held.tool].moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
@@ -415,10 +425,10 @@ class Touch {
     return set;
   }
 
-  void solve() {
+  void solve(const ContactSolver::Outcome* joint) {
     const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : touch_state_.rows.set();
     acting_ = &set;
-    const ContactSolver::Outcome outcome = solve_slipping(set);
+    const ContactSolver::Outcome outcome = joint ? *joint : solve_slipping(set);
     if (has_grasps(context_.def)) finish_grasps();
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
@@ -452,7 +462,7 @@ class Touch {
     renewals_ = 0;
     for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
       const ContactConstraint& first = set.constraints[p];
-      if (first.tool == kToolOfLinks) return;
+      if (first.tool >= kToolOfLinks) return;
       bool sticks = false;
       for (; end < set.constraint_count && set.constraints[end].tool == first.tool &&
              set.constraints[end].point == first.point;
@@ -538,11 +548,11 @@ class Touch {
     for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
       const ContactNode& held = set.nodes[e];
       node->node = held.node, node->column = held.column, node->point = held.point;
-      const bool of_link = held.tool == kToolOfLinks;
-      node->tool = of_link ? -1 : touch_state_.input.tool(held.tool).index;
+      const bool of_tool = held.tool < kToolOfLinks;
+      node->tool = of_tool ? touch_state_.input.tool(held.tool).index : held.tool == kToolOfLinks ? -1 : -2;
       store3(touch_state_.modified[e], node->modified_displacement);
       // A steep response may turn a finite force into an infinite one.
-      const Vec3 force = (of_link ? 1 : factor_[held.tool]) * touch_state_.force[e];
+      const Vec3 force = (of_tool ? factor_[held.tool] : 1) * touch_state_.force[e];
       if (!is_finite(force)) raise(held.tool, PALPATE_STEP_UNSOLVED);
       store3(is_finite(force) ? force : Vec3{}, node->force);
     }
@@ -587,7 +597,7 @@ class Touch {
   void for_each_contact(Visit visit) const {
     const ContactConstraints& set = touch_state_.rows.set();
     for (std::int32_t first = 0, end = 0; first < set.constraint_count; first = end) {
-      if (set.constraints[first].tool == kToolOfLinks) return;
+      if (set.constraints[first].tool >= kToolOfLinks) return;
       while (end < set.constraint_count && set.constraints[end].tool == set.constraints[first].tool &&
              set.constraints[end].point == set.constraints[first].point)
         ++end;
@@ -748,7 +758,23 @@ class Touch {
 
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out) {
-  return Touch(context, state, world, out).step(tools, tool_count, dt);
+  Touch touch(context, state, world, out);
+  touch.begin(tools, tool_count, dt);
+  return touch.finish(nullptr);
+}
+
+void TouchStep::begin(const StepContext& context, TouchState& state, const palpate_tool* tools, std::int32_t tool_count,
+                      double dt, const ToolsInWorld* world, palpate_contacts& out) {
+  static_assert(sizeof(Touch) <= kBytes && alignof(Touch) <= 16 && std::is_trivially_destructible_v<Touch>);
+  (new (touch_) Touch(context, state, world, out))->begin(tools, tool_count, dt);
+}
+
+bool TouchStep::slips() {
+  return std::launder(reinterpret_cast<Touch*>(touch_))->grasps_slip();
+}
+
+std::uint32_t TouchStep::finish(const ContactSolver::Outcome* joint) {
+  return std::launder(reinterpret_cast<Touch*>(touch_))->finish(joint);
 }
 
 void reset_touch(const palpate_scene_def& def, TouchState& state) {

@@ -1,6 +1,7 @@
 // The touch half of a step: tools -> collision -> contact constraints -> forces -> palpate_contacts.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "runtime/bundle/step_context.h"
@@ -62,6 +63,7 @@ struct TouchState {
   DeformingBody body;            // in place of the solver, under large deformation
   BodyBeside beside;             // or beside it: the body then belongs to the thread of palpate_scene_deform
   FarTools far;                  // of an organ in a world
+  std::int32_t most_pairs = 0;   // with other organs of a world
   std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0
   PronySeries relaxation;
   PronySeries::Memory* memory = nullptr;         // [max_tools]
@@ -77,6 +79,23 @@ struct TouchState {
 
 // One touch step; palpate_scene_touch of palpate.h states the contract. Returns the step flags.
 // world: of an organ in a world, what the world knows about the tools, which it has checked; nullptr: of a scene.
+// A step that is cut before its solve, for organs that touch: begin() requests all constraints but those of pairs; then whoever solves
+// the organs as one adds the pairs, and finish() goes on with what it found.
+class TouchStep {
+ public:
+  void begin(const StepContext& context, TouchState& state, const palpate_tool* tools, std::int32_t tool_count,
+             double dt, const ToolsInWorld* world, palpate_contacts& out);
+  // Whether a grasp of the organ pulls beyond its friction under the reactions that its solver has: it then has other targets, and
+  // the constraints are to be solved again.
+  bool slips();
+  // joint: of the solution that the organ's solver has taken over; nullptr: the organ is solved alone. Returns the step flags.
+  std::uint32_t finish(const ContactSolver::Outcome* joint);
+
+ private:
+  static constexpr std::size_t kBytes = 2048;
+  alignas(16) unsigned char touch_[kBytes];
+};
+
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
 

@@ -126,7 +126,7 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
-// Constraints that a step can have.
+// Constraints that a step can have, without those of pairs.
 std::int32_t most_constraints(const palpate_scene_def& def) {
   const std::int32_t per_point = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
   return std::min(def.max_contact_nodes,
@@ -223,7 +223,8 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     return reader.no_memory("collision");
   const auto create_field = [&] {
     if (!deforms_largely(def))
-      return touch.field.create(reader.memory(), def.max_contact_nodes, most_constraints(def), reader.surface_nodes());
+      return touch.field.create(reader.memory(), def.max_contact_nodes, most_constraints(def) + touch.most_pairs,
+                                reader.surface_nodes());
     touch.field.follow(&touch.body_field);
     return true;
   };
@@ -264,7 +265,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   limits.has_grasps = has_grasps(def);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
-  const std::int32_t constraints = most_constraints(def);
+  const std::int32_t constraints = most_constraints(def) + touch.most_pairs;
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   const ContactRows::Source source = {def.contact, touch.column_of_node, touch.triangles, touch.rest,
@@ -274,11 +275,12 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
   memory.keep(touch.slides);
-  solver.gives_way = contacts_may_give_way(def) || has_links(def),
+  solver.gives_way = contacts_may_give_way(def) || has_links(def) || touch.most_pairs > 0;
   solver.predicts = def.collision == PALPATE_COLLISION_DEFORMED;
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
       !touch.solver.create(memory, solver))
     return reader.no_memory("contacts");
+  if (touch.most_pairs > 0) touch.rows.keep_for_pairs(kNodesOfPair * touch.most_pairs, touch.most_pairs);
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
   return PALPATE_OK;

@@ -11,6 +11,13 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
 // The contact nodes that the scene gets: those that the host asks for, or a number that fits its other limits.
 std::int32_t contact_nodes_for(const palpate_scene_def& def);
 
+// Of one organ's part in a pair with another organ.
+inline constexpr std::int32_t kNodesOfPair = 3;
+
+// palpate_scene_create, with room for pairs with other organs of a world.
+palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, std::int32_t most_pairs,
+                            palpate_scene** scene, palpate_error* error);
+
 // scene: new, with a checked def. On failure *error is filled, and the scene holds memory that the caller must release.
 palpate_status build_scene(palpate_scene& scene, palpate_error* error);
 

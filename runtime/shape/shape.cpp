@@ -136,7 +136,7 @@ class Shape {
 
   // Contacts may have come through a socket, so the step trusts no number in them.
   bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
-    if (node.column < 0 || node.column >= context_.tensors.columns || node.tool < -1 || node.tool >= tool_count)
+    if (node.column < 0 || node.column >= context_.tensors.columns || node.tool < -2 || node.tool >= tool_count)
       return false;
     for (const double u : node.modified_displacement)
       if (!(std::fabs(u) <= 1e12)) return false;

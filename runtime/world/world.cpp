@@ -7,6 +7,7 @@
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/scene/build_scene.h"
 
 namespace palpate {
 namespace {
@@ -23,6 +24,8 @@ palpate_status check_world_def(const palpate_world_def& def, palpate_error* erro
   if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
   if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
   if (!(def.torque_slew > 0)) return bad("torque_slew must be above 0 N m/s");
+  if (def.max_pairs < 0 || def.max_pairs > 1000) return bad("max_pairs must be 0 .. 1000");
+  if (!(def.friction >= 0 && def.friction <= 100)) return bad("friction must be 0 .. 100");
   if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
     return bad("the allocator needs both allocate and release, or neither");
   return PALPATE_OK;
@@ -48,12 +51,30 @@ palpate_status read_organ(const palpate_world_def& def, std::int32_t k, palpate_
   return PALPATE_OK;
 }
 
+// Organs that touch need the surface as the linear organ deforms it.
+palpate_status check_touching_organ(const palpate_scene_def& def, std::int32_t k, palpate_error* error) {
+  const auto refuse = [&](const char* what) {
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "organ %d: organs that touch (max_pairs above 0) need %s; change it, or set max_pairs to 0",
+                static_cast<int>(k), what);
+  };
+  if (def.deformation != PALPATE_DEFORMATION_LINEAR) return refuse("deformation LINEAR");
+  if (def.collision != PALPATE_COLLISION_DEFORMED) return refuse("collision DEFORMED");
+  if (def.fine_surface) return refuse("the bundle's own triangles, without a fine_surface");
+  return PALPATE_OK;
+}
+
 palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, palpate_error* error) {
   const std::int32_t k = world.organ_count;
   palpate_error found = {};
   const palpate_scene_def def = palpate_default_scene_def();
   palpate_scene* scene = nullptr;
-  if (palpate_scene_create(organ.bundle, organ.def ? organ.def : &def, &scene, &found) != PALPATE_OK)
+  palpate_scene_def wanted = def;
+  if (organ.def && read_host_struct("scene_def", organ.def, &wanted, &found) != PALPATE_OK)
+    return of_organ(k, found, error);
+  if (world.def.max_pairs > 0)
+    if (const palpate_status status = check_touching_organ(wanted, k, error)) return status;
+  if (create_scene(organ.bundle, organ.def ? organ.def : &def, world.def.max_pairs, &scene, &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
   scene->in_world = true;
@@ -80,6 +101,11 @@ palpate_status build_world(palpate_world& world, palpate_error* error) {
   world.memory.keep(world.sent);
   if (!world.input.create(world.memory, limits, world.organ_count, world.organ_count > 1))
     return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the world");
+  if (world.def.max_pairs > 0 && world.organ_count > 1) {
+    if (!world.touching.create(world.memory, world.organ, world.organ_count, world.def.max_pairs, world.def.friction))
+      return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for organs that touch");
+    world.touching.say_overlaps();
+  }
   world.definition = definition_of(world);
   return PALPATE_OK;
 }
@@ -159,6 +185,7 @@ void palpate_world_reset(palpate_world* world) {
   if (!world) return;
   for (std::int32_t k = 0; k < world->organ_count; ++k) palpate_scene_reset(world->organ[k]);
   world->input.forget();
+  world->touching.forget();
   for (palpate::SentToTool& sent : world->sent) sent = {};
   world->step = 0;
 }

@@ -6,6 +6,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/include/palpate/palpate_world.h"
 #include "runtime/scene/scene.h"
+#include "runtime/world/touching_organs.h"
 #include "runtime/world/world_input.h"
 
 namespace palpate {
@@ -25,6 +26,7 @@ struct palpate_world {
   palpate_scene* organ[PALPATE_MAX_ORGANS] = {};
   std::int32_t organ_count = 0;
   palpate::WorldInput input;
+  palpate::TouchingOrgans touching;  // where organs touch
   palpate::SentToTool sent[PALPATE_MAX_TOOLS];
   std::uint64_t step = 0;
 };

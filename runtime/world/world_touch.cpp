@@ -1,5 +1,6 @@
 // The touch step of a world: the tools once, each organ by its own step, and the sums over the organs.
 #include <algorithm>
+#include <cstring>
 
 #include "runtime/base/contact_nodes.h"
 #include "runtime/contact/force_limits.h"
@@ -22,11 +23,14 @@ class WorldTouch {
     flags_ = world_.input.take(tools, tool_count, dt);
     lay_out();
     std::size_t end = bytes_before_organs(world_.input.count(), world_.organ_count);
-    for (std::int32_t k = 0; k < world_.organ_count; ++k) end = touch_organ(k, end);
+    if (world_.touching.is_on())
+      end = touch_together(end);
+    else
+      for (std::int32_t k = 0; k < world_.organ_count; ++k) end = touch_organ(k, end);
     for (std::int32_t i = 0; i < world_.input.count(); ++i) sum_tool(i);
     forget_absent_tools();
     world_.input.keep_points();
-    out_.used_bytes = end;
+    out_.used_bytes = write_pairs(end);
     out_.flags = flags_, out_.step = ++world_.step;
     return flags_;
   }
@@ -47,19 +51,61 @@ class WorldTouch {
     return const_cast<palpate_world_organ_state&>(*palpate_world_contacts_state(&out_, k));
   }
 
+  palpate_contacts& contacts_at(std::size_t begin) {
+    return *reinterpret_cast<palpate_contacts*>(reinterpret_cast<unsigned char*>(&out_) + begin);
+  }
+  static std::size_t whole_words(std::size_t bytes) { return (bytes + 7) / 8 * 8; }
+
   // Writes the organ's contacts at `begin` of the result. Returns where they end.
   std::size_t touch_organ(std::int32_t k, std::size_t begin) {
+    palpate_scene& scene = *world_.organ[k];
+    const std::uint32_t flags = touch_step(scene.context, scene.touch, world_.input.list_for(k), world_.input.count(),
+                                           world_.input.dt(), &world_.input.in_world(), contacts_at(begin));
+    return end_organ(k, flags, begin);
+  }
+  std::size_t end_organ(std::int32_t k, std::uint32_t flags, std::size_t begin) {
     palpate_scene& scene = *world_.organ[k];
     palpate_world_organ_state& state = organ_state(k);
     state = palpate_world_organ_state{};
     state.contacts_offset = begin;
-    auto& contacts = *reinterpret_cast<palpate_contacts*>(reinterpret_cast<unsigned char*>(&out_) + begin);
-    state.flags = touch_step(scene.context, scene.touch, world_.input.list_for(k), world_.input.count(),
-                             world_.input.dt(), &world_.input.in_world(), contacts);
+    state.flags = flags;
     state.near_tools = scene.touch.far.near_count;
-    flags_ |= state.flags;
-    sum_organ(scene, contacts, state);
-    return begin + (contacts.used_bytes + 7) / 8 * 8;
+    flags_ |= flags;
+    sum_organ(scene, contacts_at(begin), state);
+    return begin + whole_words(contacts_at(begin).used_bytes);
+  }
+
+  // Organs that touch: all are begun before any is solved, each with room for all that it may find.
+  std::size_t touch_together(std::size_t begin) {
+    std::size_t room = begin;
+    for (std::int32_t k = 0; k < world_.organ_count; ++k) {
+      world_.touching.begin(k, world_.input.list_for(k), world_.input.count(), world_.input.dt(),
+                            world_.input.in_world(), contacts_at(room));
+      room += whole_words(palpate_contacts_bytes(world_.organ[k]));
+    }
+    flags_ |= world_.touching.solve();
+    room = begin;
+    for (std::int32_t k = 0; k < world_.organ_count; ++k) {
+      const std::uint32_t flags = world_.touching.finish(k);
+      std::memmove(&contacts_at(begin), &contacts_at(room), contacts_at(room).used_bytes);
+      begin = end_organ(k, flags, begin);
+      room += whole_words(palpate_contacts_bytes(world_.organ[k]));
+    }
+    return begin;
+  }
+
+  // Behind all contacts. Returns where they end.
+  std::size_t write_pairs(std::size_t begin) {
+    out_.pairs_offset = begin, out_.pair_bytes = sizeof(palpate_world_pair);
+    if (!world_.touching.is_on()) return begin;
+    out_.pair_count = world_.touching.pair_count(), out_.pair_sweeps = world_.touching.sweeps();
+    for (std::int32_t i = 0; i < out_.pair_count; ++i) {
+      auto* const pair = const_cast<palpate_world_pair*>(palpate_world_contacts_pair(&out_, i));
+      world_.touching.write_pair(i, pair);
+      for (int side = 0; side < 2; ++side)
+        for (int d = 0; d < 3; ++d) organ_state(pair->organ[side]).pressed[d] += (side == 0 ? 1 : -1) * pair->force[d];
+    }
+    return begin + static_cast<std::size_t>(out_.pair_count) * sizeof(palpate_world_pair);
   }
 
   static void sum_organ(const palpate_scene& scene, const palpate_contacts& contacts,
@@ -133,6 +179,7 @@ std::uint32_t touch_world(palpate_world& world, const palpate_tool* tools, std::
 std::size_t bytes_of_world_contacts(const palpate_world& world) {
   std::size_t bytes = bytes_before_organs(PALPATE_MAX_TOOLS, world.organ_count);
   for (std::int32_t k = 0; k < world.organ_count; ++k) bytes += (palpate_contacts_bytes(world.organ[k]) + 7) / 8 * 8;
+  if (world.touching.is_on()) bytes += static_cast<std::size_t>(world.def.max_pairs) * sizeof(palpate_world_pair);
   return bytes;
 }
 

@@ -223,6 +223,8 @@ class WorldContacts {
     return *palpate_world_contacts_state(get(), k);
   }
   const palpate_contacts& organ(std::int32_t k) const noexcept { return *palpate_world_contacts_organ(get(), k); }
+  // p: 0 .. pair_count - 1
+  const palpate_world_pair& pair(std::int32_t p) const noexcept { return *palpate_world_contacts_pair(get(), p); }
 
  private:
   std::vector<std::uint64_t> words_;

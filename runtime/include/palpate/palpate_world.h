@@ -15,8 +15,9 @@
  *
  * Cost     An organ that a tool is far from pays a box test for the tool: none of its points is looked at. An organ is as costly as
  *          its scene, and no organ waits for another one.
- * Bits     A world of one organ gives the same bits as its scene. In a world of several, so does every organ, apart from
- *          palpate_contacts.operations, which do not count far tools, and from what a step that has reached max_operations puts off.
+ * Bits     A world of one organ gives the same bits as its scene. In a world of several, so does every organ that touches no other one,
+ *          apart from palpate_contacts.operations, which do not count far tools, and from what a step that has reached max_operations
+ *          puts off.
  * Memory, threads, errors and structs as palpate.h states: palpate_world_create takes all memory; palpate_world_touch,
  *          palpate_scene_set_pose and the reset, save and restore of a world belong to one thread; the shapes of the organs may run in
  *          others at the same time.
@@ -58,6 +59,12 @@ typedef struct palpate_world_def {
   double torque_limit;         /* default 5    N m, above 0: the same of each tool's torque; INFINITY: none   */
   double torque_slew;          /* default 1e3  N m/s, above 0; INFINITY: none                                 */
   palpate_allocator allocator; /* default NULL, NULL, NULL: of the world; each scene has its own              */
+  double friction; /* default 0    0 .. 100: Coulomb's coefficient between organs                                    */
+  int32_t
+      max_pairs; /* default 0    [0 .. 1000]: organs pass through one another, and there is neither time nor memory for it; else
+                    as many places at most, of all organs together, are held apart. Needs collision DEFORMED and deformation
+                    LINEAR of all organs, and no fine_surface                                                        */
+  int32_t reserved; /* 0                                                                                             */
 } palpate_world_def;
 PALPATE_API void palpate_init_world_def(palpate_world_def* def, size_t struct_bytes);
 static inline palpate_world_def palpate_default_world_def(void) {
@@ -81,6 +88,16 @@ PALPATE_API palpate_scene* palpate_world_scene(const palpate_world* world, int32
 /* The passes of all organs in order, those of organ 0 first; NULL behind the last one. *organ: whose pass it is; may be NULL. What a
  * step costs is the sum. */
 PALPATE_API const palpate_plan_pass* palpate_world_plan(const palpate_world* world, int32_t pass, int32_t* organ);
+
+/* Organs that touch (max_pairs above 0): of two organs, the vertices of the one with the shorter edges may not pass through the other
+ * one's surface. They press without pulling, with friction where there is some, and all contacts of organs that touch, those of tools too,
+ * are solved as one system.
+ * - Where organs overlap as they stand when the world is created, as organs of one image do by a voxel or two, the overlap counts as
+ *   touching until they part there. The log of the organ's bundle tells it, and so does palpate_world_pair.overlap.
+ * - A vertex without a tensor column (a fixed one) passes through other organs.
+ * - More vertices than max_pairs that are near: those that are farther away are not held (CONTACTS_DROPPED).
+ * - Links and grasps hold their organ as in a scene; their rows are part of the one system.
+ * - The contact nodes of pairs have the tool -2 in the palpate_contacts of both organs. */
 
 /* ---- touch ---------------------------------------------------------------------------------------------------------- */
 
@@ -106,7 +123,22 @@ typedef struct palpate_world_organ_state {
   double force[3];          /* N, on the organ, by all tools: the sum of its nodes' forces                          */
   double torque[3]; /* N m, of these forces at the rest places of their nodes, about the origin of the organ's frame;
                                zero in a scene that has no positions (contact NODE without collision)               */
+  double pressed[3]; /* N, on the organ, by all other organs                                                        */
 } palpate_world_organ_state;
+
+/* A place where two organs touch or may touch: a vertex of one and a place on the other. */
+typedef struct palpate_world_pair {
+  int32_t organ[2];      /* of the vertex; of the place                                                             */
+  int32_t node;          /* of organ[0]                                                                             */
+  int32_t triangle;      /* of organ[1]                                                                             */
+  double barycentric[3]; /* weights of the triangle's vertices                                                      */
+  double place[3];       /* m, in the world: where the place on organ[1] rests                                      */
+  double normal[3];      /* unit, in the world: outward from organ[1]                                               */
+  double force[3];       /* N, in the world, on organ[0]; organ[1] has the opposite. Zero where they do not touch   */
+  double pressure;       /* Pa: the force along the normal over the vertex's share of the surface                   */
+  double gap;            /* m: between the two along the normal after this step; 0 where they press, but for rounding */
+  double overlap;        /* m, by which the organs overlap there where they rest, and which counts as touching      */
+} palpate_world_pair;
 
 /* The result of a touch step: plain data without pointers, as palpate_contacts is. In memory the head is followed by tool_count
  * palpate_world_tool_state, organ_count palpate_world_organ_state and the palpate_contacts of each organ. Find them with the
@@ -121,7 +153,10 @@ typedef struct palpate_world_contacts {
   uint32_t tool_state_bytes;  /* from one tool state to the next                                                    */
   uint32_t organs_offset;     /* of the first organ state, from the begin of the head                               */
   uint32_t organ_state_bytes; /* from one organ state to the next                                                   */
-  uint32_t reserved;          /* 0                                                                                  */
+  uint32_t pair_bytes;        /* from one pair to the next                                                          */
+  uint64_t pairs_offset;      /* of the first pair, from the begin of the head                                      */
+  int32_t pair_count;         /* pairs that the step held, those without a force too                                */
+  int32_t pair_sweeps;        /* of projected Gauss-Seidel and Newton's method, that the joint systems took         */
 } palpate_world_contacts;
 
 /* Bytes of a palpate_world_contacts with room for all that a step may find. */
@@ -143,6 +178,13 @@ static inline const palpate_contacts* palpate_world_contacts_organ(const palpate
                                                                    int32_t organ) {
   return (const palpate_contacts*)(const void*)((const char*)contacts +
                                                 palpate_world_contacts_state(contacts, organ)->contacts_offset);
+}
+
+/* Pair 0 .. pair_count - 1, inside *contacts. */
+static inline const palpate_world_pair* palpate_world_contacts_pair(const palpate_world_contacts* contacts,
+                                                                    int32_t pair) {
+  return (const palpate_world_pair*)(const void*)((const char*)contacts + contacts->pairs_offset +
+                                                  (size_t)pair * contacts->pair_bytes);
 }
 
 /* The touch step of all organs. tools, tool_count, dt: as palpate_scene_touch takes them, in the world; grips and grasp of a tool

@@ -1,0 +1,143 @@
+#include "runtime/world/joint_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/dense/dense_rows.h"
+
+namespace palpate {
+namespace {
+
+// The solver ends where it misses the laws by this share of the largest target.
+constexpr double kSettled = 1e-10;
+
+}  // namespace
+
+bool JointSolver::create(SceneMemory& memory, std::int32_t organ_count, std::int32_t rows_of_organ, std::int32_t rows,
+                         std::int32_t constraints) {
+  const auto all = static_cast<std::size_t>(rows);
+  rows_of_organ_ = static_cast<std::size_t>(rows_of_organ);
+  stride_ = odd_lines(all);
+  matrix_ = memory.array<double>(all * stride_);
+  for (double** array : {&soft_, &target_, &shifted_target_, &most_, &reaction_, &coarse_, &before_})
+    *array = memory.array<double>(all);
+  constraints_ = memory.array<ContactConstraint>(static_cast<std::size_t>(constraints));
+  rows_ = memory.array<RowsOfConstraint>(static_cast<std::size_t>(constraints));
+  row_of_ = memory.array<std::int32_t>(static_cast<std::size_t>(organ_count) * rows_of_organ_);
+  list_ = memory.array<std::int32_t>(rows_of_organ_);
+  return laws_.create(memory, rows) && !memory.failed();
+}
+
+void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
+                            std::int32_t pair_count) {
+  rows_end_ = constraint_count_ = 0;
+  const auto take_row = [&](double target, double reaction) {
+    target_[rows_end_] = target, reaction_[rows_end_] = reaction;
+    return rows_end_++;
+  };
+  for (std::int32_t o = 0; o < organ_count; ++o) {
+    const ContactSolver& solver = *organs[o].solver;
+    const ContactConstraints& set = *organs[o].set;
+    std::fill(row_of(o), row_of(o) + solver.rows_end(), -1);
+    for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].tool != kToolOfPairs; ++p) {
+      constraints_[constraint_count_] = set.constraints[p];
+      RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
+      for (int i = 0; i < 3; ++i)
+        if (const std::int32_t row = solver.rows_of(p).at[i]; row >= 0)
+          rows.at[i] = row_of(o)[row] = take_row(set.target[p][i], solver.reaction_of(row));
+    }
+  }
+  for (std::int32_t q = 0; q < pair_count; ++q) {
+    const JointPair& pair = pairs[q];
+    ContactConstraint& constraint = constraints_[constraint_count_] = ContactConstraint{};
+    constraint.law = pair.law, constraint.friction = pair.friction, constraint.share = 1;
+    constraint.axes = pair.law == ContactLaw::coulomb ? 7 : 1, constraint.framed = true;
+    RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
+    for (int i = 0; i < 3; ++i)
+      for (int side = 0; side < 2; ++side) {
+        if (pair.constraint[side] < 0) continue;
+        const std::int32_t row = organs[pair.organ[side]].solver->rows_of(pair.constraint[side]).at[i];
+        if (row < 0) continue;
+        if (rows.at[i] < 0) rows.at[i] = take_row(pair.target[i], pair.reaction[i]);
+        row_of(pair.organ[side])[row] = rows.at[i];
+      }
+  }
+}
+
+void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_count) {
+  for (std::int32_t i = 0; i < rows_end_; ++i) std::fill(&entry(i, 0), &entry(i, 0) + rows_end_, 0.0);
+  for (std::int32_t o = 0; o < organ_count; ++o) {
+    const std::int32_t* const to = row_of(o);
+    std::int32_t used = 0;
+    for (std::int32_t row = 0; row < organs[o].solver->rows_end(); ++row)
+      if (to[row] >= 0) list_[used++] = row;
+    for (std::int32_t i = 0; i < used; ++i) {
+      const double* const from = organs[o].solver->matrix_row(list_[i]);
+      double* const sum = &entry(to[list_[i]], 0);
+      for (std::int32_t j = 0; j < used; ++j) sum[to[list_[j]]] += from[list_[j]];
+    }
+  }
+}
+
+// As ContactSolver does: solves again, with what the shift took from the last solution added to the targets.
+void JointSolver::refine(const ContactSystem& system, double largest, std::int64_t operations) {
+  ContactSystem shifted = system;
+  shifted.target = shifted_target_;
+  for (int solve = 1; solve < ContactSolver::kMostSolves; ++solve) {
+    double moved = 0;
+    for (std::int32_t i = 0; i < rows_end_; ++i)
+      moved = std::max(moved, soft_[i] * std::fabs(reaction_[i] - coarse_[i]));
+    const std::int64_t left = operations - effort_.operations;
+    if (moved <= kSettled * largest || left < LawSolver::fewest_operations(system)) return;
+    for (std::int32_t i = 0; i < rows_end_; ++i) {
+      shifted_target_[i] = target_[i] + soft_[i] * reaction_[i];
+      before_[i] = coarse_[i], coarse_[i] = reaction_[i];
+    }
+    const double missed = laws_.solve_again(shifted, kSettled * largest, left, reaction_);
+    effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
+    effort_.operations += laws_.effort().operations;
+    if (missed <= ContactSolver::kMet * largest + ContactSolver::kLeastMiss) continue;
+    // Not solved within the limit: the coarser solution stands.
+    std::copy(coarse_, coarse_ + rows_end_, reaction_);
+    std::copy(before_, before_ + rows_end_, coarse_);
+    return;
+  }
+}
+
+bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
+                        std::int64_t operations) {
+  list_rows(organs, organ_count, pairs, pair_count);
+  sum_matrices(organs, organ_count);
+  double largest = 0;
+  for (std::int32_t i = 0; i < rows_end_; ++i) largest = std::max(largest, std::fabs(target_[i]));
+  ContactSystem system;
+  system.matrix = matrix_, system.stride = stride_, system.rows_end = rows_end_;
+  system.soft = soft_, system.target = target_, system.most = most_;
+  system.constraints = constraints_, system.rows = rows_, system.constraint_count = constraint_count_;
+  for (std::int32_t c = 0; c < constraint_count_; ++c) {
+    const ContactLaw law = constraints_[c].law;
+    const bool gives_way = law == ContactLaw::unilateral || law == ContactLaw::coulomb;
+    for (const std::int32_t row : rows_[c].at) {
+      if (row < 0) continue;
+      soft_[row] = ContactSolver::kShift * entry(row, row);
+      most_[row] = gives_way ? ContactSolver::kMostForce * largest / entry(row, row) : INFINITY;
+    }
+  }
+  std::fill(coarse_, coarse_ + rows_end_, 0.0);
+  const double missed = laws_.solve(system, kSettled * largest, operations, reaction_);
+  effort_ = laws_.effort();
+  const bool met = missed <= ContactSolver::kMet * largest + ContactSolver::kLeastMiss;
+  if (met) refine(system, largest, operations);
+  effort_.sweeps = std::max(1, effort_.sweeps);  // laws have decided
+  for (std::int32_t o = 0; o < organ_count; ++o)
+    for (std::int32_t row = 0; row < organs[o].solver->rows_end(); ++row)
+      if (const std::int32_t joint = row_of(o)[row]; joint >= 0)
+        organs[o].solver->set_reaction(row, reaction_[joint], coarse_[joint]);
+  for (std::int32_t q = 0; q < pair_count; ++q) {
+    const RowsOfConstraint& rows = rows_[constraint_count_ - pair_count + q];
+    for (int i = 0; i < 3; ++i) pairs[q].reaction[i] = rows.at[i] < 0 ? 0 : reaction_[rows.at[i]];
+  }
+  return met;
+}
+
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// The contacts of several organs as one system: each organ's H W H^T in common rows, where a pair of two organs shares its rows.
+//
+// A pair holds the displacement of a vertex of one organ less that of a place of the other one. Both organs have a constraint for it, the
+// frame of one with n and that of the other with -n in front, so that one reaction r acts on both, and the joint matrix is the sum
+//     (H_a W_a H_a^T + H_b W_b H_b^T) r >= d,   r >= 0,   r ((...) r - d) = 0.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact/contact_solver.h"
+
+namespace palpate {
+
+struct JointOrgan {
+  ContactSolver* solver = nullptr;
+  const ContactConstraints* set = nullptr;
+};
+struct JointPair {
+  std::int32_t organ[2] = {};             // among the JointOrgans
+  std::int32_t constraint[2] = {-1, -1};  // in the organ's set; -1: that side does not move
+  ContactLaw law = ContactLaw::unilateral;
+  double friction = 0;
+  Vec3 target;    // m
+  Vec3 reaction;  // N; in: of the last step
+};
+
+class JointSolver {
+ public:
+  // organs: the solvers of all organs that may be solved together; rows and constraints: of all of them, pairs counted once.
+  bool create(SceneMemory& memory, std::int32_t organ_count, std::int32_t rows_of_organ, std::int32_t rows,
+              std::int32_t constraints);
+
+  // Solves the organs' constraints and the pairs, and sets the reactions of the organs' solvers, which have been prepared. Returns whether
+  // the laws are met. operations: multiply-adds that it may take.
+  // Cost: the sum of the squares of the organs' rows, and the laws (law_solver.h).
+  bool solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
+             std::int64_t operations);
+  const LawEffort& effort() const { return effort_; }
+
+ private:
+  double& entry(std::int32_t i, std::int32_t j) {
+    return matrix_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)];
+  }
+  std::int32_t* row_of(std::int32_t organ) { return row_of_ + static_cast<std::size_t>(organ) * rows_of_organ_; }
+  void list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs, std::int32_t pair_count);
+  void sum_matrices(const JointOrgan* organs, std::int32_t organ_count);
+  void refine(const ContactSystem& system, double largest, std::int64_t operations);
+
+  std::size_t stride_ = 0, rows_of_organ_ = 0;
+  double* matrix_ = nullptr;  // [rows][stride]
+  double *soft_ = nullptr, *target_ = nullptr, *most_ = nullptr, *reaction_ = nullptr;
+  double *shifted_target_ = nullptr, *coarse_ = nullptr, *before_ = nullptr;
+  ContactConstraint* constraints_ = nullptr;
+  RowsOfConstraint* rows_ = nullptr;
+  std::int32_t* row_of_ = nullptr;  // [organs][rows of an organ] joint row; -1: none
+  std::int32_t* list_ = nullptr;    // [rows of an organ]
+  std::int32_t rows_end_ = 0, constraint_count_ = 0;
+  LawSolver laws_;
+  LawEffort effort_;
+};
+
+}  // namespace palpate

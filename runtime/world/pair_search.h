@@ -1,0 +1,96 @@
+// Which places of two organs are so near that they may touch: pairs of a vertex of one organ and a place on the other one.
+//
+// Of two organs the one with the shorter edges carries the pairs, so that each part of the surface is held once. A vertex is looked at
+// again when a bound on how far it and the other organ have moved has grown by its distance, less a margin.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/include/palpate/palpate_world.h"
+#include "runtime/scene/scene.h"
+#include "runtime/world/organ_surface.h"
+
+namespace palpate {
+
+// One pair, from step to step. In the frame of the second organ where nothing else is said.
+struct OrganPair {
+  std::int32_t group = 0, vertex = 0, triangle = -1;
+  std::int32_t slips = 0;  // 1: in the last step it slipped or had no force; its place may then move
+  double barycentric[3] = {};
+  Vec3 normal, tangent;  // unit: outward from the second organ; across it
+  double bulge = 0;      // m, OrganSurface::Smooth
+  double overlap = 0;    // m, by which the organs overlap there where they rest; it counts as touching
+  double near = 0;       // m, from the place to the vertex when it was last looked at; below 0 inside
+  Vec3 reaction;         // N, on the first organ along normal, tangent and the third direction
+};
+
+// Two organs whose surfaces are near one another or may come so.
+struct OrganGroup {
+  std::int32_t a = 0, b = 0;  // a carries the pairs
+  double margin = 0;          // m, within which a vertex counts as near
+  double reach = 0;           // m, within which it is looked for
+  double* due = nullptr;      // [nodes of a] m, of the motion, at which the vertex is looked at
+  double* overlap = nullptr;  // [nodes of a] m
+  double* overlap_at_rest = nullptr;
+  // From step to step.
+  struct Motion {
+    double moved = 0;               // m, a bound on how far any vertex of a has moved against b, summed over the steps
+    double path_a = 0, path_b = 0;  // sqrt(J), of the fields in the last step
+    Pose pose_a, pose_b;
+  };
+  Motion* motion = nullptr;
+};
+
+class PairSearch {
+ public:
+  // organs: [count], with collision DEFORMED; borrowed. Finds where they overlap, as they stand.
+  bool create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t count, std::int32_t most_pairs,
+              double friction);
+
+  // The pairs of a step, from the organs as the last step has left them and the poses of this one. Returns step flags.
+  std::uint32_t search();
+  std::int32_t count() const { return count_; }
+  OrganPair& pair(std::int32_t i) { return pairs_[i]; }
+  const OrganGroup& group(const OrganPair& pair) const { return groups_[pair.group]; }
+
+  // m, of a pair at rest: by how much the second organ must give way, along normal, tangent and the third direction.
+  Vec3 target(const OrganPair& pair) const;
+  // m, in the frame of the second organ: the vertex; the place on the second organ; both at rest.
+  Vec3 vertex_at_rest(const OrganPair& pair) const;
+  Vec3 place_at_rest(const OrganPair& pair) const;
+  double area(const OrganPair& pair) const { return surface_[group(pair).a].area(pair.vertex); }
+  // The pair has slipped, or has no force: its place is found anew in the next step.
+  void let_slip(std::int32_t i);
+
+  // The largest overlap of two organs where they rest, m, and how many vertices overlap.
+  double largest_overlap(std::int32_t g, std::int32_t* vertices) const;
+  std::int32_t group_count() const { return group_count_; }
+  const OrganGroup& group_at(std::int32_t g) const { return groups_[g]; }
+
+  void forget();
+
+ private:
+  TouchState& touch(std::int32_t organ) const { return organs_[organ]->touch; }
+  void measure_motion(OrganGroup& group) const;
+  bool is_apart(const OrganGroup& group) const;
+  void search_group(std::int32_t g, std::int32_t* next_held);
+  bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
+  void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) const;
+  void find_overlaps(OrganGroup& group);
+  std::uint32_t keep_nearest();
+
+  palpate_scene* const* organs_ = nullptr;
+  std::int32_t organ_count_ = 0, group_count_ = 0;
+  OrganSurface surface_[PALPATE_MAX_ORGANS];
+  OrganGroup* groups_ = nullptr;                                             // [group_count]
+  OrganGroup::Motion* motions_ = nullptr;                                    // [group_count]
+  double *due_ = nullptr, *overlap_ = nullptr, *overlap_at_rest_ = nullptr;  // [capacity], of all groups
+  bool has_friction_ = false;
+  std::int32_t most_ = 0, capacity_ = 0;
+  OrganPair *pairs_ = nullptr, *found_ = nullptr;  // [capacity], ascending by group and vertex
+  double* nearness_ = nullptr;                     // [capacity]
+  std::int32_t count_ = 0, found_count_ = 0;
+  QueryWork work_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,215 @@
+#include "runtime/world/touching_organs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// How often a step is solved at most where a grasp slips, as in a scene.
+constexpr int kMostSlips = 4;
+constexpr double kRounding = 1e-9;
+
+}  // namespace
+
+bool TouchingOrgans::create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t count,
+                            std::int32_t most_pairs, double friction) {
+  organs_ = organs, friction_ = friction;
+  std::int32_t rows = 3 * most_pairs, constraints = most_pairs, rows_of_organ = 0;
+  for (std::int32_t k = 0; k < count; ++k) {
+    const std::int32_t of_organ = organs[k]->touch.rows.set().constraint_capacity;
+    rows += 3 * (of_organ - most_pairs), constraints += of_organ - most_pairs;
+    rows_of_organ = std::max(rows_of_organ, 3 * of_organ);
+  }
+  for (JointPair** array : {&pairs_, &together_})
+    *array = memory.array<JointPair>(static_cast<std::size_t>(most_pairs));
+  number_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_pairs));
+  if (!search_.create(memory, organs, count, most_pairs, friction) ||
+      !joint_.create(memory, count, rows_of_organ, rows, constraints))
+    return false;
+  organ_count_ = count;
+  return !memory.failed();
+}
+
+void TouchingOrgans::say_overlaps() const {
+  for (std::int32_t g = 0; g < search_.group_count(); ++g) {
+    const OrganGroup& group = search_.group_at(g);
+    std::int32_t vertices = 0;
+    const double largest = search_.largest_overlap(g, &vertices);
+    if (vertices > 0)
+      organs_[group.a]->context.bundle.log.say(
+          PALPATE_LOG_NOTE,
+          "world: organs %d and %d overlap by up to %.3g mm at %d vertices as they stand; this counts as touching",
+          static_cast<int>(group.a), static_cast<int>(group.b), 1e3 * largest, static_cast<int>(vertices));
+  }
+}
+
+void TouchingOrgans::forget() {
+  if (is_on()) search_.forget();
+}
+
+void TouchingOrgans::begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt,
+                           const ToolsInWorld& world, palpate_contacts& out) {
+  step_[organ].begin(organs_[organ]->context, touch(organ), tools, tool_count, dt, &world, out);
+}
+
+// ---- the rows of pairs -----------------------------------------------------------------------------------------------
+
+// The constraint of one side; -1: it does not move.
+std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
+  const OrganGroup& group = search_.group(pair);
+  const std::int32_t organ = side == 0 ? group.a : group.b, other = side == 0 ? group.b : group.a;
+  TouchState &own = touch(organ), &second = touch(group.b);
+  std::int32_t node[3] = {pair.vertex}, count = 1;
+  double weight[3] = {1};
+  if (side == 1) {
+    // A vertex without a column stands still: its weight is the support's.
+    count = 0;
+    const std::int32_t* const corner = second.tree.corners(pair.triangle);
+    for (int v = 0; v < 3; ++v)
+      if (second.column_of_node[corner[v]] >= 0 && pair.barycentric[v] > 0)
+        node[count] = corner[v], weight[count++] = pair.barycentric[v];
+  }
+  if (count == 0) return -1;
+  PairWish wish;
+  wish.point = (other << 26) + pair.vertex;
+  wish.node = node, wish.weight = weight, wish.count = count;
+  wish.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, wish.friction = friction_;
+  const Vec3 row[3] = {pair.normal, pair.tangent, cross(pair.normal, pair.tangent)};
+  for (int i = 0; i < 3; ++i)
+    wish.row[i] =
+        side == 1 ? -1 * row[i] : own.organ.pose().turned_to_body(second.organ.pose().turned_to_world(row[i]));
+  return own.rows.add_pair(wish);
+}
+
+// Each organ gets its pairs in ascending order: the groups ascend, and so do the other organ's number and the vertices in them.
+void TouchingOrgans::request_pairs() {
+  for (std::int32_t i = 0; i < search_.count(); ++i) {
+    const OrganPair& pair = search_.pair(i);
+    JointPair& joint = pairs_[i] = JointPair{};
+    const OrganGroup& group = search_.group(pair);
+    joint.organ[0] = group.a, joint.organ[1] = group.b;
+    for (int side = 0; side < 2; ++side) joint.constraint[side] = request_side(pair, side);
+    joint.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, joint.friction = friction_;
+    joint.target = search_.target(pair), joint.reaction = pair.reaction;
+  }
+}
+
+// ---- the solve -------------------------------------------------------------------------------------------------------
+
+std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::int32_t count, std::int32_t pair_count,
+                                             std::int64_t operations) {
+  bool met = true;
+  for (int solve = 0; solve < kMostSlips; ++solve) {
+    met = joint_.solve(member_, count, together_, pair_count, operations);
+    sweeps_ += joint_.effort().sweeps + joint_.effort().newton_steps;
+    bool slips = false;
+    for (std::int32_t m = 0; m < count && solve + 1 < kMostSlips; ++m) slips = step_[members[m]].slips() || slips;
+    if (!slips) break;
+  }
+  return met ? 0u : static_cast<std::uint32_t>(PALPATE_STEP_SOLVE_INEXACT);
+}
+
+// members: organs that touch one another, directly or through others.
+std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::int32_t count) {
+  std::int32_t place[PALPATE_MAX_ORGANS];
+  std::fill(place, place + PALPATE_MAX_ORGANS, -1);
+  std::int64_t operations = 0;
+  bool prepared = true;
+  for (std::int32_t m = 0; m < count; ++m) {
+    TouchState& own = touch(members[m]);
+    place[members[m]] = m;
+    member_[m] = {&own.solver, &own.rows.set()};
+    is_joint_[members[m]] = true;
+    prepared = own.solver.prepare(organs_[members[m]]->context.tensors, own.rows.set()) && prepared;
+    operations += own.work.left_for_laws() * kDense;
+  }
+  if (!prepared) {
+    for (std::int32_t m = 0; m < count; ++m) {
+      TouchState& own = touch(members[m]);
+      own.solver.forget();
+      std::fill(own.force, own.force + own.rows.set().node_count, Vec3{});
+      std::fill(own.modified, own.modified + own.rows.set().node_count, Vec3{});
+      outcome_[members[m]] = ContactSolver::Outcome::unsolved;
+    }
+    return PALPATE_STEP_UNSOLVED;
+  }
+  std::int32_t pair_count = 0;
+  for (std::int32_t i = 0; i < search_.count(); ++i) {
+    if (place[pairs_[i].organ[0]] < 0) continue;
+    together_[pair_count] = pairs_[i], number_[pair_count] = i;
+    for (std::int32_t& organ : together_[pair_count].organ) organ = place[organ];
+    ++pair_count;
+  }
+  const std::uint32_t flags = solve_slipping(members, count, pair_count, operations);
+  for (std::int32_t q = 0; q < pair_count; ++q) pairs_[number_[q]].reaction = together_[q].reaction;
+  // To the organ alone, a pair is what the solution has made of it.
+  for (std::int32_t m = 0; m < count; ++m) {
+    TouchState& own = touch(members[m]);
+    const ContactConstraints& set = own.rows.set();
+    for (std::int32_t p = 0; p < set.constraint_count; ++p)
+      if (set.constraints[p].tool == kToolOfPairs) own.rows.set_target(p, own.solver.reached(p));
+    outcome_[members[m]] = own.solver.take_reactions(set, joint_.effort(), own.force, own.modified);
+  }
+  return flags;
+}
+
+std::uint32_t TouchingOrgans::solve() {
+  std::uint32_t flags = search_.search();
+  sweeps_ = 0;
+  request_pairs();
+  // Organs that touch get the number of the first one of them.
+  std::int32_t label[PALPATE_MAX_ORGANS];
+  bool touches[PALPATE_MAX_ORGANS] = {};
+  for (std::int32_t k = 0; k < organ_count_; ++k) label[k] = k, is_joint_[k] = false;
+  for (std::int32_t i = 0; i < search_.count(); ++i) {
+    const std::int32_t* const organ = pairs_[i].organ;
+    const std::int32_t one = label[organ[0]], other = label[organ[1]];
+    touches[organ[0]] = touches[organ[1]] = true;
+    for (std::int32_t k = 0; k < organ_count_ && one != other; ++k)
+      if (label[k] == std::max(one, other)) label[k] = std::min(one, other);
+  }
+  for (std::int32_t first = 0; first < organ_count_; ++first) {
+    std::int32_t members[PALPATE_MAX_ORGANS], count = 0;
+    for (std::int32_t k = 0; k < organ_count_; ++k)
+      if (touches[k] && label[k] == first) members[count++] = k;
+    if (count > 0) flags |= solve_together(members, count);
+  }
+  for (std::int32_t i = 0; i < search_.count(); ++i) {
+    OrganPair& pair = search_.pair(i);
+    const Vec3 r = pair.reaction = is_finite(pairs_[i].reaction) ? pairs_[i].reaction : Vec3{};
+    pair.slips = 0;
+    if (!(r.x > 0) || length({0, r.y, r.z}) >= friction_ * r.x * (1 - kRounding)) search_.let_slip(i);
+  }
+  return flags;
+}
+
+std::uint32_t TouchingOrgans::finish(std::int32_t organ) {
+  return step_[organ].finish(is_joint_[organ] ? outcome_ + organ : nullptr);
+}
+
+void TouchingOrgans::write_pair(std::int32_t i, palpate_world_pair* out) {
+  const OrganPair& pair = search_.pair(i);
+  const OrganGroup& group = search_.group(pair);
+  const Pose& pose = touch(group.b).organ.pose();
+  *out = palpate_world_pair{};
+  out->organ[0] = group.a, out->organ[1] = group.b;
+  out->node = pair.vertex, out->triangle = pair.triangle;
+  std::copy(pair.barycentric, pair.barycentric + 3, out->barycentric);
+  store3(pose.to_world(search_.place_at_rest(pair)), out->place);
+  store3(pose.turned_to_world(pair.normal), out->normal);
+  const Vec3 force = pair.reaction.x * pair.normal + pair.reaction.y * pair.tangent +
+                     pair.reaction.z * cross(pair.normal, pair.tangent);
+  store3(pose.turned_to_world(force), out->force);
+  const double area = search_.area(pair);
+  out->pressure = area > 0 ? pair.reaction.x / area : 0;
+  double reached = 0;
+  for (int side = 0; side < 2; ++side) {
+    const std::int32_t p = pairs_[i].constraint[side];
+    if (p >= 0) reached += touch(pairs_[i].organ[side]).rows.set().target[p].x;
+  }
+  out->gap = reached - pairs_[i].target.x;
+  out->overlap = pair.overlap;
+}
+
+}  // namespace palpate

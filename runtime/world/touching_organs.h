@@ -1,0 +1,58 @@
+// The touch steps of organs that touch one another: begun, solved as one, finished.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact/touch.h"
+#include "runtime/world/joint_solver.h"
+#include "runtime/world/pair_search.h"
+
+namespace palpate {
+
+class TouchingOrgans {
+ public:
+  // organs: [count], borrowed.
+  bool create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t count, std::int32_t most_pairs,
+              double friction);
+  bool is_on() const { return organ_count_ > 0; }
+  // Tells the bundles' logs where organs overlap.
+  void say_overlaps() const;
+
+  // One step: begin() of each organ, then solve(), then finish() of each organ, which returns its step flags.
+  void begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt,
+             const ToolsInWorld& world, palpate_contacts& out);
+  // Finds the pairs and solves the organs that have some. Returns step flags.
+  std::uint32_t solve();
+  std::uint32_t finish(std::int32_t organ);
+
+  // Of the step.
+  std::int32_t pair_count() const { return search_.count(); }
+  void write_pair(std::int32_t i, palpate_world_pair* out);
+  std::int32_t sweeps() const { return sweeps_; }
+
+  void forget();
+
+ private:
+  TouchState& touch(std::int32_t organ) const { return organs_[organ]->touch; }
+  void request_pairs();
+  std::int32_t request_side(const OrganPair& pair, int side);
+  std::uint32_t solve_together(const std::int32_t* members, std::int32_t count);
+  std::uint32_t solve_slipping(const std::int32_t* members, std::int32_t count, std::int32_t pair_count,
+                               std::int64_t operations);
+
+  palpate_scene* const* organs_ = nullptr;
+  std::int32_t organ_count_ = 0;
+  double friction_ = 0;
+  PairSearch search_;
+  JointSolver joint_;
+  TouchStep step_[PALPATE_MAX_ORGANS];
+  bool is_joint_[PALPATE_MAX_ORGANS] = {};  // in this step, solved with others
+  ContactSolver::Outcome outcome_[PALPATE_MAX_ORGANS] = {};
+  JointOrgan member_[PALPATE_MAX_ORGANS];
+  JointPair* pairs_ = nullptr;      // [most_pairs] of all organs
+  JointPair* together_ = nullptr;   // [most_pairs] of those that are solved as one
+  std::int32_t* number_ = nullptr;  // [most_pairs] of together_ in pairs_
+  std::int32_t sweeps_ = 0;
+};
+
+}  // namespace palpate
