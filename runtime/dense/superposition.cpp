@@ -71,26 +71,39 @@ struct Baseline {
 };
 
 #ifdef PALPATE_DISPATCHES
-// f16 numbers by the processor's conversion instruction, which gives the same numbers as float_of_half.
+#define PALPATE_WITH_AVX2 __attribute__((target(PALPATE_AVX2)))
+
+// Eight numbers of out with Width columns of f16 numbers added, by the processor's conversion instruction, which gives the same
+// numbers as float_of_half.
 template <int Width>
-__attribute__((target(PALPATE_AVX2))) void add_halves_avx2(const void* const* column, const float* coefficient,
-                                                           std::size_t begin, std::size_t count,
-                                                           float* __restrict out) {
+PALPATE_WITH_AVX2 inline __m256 eight_with_halves(const Half* const* p, const float* coefficient, std::size_t lane,
+                                                  const float* out) {
+  __m256 sum = _mm256_loadu_ps(out + lane);
+  for (int j = 0; j < Width; ++j) {
+    const __m256 stored = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p[j] + lane)));
+    sum = _mm256_add_ps(sum, _mm256_mul_ps(_mm256_set1_ps(coefficient[j]), stored));
+  }
+  return sum;
+}
+
+template <int Width>
+PALPATE_WITH_AVX2 void add_halves_avx2(const void* const* column, const float* coefficient, std::size_t begin,
+                                       std::size_t count, float* __restrict out) {
   const Half* p[Width];
   for (int j = 0; j < Width; ++j) p[j] = static_cast<const Half*>(column[j]) + begin;
   std::size_t i = 0;
   for (; i + 32 <= count; i += 32) {
     for (int j = 0; j < Width; ++j) PALPATE_PREFETCH(reinterpret_cast<const char*>(p[j] + i) + kAhead);
-    for (std::size_t lane = i; lane < i + 32; lane += 8) {
-      __m256 sum = _mm256_loadu_ps(out + lane);
-      for (int j = 0; j < Width; ++j) {
-        const __m256 stored = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p[j] + lane)));
-        sum = _mm256_add_ps(sum, _mm256_mul_ps(_mm256_set1_ps(coefficient[j]), stored));
-      }
-      _mm256_storeu_ps(out + lane, sum);
-    }
+    for (std::size_t lane = i; lane < i + 32; lane += 8)
+      _mm256_storeu_ps(out + lane, eight_with_halves<Width>(p, coefficient, lane, out));
   }
-  add_columns<Half, Width>(column, coefficient, begin + i, count - i, out + i);
+  for (; i + 8 <= count; i += 8) _mm256_storeu_ps(out + i, eight_with_halves<Width>(p, coefficient, i, out));
+  if (i == count) return;
+  if (count < 8) return add_columns<Half, Width>(column, coefficient, begin + i, count - i, out + i);
+  // The last numbers: eight, of which the first ones are complete already.
+  float last[8];
+  _mm256_storeu_ps(last, eight_with_halves<Width>(p, coefficient, count - 8, out));
+  std::memcpy(out + i, last + (8 - (count - i)), (count - i) * sizeof(float));
 }
 
 struct Avx2 {
