@@ -142,7 +142,7 @@ TEST(Dent, TheDrawnSurfaceMeetsTheDrawnDiscAtFiveMillimetresOfPush) {
     for (const Vector3d& place : kPlaces) {
       SCOPED_TRACE(testing::Message() << "radius " << radius << ", place " << place.transpose());
       Drawing drawing;
-      press(drawing, place, radius, .005, 1e-4, [](const Vector3d&) {});
+      press(drawing, place, radius, .005, 5e-4, [](const Vector3d&) {});
       ASSERT_EQ(drawing.discs, 1);
       const UnderDisc with = under_disc(drawing);
       drawing.draw(nullptr);
@@ -211,10 +211,9 @@ TEST(Dent, AtTheAxisTheContactsOwnComplianceIsDrawn) {
     const palpate_contact& contact = drawing.contact();
     EXPECT_GT(contact.indentation, .003);
     EXPECT_LT(contact.indentation, .005) << "which is all of the push";
-    // The box's nodes are 10 mm apart, and p1's blur is a constant of the element: b' is 9 to 12 mm.
-    const double lacking = contact.indentation * (1 - radius / .0105);
-    // The row holds the mean over the wide disc, and the gap is that of its middle, where the mesh stands 10 % of D deeper or less.
-    EXPECT_NEAR(-contact.gap, lacking, .12 * contact.indentation);
+    // b' on this box is 14.7 mm. The row holds the mean over the wide disc, and the gap is that of its middle, which differs little.
+    const double lacking = contact.indentation * (1 - radius / .0147);
+    EXPECT_NEAR(-contact.gap, lacking, .02 * contact.indentation);
   }
 }
 
@@ -244,11 +243,11 @@ TEST(Dent, FarAwayAndOnOtherSidesOfTheOrganNothingMoves) {
     const Vector3d rest = flat.fine.vertex(static_cast<std::int32_t>(v));
     const double moved = (Eigen::Map<const Eigen::Vector3f>(&with[3 * v]).cast<double>() - drawing.position(v)).norm();
     (rest[2] > .0399 ? on_top : elsewhere) = std::max(rest[2] > .0399 ? on_top : elsewhere, moved);
-    if ((rest - place).norm() > .042) far = std::max(far, moved);
+    if ((rest - place).norm() > .048) far = std::max(far, moved);
   }
   EXPECT_GT(on_top, .002);
   EXPECT_EQ(elsewhere, 0) << "the sides and the bottom look elsewhere";
-  EXPECT_EQ(far, 0) << "b' is 13 mm at most, and three of them end before";
+  EXPECT_EQ(far, 0) << "b' is 15 mm, and three of them end before";
 }
 
 TEST(Dent, NormalsAreThoseOfTheDrawnTriangles) {
