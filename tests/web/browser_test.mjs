@@ -47,12 +47,13 @@ test("a path gives palpate-run's forces and shape, under each effect that is swi
   const rows = pathRows(await middle(page), [[0, 0.002], [0.05, 0.001], [0.2, -0.006], [0.25, -0.008]]);
   const tool = { name: "probe", points: [[0, 0, 0]], path: rows };
   const native = (name, effects, tools) => playNatively(palpateRun, folder, name, bundle, effects, tools, renderMesh ? ["--render-mesh", renderMesh] : []);
+  const drawn = renderMesh ? { dent: "discs" } : {}; // as the page draws it
   const disc = { ...tool, disc_radius: RADIUS }, rubbing = { ...disc, friction: 0.3 };
-  assertSame(await playInPage(page, csv(rows)), native("disc", { contact: "patch", collision: "deformed" }, [disc]));
+  assertSame(await playInPage(page, csv(rows)), native("disc", { contact: "patch", collision: "deformed", ...drawn }, [disc]));
 
   await page.selectOption('[data-effect="law"]', "coulomb");
   assertSame(await playInPage(page, csv(rows)),
-    native("slipping", { contact: "patch", law: "coulomb", collision: "deformed" }, [rubbing]));
+    native("slipping", { contact: "patch", law: "coulomb", collision: "deformed", ...drawn }, [rubbing]));
 
   await page.selectOption('[data-effect="law"]', "sticking");
   await page.uncheck('[data-effect="follow"]');

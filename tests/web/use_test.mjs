@@ -149,6 +149,34 @@ test("the colour shows the dent at the tool, and hardly the parts that move as a
   await closed(page);
 });
 
+test("the drawn surface meets the drawn tool within 0.2 mm, and stands away from it where the dent is switched off", ofFine, async () => {
+  const page = await open({}, undefined, "?quality=high");
+  await inState(page, "ready");
+  await page.click("#keep + span");
+  await drag(page, [0, 0], [90, -40]);
+  await steady(page);
+  // The farthest vertex under the disc's inner half from the disc's plane, m. On the same side of the box, whose edges are sharp.
+  const farthest = () => page.evaluate(() => {
+    const { shown: { fine, tools }, tool: { discRadius } } = globalThis.palpateViewer, { point, normal } = tools[0], plane = globalThis.discPlane ??= normal;
+    let most = 0, count = 0;
+    for (let v = 0; v < fine.positions.length; v += 3) {
+      const from = point.map((x, d) => fine.positions[v + d] - x), height = from.reduce((sum, x, d) => sum + x * plane[d], 0);
+      const facing = plane.reduce((sum, x, d) => sum + x * fine.normals[v + d], 0);
+      if (facing < 0.8 || Math.hypot(...from.map((x, d) => x - height * plane[d])) > 0.5 * discRadius || Math.abs(height) > 0.015) continue;
+      [most, count] = [Math.max(most, Math.abs(height)), count + 1];
+    }
+    return { most, count };
+  });
+  const dented = await farthest();
+  assert.ok(dented.count > 3 && dented.most < 2e-4, JSON.stringify(dented));
+  await page.uncheck('[data-effect="dent"]');
+  await drag(page, [0, 0], [90, -40]); // a new scene has no tools
+  await steady(page);
+  const flat = await farthest();
+  assert.ok(flat.most > 1e-3, JSON.stringify(flat));
+  await closed(page);
+});
+
 test("tools meet the organ where it is drawn: a second tool beside a deep one begins without force", async () => {
   const page = await ready();
   assert.equal(await page.isChecked('[data-effect="follow"]'), true);

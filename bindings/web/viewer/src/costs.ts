@@ -20,6 +20,7 @@ const SWITCHES: Record<string, [PageEffects, PageEffects]> = {
   relaxation: [{ relaxation: [] }, {}],
   preload: [{ preload: false }, { preload: true }],
   fine: [{ fine: false }, { fine: true }],
+  dent: [{ dent: "off" }, { dent: "discs" }],
 };
 
 export function measureCosts(bundle: Bundle, effects: PageEffects, tool: ToolShape, mesh: RenderMesh | null, relaxation: PageEffects["relaxation"],
@@ -34,11 +35,11 @@ export function measureCosts(bundle: Bundle, effects: PageEffects, tool: ToolSha
     }
   };
   return names.flatMap((effect) => {
-    const [off, on] = SWITCHES[effect];
-    const without = variant(off);
+    const [off, on] = SWITCHES[effect], under: PageEffects = effect === "dent" ? { fine: true, contact: "patch" } : {};
+    const without = variant({ ...under, ...off });
     // A choice of several values keeps its value; a switch that is off is measured as if it were on.
     const chosen = Object.entries(off).every(([key, value]) => same(base[key as keyof PageEffects], value));
-    const withIt = variant(chosen ? (effect === "relaxation" ? { relaxation } : on) : {});
+    const withIt = variant({ ...under, ...(chosen ? (effect === "relaxation" ? { relaxation } : on) : {}) });
     const cost = without && withIt ? difference(withIt, without, place, normal) : null;
     without?.destroy();
     withIt?.destroy();

@@ -9,14 +9,14 @@ import { word, type Key } from "./words";
 
 export const DEFAULT_EFFECTS: PageEffects = {
   collision: "deformed", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [],
-  deformation: "linear", fine: false,
+  deformation: "linear", fine: false, dent: "discs",
 };
 export const DEFAULT_TOOL: ToolShape = { discRadius: 0.006, friction: 0.3 };
 
 // Swine brain, Miller and Chinzei (1997): the shares by which the instantaneous force decays, and their time constants.
 export const BRAIN_RELAXATION = [{ share: 0.45, time: 0.5 }, { share: 0.365, time: 50 }];
 
-export type Effect = "contact" | "law" | "follow" | "large" | "force" | "radial" | "relaxation" | "interior" | "preload" | "fine";
+export type Effect = "contact" | "law" | "follow" | "large" | "force" | "radial" | "relaxation" | "interior" | "preload" | "fine" | "dent";
 
 export interface EffectLine {
   effect: Effect; // which words name
@@ -72,6 +72,10 @@ export const EFFECT_LINES: EffectLine[] = [
     effect: "fine",
     cheapest: false, value: (e) => !!e.fine, change: (v) => ({ fine: !!v }),
   },
+  {
+    effect: "dent",
+    cheapest: false, value: (e) => e.dent === "discs", change: (v) => ({ dent: v ? "discs" : "off" }),
+  },
 ];
 
 export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean): boolean {
@@ -80,7 +84,7 @@ export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean):
   if (effect === "radial") return info.hasRadial;
   if (effect === "interior") return info.hasInterior && info.nodeCount > info.surfaceNodeCount;
   if (effect === "preload") return info.hasPreload;
-  if (effect === "fine") return hasMesh;
+  if (effect === "fine" || effect === "dent") return hasMesh;
   return true;
 }
 

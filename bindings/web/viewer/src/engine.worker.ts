@@ -1,12 +1,12 @@
 // The engine's thread: opens bundles, touches at a fixed rate, and computes a shape when the page asks for a frame.
 import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
-import { hasSimd, loadRuntime, PalpateError, type Bundle, type RenderMesh, type Runtime } from "../../module/palpate.js";
+import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
 import { measureCosts } from "./costs";
 import { DeviceLink } from "./device_link";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
-  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
+  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
 import { nodulesOf } from "./nodules";
@@ -28,7 +28,7 @@ let bundle: Bundle | null = null;
 let bundleName = "";
 let scene: TouchScene | null = null;
 let effects: PageEffects = DEFAULT_EFFECTS;
-let fineMesh: Required<RenderMesh> | null = null;
+let fineMesh: BoundMesh | null = null;
 let toolShape = DEFAULT_TOOL;
 let colourBy: ColourBy = "dent";
 let spacing = 0; // of the bundle's surface, m
@@ -121,7 +121,7 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
     scene = changed;
     effects = wanted;
     toolShape = tool;
-    if (mesh && mesh !== fineMesh) fineColours = new SurfaceColours({ rest: mesh.positions, normals: mesh.normals }, spacing);
+    if (mesh && mesh !== fineMesh) fineColours = new SurfaceColours({ rest: mesh.positions, normals: mesh.normals, parents: mesh.parents }, spacing);
     fineMesh = mesh;
     stale = true;
     say({ type: "accepted", effects, tool });
@@ -357,7 +357,7 @@ function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, dis
 
 function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
   if (!tool) return null;
-  return { point: tool.point, force: scene!.force(index), contacts: scene!.contacts(index), depth: depth(index, tool.point) };
+  return { point: tool.point, force: scene!.force(index), contacts: scene!.contacts(index), depth: depth(index, tool.point), normal: scene!.discNormal(index) };
 }
 
 function measure(place: Vector, normal: Vector) {

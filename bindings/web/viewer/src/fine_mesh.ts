@@ -1,20 +1,19 @@
 // Reads a finer surface from a PLY file. The runtime moves it and the view draws it.
 import { BufferAttribute, BufferGeometry } from "three";
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
-import type { RenderMesh } from "../../module/palpate.js";
+import type { Quality } from "./quality";
+import { smoothMesh, type DrawnMesh } from "./smooth_mesh";
 import { decimal, word } from "./words";
 
-export interface FineMesh extends Required<RenderMesh> {
-  triangles: Uint32Array;
-}
+export type FineMesh = DrawnMesh;
 
 const UNITS: [metres: number, name: string][] = [[1, "m"], [1e-2, "cm"], [1e-3, "mm"]];
 const CHECKED = 2000; // vertices whose distance from the organ is computed
 const FARTHEST = 2; // mean edges of the organ's mesh between a vertex and the nearest node
 
 // organ: its surface at rest, m; the file's unit is the one in which both have the same size. Throws an Error that says what is wrong
-// with the file. Cost: CHECKED times the organ's nodes.
-export function readFineMesh(bytes: ArrayBuffer, organ: { positions: Float32Array; triangles: Uint32Array }): FineMesh {
+// with the file. In high quality each of its triangles becomes four. Cost: CHECKED times the organ's nodes.
+export function readFineMesh(bytes: ArrayBuffer, organ: { positions: Float32Array; triangles: Uint32Array }, quality: Quality): FineMesh {
   const geometry = parsed(bytes), position = geometry.getAttribute("position") as BufferAttribute, triangles = Uint32Array.from(geometry.getIndex()!.array);
   const beyond = triangles.findIndex((vertex) => vertex >= position.count);
   if (beyond >= 0) throw new Error(word("fine.triangle", { triangle: Math.floor(beyond / 3), vertex: triangles[beyond], last: position.count - 1 }));
@@ -24,7 +23,8 @@ export function readFineMesh(bytes: ArrayBuffer, organ: { positions: Float32Arra
   const [unit, name] = UNITS.reduce((best, one) => (off(one) < off(best) ? one : best));
   const positions = Float32Array.from(position.array, (x) => unit * x);
   checkPlace(positions, position, name, organ);
-  return { positions, normals: Float32Array.from(geometry.getAttribute("normal").array), triangles };
+  const mesh = { positions, normals: Float32Array.from(geometry.getAttribute("normal").array), triangles };
+  return quality === "high" ? smoothMesh(mesh) : { ...mesh, parents: new Uint32Array(0) };
 }
 
 function parsed(bytes: ArrayBuffer): BufferGeometry {

@@ -3,6 +3,7 @@
 import type { BundleInfo } from "../../module/palpate.js";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
+import type { Quality } from "./quality";
 import { frameArrays, frameBytes, type Frame, type FromWorker, type Mesh, type PageEffects, type ToolShape, type ToWorker } from "./messages";
 import { OrganView, type Shape } from "./organ_view";
 import { ToolPointer, type PointerOptions } from "./tool_pointer";
@@ -71,7 +72,7 @@ export class LiveOrgan {
     this.effects = effects;
     this.tool = tool;
     const { fine } = this;
-    if (this.mesh) this.tell({ type: "effects", effects, tool, mesh: fine ? { positions: fine.positions, normals: fine.normals } : null });
+    if (this.mesh) this.tell({ type: "effects", effects, tool, mesh: fine ? { positions: fine.positions, normals: fine.normals, parents: fine.parents } : null });
   }
 
   // Once per drawn frame.
@@ -103,7 +104,7 @@ export class LiveOrgan {
     this.events.opening();
     this.pointer.forget();
     this.view.open(mesh, String(provenance.frame));
-    this.fine = fineMesh(await this.surface(), mesh);
+    this.fine = fineMesh(await this.surface(), mesh, this.view.quality);
     this.view.openFine(this.fine);
     this.change(this.start({ ...DEFAULT_EFFECTS, fine: this.fine !== null }));
     this.events.opened(opened);
@@ -131,9 +132,9 @@ export class LiveOrgan {
 }
 
 // null where the file is not of this organ.
-function fineMesh(bytes: ArrayBuffer | null, mesh: Mesh): FineMesh | null {
+function fineMesh(bytes: ArrayBuffer | null, mesh: Mesh, quality: Quality): FineMesh | null {
   try {
-    return bytes && readFineMesh(bytes, mesh);
+    return bytes && readFineMesh(bytes, mesh, quality);
   } catch {
     return null;
   }

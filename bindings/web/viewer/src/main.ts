@@ -271,7 +271,7 @@ class Viewer {
   // Opens a finer surface for the open organ. What is drawn stays where the file is refused.
   private drawFine(name: string, bytes: ArrayBuffer) {
     try {
-      this.fine = readFineMesh(bytes, this.mesh!);
+      this.fine = readFineMesh(bytes, this.mesh!, this.view.quality);
     } catch (error) {
       return this.tellUser(word("notice.fine-refused", { name, why: (error as Error).message }));
     }
@@ -357,7 +357,7 @@ class Viewer {
     this.showFacts();
     this.measured = false;
     this.pointer.forget();
-    const mesh = otherMesh && this.fine ? { positions: this.fine.positions, normals: this.fine.normals } : undefined;
+    const mesh = otherMesh && this.fine ? { positions: this.fine.positions, normals: this.fine.normals, parents: this.fine.parents } : undefined;
     this.tell({ type: "effects", effects, tool: this.tool, mesh });
   }
 
@@ -629,7 +629,7 @@ class Viewer {
   private showTools() {
     const frames = this.newest?.frame.tools ?? [];
     const radius = this.effects.contact === "patch" ? this.tool.discRadius : 0;
-    this.readout.label(frames, this.view.moveTools(frames, radius));
+    this.readout.label(frames, this.view.moveTools(frames, radius, this.pointer.places));
   }
 
   // What Replay plays and the files hold.

@@ -19,6 +19,9 @@ export interface ToolTarget {
   grasp: Vector | null; // a tool that pulls goes here first, below the surface, and takes hold
   down: boolean; // false: released
 }
+// A finer mesh of the page; parents: of its last vertices the two between which each lies, [vertex][2]. Left out: there are none.
+export type BoundMesh = Required<RenderMesh> & { parents?: Uint32Array };
+
 // The runtime's effects, and whether a finer mesh of the page is bound.
 export type PageEffects = Omit<Effects, "renderMesh"> & { fine?: boolean };
 
@@ -41,7 +44,7 @@ export interface Recording extends Path {
 export type ToWorker =
   | { type: "fetch"; url: string }
   | { type: "open"; name: string; bytes: ArrayBuffer }
-  | { type: "effects"; effects: PageEffects; tool: ToolShape; mesh?: Required<RenderMesh> | null } // mesh: that the effect `fine` binds; left out: as it is
+  | { type: "effects"; effects: PageEffects; tool: ToolShape; mesh?: BoundMesh | null } // mesh: that the effect `fine` binds; left out: as it is
   | { type: "tool"; index: number; target: ToolTarget }
   | { type: "withdraw"; index: number } // takes a tool away at once; a touch of this tool alone is not recorded
   | { type: "frame"; buffer: ArrayBuffer | null }
@@ -72,6 +75,7 @@ export interface ToolFrame {
   force: Vector; // N, on the tool
   contacts: number;
   depth: number; // m, from the point where the tool met the organ; 0 before that
+  normal: Vector | null; // outward, of the plane that its disc is drawn in, where the effect `dent` tells it
 }
 
 export interface Sample {

@@ -1,18 +1,19 @@
 // Draws the organ, the tools and their forces in three dimensions.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, Group,
-  HemisphereLight, LineBasicMaterial, LineSegments, type Material, Mesh as Object3, MeshBasicMaterial, MeshStandardMaterial, type Object3D, Points, PointsMaterial, Raycaster,
-  Scene, SphereGeometry, TorusGeometry, Vector2, Vector3, WebGLRenderer,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, HemisphereLight, LineBasicMaterial, LineSegments,
+  type Material, Mesh as Object3, MeshBasicMaterial, type Object3D, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { OrganCamera } from "./organ_camera";
 import { NoduleMarks } from "./nodule_marks";
+import { PointerLines } from "./pointer_lines";
+import { chosenQuality, isChosen, SlowFrames, type Quality } from "./quality";
 import { Section } from "./section";
+import { roomLight, Tissue } from "./tissue";
+import { ToolFigure } from "./tool_figure";
 import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
 
-const NEWTON = 0.03; // m of arrow
-const LONGEST_ARROW = 0.08; // m
 const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
 export interface Hit {
@@ -49,7 +50,7 @@ export class OrganView {
   private renderer: WebGLRenderer;
   private scene = new Scene();
   private geometry = new BufferGeometry();
-  private surface = new Object3(this.geometry, new MeshStandardMaterial({ vertexColors: true, roughness: 0.42, metalness: 0 }));
+  private surface = new Object3(this.geometry, new Tissue());
   private fine = new Object3(new BufferGeometry(), this.surface.material); // drawn instead of the surface where a finer mesh is bound
   private inside = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.5 }));
   private tetrahedra: Uint32Array<ArrayBufferLike> = new Uint32Array(0);
@@ -58,6 +59,10 @@ export class OrganView {
   private touchable = new Points(new BufferGeometry(), new PointsMaterial({ size: 5, sizeAttenuation: false }));
   private soft = new Object3(new BufferGeometry(), new MeshBasicMaterial({ transparent: true, opacity: 0.55, depthWrite: false })); // triangles over a foundation
   private tools = Array.from({ length: TOOL_COUNT }, () => new ToolFigure());
+  private lines = new PointerLines();
+  private lights: { light: DirectionalLight | HemisphereLight | AmbientLight; high: number; low: number }[];
+  private slow = new SlowFrames();
+  quality: Quality;
   private raycaster = new Raycaster();
   private rest: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
@@ -67,17 +72,28 @@ export class OrganView {
   constructor(private canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.camera = new OrganCamera(canvas);
-    const lamp = new DirectionalLight(0xffffff, 2.1), rim = new DirectionalLight(0xffffff, 0.7);
-    lamp.position.set(-0.5, 0.8, 1);
+    const lamp = new DirectionalLight(0xfff4ea), rim = new DirectionalLight(0xdfe9ff), sky = new HemisphereLight(0xffffff, 0x998877), all = new AmbientLight(0xffffff);
+    lamp.position.set(-0.6, 0.9, 0.8);
     rim.position.set(1, -0.6, -0.3);
-    this.camera.camera.add(lamp, rim);
-    const sky = new HemisphereLight(0xffffff, 0x998877, 0.75);
     sky.position.set(0, 0, 1);
+    this.lights = [{ light: lamp, high: 1.35, low: 2.1 }, { light: rim, high: 0.45, low: 0.7 }, { light: sky, high: 0.15, low: 0.75 }, { light: all, high: 0.05, low: 0.25 }];
+    this.camera.camera.add(lamp, rim);
+    this.quality = chosenQuality(this.renderer.getContext());
+    this.draws(this.quality);
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
     this.renderer.localClippingEnabled = true;
-    this.scene.add(this.section.cut, this.camera.camera, sky, new AmbientLight(0xffffff, 0.25), this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group));
+    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.lines.group);
     for (const { material } of [this.soft, this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
+  }
+
+  // In low quality the picture needs no light of a room, no second layer on the tissue, and no more pixels than the page has.
+  private draws(quality: Quality) {
+    this.quality = quality;
+    for (const { light, high, low } of this.lights) light.intensity = quality === "high" ? high : low;
+    this.scene.environment = quality === "high" ? (this.scene.environment ?? roomLight(this.renderer)) : null;
+    this.scene.environmentIntensity = 0.35;
+    this.surface.material.draw(quality);
   }
 
   // frame: of the bundle's coordinates, "LPS" or "RAS".
@@ -195,21 +211,36 @@ export class OrganView {
   // Reads the colours of the style sheet, which differ between the light and the dark scheme.
   // forces: of each tool.
   dress(ink: string, held: string, soft: string, touchable: string, forces: string[]) {
+    const halo = new Color(ink).getHSL({ h: 0, s: 0, l: 0 }).l < 0.5 ? "#ffffff" : "#14181b";
     this.wire.material.color = new Color(ink);
     this.inside.material.color = new Color(ink);
     this.fixed.material.color = new Color(held);
     this.soft.material.color = new Color(soft);
     this.touchable.material.color = new Color(touchable);
-    this.tools.forEach((tool, t) => tool.dress(ink, forces[t]));
+    this.tools.forEach((tool, t) => tool.dress(halo, forces[t]));
+    this.lines.dress(ink);
     this.noduleMarks.dress(touchable, forces[0]);
   }
 
-  // Returns the position of each tool's label, in pixels of the canvas.
-  moveTools(frames: (ToolFrame | null)[], radius: number): ([x: number, y: number] | null)[] {
-    return frames.map((frame, t) => {
-      const tip = this.tools[t].move(frame, radius);
+  // pointers: of the tools that one holds, in pixels of the canvas. Returns the position of each tool's label, likewise.
+  moveTools(frames: (ToolFrame | null)[], radius: number, pointers: ([x: number, y: number] | null)[] = []): ([x: number, y: number] | null)[] {
+    const { camera } = this.camera;
+    const places = frames.map((frame, t) => {
+      const tip = this.tools[t].move(frame, radius, camera);
       return tip && this.toScreen(tip);
     });
+    this.surface.material.shade(this.tools.map((tool) => tool.shade));
+    this.lines.move(frames.map((frame, t) => {
+      const at = pointers[t], tip = this.tools[t].shade?.tip;
+      return frame && at && tip ? { from: tip, to: this.atPixel(at, new Vector3(...frame.point)) } : null;
+    }));
+    return places;
+  }
+
+  // The point below a pixel, as far from the eye as another point is.
+  private atPixel([x, y]: [number, number], like: Vector3): Vector3 {
+    const { clientWidth: width, clientHeight: height } = this.canvas, depth = like.clone().project(this.camera.camera).z;
+    return new Vector3((2 * x) / width - 1, 1 - (2 * y) / height, depth).unproject(this.camera.camera);
   }
 
   pick(x: number, y: number): Hit | null {
@@ -268,7 +299,8 @@ export class OrganView {
 
   render() {
     if (this.xr.isPresenting) return this.renderer.render(this.scene, this.camera.camera); // the headset has its own size and cameras
-    const { clientWidth: width, clientHeight: height } = this.canvas, ratio = Math.min(2, devicePixelRatio);
+    if (this.quality === "high" && !isChosen() && this.slow.add(performance.now())) this.draws("low");
+    const { clientWidth: width, clientHeight: height } = this.canvas, ratio = this.quality === "high" ? Math.min(2, devicePixelRatio) : Math.min(1, devicePixelRatio);
     const size = this.renderer.getSize(new Vector2());
     if (!width || !height) return; // while the page is laid out
     if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== ratio) {
@@ -321,58 +353,6 @@ function shownThrough(material: Material, by: number) {
       vec4 nearer = projectionMatrix * (mvPosition + vec4(0.0, 0.0, ${by.toFixed(4)}, 0.0));
       gl_Position.z = nearer.z / nearer.w * gl_Position.w;`);
   };
-}
-
-// A tool: a disc or a ball, and the arrow of the force on it.
-class ToolFigure {
-  readonly group = new Group();
-  private metal = new MeshStandardMaterial({ roughness: 0.35, metalness: 0.1, transparent: true, opacity: 0.85 });
-  private disc = new Object3(new CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2), this.metal);
-  private rim = new Object3(new TorusGeometry(1, 0.09, 8, 60), new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.8 }));
-  private ball = new Object3(new SphereGeometry(0.0016, 20, 14), this.metal);
-  private ink = new MeshBasicMaterial({ depthTest: false, transparent: true });
-  private shaft = new Object3(new CylinderGeometry(0.0009, 0.0009, 1, 12).translate(0, 0.5, 0).rotateX(Math.PI / 2), this.ink);
-  private head = new Object3(new ConeGeometry(0.0028, 0.008, 20).translate(0, -0.004, 0).rotateX(Math.PI / 2), this.ink);
-  private arrow = new Group().add(this.shaft, this.head);
-  private axis = new Vector3(0, 0, 1);
-
-  constructor() {
-    this.group.add(this.disc, this.rim, this.ball, this.arrow);
-    this.rim.renderOrder = 1; // stays visible where the surface closes over the disc
-    this.group.visible = false;
-    this.shaft.renderOrder = this.head.renderOrder = 2;
-  }
-
-  dress(ink: string, force: string) {
-    this.metal.color = new Color(ink).lerp(new Color("#8d9aa3"), 0.6);
-    this.ink.color = new Color(force);
-    this.rim.material.color = new Color(force);
-  }
-
-  // The arrow's tip, or null where there is no force to label.
-  move(frame: ToolFrame | null, radius: number): Vector3 | null {
-    this.group.visible = frame !== null;
-    if (!frame) return null;
-    const point = new Vector3(...frame.point), force = new Vector3(...frame.force), newtons = force.length();
-    if (newtons > 1e-3) this.axis.lerp(force.clone().normalize(), 0.3).normalize();
-    this.disc.visible = this.rim.visible = radius > 0;
-    this.ball.visible = radius === 0;
-    this.ball.position.copy(point);
-    this.disc.position.copy(point).addScaledVector(this.axis, 0.0008);
-    this.disc.scale.set(radius, radius, 0.0012);
-    this.disc.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), this.axis);
-    this.rim.position.copy(this.disc.position);
-    this.rim.quaternion.copy(this.disc.quaternion);
-    this.rim.scale.setScalar(radius);
-    this.arrow.visible = newtons > 5e-3;
-    if (!this.arrow.visible) return null;
-    const length = Math.min(LONGEST_ARROW, 0.008 + NEWTON * newtons), direction = force.normalize();
-    this.arrow.position.copy(point);
-    this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), direction);
-    this.head.position.z = length;
-    this.shaft.scale.z = Math.max(1e-4, length - 0.008);
-    return point.addScaledVector(direction, length + 0.004);
-  }
 }
 
 function barycentricOf(p: Vector3, [a, b, c]: Vector3[]): Vector {

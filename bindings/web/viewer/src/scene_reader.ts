@@ -10,7 +10,7 @@ const UNITS: Record<string, number> = { m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6 };
 const DISCS: [number, number] = [0.002, 0.012]; // m: those of the page's slider
 const CHOICES: Record<string, string[]> = {
   collision: ["rest", "deformed"], contact: ["node", "triangle", "point", "patch"], law: ["sticking", "sliding", "unilateral", "coulomb"],
-  force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large"],
+  force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large"], dent: ["off", "discs"],
 };
 const TOP = ["name", "bundle", "unit", "effects", "relaxation", "rate", "tool"];
 const OF_TOOL = ["name", "points", "path", "hold", "disc_radius", "friction", "away"];

@@ -7,6 +7,7 @@ const RING = 3; // in radii of the tool's disc: beyond this distance the surface
 export interface Surface {
   rest: Float32Array; // [vertex][3] m
   normals: Float32Array;
+  parents?: Uint32Array; // of its last vertices, as in BoundMesh: their lengths are the means of those two
 }
 
 export class SurfaceColours {
@@ -18,13 +19,19 @@ export class SurfaceColours {
 
   // displacements: [vertex][3] m; lengths: [vertex] m.
   fill(by: ColourBy, displacements: Float32Array, discRadius: number, lengths: Float32Array) {
+    const { parents } = this.surface, own = lengths.length - (parents?.length ?? 0) / 2;
+    this.fillOwn(by, displacements, discRadius, lengths.subarray(0, own));
+    for (let v = own; v < lengths.length; ++v) lengths[v] = (lengths[parents![2 * (v - own)]] + lengths[parents![2 * (v - own) + 1]]) / 2;
+  }
+
+  private fillOwn(by: ColourBy, displacements: Float32Array, discRadius: number, lengths: Float32Array) {
     const u = displacements;
     if (by !== "dent") {
       for (let v = 0; v < lengths.length; ++v) lengths[v] = Math.hypot(u[3 * v], u[3 * v + 1], u[3 * v + 2]);
       return;
     }
     const radius = Math.max(RING * discRadius, this.spacing);
-    if (radius !== this.radius) this.dent = new LocalDent(this.surface.rest, this.surface.normals, radius);
+    if (radius !== this.radius) this.dent = new LocalDent(this.surface.rest.subarray(0, 3 * lengths.length), this.surface.normals, radius);
     this.radius = radius;
     this.dent!.depths(u, lengths);
   }

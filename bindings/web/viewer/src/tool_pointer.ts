@@ -30,6 +30,7 @@ interface Held {
   place: Vector; // the point where the tool meets the surface
   x: number;
   y: number;
+  now: [x: number, y: number];
   since: number; // ms
   target: ToolTarget;
   scale: number; // m per pixel
@@ -51,6 +52,11 @@ export class ToolPointer {
     for (const end of ["pointerup", "pointercancel"] as const)
       canvas.addEventListener(end, (event) => (this.fingers.delete(event.pointerId), this.up(event.pointerId, event)), { capture: true });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  // Where the pointer is that holds each tool, in pixels of the canvas; null: none does.
+  get places(): ([x: number, y: number] | null)[] {
+    return this.targets.map((_, index) => this.held.find((h) => h.index === index && h.pointer !== KEYBOARD)?.now ?? null);
   }
 
   get active() {
@@ -136,7 +142,7 @@ export class ToolPointer {
     const place = this.options.followsDeformed() ? hit.point : hit.place;
     const grasp = this.options.pulls() ? along(place, hit.normal, -GRASP) : null;
     const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, grasp, down: true };
-    const held = { pointer, index, hit, place, x, y, since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false, slides: pointer === GAMEPAD };
+    const held: Held = { pointer, index, hit, place, x, y, now: [x, y], since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false, slides: pointer === GAMEPAD };
     this.held.push(held);
     this.options.pressed(hit);
     this.aim(held, TOUCH_DOWN, 0, 0);
@@ -177,6 +183,7 @@ export class ToolPointer {
       return;
     }
     event.stopImmediatePropagation();
+    held.now = [event.offsetX, event.offsetY];
     const dx = event.offsetX - held.x, dy = event.offsetY - held.y;
     held.measures ||= event.pointerType === "pen" && event.pressure !== NO_PRESSURE;
     const deeper = held.measures ? event.pressure * PEN_DEPTH : Math.hypot(dx, dy) * held.scale * 0.5;

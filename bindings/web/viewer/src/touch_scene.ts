@@ -19,11 +19,13 @@ export class TouchScene {
   private friction: number;
 
   // mesh: the finer mesh that effects.fine binds.
-  constructor(bundle: Bundle, { fine, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
+  constructor(bundle: Bundle, { fine, dent, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
     this.discRadius = effects.contact === "patch" ? tool.discRadius : 0;
     this.friction = effects.law === "coulomb" ? tool.friction : 0;
+    // A dent is that of a disc, in a finer mesh.
+    const dents = dent === "discs" && fine && mesh && effects.contact === "patch";
     this.scene = bundle.createScene({
-      ...effects, renderMesh: fine && mesh ? mesh : undefined, maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
+      ...effects, renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
       maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * SCENE_TOOLS,
     });
     this.scene.setTools([]);
@@ -56,6 +58,14 @@ export class TouchScene {
 
   contacts(tool: number): number {
     return this.scene.contactCount(sceneTool(tool, this.pulls[tool]));
+  }
+
+  // Of the plane that the tool's disc is drawn in, after shape(); null where no dent is drawn.
+  discNormal(tool: number): Vector | null {
+    if (!this.scene.hasDents) return null;
+    const index = sceneTool(tool, this.pulls[tool]), { contacts } = this.scene.report, normals = this.scene.discNormals;
+    const contact = contacts.findIndex((one) => one.tool === index), normal = [...normals.subarray(3 * contact, 3 * contact + 3)];
+    return contact >= 0 && normal.length === 3 && normal.some(Boolean) ? (normal as Vector) : null;
   }
 
   destroy() {

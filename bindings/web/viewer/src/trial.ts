@@ -36,7 +36,7 @@ export function playTrial(scene: TouchScene, path: Path, tools: number, shapeAt:
     flags |= scene.touch(present);
     const felt = present.map((tool, t): ToolFrame | null => {
       const depth = contacts.depth(t, tool, scene.contacts(t));
-      return tool && { point: tool.point, force: scene.force(t), contacts: scene.contacts(t), depth };
+      return tool && { point: tool.point, force: scene.force(t), contacts: scene.contacts(t), depth, normal: null };
     });
     felt.forEach((tool, t) => {
       const force = tool?.force ?? scene.force(t), contact = contacts.of(t);
@@ -49,7 +49,7 @@ export function playTrial(scene: TouchScene, path: Path, tools: number, shapeAt:
       flags |= scene.shape();
       shapeUs.add(1000 * (performance.now() - start));
     }
-    if (step === chosen) shapeAt(), (shown = felt);
+    if (step === chosen) shapeAt(), (shown = felt.map((tool, t) => tool && { ...tool, normal: scene.discNormal(t) }));
   }
   return { forces, samples, tools: shown, touchUs: plain(touchUs), shapeUs: plain(shapeUs), flags };
 }

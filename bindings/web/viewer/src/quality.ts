@@ -1,0 +1,36 @@
+// How much the page draws: all of it on a graphics card, less where a processor draws the picture or where frames come slowly.
+export type Quality = "high" | "low";
+
+const SLOW = 45; // ms between two frames, the median, from which the page draws less
+const FRAMES = 40; // between which that is measured
+
+// `?quality=high` and `?quality=low` in the address decide; else the renderer's name does.
+export function chosenQuality(context: WebGLRenderingContext | WebGL2RenderingContext): Quality {
+  const wanted = new URLSearchParams(location.search).get("quality");
+  if (wanted === "high" || wanted === "low") return wanted;
+  return isSoftware(context) ? "low" : "high";
+}
+
+export const isChosen = () => new URLSearchParams(location.search).has("quality");
+
+function isSoftware(context: WebGLRenderingContext | WebGL2RenderingContext): boolean {
+  const info = context.getExtension("WEBGL_debug_renderer_info");
+  const name = String(context.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : context.RENDERER));
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
+// Tells once when frames come slowly. A page that is hidden draws none, so that long pauses do not count.
+export class SlowFrames {
+  private times: number[] = [];
+  private last = 0;
+
+  add(now: number): boolean {
+    const passed = now - this.last;
+    this.last = now;
+    if (passed < 1000) this.times.push(passed);
+    if (this.times.length < FRAMES) return false;
+    const median = this.times.sort((a, b) => a - b)[FRAMES / 2];
+    this.times = [];
+    return median > SLOW;
+  }
+}
