@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
   const Setting settings[] = {{"4 discs of grips", 0, 0, 0, 0},
                               {"and 10 slack threads", 10, 1.5, 0.003, 0},
                               {"and 100 slack threads", 100, 1.5, 0.003, 0},
-                              {"and 100 threads just slack", 100, 1 + 1e-4, 0.003, 0},
+                              {"and 100 threads that the grips stretch", 100, 1 + 1e-4, 0.003, 0},
                               {"and 10 taut threads", 10, 0.95, 0.003, 0},
                               {"and 30 taut threads, points", 30, 0.95, 0, 0},
                               {"3 discs of grips, a grasp of one disc", 0, 0, 0, 1},

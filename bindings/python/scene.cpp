@@ -507,7 +507,9 @@ void add_scene(py::module_& module) {
            "and\n"
            "palpate_contact_event. state: 0 sticks, 1 slips, 2 frictionless, 3 released. kind: 1 begin, 2 end, 3 slip "
            "start,\n"
-           "4 stick start. Read it after every touch.")
+           "4 stick start; of links 5 taut, 6 slack, 7 broke; of grasps 8 closed, 9 slips, 10 holds, 11 let go, 12 "
+           "opened. "
+           "Read it after every touch.")
       .def("report_bytes", &HeldScene::report_bytes, "The same report as bytes, a copy, for skin.")
       .def("set_pose", &HeldScene::set_pose, py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
            py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0), py::kw_only(),

@@ -15,6 +15,7 @@ enum class Pass : std::int32_t {
   rows,
   contact,
   links,
+  grasps,
   force,
   relaxation,
   output,

@@ -3,7 +3,22 @@
 #include <algorithm>
 #include <cstring>
 
+#include "runtime/base/effects.h"
+
 namespace palpate {
+namespace {
+
+// A contact may end and begin, a link become taut and break; a tool's place may see one grasp open and another one close and slip.
+std::size_t most_events(const palpate_scene_def& def) {
+  return 2 * static_cast<std::size_t>(def.max_points) + static_cast<std::size_t>(def.max_links) +
+         (has_grasps(def) ? 4 * static_cast<std::size_t>(def.max_tools) : 0);
+}
+
+bool is_closed(const HeldEvent& grasp) {
+  return grasp.condition == PALPATE_GRASP_HOLDS || grasp.condition == PALPATE_GRASP_SLIPS;
+}
+
+}  // namespace
 
 bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, const double* position,
                            const std::int32_t* triangles, const FineSurface* fine, const BodyField* body,
@@ -13,14 +28,17 @@ bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, co
   const std::size_t points = static_cast<std::size_t>(def.max_points),
                     nodes = static_cast<std::size_t>(def.max_contact_nodes);
   static_assert(sizeof(palpate_contact_report) % 8 == 0 && sizeof(palpate_contact) % 8 == 0);
-  const std::size_t words =
-      (sizeof(palpate_contact_report) + points * (sizeof(palpate_contact) + 2 * sizeof(palpate_contact_event))) / 8 + 1;
+  const std::size_t words = (sizeof(palpate_contact_report) + points * sizeof(palpate_contact) +
+                             most_events(def) * sizeof(palpate_contact_event)) /
+                                8 +
+                            1;
   bytes_ = memory.array<std::uint64_t>(words);
   slots_ = memory.array<Slot>(static_cast<std::size_t>(def.max_tools) * points);
   now_.at = memory.array<Load>(nodes);
   before_.at = memory.array<Load>(nodes);
   memory.keep(ids_);
   memory.keep(used_);
+  if (has_grasps(def)) memory.keep(grasps_);
   memory.keep(step_);
   memory.keep(now_.count);
   memory.keep_array(now_.at, nodes, now_.count);
@@ -48,6 +66,7 @@ void ContactReport::forget() {
 void ContactReport::forget_tool(std::int32_t t) {
   for (std::int32_t i = 0; i < used_[t]; ++i) slot(t, i) = Slot{};
   ids_[t] = -1, used_[t] = 0;
+  grasps_[t] = HeldEvent{};
 }
 
 void ContactReport::begin(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified,
@@ -60,16 +79,44 @@ void ContactReport::begin(const Tensors& tensors, const ContactConstraints& set,
   report_->contact_count = report_->event_count = 0;
 }
 
-palpate_contact_event& ContactReport::tell(palpate_contact_event_kind kind, std::int32_t t, std::int32_t point) {
+palpate_contact_event& ContactReport::tell(palpate_contact_event_kind kind, std::int32_t tool_id, std::int32_t point,
+                                           const SurfacePoint& surface_point, std::int32_t node, Vec3 place) {
   palpate_contact_event& event = events_[report_->event_count++];
-  const Slot& held = slot(t, point);
   event = palpate_contact_event{};
   event.kind = kind;
-  event.tool_id = ids_[t], event.point = point, event.contact = -1;
-  event.triangle = held.surface_point.triangle, event.node = held.node;
-  std::copy(held.surface_point.barycentric, held.surface_point.barycentric + 3, event.barycentric);
-  store3(held.place, event.place);
+  event.tool_id = tool_id, event.point = point, event.contact = -1;
+  event.triangle = surface_point.triangle, event.node = node;
+  std::copy(surface_point.barycentric, surface_point.barycentric + 3, event.barycentric);
+  store3(place, event.place);
   return event;
+}
+
+palpate_contact_event& ContactReport::tell(palpate_contact_event_kind kind, std::int32_t t, std::int32_t point) {
+  const Slot& held = slot(t, point);
+  return tell(kind, ids_[t], point, held.surface_point, held.node, held.place);
+}
+
+void ContactReport::tell_link(palpate_contact_event_kind kind, std::int32_t id, const SurfacePoint& place, Vec3 at) {
+  tell(kind, -1, id, place, -1, at);
+}
+
+void ContactReport::tell_grasp(palpate_contact_event_kind kind, std::int32_t t) {
+  tell(kind, ids_[t], -1, grasps_[t].surface_point, -1, grasps_[t].place);
+}
+
+void ContactReport::tell_grasp(std::int32_t t, const HeldEvent& now) {
+  const HeldEvent before = grasps_[t];
+  const bool same = before.condition != PALPATE_GRASP_OPEN && before.closing == now.closing;
+  if (is_closed(before) && (now.condition == PALPATE_GRASP_OPEN || !same)) tell_grasp(PALPATE_EVENT_GRASP_OPENED, t);
+  grasps_[t] = now;
+  if (now.condition == PALPATE_GRASP_OPEN) return;
+  if (!same) tell_grasp(PALPATE_EVENT_GRASP_CLOSED, t);
+  const palpate_grasp_condition last = same ? before.condition : PALPATE_GRASP_HOLDS;
+  if (last == now.condition) return;
+  tell_grasp(now.condition == PALPATE_GRASP_LET_GO  ? PALPATE_EVENT_GRASP_LET_GO
+             : now.condition == PALPATE_GRASP_SLIPS ? PALPATE_EVENT_GRASP_SLIPS
+                                                    : PALPATE_EVENT_GRASP_HOLDS,
+             t);
 }
 
 // Another tool in the place ends the contacts of the one before.
@@ -77,6 +124,7 @@ void ContactReport::hold_tool(std::int32_t t, std::int32_t id) {
   if (ids_[t] == id) return;
   for (std::int32_t i = 0; i < used_[t]; ++i)
     if (slot(t, i).held_step + 1 == step_ && slot(t, i).held_step > 0) tell(PALPATE_EVENT_END, t, i);
+  if (is_closed(grasps_[t])) tell_grasp(PALPATE_EVENT_GRASP_OPENED, t);
   forget_tool(t);
   ids_[t] = id;
 }

@@ -26,6 +26,14 @@ struct ReportedContact {
   double indentation = 0;  // m, of the disc into a half-space
 };
 
+// A grasp as a step has left it. A part of what ContactReport keeps, without padding.
+struct HeldEvent {
+  palpate_grasp_condition condition = PALPATE_GRASP_OPEN;
+  std::int32_t closing = 0;    // palpate_grasp::id
+  SurfacePoint surface_point;  // of its first disc
+  Vec3 place;                  // m
+};
+
 class ContactReport {
  public:
   // position: [nodes][3] m; triangles: [F][3], nullptr where contacts hold nodes alone. Both are borrowed.
@@ -45,6 +53,9 @@ class ContactReport {
   void hold_tool(std::int32_t t, std::int32_t id);
   void hold(std::int32_t t, std::int32_t point);
   void end_missing();
+  // Behind the contacts: what became of the grasp of the tool in place t, and of a link whose condition changed.
+  void tell_grasp(std::int32_t t, const HeldEvent& now);
+  void tell_link(palpate_contact_event_kind kind, std::int32_t id, const SurfacePoint& place, Vec3 at);
   void add(const ReportedContact& contact, std::int32_t index);
   void note(std::int32_t t, std::int32_t point, Vec3 holder);
   void end();
@@ -85,6 +96,9 @@ class ContactReport {
   Corner corner_of(std::int32_t node) const;
   void find_fine_corners(std::int32_t triangle, Corner corner[3]) const;
   palpate_contact_event& tell(palpate_contact_event_kind kind, std::int32_t t, std::int32_t point);
+  palpate_contact_event& tell(palpate_contact_event_kind kind, std::int32_t tool_id, std::int32_t point,
+                              const SurfacePoint& surface_point, std::int32_t node, Vec3 place);
+  void tell_grasp(palpate_contact_event_kind kind, std::int32_t t);
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
@@ -95,10 +109,11 @@ class ContactReport {
   std::uint64_t* bytes_ = nullptr;            // of the report
   palpate_contact_report* report_ = nullptr;  // in bytes_; the contacts follow it, and then the events
   palpate_contact* contacts_ = nullptr;       // [max_points], inside *report_
-  palpate_contact_event* events_ = nullptr;   // [2 max_points], behind the room for all contacts until end()
+  palpate_contact_event* events_ = nullptr;   // [most_events()], behind the room for all contacts until end()
   Slot* slots_ = nullptr;                     // [max_tools][max_points]
   std::int32_t ids_[PALPATE_MAX_TOOLS];       // of the tool in each place; -1: none
   std::int32_t used_[PALPATE_MAX_TOOLS];      // slots of each place that were ever in use
+  HeldEvent grasps_[PALPATE_MAX_TOOLS];       // as the last step has left them
   Loads now_ = {}, before_ = {};
   const Tensors* tensors_ = nullptr;
   std::uint64_t step_ = 0;

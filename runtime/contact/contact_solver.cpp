@@ -521,18 +521,30 @@ double ContactSolver::norm_of(const double* reaction) const {
   return std::sqrt(std::max(0.0, energy));
 }
 
+double ContactSolver::change_norm(const ContactConstraints& set) const {
+  if (again_ || set.constraint_count != last_constraints_) return -1;
+  double* const change = work_;
+  std::fill(change, change + rows_end_, 0.0);
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    if (!is_kept_[p]) return -1;
+    for (const std::int32_t i : rows_[p].at)
+      if (i >= 0) change[i] = reaction_[i] - last_[i];
+  }
+  return norm_of(change);
+}
+
 ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, ConstraintNorms* each) {
   ReactionNorms norms;
   double energy = 0, *const change = work_;
   std::fill(change, change + rows_end_, 0.0);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     each[p] = {};
-    each[p].kept = is_kept_[p];
+    each[p].kept = is_kept_[p] && !again_;
     double own = 0, own_change = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const std::int32_t i = rows_[p].at[axis];
       if (i < 0) continue;
-      if (is_kept_[p]) change[i] = reaction_[i] - last_[i];
+      if (each[p].kept) change[i] = reaction_[i] - last_[i];
       each[p].displacement[axis] = dot_rows(rows_end_, &entry(i, 0), reaction_);
       each[p].work += reaction_[i] * each[p].displacement[axis];
     }
@@ -754,6 +766,7 @@ Operations ContactSolver::operations_to_renew(std::int32_t contacts) const {
 }
 
 bool ContactSolver::prepare(const Tensors& tensors, const ContactConstraints& set) {
+  again_ = false, last_constraints_ = kept_constraints_;
   residual_ = {}, effort_ = {}, shares_ = false;
   if (!update(tensors, set)) {
     forget();
@@ -793,7 +806,8 @@ ContactSolver::Outcome ContactSolver::take_reactions(const ContactConstraints& s
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force,
-                                            Vec3* modified, StepWork* work) {
+                                            Vec3* modified, StepWork* work, bool again) {
+  again_ = again, last_constraints_ = kept_constraints_;
   for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
   residual_ = {}, effort_ = {}, shares_ = false;
   const auto fail = [&] {

@@ -86,7 +86,9 @@ class ContactSolver {
   // multiply-adds that the step's work leaves. It solves the system with the shift, and refines as above.
   // Cost in multiply-adds: about 3 rows^2; for each changed constraint 9 (its nodes + 1) nodes, and for each of its rows
   // rows^2 / 2 to join and up to rows^2 to leave; and for the laws. Only new nodes read the tensors.
-  Outcome solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force, Vec3* modified, StepWork* work);
+  // again: the step has solved these constraints before, with other targets; what changed since the step before is then not known.
+  Outcome solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force, Vec3* modified, StepWork* work,
+                bool again = false);
 
   // For organs that touch, whose systems are solved as one (runtime/world/joint_solver.h), in place of solve(). prepare() brings the
   // matrix up to date; false: a number is not finite. Then whoever solves sets the reactions of all rows, and take_reactions() takes them
@@ -146,6 +148,9 @@ class ContactSolver {
   // m, of contact node e of the last solve, under the forces of all of them. Cost: 9 multiply-adds for each.
   Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
 
+  // Of the change of all reactions in the last solve, sqrt(J); below 0: it is not known, because constraints came or went or have new rows.
+  // Cost: rows^2 multiply-adds.
+  double change_norm(const ContactConstraints& set) const;
   // Of the last solve, with its constraints; each: [constraint_count]. Cost: 2 rows^2 multiply-adds.
   ReactionNorms measure_norms(const ContactConstraints& set, ConstraintNorms* each);
 
@@ -220,8 +225,10 @@ class ContactSolver {
   // 1: in the last solve laws decided that some contacts release, slip or are at a limit. Then the factor does not solve the next step
   // either, as a rule: it is not renewed.
   std::int32_t gives_way_ = 0;
-  std::int32_t* list_ = nullptr;     // [rows]
-  std::int32_t* leaving_ = nullptr;  // [rows]
+  bool again_ = false;                 // the last solve was one more of its step
+  std::int32_t last_constraints_ = 0;  // of the solve before
+  std::int32_t* list_ = nullptr;       // [rows]
+  std::int32_t* leaving_ = nullptr;    // [rows]
   std::int32_t leaving_count_ = 0;
   Mat3* spread_ = nullptr;  // [node_capacity] H C of the constraint whose rows are being filled
 

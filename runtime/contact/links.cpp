@@ -13,6 +13,9 @@ namespace {
 constexpr double kFarthest = 1e6;  // m, as palpate.h states
 // A line that turned by less (0.1 milliradian) keeps its row: the force is then off by a ten-thousandth across the line.
 constexpr double kTurned = 1 - 0.5e-8;
+// The factor covers that stored columns, rounded to half precision or packed, differ from the compliance that the energy is of; the
+// length, m, that sums round.
+constexpr double kBoundFactor = 1.1, kLeastSlack = 1e-6;
 // Of the length that would make the tensions of two neighbours on one thread equal, if each link were alone, a step moves this share.
 constexpr double kRunsOn = 0.5;
 
@@ -67,6 +70,7 @@ bool Links::create(SceneMemory& memory, const Source& source, std::int32_t capac
   links_ = memory.array<Link>(static_cast<std::size_t>(capacity));
   coming_ = memory.array<Link>(static_cast<std::size_t>(capacity));
   memory.keep(count_);
+  memory.keep(path_);
   memory.keep_array(links_, static_cast<std::size_t>(capacity), count_);
   return !memory.failed();
 }
@@ -100,10 +104,24 @@ void Links::find_end(const palpate_link& link, const palpate_link_end& from, Lin
   if (link.radius > 0 && to->count > 0) find_disc(place, link.radius, to);
 }
 
+// |u| <= reach norm of the weighted mean of the end's nodes: the largest eigenvalue of a node's compliance is at most its trace.
+double Links::reach_of(const LinkEnd& end) const {
+  double reach = 0;
+  for (int v = 0; v < end.count; ++v) {
+    Mat3 compliance;
+    self_compliance(source_.stiffness + 9 * static_cast<std::size_t>(source_.disc.column_of_node[end.node[v]]),
+                    &compliance);
+    reach += std::fabs(end.weight[v]) *
+             std::sqrt(std::max(0.0, compliance.m[0][0] + compliance.m[1][1] + compliance.m[2][2]));
+  }
+  return reach;
+}
+
 void Links::start(Link& link, const palpate_link& given, std::int32_t index) {
   link.given = given;
   link.along = {}, link.rest_length = given.rest_length, link.own = Mat3{}, link.taut = 0, link.row_of = -1;
   link.ends[0].moved = link.ends[1].moved = {};
+  link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY;
   link.state = {};
   link.state.id = given.id == -1 ? index : given.id;
   link.state.rest_length = given.rest_length;
@@ -149,7 +167,11 @@ palpate_status Links::set(const palpate_link* links, std::int32_t count, palpate
       link.given = given;
       continue;
     }
-    for (int e = 0; e < 2; ++e) find_end(link.given, link.given.ends[e], &link.ends[e]);
+    link.reach = 0;
+    for (int e = 0; e < 2; ++e) {
+      find_end(link.given, link.given.ends[e], &link.ends[e]);
+      link.reach += reach_of(link.ends[e]);
+    }
   }
   std::swap(links_, coming_);
   count_ = count;
@@ -166,7 +188,35 @@ void Links::forget() {
 bool Links::acts(const Link& link) const {
   if (link.state.condition == PALPATE_LINK_BROKEN || link.ends[0].count + link.ends[1].count == 0) return false;
   if (link.given.kind != PALPATE_LINK_THREAD) return true;
-  return link.taut || length(at(link.ends[1]) - at(link.ends[0])) > link.rest_length;
+  return link.taut || (link.fresh && length(at(link.ends[1]) - at(link.ends[0])) > link.rest_length);
+}
+
+bool Links::in_chain(std::int32_t i) const {
+  return links_[i].given.runs_on || (i > 0 && links_[i - 1].given.runs_on);
+}
+
+// m: no longer than this, since its ends were found.
+double Links::longest(const Link& link) const {
+  return length(at(link.ends[1]) - at(link.ends[0])) + kBoundFactor * link.reach * (path_ - link.path);
+}
+
+// Whether a link may be slack without being measured, if the field has changed little. What runs on shares its length with neighbours.
+bool Links::may_rest(std::int32_t i) const {
+  const Link& link = links_[i];
+  return link.given.kind == PALPATE_LINK_THREAD && link.row_of < 0 && !in_chain(i) && std::isfinite(link.path) &&
+         longest(link) + kLeastSlack < link.rest_length;
+}
+
+// Adds the norm of this step's change of the field to the path. False where it is not known: then each link is measured.
+bool Links::walk(const ContactConstraints& set, const ContactSolver& solver, bool solved) {
+  if (!solved) return false;
+  bool any = false;
+  for (std::int32_t i = 0; i < count_ && !any; ++i) any = may_rest(i);
+  if (!any) return false;
+  const double change = solver.change_norm(set);
+  if (!(change >= 0)) return false;
+  path_ += change;
+  return true;
 }
 
 // The line between the ends as the last step left them, corrected for what the link's own force does there. Without the link the ends
@@ -189,14 +239,19 @@ void Links::turn(Link& link) const {
     link.along = along;
 }
 
-std::int32_t Links::begin(const OrganPose& organ) {
+std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver) {
   std::int32_t act = 0;
   for (std::int32_t i = 0; i < count_; ++i) {
     Link& link = links_[i];
-    link.row_of = -1;
+    link.row_of = -1, link.before = link.state.condition;
     for (int e = 0; e < 2; ++e)
       if (link.given.ends[e].kind == PALPATE_END_WORLD)
         link.ends[e].rest = organ.point_to_organ(load3(link.given.ends[e].point));
+    // A shorter rest length or an end that moved in the world may have used up what the bound left.
+    if (!link.fresh && !(longest(link) + kLeastSlack < link.rest_length)) {
+      for (LinkEnd& end : link.ends) end.moved = last_move(end, tensors, solver);
+      link.fresh = 1, link.path = path_;
+    }
     act += acts(link);
   }
   return act;
@@ -221,6 +276,12 @@ std::uint32_t Links::request(ContactRows& rows) {
     if (link.row_of < 0) flags |= PALPATE_STEP_CONTACTS_DROPPED;
   }
   return flags;
+}
+
+Vec3 Links::last_move(const LinkEnd& end, const Tensors& tensors, const ContactSolver& solver) {
+  Vec3 moved;
+  for (int v = 0; v < end.count; ++v) moved += end.weight[v] * solver.last_displacement(tensors, end.node[v]);
+  return is_finite(moved) ? moved : Vec3{};
 }
 
 void Links::move_ends(Link& link, const Tensors& tensors, const ContactConstraints& set, const Vec3* force,
@@ -261,24 +322,37 @@ std::uint32_t Links::read_solution(Link& link, const ContactConstraints& set, co
 std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
                          const ContactSolver& solver, bool solved, std::uint64_t step) {
   std::uint32_t flags = 0;
+  const bool known = walk(set, solver, solved);
   for (std::int32_t i = 0; i < count_; ++i) {
     Link& link = links_[i];
     palpate_link_state& state = link.state;
+    const bool rests = known && may_rest(i);
     link.taut = 0, state.tension = 0;
     store3({}, state.force);
     if (state.condition != PALPATE_LINK_BROKEN) state.condition = PALPATE_LINK_SLACK;
     if (!solved) link.row_of = -1;
     if (link.row_of >= 0) flags |= read_solution(link, set, solver, step);
+    link.fresh = !rests;
+    if (rests) continue;
     move_ends(link, tensors, set, force, modified, solver);
+    link.path = path_;
   }
   run_on();
-  for (std::int32_t i = 0; i < count_; ++i) {
-    Link& link = links_[i];
-    for (int e = 0; e < 2; ++e) store3(at(link.ends[e]), link.state.ends[e]);
-    link.state.length = length(at(link.ends[1]) - at(link.ends[0]));
-    link.state.rest_length = link.rest_length;
-  }
+  for (std::int32_t i = 0; i < count_; ++i) links_[i].state.rest_length = links_[i].rest_length;
   return flags;
+}
+
+const palpate_link_state* Links::state(std::int32_t i, const Tensors& tensors, const ContactSolver& solver) const {
+  if (i < 0 || i >= count_) return nullptr;
+  Link& link = links_[i];
+  Vec3 now[2];
+  for (int e = 0; e < 2; ++e) {
+    const LinkEnd& end = link.ends[e];
+    now[e] = end.rest + (link.fresh ? end.moved : last_move(end, tensors, solver));
+    store3(now[e], link.state.ends[e]);
+  }
+  link.state.length = length(now[1] - now[0]);
+  return &link.state;
 }
 
 // Lets neighbours on one thread share its length. A slack part counts with the tension below zero at which its slack would be gone.
@@ -292,8 +366,15 @@ void Links::run_on() {
   };
   for (std::int32_t i = 0; i + 1 < count_; ++i) {
     Link &one = links_[i], &next = links_[i + 1];
-    const bool broken = one.state.condition == PALPATE_LINK_BROKEN || next.state.condition == PALPATE_LINK_BROKEN;
-    if (!one.given.runs_on || broken || !(one.taut || next.taut)) continue;
+    if (!one.given.runs_on) continue;
+    const bool ended = one.state.condition == PALPATE_LINK_BROKEN, begins = next.state.condition == PALPATE_LINK_BROKEN;
+    if (ended || begins) {
+      // Nothing holds the thread where it is broken: it runs out of the part beside, whose tension falls by half in each step.
+      Link& whole = ended ? next : one;
+      if (ended != begins && whole.taut) whole.rest_length += kRunsOn * whole.state.tension * softness_of(whole);
+      continue;
+    }
+    if (!(one.taut || next.taut)) continue;
     // A part that was never taut has no line yet; it counts as soft as its neighbour.
     double a = softness_of(one), b = softness_of(next);
     if (length(one.along) == 0) a = b;

@@ -72,7 +72,9 @@ class Touch {
       context_.watch.ended(Pass::collision);
     }
     const bool links = has_links(context_.def);
-    touch_state_.rows.begin(contacts_to_request() + (links ? touch_state_.links.begin(touch_state_.organ) : 0));
+    touch_state_.rows.begin(
+        contacts_to_request() +
+        (links ? touch_state_.links.begin(touch_state_.organ, context_.tensors, touch_state_.solver) : 0));
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       if (context_.def.collision != PALPATE_COLLISION_OFF && !is_far(t)) request_point_contacts(t);
       request_grip_contacts(t);
@@ -340,7 +342,7 @@ class Touch {
     ContactSolver::Outcome outcome = ContactSolver::Outcome::solved;
     for (int solve = 0; solve < kMostSlips; ++solve) {
       outcome = touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified,
-                                          &touch_state_.work);
+                                          &touch_state_.work, solve > 0);
       if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlips || !grasps_slip()) break;
     }
     return outcome;
@@ -429,7 +431,11 @@ class Touch {
     const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : touch_state_.rows.set();
     acting_ = &set;
     const ContactSolver::Outcome outcome = joint ? *joint : solve_slipping(set);
-    if (has_grasps(context_.def)) finish_grasps();
+    if (has_grasps(context_.def)) {
+      context_.watch.ended(Pass::contact);
+      finish_grasps();
+      context_.watch.ended(Pass::grasps);
+    }
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
     if (outcome == ContactSolver::Outcome::unsolved) flag = PALPATE_STEP_UNSOLVED;
@@ -701,7 +707,40 @@ class Touch {
       for (std::int32_t i = 0; tool.index >= 0 && !is_far(t) && i < tool.point_count + tool.grip_count; ++i)
         report.note(t, i, holder(tool, i));
     }
+    if (has_grasps(context_.def)) report_grasps();
+    if (has_links(context_.def)) report_links();
     report.end();
+  }
+
+  void report_grasps() {
+    for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
+      const Tool& tool = touch_state_.input.tool(t);
+      if (tool.index < 0) continue;  // hold_tool() has told its end
+      const palpate_grasp_state& state = touch_state_.grasps.state(t);
+      HeldEvent held;
+      held.condition = state.condition, held.closing = tool.has_grasp ? tool.grasp.id : 0;
+      if (tool.has_grasp) {
+        held.surface_point.triangle = tool.grasp.triangle;
+        std::copy(tool.grasp.barycentric, tool.grasp.barycentric + 3, held.surface_point.barycentric);
+        held.place = touch_state_.organ.point_to_organ(load3(state.place));
+      }
+      touch_state_.report.tell_grasp(t, held);
+    }
+  }
+  void report_links() {
+    for (std::int32_t i = 0; i < touch_state_.links.count(); ++i) {
+      const Link& link = touch_state_.links.link(i);
+      const palpate_link_condition now = link.state.condition;
+      if (now == link.before) continue;
+      const int e = link.given.ends[0].kind == PALPATE_END_SURFACE_POINT ? 0 : 1;
+      SurfacePoint place;
+      place.triangle = link.given.ends[e].triangle;
+      std::copy(link.given.ends[e].barycentric, link.given.ends[e].barycentric + 3, place.barycentric);
+      touch_state_.report.tell_link(now == PALPATE_LINK_TAUT     ? PALPATE_EVENT_LINK_TAUT
+                                    : now == PALPATE_LINK_BROKEN ? PALPATE_EVENT_LINK_BROKE
+                                                                 : PALPATE_EVENT_LINK_SLACK,
+                                    link.state.id, place, link.ends[e].rest + link.ends[e].moved);
+    }
   }
 
   void write_torque(std::int32_t t, palpate_tool_state& state) {

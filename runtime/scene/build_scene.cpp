@@ -467,8 +467,9 @@ palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def
   return touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools) ? PALPATE_OK : reader.no_memory("grasps");
 }
 
-palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  Links::Source source = {discs_of(touch), touch.triangles, reader.triangles()};
+palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
+                           TouchState& touch) {
+  Links::Source source = {discs_of(touch), tensors.stiffness, touch.triangles, reader.triangles()};
   if (def.contact != PALPATE_CONTACT_PATCH) source.disc.measure = nullptr, source.disc.patch = nullptr;
   return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
 }
@@ -708,7 +709,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });
   step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
-  step(has_links(def), use.links, [&] { return build_links(reader, def, touch); });
+  step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, def, touch, shape); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE_BESIDE, use.deformation,

@@ -168,6 +168,7 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
     step(Pass::contact, large_laws[def.law], "touch", sections.deformation(), memory.contacts + memory.deformation);
   else
     step(Pass::contact, laws[def.law], "touch", sections.contacts(), memory.contacts);
+  if (has_grasps(def)) step(Pass::grasps, "grasps", "touch", sections.contacts());
   if (has_links(def)) step(Pass::links, "links", "touch", sections.contacts(), memory.links);
   if (def.force == PALPATE_FORCE_LINEAR) step(Pass::force, "force: linear", "touch");
   if (def.force == PALPATE_FORCE_RESPONSE)

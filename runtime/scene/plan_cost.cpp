@@ -26,6 +26,8 @@ class PassWork {
         return scene_.def.deformation == PALPATE_DEFORMATION_LARGE ? deform() : solve();
       case Pass::links:
         return links();
+      case Pass::grasps:
+        return {0, 0, 20 + 10 * nodes};
       case Pass::force:
         return {
             0, 0,
@@ -87,7 +89,7 @@ class PassWork {
                 (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
   }
 
-  // Every link as if it were slack: the displacements of the nodes of both its ends by all contact nodes.
+  // Every link as if it were slack and measured: the displacements of the nodes of both its ends by all contact nodes.
   palpate_pass_work links() const {
     const double nodes = scene_.def.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
     return {0, 0, scene_.touch.links.count() * (20 + 6 * nodes * load_.nodes)};

@@ -85,7 +85,7 @@ palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link*
 }
 
 const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link) {
-  return scene ? scene->touch.links.state(link) : nullptr;
+  return scene ? scene->touch.links.state(link, scene->context.tensors, scene->touch.solver) : nullptr;
 }
 
 const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {

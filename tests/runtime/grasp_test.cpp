@@ -293,6 +293,55 @@ TEST(Grasp, SlipsAtItsFrictionAndLetsGoBeyondItsRadius) {
   EXPECT_EQ(grasping.state().slipped, 0);
 }
 
+TEST(Grasp, TellsTheReportWhatBecameOfIt) {
+  palpate_scene_def def = grasping_def();
+  def.report = PALPATE_REPORT_CONTACTS;
+  Grasping grasping(def);
+  palpate_grasp grasp = grasp_of_the_middle();
+  grasp.friction = 0.4, grasp.clamp_force = 1.5;
+  std::vector<std::pair<int, std::uint64_t>> told;  // kind, step
+  const auto step = [&](const palpate_grasp* of) {
+    grasping.step(of);
+    const palpate_contact_report* report = palpate_scene_report(grasping.scene.get());
+    EXPECT_EQ(report->contact_count, 0) << "a grasp is no contact of the report";
+    for (std::int32_t e = 0; e < report->event_count; ++e) {
+      const palpate_contact_event& event = *palpate_report_event(report, e);
+      told.emplace_back(event.kind, report->step);
+      EXPECT_EQ(event.tool_id, 3);
+      EXPECT_EQ(event.point, -1);
+      EXPECT_EQ(event.triangle, grasp.triangle);
+      EXPECT_LT((Vector3d(event.place) - kMiddle).norm(), 0.05);
+    }
+  };
+  step(&grasp);
+  EXPECT_EQ(told.back().first, PALPATE_EVENT_GRASP_CLOSED);
+  step(&grasp);
+  for (int s = 0; s < 400 && grasping.state().condition != PALPATE_GRASP_SLIPS; ++s)
+    move(grasp, {0.05e-3, 0, 0}), step(&grasp);
+  EXPECT_EQ(told.back().first, PALPATE_EVENT_GRASP_SLIPS);
+  move(grasp, {-1e-3, 0, 0}), step(&grasp);
+  EXPECT_EQ(told.back().first, PALPATE_EVENT_GRASP_HOLDS);
+  grasp.id = 1, step(&grasp);
+  ASSERT_EQ(told.size(), 5u);
+  EXPECT_EQ(told[3].first, PALPATE_EVENT_GRASP_OPENED);
+  EXPECT_EQ(told[4].first, PALPATE_EVENT_GRASP_CLOSED) << "it closes anew in the same step";
+  for (int s = 0; s < 400 && grasping.state().condition != PALPATE_GRASP_LET_GO; ++s)
+    move(grasp, {0.2e-3, 0, 0}), step(&grasp);
+  EXPECT_EQ(told.back().first, PALPATE_EVENT_GRASP_LET_GO);
+  const std::size_t before = told.size();
+  step(&grasp), step(nullptr);
+  EXPECT_EQ(told.size(), before) << "what has let go does not open";
+  step(&grasp), step(nullptr);
+  ASSERT_EQ(told.size(), before + 2);
+  EXPECT_EQ(told[before].first, PALPATE_EVENT_GRASP_CLOSED);
+  EXPECT_EQ(told[before + 1].first, PALPATE_EVENT_GRASP_OPENED);
+  step(&grasp);
+  palpate_scene_touch(grasping.scene.get(), nullptr, 0, 1e-3, grasping.contacts.get(), grasping.contacts.bytes());
+  const palpate_contact_report* report = palpate_scene_report(grasping.scene.get());
+  ASSERT_EQ(report->event_count, 1) << "a tool that is not sent opens its jaws";
+  EXPECT_EQ(palpate_report_event(report, 0)->kind, PALPATE_EVENT_GRASP_OPENED);
+}
+
 // A plate between two discs: they press it together, the tool feels nothing of that, and the pressure gives the friction.
 TEST(Grasp, OfAFoldPressesItTogetherAndSlipsByItsPressure) {
   TinyBox form;

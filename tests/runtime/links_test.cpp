@@ -1,6 +1,7 @@
 // Sutures, clips, ligaments and springs against the dense body: the ends stand where linear elasticity takes them under the forces that
 // the links report, and these forces are those that the links' laws ask for at these places. Both together are the equilibrium.
 #include <Eigen/Dense>
+#include <random>
 
 #include "tests/runtime/played_box.h"
 
@@ -283,6 +284,98 @@ TEST(Links, SlackOnesLeaveEveryBitAsItIs) {
   EXPECT_EQ(runs[0], runs[1]);
 }
 
+// What a bound says of a thread's ends is never less than what they move: a thread that was stretched has its row in the next step.
+TEST(Links, BecomeTautOneStepAfterTheyWereStretchedHoweverLongTheyRested) {
+  palpate_link link = thread_of(0);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> draw(-1, 1);
+  int stretched = 0, rested = 0;
+  for (int round = 0; round < 20; ++round) {
+    Linked linked;
+    link.rest_length = (1.002 + 0.03 * std::fabs(draw(random))) * apart_at_rest(link);
+    linked.set({link});
+    linked.step();
+    bool taut_next = false;
+    // A tool that wanders, and now and then jumps.
+    Vector3d way = Vector3d::Zero(), speed = Vector3d::Zero();
+    for (int s = 0; s < 120; ++s) {
+      if (s % 20 == 0) speed = 4e-5 * Vector3d(draw(random), draw(random), draw(random));
+      way += (s % 37 == 36 ? 30 : 1) * speed;
+      const palpate_grip grip = grip_at_place(link.ends[1].triangle, {.1, .1, .8}, {way[0], way[1], way[2]});
+      linked.step({grip_tool(&grip)});
+      const bool taut = linked.state().condition == PALPATE_LINK_TAUT;
+      // The row of a thread that was stretched bears a force, unless the tool has come back meanwhile.
+      if (taut_next) {
+        EXPECT_TRUE(taut || linked.state().length <= link.rest_length) << round << " " << s;
+      } else {
+        EXPECT_FALSE(taut) << round << " " << s;
+      }
+      const VectorXd u = linked.field();
+      const double length = (linked.end_of(link.ends[1], u) - linked.end_of(link.ends[0], u)).norm();
+      EXPECT_NEAR(linked.state().length, length, 2e-8)
+          << "the state is that of the step, whether the bound spared it or not";
+      taut_next = taut || length > link.rest_length;
+      stretched += taut, rested += !taut;
+    }
+  }
+  EXPECT_GT(stretched, 100);
+  EXPECT_GT(rested, 100);
+}
+
+TEST(Links, TellTheReportWhenTheyBecomeTautAndSlackAndBreak) {
+  palpate_scene_def def = linked_def();
+  def.report = PALPATE_REPORT_CONTACTS;
+  Linked linked(def);
+  palpate_link link = thread_of(0);
+  link.id = 9, link.rest_length = 1.01 * apart_at_rest(link);
+  palpate_link clip = link_of(PALPATE_LINK_CLIP, in_world(box().place(box().far_triangle(4), kMiddle)),
+                              on_surface(box().far_triangle(4)));
+  std::vector<palpate_contact_event> told;
+  const auto step = [&](double way) {
+    const palpate_grip grip = grip_at_place(link.ends[1].triangle, {.1, .1, .8}, {0, way, way});
+    linked.step({grip_tool(&grip)});
+    const palpate_contact_report* report = palpate_scene_report(linked.scene.get());
+    told.clear();
+    for (std::int32_t e = 0; e < report->event_count; ++e)
+      if (const palpate_contact_event& event = *palpate_report_event(report, e); event.kind >= PALPATE_EVENT_LINK_TAUT)
+        told.push_back(event);
+  };
+  const auto kinds = [&] {
+    std::vector<int> all;
+    for (const auto& event : told) all.push_back(event.kind);
+    return all;
+  };
+  linked.set({link, clip});
+  step(0);
+  ASSERT_EQ(kinds(), std::vector<int>{PALPATE_EVENT_LINK_TAUT}) << "of the clip, whose id is its index";
+  EXPECT_EQ(told[0].point, 1);
+  EXPECT_EQ(told[0].triangle, box().far_triangle(4)) << "of its end on the surface";
+  for (int s = 1; s <= 60; ++s) step(1e-4 * s);
+  EXPECT_TRUE(kinds().empty());
+  EXPECT_EQ(linked.state().condition, PALPATE_LINK_TAUT);
+  std::vector<int> all;
+  for (int s = 60; s >= 0; --s) {
+    step(1e-4 * s);
+    for (const auto& event : told) {
+      all.push_back(event.kind);
+      EXPECT_EQ(event.point, 9);
+    }
+  }
+  ASSERT_FALSE(all.empty());
+  EXPECT_EQ(all.back(), PALPATE_EVENT_LINK_SLACK);
+  link.breaking_force = 1e-3, link.rest_length = 0.01;
+  linked.set({link, clip});
+  // Drawn so short at once, it is taut and breaks in the same step, which tells the end alone.
+  step(0);
+  EXPECT_EQ(kinds(), std::vector<int>{PALPATE_EVENT_LINK_BROKE});
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].tool_id, -1);
+  EXPECT_EQ(told[0].contact, -1);
+  EXPECT_LT((Vector3d(told[0].place) - Vector3d(linked.state().ends[0])).norm(), 1e-12);
+  step(0);
+  EXPECT_TRUE(kinds().empty());
+}
+
 TEST(Links, BecomeTautWhereAToolStretchesThemAndSlackAgain) {
   Linked linked;
   palpate_link link = thread_of(0);
@@ -367,6 +460,29 @@ TEST(Links, OfOneThreadShareItsLengthUntilTheirTensionsAreEqual) {
   linked.steps(100);
   EXPECT_GT(linked.state(0).tension, 1.05 * before);
   EXPECT_NEAR(linked.state(0).tension, linked.state(2).tension, 1e-3 * before);
+}
+
+TEST(Links, OfOneThreadRunOutWhereAPartBreaks) {
+  Linked linked;
+  const int places[] = {0, 5, 9, 14};
+  std::vector<palpate_link> links;
+  for (int i = 0; i < 3; ++i) {
+    palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(box().far_triangle(places[i])),
+                                on_surface(box().far_triangle(places[i + 1])));
+    link.rest_length = 0.8 * apart_at_rest(link), link.runs_on = i < 2;
+    links.push_back(link);
+  }
+  linked.set(links);
+  linked.steps(60);
+  const double before = linked.state(2).tension;
+  EXPECT_GT(before, 0.1);
+  links[0].breaking_force = 0.5 * linked.state(0).tension;
+  linked.set(links);
+  EXPECT_EQ(linked.step() & PALPATE_STEP_LINK_BROKE, palpate_step_flags{PALPATE_STEP_LINK_BROKE});
+  linked.steps(60);
+  EXPECT_EQ(linked.state(0).condition, PALPATE_LINK_BROKEN);
+  // Its tension halves in each step, and the last part follows through the middle one within some 20 steps.
+  for (const int part : {1, 2}) EXPECT_LT(linked.state(part).tension, 1e-3 * before) << part;
 }
 
 // The force for a displaced point falls as the mesh is refined; that of a disc belongs to the body.

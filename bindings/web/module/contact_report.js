@@ -1,7 +1,8 @@
 // palpate_contact_report and palpate_surface_hit in the module's memory -> plain objects.
 /** @typedef {import("./palpate.js").Runtime} Runtime */
 /** @typedef {"sticks" | "slips" | "frictionless" | "released"} ContactState */
-/** @typedef {"begin" | "end" | "slip-start" | "stick-start"} ContactEventKind */
+/** @typedef {"begin" | "end" | "slip-start" | "stick-start" | "link-taut" | "link-slack" | "link-broke" |
+ *   "grasp-closed" | "grasp-slips" | "grasp-holds" | "grasp-let-go" | "grasp-opened"} ContactEventKind */
 /** @typedef {{toolId: number, tool: number, point: number, triangle: number, node: number, state: ContactState, begun: number,
  *   barycentric: number[], place: number[], normal: number[], depth: number, gap: number, force: number[], velocity: number[],
  *   toolPoint: number[], discRadius: number, discNormal: number[], indentation: number}} Contact
@@ -16,7 +17,8 @@
 
 // The words of palpate.h's enums, in their order.
 const STATES = /** @type {const} */ (["sticks", "slips", "frictionless", "released"]);
-const EVENTS = /** @type {const} */ (["begin", "end", "slip-start", "stick-start"]);
+const EVENTS = /** @type {const} */ (["begin", "end", "slip-start", "stick-start", "link-taut", "link-slack", "link-broke",
+  "grasp-closed", "grasp-slips", "grasp-holds", "grasp-let-go", "grasp-opened"]);
 
 /** @param {Runtime} runtime @param {number} at @returns {ContactReport} */
 export function readReport(runtime, at) {

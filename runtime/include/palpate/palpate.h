@@ -791,7 +791,8 @@ typedef struct palpate_link {
   int32_t id;             /* 0 or more, another one for each link; default -1: its index in the list              */
   int32_t runs_on;        /* default 0; 1: the thread runs on into the next link of the list, which is a THREAD too, and
                                slides without friction where both have an end. Both are one thread then: the sum of their
-                               rest lengths stays, and their tensions become equal within some 20 steps              */
+                               rest lengths stays, and their tensions become equal within some 20 steps. Where a part
+                               breaks, the thread runs out of the others                                          */
   palpate_link_end ends[2]; /* at least one of them is a SURFACE_POINT                                              */
   double rest_length;       /* default 0 m, 0 .. 1e6                                                                */
   double stiffness;         /* default INFINITY; N/m above 0: force over what the link is longer than rest_length   */
@@ -908,16 +909,25 @@ typedef enum palpate_contact_event_kind {
   PALPATE_EVENT_BEGIN = 1,      /* a contact began; its velocity is that of the impact                               */
   PALPATE_EVENT_END = 2,        /* a contact ended: it came out, lost its tracking, or its tool or point was not sent */
   PALPATE_EVENT_SLIP_START = 3, /* a contact that did not slip in the last step slips                                */
-  PALPATE_EVENT_STICK_START = 4 /* a contact that slipped or was released in the last step sticks                    */
+  PALPATE_EVENT_STICK_START = 4, /* a contact that slipped or was released in the last step sticks                   */
+  PALPATE_EVENT_LINK_TAUT = 5,  /* a link that bore no force in the last step bears one, or may                       */
+  PALPATE_EVENT_LINK_SLACK = 6, /* a link that was taut in the last step is slack                                 */
+  PALPATE_EVENT_LINK_BROKE = 7, /* a link came beyond its breaking_force                                          */
+  PALPATE_EVENT_GRASP_CLOSED = 8,  /* jaws closed on tissue                                                          */
+  PALPATE_EVENT_GRASP_SLIPS = 9,   /* a grasp that held in the last step slips                                       */
+  PALPATE_EVENT_GRASP_HOLDS = 10,  /* a grasp that slipped in the last step holds                                    */
+  PALPATE_EVENT_GRASP_LET_GO = 11, /* a grasp has slipped by more than its radius                                    */
+  PALPATE_EVENT_GRASP_OPENED = 12  /* jaws that held or slipped were opened, or their tool was not sent              */
 } palpate_contact_event_kind;
 
 typedef struct palpate_contact_event {
   palpate_contact_event_kind kind;
-  int32_t tool_id;
-  int32_t point;         /* as in palpate_contact                                                                    */
-  int32_t contact;       /* index among the contacts of this report; -1: it has ended                                */
-  int32_t triangle;      /* as in palpate_contact; of a contact that has ended, its last one                         */
-  int32_t node;          /* the same                                                                                 */
+  int32_t tool_id;  /* of a link -1                                                                             */
+  int32_t point;    /* as in palpate_contact; of a link its id; of a grasp -1                                   */
+  int32_t contact;  /* index among the contacts of this report; -1: it has ended, or is a link or a grasp       */
+  int32_t triangle; /* as in palpate_contact; of a contact that has ended, its last one; of a link that of its first
+                            end on the surface, of a grasp that of its first disc                                    */
+  int32_t node;     /* the same                                                                                 */
   double barycentric[3]; /* the same                                                                                 */
   double place[3];       /* the same                                                                                 */
 } palpate_contact_event;
@@ -929,7 +939,7 @@ typedef struct palpate_contact_report {
   uint32_t used_bytes;    /* of the head and all that follows it                                                     */
   uint64_t step;          /* of the touch step; 0: none since creation or reset                                      */
   int32_t contact_count;  /* at most max_points                                                                      */
-  int32_t event_count;    /* at most 2 max_points, so that no event is ever lost                                     */
+  int32_t event_count;    /* at most 2 max_points + max_links, with grasps + 4 max_tools: no event is ever lost      */
   uint32_t contact_bytes; /* from one contact to the next                                                            */
   uint32_t events_offset; /* of the first event, from the begin of the head                                          */
   uint32_t event_bytes;   /* from one event to the next                                                              */
@@ -937,8 +947,9 @@ typedef struct palpate_contact_report {
 } palpate_contact_report;
 
 /* The report of the last touch step, inside the scene and valid until the next one; NULL for a scene without a report. Read it in
- * the thread of palpate_scene_touch after every step: the next step writes over its events. Ends come first; the rest is in the
- * order of the contacts. A contact is known by its tool's id and its point, whatever the order of the tools; if another tool gets
+ * the thread of palpate_scene_touch after every step: the next step writes over its events. Ends of contacts come first; then come
+ * the other contacts in their order, grasps in that of the tools, links in that of their list. A link that is taken out of the list has
+ * no event. A contact is known by its tool's id and its point, whatever the order of the tools; if another tool gets
  * the id's place, its contacts end. palpate_scene_reset and palpate_scene_reset_tool forget contacts without events.
  * Cost: each contact reads 6 entries of 3 x 3 numbers for each contact node of the step, under a fine_surface some 30. */
 PALPATE_API const palpate_contact_report* palpate_scene_report(const palpate_scene* scene);

@@ -201,6 +201,7 @@ TEST_F(PlayedScene, ExplainsWhatLinksCost) {
   const Ended ended = run("scene.toml --explain");
   ASSERT_EQ(ended.code, 0) << ended.errors;
   EXPECT_THAT(ended.output, HasSubstr("touch   links"));
+  EXPECT_THAT(ended.output, HasSubstr("touch   grasps"));
 }
 
 TEST_F(PlayedScene, RefusesAPlaceThatIsFarFromTheOrgan) {
