@@ -45,6 +45,11 @@ Smooth smeared_punch(double from, double to, double rho) {
   return {width * (to - end + kTwoOverPi * sum), -kTwoOverPi * width * (root_from - root_end) / rho};
 }
 
+// m, along the axis: so far from the disc's plane the surface follows the disc fully, and twice as far not at all.
+double thickness(const DentDisc& disc) {
+  return 2 * disc.wide + std::fabs(disc.indentation);
+}
+
 }  // namespace
 
 void measure_disc(double radius, double spacing, double blur, DentDisc* disc) {
@@ -58,16 +63,18 @@ void measure_disc(double radius, double spacing, double blur, DentDisc* disc) {
 }
 
 DentAt dent_at(const DentDisc& disc, Vec3 position, Vec3 normal) {
+  // Places of another side of the organ, or of another lobe beyond, stay.
+  const double facing = dot(normal, disc.normal);
+  if (!(facing > kFacing)) return {};
   const Vec3 from = position - disc.centre;
   const double height = dot(from, disc.normal);
   const Vec3 across = from - height * disc.normal;
-  const double rho = length(across);
-  if (!(rho < disc.reach)) return {};
-  // Places of another side of the organ, or of another lobe beyond, stay.
-  const double facing = smooth((dot(normal, disc.normal) - kFacing) / (kFacingFully - kFacing)).value;
-  const double thick = 2 * disc.wide + std::fabs(disc.indentation);
-  const double share = facing * smooth(2 - std::fabs(height) / thick).value;
+  const double square = dot(across, across);
+  if (!(square < disc.reach * disc.reach)) return {};
+  const double share = smooth((facing - kFacing) / (kFacingFully - kFacing)).value *
+                       smooth(2 - std::fabs(height) / thickness(disc)).value;
   if (!(share > 0)) return {};
+  const double rho = std::sqrt(square);
 
   const Smooth own = smeared_punch(disc.radius, (1 + kRounding) * disc.radius, rho),
                shown = smeared_punch(disc.smeared_from, 2 * disc.wide - disc.smeared_from, rho),
@@ -104,9 +111,10 @@ void Dents::begin() {
 void Dents::add(const DentDisc& disc) {
   if (count_ == most_) return;
   discs_[count_++] = disc;
-  // A disc reaches so far across its axis, and along it as far as dent_at looks.
-  const double along = 2 * (2 * disc.wide + std::fabs(disc.indentation)), size = disc.reach + along;
+  // The box around a cylinder: the disc reaches so far across its axis, and along it as far as dent_at looks.
+  const double along = 2 * thickness(disc);
   for (int i = 0; i < 3; ++i) {
+    const double n = disc.normal[i], size = disc.reach * std::sqrt(std::max(0.0, 1 - n * n)) + along * std::fabs(n);
     low_[i] = std::min(low_[i], disc.centre[i] - size);
     high_[i] = std::max(high_[i], disc.centre[i] + size);
   }
