@@ -9,6 +9,7 @@
 
 #include "formats/atomic_file.h"
 #include "formats/command_line.h"
+#include "formats/errors.h"
 #include "formats/program.h"
 #include "programs/player/csv_files.h"
 #include "programs/player/explain.h"
