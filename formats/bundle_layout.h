@@ -50,6 +50,10 @@ enum class SectionId : std::uint32_t {
 #undef PALPATE_SECTION
 };
 
+// What a unit of a motion is (the section motion/kinds).
+enum class MotionKind : std::int32_t { piston = 1, rotation = 2, field = 3, pressure = 4, gravity = 5 };
+inline constexpr std::int32_t kMostMotions = 32;
+
 constexpr std::uint64_t element_bytes(ElementType type) {
   switch (type) {
     case ElementType::f64:

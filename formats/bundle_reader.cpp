@@ -246,6 +246,7 @@ BundleCounts take_counts(const BundleIndex& index) {
   counts.triangles = dimension(SectionId::triangles, 0);
   counts.regions = dimension(SectionId::young, 0);
   counts.touchable = dimension(SectionId::touchable, 0);
+  counts.motions = find_section(index, SectionId::motion_kinds) ? dimension(SectionId::motion_kinds, 0) : 0;
   return counts;
 }
 
@@ -261,6 +262,7 @@ std::uint64_t symbol_value(const char* begin, const char* end, const BundleCount
                  {"F", counts.triangles},
                  {"R", counts.regions},
                  {"S", counts.touchable},
+                 {"M", counts.motions},
                  {"*", 0}};
   const auto length = static_cast<std::size_t>(end - begin);
   for (const auto& symbol : symbols)
@@ -320,6 +322,25 @@ BundleStatus check_block_count(const BundleIndex& index, BundleError* error) {
                 blocks->shape[0], find_section(index, SectionId::compliance_scale)->shape[0]);
 }
 
+// Motions have all their sections but those of the interior and of the volumes, or none of them.
+BundleStatus check_motions(const BundleIndex& index, BundleError* error) {
+  std::uint32_t found = 0;
+  for (const SectionId id : {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface,
+                             SectionId::motion_residual})
+    found += find_section(index, id) != nullptr;
+  const bool more = find_section(index, SectionId::motion_interior) || find_section(index, SectionId::motion_volume);
+  if (found != (more || found > 0 ? 4u : 0u))
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "expected motion/names, kinds, displacement_surface and residual together, found %" PRIu32
+                  " of them; rebuild the bundle",
+                  found);
+  if (index.counts.motions > static_cast<std::uint64_t>(kMostMotions))
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "expected at most %" PRId32 " motions, found %" PRIu64 "; rebuild the bundle", kMostMotions,
+                  index.counts.motions);
+  return BundleStatus::ok;
+}
+
 BundleStatus check_counts(const BundleCounts& counts, BundleError* error) {
   if (counts.surface_nodes > counts.nodes || counts.touchable > counts.surface_nodes)
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
@@ -365,6 +386,18 @@ BundleStatus check_zero_or_one(const BundleIndex& index, SectionId id, const std
       return refuse(error, BundleStatus::content, stored_at(index, id, i),
                     "%s: expected 0 or 1, element %" PRIu64 " is %u; copy the bundle again or rebuild it",
                     describe_section(id)->path, i, static_cast<unsigned>(values[i]));
+  return BundleStatus::ok;
+}
+
+BundleStatus check_kinds(const BundleIndex& index, const std::int32_t* values, BundleError* error) {
+  constexpr auto least = static_cast<std::int32_t>(MotionKind::piston),
+                 most = static_cast<std::int32_t>(MotionKind::gravity);
+  for (std::uint64_t i = 0; i < index.counts.motions; ++i)
+    if (values[i] < least || values[i] > most)
+      return refuse(error, BundleStatus::content, stored_at(index, SectionId::motion_kinds, i),
+                    "motion/kinds: expected %" PRId32 " to %" PRId32 ", element %" PRIu64 " is %" PRId32
+                    "; copy the bundle again or rebuild it",
+                    least, most, i, values[i]);
   return BundleStatus::ok;
 }
 
@@ -472,6 +505,7 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
   status = check_counts(index->counts, error);
   if (status == BundleStatus::ok) status = check_scale(*index, error);
   if (status == BundleStatus::ok) status = check_block_count(*index, error);
+  if (status == BundleStatus::ok) status = check_motions(*index, error);
   for (std::uint32_t i = 0; i < index->header.section_count && status == BundleStatus::ok; ++i)
     status = check_shape(*index, i, error);
   if (status == BundleStatus::ok && error) *error = BundleError{};
@@ -516,6 +550,7 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
   if (ok() && sections.large_support_nodes)
     status = check_range_of(index, SectionId::large_support_nodes, sections.large_support_nodes,
                             2 * find_section(index, SectionId::large_support_nodes)->shape[0], n.nodes, error);
+  if (ok() && sections.motion_kinds) status = check_kinds(index, sections.motion_kinds, error);
   if (ok() && error) *error = BundleError{};
   return status;
 }

@@ -25,6 +25,8 @@ constexpr Example kExamples[] = {
     {"poisson", "value", "0.45"},
     {"density", "value", "1060"},
     {"gravity", "value", "[0, 9.81, 0]"},
+    {"motion", "axis", "[0, 0, 1]"},
+    {"motion", "file", "\"diaphragm.csv\""},
     {nullptr, "value", "5.4"},
     {nullptr, "source", "\"Author year, table 2\""},
     {nullptr, "max", "[10, 10, 10]"},
@@ -135,6 +137,9 @@ const std::vector<ConfigKey>& config_keys() {
        "`[[foundation]]`: a piece of the surface that something soft holds, such as the diaphragm."},
       {B, "", "spring", "tables", "-", "-", "names all different",
        "`[[spring]]`: springs between nodes, or from nodes to the world."},
+      {B, "", "motion", "tables", "-", "-", "names all different; at most 32, where gravity counts as three",
+       "`[[motion]]`: a support that moves, such as the diaphragm of a patient who breathes; pressure on a surface; "
+       "gravity."},
       {B, "", "touchable", "table", "-", "-", "",
        "`[touchable]`: the nodes that a tool may touch. Without it: every surface node that is free along at least one "
        "axis. Fewer touchable nodes make the computation shorter and the bundle smaller."},
@@ -176,6 +181,25 @@ const std::vector<ConfigKey>& config_keys() {
       {B, "stiffness", "value", "number", "`unit`", "required", "see `stiffness`", "The number."},
       {B, "stiffness", "unit", "choice", "-", "required", "N/m, N/mm", "The unit of `value`."},
       {B, "stiffness", "source", "text", "-", "required", "not empty", "Where the number is from."},
+      {B, "motion", "name", "text", "-", "required", "at most 60 bytes, no control characters",
+       "The motion's name, by which scenes and programs call it. `gravity` makes three motions: `NAME x`, `NAME y`, "
+       "`NAME z`."},
+      {B, "motion", "kind", "choice", "-", "required", "piston, rotation, field, pressure, gravity",
+       "What a unit of it is. `piston`: the supports move by 1 m along `axis`. `rotation`: they turn by 1 rad about "
+       "`axis` through `point`, linearly: right for small angles. `field`: they move as `file` says, once. `pressure`: "
+       "1 Pa on the selected triangles. `gravity`: 1 m/s^2 along x, y or z; every `[[region]]` then needs a "
+       "`density`."},
+      {B, "motion", "axis", "point", "-", "-", "not zero; required for `piston` and `rotation`, of any length",
+       "The direction of the piston; the axis of the rotation, right-handed."},
+      {B, "motion", "point", "point", "`mesh_unit`", "-", "required for `rotation`", "A point of the axis."},
+      {B, "motion", "file", "file", "`mesh_unit`", "-",
+       "required for `field`: a CSV file with the columns `x,y,z,ux,uy,uz`; `#` begins a comment",
+       "Where the supports are and by how much they move. Each of them takes the row that is nearest to it, at most "
+       "its longest edge away. The path is relative to the folder of the boundary file."},
+      {B, "motion", "select", "selector", "-", "-", "required for `pressure`; not for `gravity`",
+       "Which supports move: held nodes, foundations and springs to the world; without it all. `pressure`: which "
+       "triangles of the surface, those whose three corners are selected; the pressure pushes on the tissue, on the "
+       "outer surface inwards and in a cavity outwards."},
       {B, "touchable", "select", "selector", "-", "required", "", "Which nodes."},
       {B, "select", "box", "table", "-", "-", "", "The nodes in a box along the axes."},
       {B, "select", "sphere", "table", "-", "-", "", "The nodes in a sphere."},

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <set>
 
 #include "formats/errors.h"
@@ -254,6 +256,50 @@ BoundaryConfig::Spring spring(TomlTable& table) {
   return result;
 }
 
+// The bundle holds the names one a line.
+std::string motion_name(TomlTable& table) {
+  constexpr std::size_t longest = 60;
+  const std::string name = table.text("name", "\"diaphragm\"");
+  const bool printable =
+      std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= ' ' && c != 127; });
+  if (!printable || name.size() > longest) table.wrong("name", "a name of at most 60 bytes without control characters");
+  return name;
+}
+
+std::array<double, 3> axis_of(TomlTable& table) {
+  const auto axis = table.vector("axis");
+  const double size = std::hypot(axis[0], axis[1], axis[2]);
+  if (!(size > 1e-100 && size < 1e100)) table.wrong("axis", "a vector that is not zero");
+  return axis;
+}
+
+BoundaryConfig::Motion motion(TomlTable& table) {
+  using Kind = BoundaryConfig::Motion::Kind;
+  BoundaryConfig::Motion result;
+  result.line = table.line();
+  result.name = motion_name(table);
+  result.kind = table.choice<Kind>("kind", {{"piston", Kind::piston},
+                                            {"rotation", Kind::rotation},
+                                            {"field", Kind::field},
+                                            {"pressure", Kind::pressure},
+                                            {"gravity", Kind::gravity}});
+  const auto only_for = [&](const char* key, std::initializer_list<Kind> kinds, const char* which) {
+    if (std::find(kinds.begin(), kinds.end(), result.kind) == kinds.end() && table.has(key))
+      table.wrong(key, fmt::format("no {} with this kind; it is for {}", key, which));
+  };
+  only_for("axis", {Kind::piston, Kind::rotation}, "piston and rotation");
+  only_for("point", {Kind::rotation}, "rotation");
+  only_for("file", {Kind::field}, "field");
+  only_for("select", {Kind::piston, Kind::rotation, Kind::field, Kind::pressure}, "all kinds but gravity");
+  if (result.kind == Kind::piston || result.kind == Kind::rotation) result.axis = axis_of(table);
+  if (result.kind == Kind::rotation) result.point = table.vector("point");
+  if (result.kind == Kind::field)
+    result.file = table.file().parent_path() / table.text("file", "\"diaphragm.csv\"");
+  if (result.kind == Kind::pressure || table.has("select")) result.select = selectors(table);
+  table.finish();
+  return result;
+}
+
 // Supports are named in the provenance, so that names differ.
 template <class Support, class Read>
 std::vector<Support> supports(TomlTable& table, const char* key, Read read) {
@@ -309,12 +355,17 @@ std::vector<std::filesystem::path> label_images(const BoundaryConfig& boundary) 
   for (const auto& fixed : boundary.fixed) add(fixed.select);
   for (const auto& foundation : boundary.foundations) add(foundation.select);
   for (const auto& spring : boundary.springs) add(spring.from), add(spring.to);
+  for (const auto& motion : boundary.motions) add(motion.select);
   add(boundary.touchable);
   return {images.begin(), images.end()};
 }
 
 std::string label_image_key(const std::filesystem::path& image) {
   return "label_image_sha256 " + image.filename().string();
+}
+
+std::string motion_file_key(const std::filesystem::path& file) {
+  return "motion_file_sha256 " + file.filename().string();
 }
 
 BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
@@ -329,6 +380,7 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
         fmt::format("{}: expected at least one [[fixed]], [[foundation]] or [[spring]], found none; an organ that "
                     "is held nowhere has no shape to compute",
                     file.string()));
+  result.motions = supports<BoundaryConfig::Motion>(table, "motion", motion);
   if (table.has("touchable")) {
     TomlTable touchable = table.table("touchable");
     result.touchable = selectors(touchable);

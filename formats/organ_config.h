@@ -117,6 +117,17 @@ struct BoundaryConfig {
     bool operator==(const Spring&) const = default;
   };
   std::vector<Spring> springs;
+  // What moves the organ from outside: supports that move, pressure on a surface, gravity.
+  struct Motion {
+    enum class Kind { piston, rotation, field, pressure, gravity } kind;
+    std::string name;
+    std::array<double, 3> axis{}, point{};  // piston and rotation: not zero, of any length; rotation: a point of the axis
+    std::filesystem::path file{};           // field: a CSV with the columns x,y,z,ux,uy,uz
+    std::vector<Selector> select{};         // which supports move, empty: all; pressure: which triangles
+    int line = 0;
+    bool operator==(const Motion&) const = default;
+  };
+  std::vector<Motion> motions;
   std::vector<Selector> touchable;  // empty: all
   std::optional<std::array<double, 3>> gravity;
   bool store_interior = false;
@@ -128,6 +139,9 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file);
 std::vector<std::filesystem::path> label_images(const BoundaryConfig& boundary);
 // The provenance's key for the hash of one of them: "label_image_sha256 painted.nrrd".
 std::string label_image_key(const std::filesystem::path& image);
+
+// The provenance's key for the hash of a motion's file: "motion_file_sha256 field.csv".
+std::string motion_file_key(const std::filesystem::path& file);
 
 // Answers a `label` selector: for each node of the mesh, 1 where it is within the selector's distance of one of its labels.
 using LabelledNodes = std::function<std::vector<char>(const Selector&)>;

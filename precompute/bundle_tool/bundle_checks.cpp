@@ -94,6 +94,8 @@ void check_indices(const BundleFile& file, const SmallSections& s, Checks& check
              clusters = file.numbers<std::int32_t>(SectionId::compliance_clusters),
              blocks = file.numbers<std::int32_t>(SectionId::compliance_blocks);
   if (!scale.empty()) sections.displacement_scale = scale.data();
+  const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
+  if (!kinds.empty()) sections.motion_kinds = kinds.data();
   if (!order.empty()) sections.large_order = order.data();
   if (!supports.empty()) sections.large_support_nodes = supports.data();
   if (!nodes.empty()) {
@@ -211,6 +213,70 @@ void check_preload(const BundleFile& file, const SmallSections& s, Checks& check
     if (s.fixed[i] && displacement[i] != 0)
       wrong = fmt::format("fixed node {} moves by {} m under the body force", i / 3, displacement[i]);
   checks.add("preload", wrong.empty(), wrong.empty() ? "fixed nodes have zero displacement" : wrong);
+}
+
+namespace {
+
+// What does not hold of the displacements per unit of the motions; "" where all holds.
+std::string fault_of_motion_fields(const BundleFile& file, const SmallSections& s) {
+  const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
+  const auto check = [&](SectionId id, std::size_t first_node) -> std::string {
+    const auto field = file.numbers<float>(id);
+    const std::size_t run = field.size() / kinds.size();
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      const std::size_t motion = i / run, dof = 3 * first_node + i % run;
+      const auto kind = static_cast<MotionKind>(kinds[motion]);
+      if (!std::isfinite(field[i])) return fmt::format("motion {}: node {} moves by {}", motion, dof / 3, field[i]);
+      if (s.fixed[dof] && field[i] != 0 && (kind == MotionKind::pressure || kind == MotionKind::gravity))
+        return fmt::format("motion {}, a load, moves fixed node {} by {} m", motion, dof / 3, field[i]);
+    }
+    return "";
+  };
+  const std::string surface = check(SectionId::motion_surface, 0);
+  return !surface.empty() ? surface : check(SectionId::motion_interior, file.index().counts.surface_nodes);
+}
+
+// Rows of pressures against one another: symmetric, their own volume above 0; the others zero.
+std::string fault_of_volumes(const BundleFile& file, double tolerance) {
+  const auto volume = file.numbers<double>(SectionId::motion_volume);
+  const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
+  const std::size_t count = kinds.size();
+  const auto is_pressure = [&](std::size_t i) { return static_cast<MotionKind>(kinds[i]) == MotionKind::pressure; };
+  const bool any = std::any_of(kinds.begin(), kinds.end(), [](std::int32_t kind) {
+    return static_cast<MotionKind>(kind) == MotionKind::pressure;
+  });
+  if (any == volume.empty()) return any ? "a pressure has no volumes" : "there are volumes but no pressure";
+  for (std::size_t i = 0; i < count && any; ++i)
+    for (std::size_t j = 0; j < count; ++j) {
+      const double v = volume[i * count + j], mirrored = volume[j * count + i];
+      if (!is_pressure(i) && v != 0) return fmt::format("motion {} is no pressure and sweeps {} m^3", i, v);
+      if (i == j && is_pressure(i) && !(v > 0)) return fmt::format("pressure {} sweeps {} m^3 itself", i, v);
+      // Betti's law, to what the solver's tolerance leaves.
+      const double size = std::sqrt(std::abs(volume[i * count + i] * volume[j * count + j]));
+      if (is_pressure(i) && is_pressure(j) && !(std::abs(v - mirrored) <= (1e-9 + 1e3 * tolerance) * size))
+        return fmt::format("pressures {} and {} sweep {} m^3 and {} m^3 of one another's surface", i, j, v, mirrored);
+    }
+  return "";
+}
+
+}  // namespace
+
+void check_motions(const BundleFile& file, const SmallSections& s, Checks& checks) {
+  const auto residual = file.numbers<double>(SectionId::motion_residual);
+  if (residual.empty()) return;
+  const double tolerance = stated_tolerance(file);
+  std::string wrong = fault_of_motion_fields(file, s);
+  if (wrong.empty()) wrong = fault_of_volumes(file, tolerance);
+  const std::string names = file.text(SectionId::motion_names);
+  if (const auto lines = std::count(names.begin(), names.end(), '\n');
+      wrong.empty() && static_cast<std::size_t>(lines) != residual.size())
+    wrong = fmt::format("{} motions but {} names", residual.size(), lines);
+  const double worst = *std::max_element(residual.begin(), residual.end());
+  const bool in_order = std::all_of(residual.begin(), residual.end(), [](double r) { return r >= 0; });
+  if (wrong.empty() && !(in_order && worst <= tolerance))
+    wrong = fmt::format("worst residual {:.3g}, tolerance {:.3g}", worst, tolerance);
+  checks.add("motions", wrong.empty(),
+             wrong.empty() ? fmt::format("{} motions, worst residual {:.3g}", residual.size(), worst) : wrong);
 }
 
 void check_stiffness(const SmallSections& s, std::vector<Matrix3>& compliance, Checks& checks) {

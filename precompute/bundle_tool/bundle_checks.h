@@ -42,6 +42,7 @@ void check_responses(const BundleFile& file, Checks& checks);  // P and Q, where
 void check_mesh(const BundleFile& file, const SmallSections& small, Checks& checks);
 void check_certificate(const BundleFile& file, const SmallSections& small, Checks& checks);
 void check_preload(const BundleFile& file, const SmallSections& small, Checks& checks);  // where there is one
+void check_motions(const BundleFile& file, const SmallSections& small, Checks& checks);  // where there are some
 
 // T^f must be zero on fixed dofs, and symmetric and positive definite on the free ones. Fills compliance with C_kk =
 // T^f_k^-1, in the order of small.touchable.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "precompute/bundle_tool/bundle_commands.h"
 #include "precompute/bundle_tool/bundle_file.h"
@@ -18,7 +19,8 @@ namespace {
 nlohmann::json counts_json(const BundleCounts& n) {
   return {{"nodes", n.nodes},           {"surface_nodes", n.surface_nodes},
           {"tetrahedra", n.tetrahedra}, {"triangles", n.triangles},
-          {"regions", n.regions},       {"touchable", n.touchable}};
+          {"regions", n.regions},       {"touchable", n.touchable},
+          {"motions", n.motions}};
 }
 
 nlohmann::json materials_json(const BundleFile& file) {
@@ -28,6 +30,25 @@ nlohmann::json materials_json(const BundleFile& file) {
   for (std::size_t r = 0; r < young.size(); ++r)
     materials.push_back({{"name", r < names.size() ? names[r] : ""}, {"young_pa", young[r]}, {"poisson", poisson[r]}});
   return materials;
+}
+
+nlohmann::json motions_json(const BundleFile& file) {
+  const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
+  const auto residual = file.numbers<double>(SectionId::motion_residual);
+  const nlohmann::json p = file.provenance();
+  nlohmann::json motions = nlohmann::json::array();
+  std::istringstream names(file.text(SectionId::motion_names));
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    std::string name;
+    std::getline(names, name);
+    const std::string key = "motion " + name;
+    const bool told = p.is_object() && p.contains(key) && p[key].is_string();
+    motions.push_back({{"name", name},
+                       {"kind", kinds[i]},
+                       {"is", told ? p[key].get<std::string>() : fmt::format("kind {}", kinds[i])},
+                       {"residual", residual[i]}});
+  }
+  return motions;
 }
 
 nlohmann::json certificate_json(const BundleFile& file) {
@@ -107,6 +128,16 @@ void print_supports(const BundleFile& file, const nlohmann::json& p) {
   for (const auto& [key, value] : p.items())
     if ((key.starts_with("foundation ") || key.starts_with("spring ")) && value.is_string())
       fmt::print("            {}: {}\n", printable(key), printable(value.get<std::string>()));
+}
+
+// What moves the organ, as palpate-precompute described it, and how well each was solved.
+void print_motions(const nlohmann::json& report) {
+  const char* label = "motions";
+  for (const auto& motion : report["motions"]) {
+    fmt::print("{:<11} {}: {}; residual {:.2g}\n", label, printable(motion["name"].get<std::string>()),
+               printable(motion["is"].get<std::string>()), motion["residual"].get<double>());
+    label = "";
+  }
 }
 
 // The boxes and areas of the organ, of what may be touched and of what is held.
@@ -207,6 +238,7 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
              n.surface_nodes, n.touchable, n.tetrahedra, n.triangles);
   print_regions(report["regions"]);
   print_supports(file, p);
+  print_motions(report);
   const char* label = "materials";
   for (const auto& material : report["materials"]) {
     fmt::print("{:<11} {}: Young {:.6g} Pa, Poisson {:.6g}\n", label, printable(material["name"].get<std::string>()),
@@ -254,6 +286,7 @@ void show_bundle(const std::filesystem::path& path, bool json) {
                            {"counts", counts_json(file.index().counts)},
                            {"regions", regions_json(file)},
                            {"materials", materials_json(file)},
+                           {"motions", motions_json(file)},
                            {"stored", stored_form(file)},
                            {"certificate", certificate_json(file)},
                            {"sections", sections_json(file.index())}};

@@ -39,7 +39,7 @@ void check_hashes(const BundleFile& file, const VerifyOptions& options, Checks& 
              wrong.empty() ? "mesh, organ and boundary are the files it was made from" : wrong);
 }
 
-// The hashes of the images that the boundary's selectors read.
+// The hashes of the images that the boundary's selectors read, and of the fields of its motions.
 void check_images(const BundleFile& file, const VerifyOptions& options, const BoundaryConfig& boundary,
                   Checks& checks) {
   const nlohmann::json provenance = file.provenance();
@@ -48,14 +48,18 @@ void check_images(const BundleFile& file, const VerifyOptions& options, const Bo
     const bool same = std::filesystem::is_regular_file(image) && provenance.is_object() && provenance.contains(key) &&
                       provenance[key] == sha256_of_file(image.string());
     if (!same)
-      wrong += fmt::format("{}{} is not the image it was made with", wrong.empty() ? "" : ", ", image.string());
+      wrong += fmt::format("{}{} is not the file it was made with", wrong.empty() ? "" : ", ", image.string());
   };
   const auto images = label_images(boundary);
   for (const auto& image : images)
     if (!image.empty()) require(label_image_key(image), image);
+  for (const auto& motion : boundary.motions)
+    if (!motion.file.empty()) require(motion_file_key(motion.file), motion.file);
   if (!options.image.empty()) require("image_sha256", options.image);
-  if (images.empty() && options.image.empty()) return;
-  checks.add("image hashes", wrong.empty(), wrong.empty() ? "the images are those it was made with" : wrong);
+  const bool reads = std::any_of(boundary.motions.begin(), boundary.motions.end(),
+                                 [](const BoundaryConfig::Motion& motion) { return !motion.file.empty(); });
+  if (images.empty() && options.image.empty() && !reads) return;
+  checks.add("image hashes", wrong.empty(), wrong.empty() ? "the images and fields are those it was made with" : wrong);
 }
 
 template <class Row, class Number>
@@ -129,6 +133,40 @@ double storing_bound(const BundleFile& file, const nlohmann::json& provenance) {
   return 2 * StoredColumns(file).relative_rounding();
 }
 
+// All motions solved again. Names, kinds and order are those of the boundary file.
+void check_motions_again(const BundleFile& file, const ElasticBody& body, Element element, Checks& checks) {
+  const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
+  if (kinds.empty() && body.motions.empty()) return;
+  std::string names;
+  bool same_kinds = kinds.size() == body.motions.size();
+  for (std::size_t i = 0; i < body.motions.size(); ++i) {
+    names += body.motions[i].name + '\n';
+    same_kinds = same_kinds && kinds[i] == static_cast<std::int32_t>(body.motions[i].kind);
+  }
+  if (!same_kinds || names != file.text(SectionId::motion_names))
+    return checks.add("motions solved again", false, "the inputs give other motions");
+  const auto surface = file.numbers<float>(SectionId::motion_surface),
+             interior = file.numbers<float>(SectionId::motion_interior);
+  const auto residual = file.numbers<double>(SectionId::motion_residual);
+  const auto solved = solve_motions_independently(body, element, kTolerance);
+  const std::size_t near = 3 * file.index().counts.surface_nodes, far = interior.size() / kinds.size();
+  double worst = 0;
+  for (std::size_t m = 0; m < solved.size(); ++m) {
+    double difference = 0, size = 0;
+    for (std::size_t i = 0; i < near + far; ++i) {
+      const double stored = i < near ? surface[m * near + i] : interior[m * far + i - near];
+      difference += std::pow(stored - solved[m][i], 2), size += std::pow(solved[m][i], 2);
+    }
+    worst = std::max(worst, size > 0 ? std::sqrt(difference / size) : std::sqrt(difference));
+  }
+  // As for columns: what a residual leaves of a solution, and the rounding to single precision.
+  const double largest = *std::max_element(residual.begin(), residual.end());
+  const double bound =
+      1.2e-7 + 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size())) * (largest + kTolerance);
+  checks.add_bounded("motions solved again", worst <= bound,
+                     fmt::format("largest relative error of {} motions", solved.size()), worst, bound);
+}
+
 }  // namespace
 
 void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
@@ -144,10 +182,11 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
 
   const auto drawn =
       draw(small.touchable.size(), std::min<std::size_t>(small.touchable.size(), options.columns), options.seed);
+  const PetscSession session({});
+  check_motions_again(file, body, organ.element, checks);
   std::vector<std::int32_t> nodes;
   for (const auto k : drawn) nodes.push_back(small.touchable[k]);
   const double stored_residual = *std::max_element(small.residual.begin(), small.residual.end());
-  const PetscSession session({});
   const auto solved = solve_independently(body, organ.element, nodes, kTolerance);
   const SolvedErrors found = compare_columns(file, small, drawn, solved);
 

@@ -24,6 +24,7 @@ void run_checks(const BundleFile& file, const VerifyOptions& options, Checks& ch
   check_mesh(file, small, checks);
   check_certificate(file, small, checks);
   check_preload(file, small, checks);
+  check_motions(file, small, checks);
   std::vector<Matrix3> compliance;
   check_stiffness(small, compliance, checks);
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "formats/errors.h"
+#include "precompute/elements/motion_loads.h"
 #include "precompute/solver/petsc_matrix.h"
 #include "precompute/solver/petsc_session.h"
 
@@ -176,6 +177,38 @@ NodeTensor tensor_of(const Discretisation& d, const HeldStiffness& held, PetscSo
 }
 
 }  // namespace
+
+std::vector<std::vector<double>> solve_motions_independently(const ElasticBody& body, Element element,
+                                                             double tolerance) {
+  const Discretisation d = discretise(body, element);
+  const HeldStiffness held = remove_held_dofs(d.stiffness, d.fixed);
+  PetscSolver solver(held, row_coordinates(d, held), tolerance);
+  std::vector<std::vector<double>> result;
+  for (const MotionLoad& load : motion_loads(body, d)) {
+    std::vector<double> b(3 * static_cast<std::size_t>(held.matrix.rows)), x(b.size());
+    for (std::size_t i = 0; i < b.size(); ++i)
+      b[i] = load.force[3 * static_cast<std::size_t>(held.node_of_row[i / 3]) + i % 3];
+    if (std::any_of(b.begin(), b.end(), [](double f) { return f != 0; })) solver.solve(b, x);
+    std::vector<double> u(3 * static_cast<std::size_t>(d.vertices), 0.0);
+    for (std::int32_t v = 0; v < d.vertices; ++v)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t at = 3 * static_cast<std::size_t>(v) + i;
+        if (d.fixed[v][i]) {
+          u[at] = load.imposed.empty() ? 0 : load.imposed[at];
+          continue;
+        }
+        for (const auto& [node, weight] : functional_of(d, v)) {
+          const std::size_t dof = 3 * static_cast<std::size_t>(node) + i;
+          const double moved = d.fixed[node][i] || held.row_of_node[node] < 0
+                                   ? (load.imposed.empty() ? 0 : load.imposed[dof])
+                                   : x[3 * static_cast<std::size_t>(held.row_of_node[node]) + i];
+          u[at] += weight * moved;
+        }
+      }
+    result.push_back(std::move(u));
+  }
+  return result;
+}
 
 std::vector<NodeTensor> solve_independently(const ElasticBody& body, Element element,
                                             std::span<const std::int32_t> nodes, double tolerance) {

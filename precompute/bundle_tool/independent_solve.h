@@ -17,4 +17,8 @@ namespace palpate {
 std::vector<NodeTensor> solve_independently(const ElasticBody& body, Element element,
                                             std::span<const std::int32_t> nodes, double tolerance);
 
+// The displacement of the vertices, [3 N] m, per unit of each of the body's motions, solved in the same way.
+std::vector<std::vector<double>> solve_motions_independently(const ElasticBody& body, Element element,
+                                                             double tolerance);
+
 }  // namespace palpate

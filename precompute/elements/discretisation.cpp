@@ -51,6 +51,15 @@ TouchFunctionals hat_functionals(const QuadraticMesh& mesh, const ElasticBody& b
   return touch;
 }
 
+std::vector<std::array<std::int32_t, 2>> ends_of_middles(const QuadraticMesh& mesh, std::size_t vertices) {
+  constexpr int edge[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+  std::vector<std::array<std::int32_t, 2>> ends(mesh.nodes.size() - vertices);
+  for (const auto& cell : mesh.cells)
+    for (std::size_t e = 0; e < 6; ++e)
+      ends[static_cast<std::size_t>(cell[4 + e]) - vertices] = {cell[edge[e][0]], cell[edge[e][1]]};
+  return ends;
+}
+
 void discretise_quadratically(const ElasticBody& body, Discretisation& result) {
   const QuadraticMesh mesh = quadratic_mesh(body);
   result.coordinates = mesh.nodes;
@@ -59,6 +68,8 @@ void discretise_quadratically(const ElasticBody& body, Discretisation& result) {
   result.stiffness = quadratic_stiffness(mesh, body);
   add_supports(body, mesh, result.stiffness);
   result.touch = hat_functionals(mesh, body);
+  result.triangles = mesh.triangles;
+  result.ends = ends_of_middles(mesh, body.nodes.size());
   result.curved_edges = mesh.curved_edges;
   result.straightened_edges = mesh.straightened_edges;
 }

@@ -28,6 +28,10 @@ struct Discretisation {
   std::vector<double> mass;                        // kg, density times the integral of the shape function of the node
   std::int32_t vertices = 0;                       // of the body
   TouchFunctionals touch;
+  // Of quadratic elements: the surface's triangles (vertices a b c, middles ab bc ca), and of each node behind the vertices the
+  // ends of its edge. Empty for linear elements.
+  std::vector<std::array<std::int32_t, 6>> triangles;
+  std::vector<std::array<std::int32_t, 2>> ends;
   std::size_t curved_edges = 0,
               straightened_edges =
                   0;  // edges of the surface that p2-p0 curves; of them, those it had to make straighter

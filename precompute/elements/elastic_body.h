@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/bundle_layout.h"
 #include "formats/organ_config.h"
 #include "formats/tetrahedral_mesh.h"
 #include "precompute/elements/supports.h"
@@ -19,6 +20,16 @@ struct Material {
   double young = 0;    // Pa
   double poisson = 0;  // -1 < nu < 0.5
   double density = 0;  // kg/m^3; 0: not given
+};
+
+// What moves the organ from outside, in units of formats::MotionKind. Of a gravity each axis is one of these.
+struct Motion {
+  std::string name;
+  formats::MotionKind kind{};
+  std::array<double, 3> axis{}, point{};     // piston, rotation, gravity: of length 1; rotation: m
+  std::vector<char> moves{};                 // piston, rotation, field: per node, 1 where its support moves
+  std::vector<std::array<double, 3>> way{};  // field: per node, m
+  std::vector<std::int32_t> triangles{};     // pressure: of ElasticBody::triangles, ascending
 };
 
 // Order of the nodes: first those of the outer surface, then the others; both groups in the order of the mesh file.
@@ -34,6 +45,7 @@ struct ElasticBody {
   std::vector<std::array<std::uint8_t, 3>> fixed;  // per node: 1 where x, y or z is held at zero
   std::vector<Foundation> foundations;             // soft supports; a node on one of them has free dofs
   std::vector<SpringSet> springs;
+  std::vector<Motion> motions;
   std::vector<std::int32_t> touchable;  // ascending, each < surface_count, each with a free dof
 };
 

@@ -33,18 +33,6 @@ double extent_of(const ElasticBody& body) {
   return length(minus(high, low));
 }
 
-// The triangles whose three corners are among the nodes, ascending.
-Nodes triangles_on(const ElasticBody& body, const Nodes& nodes) {
-  std::vector<char> chosen(body.nodes.size(), 0);
-  for (const auto n : nodes) chosen[n] = 1;
-  Nodes triangles;
-  for (std::size_t t = 0; t < body.triangles.size(); ++t) {
-    const auto& [a, b, c] = body.triangles[t];
-    if (chosen[a] && chosen[b] && chosen[c]) triangles.push_back(static_cast<std::int32_t>(t));
-  }
-  return triangles;
-}
-
 Foundation placed(const BoundaryConfig::Foundation& config, const Nodes& nodes, const ElasticBody& body,
                   const std::filesystem::path& file) {
   Foundation result{config.name, config.normal.value, config.tangential.value, triangles_on(body, nodes)};
@@ -125,6 +113,17 @@ class SpringPlacer {
 };
 
 }  // namespace
+
+Nodes triangles_on(const ElasticBody& body, const Nodes& nodes) {
+  std::vector<char> chosen(body.nodes.size(), 0);
+  for (const auto n : nodes) chosen[n] = 1;
+  Nodes triangles;
+  for (std::size_t t = 0; t < body.triangles.size(); ++t) {
+    const auto& [a, b, c] = body.triangles[t];
+    if (chosen[a] && chosen[b] && chosen[c]) triangles.push_back(static_cast<std::int32_t>(t));
+  }
+  return triangles;
+}
 
 void place_supports(const BoundaryConfig& boundary, double metres, const std::filesystem::path& file,
                     const std::function<Nodes(const std::vector<Selector>&)>& select, ElasticBody& body) {

@@ -18,4 +18,7 @@ void place_supports(const BoundaryConfig& boundary, double metres, const std::fi
                     const std::function<std::vector<std::int32_t>(const std::vector<Selector>&)>& select,
                     ElasticBody& body);
 
+// The triangles whose three corners are among the nodes, ascending.
+std::vector<std::int32_t> triangles_on(const ElasticBody& body, const std::vector<std::int32_t>& nodes);
+
 }  // namespace palpate

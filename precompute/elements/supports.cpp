@@ -5,6 +5,7 @@
 
 #include "precompute/elements/elastic_body.h"
 #include "precompute/elements/quadratic_tetrahedra.h"
+#include "precompute/elements/quadratic_triangle.h"
 
 namespace palpate {
 namespace {
@@ -43,49 +44,12 @@ void add_linear_foundation(const ElasticBody& body, const Foundation& foundation
   }
 }
 
-// Dunavant's twelve points of degree 6 on a triangle, weights positive.
-struct Point {
-  std::array<double, 3> at;  // barycentric
-  double weight;             // of the area
-};
-const std::vector<Point>& triangle_points() {
-  static const std::vector<Point> points = [] {
-    std::vector<Point> all;
-    const auto three = [&all](double far, double weight) {
-      const double near = 1 - 2 * far;
-      for (const auto& at : {std::array{near, far, far}, std::array{far, near, far}, std::array{far, far, near}})
-        all.push_back({at, weight});
-    };
-    three(0.249286745170910421, 0.116786275726379366);
-    three(0.063089014491502227, 0.050844906370206817);
-    constexpr double a = 0.053145049844816947, b = 0.310352451033784405, c = 1 - a - b;
-    for (const auto& at : {std::array{a, b, c}, std::array{a, c, b}, std::array{b, a, c}, std::array{b, c, a},
-                           std::array{c, a, b}, std::array{c, b, a}})
-      all.push_back({at, 0.082851075618373575});
-    return all;
-  }();
-  return points;
-}
-
-// Of the nodes a b c ab bc ca: the shape functions, and their derivatives with respect to barycentric coordinates b and c.
-struct Shapes {
-  std::array<double, 6> value, by_b, by_c;
-};
-Shapes shapes_of(const std::array<double, 3>& l) {
-  Shapes s;
-  s.value = {l[0] * (2 * l[0] - 1), l[1] * (2 * l[1] - 1), l[2] * (2 * l[2] - 1),
-             4 * l[0] * l[1],       4 * l[1] * l[2],       4 * l[2] * l[0]};
-  s.by_b = {1 - 4 * l[0], 4 * l[1] - 1, 0, 4 * (l[0] - l[1]), 4 * l[2], -4 * l[2]};
-  s.by_c = {1 - 4 * l[0], 0, 4 * l[2] - 1, -4 * l[1], 4 * l[1], 4 * (l[0] - l[2])};
-  return s;
-}
-
 void add_quadratic_foundation(const QuadraticMesh& mesh, const Foundation& foundation, BlockMatrix& matrix) {
   for (const auto triangle : foundation.triangles) {
     const auto& t = mesh.triangles[triangle];
     const Vector3d origin = at(mesh.nodes, t[0]);
-    for (const Point& point : triangle_points()) {
-      const Shapes s = shapes_of(point.at);
+    for (const TrianglePoint& point : triangle_points()) {
+      const TriangleShapes s = shapes_of(point.at);
       Vector3d along_b = Vector3d::Zero(), along_c = Vector3d::Zero();
       for (int i = 0; i < 6; ++i) {
         const Vector3d p = at(mesh.nodes, t[i]) - origin;
@@ -123,6 +87,15 @@ BlockMatrix with_blocks(const BlockMatrix& matrix, std::vector<std::array<std::i
   return result;
 }
 
+std::array<double, 9> block_of(const Spring& spring) {
+  const bool every_way = spring.axis == std::array<double, 3>{0, 0, 0};
+  std::array<double, 9> k;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      k[3 * i + j] = spring.stiffness * (every_way ? (i == j ? 1.0 : 0.0) : spring.axis[i] * spring.axis[j]);
+  return k;
+}
+
 void add_springs(const ElasticBody& body, BlockMatrix& matrix) {
   std::vector<std::array<std::int32_t, 2>> pairs;
   for (const auto& set : body.springs)
@@ -134,11 +107,7 @@ void add_springs(const ElasticBody& body, BlockMatrix& matrix) {
   if (!pairs.empty()) matrix = with_blocks(matrix, std::move(pairs));
   for (const auto& set : body.springs)
     for (const auto& spring : set.springs) {
-      const bool every_way = spring.axis == std::array<double, 3>{0, 0, 0};
-      std::array<double, 9> k;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          k[3 * i + j] = spring.stiffness * (every_way ? (i == j ? 1.0 : 0.0) : spring.axis[i] * spring.axis[j]);
+      const std::array<double, 9> k = block_of(spring);
       add_block(matrix, spring.a, spring.a, 1, k);
       if (spring.b == Spring::kWorld) continue;
       add_block(matrix, spring.b, spring.b, 1, k);
@@ -192,6 +161,39 @@ SupportStiffness support_stiffness(const ElasticBody& body) {
         result.block.push_back(matrix.block[at]);
       }
   return result;
+}
+
+BlockMatrix base_stiffness(const ElasticBody& body, const QuadraticMesh* mesh) {
+  std::vector<std::array<std::int32_t, 2>> pairs;
+  const auto couple = [&pairs](const auto& nodes) {
+    for (const auto row : nodes)
+      for (const auto column : nodes) pairs.push_back({row, column});
+  };
+  for (const auto& foundation : body.foundations)
+    for (const auto triangle : foundation.triangles) {
+      if (mesh)
+        couple(mesh->triangles[triangle]);
+      else
+        couple(body.triangles[triangle]);
+    }
+  for (const auto& set : body.springs)
+    for (const auto& spring : set.springs)
+      if (spring.b == Spring::kWorld) pairs.push_back({spring.a, spring.a});
+  BlockMatrix matrix;
+  const std::size_t nodes = mesh ? mesh->nodes.size() : body.nodes.size();
+  matrix.rows = static_cast<std::int32_t>(nodes);
+  matrix.first.assign(nodes + 1, 0);
+  matrix = with_blocks(matrix, std::move(pairs));
+  for (const auto& foundation : body.foundations) {
+    if (mesh)
+      add_quadratic_foundation(*mesh, foundation, matrix);
+    else
+      add_linear_foundation(body, foundation, matrix);
+  }
+  for (const auto& set : body.springs)
+    for (const auto& spring : set.springs)
+      if (spring.b == Spring::kWorld) add_block(matrix, spring.a, spring.a, 1, block_of(spring));
+  return matrix;
 }
 
 void add_supports(const ElasticBody& body, BlockMatrix& matrix) {

@@ -52,6 +52,10 @@ struct SupportStiffness {
 };
 SupportStiffness support_stiffness(const ElasticBody& body);
 
+// The part of K by which a support pulls the organ along when the support itself moves: foundations, and springs to the world. Over
+// the nodes of linear elements or, with a mesh, of quadratic ones; of that mesh nodes and triangles alone are read.
+BlockMatrix base_stiffness(const ElasticBody& body, const QuadraticMesh* mesh = nullptr);
+
 // Adds foundations and springs to K over all nodes of linear elements. The foundation is integrated exactly. Springs between
 // nodes that no element couples add blocks to the matrix.
 void add_supports(const ElasticBody& body, BlockMatrix& matrix);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -60,10 +61,64 @@ std::map<std::string, std::string> support_texts(const ElasticBody& body, const 
   return texts;
 }
 
+std::string joined_motion_names(const ElasticBody& body) {
+  std::string text;
+  for (const auto& motion : body.motions) text += motion.name + '\n';
+  return text;
+}
+
+// "motion diaphragm": "piston along (0, 0, 1); 123 nodes".
+std::map<std::string, std::string> motion_texts(const ElasticBody& body) {
+  std::map<std::string, std::string> texts;
+  for (const Motion& motion : body.motions) {
+    const auto nodes = std::count(motion.moves.begin(), motion.moves.end(), 1);
+    const std::string axis = fmt::format("({:.4g}, {:.4g}, {:.4g})", motion.axis[0], motion.axis[1], motion.axis[2]);
+    std::string& text = texts["motion " + motion.name];
+    switch (motion.kind) {
+      case formats::MotionKind::piston:
+        text = fmt::format("piston along {}; per m; {} nodes", axis, nodes);
+        break;
+      case formats::MotionKind::rotation:
+        text = fmt::format("rotation about {} through {}; per rad; {} nodes", axis, place_text(motion.point), nodes);
+        break;
+      case formats::MotionKind::field:
+        text = fmt::format("field from a file; {} nodes", nodes);
+        break;
+      case formats::MotionKind::pressure:
+        text = fmt::format("pressure; per Pa; {:.4g} m^2", area_of(body, {"", 0, 0, motion.triangles}));
+        break;
+      case formats::MotionKind::gravity:
+        text = fmt::format("gravity along {}; per m/s^2", axis);
+        break;
+    }
+  }
+  return texts;
+}
+
 template <class Value>
 void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries, SectionId id,
                const std::vector<Value>& values) {
   writer.write(entry_of(entries, id), 0, values.data(), values.size() * sizeof(Value));
+}
+
+void write_motions(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
+                   const BundleContent& content) {
+  const ElasticBody& body = content.body;
+  const std::string names = joined_motion_names(body);
+  writer.write(entry_of(entries, SectionId::motion_names), 0, names.data(), names.size());
+  std::vector<std::int32_t> kinds;
+  for (const Motion& motion : body.motions) kinds.push_back(static_cast<std::int32_t>(motion.kind));
+  write_all(writer, entries, SectionId::motion_kinds, kinds);
+  const auto split = 3 * static_cast<std::ptrdiff_t>(body.surface_count);
+  std::vector<float> surface, interior;
+  for (const auto& u : content.motions.displacement) {
+    surface.insert(surface.end(), u.begin(), u.begin() + split);
+    interior.insert(interior.end(), u.begin() + split, u.end());
+  }
+  write_all(writer, entries, SectionId::motion_surface, surface);
+  if (content.interior) write_all(writer, entries, SectionId::motion_interior, interior);
+  if (!content.motions.volume.empty()) write_all(writer, entries, SectionId::motion_volume, content.motions.volume);
+  write_all(writer, entries, SectionId::motion_residual, content.motions.residual);
 }
 
 }  // namespace
@@ -104,6 +159,14 @@ std::vector<SectionShape> section_shapes(const BundleContent& content) {
     shapes.push_back({SectionId::large_support_nodes, {pairs, 2}});
     shapes.push_back({SectionId::large_support_stiffness, {pairs, 3, 3}});
   }
+  if (const std::uint64_t m = body.motions.size(); m > 0) {
+    shapes.push_back({SectionId::motion_names, {joined_motion_names(body).size()}});
+    shapes.push_back({SectionId::motion_kinds, {m}});
+    shapes.push_back({SectionId::motion_surface, {m, ns, 3}});
+    if (content.interior) shapes.push_back({SectionId::motion_interior, {m, n - ns, 3}});
+    if (!content.motions.volume.empty()) shapes.push_back({SectionId::motion_volume, {m, m}});
+    shapes.push_back({SectionId::motion_residual, {m}});
+  }
   shapes.push_back({SectionId::touchable, {s}});
   shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, content.store});
   if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store});
@@ -143,6 +206,7 @@ void write_body_sections(SectionWriter& writer, const std::vector<formats::Secti
     write_all(writer, entries, SectionId::large_support_nodes, content.supports.nodes);
     write_all(writer, entries, SectionId::large_support_stiffness, content.supports.block);
   }
+  if (!body.motions.empty()) write_motions(writer, entries, content);
   write_all(writer, entries, SectionId::touchable, body.touchable);
 }
 
@@ -191,6 +255,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
   else
     p["locking_note"] = locking.note;
   for (const auto& [key, text] : support_texts(content.body, boundary)) p[key] = text;
+  for (const auto& [key, text] : motion_texts(content.body)) p[key] = text;
   p["preload"] = !content.preload.empty();
   for (const auto& region : organ.regions) {
     p["young_source " + region.name] = region.young.source;

@@ -14,6 +14,7 @@
 #include "precompute/run/response_fit.h"
 #include "precompute/run/run_inputs.h"
 #include "precompute/tensors/locking_estimate.h"
+#include "precompute/tensors/motions.h"
 
 namespace palpate {
 
@@ -21,6 +22,7 @@ struct BundleContent {
   const ElasticBody& body;
   bool interior = false;
   std::vector<double> preload;  // [3 N] m; empty: none
+  const SolvedMotions& motions;
   std::optional<ResponseFit> response;
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
   std::vector<std::int32_t> elimination_order;             // of the nodes that can move; empty: no large deformation

@@ -27,6 +27,7 @@
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
 #include "precompute/tensors/locking_estimate.h"
+#include "precompute/tensors/motions.h"
 #include "precompute/tensors/preload.h"
 
 namespace palpate {
@@ -83,12 +84,14 @@ struct Assembled {
   std::shared_ptr<PressureForm> form;  // of held.matrix, where the element has one and one rank has all of K; else null
   RowPartition partition;
   BlockMatrix own_rows;
+  std::vector<MotionLoad> motions;
 };
 
 Assembled assemble_whole(const RunInputs& inputs) {
   Assembled assembled;
   assembled.discretisation = discretise(inputs.body, inputs.organ.element);
   assembled.held = remove_held_dofs(assembled.discretisation.stiffness, assembled.discretisation.fixed);
+  assembled.motions = motion_loads(inputs.body, assembled.discretisation);
   assembled.discretisation.stiffness = {};
   if (inputs.organ.element == Element::p1_anp)
     assembled.form = std::make_shared<PressureForm>(pressure_form(inputs.body, assembled.held));
@@ -98,6 +101,7 @@ Assembled assemble_whole(const RunInputs& inputs) {
 Assembled assemble_divided(const RunInputs& inputs, const RankGroup& group) {
   Assembled assembled;
   assembled.discretisation = discretise_vertices(inputs.body);
+  assembled.motions = motion_loads(inputs.body, assembled.discretisation);
   assembled.partition = partition_rows(inputs.body.nodes, inputs.body.fixed, group.size());
   assembled.own_rows = assemble_own_rows(inputs.body, assembled.partition, group.rank(), [&](const ElasticBody& part) {
     return discretise(part, inputs.organ.element).stiffness;
@@ -270,11 +274,12 @@ std::vector<std::int32_t> elimination_order_of(const HeldStiffness& held, const 
 
 BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::vector<std::int32_t>& elimination_order,
                      const SolverPlan& plan, const ColumnSolver& solver, const std::vector<ColumnBatch>& batches,
-                     const ReciprocitySample& sample, const Preload& preload, const LockingEstimate& locking,
-                     const PrecomputeOptions& options) {
+                     const ReciprocitySample& sample, const Preload& preload, const SolvedMotions& motions,
+                     const LockingEstimate& locking, const PrecomputeOptions& options) {
   const BundleContent content{inputs.body,
                               inputs.store_interior,
                               preload.displacement,
+                              motions,
                               inputs.fit,
                               solved_type(options),
                               elimination_order,
@@ -354,6 +359,16 @@ PlanOutcome outcome_of(const RunReport& report, double resident_at_plan, const L
   return took;
 }
 
+// The held nodes' part of K, which moves the others, is in no rank's rows.
+void refuse_motions_of_supports(const RunInputs& inputs, const PrecomputeOptions& options, const GroupChoice& choice) {
+  for (const Motion& motion : inputs.body.motions)
+    if (!motion.moves.empty())
+      throw InputError(
+          fmt::format("{}: [[motion]] \"{}\": expected a mesh whose stiffness one rank holds, found one that {} ranks "
+                      "divide; take a coarser mesh, or leave motions of supports out",
+                      options.boundary.string(), motion.name, choice.ranks_per_operator));
+}
+
 // Every step in turn: what a step needs is in its call, what it gives is its value.
 void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   RunReport report(ranks);
@@ -381,6 +396,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
         "--large-deformation: expected a mesh whose stiffness one rank holds, found one that {} ranks divide; "
         "take a coarser mesh, or leave the option out",
         choice.ranks_per_operator));
+  if (choice.ranks_per_operator > 1) refuse_motions_of_supports(inputs, options, choice);
   const RankGroup group(ranks, choice.ranks_per_operator);
   Assembled assembled = report.stage(
       "assemble", [&] { return group.size() == 1 ? assemble_whole(inputs) : assemble_divided(inputs, group); });
@@ -420,11 +436,20 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
         });
       return solved;
     });
+  SolvedMotions motions;
+  if (!assembled.motions.empty())
+    motions = report.stage("motions", [&] {
+      SolvedMotions solved;
+      if (group.index() == 0)
+        group.together(
+            [&] { solved = solve_motions(assembled.discretisation, assembled.held, assembled.motions, *solver); });
+      return solved;
+    });
 
   ReciprocitySample sample(inputs.body);
   const BegunPart begun = report.stage("lay out", [&] {
     return is_first ? begin_part(*output.part(), inputs, elimination_order_of(assembled.held, plan, options), plan,
-                                 *solver, batches, sample, preload, locking, options)
+                                 *solver, batches, sample, preload, motions, locking, options)
                     : BegunPart{};
   });
   const auto entries = shared(begun.entries, ranks);

@@ -33,6 +33,9 @@ std::map<std::string, std::string> hashes_of(const PrecomputeOptions& options, c
   for (const auto& image : label_images(boundary))
     if (std::filesystem::is_regular_file(image))  // else refused where it is read
       hashes[label_image_key(image)] = hash_or_nothing(image);
+  for (const auto& motion : boundary.motions)
+    if (std::filesystem::is_regular_file(motion.file))  // else refused where it is read
+      hashes[motion_file_key(motion.file)] = hash_or_nothing(motion.file);
   return hashes;
 }
 

@@ -209,6 +209,87 @@ TEST(PalpateBundleVerify, FindsAPreloadThatMovesAFixedNode) {
   }
 }
 
+// A piston of the fixed face along x and a pressure; their fields are no solutions, which only the inputs could tell.
+BundleParts with_motions() {
+  BundleParts parts = box();
+  const auto fixed = parts.get<std::uint8_t>(SectionId::fixed);
+  const std::size_t nodes = fixed.size() / 3, ns = parts.sections.at(SectionId::displacement_surface).shape[2];
+  std::vector<float> field(6 * ns), interior(6 * (nodes - ns));
+  for (std::size_t m = 0; m < 2; ++m)
+    for (std::size_t i = 0; i < 3 * nodes; ++i) {
+      const float u = m == 0 ? i % 3 == 0 : fixed[i] ? 0.0f : 1e-6f;
+      (i < 3 * ns ? field[3 * ns * m + i] : interior[3 * (nodes - ns) * m + i - 3 * ns]) = u;
+    }
+  parts.set_text(SectionId::motion_names, "piston\nfilling\n");
+  parts.set(SectionId::motion_kinds, {2}, std::vector<std::int32_t>{1, 4});
+  parts.set(SectionId::motion_surface, {2, ns, 3}, field);
+  parts.set(SectionId::motion_interior, {2, nodes - ns, 3}, interior);
+  parts.set(SectionId::motion_volume, {2, 2}, std::vector<double>{0, 0, 1e-5, 2e-9});
+  parts.set(SectionId::motion_residual, {2}, std::vector<double>{1e-13, 1e-14});
+  return parts;
+}
+
+TEST(PalpateBundleVerify, FindsMotionsThatBreakALaw) {
+  const auto file = scratch("h5");
+  const auto check = [&](const BundleParts& parts, bool held) {
+    write_bundle(file, parts);
+    return check_of(file, "motions", held ? 0 : 3);
+  };
+  EXPECT_TRUE(check(with_motions(), true)["held"]);
+  const auto fault = [&](auto change, const std::string& sentence) {
+    BundleParts parts = with_motions();
+    change(parts);
+    const auto found = check(parts, false);
+    EXPECT_FALSE(found["held"]);
+    EXPECT_THAT(found["detail"].get<std::string>(), HasSubstr(sentence));
+  };
+  const auto changed = [](SectionId id, auto change, auto number) {
+    return [=](BundleParts& parts) {
+      auto numbers = parts.get<decltype(number)>(id);
+      change(numbers);
+      parts.set(id, parts.sections.at(id).shape, numbers);
+    };
+  };
+  const auto fixed = box().get<std::uint8_t>(SectionId::fixed);
+  const auto held = static_cast<std::size_t>(std::find(fixed.begin(), fixed.end(), 1) - fixed.begin());
+  const std::size_t ns = box().sections.at(SectionId::displacement_surface).shape[2];
+  fault(changed(SectionId::motion_surface, [](auto& x) { x[4] = std::numeric_limits<float>::infinity(); }, 0.0f),
+        "motion 0: node 1 moves by inf");
+  fault(changed(SectionId::motion_surface, [&](auto& x) { x[3 * ns + held] = 1e-9f; }, 0.0f), "motion 1, a load, moves");
+  fault(changed(SectionId::motion_volume, [](auto& x) { x[1] = 1e-6; }, 0.0), "motion 0 is no pressure");
+  fault(changed(SectionId::motion_volume, [](auto& x) { x[3] = -x[3]; }, 0.0), "pressure 1 sweeps -2e-09");
+  fault(changed(SectionId::motion_residual, [](auto& x) { x[1] = 1e-3; }, 0.0), "worst residual 0.001");
+  fault([](BundleParts& parts) { parts.set_text(SectionId::motion_names, "piston\n"); }, "2 motions but 1 names");
+  fault([](BundleParts& parts) { parts.sections.erase(SectionId::motion_volume); }, "a pressure has no volumes");
+  fault(
+      [](BundleParts& parts) {
+        parts.set(SectionId::motion_kinds, {2}, std::vector<std::int32_t>{4, 4});
+        parts.set(SectionId::motion_volume, {2, 2}, std::vector<double>{2e-9, 1e-9, -1e-9, 2e-9});
+        auto field = parts.get<float>(SectionId::motion_surface);
+        std::fill(field.begin(), field.end(), 0.0f);
+        parts.set(SectionId::motion_surface, parts.sections.at(SectionId::motion_surface).shape, field);
+        auto interior = parts.get<float>(SectionId::motion_interior);
+        std::fill(interior.begin(), interior.end(), 0.0f);
+        parts.set(SectionId::motion_interior, parts.sections.at(SectionId::motion_interior).shape, interior);
+      },
+      "of one another's surface");
+  BundleParts kinds = with_motions();
+  kinds.set(SectionId::motion_kinds, {2}, std::vector<std::int32_t>{1, 6});
+  write_bundle(file, kinds);
+  EXPECT_THAT(check_of(file, "stored indices", 3)["detail"].get<std::string>(), HasSubstr("expected 1 to 5"));
+}
+
+TEST(PalpateBundleVerify, RefusesMotionsThatLackASection) {
+  for (const SectionId id :
+       {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface, SectionId::motion_residual}) {
+    BundleParts parts = with_motions();
+    parts.sections.erase(id);
+    const auto file = scratch("h5");
+    write_bundle(file, parts);
+    EXPECT_THAT(check_of(file, "structure", 3)["detail"].get<std::string>(), HasSubstr("found 3 of them"));
+  }
+}
+
 TEST(PalpateBundleVerify, FindsDisplacementsThatBreakALaw) {
   const auto touchable = box().get<std::int32_t>(SectionId::touchable);
   const auto fixed = box().get<std::uint8_t>(SectionId::fixed);
@@ -337,6 +418,34 @@ stiffness = { value = 30, unit = "N/m", source = "test" }
     }
 }
 
+constexpr const char* kMotionTables = R"([[motion]]
+name = "diaphragm"
+kind = "piston"
+axis = [0, 0, 1]
+[[motion]]
+name = "filling"
+kind = "pressure"
+select = { patch = "z1" }
+)";
+
+TEST(PalpateBundleVerify, SolvesMotionsAgainAndShowsThem) {
+  write_inputs(kMotionTables);
+  const std::string bundle = precompute();
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle));
+  EXPECT_EQ(ended.code, 0) << ended.out << ended.errors;
+  EXPECT_THAT(ended.out, HasSubstr("\"name\": \"motions solved again\""));
+  const ProgramRun info = palpate_bundle("info " + bundle);
+  EXPECT_THAT(info.out, testing::ContainsRegex("motions     diaphragm: piston along \\(0, 0, 1\\); per m; [0-9]+ nodes"));
+  EXPECT_THAT(info.out, testing::ContainsRegex("            filling: pressure; per Pa; 0.00[0-9]+ m\\^2; residual"));
+  // The same motions in another order.
+  const std::string boundary = file_bytes(scratch("boundary.toml")), tables = kMotionTables;
+  const auto second = tables.find("[[motion]]\nname = \"filling\"");
+  write_bytes(scratch("boundary.toml"), boundary.substr(0, boundary.find("[[motion]]")) + tables.substr(second) +
+                                            tables.substr(0, second));
+  const ProgramRun turned = palpate_bundle(with_inputs(bundle));
+  EXPECT_EQ(turned.code, 3);
+}
+
 // A sealed bundle whose bytes a test changes.
 struct OpenedBundle {
   std::string file, bytes = file_bytes(file);
@@ -401,6 +510,18 @@ TEST(PalpateBundleVerify, FindsTheWrongColumnsOfOneNode) {
   const ProgramRun ended = palpate_bundle(with_inputs(bundle.file, 1000));
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.errors, HasSubstr("solved again does not hold"));
+}
+
+TEST(PalpateBundleVerify, FindsAMotionThatTheInputsDoNotGive) {
+  write_inputs(kMotionTables);
+  OpenedBundle bundle{precompute()};
+  const SectionEntry& field = bundle.section(SectionId::motion_surface);  // [M,Ns,3]
+  for (std::uint64_t at = field.bytes / 2; at < field.bytes; at += 4) bundle.scale(field.offset + at, 1.0001f);
+  bundle.write();
+  EXPECT_EQ(palpate_bundle("verify " + bundle.file).code, 0);
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle.file));
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.errors, HasSubstr("motions solved again does not hold"));
 }
 
 TEST(PalpateBundleVerify, FindsThatTheInputsAreOthers) {

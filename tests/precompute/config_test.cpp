@@ -188,6 +188,71 @@ TEST(BoundaryConfig, ReadsSoftSupportsInSiUnits) {
   EXPECT_THAT(*boundary.springs[1].anchor, ElementsAre(1, 2, 3));
 }
 
+const std::string kMotions = kBoundary + R"([[motion]]
+name = "diaphragm"
+kind = "piston"
+axis = [0, 0, 2]
+select = { patch = "x0" }
+[[motion]]
+name = "tilt"
+kind = "rotation"
+axis = [1, 0, 0]
+point = [1, 2, 3]
+[[motion]]
+name = "measured"
+kind = "field"
+file = "breath.csv"
+[[motion]]
+name = "filling"
+kind = "pressure"
+select = { label = { labels = [1], image = "painted.nrrd" } }
+[[motion]]
+name = "weight"
+kind = "gravity"
+)";
+
+TEST(BoundaryConfig, ReadsMotions) {
+  using Kind = BoundaryConfig::Motion::Kind;
+  const BoundaryConfig boundary = read_text(read_boundary_config, kMotions);
+  ASSERT_EQ(boundary.motions.size(), 5u);
+  EXPECT_EQ(boundary.motions[0].kind, Kind::piston);
+  EXPECT_THAT(boundary.motions[0].axis, ElementsAre(0, 0, 2));
+  EXPECT_EQ(boundary.motions[0].select.size(), 1u);
+  EXPECT_THAT(boundary.motions[1].point, ElementsAre(1, 2, 3));
+  EXPECT_TRUE(boundary.motions[1].select.empty());
+  EXPECT_EQ(boundary.motions[2].file, file().parent_path() / "breath.csv");
+  EXPECT_EQ(boundary.motions[3].kind, Kind::pressure);
+  EXPECT_EQ(boundary.motions[4].kind, Kind::gravity);
+  EXPECT_EQ(label_images(boundary).size(), 1u);
+}
+
+TEST(BoundaryConfig, RefusesEachFaultOfAMotionInOneSentenceWithItsLine) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return refusal(read_boundary_config, replaced(kMotions, from, to));
+  };
+  EXPECT_THAT(with("\"piston\"", "\"shake\""),
+              HasSubstr("[[motion]] 1: kind: expected one of piston, rotation, field, pressure, gravity"));
+  EXPECT_THAT(with("kind = \"piston\"\n", ""), HasSubstr("the key \"kind\" is missing"));
+  EXPECT_THAT(with("axis = [0, 0, 2]\n", ""), HasSubstr("the key \"axis\" is missing"));
+  EXPECT_THAT(with("[0, 0, 2]", "[0, 0, 0]"), HasSubstr("axis: expected a vector that is not zero"));
+  EXPECT_THAT(with("[0, 0, 2]", "[0, 0, 1e300]"), HasSubstr("axis: expected a vector that is not zero"));
+  EXPECT_THAT(with("[0, 0, 2]", "[0, 0, nan]"), HasSubstr("axis: expected"));
+  EXPECT_THAT(with("[0, 0, 2]", "[0, 0]"), HasSubstr("axis: expected"));
+  EXPECT_THAT(with("[0, 0, 2]", "\"up\""), HasSubstr("axis: expected"));
+  EXPECT_THAT(with("point = [1, 2, 3]\n", ""), HasSubstr("the key \"point\" is missing"));
+  EXPECT_THAT(with("file = \"breath.csv\"\n", ""), HasSubstr("the key \"file\" is missing"));
+  EXPECT_THAT(with("kind = \"gravity\"\n", "kind = \"gravity\"\naxis = [0, 0, 1]\n"),
+              HasSubstr("axis: expected no axis with this kind; it is for piston and rotation"));
+  EXPECT_THAT(with("kind = \"gravity\"\n", "kind = \"gravity\"\nselect = { everything = true }\n"),
+              HasSubstr("select: expected no select with this kind"));
+  EXPECT_THAT(with("kind = \"gravity\"\n", "kind = \"pressure\"\n"), HasSubstr("the key \"select\" is missing"));
+  EXPECT_THAT(with("\"tilt\"", "\"diaphragm\""), HasSubstr("a name that no other [[motion]] has"));
+  EXPECT_THAT(with("\"tilt\"", "\"a\\nb\""), HasSubstr("without control characters"));
+  EXPECT_THAT(with("\"tilt\"", '"' + std::string(61, 'a') + '"'), HasSubstr("at most 60 bytes"));
+  EXPECT_THAT(with("\"tilt\"", "\"\""), HasSubstr("name: expected a text that is not empty"));
+  EXPECT_THAT(with("name = \"tilt\"", "name = \"tilt\"\namount = 3"), HasSubstr("unknown key \"amount\""));
+}
+
 TEST(BoundaryConfig, RefusesEachFaultOfASoftSupportInOneSentenceWithItsLine) {
   const auto with = [](const std::string& from, const std::string& to) {
     return refusal(read_boundary_config, replaced(kSupports, from, to));

@@ -366,6 +366,33 @@ TEST_F(Program, StoresTheSagUnderGravity) {
   EXPECT_THAT(said_, HasSubstr("gravity needs the density of every region"));
 }
 
+TEST_F(Program, StoresMotionsBesideTheSameColumns) {
+  ASSERT_EQ(run("plain.h5"), 0) << said_;
+  write("bc.toml", kBoundary + "[[motion]]\nname = \"shift\"\nkind = \"piston\"\naxis = [0, 2, 0]\n"
+                               "[[motion]]\nname = \"filling\"\nkind = \"pressure\"\nselect = { patch = \"z1\" }\n"
+                               "[[motion]]\nname = \"weight\"\nkind = \"gravity\"\n");
+  ASSERT_EQ(run("one.h5"), 0) << said_;
+  ASSERT_EQ(run("two.h5", "", 2), 0) << said_;
+  const std::string bytes = file_bytes(folder_ / "one.h5"), plain = file_bytes(folder_ / "plain.h5");
+  EXPECT_EQ(bytes, file_bytes(folder_ / "two.h5"));
+  EXPECT_EQ(section<std::int32_t>(bytes, SectionId::motion_kinds), (std::vector<std::int32_t>{1, 4, 5, 5, 5}));
+  const auto names = section<char>(bytes, SectionId::motion_names);
+  EXPECT_EQ(std::string(names.begin(), names.end()), "shift\nfilling\nweight x\nweight y\nweight z\n");
+  const auto field = section<float>(bytes, SectionId::motion_surface);
+  const auto fixed = section<std::uint8_t>(bytes, SectionId::fixed);
+  const std::size_t ns = index_of(bytes).counts.surface_nodes;
+  ASSERT_EQ(field.size(), 5 * 3 * ns);
+  for (std::size_t i = 0; i < 3 * ns; ++i)
+    if (fixed[i]) {
+      ASSERT_EQ(field[i], i % 3 == 1 ? 1.0f : 0.0f) << "a unit of the axis, whatever its length";
+    }
+  for (const SectionId id : {SectionId::displacement_surface, SectionId::force, SectionId::residual})
+    EXPECT_EQ(section<char>(bytes, id), section<char>(plain, id));
+  for (const SectionId id : {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface,
+                             SectionId::motion_volume, SectionId::motion_residual})
+    EXPECT_EQ(formats::find_section(index_of(plain), id), nullptr);
+}
+
 TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
   const auto refused = [&](const std::string& more, const std::string& sentence, int ranks = 0) {
     EXPECT_EQ(run("x.h5", more, ranks), 2) << said_;
