@@ -9,39 +9,47 @@
 
 namespace palpate {
 
-// Bytes of contacts of this library, with the displacements of field_nodes nodes behind the contact nodes. No sum overflows: the
+// Bytes of contacts of this library, with the displacements of field_nodes nodes behind the contact nodes, and the amounts of motions
+// behind these. No sum overflows: the
 // first two counts are below 2^13, and a bundle has less than 2^31 nodes.
-inline std::size_t bytes_of_contacts(std::int32_t tools, std::int32_t nodes, std::int32_t field_nodes) {
+inline std::size_t bytes_of_contacts(std::int32_t tools, std::int32_t nodes, std::int32_t field_nodes,
+                                     std::int32_t motions) {
   return sizeof(palpate_contacts) + static_cast<std::size_t>(tools) * sizeof(palpate_tool_state) +
          static_cast<std::size_t>(nodes) * sizeof(palpate_contact_node) +
-         (3 * static_cast<std::size_t>(field_nodes) * sizeof(float) + 7) / 8 * 8;
+         (3 * static_cast<std::size_t>(field_nodes) * sizeof(float) + 7) / 8 * 8 +
+         static_cast<std::size_t>(motions) * sizeof(double);
 }
 
-// Writes the layout of contacts with that many tools, nodes and displacements.
+// Writes the layout of contacts with that many tools, nodes, displacements and motions.
 inline void lay_out_contacts(palpate_contacts& contacts, std::int32_t tools, std::int32_t nodes,
-                             std::int32_t field_nodes) {
+                             std::int32_t field_nodes, std::int32_t motions) {
   contacts.struct_bytes = sizeof(palpate_contacts);
-  contacts.used_bytes = static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, field_nodes));
+  contacts.used_bytes = static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, field_nodes, motions));
   contacts.tool_state_bytes = sizeof(palpate_tool_state);
-  contacts.nodes_offset = static_cast<std::uint32_t>(bytes_of_contacts(tools, 0, 0));
+  contacts.nodes_offset = static_cast<std::uint32_t>(bytes_of_contacts(tools, 0, 0, 0));
   contacts.node_bytes = sizeof(palpate_contact_node);
   contacts.tool_count = tools, contacts.node_count = nodes;
   contacts.field_nodes = field_nodes;
-  contacts.field_offset = field_nodes > 0 ? static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, 0)) : 0;
+  contacts.field_offset = field_nodes > 0 ? static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, 0, 0)) : 0;
+  contacts.motion_count = motions;
+  contacts.motions_offset =
+      motions > 0 ? static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, field_nodes, 0)) : 0;
 }
 
 // Whether contacts, which may have come through a socket, have the layout that lay_out_contacts writes, with at most that many
-// nodes and that many displacements. Then no access through the functions below leaves the bytes of a scene with that many nodes.
-inline bool has_layout(const palpate_contacts& contacts, std::int32_t most_nodes, std::int32_t field_nodes) {
+// nodes, that many displacements and that many motions. Then no access through the functions below leaves the bytes of a scene with that many nodes.
+inline bool has_layout(const palpate_contacts& contacts, std::int32_t most_nodes, std::int32_t field_nodes,
+                       std::int32_t motions) {
   if (contacts.tool_count < 0 || contacts.tool_count > PALPATE_MAX_TOOLS || contacts.node_count < 0 ||
       contacts.node_count > most_nodes)
     return false;
   palpate_contacts expected;
-  lay_out_contacts(expected, contacts.tool_count, contacts.node_count, field_nodes);
+  lay_out_contacts(expected, contacts.tool_count, contacts.node_count, field_nodes, motions);
   return contacts.struct_bytes == expected.struct_bytes && contacts.used_bytes == expected.used_bytes &&
          contacts.tool_state_bytes == expected.tool_state_bytes && contacts.nodes_offset == expected.nodes_offset &&
          contacts.node_bytes == expected.node_bytes && contacts.field_nodes == expected.field_nodes &&
-         contacts.field_offset == expected.field_offset;
+         contacts.field_offset == expected.field_offset && contacts.motion_count == expected.motion_count &&
+         contacts.motions_offset == expected.motions_offset;
 }
 
 // The contacts must be laid out. [tool_count] and [node_count].
@@ -60,6 +68,10 @@ inline const palpate_contact_node* nodes_behind(const palpate_contacts& contacts
 
 inline float* field_behind(palpate_contacts& contacts) {
   return const_cast<float*>(palpate_contacts_field(&contacts));
+}
+
+inline double* motions_behind(palpate_contacts& contacts) {
+  return const_cast<double*>(palpate_contacts_motions(&contacts));
 }
 
 }  // namespace palpate

@@ -80,6 +80,11 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.grasps != 0;
 }
 
+// Motions of the bundle move the organ from outside.
+[[maybe_unused]] static bool has_motions(const palpate_scene_def& def) {
+  return kHasEffects && def.motions != 0;
+}
+
 // The surface of the hyperelastic body is asked about beside the solve.
 [[maybe_unused]] static bool uses_body_field(const palpate_scene_def& def) {
   return deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
@@ -96,7 +101,7 @@ constexpr bool kHasEffects = true;
          (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
           def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
-          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.dent != PALPATE_DENT_OFF ||
+          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.motions || def.dent != PALPATE_DENT_OFF ||
           def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 

@@ -250,7 +250,7 @@ void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_
              others = surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
   // Moving the anchor changes this contact's own part of the field, by about own / asked of the way. The anchor therefore goes
   // that much less far; a full step would overshoot and swing.
-  const double asked = length(p - state.anchor_at_rest), own = length(moved - others);
+  const double asked = length(p - state.anchor_at_rest - surface_->moved(state.anchor)), own = length(moved - others);
   const double share = own > 0 ? asked / (asked + own) : 1;
   slide(state, state.anchor_at_rest + share * (p - moved - state.anchor_at_rest));
 }

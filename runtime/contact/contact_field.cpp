@@ -80,7 +80,7 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
 
 void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
   if (body_) return;
-  tensors_ = tensors;
+  tensors_ = tensors, is_set_ = true;
   without_tool_ = without_point_ = -1;
   solver_ = now_->count > 0 ? solver : nullptr;  // the last step has left either contacts or a surface at rest
   for (Layer& layer : layer_) find_rows(layer);
@@ -131,7 +131,7 @@ Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, Que
                           Added added) const {
   if (is_known(known, node)) return known.at[node];
   if (are_many(known) && !tensors_.compliance) return evaluate_all(known, rows, work, added) ? known.at[node] : Vec3{};
-  if (!work->take(operations_at_node(rows.count / 3))) return {};
+  if (!work->take(operations_at_node(rows.count / 3) + operations_moved())) return {};
   ++known.count;
   return keep(known, node, evaluate() + added(node));
 }
@@ -139,7 +139,7 @@ Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, Que
 // Those that are known stay. False where the query ends.
 template <class Added>
 bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work, Added added) const {
-  if (!work->take(surface_nodes_ * operations_in_run(rows.count / 3))) return false;
+  if (!work->take(surface_nodes_ * (operations_in_run(rows.count / 3) + operations_moved()))) return false;
   known.count = surface_nodes_ + 1;
   double run[3 * kRun];
   for (std::int32_t first = 0; first < surface_nodes_; first += kRun) {
@@ -152,6 +152,7 @@ bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work,
 }
 
 void ContactField::swap_layers() {
+  is_set_ = true;
   std::swap(layer_[0], layer_[1]);
   norm_before_ = norm_, linear_norm_before_ = linear_norm_, path_before_ = path_set_;
   now_->count = now_->contact_count = now_->adds = 0;
@@ -159,10 +160,18 @@ void ContactField::swap_layers() {
   without_tool_ = without_point_ = -1;
 }
 
+void ContactField::begin_moved() {
+  is_set_ = false;
+  if (motions_->stepped() == 0) return;
+  path_ += motions_->stepped() / moved_reach_;
+  forget_nodes(now_->known);
+  without_tool_ = without_point_ = -1;
+}
+
 void ContactField::set_rest() {
   swap_layers();
   solver_ = nullptr;
-  norm_ = linear_norm_ = 0, path_ += norm_before_;
+  norm_ = linear_norm_ = 0, path_ += norm_before_ + moved_by_volumes();
   path_set_ = path_;
 }
 
@@ -189,7 +198,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   if (change > norms.change_of_kept) change = std::min(change, measure_whole_change(work));
   if (now.adds && before_->adds) change += added_->change() / reach_;
   if (now.adds != before_->adds) change = norm_before_ + norm_;
-  path_ += change;
+  path_ += change + moved_by_volumes();
   path_set_ = path_;
 }
 
@@ -325,21 +334,22 @@ const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t
 double ContactField::own_norm(std::int32_t tool, std::int32_t point) const {
   if (body_) return body_->own_norm(tool, point);
   const Contact* contact = find(*now_, tool, point);
-  if (contact && now_->adds && now_->contact_count == 1) return norm_;
+  if (contact && now_->adds && now_->contact_count == 1) return norm_;  // without motions, which large deformation has not
   return contact ? contact->ratio * contact->own : 0;
 }
 
 double ContactField::norm_without(std::int32_t tool, std::int32_t point) const {
   if (body_) return body_->norm_without(tool, point);
   const Contact* contact = find(*now_, tool, point);
-  return contact ? contact->without : norm_;
+  return (contact ? contact->without : norm_) + moved_norm();
 }
 
 double ContactField::last_change_without(std::int32_t tool, std::int32_t point) const {
   if (body_) return body_->last_change_without(tool, point);
   const Contact *now = find(*now_, tool, point), *before = find(*before_, tool, point);
   const double own = now ? now->ratio * now->own_change + now->ratio_change : before ? before->ratio * before->own : 0;
-  return std::min(last_change() + own, (now ? now->without : norm_) + (before ? before->without : norm_before_));
+  return std::min(last_change() + own,
+                  (now ? now->without : norm_) + (before ? before->without : norm_before_) + moved_change());
 }
 
 bool ContactField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const {
@@ -406,7 +416,7 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
         return sum;
       },
       [&](std::int32_t n) {
-        if (!now_->adds) return Vec3{};
+        if (!now_->adds) return moved_at(*now_, n);
         return added_->now(n) -
                (predicted_own_->ratio - 1) * sum(*now_, predicted_own_->first, predicted_own_->last, n);
       });
@@ -423,7 +433,7 @@ Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last
 }
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
-  if (layer.count == 0) return {};
+  if (layer.count == 0) return motions_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
   return recall(
       layer.known, node, {layer.row, layer.coefficient, 3 * layer.count}, work,
       [&] { return sum(layer, 0, layer.count, node); }, [&](std::int32_t n) { return added_at(layer, n); });
@@ -449,7 +459,7 @@ Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::in
     forget_nodes(known_without_);
   }
   if (!without_) return at_node(node, work);
-  if (now_->contact_count == 1) return {};
+  if (now_->contact_count == 1) return moved_at(*now_, node);
   if (is_known(known_without_, node)) return known_without_.at[node];
   const Vec3 all = at_node(node, work);
   if (!work->take(operations_at_node(without_->last - without_->first))) return {};

@@ -9,6 +9,7 @@
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/body_field.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/motions.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
@@ -28,6 +29,14 @@ class ContactField {
   // several, each makes as many times its own linear part as its nodes move, along its forces, farther than the linear field moves
   // them. reach: m / sqrt(J), the same for all nodes. borrowed.
   void add(const AddedField* added, double reach) { added_ = added, reach_ = reach; }
+  // Beside create(): the motions' displacement adds to the contacts' field, with contacts and without. It belongs to no contact, and no
+  // drop() takes it away. reach: m / sqrt(J), in which its length is stated as a norm (set_reaches of the scene). borrowed.
+  void move(const Motions* motions, double reach) { motions_ = motions, moved_reach_ = reach; }
+  bool has_motions() const { return motions_ != nullptr; }
+  // m, of a surface node by the motions alone.
+  Vec3 moved_at_node(std::int32_t node) const { return motions_ ? motions_->now(node) : Vec3{}; }
+  // The motions have begun a step: until set() the field is that of the last step's contacts, moved by them.
+  void begin_moved();
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
   void restored(const Tensors& tensors, ContactSolver* solver);
@@ -39,7 +48,7 @@ class ContactField {
            ContactSolver* solver, Operations* work);
   // A step without a solution: the surface is at rest.
   void set_rest();
-  bool empty() const { return body_ ? body_->empty() : now_->count == 0; }
+  bool empty() const { return body_ ? body_->empty() : now_->count == 0 && !motions_; }
 
   // Removes the part of the contact (tool, point) from the field until the next set().
   void drop(std::int32_t tool, std::int32_t point);
@@ -62,12 +71,12 @@ class ContactField {
   // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
   bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
   // sqrt(J): of the predicted field; of its difference from the field.
-  double predicted_norm() const { return body_ ? body_->predicted_norm() : predicted_norm_; }
+  double predicted_norm() const { return body_ ? body_->predicted_norm() : predicted_norm_ + moved_norm(); }
   double predicted_apart() const { return body_ ? body_->predicted_apart() : predicted_apart_; }
 
   // sqrt(J), as surface_tree.h explains: of the field; the sum of the norms of its changes; of the changes since the last set()
   // but one.
-  double norm() const { return body_ ? body_->norm() : norm_; }
+  double norm() const { return body_ ? body_->norm() : norm_ + moved_norm(); }
   double path() const { return body_ ? body_->path() : path_; }
   double last_change() const { return body_ ? body_->last_change() : path_ - path_before_; }
   // Of the part of one contact; of all others together; of the change of all others by the last set(). Upper bounds.
@@ -126,10 +135,21 @@ class ContactField {
   void expect(Known& known, std::int32_t contact_nodes, bool many) const;
   template <class Added>
   bool evaluate_all(Known& known, const Rows& rows, QueryWork* work, Added added) const;
+  // Of what the contacts do not make.
   Vec3 added_at(const Layer& layer, std::int32_t node) const {
-    if (!layer.adds) return {};
-    return &layer == now_ ? added_->now(node) : added_->before(node);
+    Vec3 sum = moved_at(layer, node);
+    if (layer.adds) sum += &layer == now_ ? added_->now(node) : added_->before(node);
+    return sum;
   }
+  Vec3 moved_at(const Layer& layer, std::int32_t node) const {
+    if (!motions_) return {};
+    if (&layer == now_) return motions_->now(node);
+    return is_set_ ? motions_->begun(node) : motions_->before(node);
+  }
+  double moved_norm() const { return motions_ ? motions_->longest() / moved_reach_ : 0; }
+  double moved_change() const { return motions_ ? motions_->change() / moved_reach_ : 0; }
+  double moved_by_volumes() const { return motions_ ? motions_->pumped() / moved_reach_ : 0; }
+  Operations operations_moved() const { return motions_ ? motions_->count() : 0; }
   void share_added_field();
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);
@@ -144,6 +164,9 @@ class ContactField {
   BodyField* body_ = nullptr;  // under large deformation
   const AddedField* added_ = nullptr;
   double reach_ = 1;
+  const Motions* motions_ = nullptr;
+  double moved_reach_ = 1;
+  bool is_set_ = true;  // since begin_moved()
   Tensors tensors_;
   Layer layer_[2] = {};
   Layer *const now_ = layer_, *const before_ = layer_ + 1;

@@ -22,8 +22,8 @@ bool is_closed(const HeldEvent& grasp) {
 
 bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, const double* position,
                            const std::int32_t* triangles, const FineSurface* fine, const BodyField* body,
-                           const AddedField* added) {
-  position_ = position, triangles_ = triangles, fine_ = fine, body_ = body, added_ = added;
+                           const AddedField* added, const Motions* motions) {
+  position_ = position, triangles_ = triangles, fine_ = fine, body_ = body, added_ = added, motions_ = motions;
   max_tools_ = def.max_tools, max_points_ = def.max_points;
   const std::size_t points = static_cast<std::size_t>(def.max_points),
                     nodes = static_cast<std::size_t>(def.max_contact_nodes);
@@ -156,6 +156,7 @@ ContactReport::Corner ContactReport::corner_of(std::int32_t node) const {
   if (body_) return {at_rest(node), body_->at_node(node, &work), body_->last_at_node(node)};
   Corner corner = {at_rest(node), displacement(now_, node), displacement(before_, node)};
   if (added_) corner.now += added_->now(node), corner.before += added_->before(node);
+  if (motions_) corner.now += motions_->now(node), corner.before += motions_->before(node);
   return corner;
 }
 

@@ -8,6 +8,7 @@
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/body_field.h"
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/motions.h"
 #include "runtime/surface/fine_surface.h"
 
 namespace palpate {
@@ -38,9 +39,9 @@ class ContactReport {
  public:
   // position: [nodes][3] m; triangles: [F][3], nullptr where contacts hold nodes alone. Both are borrowed.
   // fine: where contacts are on a fine surface, else nullptr. body: under large deformation, else nullptr. added: adds to the
-  // contacts' displacement, or nullptr.
+  // contacts' displacement, or nullptr; and so do motions.
   bool create(SceneMemory& memory, const palpate_scene_def& def, const double* position, const std::int32_t* triangles,
-              const FineSurface* fine, const BodyField* body, const AddedField* added);
+              const FineSurface* fine, const BodyField* body, const AddedField* added, const Motions* motions);
   // Forgets all contacts, without events.
   void forget();
   void forget_tool(std::int32_t t);
@@ -105,6 +106,7 @@ class ContactReport {
   const FineSurface* fine_ = nullptr;
   const BodyField* body_ = nullptr;
   const AddedField* added_ = nullptr;
+  const Motions* motions_ = nullptr;
   std::int32_t max_tools_ = 0, max_points_ = 0;
   std::uint64_t* bytes_ = nullptr;            // of the report
   palpate_contact_report* report_ = nullptr;  // in bytes_; the contacts follow it, and then the events

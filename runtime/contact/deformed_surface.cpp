@@ -169,6 +169,17 @@ Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint
   return sum;
 }
 
+Vec3 DeformedSurface::moved(const SurfacePoint& surface_point) {
+  Vec3 sum;
+  if (!field_ || !field_->has_motions()) return sum;
+  for (int v = 0; v < 3; ++v)
+    if (surface_point.barycentric[v] != 0)
+      sum += surface_point.barycentric[v] *
+             displacement_at(tree_->corners(surface_point.triangle)[v],
+                             [&](std::int32_t node) { return field_->moved_at_node(node); });
+  return sum;
+}
+
 Operations DeformedSurface::take_work() {
   const Operations done = work_.done();
   work_ = {};

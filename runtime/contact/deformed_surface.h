@@ -59,6 +59,8 @@ class DeformedSurface {
 
   // m, the displacement of a surface point.
   Vec3 displacement(const AskedSurface& asked, const SurfacePoint& surface_point);
+  // m, the same by the bundle's motions alone.
+  Vec3 moved(const SurfacePoint& surface_point);
 
   // What the queries have cost since the last call; there is no limit any more.
   Operations take_work();

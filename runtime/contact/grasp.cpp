@@ -31,8 +31,8 @@ Mat3 without_one(Mat3 turn) {
 
 }  // namespace
 
-bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools) {
-  source_ = source;
+bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, const Motions* motions) {
+  source_ = source, motions_ = motions;
   grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
   memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
   for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget(t);
@@ -95,7 +95,8 @@ void Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors&
         to->local[part].m[i][j] = (tilt - twist) * outward[i] * outward[j] + (i == j ? twist : 0);
 
   for (int e = 0; e < to->count; ++e) {
-    const Vec3 u = solver.last_displacement(tensors, to->node[e]);
+    Vec3 u = solver.last_displacement(tensors, to->node[e]);
+    if (motions_) u += motions_->now(to->node[e]);
     for (int part = 0; part < 3; ++part) {
       to->before[part] += to->weight[part][e] * u;
       to->place[part] += to->weight[part][e] * (rest(e) + u);

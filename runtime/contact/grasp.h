@@ -11,6 +11,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/motions.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/contact/touchable_disc.h"
 #include "runtime/pose/pose.h"
@@ -46,7 +47,8 @@ struct Grasp {
 
 class Grasps {
  public:
-  bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools);
+  // motions: move the organ beside the contacts, or nullptr; borrowed.
+  bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, const Motions* motions);
   void forget(std::int32_t t);
 
   // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, and the
@@ -73,6 +75,7 @@ class Grasps {
   static Vec3 force_of(const Grasp& grasp, const ContactSolver& solver);
 
   DiscSource source_ = {};
+  const Motions* motions_ = nullptr;
   Grasp* grasps_ = nullptr;  // [max_tools]
 };
 

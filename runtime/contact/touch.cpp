@@ -62,6 +62,12 @@ class Touch {
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
       if (touch_state_.input.tool(t).is_new || touch_state_.input.tool(t).index < 0)
         forget_tool(context_.def, touch_state_, t);
+    if (has_motions(context_.def)) {
+      context_.watch.ended(Pass::input);
+      flags_ |= touch_state_.motions.begin(context_.def.max_tool_speed * touch_state_.input.dt());
+      if (follows_deformed_surface(context_.def)) touch_state_.field.begin_moved();
+      context_.watch.ended(Pass::motions);
+    }
     if (world_) pass_far_tools();
     context_.watch.ended(Pass::input);
     if (context_.def.collision != PALPATE_COLLISION_OFF) {
@@ -308,6 +314,7 @@ class Touch {
       if (grip.kind == PALPATE_GRIP_NODE) {
         bool made = false;
         const std::uint32_t flags = touch_state_.rows.add_node(wish, grip.node, &made);
+        if (has_motions(context_.def)) wish.displacement = wish.displacement - touch_state_.motions.now(grip.node);
         record_contact(wish, flags, made);
       } else {
         SurfacePoint surface_point;
@@ -330,23 +337,29 @@ class Touch {
     const ContactConstraints& set = touch_state_.rows.set();
     for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p)
       if (set.constraints[p].tool == t && set.constraints[p].part == 0 && is_of_grasp(t, set.constraints[p].point))
-        count_contact(t, set.target[p]);
+        count_contact(t, set.target[p] - moved(set, set.constraints[p]));
   }
   bool is_of_grasp(std::int32_t t, std::int32_t point) const {
     if (!has_grasps(context_.def)) return false;
     const Tool& tool = touch_state_.input.tool(t);
     return point >= tool.point_count + tool.grip_count;
   }
-  // The constraints once more where a grasp pulls beyond its friction, until it does not.
-  ContactSolver::Outcome solve_slipping(const ContactConstraints& set) {
+  // The constraints once more where a grasp pulls beyond its friction, until it does not, and where a held volume is missed.
+  ContactSolver::Outcome solve_again(const ContactConstraints& set) {
     ContactSolver::Outcome outcome = ContactSolver::Outcome::solved;
+    const bool moves = has_motions(context_.def);
     for (int solve = 0; solve < kMostSlips; ++solve) {
-      outcome = touch_state_.solver.solve(context_.tensors, set, touch_state_.force, touch_state_.modified,
+      acting_ = moves ? &touch_state_.motions.acting(set) : &set;
+      outcome = touch_state_.solver.solve(context_.tensors, *acting_, touch_state_.force, touch_state_.modified,
                                           &touch_state_.work, solve > 0);
-      if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlips || !grasps_slip()) break;
+      if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlips) break;
+      const bool missed =
+          moves && touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_);
+      if (!grasps_slip() && !missed) break;
     }
     return outcome;
   }
+  static_assert(Motions::kMostSolves <= kMostSlips, "the last solve has the pressures that follow_volumes() left");
   void finish_grasps() {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       Vec3 torque;
@@ -359,11 +372,29 @@ class Touch {
   void request_contact(const ContactWish& wish, const SurfacePoint& surface_point) {
     bool made = false;
     const std::uint32_t flags = touch_state_.rows.add_contact(wish, surface_point, &made);
-    record_contact(wish, flags, made);
+    if (flags) raise(wish.tool, flags);
+    if (made) count_contact(wish.tool, wish.displacement - moved(surface_point));
   }
   void record_contact(const ContactWish& wish, std::uint32_t flags, bool made) {
     if (flags) raise(wish.tool, flags);
     if (made) count_contact(wish.tool, wish.displacement);
+  }
+  // m, by the motions: of the weighted mean that a constraint holds; of a surface point.
+  Vec3 moved(const ContactConstraints& set, const ContactConstraint& constraint) const {
+    Vec3 sum;
+    for (std::int32_t e = 0; e < constraint.node_count && has_motions(context_.def); ++e) {
+      const ContactNode& held = set.nodes[constraint.first_node + e];
+      sum += held.weight * touch_state_.motions.now(held.node);
+    }
+    return sum;
+  }
+  Vec3 moved(const SurfacePoint& surface_point) const {
+    Vec3 sum;
+    for (int v = 0; v < 3 && has_motions(context_.def); ++v)
+      sum += surface_point.barycentric[v] *
+             touch_state_.motions.now(touch_state_.triangles[3 * static_cast<std::size_t>(surface_point.triangle) +
+                                                             static_cast<std::size_t>(v)]);
+    return sum;
   }
 
   void count_contact(std::int32_t t, Vec3 displacement) {
@@ -430,7 +461,8 @@ class Touch {
   void solve(const ContactSolver::Outcome* joint) {
     const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : touch_state_.rows.set();
     acting_ = &set;
-    const ContactSolver::Outcome outcome = joint ? *joint : solve_slipping(set);
+    const ContactSolver::Outcome outcome = joint ? *joint : solve_again(set);
+    if (has_motions(context_.def)) touch_state_.motions.end(set, touch_state_.force);
     if (has_grasps(context_.def)) {
       context_.watch.ended(Pass::contact);
       finish_grasps();
@@ -506,7 +538,7 @@ class Touch {
     const ContactConstraints& set = touch_state_.rows.set();
     const Vec3 missed = deforms_largely(context_.def) ? touch_state_.body.missed(p)
                                                       : touch_state_.solver.missed(*acting_, p),
-               target = set.target[p];
+               target = has_motions(context_.def) ? acting_->target[p] : set.target[p];
     double share = constraint.share;
     // Where contacts conflict or the law is missed, the surface may be anywhere: the anchor moves no farther than the tool is from
     // it at rest.
@@ -543,7 +575,9 @@ class Touch {
 
   void write_nodes() {
     const ContactConstraints& set = touch_state_.rows.set();
-    lay_out_contacts(out_, touch_state_.input.sent(), set.node_count, touch_state_.field_nodes);
+    const std::int32_t motions = has_motions(context_.def) ? touch_state_.motions.count() : 0;
+    lay_out_contacts(out_, touch_state_.input.sent(), set.node_count, touch_state_.field_nodes, motions);
+    if (motions > 0) std::copy_n(touch_state_.motions.amounts(), motions, motions_behind(out_));
     if (deforms_largely(context_.def)) touch_state_.body.write_field(touch_state_.field_nodes, field_behind(out_));
     if (deforms_beside(context_.def))
       std::copy_n(touch_state_.beside.added().all(), 3 * static_cast<std::size_t>(touch_state_.field_nodes),
@@ -829,6 +863,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   if (uses_body_field(def)) state.body_field.forget();
   state.rows.forget();
   if (has_links(def)) state.links.forget();
+  if (has_motions(def)) state.motions.forget();
   if (reports_contacts(def)) state.report.forget();
   state.step = 0;
   for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);

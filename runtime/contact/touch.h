@@ -16,6 +16,7 @@
 #include "runtime/contact/far_tools.h"
 #include "runtime/contact/grasp.h"
 #include "runtime/contact/links.h"
+#include "runtime/contact/motions.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
 #include "runtime/surface/fine_surface.h"
@@ -56,6 +57,7 @@ struct TouchState {
   FineContact* fine_contacts[PALPATE_MAX_TOOLS] =
       {};  // [max_points] for each tool; nullptr: tools meet the mesh's surface
   ContactPatch patch;
+  Motions motions;  // where the bundle's motions move the organ
   ContactRows rows;
   Grasps grasps;  // where tools may grasp
   Links links;    // where the scene may have some

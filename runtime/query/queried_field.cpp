@@ -20,11 +20,14 @@ bool is_sound(const palpate_contact_node& node, std::int32_t columns) {
 }  // namespace
 
 bool QueriedField::create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable,
-                          std::int32_t node_capacity, bool large, double added_reach) {
+                          std::int32_t node_capacity, bool large, double added_reach, const MotionRows& motions,
+                          double moved_reach) {
   const std::size_t capacity = static_cast<std::size_t>(node_capacity),
                     surface = static_cast<std::size_t>(tensors.surface_nodes);
   touchable_ = touchable, large_ = large, surface_nodes_ = tensors.surface_nodes;
   if (added_reach > 0) added_ = memory.array<Vec3>(surface), reach_ = added_reach;
+  motions_ = motions, moved_reach_ = moved_reach;
+  if (motions.numbers) amounts_ = memory.array<double>(static_cast<std::size_t>(motions.count));
   loads_ = memory.array<Load>(capacity);
   row_ = memory.array<const void*>(3 * capacity);
   coefficient_ = memory.array<double>(3 * capacity);
@@ -58,6 +61,7 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
   const std::int32_t sent = contacts ? contacts->node_count : 0;
   std::int32_t count = 0;
   bool changed = added_ && take_added(contacts ? palpate_contacts_field(contacts) : nullptr, &flags);
+  if (amounts_ && take_amounts(contacts ? palpate_contacts_motions(contacts) : nullptr, &flags)) changed = true;
   for (std::int32_t e = 0; e < sent; ++e) {
     const palpate_contact_node& node = nodes_behind(*contacts)[e];
     if (!is_sound(node, tensors.columns)) {
@@ -80,7 +84,7 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
   }
   // However much changed, the field went from one norm to the other.
   path_ += norm_;
-  norm_ = norm_of_loads(tensors) + longest_added_ / reach_;
+  norm_ = norm_of_loads(tensors) + longest_added_ / reach_ + longest_moved_ / moved_reach_;
   path_ += norm_;
   if (++now_ == 0) {
     std::fill(stamp_, stamp_ + tensors.surface_nodes, 0u);
@@ -109,6 +113,23 @@ bool QueriedField::take_added(const float* field, std::uint32_t* flags) {
   return changed;
 }
 
+// Copies the amounts of the motions; nullptr: the surface at rest. Returns whether they have changed. Amounts that no scene takes count
+// as zero.
+bool QueriedField::take_amounts(const double* amounts, std::uint32_t* flags) {
+  constexpr double farthest = 1e6;  // m
+  bool changed = false;
+  double most = 0;
+  for (std::int32_t m = 0; m < motions_.count; ++m) {
+    double amount = amounts ? amounts[m] : 0;
+    const double moves = std::fabs(amount) * motions_.longest[m];
+    if (!(moves <= farthest)) amount = 0, *flags |= PALPATE_STEP_BAD_INPUT;
+    changed = changed || amounts_[m] != amount;
+    amounts_[m] = amount, most += std::fabs(amount) * motions_.longest[m];
+  }
+  longest_moved_ = most;
+  return changed;
+}
+
 // sqrt(f^T C f), with the forces f_i = T^f_i u~_i of the loads; C f at the node of load i is sum_j T^u_ij u~_j.
 double QueriedField::norm_of_loads(const Tensors& tensors) const {
   double energy = 0, own = 0;
@@ -127,7 +148,7 @@ double QueriedField::norm_of_loads(const Tensors& tensors) const {
 
 Vec3 QueriedField::at_node(const Tensors& tensors, std::int32_t node) {
   if (large_) return known_[node];
-  if (count_ == 0) return added_ ? added_[node] : Vec3{};
+  if (count_ == 0 && !amounts_) return added_ ? added_[node] : Vec3{};
   if (stamp_[node] == now_) return known_[node];
   Vec3 u;
   if (!tensors.compliance)
@@ -135,6 +156,7 @@ Vec3 QueriedField::at_node(const Tensors& tensors, std::int32_t node) {
   else
     for (std::int32_t e = 0; e < count_; ++e) u += tensors.displacement(node, loads_[e].column) * loads_[e].modified;
   if (added_) u += added_[node];
+  if (amounts_) u += motions_.sum_at(amounts_, node);
   stamp_[node] = now_;
   return known_[node] = is_finite(u) ? u : Vec3{};
 }

@@ -173,10 +173,61 @@ double eigenvalue_bound(Mat3 c) {
   return size * bound;
 }
 
+// ---- motions ---------------------------------------------------------------------------------------------------------
+
+palpate_status read_motion_rows(const SectionReader& reader, SectionId id, std::int32_t nodes, MotionRows* out) {
+  const char* const effect = "motions";
+  if (const palpate_status status = reader.map_for(effect, id, &out->numbers)) return status;
+  out->count = static_cast<std::int32_t>(reader.counts().motions), out->nodes = nodes;
+  const std::size_t numbers = 3 * static_cast<std::size_t>(out->count) * static_cast<std::size_t>(nodes);
+  for (std::size_t i = 0; i < numbers; ++i)
+    if (!(std::fabs(out->numbers[i]) <= 1e12f)) return reader.not_usable(id, i);
+  return PALPATE_OK;
+}
+
+palpate_status build_motions(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
+                             ShapeState& shape) {
+  Motions::Source source;
+  if (const palpate_status status =
+          read_motion_rows(reader, SectionId::motion_surface, reader.surface_nodes(), &source.surface))
+    return status;
+  if (const palpate_status status = reader.copy_indices(SectionId::motion_kinds, reader.counts().motions,
+                                                        &formats::IndexedSections::motion_kinds, &source.kind))
+    return status;
+  const std::uint64_t m = reader.counts().motions;
+  if (reader.find(SectionId::motion_volume)) {
+    if (const palpate_status status = reader.map(SectionId::motion_volume, &source.volume)) return status;
+    for (std::uint64_t i = 0; i < m * m; ++i)
+      if (!(std::fabs(source.volume[i]) <= 1e12)) return reader.not_usable(SectionId::motion_volume, i);
+  }
+  for (std::uint64_t i = 0; i < m; ++i)
+    if (static_cast<formats::MotionKind>(source.kind[i]) == formats::MotionKind::pressure &&
+        (!source.volume || !(source.volume[i * m + i] > 0)))
+      return source.volume ? reader.not_usable(SectionId::motion_volume, i * m + i)
+                           : reader.missing("motions", SectionId::motion_volume);
+  if (!touch.motions.create(reader.memory(), source, most_constraints(def))) return reader.no_memory("motions");
+  shape.moved_surface = touch.motions.rows();
+  if (!has_interior_shape(def, reader.bundle())) return PALPATE_OK;
+  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
+  return read_motion_rows(reader, SectionId::motion_interior, inside, &shape.moved_interior);
+}
+
+const Motions* motions_of(const palpate_scene_def& def, const TouchState& touch) {
+  return has_motions(def) ? &touch.motions : nullptr;
+}
+
+// Lets each node reach at least as far as the motions' norm, their length over the surface divided by the largest reach, moves it.
+void reach_motions(const MotionRows& rows, double largest, double* reach) {
+  for (std::int32_t m = 0; m < rows.count; ++m)
+    for (std::int32_t n = 0; n < rows.nodes && rows.longest[m] > 0; ++n)
+      reach[n] = std::max(reach[n], largest * (length(rows.at(m, n)) / rows.longest[m]) * (1 + 1e-6));
+}
+
 // How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
 // deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same.
 bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                 const std::int32_t* touchable, const FineSurface* fine, SurfaceTree& tree, double* same) {
+                 const std::int32_t* touchable, const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree,
+                 double* same) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
   double* const reach = scratch.array<double>(count);
@@ -192,6 +243,7 @@ bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, cons
     std::replace(reach, reach + count, -1.0, deforms_largely(def) ? 1 : most);
     *same = most > 0 ? most : 1;
     if (deforms_beside(def)) std::fill(reach, reach + count, *same);
+    reach_motions(motions, *same, reach);
     if (!fine) tree.set_reach(reach);
   }
   double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
@@ -229,9 +281,10 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     return true;
   };
   double reach = 1;
-  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.tree, &reach)))
+  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(), touch.tree, &reach)))
     return reader.no_memory("collision");
   if (deformed && deforms_beside(def)) touch.field.add(&touch.beside.added(), reach);
+  if (deformed && has_motions(def)) touch.field.move(&touch.motions, reach);
   if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, fine))
     return reader.no_memory("collision");
   if (deformed) touch.tree.keep_seen(reader.memory());
@@ -464,7 +517,8 @@ DiscSource discs_of(TouchState& touch) {
 }
 
 palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  return touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools) ? PALPATE_OK : reader.no_memory("grasps");
+  const bool made = touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, motions_of(def, touch));
+  return made ? PALPATE_OK : reader.no_memory("grasps");
 }
 
 palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
@@ -477,7 +531,7 @@ palpate_status build_links(const SectionReader& reader, const palpate_scene_def&
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
                              deforms_largely(def) ? &touch.body_field : nullptr,
-                             deforms_beside(def) ? &touch.beside.added() : nullptr)
+                             deforms_beside(def) ? &touch.beside.added() : nullptr, motions_of(def, touch))
              ? PALPATE_OK
              : reader.no_memory("report");
 }
@@ -498,9 +552,9 @@ palpate_status build_queries(const SectionReader& reader, const palpate_scene_de
   const FineSurface* const fine = fine_surface_of(touch);
   double reach = 1;
   const bool made = build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
-                    set_reaches(reader, def, tensors, touchable, fine, query.tree(), &reach) &&
+                    set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(), query.tree(), &reach) &&
                     query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine,
-                                 deforms_largely(def), deforms_beside(def) ? reach : 0);
+                                 deforms_largely(def), deforms_beside(def) ? reach : 0, touch.motions.rows(), reach);
   return made ? PALPATE_OK : reader.no_memory("queries");
 }
 
@@ -629,6 +683,13 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.max_links < 0 || def.max_links > 1000) return bad("max_links must be 0 .. 1000");
   if (def.max_links > 0 && def.deformation != PALPATE_DEFORMATION_LINEAR)
     return bad("links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR");
+  if (def.motions < 0 || def.motions > 1) return bad("motions must be 0 or 1");
+  if (def.motions && def.deformation != PALPATE_DEFORMATION_LINEAR)
+    return bad("motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR");
+  if (def.motions && def.max_links > 0)
+    return bad("links hold an organ whose supports stand; leave max_links or motions at 0");
+  if (def.motions && def.collision == PALPATE_COLLISION_REST)
+    return bad("tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0");
   if (def.contact == PALPATE_CONTACT_TRIANGLE && def.max_contact_nodes > 0 && def.max_contact_nodes < 3)
     return bad("a contact TRIANGLE acts on three nodes, and max_contact_nodes allows fewer; set 3 or more, or 0");
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
@@ -696,6 +757,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(needs_rest(def), use.surface, [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
   step(needs_surface(def), use.surface, [&] { return build_surface(reader, def, touch); });
   step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
+  step(has_motions(def), use.motions, [&] { return build_motions(reader, def, touch, shape); });
   step(def.queries != PALPATE_QUERIES_OFF, use.queries,
        [&] { return build_queries(reader, def, touch, scene.tensors, touchable, scene.query); });
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });

@@ -95,6 +95,21 @@ class SectionsOf {
     return sections;
   }
 
+  // interior: those of the shape.
+  Sections motions(bool interior) const {
+    const bool volume = find(SectionId::motion_volume);
+    Sections sections = {volume ? "motion/kinds motion/displacement_surface motion/volume"
+                                : "motion/kinds motion/displacement_surface",
+                         bytes(SectionId::motion_kinds) + bytes(SectionId::motion_surface) +
+                             bytes(SectionId::motion_volume)};
+    if (interior) {
+      sections.names = volume ? "motion/kinds motion/displacement_surface motion/displacement_interior motion/volume"
+                              : "motion/kinds motion/displacement_surface motion/displacement_interior";
+      sections.bytes += bytes(SectionId::motion_interior);
+    }
+    return sections;
+  }
+
   Sections response(SectionId id, const char* names) const {
     return {names, bytes(id) + bytes(SectionId::response_range)};
   }
@@ -149,6 +164,8 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
   if (def.render_mesh) create("render mesh on the surface", sections.rest(true), memory.render_mesh);
 
   step(Pass::input, "input", "touch");
+  if (has_motions(def))
+    step(Pass::motions, "motions", "touch", sections.motions(has_interior_shape(def, bundle)), memory.motions);
   if (def.collision == PALPATE_COLLISION_REST) step(Pass::collision, "collision: rest", "touch", {}, memory.collision);
   if (def.collision == PALPATE_COLLISION_DEFORMED)
     step(Pass::collision, "collision: deformed", "touch", sections.surface(), memory.collision);

@@ -20,6 +20,8 @@ class PassWork {
         return {0, 0, 42 + 0.5 * points + 1.3 * grips};
       case Pass::collision:
         return {0, 0, 15 + 8 * points + deformed_tests()};
+      case Pass::motions:
+        return motions();
       case Pass::rows:
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
@@ -87,6 +89,11 @@ class PassWork {
     return {0, 2 * rows * rows * (3 + load_.sweeps + 3 * newton) + newton * rows * rows * rows / 3,
             60 + 60 * contacts + 20 * nodes + 120 * contacts * (load_.sweeps + 2 * newton) +
                 (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
+  }
+
+  // The targets of the contacts, in the pass of the contacts, are counted here.
+  palpate_pass_work motions() const {
+    return {0, 0, 20 + scene_.touch.motions.count() * (6 + 3.0 * load_.nodes)};
   }
 
   // Every link as if it were slack and measured: the displacements of the nodes of both its ends by all contact nodes.

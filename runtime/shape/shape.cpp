@@ -78,7 +78,8 @@ class Shape {
 
   std::uint32_t step(const palpate_contacts* contacts) {
     if (!contacts || !is_aligned(contacts) ||
-        !has_layout(*contacts, context_.def.max_contact_nodes, shape_state_.field_nodes)) {
+        !has_layout(*contacts, context_.def.max_contact_nodes, shape_state_.field_nodes,
+                    shape_state_.moved_surface.count)) {
       flags_ |= PALPATE_STEP_BAD_INPUT;
       contacts = nullptr;
     } else if (contacts->bundle != context_.bundle.index.header.index_checksum) {
@@ -91,6 +92,11 @@ class Shape {
     }
     gather(contacts);
     added_ = contacts && deforms_beside(context_.def) ? palpate_contacts_field(contacts) : nullptr;
+    amounts_ = contacts && has_motions(context_.def) ? palpate_contacts_motions(contacts) : nullptr;
+    if (amounts_ && !are_sound_amounts()) {
+      flags_ |= PALPATE_STEP_BAD_INPUT;
+      amounts_ = nullptr;
+    }
     const std::int32_t wanted = std::min(shape_state_.nodes, out_.node_capacity),
                        surface = context_.tensors.surface_nodes;
     if (compliance_)
@@ -141,6 +147,25 @@ class Shape {
     for (const double u : node.modified_displacement)
       if (!(std::fabs(u) <= 1e12)) return false;
     return true;
+  }
+
+  bool are_sound_amounts() const {
+    constexpr double farthest = 1e6;  // m
+    for (std::int32_t m = 0; m < shape_state_.moved_surface.count; ++m)
+      if (!(std::fabs(amounts_[m]) * shape_state_.moved_surface.longest[m] <= farthest)) return false;
+    return true;
+  }
+
+  // Adds the motions' displacement at nodes first .. first + count - 1, which are all on the surface or all inside.
+  void add_motions(std::int32_t first, std::int32_t count, float* field) const {
+    const std::int32_t surface = context_.tensors.surface_nodes;
+    const MotionRows& rows = first < surface ? shape_state_.moved_surface : shape_state_.moved_interior;
+    const std::size_t at = 3 * static_cast<std::size_t>(first < surface ? first : first - surface);
+    for (std::int32_t m = 0; m < rows.count; ++m) {
+      const float* const u = rows.row(m) + at;
+      const auto amount = static_cast<float>(amounts_[m]);
+      for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(count) && amount != 0; ++i) field[i] += amount * u[i];
+    }
   }
 
   // d_t of a tool, of the length that touch.cpp explains; zero where the tool's contribution stays linear.
@@ -262,6 +287,7 @@ class Shape {
     if (!written) std::fill(field, field + floats, 0.0f);
     if (added_)
       for (std::size_t i = 0; i < floats; ++i) field[i] += added_[3 * static_cast<std::size_t>(first) + i];
+    if (amounts_) add_motions(first, count, field);
     finish_chunk(first, count, field);
   }
 
@@ -294,7 +320,8 @@ class Shape {
   std::uint32_t flags_ = 0;
   Group groups_[PALPATE_MAX_TOOLS + 1];
   int group_count_ = 0, column_count_ = 0;
-  const float* added_ = nullptr;  // [nodes][3] m, adds to superposition; nullptr: nothing does
+  const float* added_ = nullptr;     // [nodes][3] m, adds to superposition; nullptr: nothing does
+  const double* amounts_ = nullptr;  // of the motions; nullptr: none moves
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "runtime/bundle/motion_rows.h"
 #include "runtime/bundle/step_context.h"
 #include "runtime/tissue/response_curve.h"
 
@@ -18,6 +19,7 @@ struct ShapeState {
   const float* rest = nullptr;                       // [nodes][3] m, positions without contacts, preload included
   std::int32_t nodes = 0;                            // Ns for the surface, N for the volume
   std::int32_t field_nodes = 0;                      // whose displacements the contacts hold: under large deformation
+  MotionRows moved_surface, moved_interior;          // where the bundle's motions move the organ; numbers nullptr: not
   ResponseCurve radial;
   std::int32_t* slot_of_column = nullptr;  // [S] 1 + first of its three entries in the arrays below; 0 between steps
   double* sum = nullptr;                   // [3 max_contact_nodes] m, u~ of a column, summed over contacts

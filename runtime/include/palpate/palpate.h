@@ -10,6 +10,8 @@
  *
  * Words
  *   rest        the organ without tools, preload included if the scene has one; positions and displacements refer to it
+ *   motion      what moves the organ from outside: supports that move, pressure on a piece of the surface, gravity. It belongs to
+ *               the displacement, not to rest
  *   deformed    the organ under the contacts of the last step
  *   tool        up to PALPATE_MAX_TOOLS instruments; a tool touches through its points and grips
  *   tool point  a point of the instrument that the collision tests against the surface
@@ -196,6 +198,8 @@ typedef struct palpate_bundle_info {
   int32_t has_force;          /* 1: the bundle has Q (PALPATE_FORCE_RESPONSE)             */
   int32_t has_preload;        /* 1: the bundle has the displacement under a body force    */
   int32_t has_large;          /* 1: PALPATE_DEFORMATION_LARGE and _BESIDE are possible    */
+  int32_t motion_count;       /* M: motions (palpate_bundle_motion)                       */
+  int32_t reserved;           /* 0                                                        */
 } palpate_bundle_info;
 PALPATE_API void palpate_bundle_fill_info(const palpate_bundle* bundle, palpate_bundle_info* info, size_t struct_bytes);
 static inline palpate_bundle_info palpate_bundle_describe(const palpate_bundle* bundle) {
@@ -214,6 +218,27 @@ PALPATE_API const int32_t* palpate_bundle_triangles(const palpate_bundle* bundle
 PALPATE_API const int32_t* palpate_bundle_tetrahedra(const palpate_bundle* bundle);
 PALPATE_API const int32_t* palpate_bundle_touchable(const palpate_bundle* bundle);
 PALPATE_API const uint8_t* palpate_bundle_fixed(const palpate_bundle* bundle);
+/* What a unit of a motion is. */
+typedef enum palpate_motion_kind {
+  PALPATE_MOTION_PISTON = 1,   /* supports move by 1 m along an axis                                                */
+  PALPATE_MOTION_ROTATION = 2, /* supports turn by 1 rad about an axis, linearly: right for small angles            */
+  PALPATE_MOTION_FIELD = 3,    /* supports move once as a file said                                                 */
+  PALPATE_MOTION_PRESSURE = 4, /* 1 Pa on a piece of the surface, or in a cavity                                    */
+  PALPATE_MOTION_GRAVITY = 5   /* 1 m/s^2 along x, y or z of the organ's frame                                      */
+} palpate_motion_kind;
+#define PALPATE_MAX_MOTIONS 32
+
+/* One motion of a bundle; the library fills it. */
+typedef struct palpate_motion_info {
+  palpate_motion_kind kind; /* what its unit is                                                                     */
+  int32_t reserved;         /* 0                                                                                    */
+  char name[64];            /* as the boundary file has it; ends with a zero                                        */
+} palpate_motion_info;
+/* Fills *info for motion 0 .. motion_count - 1 (palpate_bundle_info). The first call maps or copies sections of a file: do not call
+ * it in a step. error may be NULL. */
+PALPATE_API palpate_status palpate_bundle_motion(const palpate_bundle* bundle, int32_t motion, palpate_motion_info* info,
+                                                 size_t struct_bytes, palpate_error* error);
+
 /* JSON of *byte_count bytes without a zero at the end: organ, element, sources of the bundle (formats/BUNDLE.md). */
 PALPATE_API const char* palpate_bundle_provenance(const palpate_bundle* bundle, size_t* byte_count);
 
@@ -418,6 +443,10 @@ typedef struct palpate_scene_def {
       grasps; /* default 0: no tool grasps, and there is no memory for it; 1: each tool may (palpate_grasp). Needs PATCH
                                      and LINEAR                                                                       */
   palpate_dent_model dent; /* default OFF                                                                            */
+  int32_t motions;  /* default 0: supports stand, nothing presses, and it costs neither time nor memory; 1: the bundle's
+                       motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and LINEAR,
+                       and no links */
+  int32_t reserved; /* 0                                                                                            */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -686,6 +715,8 @@ typedef struct palpate_contacts {
   int32_t reserved;             /* 0                                                                              */
   double deformation_residual;  /* LARGE: square root of the share of the energy that one more of them would find  */
   double least_volume;          /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
+  uint32_t motions_offset;      /* of the amounts of the motions in this step, from the begin of the head; 0: none */
+  int32_t motion_count;         /* amounts: all motions of the bundle where the scene has motions, else 0         */
 } palpate_contacts;
 
 /* Bytes of a palpate_contacts with room for PALPATE_MAX_TOOLS tools and the scene's max_contact_nodes, and under LARGE for the
@@ -705,6 +736,11 @@ static inline const palpate_contact_node* palpate_contacts_node(const palpate_co
 /* [field_nodes][3] m, the displacements of the step under LARGE, inside *contacts; NULL where there are none. */
 static inline const float* palpate_contacts_field(const palpate_contacts* contacts) {
   return contacts->field_offset ? (const float*)(const void*)((const char*)contacts + contacts->field_offset) : NULL;
+}
+
+/* [motion_count] amounts of the motions in the step, inside *contacts; NULL where there are none. */
+static inline const double* palpate_contacts_motions(const palpate_contacts* contacts) {
+  return contacts->motions_offset ? (const double*)(const void*)((const char*)contacts + contacts->motions_offset) : NULL;
 }
 
 /* Bits of a step's return value; 0 is a fully trusted step. */
@@ -738,7 +774,9 @@ enum {
                                              ended far from the solution, or a move that would have turned a tetrahedron inside out
                                              was cut. The next steps go on from there. LARGE_BESIDE: that of the newest solution, or
                                              the contacts have gone so far from it that they are estimated to miss theirs by 5 % */
-  PALPATE_STEP_LINK_BROKE       = 1 << 14 /* a link came beyond its breaking_force: it acted in this step for the last time      */
+  PALPATE_STEP_LINK_BROKE       = 1 << 14, /* a link came beyond its breaking_force: it acted in this step for the last time     */
+  PALPATE_STEP_MOTION_LIMITED   = 1 << 15 /* the amounts of the motions would have moved a node faster than max_tool_speed: they came
+                                             so far only, and the next steps go on                                               */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;
@@ -759,6 +797,37 @@ PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const p
  * Never allocates or locks. Cost: docs/method.md, section 14. While it runs, palpate_scene_save and palpate_scene_restore must not be
  * called for the scene, nor palpate_scene_destroy. */
 PALPATE_API int32_t palpate_scene_deform(palpate_scene* scene);
+
+/* ---- motions: breathing, pressure, gravity ------------------------------------------------------------------------ */
+
+/* Says by how much each motion of the bundle moves the organ, from the next touch step on: amounts [count], count the bundle's
+ * motion_count, in the units of palpate_motion_kind. At first all are 0. The organ is at the same amounts until the next call, so a
+ * host that breathes calls this in every touch step.
+ * - The first step, and the first one after palpate_scene_reset, takes the amounts at once. In later steps no node moves faster than
+ *   max_tool_speed by a change of amounts: what is more waits for the next steps (MOTION_LIMITED).
+ * - Contacts hold places that move: a tool at rest is met and pressed by an organ that moves against it. Contacts and grasps
+ *   hold d - B q in place of d, B q the displacement by the motions (docs/method.md, section 18).
+ * - The amounts of a step travel in its palpate_contacts, so that shape and queries show the organ at the same ones.
+ * Refused with PALPATE_ERROR_ARGUMENT, and the scene keeps its amounts: another count, a number that is not finite, amounts that may
+ * move a node by more than 1e6 m. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+PALPATE_API palpate_status palpate_scene_set_motions(palpate_scene* scene, const double* amounts, int32_t count,
+                                                     palpate_error* error);
+
+/* For a motion of kind PRESSURE: holds 1: its surface sweeps `volume` (m^3, away from where the pressure acts; of a cavity, by how much
+ * it grows), and the pressure is what that takes, whatever palpate_scene_set_motions says; so a host pumps, or closes a valve at the volume that
+ * palpate_scene_motion_state tells. holds 0: the pressure is given again, at first the last one. Contacts that change the pressure make
+ * the step solve up to four times. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+PALPATE_API palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32_t motion, int32_t holds, double volume,
+                                                     palpate_error* error);
+
+/* One motion after a touch step; the library fills it. */
+typedef struct palpate_motion_state {
+  double amount; /* in this step: as set, or as far as MOTION_LIMITED let it come; of a held volume the pressure, Pa */
+  double volume; /* m^3: of a pressure, what its surface has swept, under contacts too; else 0                       */
+} palpate_motion_state;
+/* Of motion 0 .. motion_count - 1, inside the scene and valid until the next step; NULL behind the last one, and for a scene without
+ * motions. Call it in the thread of palpate_scene_touch. */
+PALPATE_API const palpate_motion_state* palpate_scene_motion_state(const palpate_scene* scene, int32_t motion);
 
 /* ---- links: sutures, clips, ligaments, springs --------------------------------------------------------------------- */
 
@@ -966,7 +1035,8 @@ static inline const palpate_contact_event* palpate_report_event(const palpate_co
 
 /* ---- reset ---------------------------------------------------------------------------------------------------------- */
 
-/* Forgets contacts, last positions and forces: the state after creation, but the pose stays, and the links, whole again. Call it
+/* Forgets contacts, last positions and forces: the state after creation, but the pose stays, the amounts of motions, and the links,
+ * whole again. Call it
  * in the thread of palpate_scene_touch. */
 PALPATE_API void palpate_scene_reset(palpate_scene* scene);
 /* The same for the tool of that id alone: its next step is like its first. The surface stays as the last step deformed it

@@ -1,0 +1,433 @@
+// An organ whose supports move, under pressure and gravity, against the dense body; and against tools that move the opposite way where
+// the motion is rigid.
+#include <Eigen/Dense>
+#include <numbers>
+
+#include "tests/runtime/moved_box.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+using Eigen::VectorXd;
+using ::testing::HasSubstr;
+
+const MovedBox& on_one() {
+  static const MovedBox shared(false);
+  return shared;
+}
+const MovedBox& on_two() {
+  static const MovedBox shared(true);
+  return shared;
+}
+
+// Plays a scene step by step.
+struct Played {
+  explicit Played(const MovedBox& box, const palpate_scene_def& def = moved_def())
+      : scene(box.scene(def)), contacts(scene.get()) {}
+  palpate_step_flags step(const std::vector<palpate_tool>& tools) {
+    return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
+                               contacts.bytes());
+  }
+  Vector3d force(std::int32_t tool = 0) { return Vector3d(palpate_contacts_tool(contacts.get(), tool)->force_raw); }
+  const palpate_motion_state& state(std::int32_t motion) { return *palpate_scene_motion_state(scene.get(), motion); }
+
+  ScenePointer scene;
+  Contacts contacts;
+};
+
+// ---- against full solves ---------------------------------------------------------------------------------------------
+
+// The body with its held dofs where the motions bring them, loads of the motions, and grips imposed: K u = f with the reactions of the
+// grips. Unknowns: the free dofs without those of the grips.
+struct FullSolve {
+  VectorXd u, force;  // force: of the grips on the body
+};
+FullSolve solve_fully(const MovedBox& box, const Vector4d& q, const std::vector<palpate_grip>& grips) {
+  const MatrixXd k = box.stiffness();
+  VectorXd load = k * box.motions.field * q, u = VectorXd::Zero(k.rows());  // on free dofs the loads of the motions
+  std::vector<Eigen::Index> free, given;
+  std::vector<char> imposed(static_cast<std::size_t>(k.rows()), 0);
+  for (Eigen::Index i = 0; i < k.rows(); ++i)
+    if (box.fixed[static_cast<std::size_t>(i)]) u[i] = box.motions.field.row(i).dot(q), imposed[i] = 1;
+  for (const palpate_grip& grip : grips)
+    for (int d = 0; d < 3; ++d)
+      if (grip.axes >> d & 1u) u[3 * grip.node + d] = grip.displacement[d], imposed[3 * grip.node + d] = 1;
+  for (Eigen::Index i = 0; i < k.rows(); ++i) (imposed[i] ? given : free).push_back(i);
+  const VectorXd solved =
+      MatrixXd(k(free, free)).llt().solve(VectorXd(load(free)) - MatrixXd(k(free, given)) * VectorXd(u(given)));
+  u(free) = solved;
+  FullSolve result{u, k * u - load};
+  return result;
+}
+
+TEST(Motions, ABreathingOrganUnderAToolAtRestHasTheForcesOfAFullSolveAtEveryPhase) {
+  palpate_scene_def def = moved_def();
+  def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_VOLUME;
+  Played played(on_two(), def);
+  // Two nodes that a tool holds, one of them along two axes alone.
+  const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0}),
+                                           grip_at_node(on_two().touchable[9], {0.001, 0, -0.001}, 5)};
+  for (int phase = 0; phase < 8; ++phase) {
+    const double t = 2 * std::numbers::pi * phase / 8;
+    const Vector4d q(0.005 * std::sin(t), 0.05 * std::cos(t), 80 * std::sin(2 * t), 9.81 * std::cos(t));
+    set_amounts(played.scene.get(), q);
+    ASSERT_EQ(played.step({tool_of(grips)}), 0u) << phase;
+    const FullSolve full = solve_fully(on_two(), q, grips);
+    Vector3d expected = Vector3d::Zero();
+    for (const palpate_grip& grip : grips)
+      for (int d = 0; d < 3; ++d)
+        if (grip.axes >> d & 1u) expected[d] -= full.force[3 * grip.node + d];
+    // Columns and motions are stored in single precision: 6e-8 of displacements, which the stiffness of close nodes makes 1e-5 of forces.
+    EXPECT_LT((played.force() - expected).norm(), 1e-5 * (1e-3 + expected.norm())) << phase;
+    const auto nodes = static_cast<std::int32_t>(on_two().body.mesh.nodes.size());
+    const auto u = displacements(played.scene.get(), played.contacts, nodes);
+    for (std::size_t i = 0; i < u.size(); ++i)
+      ASSERT_NEAR(static_cast<double>(u[i]), full.u[static_cast<Eigen::Index>(i)], 2e-8) << phase << ' ' << i;
+    const double swept = on_two().motions.sweep.dot(full.u);
+    EXPECT_NEAR(played.state(kFilling).volume, swept, 1e-6 * std::abs(swept) + 1e-14) << phase;
+    EXPECT_EQ(played.state(kTurn).amount, q[kTurn]);
+    EXPECT_EQ(played.state(kTurn).volume, 0);
+  }
+}
+
+TEST(Motions, AHeldVolumeHasThePressureOfAFullSolve) {
+  palpate_scene_def def = moved_def();
+  def.collision = PALPATE_COLLISION_OFF;
+  Played played(on_two(), def);
+  const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0}),
+                                           grip_at_node(on_two().touchable[21], {-0.002, 0, 0})};
+  const Vector4d q(0.003, 0.02, 0, 5);
+  set_amounts(played.scene.get(), q);
+  palpate_error error = {};
+  constexpr double volume = 3e-6;
+  ASSERT_EQ(palpate_scene_hold_volume(played.scene.get(), kFilling, 1, volume, &error), PALPATE_OK) << error.text;
+  // In the first step the secant has met it; its tolerance is 1e-7 of the displacement.
+  ASSERT_EQ(played.step({tool_of(grips)}), 0u);
+  const double pressure = played.state(kFilling).amount;
+  EXPECT_NEAR(played.state(kFilling).volume, volume, 1e-5 * volume);
+  const FullSolve full = solve_fully(on_two(), Vector4d(q[0], q[1], pressure, q[3]), grips);
+  EXPECT_NEAR(on_two().motions.sweep.dot(full.u), volume, 1e-5 * volume);
+  // Without the tool another pressure holds the same volume; and it stays when the volume is let go.
+  played.step({});
+  EXPECT_NE(played.state(kFilling).amount, pressure);
+  EXPECT_NEAR(played.state(kFilling).volume, volume, 1e-9 * volume);
+  const double last = played.state(kFilling).amount;
+  ASSERT_EQ(palpate_scene_hold_volume(played.scene.get(), kFilling, 0, 0, &error), PALPATE_OK);
+  played.step({});
+  EXPECT_EQ(played.state(kFilling).amount, last);
+}
+
+// ---- rigid motions: an organ that moves against a tool is a tool that moves against the organ -----------------------------
+
+// The organ's held face, and so the whole organ, moves by q along x; the tool stands. Beside it a scene whose tool moves by -q.
+TEST(Motions, AnOrganThatMovesAgainstAToolAtRestIsMetLikeAToolThatMoves) {
+  for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+    for (const palpate_contact_model contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+      palpate_scene_def def = moved_def();
+      def.law = law, def.contact = contact;
+      Played moved(on_one(), def);
+      def.motions = 0;
+      Played still(on_one(), def);
+      const std::int32_t triangle = on_one().far_triangle(5);
+      const Vector3d above = on_one().place(triangle, {.3, .3, .4}) + 0.001 * on_one().outward(triangle);
+      int in_contact = 0;
+      for (int s = 0; s < 400; ++s) {
+        const double q = 0.004 * (1 - std::cos(2 * std::numbers::pi * s / 200)) / 2;
+        const Vector3d met = above - Vector3d(q, 0, 0);
+        set_amounts(moved.scene.get(), {q, 0, 0, 0});
+        const double radius = contact == PALPATE_CONTACT_PATCH ? 0.008 : 0;
+        const palpate_step_flags flags = moved.step({point_tool(above.data(), 1, radius, 0.3)});
+        still.step({point_tool(met.data(), 1, radius, 0.3)});
+        ASSERT_EQ(flags, 0u) << s;
+        const int here = palpate_contacts_tool(moved.contacts.get(), 0)->contact_count,
+                  there = palpate_contacts_tool(still.contacts.get(), 0)->contact_count;
+        ASSERT_EQ(here, there) << "contacts begin and end in the same steps";
+        in_contact += here;
+        // Both are stored in single precision; what the moved organ holds is the difference of two such numbers.
+        EXPECT_LT((moved.force() - still.force()).norm(), 2e-5 * (0.01 + still.force().norm())) << law << ' ' << s;
+        if (s % 40 != 7 || here == 0) continue;
+        const auto u = displacements(moved.scene.get(), moved.contacts, on_one().body.surface_nodes),
+                   v = displacements(still.scene.get(), still.contacts, on_one().body.surface_nodes);
+        for (std::size_t i = 0; i < u.size(); ++i)
+          ASSERT_NEAR(static_cast<double>(u[i]), static_cast<double>(v[i]) + (i % 3 == 0 ? q : 0), 1e-7);
+      }
+      EXPECT_GT(in_contact, 150) << "most of two breaths of 3 mm depth";
+    }
+}
+
+TEST(Motions, AToolIsLeftWhereTheOrganGoesAwayAndMetWhereItComesBack) {
+  Played played(on_one());
+  const std::int32_t triangle = on_one().far_triangle(5);
+  const Vector3d p = on_one().place(triangle, {.3, .3, .4}) + 0.001 * on_one().outward(triangle);
+  int begun = 0, last = 0;
+  for (int s = 0; s < 1000; ++s) {
+    const double q = 0.002 * std::sin(2 * std::numbers::pi * s / 250);
+    set_amounts(played.scene.get(), {q, 0, 0, 0});
+    ASSERT_EQ(played.step({point_tool(p.data())}), 0u);
+    const int count = palpate_contacts_tool(played.contacts.get(), 0)->contact_count;
+    begun += count > last, last = count;
+    // 1 mm away at rest: the force is none while the organ is away, and pushes the tool outwards while it presses.
+    if (q < 0.0009) {
+      EXPECT_EQ(played.force().norm(), 0) << s;
+    }
+    if (q > 0.0012) {
+      EXPECT_GT(played.force()[0], 0) << s;
+    }
+  }
+  EXPECT_EQ(begun, 4);
+}
+
+TEST(Motions, AGraspFollowsARigidMotionAsIfTheJawsMovedBack) {
+  palpate_scene_def def = moved_def();
+  def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1;
+  Played moved(on_one(), def);
+  def.motions = 0;
+  Played still(on_one(), def);
+  for (int s = 0; s < 60; ++s) {
+    const double q = 0.004 * std::sin(0.1 * s);
+    set_amounts(moved.scene.get(), {q, 0, 0, 0});
+    palpate_grasp grasp = palpate_default_grasp();
+    grasp.triangle = on_one().far_triangle(14), grasp.radius = 0.006;
+    Eigen::Map<Vector3d>(grasp.barycentric) = Vector3d(.3, .3, .4);
+    palpate_tool tool = palpate_default_tool();
+    tool.grasp = &grasp;
+    // The jaws close where the organ already moves.
+    const std::vector<palpate_tool> tools = s < 10 ? std::vector<palpate_tool>{} : std::vector<palpate_tool>{tool};
+    grasp.position[0] = 0.001 * s;
+    moved.step(tools);
+    grasp.position[0] = 0.001 * s - q;
+    still.step(tools);
+    if (tools.empty()) continue;
+    const Vector3d f(palpate_scene_grasp_state(moved.scene.get(), 0)->force),
+        g(palpate_scene_grasp_state(still.scene.get(), 0)->force);
+    EXPECT_LT((f - g).norm(), 0.02 * g.norm() + 0.02) << s;
+  }
+}
+
+TEST(Motions, QueriesAndTheReportSeeTheOrganWhereTheMotionsBringIt) {
+  palpate_scene_def def = moved_def();
+  def.queries = PALPATE_QUERIES_ON, def.report = PALPATE_REPORT_CONTACTS;
+  Played played(on_one(), def);
+  const std::int32_t triangle = on_one().far_triangle(5);
+  const Vector3d at = on_one().place(triangle, {.3, .3, .4}), out = on_one().outward(triangle);
+  set_amounts(played.scene.get(), {0.003, 0, 0, 0});
+  ASSERT_EQ(played.step({}), 0u);
+  const Vector3d from = at + 0.05 * out, along = -out;
+  palpate_surface_hit hit = palpate_default_surface_hit();
+  EXPECT_EQ(palpate_scene_cast_ray(played.scene.get(), played.contacts, from.data(), along.data(), 1, &hit), 0u);
+  EXPECT_NEAR(hit.distance, 0.047, 1e-8);
+  EXPECT_EQ(palpate_scene_cast_ray(played.scene.get(), nullptr, from.data(), along.data(), 1, &hit), 0u);
+  EXPECT_NEAR(hit.distance, 0.05, 1e-8);
+  // The organ comes against a tool that stands in its way.
+  const Vector3d p = at + 0.004 * out;
+  for (int s = 0; s < 40; ++s) {
+    set_amounts(played.scene.get(), {0.003 + 5e-5 * s, 0, 0, 0});
+    played.step({point_tool(p.data())});
+  }
+  const palpate_contact_report* report = palpate_scene_report(played.scene.get());
+  ASSERT_EQ(report->contact_count, 1);
+  const palpate_contact& contact = *palpate_report_contact(report, 0);
+  EXPECT_NEAR(contact.gap, 0, 1e-6);
+  EXPECT_LT((Vector3d(contact.place) - p).norm(), 1e-6);
+  EXPECT_LT(Vector3d(contact.velocity).norm(), 1e-3) << "it sticks: the place stands where the tool does";
+}
+
+// ---- limits and bad input ----------------------------------------------------------------------------------------------
+
+TEST(Motions, AJumpIsTakenStepByStepAndSaid) {
+  palpate_scene_def def = moved_def();
+  def.max_tool_speed = 1;
+  Played played(on_one(), def);
+  // The first step takes what was set.
+  set_amounts(played.scene.get(), {0.02, 0, 0, 0});
+  EXPECT_EQ(played.step({}), 0u);
+  EXPECT_EQ(played.state(kPiston).amount, 0.02);
+  set_amounts(played.scene.get(), {0.02 - 0.0095, 0, 0, 0});
+  int limited = 0;
+  double last = 0.02;
+  for (int s = 0; s < 12; ++s) {
+    limited += (played.step({}) & PALPATE_STEP_MOTION_LIMITED) != 0;
+    EXPECT_LE(std::abs(played.state(kPiston).amount - last), 0.001 * (1 + 1e-9)) << "1 m/s for a millisecond";
+    last = played.state(kPiston).amount;
+  }
+  EXPECT_EQ(limited, 9);
+  EXPECT_EQ(last, 0.02 - 0.0095);
+  palpate_scene_reset(played.scene.get());
+  EXPECT_EQ(played.step({}), 0u) << "after a reset the first step takes them again";
+  EXPECT_EQ(played.state(kPiston).amount, 0.02 - 0.0095);
+}
+
+TEST(Motions, BadInputIsRefusedAndChangesNothing) {
+  Played played(on_one());
+  set_amounts(played.scene.get(), {0.001, 0.002, 3, 4});
+  palpate_error error = {};
+  const auto refused = [&](const double* amounts, std::int32_t count, const char* sentence) {
+    EXPECT_EQ(palpate_scene_set_motions(played.scene.get(), amounts, count, &error), PALPATE_ERROR_ARGUMENT);
+    EXPECT_THAT(error.text, HasSubstr(sentence));
+  };
+  const double nan[4] = {0, NAN, 0, 0}, infinite[4] = {INFINITY, 0, 0, 0}, far[4] = {1e7, 0, 0, 0}, huge[4] = {1e308, 0, 0, 0};
+  refused(nullptr, 4, "expected an amount for each of the 4 motions, found 0 amounts");
+  refused(nan, 3, "expected an amount for each of the 4 motions, found 3 amounts");
+  for (const double* bad : {nan, infinite, far, huge}) refused(bad, 4, "finite amounts that move no node by more than 1e6 m");
+  const auto held = [&](std::int32_t motion, double volume, const char* sentence) {
+    EXPECT_EQ(palpate_scene_hold_volume(played.scene.get(), motion, 1, volume, &error), PALPATE_ERROR_ARGUMENT);
+    EXPECT_THAT(error.text, HasSubstr(sentence));
+  };
+  held(4, 0, "one of the bundle's motions");
+  held(-1, 0, "one of the bundle's motions");
+  held(kPiston, 0, "of kind PRESSURE");
+  held(kFilling, NAN, "a finite volume");
+  held(kFilling, 1e30, "a finite volume");
+  EXPECT_EQ(played.step({}), 0u);
+  EXPECT_EQ(played.state(kPiston).amount, 0.001);
+  EXPECT_EQ(played.state(kWeight).amount, 4);
+  EXPECT_EQ(palpate_scene_motion_state(played.scene.get(), 4), nullptr);
+  EXPECT_EQ(palpate_scene_motion_state(played.scene.get(), -1), nullptr);
+
+  palpate_scene_def def = moved_def();
+  def.motions = 0;
+  Played without(on_one(), def);
+  EXPECT_EQ(palpate_scene_set_motions(without.scene.get(), nan, 4, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_THAT(error.text, HasSubstr("expected a scene with motions"));
+  EXPECT_EQ(palpate_scene_hold_volume(nullptr, 0, 1, 0, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_motion_state(without.scene.get(), 0), nullptr);
+}
+
+TEST(Motions, ScenesThatCannotMoveAreRefusedWithOneSentence) {
+  const auto refusal = [&](const TouchedBody& of, auto change) {
+    palpate_scene_def def = moved_def();
+    change(def);
+    palpate_scene* scene = nullptr;
+    palpate_error error = {};
+    EXPECT_NE(palpate_scene_create(of.bundle(), &def, &scene, &error), PALPATE_OK);
+    palpate_scene_destroy(scene);
+    return std::string(error.text);
+  };
+  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.collision = PALPATE_COLLISION_REST; }),
+              HasSubstr("take collision DEFORMED, or OFF"));
+  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.deformation = PALPATE_DEFORMATION_LARGE; }),
+              HasSubstr("deformation LINEAR alone"));
+  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.max_links = 1; }), HasSubstr("whose supports stand"));
+  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.motions = 2; }), HasSubstr("motions must be 0 or 1"));
+  static const TouchedBox plain;
+  EXPECT_THAT(refusal(plain, [](palpate_scene_def&) {}), HasSubstr("motion/displacement_surface"));
+  const auto damaged = [&](auto change) {
+    const TouchedBody body(box_on_supports(false), [&](BundleParts& parts) {
+      add_motions(parts, box_on_supports(false));
+      change(parts);
+    });
+    return refusal(body, [](palpate_scene_def& def) { def.shape = PALPATE_SHAPE_VOLUME; });
+  };
+  using formats::SectionId;
+  const auto with_number = [&](SectionId id, std::size_t at, auto number) {
+    return damaged([&](BundleParts& parts) {
+      auto numbers = parts.get<decltype(number)>(id);
+      numbers[at] = number;
+      parts.set(id, parts.sections.at(id).shape, numbers);
+    });
+  };
+  EXPECT_THAT(with_number(SectionId::motion_surface, 5, std::numeric_limits<float>::quiet_NaN()),
+              HasSubstr("motion/displacement_surface"));
+  EXPECT_THAT(with_number(SectionId::motion_interior, 2, std::numeric_limits<float>::infinity()),
+              HasSubstr("motion/displacement_interior"));
+  EXPECT_THAT(with_number(SectionId::motion_volume, kFilling * kMotions + kFilling, 0.0), HasSubstr("motion/volume"));
+  EXPECT_THAT(with_number(SectionId::motion_volume, 3, std::nan("")), HasSubstr("motion/volume"));
+  EXPECT_THAT(with_number(SectionId::motion_kinds, 1, std::int32_t{0}), HasSubstr("motion/kinds"));
+  EXPECT_THAT(damaged([](BundleParts& parts) { parts.sections.erase(SectionId::motion_interior); }),
+              HasSubstr("motion/displacement_interior"));
+  EXPECT_THAT(damaged([](BundleParts& parts) { parts.sections.erase(SectionId::motion_volume); }),
+              HasSubstr("motion/volume"));
+}
+
+TEST(Motions, AreNamedByTheBundle) {
+  EXPECT_EQ(palpate_bundle_describe(on_one().bundle()).motion_count, kMotions);
+  const char* names[] = {"piston", "turn", "filling", "weight"};
+  const palpate_motion_kind kinds[] = {PALPATE_MOTION_PISTON, PALPATE_MOTION_ROTATION, PALPATE_MOTION_PRESSURE,
+                                       PALPATE_MOTION_GRAVITY};
+  palpate_error error = {};
+  for (int m = 0; m < kMotions; ++m) {
+    palpate_motion_info info = {};
+    ASSERT_EQ(palpate_bundle_motion(on_one().bundle(), m, &info, sizeof info, &error), PALPATE_OK) << error.text;
+    EXPECT_STREQ(info.name, names[m]);
+    EXPECT_EQ(info.kind, kinds[m]);
+  }
+  palpate_motion_info info = {};
+  EXPECT_EQ(palpate_bundle_motion(on_one().bundle(), kMotions, &info, sizeof info, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_bundle_motion(on_one().bundle(), -1, &info, sizeof info, &error), PALPATE_ERROR_ARGUMENT);
+}
+
+TEST(Motions, ContactsWithOtherAmountsThanAScenesAreBadInput) {
+  Played played(on_one());
+  set_amounts(played.scene.get(), {0.003, 0, 0, 0});
+  played.step({});
+  palpate_step_flags flags = 0;
+  const auto u = displacements(played.scene.get(), played.contacts, on_one().body.surface_nodes, &flags);
+  EXPECT_EQ(flags, 0u);
+  EXPECT_FLOAT_EQ(u[0], 0.003f);
+  Contacts changed = played.contacts;
+  const_cast<double*>(palpate_contacts_motions(changed.get()))[0] = NAN;
+  displacements(played.scene.get(), changed, on_one().body.surface_nodes, &flags);
+  EXPECT_EQ(flags, palpate_step_flags{PALPATE_STEP_BAD_INPUT});
+  changed = played.contacts;
+  changed->motion_count = 3;
+  displacements(played.scene.get(), changed, on_one().body.surface_nodes, &flags);
+  EXPECT_EQ(flags, palpate_step_flags{PALPATE_STEP_BAD_INPUT});
+}
+
+TEST(Motions, ARestoredStateGoesOnWithTheSameBits) {
+  palpate_scene_def def = moved_def();
+  def.law = PALPATE_LAW_COULOMB, def.report = PALPATE_REPORT_CONTACTS;
+  Played one(on_two(), def), two(on_two(), def);
+  const std::int32_t triangle = on_two().far_triangle(5);
+  const Vector3d p = on_two().place(triangle, {.3, .3, .4}) + 0.0005 * on_two().outward(triangle);
+  const auto play = [&](Played& played, int s) {
+    set_amounts(played.scene.get(), {0.002 * std::sin(0.05 * s), 0.02 * std::sin(0.03 * s), 0, 2});
+    played.step({point_tool(p.data(), 1, 0, 0.3)});
+  };
+  palpate_error error = {};
+  ASSERT_EQ(palpate_scene_hold_volume(one.scene.get(), kFilling, 1, 1e-7, &error), PALPATE_OK);
+  for (int s = 0; s < 60; ++s) play(one, s);
+  std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8 + 1);
+  ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  ASSERT_EQ(palpate_scene_restore(two.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  for (int s = 60; s < 120; ++s) {
+    play(one, s), play(two, s);
+    ASSERT_EQ(one.contacts->used_bytes, two.contacts->used_bytes);
+    ASSERT_EQ(std::memcmp(one.contacts.get(), two.contacts.get(), one.contacts->used_bytes), 0) << s;
+  }
+}
+
+TEST(Motions, CostNothingWhereTheyAreOff) {
+  palpate_scene_def def = moved_def();
+  const auto plan_with = plan_of(on_one().scene(def).get());
+  def.motions = 0;
+  const ScenePointer scene = on_one().scene(def);
+  for (const palpate_plan_pass& pass : plan_of(scene.get())) {
+    EXPECT_STRNE(pass.name, "motions");
+    EXPECT_THAT(pass.sections, testing::Not(HasSubstr("motion/")));
+  }
+  EXPECT_EQ(plan_of(scene.get()).size() + 1, plan_with.size());
+  // The same bytes in memory, and the same bits of a step, as on the bundle that has no motions.
+  const TouchedBody plain(box_on_supports(false));
+  const ScenePointer other = plain.scene(def);
+  std::uint64_t bytes[2] = {};
+  for (const palpate_plan_pass& pass : plan_of(scene.get())) bytes[0] += pass.memory_bytes + pass.mapped_bytes;
+  for (const palpate_plan_pass& pass : plan_of(other.get())) bytes[1] += pass.memory_bytes + pass.mapped_bytes;
+  EXPECT_EQ(bytes[0], bytes[1]);
+  Contacts a(scene.get()), b(other.get());
+  const std::int32_t triangle = on_one().far_triangle(5);
+  for (int s = 0; s < 50; ++s) {
+    const Vector3d p = on_one().place(triangle, {.3, .3, .4}) + (0.001 - 5e-5 * s) * on_one().outward(triangle);
+    const palpate_tool tool = point_tool(p.data());
+    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, a.get(), a.bytes());
+    palpate_scene_touch(other.get(), &tool, 1, 1e-3, b.get(), b.bytes());
+    b->bundle = a->bundle;
+    ASSERT_EQ(std::memcmp(a.get(), b.get(), a->used_bytes), 0) << s;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tests
