@@ -255,15 +255,9 @@ std::uint64_t symbol_value(const char* begin, const char* end, const BundleCount
   const struct {
     const char* name;
     std::uint64_t value;
-  } symbols[] = {{"N", counts.nodes},
-                 {"Ns", counts.surface_nodes},
-                 {"N-Ns", counts.nodes - counts.surface_nodes},
-                 {"E", counts.tetrahedra},
-                 {"F", counts.triangles},
-                 {"R", counts.regions},
-                 {"S", counts.touchable},
-                 {"M", counts.motions},
-                 {"*", 0}};
+  } symbols[] = {{"N", counts.nodes},      {"Ns", counts.surface_nodes}, {"N-Ns", counts.nodes - counts.surface_nodes},
+                 {"E", counts.tetrahedra}, {"F", counts.triangles},      {"R", counts.regions},
+                 {"S", counts.touchable},  {"M", counts.motions},        {"*", 0}};
   const auto length = static_cast<std::size_t>(end - begin);
   for (const auto& symbol : symbols)
     if (std::strlen(symbol.name) == length && std::memcmp(symbol.name, begin, length) == 0) return symbol.value;
@@ -325,8 +319,8 @@ BundleStatus check_block_count(const BundleIndex& index, BundleError* error) {
 // Motions have all their sections but those of the interior and of the volumes, or none of them.
 BundleStatus check_motions(const BundleIndex& index, BundleError* error) {
   std::uint32_t found = 0;
-  for (const SectionId id : {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface,
-                             SectionId::motion_residual})
+  for (const SectionId id :
+       {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface, SectionId::motion_residual})
     found += find_section(index, id) != nullptr;
   const bool more = find_section(index, SectionId::motion_interior) || find_section(index, SectionId::motion_volume);
   if (found != (more || found > 0 ? 4u : 0u))

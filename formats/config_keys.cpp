@@ -26,6 +26,9 @@ constexpr Example kExamples[] = {
     {"density", "value", "1060"},
     {"gravity", "value", "[0, 9.81, 0]"},
     {"motion", "axis", "[0, 0, 1]"},
+    {"motion", "sine", "{ amplitude = 12, period = 4 }"},
+    {"motion", "amounts", "[[0, 0], [2, 12]]"},
+    {"motion", "amounts_csv", "\"breath.csv\""},
     {"motion", "file", "\"diaphragm.csv\""},
     {nullptr, "value", "5.4"},
     {nullptr, "source", "\"Author year, table 2\""},
@@ -263,6 +266,10 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "", "tool", "tables", "-", "required", "1 to 8", "`[[tool]]`: one tool and its path."},
       {S, "", "link", "tables", "-", "-", "at most 1000 stretches together",
        "`[[link]]`: a suture, clip, ligament or spring, which holds places of the organ together or to the world."},
+      {S, "", "motion", "tables", "-", "-", "names all different",
+       "`[[motion]]`: by how much a motion of the bundle moves the organ, a piston in `unit`, a rotation in degrees, a "
+       "field in itself, a pressure in Pa, gravity in m/s^2. It needs `collision = \"deformed\"`, which it also "
+       "selects, or `\"off\"`."},
       {S, "effects", "collision", "choice", "-", "\"rest\"", "off, rest, deformed",
        "Where the program looks for contacts: nowhere (grips alone move the organ), on the surface at rest, or on the "
        "deformed surface."},
@@ -399,6 +406,17 @@ const std::vector<ConfigKey>& config_keys() {
        "Rows `[from, until]`: the jaws are closed from the first time until before the second. Without it they are "
        "closed "
        "all the time, but for the times at which the tool is `away`."},
+      {S, "motion", "name", "text", "-", "required", "a motion of the bundle",
+       "As the boundary file names it; of `gravity` with its axis, `weight z`."},
+      {S, "motion", "sine", "table", "-", "-", "not together with `amounts` or `amounts_csv`",
+       "The amount swings about its mean."},
+      {S, "motion", "amounts", "rows", "s, see `[[motion]]`", "-", "times of at least 0 s, ascending",
+       "Rows `[t, amount]`, on straight lines in between."},
+      {S, "motion", "amounts_csv", "file", "s, see `[[motion]]`", "-", "as `amounts`",
+       "A CSV file with the columns `time,amount`, relative to the scene's folder."},
+      {S, "sine", "amplitude", "number", "see `[[motion]]`", "required", "", "The largest way from the mean."},
+      {S, "sine", "period", "number", "s", "required", "above 0", "Of one breath. It begins at the mean and rises."},
+      {S, "sine", "mean", "number", "see `[[motion]]`", "-", "", "The amount in the middle; without it 0."},
       {S, "link", "name", "text", "-", "required", "not empty", "The link's name in the results."},
       {S, "link", "kind", "choice", "-", "required", "thread, spring, clip",
        "A thread pulls its ends together and never pushes: a suture, a ligament. A spring pulls and pushes along the "

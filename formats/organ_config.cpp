@@ -293,8 +293,7 @@ BoundaryConfig::Motion motion(TomlTable& table) {
   only_for("select", {Kind::piston, Kind::rotation, Kind::field, Kind::pressure}, "all kinds but gravity");
   if (result.kind == Kind::piston || result.kind == Kind::rotation) result.axis = axis_of(table);
   if (result.kind == Kind::rotation) result.point = table.vector("point");
-  if (result.kind == Kind::field)
-    result.file = table.file().parent_path() / table.text("file", "\"diaphragm.csv\"");
+  if (result.kind == Kind::field) result.file = table.file().parent_path() / table.text("file", "\"diaphragm.csv\"");
   if (result.kind == Kind::pressure || table.has("select")) result.select = selectors(table);
   table.finish();
   return result;

@@ -121,9 +121,10 @@ struct BoundaryConfig {
   struct Motion {
     enum class Kind { piston, rotation, field, pressure, gravity } kind;
     std::string name;
-    std::array<double, 3> axis{}, point{};  // piston and rotation: not zero, of any length; rotation: a point of the axis
-    std::filesystem::path file{};           // field: a CSV with the columns x,y,z,ux,uy,uz
-    std::vector<Selector> select{};         // which supports move, empty: all; pressure: which triangles
+    std::array<double, 3> axis{},
+        point{};                     // piston and rotation: not zero, of any length; rotation: a point of the axis
+    std::filesystem::path file{};    // field: a CSV with the columns x,y,z,ux,uy,uz
+    std::vector<Selector> select{};  // which supports move, empty: all; pressure: which triangles
     int line = 0;
     bool operator==(const Motion&) const = default;
   };

@@ -267,6 +267,21 @@ void check_holds(const SceneConfig& scene, const TomlTable& root) {
     root.wrong("link", fmt::format("at most {} stretches between places of all links together", kMaxLinks));
 }
 
+// Motions move the linear organ, and tools meet it where it is.
+void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collision) {
+  if (scene.motions.empty()) return;
+  for (std::size_t i = 0; i < scene.motions.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (scene.motions[i].name == scene.motions[j].name)
+        root.wrong("motion",
+                   fmt::format("a name that no other [[motion]] has, not \"{}\" twice", scene.motions[i].name));
+  if (scene.deformation != SceneConfig::Deformation::linear)
+    root.wrong("motion", "deformation = \"linear\" in [effects], since the scene has motions");
+  if (!names_collision) scene.collision = SceneConfig::Collision::deformed;
+  if (scene.collision == SceneConfig::Collision::rest)
+    root.wrong("motion", "collision = \"deformed\" or \"off\" in [effects], since the scene has motions");
+}
+
 // ---- the rest ------------------------------------------------------------------------------------------------------
 
 void read_effects(TomlTable table, SceneConfig& scene) {
@@ -368,9 +383,10 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   scene.name = root.text("name", "\"push\"");
   if (root.has("bundle")) scene.bundle = file.parent_path() / root.text("bundle", "\"bundle.h5\"");
   const double scale = root.choice("unit", kLengths);
-  bool names_contact = false;
+  bool names_contact = false, names_collision = false;
+  scene.metres_per_unit = scale;
   if (root.has("effects")) {
-    names_contact = root.table("effects").has("contact");
+    names_contact = root.table("effects").has("contact"), names_collision = root.table("effects").has("collision");
     read_effects(root.table("effects"), scene);
   }
   if (root.has("relaxation")) scene.relaxation = read_relaxation(root.table("relaxation"));
@@ -382,7 +398,9 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   if (!root.has("tool")) root.wrong("tool", "one [[tool]] or more");
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scale));
   for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scale));
+  for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion));
   choose_contact(scene, root, names_contact);
+  check_motions(scene, root, names_collision);
   check_holds(scene, root);
   if (scene.dent == SceneConfig::Dent::discs && scene.contact != SceneConfig::Contact::patch)
     root.wrong("effects", "no dent = \"discs\", or a tool with a disc_radius, whose dent is drawn");

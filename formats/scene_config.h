@@ -83,6 +83,19 @@ struct SceneConfig {
     int line = 0;
     bool operator==(const Link&) const = default;
   };
+  // By how much a motion of the bundle moves the organ (palpate_scene_set_motions of palpate.h). Amounts in the file's units: a piston in
+  // its lengths, a rotation in degrees.
+  struct Motion {
+    struct Sine {
+      double mean = 0, amplitude = 0, period = 0;  // period: s
+      bool operator==(const Sine&) const = default;
+    };
+    std::string name;
+    std::optional<Sine> sine;
+    std::vector<std::array<double, 2>> amounts;  // s, amount; where there is no sine
+    int line = 0;
+    bool operator==(const Motion&) const = default;
+  };
   // Jaws of a tool (palpate_grasp of palpate.h).
   struct Grasp {
     Vector near{};                   // m; the first disc holds the point of the surface that is nearest to it
@@ -129,6 +142,8 @@ struct SceneConfig {
   Limits limits;
   std::vector<Tool> tools;
   std::vector<Link> links;
+  std::vector<Motion> motions;
+  double metres_per_unit = 1;  // of the file's lengths, for amounts of pistons
   bool operator==(const SceneConfig&) const = default;
 };
 

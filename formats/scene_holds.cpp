@@ -4,7 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <numbers>
+#include <sstream>
+
+#include "formats/errors.h"
 
 namespace palpate {
 namespace {
@@ -83,6 +88,83 @@ SceneConfig::Link read_link(TomlTable table, double scale) {
                 "no rest length of a clip, which brings its ends to one place");
   table.finish();
   return link;
+}
+
+namespace {
+
+// Rows time,amount of a CSV file; the first line may hold names.
+Rows read_amounts(const std::filesystem::path& csv) {
+  std::ifstream stream(csv);
+  if (!std::filesystem::is_regular_file(csv) || !stream)
+    throw InputError(
+        fmt::format("{}: expected a CSV file with a motion's amounts, found none that can be read", csv.string()));
+  Rows rows;
+  std::string line;
+  bool names_allowed = true;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream in(line);
+    double time = 0, amount = 0;
+    char comma = 0;
+    const bool read = in >> time >> comma >> amount && comma == ',' && (in >> std::ws).eof() && std::isfinite(time) &&
+                      std::isfinite(amount);
+    const auto refuse = [&](const char* expected) {
+      throw InputError(
+          fmt::format("{}:{}: expected {}, found \"{}\"", csv.string(), number, expected, line.substr(0, 60)));
+    };
+    if (!read && !names_allowed) refuse("two numbers time,amount");
+    if (read && !(time >= 0 && (rows.empty() || time > rows.back()[0])))
+      refuse("a time of at least 0 s and after the row before");
+    if (read) rows.push_back({time, amount});
+    names_allowed = false;
+  }
+  if (rows.empty()) throw InputError(fmt::format("{}: expected rows of time,amount, found none", csv.string()));
+  return rows;
+}
+
+SceneConfig::Motion::Sine read_sine(TomlTable table) {
+  SceneConfig::Motion::Sine sine;
+  sine.amplitude = table.number("amplitude");
+  sine.period = positive(table, "period", "a time above 0 s");
+  if (table.has("mean")) sine.mean = table.number("mean");
+  table.finish();
+  return sine;
+}
+
+}  // namespace
+
+SceneConfig::Motion read_motion(TomlTable table) {
+  SceneConfig::Motion motion;
+  motion.line = table.line();
+  motion.name = table.text("name", "\"diaphragm\"");
+  const int ways = table.has("sine") + table.has("amounts") + table.has("amounts_csv");
+  if (ways != 1)
+    table.wrong("name",
+                "exactly one of sine = { amplitude, period }, amounts = [[t, amount], ...] and amounts_csv = "
+                "\"FILE.csv\" beside the name");
+  if (table.has("sine")) motion.sine = read_sine(table.table("sine"));
+  if (table.has("amounts")) {
+    motion.amounts = table.rows<2>("amounts", "[t, amount]");
+    double before = -1;
+    for (std::size_t i = 0; i < motion.amounts.size(); ++i) {
+      const double time = motion.amounts[i][0];
+      if (!(time >= 0 && time > before))
+        table.wrong_row("amounts", i, "a time of at least 0 s and after the row before");
+      before = time;
+    }
+    if (motion.amounts.empty()) table.wrong("amounts", "one row [t, amount] or more");
+  }
+  if (table.has("amounts_csv"))
+    motion.amounts = read_amounts(table.file().parent_path() / table.text("amounts_csv", "\"breath.csv\""));
+  table.finish();
+  return motion;
+}
+
+double amount_at(const SceneConfig::Motion& motion, double time) {
+  if (!motion.sine) return value_at(motion.amounts, time);
+  const auto& [mean, amplitude, period] = *motion.sine;
+  return mean + amplitude * std::sin(2 * std::numbers::pi * std::fmod(time / period, 1.0));
 }
 
 SceneConfig::Grasp read_grasp(TomlTable table, double scale) {

@@ -1,4 +1,4 @@
-// What holds tissue in a scene.toml: its links, and the grasps and turns of its tools.
+// What holds and moves tissue in a scene.toml: its links and motions, and the grasps and turns of its tools.
 #pragma once
 
 #include <vector>
@@ -12,6 +12,11 @@ namespace palpate {
 SceneConfig::Link read_link(TomlTable table, double scale);
 SceneConfig::Grasp read_grasp(TomlTable table, double scale);
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool);
+
+SceneConfig::Motion read_motion(TomlTable table);
+
+// The amount of a motion at a time, in the file's units.
+double amount_at(const SceneConfig::Motion& motion, double time);
 
 // Constraints of the palpate_link that a link of the scene makes: one for each stretch between two of its ends.
 int stretches_of(const SceneConfig::Link& link);

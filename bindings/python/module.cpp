@@ -80,7 +80,8 @@ void add_step_flags(py::module_& module) {
                 {"SOLVE_INEXACT", PALPATE_STEP_SOLVE_INEXACT},
                 {"DISCS_THINNED", PALPATE_STEP_DISCS_THINNED},
                 {"DEFORMATION_BEHIND", PALPATE_STEP_DEFORMATION_BEHIND},
-                {"LINK_BROKE", PALPATE_STEP_LINK_BROKE}});
+                {"LINK_BROKE", PALPATE_STEP_LINK_BROKE},
+                {"MOTION_LIMITED", PALPATE_STEP_MOTION_LIMITED}});
 }
 
 void add_device_flags(py::module_& module) {

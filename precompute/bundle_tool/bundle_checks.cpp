@@ -242,9 +242,8 @@ std::string fault_of_volumes(const BundleFile& file, double tolerance) {
   const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
   const std::size_t count = kinds.size();
   const auto is_pressure = [&](std::size_t i) { return static_cast<MotionKind>(kinds[i]) == MotionKind::pressure; };
-  const bool any = std::any_of(kinds.begin(), kinds.end(), [](std::int32_t kind) {
-    return static_cast<MotionKind>(kind) == MotionKind::pressure;
-  });
+  const bool any = std::any_of(kinds.begin(), kinds.end(),
+                               [](std::int32_t kind) { return static_cast<MotionKind>(kind) == MotionKind::pressure; });
   if (any == volume.empty()) return any ? "a pressure has no volumes" : "there are volumes but no pressure";
   for (std::size_t i = 0; i < count && any; ++i)
     for (std::size_t j = 0; j < count; ++j) {

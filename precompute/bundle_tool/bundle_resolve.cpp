@@ -47,8 +47,7 @@ void check_images(const BundleFile& file, const VerifyOptions& options, const Bo
   const auto require = [&](const std::string& key, const std::filesystem::path& image) {
     const bool same = std::filesystem::is_regular_file(image) && provenance.is_object() && provenance.contains(key) &&
                       provenance[key] == sha256_of_file(image.string());
-    if (!same)
-      wrong += fmt::format("{}{} is not the file it was made with", wrong.empty() ? "" : ", ", image.string());
+    if (!same) wrong += fmt::format("{}{} is not the file it was made with", wrong.empty() ? "" : ", ", image.string());
   };
   const auto images = label_images(boundary);
   for (const auto& image : images)
@@ -161,8 +160,7 @@ void check_motions_again(const BundleFile& file, const ElasticBody& body, Elemen
   }
   // As for columns: what a residual leaves of a solution, and the rounding to single precision.
   const double largest = *std::max_element(residual.begin(), residual.end());
-  const double bound =
-      1.2e-7 + 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size())) * (largest + kTolerance);
+  const double bound = 1.2e-7 + 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size())) * (largest + kTolerance);
   checks.add_bounded("motions solved again", worst <= bound,
                      fmt::format("largest relative error of {} motions", solved.size()), worst, bound);
 }

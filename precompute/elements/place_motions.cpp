@@ -82,8 +82,7 @@ std::vector<FieldRow> read_field(const std::filesystem::path& file, double metre
     for (double& x : row) x *= metres;
     rows.push_back({{row[0], row[1], row[2]}, {row[3], row[4], row[5]}});
   }
-  if (rows.empty())
-    throw InputError(fmt::format("{}: expected rows of x,y,z,ux,uy,uz, found none", file.string()));
+  if (rows.empty()) throw InputError(fmt::format("{}: expected rows of x,y,z,ux,uy,uz, found none", file.string()));
   return rows;
 }
 
@@ -91,8 +90,7 @@ std::vector<double> longest_edges(const ElasticBody& body) {
   std::vector<double> longest(body.nodes.size(), 0.0);
   for (const auto& t : body.tetrahedra)
     for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j)
-        longest[t[i]] = std::max(longest[t[i]], distance(body.nodes[t[i]], body.nodes[t[j]]));
+      for (int j = 0; j < 4; ++j) longest[t[i]] = std::max(longest[t[i]], distance(body.nodes[t[i]], body.nodes[t[j]]));
   return longest;
 }
 
@@ -107,11 +105,11 @@ std::vector<Point> field_at(const std::vector<FieldRow>& rows, const std::vector
     for (const FieldRow& row : rows)
       if (const double away = distance(row.at, body.nodes[n]); away < least) least = away, way[n] = row.way;
     if (least > longest[n])
-      throw InputError(
-          fmt::format("{}: expected a row near every support that moves, found none within {:.3g} m of the node at "
-                      "({:.4g}, {:.4g}, {:.4g}) m (its longest edge; the nearest row is {:.3g} m away); add rows, check "
-                      "their unit (mesh_unit), or select fewer supports",
-                      config.file.string(), longest[n], body.nodes[n][0], body.nodes[n][1], body.nodes[n][2], least));
+      throw InputError(fmt::format(
+          "{}: expected a row near every support that moves, found none within {:.3g} m of the node at "
+          "({:.4g}, {:.4g}, {:.4g}) m (its longest edge; the nearest row is {:.3g} m away); add rows, check "
+          "their unit (mesh_unit), or select fewer supports",
+          config.file.string(), longest[n], body.nodes[n][0], body.nodes[n][1], body.nodes[n][2], least));
   }
   return way;
 }
@@ -167,8 +165,9 @@ class MotionPlacer {
   void place_gravity(const BoundaryConfig::Motion& config) {
     for (std::size_t r = 0; r < body_.materials.size(); ++r)
       if (body_.materials[r].density <= 0)
-        refuse(config, fmt::format("gravity needs the density of every region, [[region]] \"{}\" of organ.toml has none",
-                                   body_.region_names[r]));
+        refuse(config,
+               fmt::format("gravity needs the density of every region, [[region]] \"{}\" of organ.toml has none",
+                           body_.region_names[r]));
     for (std::size_t d = 0; d < 3; ++d) {
       Motion motion{config.name + ' ' + "xyz"[d], formats::MotionKind::gravity};
       motion.axis[d] = 1;
@@ -206,9 +205,10 @@ void place_motions(const BoundaryConfig& boundary, double metres, const std::fil
     for (std::size_t i = 0; i < body.motions.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
         if (body.motions[i].name == body.motions[j].name)
-          placer.refuse(config, fmt::format("expected names that differ, where gravity makes \"NAME x\", \"NAME y\" and "
-                                            "\"NAME z\", found \"{}\" twice; choose another name",
-                                            body.motions[i].name));
+          placer.refuse(config,
+                        fmt::format("expected names that differ, where gravity makes \"NAME x\", \"NAME y\" and "
+                                    "\"NAME z\", found \"{}\" twice; choose another name",
+                                    body.motions[i].name));
     if (body.motions.size() > static_cast<std::size_t>(formats::kMostMotions))
       placer.refuse(config, fmt::format("expected at most {} motions, where gravity counts as three, found {}",
                                         formats::kMostMotions, body.motions.size()));

@@ -11,8 +11,8 @@ namespace palpate {
 struct SolvedMotions {
   std::vector<std::vector<double>> displacement;  // of each motion, of the vertices, [3 N] m per unit
   std::vector<double> residual;                   // of each: true relative residual of K u = g
-  std::vector<double> volume;                     // [M][M] m^3 per unit: row i what motion j makes the surface of pressure i
-                                                  // sweep; empty where there is no pressure
+  std::vector<double> volume;  // [M][M] m^3 per unit: row i what motion j makes the surface of pressure i
+                               // sweep; empty where there is no pressure
 };
 
 // Solves K u = g for all of them, in the solver's batches; collective where the solver is. A held dof has what the motion imposes on it.

@@ -136,6 +136,11 @@ DatagramFault read_node(Reader& in, palpate_contact_node& node, int tools, const
 }  // namespace
 
 void check_deformation(const SceneConfig& scene) {
+  if (!scene.motions.empty())
+    throw InputError(
+        fmt::format("{}: motion: expected a scene without [[motion]], since a datagram holds contacts and "
+                    "not the amounts of motions, found {}; play the scene with palpate-run or palpate-igtl",
+                    scene.file.string(), scene.motions.size()));
   if (scene.deformation == SceneConfig::Deformation::linear) return;
   throw InputError(fmt::format(
       "{}: effects.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "

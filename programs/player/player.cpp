@@ -102,6 +102,7 @@ palpate_scene_def scene_def(const SceneConfig& scene, int points_and_grips, cons
   def.max_contact_nodes = scene.limits.contact_nodes.value_or(std::min(
       most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes()));
   def.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps = held.has_grasps();
+  def.motions = !scene.motions.empty();
   def.force_limit = scene.limits.force;
   def.force_slew = scene.limits.force_slew;
   def.max_tool_speed = scene.limits.tool_speed, def.max_operations = scene.limits.operations;
@@ -185,6 +186,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
     total += local_points_.back().size() + grips_.back().size();
   }
   held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
+  motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
   palpate_scene_def def =
       half_of(scene_def(scene_, static_cast<int>(std::min<std::size_t>(total, 1 << 20)), *held_), half);
   scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
@@ -216,6 +218,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
     tools_.push_back(tool_of(scene_.tools[t], points_[t], grips_[t]));
   holds_ = def.max_links > 0 || def.grasps;
   if (holds_) held_->hold_links(runtime_scene_.get(), 0);
+  moves_ = motions_->any() && half != Half::shape;
 }
 
 double Player::duration() const {
@@ -228,6 +231,8 @@ double Player::duration() const {
   for (const auto& link : scene_.links)
     for (const auto* rows : {&link.rest_length, &link.stiffness})
       if (!rows->empty()) last = std::max(last, rows->back()[0]);
+  for (const auto& motion : scene_.motions)
+    if (!motion.amounts.empty()) last = std::max(last, motion.amounts.back()[0]);
   return last;
 }
 
@@ -251,6 +256,7 @@ int Player::shape_node_count() const {
 
 void Player::move_tools(double time) {
   if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_.get(), time);
+  if (moves_) motions_->set(runtime_scene_.get(), time);
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     place_tool(t, position_at(scene_.tools[t].path, time), turn_at(scene_.tools[t].turn, time));
     if (is_away(scene_.tools[t], time)) withdraw_tool(t);

@@ -9,6 +9,7 @@
 #include <palpate/palpate.h>
 #include "formats/scene_config.h"
 #include "programs/player/held_tissue.h"
+#include "programs/player/organ_motions.h"
 #include "programs/player/render_mesh.h"
 #include "programs/player/tool_turn.h"
 
@@ -58,13 +59,14 @@ class Player {
   const SceneConfig& scene() const { return scene_; }
   const std::vector<std::vector<palpate_grip>>& grips() const { return grips_; }  // [tool][grip], a node each
   const HeldTissue& held() const { return *held_; }
+  const OrganMotions& motions() const { return *motions_; }
   bool holds_tissue() const { return holds_; }  // whether the library's scene has links or grasps
   palpate_bundle* bundle() const { return bundle_.get(); }
   const RenderMesh* render_mesh() const { return render_mesh_; }
   // The finer surface that the tools meet; nullptr: the bundle's.
   const palpate_fine_surface* met_surface() const { return met_triangles_.empty() ? nullptr : &met_surface_; }
   palpate_scene* runtime_scene() const { return runtime_scene_.get(); }
-  double duration() const;            // s, the last key frame of all tools and links
+  double duration() const;            // s, the last key frame of all tools, links and motions
   std::uint64_t shape_count() const;  // shapes that play makes
   std::uint64_t touch_count() const;  // steps of the whole scene, both ends included
   int contact_node_limit() const { return contact_node_limit_; }
@@ -72,7 +74,7 @@ class Player {
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
   // For a caller with a loop of its own: move_tools puts all tools where their paths are at a time and withdraws those that are
-  // away then, with what the scene's links and jaws do then; place_tool puts one tool where the caller says, touch makes one step.
+  // away then, with what the scene's links, motions and jaws do then; place_tool puts one tool where the caller says, touch makes one step.
   // None of them allocates.
   void move_tools(double time);
   void place_tool(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
@@ -111,7 +113,9 @@ class Player {
   std::vector<SceneConfig::Vector> positions_;                           // [tool]
   std::vector<palpate_tool> tools_;
   std::unique_ptr<HeldTissue> held_;
+  std::unique_ptr<OrganMotions> motions_;
   bool holds_ = false;  // the library's scene has links or grasps
+  bool moves_ = false;  // and motions, which this player sets
 };
 
 }  // namespace palpate

@@ -124,6 +124,24 @@ toml::array links_of(const SceneConfig& scene) {
   return list;
 }
 
+toml::array motions_of(const Player& player) {
+  toml::array list;
+  const auto& motions = player.scene().motions;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const double metres = player.motions().metres_of(i);
+    toml::table table{{"name", motions[i].name}};
+    if (const auto& sine = motions[i].sine)
+      table.insert("sine", toml::table{{"mean", metres * sine->mean},
+                                       {"amplitude", metres * sine->amplitude},
+                                       {"period", sine->period}});
+    std::vector<std::array<double, 2>> amounts = motions[i].amounts;
+    for (auto& row : amounts) row[1] *= metres;
+    if (!amounts.empty()) table.insert("amounts", rows_of(amounts));
+    list.push_back(std::move(table));
+  }
+  return list;
+}
+
 // Each gripped node is written as its own position, to which no other node is nearer.
 toml::array grips_of(const std::vector<palpate_grip>& grips, const palpate_bundle* bundle) {
   toml::array list;
@@ -169,6 +187,7 @@ toml::table resolved_scene(const Player& player) {
   for (std::size_t t = 0; t < scene.tools.size(); ++t) tools.push_back(tool_of(player, t));
   table.insert("tool", std::move(tools));
   if (!scene.links.empty()) table.insert("link", links_of(scene));
+  if (!scene.motions.empty()) table.insert("motion", motions_of(player));
   return table;
 }
 
@@ -208,7 +227,7 @@ void check_bundle(const Player& player, const fs::path& bundle) {
 void refuse_other_scene(const fs::path& record, const Player& recorded, const fs::path& file, const fs::path& bundle) {
   const toml::table expected = resolved_scene(recorded);
   const toml::table found = resolved_scene(Player(read_scene_config(file), bundle));
-  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link"}) {
+  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link", "motion"}) {
     const toml::node *a = expected.get(key), *b = found.get(key);
     const bool same = a && b ? a->visit([&](const auto& node) {
       const auto* other = b->as<std::decay_t<decltype(node)>>();

@@ -101,8 +101,8 @@ constexpr bool kHasEffects = true;
          (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
           def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
-          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.motions || def.dent != PALPATE_DENT_OFF ||
-          def.deformation != PALPATE_DEFORMATION_LINEAR);
+          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.motions ||
+          def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

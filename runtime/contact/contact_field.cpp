@@ -334,7 +334,8 @@ const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t
 double ContactField::own_norm(std::int32_t tool, std::int32_t point) const {
   if (body_) return body_->own_norm(tool, point);
   const Contact* contact = find(*now_, tool, point);
-  if (contact && now_->adds && now_->contact_count == 1) return norm_;  // without motions, which large deformation has not
+  if (contact && now_->adds && now_->contact_count == 1)
+    return norm_;  // without motions, which large deformation has not
   return contact ? contact->ratio * contact->own : 0;
 }
 

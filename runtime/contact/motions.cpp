@@ -54,9 +54,10 @@ palpate_status Motions::set(const double* amounts, std::int32_t given, palpate_e
   for (std::int32_t m = 0; m < count(); ++m) farthest += std::fabs(amounts[m]) * longest_[m];
   const bool finite = std::all_of(amounts, amounts + count(), [](double q) { return std::isfinite(q); });
   if (!finite || !(farthest <= kFarthest))
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-                "palpate_scene_set_motions: expected finite amounts that move no node by more than 1e6 m, found others; "
-                "the scene keeps its amounts");
+    return fail(
+        error, PALPATE_ERROR_ARGUMENT, 0,
+        "palpate_scene_set_motions: expected finite amounts that move no node by more than 1e6 m, found others; "
+        "the scene keeps its amounts");
   std::copy_n(amounts, count(), wanted_);
   return succeed(error);
 }
@@ -153,8 +154,8 @@ bool Motions::solve_pumps(double* by) const {
   for (std::int32_t m = 0; m < count(); ++m)
     if (holds_[m]) at[held++] = m;
   const auto entry = [&](std::int32_t i, std::int32_t j) {
-    return source_.volume[static_cast<std::size_t>(at[i]) * static_cast<std::size_t>(count()) +
-                          static_cast<std::size_t>(at[j])];
+    return source_
+        .volume[static_cast<std::size_t>(at[i]) * static_cast<std::size_t>(count()) + static_cast<std::size_t>(at[j])];
   };
   for (std::int32_t i = 0; i < held; ++i)
     for (std::int32_t j = 0; j <= i; ++j) {

@@ -51,7 +51,9 @@ class Motions {
   Vec3 now(std::int32_t node) const { return rows().sum_at(now_, node); }
   Vec3 begun(std::int32_t node) const { return rows().sum_at(begun_, node); }
   Vec3 before(std::int32_t node) const { return rows().sum_at(before_, node); }
-  Vec3 step_of(std::int32_t node) const { return rows().sum_at(step_, node); }  // from the end of the last step to this one's begin
+  Vec3 step_of(std::int32_t node) const {
+    return rows().sum_at(step_, node);
+  }  // from the end of the last step to this one's begin
   const double* amounts() const { return now_; }
   // m, upper bounds over the surface: of the displacement now; of its change from the end of the last step to now, from the beginning
   // of the last step to now, and from the beginning of this step to now.
@@ -78,7 +80,8 @@ class Motions {
   double* held_ = nullptr;         // m^3, where a volume is held
   std::int32_t* holds_ = nullptr;  // 1: a volume is held
   double* step_ = nullptr;         // of the amounts, from the end of the last step to this one's begin
-  double *last_now_ = nullptr, *last_by_ = nullptr;  // of the solve before: the amounts, and by how much they were to change
+  double *last_now_ = nullptr,
+         *last_by_ = nullptr;  // of the solve before: the amounts, and by how much they were to change
   palpate_motion_state* state_ = nullptr;
   double most_ = 0, stepped_ = 0;  // m: what a node may still move in this step
   std::int32_t first_ = 1, pumps_ = 0;

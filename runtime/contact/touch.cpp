@@ -353,8 +353,7 @@ class Touch {
       outcome = touch_state_.solver.solve(context_.tensors, *acting_, touch_state_.force, touch_state_.modified,
                                           &touch_state_.work, solve > 0);
       if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlips) break;
-      const bool missed =
-          moves && touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_);
+      const bool missed = moves && touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_);
       if (!grasps_slip() && !missed) break;
     }
     return outcome;

@@ -47,11 +47,11 @@ class QueriedField {
   Vec3* added_ = nullptr;                 // [surface nodes] m, or nullptr
   double longest_added_ = 0, reach_ = 1;  // m; m / sqrt(J)
   MotionRows motions_;
-  double* amounts_ = nullptr;                  // [motions]
+  double* amounts_ = nullptr;                   // [motions]
   double longest_moved_ = 0, moved_reach_ = 1;  // m; m / sqrt(J)
-  double norm_ = 0, path_ = 0;            // sqrt(J), as surface_tree.h explains
-  Vec3* known_ = nullptr;                 // [surface nodes] m
-  std::uint32_t* stamp_ = nullptr;        // [surface nodes] of the evaluation
+  double norm_ = 0, path_ = 0;                  // sqrt(J), as surface_tree.h explains
+  Vec3* known_ = nullptr;                       // [surface nodes] m
+  std::uint32_t* stamp_ = nullptr;              // [surface nodes] of the evaluation
   std::uint32_t now_ = 1;
 };
 

@@ -281,7 +281,8 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     return true;
   };
   double reach = 1;
-  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(), touch.tree, &reach)))
+  if (deformed && (!create_field() ||
+                   !set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(), touch.tree, &reach)))
     return reader.no_memory("collision");
   if (deformed && deforms_beside(def)) touch.field.add(&touch.beside.added(), reach);
   if (deformed && has_motions(def)) touch.field.move(&touch.motions, reach);

@@ -98,10 +98,9 @@ class SectionsOf {
   // interior: those of the shape.
   Sections motions(bool interior) const {
     const bool volume = find(SectionId::motion_volume);
-    Sections sections = {volume ? "motion/kinds motion/displacement_surface motion/volume"
-                                : "motion/kinds motion/displacement_surface",
-                         bytes(SectionId::motion_kinds) + bytes(SectionId::motion_surface) +
-                             bytes(SectionId::motion_volume)};
+    Sections sections = {
+        volume ? "motion/kinds motion/displacement_surface motion/volume" : "motion/kinds motion/displacement_surface",
+        bytes(SectionId::motion_kinds) + bytes(SectionId::motion_surface) + bytes(SectionId::motion_volume)};
     if (interior) {
       sections.names = volume ? "motion/kinds motion/displacement_surface motion/displacement_interior motion/volume"
                               : "motion/kinds motion/displacement_surface motion/displacement_interior";

@@ -92,9 +92,7 @@ class PassWork {
   }
 
   // The targets of the contacts, in the pass of the contacts, are counted here.
-  palpate_pass_work motions() const {
-    return {0, 0, 20 + scene_.touch.motions.count() * (6 + 3.0 * load_.nodes)};
-  }
+  palpate_pass_work motions() const { return {0, 0, 20 + scene_.touch.motions.count() * (6 + 3.0 * load_.nodes)}; }
 
   // Every link as if it were slack and measured: the displacements of the nodes of both its ends by all contact nodes.
   palpate_pass_work links() const {

@@ -253,12 +253,21 @@ TEST(PalpateBundleVerify, FindsMotionsThatBreakALaw) {
   const auto fixed = box().get<std::uint8_t>(SectionId::fixed);
   const auto held = static_cast<std::size_t>(std::find(fixed.begin(), fixed.end(), 1) - fixed.begin());
   const std::size_t ns = box().sections.at(SectionId::displacement_surface).shape[2];
-  fault(changed(SectionId::motion_surface, [](auto& x) { x[4] = std::numeric_limits<float>::infinity(); }, 0.0f),
+  fault(changed(
+            SectionId::motion_surface, [](auto& x) { x[4] = std::numeric_limits<float>::infinity(); }, 0.0f),
         "motion 0: node 1 moves by inf");
-  fault(changed(SectionId::motion_surface, [&](auto& x) { x[3 * ns + held] = 1e-9f; }, 0.0f), "motion 1, a load, moves");
-  fault(changed(SectionId::motion_volume, [](auto& x) { x[1] = 1e-6; }, 0.0), "motion 0 is no pressure");
-  fault(changed(SectionId::motion_volume, [](auto& x) { x[3] = -x[3]; }, 0.0), "pressure 1 sweeps -2e-09");
-  fault(changed(SectionId::motion_residual, [](auto& x) { x[1] = 1e-3; }, 0.0), "worst residual 0.001");
+  fault(changed(
+            SectionId::motion_surface, [&](auto& x) { x[3 * ns + held] = 1e-9f; }, 0.0f),
+        "motion 1, a load, moves");
+  fault(changed(
+            SectionId::motion_volume, [](auto& x) { x[1] = 1e-6; }, 0.0),
+        "motion 0 is no pressure");
+  fault(changed(
+            SectionId::motion_volume, [](auto& x) { x[3] = -x[3]; }, 0.0),
+        "pressure 1 sweeps -2e-09");
+  fault(changed(
+            SectionId::motion_residual, [](auto& x) { x[1] = 1e-3; }, 0.0),
+        "worst residual 0.001");
   fault([](BundleParts& parts) { parts.set_text(SectionId::motion_names, "piston\n"); }, "2 motions but 1 names");
   fault([](BundleParts& parts) { parts.sections.erase(SectionId::motion_volume); }, "a pressure has no volumes");
   fault(
@@ -435,13 +444,14 @@ TEST(PalpateBundleVerify, SolvesMotionsAgainAndShowsThem) {
   EXPECT_EQ(ended.code, 0) << ended.out << ended.errors;
   EXPECT_THAT(ended.out, HasSubstr("\"name\": \"motions solved again\""));
   const ProgramRun info = palpate_bundle("info " + bundle);
-  EXPECT_THAT(info.out, testing::ContainsRegex("motions     diaphragm: piston along \\(0, 0, 1\\); per m; [0-9]+ nodes"));
+  EXPECT_THAT(info.out,
+              testing::ContainsRegex("motions     diaphragm: piston along \\(0, 0, 1\\); per m; [0-9]+ nodes"));
   EXPECT_THAT(info.out, testing::ContainsRegex("            filling: pressure; per Pa; 0.00[0-9]+ m\\^2; residual"));
   // The same motions in another order.
   const std::string boundary = file_bytes(scratch("boundary.toml")), tables = kMotionTables;
   const auto second = tables.find("[[motion]]\nname = \"filling\"");
-  write_bytes(scratch("boundary.toml"), boundary.substr(0, boundary.find("[[motion]]")) + tables.substr(second) +
-                                            tables.substr(0, second));
+  write_bytes(scratch("boundary.toml"),
+              boundary.substr(0, boundary.find("[[motion]]")) + tables.substr(second) + tables.substr(0, second));
   const ProgramRun turned = palpate_bundle(with_inputs(bundle));
   EXPECT_EQ(turned.code, 3);
 }

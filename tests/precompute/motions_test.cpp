@@ -72,8 +72,7 @@ Solved solve(const ElasticBody& body, Element element) {
   const HeldStiffness stiffness = remove_held_dofs(result.discretisation.stiffness, result.discretisation.fixed);
   ColumnSolver solver(stiffness.matrix, row_coordinates(result.discretisation, stiffness),
                       {.tolerance = 1e-13, .width = 8});
-  result.motions =
-      solve_motions(result.discretisation, stiffness, motion_loads(body, result.discretisation), solver);
+  result.motions = solve_motions(result.discretisation, stiffness, motion_loads(body, result.discretisation), solver);
   return result;
 }
 
@@ -90,9 +89,10 @@ BoundaryConfig every_support() {
   BoundaryConfig boundary;
   boundary.fixed = {held(patch("x0"))};
   boundary.foundations = {foundation("below", patch("z0"), 4e5, 1e4)};
-  boundary.springs = {{.name = "rope", .stiffness = {30, "test"}, .from = {patch("x1")}, .anchor = Point{0.2, 0.1, 0}},
-                      {.name = "own places", .stiffness = {20, "test"}, .from = {patch("y1")}},
-                      {.name = "inside", .stiffness = {50, "test"}, .from = {patch("y0")}, .to = {nearest({0.06, 0.05, 0.04})}}};
+  boundary.springs = {
+      {.name = "rope", .stiffness = {30, "test"}, .from = {patch("x1")}, .anchor = Point{0.2, 0.1, 0}},
+      {.name = "own places", .stiffness = {20, "test"}, .from = {patch("y1")}},
+      {.name = "inside", .stiffness = {50, "test"}, .from = {patch("y0")}, .to = {nearest({0.06, 0.05, 0.04})}}};
   return boundary;
 }
 

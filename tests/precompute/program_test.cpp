@@ -368,9 +368,10 @@ TEST_F(Program, StoresTheSagUnderGravity) {
 
 TEST_F(Program, StoresMotionsBesideTheSameColumns) {
   ASSERT_EQ(run("plain.h5"), 0) << said_;
-  write("bc.toml", kBoundary + "[[motion]]\nname = \"shift\"\nkind = \"piston\"\naxis = [0, 2, 0]\n"
-                               "[[motion]]\nname = \"filling\"\nkind = \"pressure\"\nselect = { patch = \"z1\" }\n"
-                               "[[motion]]\nname = \"weight\"\nkind = \"gravity\"\n");
+  write("bc.toml", kBoundary +
+                       "[[motion]]\nname = \"shift\"\nkind = \"piston\"\naxis = [0, 2, 0]\n"
+                       "[[motion]]\nname = \"filling\"\nkind = \"pressure\"\nselect = { patch = \"z1\" }\n"
+                       "[[motion]]\nname = \"weight\"\nkind = \"gravity\"\n");
   ASSERT_EQ(run("one.h5"), 0) << said_;
   ASSERT_EQ(run("two.h5", "", 2), 0) << said_;
   const std::string bytes = file_bytes(folder_ / "one.h5"), plain = file_bytes(folder_ / "plain.h5");

@@ -268,10 +268,12 @@ TEST(Motions, BadInputIsRefusedAndChangesNothing) {
     EXPECT_EQ(palpate_scene_set_motions(played.scene.get(), amounts, count, &error), PALPATE_ERROR_ARGUMENT);
     EXPECT_THAT(error.text, HasSubstr(sentence));
   };
-  const double nan[4] = {0, NAN, 0, 0}, infinite[4] = {INFINITY, 0, 0, 0}, far[4] = {1e7, 0, 0, 0}, huge[4] = {1e308, 0, 0, 0};
+  const double nan[4] = {0, NAN, 0, 0}, infinite[4] = {INFINITY, 0, 0, 0}, far[4] = {1e7, 0, 0, 0},
+               huge[4] = {1e308, 0, 0, 0};
   refused(nullptr, 4, "expected an amount for each of the 4 motions, found 0 amounts");
   refused(nan, 3, "expected an amount for each of the 4 motions, found 3 amounts");
-  for (const double* bad : {nan, infinite, far, huge}) refused(bad, 4, "finite amounts that move no node by more than 1e6 m");
+  for (const double* bad : {nan, infinite, far, huge})
+    refused(bad, 4, "finite amounts that move no node by more than 1e6 m");
   const auto held = [&](std::int32_t motion, double volume, const char* sentence) {
     EXPECT_EQ(palpate_scene_hold_volume(played.scene.get(), motion, 1, volume, &error), PALPATE_ERROR_ARGUMENT);
     EXPECT_THAT(error.text, HasSubstr(sentence));

@@ -44,6 +44,7 @@ class StepFlags(enum.IntFlag):
     DISCS_THINNED = 4096
     DEFORMATION_BEHIND = 8192
     LINK_BROKE = 16384
+    MOTION_LIMITED = 32768
 
 class Bundle:
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]], *, access: str = ...) -> None: ...

@@ -236,8 +236,8 @@ typedef struct palpate_motion_info {
 } palpate_motion_info;
 /* Fills *info for motion 0 .. motion_count - 1 (palpate_bundle_info). The first call maps or copies sections of a file: do not call
  * it in a step. error may be NULL. */
-PALPATE_API palpate_status palpate_bundle_motion(const palpate_bundle* bundle, int32_t motion, palpate_motion_info* info,
-                                                 size_t struct_bytes, palpate_error* error);
+PALPATE_API palpate_status palpate_bundle_motion(const palpate_bundle* bundle, int32_t motion,
+                                                 palpate_motion_info* info, size_t struct_bytes, palpate_error* error);
 
 /* JSON of *byte_count bytes without a zero at the end: organ, element, sources of the bundle (formats/BUNDLE.md). */
 PALPATE_API const char* palpate_bundle_provenance(const palpate_bundle* bundle, size_t* byte_count);
@@ -740,7 +740,8 @@ static inline const float* palpate_contacts_field(const palpate_contacts* contac
 
 /* [motion_count] amounts of the motions in the step, inside *contacts; NULL where there are none. */
 static inline const double* palpate_contacts_motions(const palpate_contacts* contacts) {
-  return contacts->motions_offset ? (const double*)(const void*)((const char*)contacts + contacts->motions_offset) : NULL;
+  return contacts->motions_offset ? (const double*)(const void*)((const char*)contacts + contacts->motions_offset)
+                                  : NULL;
 }
 
 /* Bits of a step's return value; 0 is a fully trusted step. */
@@ -806,7 +807,7 @@ PALPATE_API int32_t palpate_scene_deform(palpate_scene* scene);
  * - The first step, and the first one after palpate_scene_reset, takes the amounts at once. In later steps no node moves faster than
  *   max_tool_speed by a change of amounts: what is more waits for the next steps (MOTION_LIMITED).
  * - Contacts hold places that move: a tool at rest is met and pressed by an organ that moves against it. Contacts and grasps
- *   hold d - B q in place of d, B q the displacement by the motions (docs/method.md, section 18).
+ *   hold d - B q in place of d, B q the displacement by the motions (docs/method.md, section 19).
  * - The amounts of a step travel in its palpate_contacts, so that shape and queries show the organ at the same ones.
  * Refused with PALPATE_ERROR_ARGUMENT, and the scene keeps its amounts: another count, a number that is not finite, amounts that may
  * move a node by more than 1e6 m. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */

@@ -171,6 +171,16 @@ class Scene {
   palpate_status set_links(const palpate_link* links, std::int32_t count, palpate_error* error = nullptr) noexcept {
     return palpate_scene_set_links(get(), links, count, error);
   }
+  // The same of the motions, and of a pressure whose volume is held. The state: of the last touch, nullptr behind the last motion.
+  palpate_status set_motions(const double* amounts, std::int32_t count, palpate_error* error = nullptr) noexcept {
+    return palpate_scene_set_motions(get(), amounts, count, error);
+  }
+  palpate_status hold_volume(std::int32_t motion, bool holds, double volume, palpate_error* error = nullptr) noexcept {
+    return palpate_scene_hold_volume(get(), motion, holds ? 1 : 0, volume, error);
+  }
+  const palpate_motion_state* motion_state(std::int32_t motion) const noexcept {
+    return palpate_scene_motion_state(get(), motion);
+  }
   // Of the last touch; nullptr behind the last link, and where no tool has that id or may grasp.
   const palpate_link_state* link_state(std::int32_t link) const noexcept {
     return palpate_scene_link_state(get(), link);

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "formats/errors.h"
+#include "formats/scene_holds.h"
 
 namespace palpate {
 namespace {
@@ -150,6 +151,55 @@ TEST_F(SceneFile, TakesLinksOfEachKind) {
   EXPECT_EQ(ligament.stiffness.at(1)[1], 5);
   EXPECT_EQ(clip.kind, SceneConfig::Link::Kind::clip);
   EXPECT_EQ(clip.stiffness.at(0)[1], 300);
+}
+
+TEST_F(SceneFile, TakesMotionsOfEachKindOfAmount) {
+  std::ofstream(folder_ / "breath.csv") << "time,amount\n0,0\r\n# in\n1.5, 8\n3,0\n";
+  const SceneConfig scene = read(kPoint + kPath +
+                                 "[[motion]]\nname = \"diaphragm\"\nsine = { amplitude = 5, period = 4, mean = 2 }\n"
+                                 "[[motion]]\nname = \"tilt\"\namounts = [[0, -3], [2, 3]]\n"
+                                 "[[motion]]\nname = \"filling\"\namounts_csv = \"breath.csv\"\n");
+  EXPECT_EQ(scene.collision, SceneConfig::Collision::deformed);  // of the motions
+  ASSERT_EQ(scene.motions.size(), 3u);
+  EXPECT_DOUBLE_EQ(amount_at(scene.motions[0], 1), 7);
+  EXPECT_NEAR(amount_at(scene.motions[0], 4 * 250 + 3), -3, 1e-9);
+  EXPECT_DOUBLE_EQ(amount_at(scene.motions[1], 0.5), -1.5);
+  EXPECT_DOUBLE_EQ(amount_at(scene.motions[1], 9), 3);
+  EXPECT_DOUBLE_EQ(amount_at(scene.motions[2], 0.75), 4);
+}
+
+TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
+  const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
+    expect_refused(kPoint + kPath + "[[motion]]\nname = \"diaphragm\"\n" + keys, head, sentence);
+  };
+  const std::string sine = "sine = { amplitude = 5, period = 4 }\n";
+  refused("", "exactly one of sine = { amplitude, period }, amounts");
+  refused(sine + "amounts = [[0, 1]]\n", "exactly one of sine");
+  refused("sine = { amplitude = 5 }\n", "the key \"period\" is missing");
+  refused("sine = { amplitude = 5, period = 0 }\n", "period: expected a time above 0 s");
+  refused("sine = { amplitude = nan, period = 1 }\n", "amplitude: expected a finite number");
+  refused("amounts = [[1, 0], [1, 2]]\n", "amounts[1]: expected a time of at least 0 s and after the row before");
+  refused("amounts = [[-1, 0]]\n", "amounts[0]: expected a time");
+  refused("amounts = [[0, inf]]\n", "amounts");
+  refused(sine + "colour = 1\n", "unknown key \"colour\"");
+  refused(sine, "collision = \"deformed\" or \"off\"", "[effects]\ncollision = \"rest\"\n");
+  refused(sine, "deformation = \"linear\"", "[effects]\ndeformation = \"large\"\n");
+  refused(sine + "[[motion]]\nname = \"diaphragm\"\n" + sine, "not \"diaphragm\" twice");
+  const auto refusal = [&](const std::string& csv) {
+    try {
+      read(kPoint + kPath + "[[motion]]\nname = \"a\"\namounts_csv = \"" + csv + "\"\n");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(refusal("none.csv"), HasSubstr("none.csv: expected a CSV file with a motion's amounts"));
+  for (const char* rows : {"a,b\nc,d\n", "0,1\n0,2\n", "0,1,2\n3,4,5\n", "0;1\n1;2\n", "-1,0\n"}) {
+    write("bad.csv", rows);
+    EXPECT_THAT(refusal("bad.csv"), HasSubstr("bad.csv:")) << rows;
+  }
+  write("bad.csv", "# none\n");
+  EXPECT_THAT(refusal("bad.csv"), HasSubstr("bad.csv: expected rows of time,amount, found none"));
 }
 
 TEST_F(SceneFile, RefusesALinkThatCannotBeWithLineAndKey) {
