@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "runtime/base/instructions.h"
+#include "runtime/large/factor_panels.h"
 #include "runtime/large/lanes.h"
 
 namespace palpate {
@@ -124,72 +125,17 @@ bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, con
   return true;
 }
 
-namespace {
-
-// c -= a b^T for column-major panels: a [m][k], b [n][k], c [m][n].
-void subtract_product(std::int32_t m, std::int32_t n, std::int32_t k, const double* a, std::int32_t a_stride,
-                      const double* b, std::int32_t b_stride, double* c, std::int32_t c_stride) {
-  for (std::int32_t j = 0; j < n; ++j) {
-    double* const out = c + static_cast<std::int64_t>(j) * c_stride;
-    std::int32_t l = 0;
-    for (; l + 4 <= k; l += 4) {
-      const double* const a0 = a + static_cast<std::int64_t>(l) * a_stride;
-      const double *const a1 = a0 + a_stride, *const a2 = a1 + a_stride, *const a3 = a2 + a_stride;
-      const double* const at = b + static_cast<std::int64_t>(l) * b_stride + j;
-      const double b0 = at[0], b1 = at[b_stride], b2 = at[2 * b_stride],
-                   b3 = at[3 * static_cast<std::int64_t>(b_stride)];
-      for (std::int32_t i = 0; i < m; ++i) out[i] -= (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3);
-    }
-    for (; l < k; ++l) {
-      const double* const a0 = a + static_cast<std::int64_t>(l) * a_stride;
-      const double b0 = b[static_cast<std::int64_t>(l) * b_stride + j];
-      for (std::int32_t i = 0; i < m; ++i) out[i] -= a0[i] * b0;
-    }
-  }
-}
-
-// The Cholesky factor of a panel [rows][columns] whose upper part is square. False where a pivot is not positive.
-bool factorise_panel(std::int32_t rows, std::int32_t columns, double* panel, std::int32_t stride) {
-  for (std::int32_t c = 0; c < columns; ++c) {
-    double* const column = panel + static_cast<std::int64_t>(c) * stride;
-    if (!(column[c] > 0)) return false;
-    const double root = std::sqrt(column[c]);
-    for (std::int32_t i = c; i < rows; ++i) column[i] /= root;
-    for (std::int32_t d = c + 1; d < columns; ++d) {
-      double* const other = panel + static_cast<std::int64_t>(d) * stride;
-      const double factor = column[d];
-      for (std::int32_t i = d; i < rows; ++i) other[i] -= factor * column[i];
-    }
-  }
-  return true;
-}
-
-// Turns the lower triangle of a panel's square part into its inverse.
-void invert_triangle(std::int32_t size, double* panel, std::int32_t stride, double* column) {
-  for (std::int32_t c = 0; c < size; ++c) {
-    std::fill(column, column + size, 0.0);
-    column[c] = 1;
-    for (std::int32_t k = c; k < size; ++k) {
-      const double* const l = panel + static_cast<std::int64_t>(k) * stride;
-      column[k] /= l[k];
-      for (std::int32_t i = k + 1; i < size; ++i) column[i] -= column[k] * l[i];
-    }
-    // Column c of L is not read again: later columns of the inverse begin below it.
-    std::copy(column + c, column + size, panel + static_cast<std::int64_t>(c) * stride + c);
-  }
-}
-
-}  // namespace
-
 BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRows& matrix) {
   std::int32_t longest = 0, widest = 0;
   for (std::int32_t s = 0; s < count_; ++s) {
     longest = std::max(longest, supernodes_[s].stride);
     widest = std::max(widest, 3 * supernodes_[s].columns);
   }
-  double* const panels = scratch.array<double>(static_cast<std::size_t>(numbers_));
+  const Instructions instructions = best_instructions();
+  double* const panels = scratch.array<double>(static_cast<std::size_t>(numbers_) + kPanelMargin);
   double* const update =
       scratch.array<double>(static_cast<std::size_t>(longest) * static_cast<std::size_t>(std::max(widest, 3)));
+  double* const turned = scratch.array<double>(inverse_scratch(widest));
   std::int32_t* const position = scratch.array<std::int32_t>(static_cast<std::size_t>(rows_));  // of a row in the panel
   std::int32_t* const waiting =
       scratch.array<std::int32_t>(static_cast<std::size_t>(count_));  // 1 + first supernode that updates this one
@@ -229,9 +175,8 @@ BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRow
       std::int32_t q = p;
       while (q < other.rows && list[q] < node.first + node.columns) ++q;
       const std::int32_t m = 3 * (other.rows - p), n = 3 * (q - p);
-      std::fill(update, update + static_cast<std::int64_t>(m) * n, 0.0);
       const double* const a = panels + other.panel + 3 * (other.columns + p);
-      subtract_product(m, n, 3 * other.columns, a, other.stride, a, other.stride, update, m);
+      negative_product(instructions, m, n, 3 * other.columns, a, other.stride, a, other.stride, update, m);
       for (std::int32_t c = 0; c < n; ++c) {
         double* const column = panel + static_cast<std::int64_t>(position[list[p + c / 3]] + c % 3) * node.stride;
         for (std::int32_t i = c / 3; i < other.rows - p; ++i)
@@ -241,7 +186,7 @@ BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRow
       begin[from] = q;
       wait(from);
     }
-    if (!factorise_panel(3 * (node.columns + node.rows), 3 * node.columns, panel, node.stride))
+    if (!factorise_panel(instructions, 3 * (node.columns + node.rows), 3 * node.columns, panel, node.stride))
       return Outcome::not_definite;
     wait(s);
   }
@@ -249,7 +194,7 @@ BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRow
     const Supernode& node = supernodes_[s];
     double* const panel = panels + node.panel;
     const std::int32_t size = 3 * node.columns;
-    invert_triangle(size, panel, node.stride, update);
+    invert_triangle(instructions, size, panel, node.stride, turned);
     for (std::int32_t c = 0; c < size; ++c)
       for (std::int32_t i = c; i < 3 * (node.columns + node.rows); ++i) {
         const std::int64_t at = static_cast<std::int64_t>(c) * node.stride + i;
