@@ -2,22 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "formats/program.h"
 #include "precompute/run/stopwatch.h"
-#include "precompute/solver/memory_left.h"
 
 namespace palpate {
-namespace {
-
-// Of this rank; what the ranks of a machine share counts once, in equal parts.
-double peak_memory_bytes(const Ranks& ranks) {
-  return peak_resident_bytes() - shared_resident_bytes() * (ranks.here() - 1) / ranks.here();
-}
-
-}  // namespace
 
 void RunReport::time(const std::string& name, const std::function<void()>& work) {
   double seconds = 0;
@@ -25,7 +15,7 @@ void RunReport::time(const std::string& name, const std::function<void()>& work)
     const Stopwatch watch(&seconds);
     ranks_.together(work);
   }
-  peak_bytes_ = std::max(peak_bytes_, ranks_.sum(peak_memory_bytes(ranks_)));
+  peak_bytes_ = ranks_.sum(own_peak_.after_stage(peak_resident_bytes(), shared_resident_bytes(), ranks_.here()));
   stages_.push_back({name, seconds, peak_bytes_});
   say(fmt::format("{}: {:.2f} s, {:.2f} GB", name, seconds, peak_bytes_ / 1e9));
 }

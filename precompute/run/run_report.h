@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "precompute/ranks/ranks.h"
+#include "precompute/solver/memory_left.h"
 
 namespace palpate {
 
@@ -42,6 +43,7 @@ class RunReport {
 
   Ranks& ranks_;
   std::vector<Stage> stages_;
+  OwnPeak own_peak_;  // of this rank
   double peak_bytes_ = 0;
 };
 

@@ -84,5 +84,20 @@ TEST_F(MemoryLeft, AFullGroupLeavesNothing) {
   EXPECT_EQ(left(), 0);
 }
 
+TEST(OwnPeak, CountsWhatRanksShareOnceAlsoAfterItWasFreed) {
+  // Two ranks with 2 GB of their own and 5 GB that they share, which they free before they pack.
+  OwnPeak peak;
+  EXPECT_DOUBLE_EQ(peak.after_stage(1, 0, 2), 1);    // assemble
+  EXPECT_DOUBLE_EQ(peak.after_stage(7, 5, 2), 4.5);  // columns
+  EXPECT_DOUBLE_EQ(peak.after_stage(7, 0, 2), 4.5);  // pack
+  EXPECT_DOUBLE_EQ(peak.after_stage(8, 0, 2), 8);    // a stage that takes more than all before, and shares nothing
+}
+
+TEST(OwnPeak, OfOneRankIsItsPeak) {
+  OwnPeak peak;
+  EXPECT_DOUBLE_EQ(peak.after_stage(7, 5, 1), 7);
+  EXPECT_DOUBLE_EQ(peak.after_stage(7, 0, 1), 7);
+}
+
 }  // namespace
 }  // namespace palpate::tests
