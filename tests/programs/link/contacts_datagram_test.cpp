@@ -162,7 +162,7 @@ TEST_F(ContactsDatagram, SaysWhatIsWrong) {
   EXPECT_EQ(decode_changed(88, 0xffffffff, 4), DatagramFault::counts);
   EXPECT_EQ(decode_changed(56, nan, 8), DatagramFault::number);        // time
   EXPECT_EQ(decode_changed(104, infinity, 8), DatagramFault::number);  // residual
-  for (std::size_t number = 0; number < 7; ++number)  // pose
+  for (std::size_t number = 0; number < 7; ++number)                   // pose
     EXPECT_EQ(decode_changed(112 + 8 * number, nan, 8), DatagramFault::number) << number;
   EXPECT_EQ(decode_changed(136, std::bit_cast<std::uint64_t>(0.99), 8), DatagramFault::number);  // no rotation
   for (std::size_t number = 0; number < 18; ++number)
