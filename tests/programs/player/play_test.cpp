@@ -433,6 +433,7 @@ TEST_F(PlayedScene, SinksARenderMeshToTheDiscsOfTheTools) {
   EXPECT_GT(deepest, 1e-4);
   EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").output,
               HasSubstr("shape   dent: discs"));
+  std::filesystem::remove_all(folder_ / "out");  // a refused run makes none
   expect_refused("scene.toml -o out", "effects.dent: expected --render-mesh FILE.ply");
   write_scene(kProbe, "[effects]\ndent = \"discs\"\n");
   expect_refused("scene.toml -o out --render-mesh fine.ply --render-unit m", "a tool with a disc_radius");
