@@ -17,6 +17,17 @@ inline float float_of_half(std::uint16_t half) {
   return std::bit_cast<float>(sign | (magnitude < 0x0400u ? subnormal : normal));
 }
 
+// Of a number as a bundle stores it.
+inline float float_of(float stored) {
+  return stored;
+}
+inline float float_of(double stored) {
+  return static_cast<float>(stored);
+}
+inline float float_of(std::uint16_t stored) {
+  return float_of_half(stored);
+}
+
 // Rounds to the nearest half, ties to even; a number that is too large becomes infinite.
 inline std::uint16_t half_of(double number) {
   const std::uint32_t sign = std::signbit(number) ? 0x8000u : 0u;

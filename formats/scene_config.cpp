@@ -25,17 +25,6 @@ constexpr int kMaxLinks = 1000;
 using Lengths = std::vector<std::pair<std::string, double>>;
 const Lengths kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
 
-SceneConfig::Vector scaled(SceneConfig::Vector v, double scale) {
-  for (double& x : v) x *= scale;
-  return v;
-}
-
-double positive(TomlTable& table, const char* key, const char* expected) {
-  const double value = table.number(key);
-  if (!(value > 0)) table.wrong(key, expected);
-  return value;
-}
-
 int count(TomlTable& table, const char* key, int least, int most) {
   const std::int64_t value = table.integer(key);
   if (value < least || value > most) table.wrong(key, fmt::format("a whole number of {} to {}", least, most));

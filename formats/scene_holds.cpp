@@ -20,17 +20,6 @@ constexpr double kMaxRadius = 1;          // m, as palpate.h
 constexpr double kMostDegrees = 1e6;      // of a turn
 constexpr std::size_t kMaxPlaces = 1000;  // of one link; as many as palpate.h has links
 
-SceneConfig::Vector scaled(SceneConfig::Vector v, double scale) {
-  for (double& x : v) x *= scale;
-  return v;
-}
-
-double positive(TomlTable& table, const char* key, const char* expected) {
-  const double value = table.number(key);
-  if (!(value > 0)) table.wrong(key, expected);
-  return value;
-}
-
 double radius_of(TomlTable& table, double scale) {
   const double radius = positive(table, "radius", "a length above 0") * scale;
   if (radius > kMaxRadius) table.wrong("radius", "a length of at most 1 m");

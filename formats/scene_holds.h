@@ -8,6 +8,17 @@
 
 namespace palpate {
 
+// What the parts of a scene file share: v times scale; the number of a key, which must be above 0 (expected: what the refusal says).
+inline SceneConfig::Vector scaled(SceneConfig::Vector v, double scale) {
+  for (double& x : v) x *= scale;
+  return v;
+}
+inline double positive(TomlTable& table, const char* key, const char* expected) {
+  const double value = table.number(key);
+  if (!(value > 0)) table.wrong(key, expected);
+  return value;
+}
+
 // Each table is read whole. scale: metres in a unit of the file. Errors: InputError with file, line, key, expected and found.
 SceneConfig::Link read_link(TomlTable table, double scale);
 SceneConfig::Grasp read_grasp(TomlTable table, double scale);

@@ -76,15 +76,9 @@ std::vector<double> quadratic_sweep(const Motion& motion, const Discretisation& 
   std::vector<double> sweep(3 * d.coordinates.size(), 0.0);
   for (const auto triangle : motion.triangles) {
     const auto& t = d.triangles[triangle];
-    const Vector3d origin = at(d.coordinates, t[0]);
     for (const TrianglePoint& point : triangle_points()) {
       const TriangleShapes s = shapes_of(point.at);
-      Vector3d along_b = Vector3d::Zero(), along_c = Vector3d::Zero();
-      for (std::size_t i = 0; i < 6; ++i) {
-        const Vector3d p = at(d.coordinates, t[i]) - origin;
-        along_b += s.by_b[i] * p, along_c += s.by_c[i] * p;
-      }
-      const Vector3d area = point.weight / 2 * along_b.cross(along_c);
+      const Vector3d area = point.weight / 2 * twice_area(s, [&](std::size_t i) { return at(d.coordinates, t[i]); });
       for (std::size_t i = 0; i < 6; ++i) add(sweep, t[i], -s.value[i] * area);
     }
   }

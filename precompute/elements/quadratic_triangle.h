@@ -1,6 +1,8 @@
 // Integration over the curved triangles of ten-node tetrahedra: Dunavant's twelve points, and the six shape functions.
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <vector>
 
@@ -41,6 +43,18 @@ inline TriangleShapes shapes_of(const std::array<double, 3>& l) {
   s.by_b = {1 - 4 * l[0], 4 * l[1] - 1, 0, 4 * (l[0] - l[1]), 4 * l[2], -4 * l[2]};
   s.by_c = {1 - 4 * l[0], 0, 4 * l[2] - 1, -4 * l[1], 4 * l[1], 4 * (l[0] - l[2])};
   return s;
+}
+
+// m^2: twice the area vector per area of the reference triangle, at the place of the shapes. corner(i): m, of nodes 0 .. 5.
+template <class Corner>
+Eigen::Vector3d twice_area(const TriangleShapes& s, Corner corner) {
+  const Eigen::Vector3d origin = corner(0);
+  Eigen::Vector3d along_b = Eigen::Vector3d::Zero(), along_c = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Eigen::Vector3d p = corner(i) - origin;
+    along_b += s.by_b[i] * p, along_c += s.by_c[i] * p;
+  }
+  return along_b.cross(along_c);
 }
 
 }  // namespace palpate

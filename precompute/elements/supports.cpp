@@ -47,15 +47,9 @@ void add_linear_foundation(const ElasticBody& body, const Foundation& foundation
 void add_quadratic_foundation(const QuadraticMesh& mesh, const Foundation& foundation, BlockMatrix& matrix) {
   for (const auto triangle : foundation.triangles) {
     const auto& t = mesh.triangles[triangle];
-    const Vector3d origin = at(mesh.nodes, t[0]);
     for (const TrianglePoint& point : triangle_points()) {
       const TriangleShapes s = shapes_of(point.at);
-      Vector3d along_b = Vector3d::Zero(), along_c = Vector3d::Zero();
-      for (int i = 0; i < 6; ++i) {
-        const Vector3d p = at(mesh.nodes, t[i]) - origin;
-        along_b += s.by_b[i] * p, along_c += s.by_c[i] * p;
-      }
-      const Vector3d cross = along_b.cross(along_c);
+      const Vector3d cross = twice_area(s, [&](std::size_t i) { return at(mesh.nodes, t[i]); });
       const auto k = stiffness_per_area(foundation, cross.normalized());
       const double area = point.weight * cross.norm() / 2;
       for (int i = 0; i < 6; ++i)

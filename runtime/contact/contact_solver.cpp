@@ -361,6 +361,12 @@ ContactSolver::Outcome ContactSolver::solve_factored() {
   return next > kConflict ? Outcome::regularised : Outcome::solved;
 }
 
+void ContactSolver::take_targets(const ContactConstraints& set) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
+}
+
 void ContactSolver::set_limits(const ContactConstraint* constraints, std::int32_t count) {
   const double target = largest_target();
   for (std::int32_t p = 0; most_ && p < count; ++p) {
@@ -376,6 +382,26 @@ Vec3 ContactSolver::displacement(const ContactConstraints& set, const Vec3* forc
   Vec3 u;
   for (std::int32_t b = 0; b < set.node_count; ++b) u += c[compliance_.slot_of_contact_node(b)] * force[b];
   return u;
+}
+
+// The forces and the displacements of the nodes under the reactions. False where a number is not finite.
+bool ContactSolver::write_forces(const ContactConstraints& set, Vec3* force, Vec3* modified) const {
+  std::fill(force, force + set.node_count, Vec3{});
+  spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction_, force);
+  bool finite = std::isfinite(residual_.displacement) && std::isfinite(residual_.force);
+  for (std::int32_t e = 0; e < set.node_count; ++e) {
+    modified[e] = compliance_.self(compliance_.slot_of_contact_node(e)) * force[e];
+    finite = finite && is_finite(force[e]) && is_finite(modified[e]);
+  }
+  return finite;
+}
+
+// Without contact forces; the next step begins anew.
+ContactSolver::Outcome ContactSolver::fail(const ContactConstraints& set, Vec3* force, Vec3* modified) {
+  forget();
+  for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
+  residual_ = {}, effort_ = {};
+  return Outcome::unsolved;
 }
 
 Vec3 ContactSolver::last_displacement(const Tensors& tensors, std::int32_t node) const {
@@ -785,24 +811,11 @@ Vec3 ContactSolver::reached(std::int32_t p) const {
 
 ContactSolver::Outcome ContactSolver::take_reactions(const ContactConstraints& set, const LawEffort& effort,
                                                      Vec3* force, Vec3* modified) {
-  for (std::int32_t p = 0; p < set.constraint_count; ++p)
-    for (int i = 0; i < 3; ++i)
-      if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
+  take_targets(set);
   set_limits(set.constraints, set.constraint_count);
   effort_ = effort, gives_way_ = 1;
   measure_laws(system(set.constraints, set.constraint_count));
-  std::fill(force, force + set.node_count, Vec3{});
-  spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction_, force);
-  bool finite = std::isfinite(residual_.displacement) && std::isfinite(residual_.force);
-  for (std::int32_t e = 0; e < set.node_count; ++e) {
-    modified[e] = compliance_.self(compliance_.slot_of_contact_node(e)) * force[e];
-    finite = finite && is_finite(force[e]) && is_finite(modified[e]);
-  }
-  if (finite) return Outcome::solved;
-  forget();
-  for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
-  residual_ = {}, effort_ = {};
-  return Outcome::unsolved;
+  return write_forces(set, force, modified) ? Outcome::solved : fail(set, force, modified);
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force,
@@ -810,19 +823,11 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
   again_ = again, last_constraints_ = kept_constraints_;
   for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
   residual_ = {}, effort_ = {}, shares_ = false;
-  const auto fail = [&] {
-    forget();
-    for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
-    residual_ = {}, effort_ = {};
-    return Outcome::unsolved;
-  };
-  if (!update(tensors, set)) return fail();
-  for (std::int32_t p = 0; p < set.constraint_count; ++p)
-    for (int i = 0; i < 3; ++i)
-      if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
+  if (!update(tensors, set)) return fail(set, force, modified);
+  take_targets(set);
   std::copy(reaction_, reaction_ + rows_end_, last_);
   set_limits(set.constraints, set.constraint_count);
-  if (!factor_again(work)) return fail();
+  if (!factor_again(work)) return fail(set, force, modified);
   work->add(3 * squared_rows() / kDense);
   Outcome outcome = factored() ? solve_factored() : Outcome::solved;
   const ContactSystem laws = system(set.constraints, set.constraint_count);
@@ -843,15 +848,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
     gives_way_ = contacts_give_way(laws);
     outcome = Outcome::solved;
   }
-
-  std::fill(force, force + set.node_count, Vec3{});
-  spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction_, force);
-  bool finite = std::isfinite(residual_.displacement) && std::isfinite(residual_.force);
-  for (std::int32_t e = 0; e < set.node_count; ++e) {
-    modified[e] = compliance_.self(compliance_.slot_of_contact_node(e)) * force[e];
-    finite = finite && is_finite(force[e]) && is_finite(modified[e]);
-  }
-  return finite ? outcome : fail();
+  return write_forces(set, force, modified) ? outcome : fail(set, force, modified);
 }
 
 }  // namespace palpate

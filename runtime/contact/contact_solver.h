@@ -181,7 +181,10 @@ class ContactSolver {
   template <class Shift>
   double refine(const UpdatedCholesky& factor, Shift shift, int most_solves, double* reaction);
   Outcome solve_factored();
+  void take_targets(const ContactConstraints& set);
   void set_limits(const ContactConstraint* constraints, std::int32_t count);
+  bool write_forces(const ContactConstraints& set, Vec3* force, Vec3* modified) const;
+  Outcome fail(const ContactConstraints& set, Vec3* force, Vec3* modified);
   double largest_displacement(const ContactConstraints& set, Vec3* force) const;
   enum class Limited { all, beside_laws };  // rows that are limited here; beside_laws: those that the laws do not limit
   bool is_limited(Limited rows, std::int32_t row) const { return rows == Limited::all || !std::isfinite(most_[row]); }

@@ -141,8 +141,7 @@ int DeformedSurface::crossings(Vec3 from, Vec3 to, SurfaceCrossing* found) {
       if (at == kMaxCrossings && found[--at].time <= passed[c].time) continue;
       for (; at > 0 && found[at - 1].time > passed[c].time; --at) found[at] = found[at - 1];
       found[at].time = passed[c].time, found[at].entering = passed[c].entering;
-      found[at].surface_point.triangle = triangle;
-      std::copy(passed[c].barycentric, passed[c].barycentric + 3, found[at].surface_point.barycentric);
+      found[at].surface_point = surface_point_of(triangle, passed[c].barycentric);
     }
   });
   return count;

@@ -17,13 +17,6 @@ int patches_of(const palpate_grasp& grasp) {
   return grasp.opposite_triangle >= 0 ? 2 : 1;
 }
 
-SurfacePoint place_of(std::int32_t triangle, const double* barycentric) {
-  SurfacePoint place;
-  place.triangle = triangle;
-  std::copy(barycentric, barycentric + 3, place.barycentric);
-  return place;
-}
-
 Mat3 without_one(Mat3 turn) {
   for (int i = 0; i < 3; ++i) turn.m[i][i] -= 1;
   return turn;
@@ -109,9 +102,9 @@ void Grasps::close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const
   grasp.closed = 1, grasp.id = from.id, grasp.slipped = {};
   grasp.state = {};
   grasp.patches[0] = grasp.patches[1] = GraspPatch{};
-  find_patch(place_of(from.triangle, from.barycentric), from.radius, tensors, solver, &grasp.patches[0]);
+  find_patch(surface_point_of(from.triangle, from.barycentric), from.radius, tensors, solver, &grasp.patches[0]);
   if (patches_of(from) < 2) return;
-  find_patch(place_of(from.opposite_triangle, from.opposite_barycentric), from.radius, tensors, solver,
+  find_patch(surface_point_of(from.opposite_triangle, from.opposite_barycentric), from.radius, tensors, solver,
              &grasp.patches[1]);
   grasp.axis = unit_or_zero(grasp.patches[1].place[0] - grasp.patches[0].place[0]);
 }

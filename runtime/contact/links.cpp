@@ -89,9 +89,7 @@ void Links::find_disc(const SurfacePoint& place, double radius, LinkEnd* to) {
 void Links::find_end(const palpate_link& link, const palpate_link_end& from, LinkEnd* to) {
   *to = LinkEnd{};
   if (from.kind == PALPATE_END_WORLD) return;
-  SurfacePoint place;
-  place.triangle = from.triangle;
-  std::copy(from.barycentric, from.barycentric + 3, place.barycentric);
+  const SurfacePoint place = surface_point_of(from.triangle, from.barycentric);
   const std::int32_t* const corner = source_.triangles + 3 * static_cast<std::size_t>(from.triangle);
   double sum = 0;
   for (int v = 0; v < 3; ++v) {

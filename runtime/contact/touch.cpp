@@ -37,9 +37,6 @@ void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t
 // equal length may differ by 120 degrees.
 constexpr double kAgreed = 0.5;
 
-// How often a step is solved at most where a grasp slips: each solve leaves a few per cent of the excess.
-constexpr int kMostSlips = 4;
-
 // Sums over one tool's contacts in this step.
 struct ToolSum {
   Vec3 imposed;               // m, of their imposed displacements
@@ -317,9 +314,7 @@ class Touch {
         if (has_motions(context_.def)) wish.displacement = wish.displacement - touch_state_.motions.now(grip.node);
         record_contact(wish, flags, made);
       } else {
-        SurfacePoint surface_point;
-        surface_point.triangle = grip.triangle;
-        std::copy(grip.barycentric, grip.barycentric + 3, surface_point.barycentric);
+        const SurfacePoint surface_point = surface_point_of(grip.triangle, grip.barycentric);
         Vec3 tangent;
         wish.disc_radius = tool.disc_radius;
         set_frame(wish, surface_point, &tangent);
@@ -348,17 +343,17 @@ class Touch {
   ContactSolver::Outcome solve_again(const ContactConstraints& set) {
     ContactSolver::Outcome outcome = ContactSolver::Outcome::solved;
     const bool moves = has_motions(context_.def);
-    for (int solve = 0; solve < kMostSlips; ++solve) {
+    for (int solve = 0; solve < kMostSlipSolves; ++solve) {
       acting_ = moves ? &touch_state_.motions.acting(set) : &set;
       outcome = touch_state_.solver.solve(context_.tensors, *acting_, touch_state_.force, touch_state_.modified,
                                           &touch_state_.work, solve > 0);
-      if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlips) break;
+      if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlipSolves) break;
       const bool missed = moves && touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_);
       if (!grasps_slip() && !missed) break;
     }
     return outcome;
   }
-  static_assert(Motions::kMostSolves <= kMostSlips, "the last solve has the pressures that follow_volumes() left");
+  static_assert(Motions::kMostSolves <= kMostSlipSolves, "the last solve has the pressures that follow_volumes() left");
   void finish_grasps() {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       Vec3 torque;
@@ -679,8 +674,7 @@ class Touch {
                grip.kind == PALPATE_GRIP_NODE) {
       contact.node = grip.node;
     } else {
-      contact.surface_point.triangle = grip.triangle;
-      std::copy(grip.barycentric, grip.barycentric + 3, contact.surface_point.barycentric);
+      contact.surface_point = surface_point_of(grip.triangle, grip.barycentric);
     }
     contact.holder = holder(tool, constraint.point);
     Vec3 linear;
@@ -753,8 +747,7 @@ class Touch {
       HeldEvent held;
       held.condition = state.condition, held.closing = tool.has_grasp ? tool.grasp.id : 0;
       if (tool.has_grasp) {
-        held.surface_point.triangle = tool.grasp.triangle;
-        std::copy(tool.grasp.barycentric, tool.grasp.barycentric + 3, held.surface_point.barycentric);
+        held.surface_point = surface_point_of(tool.grasp.triangle, tool.grasp.barycentric);
         held.place = touch_state_.organ.point_to_organ(load3(state.place));
       }
       touch_state_.report.tell_grasp(t, held);
@@ -766,9 +759,7 @@ class Touch {
       const palpate_link_condition now = link.state.condition;
       if (now == link.before) continue;
       const int e = link.given.ends[0].kind == PALPATE_END_SURFACE_POINT ? 0 : 1;
-      SurfacePoint place;
-      place.triangle = link.given.ends[e].triangle;
-      std::copy(link.given.ends[e].barycentric, link.given.ends[e].barycentric + 3, place.barycentric);
+      const SurfacePoint place = surface_point_of(link.given.ends[e].triangle, link.given.ends[e].barycentric);
       touch_state_.report.tell_link(now == PALPATE_LINK_TAUT     ? PALPATE_EVENT_LINK_TAUT
                                     : now == PALPATE_LINK_BROKEN ? PALPATE_EVENT_LINK_BROKE
                                                                  : PALPATE_EVENT_LINK_SLACK,

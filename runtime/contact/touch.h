@@ -79,8 +79,9 @@ struct TouchState {
   std::uint64_t step = 0;
 };
 
-// One touch step; palpate_scene_touch of palpate.h states the contract. Returns the step flags.
-// world: of an organ in a world, what the world knows about the tools, which it has checked; nullptr: of a scene.
+// How often a step is solved at most where a grasp slips: each solve leaves a few per cent of the excess.
+inline constexpr int kMostSlipSolves = 4;
+
 // A step that is cut before its solve, for organs that touch: begin() requests all constraints but those of pairs; then whoever solves
 // the organs as one adds the pairs, and finish() goes on with what it found.
 class TouchStep {
@@ -98,6 +99,8 @@ class TouchStep {
   alignas(16) unsigned char touch_[kBytes];
 };
 
+// One whole touch step; palpate_scene_touch of palpate.h states the contract. Returns the step flags.
+// world: of an organ in a world, what the world knows about the tools, which the world has checked; nullptr: of a scene.
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
 

@@ -12,16 +12,6 @@ namespace {
 using Half = std::uint16_t;
 using formats::ElementType;
 
-inline float as_float(float stored) {
-  return stored;
-}
-inline float as_float(double stored) {
-  return static_cast<float>(stored);
-}
-inline float as_float(Half stored) {
-  return formats::float_of_half(stored);
-}
-
 // Runs that are fetched ahead: each run is read at a few distant places, which the processor does not foresee.
 constexpr std::size_t kRunsAhead = 8;
 
@@ -39,7 +29,7 @@ void multiply_loads(const Stored* run, const RunsOfSlots& runs, int from, const 
     for (int l = 0; l < loads.count; ++l) {
       const Stored* at = run + 3 * static_cast<std::ptrdiff_t>(loads.slot[l] - runs.slot);
       fetch_ahead(at, runs.stride);
-      for (int d = 0; d < 3; ++d) sum[d] += loads.force[3 * l + d] * as_float(at[d]);
+      for (int d = 0; d < 3; ++d) sum[d] += loads.force[3 * l + d] * formats::float_of(at[d]);
     }
     y[r] += runs.scale * ((sum[0] + sum[1]) + sum[2]);
   }

@@ -21,16 +21,6 @@ using Kernel = void (*)(const void* const* column, const float* coefficient, std
                         float* __restrict out);
 using Half = std::uint16_t;
 
-inline float as_float(float stored) {
-  return stored;
-}
-inline float as_float(double stored) {
-  return static_cast<float>(stored);
-}
-inline float as_float(Half stored) {
-  return formats::float_of_half(stored);
-}
-
 // Distance in bytes at which each column is prefetched: about the time of one read from memory. Without it, the processor's own
 // prefetcher starts again at every page of every column.
 constexpr std::size_t kAhead = 1024;  // bytes
@@ -50,13 +40,13 @@ PALPATE_INLINE void add_columns(const void* const* column, const float* coeffici
     for (int j = 0; j < Width; ++j) PALPATE_PREFETCH(reinterpret_cast<const char*>(p[j] + i) + kAhead);
     for (std::size_t lane = i; lane < i + kLine; ++lane) {
       float sum = out[lane];
-      for (int j = 0; j < Width; ++j) sum += c[j] * as_float(p[j][lane]);
+      for (int j = 0; j < Width; ++j) sum += c[j] * formats::float_of(p[j][lane]);
       out[lane] = sum;
     }
   }
   for (; i < count; ++i) {
     float sum = out[i];
-    for (int j = 0; j < Width; ++j) sum += c[j] * as_float(p[j][i]);
+    for (int j = 0; j < Width; ++j) sum += c[j] * formats::float_of(p[j][i]);
     out[i] = sum;
   }
 }

@@ -18,6 +18,9 @@ struct SurfacePoint {
   std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
   double barycentric[3] = {};
 };
+inline SurfacePoint surface_point_of(std::int32_t triangle, const double* barycentric) {
+  return {triangle, 0, {barycentric[0], barycentric[1], barycentric[2]}};
+}
 
 // The point of the triangle a b c that is closest to p, as barycentric weights that sum to 1. Returns the squared distance.
 double closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c, double barycentric[3]);

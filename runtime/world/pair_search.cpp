@@ -122,11 +122,10 @@ bool PairSearch::is_apart(const OrganGroup& group) const {
   const TouchState &a = touch(group.a), &b = touch(group.b);
   const double room = a.deformed.farthest_from_rest() + b.deformed.farthest_from_rest() + kStays * group.margin;
   const Vec3 half = 0.5 * (a.tree.high() - a.tree.low());
-  const Vec3 middle = b.organ.pose().to_body(a.organ.pose().to_world(0.5 * (a.tree.low() + a.tree.high())));
+  const Vec3 middle = to_second(group, 0.5 * (a.tree.low() + a.tree.high()));
   Vec3 extent;
   for (int j = 0; j < 3; ++j) {
-    const Vec3 axis = b.organ.pose().turned_to_body(
-        a.organ.pose().turned_to_world({j == 0 ? 1.0 : 0, j == 1 ? 1.0 : 0, j == 2 ? 1.0 : 0}));
+    const Vec3 axis = turned_to_second(group, {j == 0 ? 1.0 : 0, j == 1 ? 1.0 : 0, j == 2 ? 1.0 : 0});
     for (int i = 0; i < 3; ++i) extent[i] += std::fabs(axis[i]) * half[j];
   }
   for (int i = 0; i < 3; ++i)
@@ -138,14 +137,11 @@ bool PairSearch::is_apart(const OrganGroup& group) const {
 
 Vec3 PairSearch::vertex_at_rest(const OrganPair& pair) const {
   const OrganGroup& g = group(pair);
-  return touch(g.b).organ.pose().to_body(touch(g.a).organ.pose().to_world(touch(g.a).tree.at_rest(pair.vertex)));
+  return to_second(g, touch(g.a).tree.at_rest(pair.vertex));
 }
 
 Vec3 PairSearch::place_at_rest(const OrganPair& pair) const {
-  SurfacePoint place;
-  place.triangle = pair.triangle;
-  std::copy(pair.barycentric, pair.barycentric + 3, place.barycentric);
-  return touch(group(pair).b).tree.at_rest(place);
+  return touch(group(pair).b).tree.at_rest(surface_point_of(pair.triangle, pair.barycentric));
 }
 
 Vec3 PairSearch::target(const OrganPair& pair) const {
@@ -178,7 +174,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   TouchState &a = touch(group.a), &b = touch(group.b);
   const double moved = group.motion->moved, edge = b.tree.mean_edge();
   const Vec3 u = a.field.empty() ? Vec3{} : a.field.at_node(vertex, &work_);
-  const Vec3 p = b.organ.pose().to_body(a.organ.pose().to_world(a.tree.at_rest(vertex) + u));
+  const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
   const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
   if (nearest.surface_point.triangle < 0) {
     group.due[vertex] = moved + group.reach - group.margin;
@@ -193,12 +189,10 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   const Vec3 place = b.tree.at_rest(nearest.surface_point) + b.deformed.displacement({}, nearest.surface_point);
   OrganPair found = held ? *pair : OrganPair{};
   anchor(group, nearest, p - place, &found);
-  const Vec3 facing = b.organ.pose().turned_to_body(a.organ.pose().turned_to_world(surface_[group.a].normal(vertex)));
+  const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   if (dot(found.normal, facing) > kFaces) return false;
   if (held) {
-    SurfacePoint before;
-    before.triangle = pair->triangle;
-    std::copy(pair->barycentric, pair->barycentric + 3, before.barycentric);
+    const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);
     const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
     // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
     const double lag = !has_friction_ ? kLag : pair->slips ? 0 : 10 * kLag;
@@ -283,13 +277,13 @@ std::uint32_t PairSearch::search() {
 void PairSearch::find_overlaps(OrganGroup& group) {
   TouchState &a = touch(group.a), &b = touch(group.b);
   for (std::int32_t v = 0; v < a.tree.surface_nodes(); ++v) {
-    const Vec3 p = b.organ.pose().to_body(a.organ.pose().to_world(a.tree.at_rest(v)));
+    const Vec3 p = to_second(group, a.tree.at_rest(v));
     const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
     if (nearest.surface_point.triangle < 0) continue;
     const Vec3 off = p - b.tree.at_rest(nearest.surface_point);
     OrganPair pair;
     anchor(group, nearest, off, &pair);
-    const Vec3 facing = b.organ.pose().turned_to_body(a.organ.pose().turned_to_world(surface_[group.a].normal(v)));
+    const Vec3 facing = turned_to_second(group, surface_[group.a].normal(v));
     const double gap = dot(pair.normal, off) - pair.bulge;
     if (gap < 0 && dot(pair.normal, facing) < kFaces) group.overlap_at_rest[v] = -gap;
   }

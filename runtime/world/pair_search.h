@@ -71,6 +71,13 @@ class PairSearch {
 
  private:
   TouchState& touch(std::int32_t organ) const { return organs_[organ]->touch; }
+  // A point, or a direction, of the first organ's frame in the second one's.
+  Vec3 to_second(const OrganGroup& group, Vec3 point) const {
+    return touch(group.b).organ.pose().to_body(touch(group.a).organ.pose().to_world(point));
+  }
+  Vec3 turned_to_second(const OrganGroup& group, Vec3 direction) const {
+    return touch(group.b).organ.pose().turned_to_body(touch(group.a).organ.pose().turned_to_world(direction));
+  }
   void measure_motion(OrganGroup& group) const;
   bool is_apart(const OrganGroup& group) const;
   void search_group(std::int32_t g, std::int32_t* next_held);

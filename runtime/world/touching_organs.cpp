@@ -6,8 +6,6 @@
 namespace palpate {
 namespace {
 
-// How often a step is solved at most where a grasp slips, as in a scene.
-constexpr int kMostSlips = 4;
 constexpr double kRounding = 1e-9;
 
 }  // namespace
@@ -100,11 +98,11 @@ void TouchingOrgans::request_pairs() {
 std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::int32_t count, std::int32_t pair_count,
                                              std::int64_t operations) {
   bool met = true;
-  for (int solve = 0; solve < kMostSlips; ++solve) {
+  for (int solve = 0; solve < kMostSlipSolves; ++solve) {
     met = joint_.solve(member_, count, together_, pair_count, operations);
     sweeps_ += joint_.effort().sweeps + joint_.effort().newton_steps;
     bool slips = false;
-    for (std::int32_t m = 0; m < count && solve + 1 < kMostSlips; ++m) slips = step_[members[m]].slips() || slips;
+    for (std::int32_t m = 0; m < count && solve + 1 < kMostSlipSolves; ++m) slips = step_[members[m]].slips() || slips;
     if (!slips) break;
   }
   return met ? 0u : static_cast<std::uint32_t>(PALPATE_STEP_SOLVE_INEXACT);
