@@ -335,7 +335,7 @@ double ContactField::own_norm(std::int32_t tool, std::int32_t point) const {
   if (body_) return body_->own_norm(tool, point);
   const Contact* contact = find(*now_, tool, point);
   if (contact && now_->adds && now_->contact_count == 1)
-    return norm_;  // without motions, which large deformation has not
+    return norm_;  // `adds` belongs to large deformation, which refuses motions
   return contact ? contact->ratio * contact->own : 0;
 }
 
