@@ -92,8 +92,9 @@ TEST(FactorPanels, FactoriseAndInvertPanelsOfAnySize) {
                      below = out.matrix().bottomRows(rows - columns);
       // Pivots between columns and a few times that: 150 roundings of 1.1e-16 of entries below 300.
       EXPECT_LE((square * square.transpose() - panel.topRows(columns)).cwiseAbs().maxCoeff(), 1e-11);
-      if (rows > columns)
+      if (rows > columns) {
         EXPECT_LE((below * square.transpose() - panel.bottomRows(rows - columns)).cwiseAbs().maxCoeff(), 1e-11);
+      }
       std::vector<double> scratch(inverse_scratch(columns));
       invert_triangle(instructions, columns, out.data(), out.stride, scratch.data());
       EXPECT_LE((out.matrix().topRows(columns) * square - MatrixXd::Identity(columns, columns)).cwiseAbs().maxCoeff(),
