@@ -8,7 +8,7 @@ import { boxSurface, camera, closed, csv, drag, frame, give, inState, middle, no
 // ---- numbers ---------------------------------------------------------------------------------------------------------
 
 test("each tool has its own force and depth; its headline, label, arrow and curve share a number and a colour", async () => {
-  const page = await ready();
+  const page = await ready({ deviceScaleFactor: 1 }); // the plot's lines are as thin as its pixels
   await page.click("#keep + span");
   await drag(page, [-50, 0], [60, -60]);
   await drag(page, [60, 10], [85, 0]);
@@ -31,6 +31,12 @@ test("each tool has its own force and depth; its headline, label, arrow and curv
     assert.equal(colours[0], colours[1]);
     assert.equal(arrow, hex(colours[0]));
   });
+  const drawn = await page.evaluate(() => {
+    const plot = document.getElementById("plot"), { data } = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height), found = new Set();
+    for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255) found.add(`#${[...data.subarray(i, i + 3)].map((x) => x.toString(16).padStart(2, "0")).join("")}`);
+    return [...found];
+  });
+  for (const { arrow } of said) assert.ok(drawn.includes(arrow), `the plot has a line in ${arrow}`);
   assert.notEqual(said[0].colours[0], said[1].colours[0]);
   assert.notEqual(said[0].force, said[1].force);
   await picture(page, "two-tools-numbered");

@@ -336,7 +336,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   const frame: Frame = {
     type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost, touches, at: performance.now(),
     touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
-    replaying: replay !== null, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
+    replaying: replay !== null, engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];
   touches = scene.touchMs = 0;

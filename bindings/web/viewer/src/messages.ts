@@ -100,6 +100,7 @@ export interface Frame {
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late
   replaying: boolean;
+  engineBytes: number; // the runtime's whole memory, which never shrinks
   recordedSteps: number; // of the touch that a replay plays and a file would hold; 0: none
 }
 
