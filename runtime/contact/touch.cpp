@@ -534,6 +534,9 @@ class Touch {
                                                       : touch_state_.solver.missed(*acting_, p),
                target = has_motions(context_.def) ? acting_->target[p] : set.target[p];
     double share = constraint.share;
+    // As Collision::follow: the contact's own part of the field moves with its anchor, by about own / asked of the way.
+    const double asked = length(target), own = length(target + missed);
+    if (context_.def.deformation != PALPATE_DEFORMATION_LINEAR && own > 0) share *= asked / (asked + own);
     // Where contacts conflict or the law is missed, the surface may be anywhere: the anchor moves no farther than the tool is from
     // it at rest.
     const double off = length({0, missed.y, missed.z}), most = length({0, target.y, target.z});

@@ -178,6 +178,32 @@ TEST(LargeLaws, ADragSlipsAtFrictionTimesThePushAndTurnsRoundThroughSticking) {
   EXPECT_EQ(behind, 0);
 }
 
+// The anchor goes to the place below the tool and stays there. Off the middle of a face the surface below a deep point moves across
+// the normal, so that an anchor that went all of the way that the tool is off would run along the surface.
+TEST(LargeLaws, WithoutFrictionADeepPushThatWaitsIsThatOfUnilateral) {
+  for (const auto deformation : {PALPATE_DEFORMATION_LARGE, PALPATE_DEFORMATION_LARGE_BESIDE})
+    for (const Vector3d& at : {Vector3d(0.06, 0.035, 0.02), Vector3d(0.06, 0.04, 0.028), kPlace}) {
+      Vector3d force[2];
+      int flagged[2] = {};
+      for (const auto law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+        palpate_scene_def def = law_def(law);
+        def.deformation = deformation;
+        Probe probe(def, 0);
+        const bool coulomb = law == PALPATE_LAW_COULOMB;
+        probe.move({at + 1e-4 * kOut});
+        for (int tick = 0; tick <= 300; ++tick) {
+          force[coulomb] = probe.move({at - 1e-4 * std::min(tick, 120) * kOut});
+          for (int i = 0; i < 20 && deformation == PALPATE_DEFORMATION_LARGE_BESIDE; ++i)
+            if (palpate_scene_deform(probe.scene.get()) <= 0) break;
+          flagged[coulomb] += tick > 120 && probe.flags != 0;
+        }
+      }
+      // The tolerance of a step, and unilateral contacts whose anchors may lag by a fraction of a triangle.
+      EXPECT_LE((force[0] - force[1]).norm(), 0.02 * force[0].norm()) << deformation << " " << at.transpose();
+      EXPECT_EQ(flagged[1], 0) << deformation << " " << at.transpose();
+    }
+}
+
 TEST(LargeLaws, WithMuchFrictionADragIsThatOfAStickingContact) {
   Probe sticking(law_def(PALPATE_LAW_STICKING), 0), coulomb(law_def(PALPATE_LAW_COULOMB), 50);
   for (Probe* probe : {&sticking, &coulomb}) {
