@@ -288,11 +288,11 @@ const std::vector<ConfigKey>& config_keys() {
        "boundary file)."},
       {S, "effects", "radial", "choice", "-", "\"off\"", "off, response",
        "The displacement across a tool's motion: as the linear model has it, or corrected by the measured curve."},
-      {S, "effects", "deformation", "choice", "-", "\"linear\"", "linear, large, large-beside",
+      {S, "effects", "deformation", "choice", "-", "\"linear\"", "linear, large, large-beside, large-renewed",
        "How the organ deforms: by superposition of the tensors, or as a hyperelastic body, right at any depth. "
        "`large-beside` solves that body beside the touch, for organs that are too large to be solved in each touch "
-       "step. "
-       "Both need a bundle of `palpate-precompute --large-deformation`, and none of `response`."},
+       "step. `large-renewed` is the same for slender parts and a Poisson's ratio above 0.495. "
+       "They need a bundle of `palpate-precompute --large-deformation`, and none of `response`."},
       {S, "effects", "dent", "choice", "-", "\"off\"", "off, discs",
        "Whether the mesh of `palpate-run --render-mesh` sinks to the disc of each contact where the bundle's mesh is "
        "too "
@@ -311,7 +311,8 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "rate", "touch", "number", "Hz", "1000", "1e-6 to 1e6", "Steps of the haptic loop in a second."},
       {S, "rate", "shape", "number", "Hz", "60", "1e-6 to `touch`", "Shapes in a second."},
       {S, "rate", "deform", "number", "Hz", "100", "1e-6 to `touch`",
-       "With `deformation = \"large-beside\"`: solves of the body in a second. A solve is of the touch step before it, "
+       "With `deformation = \"large-beside\"` or `\"large-renewed\"`: solves of the body in a second. A solve is of "
+       "the touch step before it, "
        "and "
        "the "
        "next touch step has it. Against the clock (`--realtime`) the body is solved as often as a thread can."},

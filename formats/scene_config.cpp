@@ -302,7 +302,8 @@ void read_effects(TomlTable table, SceneConfig& scene) {
   optional_choice<S::Deformation>(table, "deformation",
                                   {{"linear", S::Deformation::linear},
                                    {"large", S::Deformation::large},
-                                   {"large-beside", S::Deformation::large_beside}},
+                                   {"large-beside", S::Deformation::large_beside},
+                                   {"large-renewed", S::Deformation::large_renewed}},
                                   scene.deformation);
   optional_choice<S::Dent>(table, "dent", {{"off", S::Dent::off}, {"discs", S::Dent::discs}}, scene.dent);
   if (table.has("preload")) scene.preload = table.boolean("preload");

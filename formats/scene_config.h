@@ -19,7 +19,7 @@ struct SceneConfig {
   enum class Force { off, linear, response };
   enum class Shape { off, surface, volume };
   enum class Radial { off, response };
-  enum class Deformation { linear, large, large_beside };
+  enum class Deformation { linear, large, large_beside, large_renewed };
   enum class Dent { off, discs };
 
   struct Limits {

@@ -131,7 +131,7 @@ class HeldScene {
   std::int32_t deform() {
     const InUse use(deforming_, kDeforming);
     const std::int32_t evaluations = without_lock([&] { return scene_.deform(); });
-    if (evaluations < 0) throw py::value_error("deform: expected a scene with deformation=\"large-beside\"");
+    if (evaluations < 0) throw py::value_error("deform: expected a scene with deformation=\"large-beside\" or \"large-renewed\"");
     return evaluations;
   }
 
@@ -361,7 +361,7 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.radial = choose<palpate_radial_model>("radial", radial, {"off", "response"});
   def.preload = choose<palpate_preload_model>("preload", preload, {"off", "on"});
   def.queries = choose<palpate_query_model>("queries", queries, {"off", "on"});
-  def.deformation = choose<palpate_deformation_model>("deformation", deformation, {"linear", "large", "large-beside"});
+  def.deformation = choose<palpate_deformation_model>("deformation", deformation, {"linear", "large", "large-beside", "large-renewed"});
   def.report = choose<palpate_report_model>("report", report, {"off", "contacts"});
   def.dent = choose<palpate_dent_model>("dent", dent, {"off", "discs"});
   def.relaxation = relaxation_of(relaxation);
@@ -472,7 +472,7 @@ void add_scene(py::module_& module) {
            "The haptic half: collision, contacts, forces. tools: of Tool, known by their id; dt: s since the last\n"
            "touch. Fills contacts and returns StepFlags; 0 is full trust. Microseconds.")
       .def("deform", &HeldScene::deform,
-           "With deformation=\"large-beside\": solves the body under the contacts of the newest touch, a little "
+           "With deformation=\"large-beside\" or \"large-renewed\": solves the body under the contacts of the newest touch, a little "
            "further in\n"
            "each call, in a thread of its own. Returns the evaluations of the energy that it took; 0: nothing to do.\n"
            "Neither save nor restore the scene meanwhile.")

@@ -142,10 +142,11 @@ void check_deformation(const SceneConfig& scene) {
                     "not the amounts of motions, found {}; play the scene with palpate-run or palpate-igtl",
                     scene.file.string(), scene.motions.size()));
   if (scene.deformation == SceneConfig::Deformation::linear) return;
+  static const char* const words[] = {"linear", "large", "large-beside", "large-renewed"};
   throw InputError(fmt::format(
       "{}: effects.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "
       "of every node, found \"{}\"; play the scene with palpate-run or palpate-igtl",
-      scene.file.string(), scene.deformation == SceneConfig::Deformation::large ? "large" : "large-beside"));
+      scene.file.string(), words[static_cast<int>(scene.deformation)]));
 }
 
 DatagramLimits datagram_limits(const Player& player, std::uint64_t bundle) {

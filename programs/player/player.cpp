@@ -289,7 +289,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
                     const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before,
                     const std::function<void()>& on_deform) {
   palpate_scene_reset(runtime_scene_.get());
-  const bool solves_beside = scene_.deformation == SceneConfig::Deformation::large_beside;
+  const bool solves_beside = scene_.deformation >= SceneConfig::Deformation::large_beside;
   const bool shaped = scene_.shape != SceneConfig::Shape::off;
   const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());

@@ -37,7 +37,7 @@ toml::table effects_of(const SceneConfig& scene) {
                      {"force", word(scene.force, {"off", "linear", "response"})},
                      {"shape", word(scene.shape, {"off", "surface", "volume"})},
                      {"radial", word(scene.radial, {"off", "response"})},
-                     {"deformation", word(scene.deformation, {"linear", "large", "large-beside"})},
+                     {"deformation", word(scene.deformation, {"linear", "large", "large-beside", "large-renewed"})},
                      {"preload", scene.preload}};
 }
 
@@ -179,7 +179,7 @@ toml::table resolved_scene(const Player& player) {
                     {"effects", effects_of(scene)},
                     {"limits", limits_of(scene.limits)},
                     {"rate", toml::table{{"touch", scene.touch_hz}, {"shape", scene.shape_hz}}}};
-  if (scene.deformation == SceneConfig::Deformation::large_beside)
+  if (scene.deformation >= SceneConfig::Deformation::large_beside)
     table["rate"].as_table()->insert("deform", scene.deform_hz);
   if (scene.relaxation) table.insert("relaxation", relaxation_of(*scene.relaxation));
   if (scene.surface) table.insert("surface", surface_of(*scene.surface, fs::absolute(scene.surface->file)));

@@ -57,7 +57,12 @@ constexpr bool kHasEffects = true;
 
 // The same body is solved beside the touch, which goes on from the solutions by the linear response.
 [[maybe_unused]] static bool deforms_beside(const palpate_scene_def& def) {
-  return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE_BESIDE;
+  return kHasEffects && def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
+}
+
+// And the solver's metric is renewed from the tangent of the body as it is.
+[[maybe_unused]] static bool renews_metric(const palpate_scene_def& def) {
+  return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE_RENEWED;
 }
 
 // A touch step tells each contact, and what began and ended.

@@ -226,6 +226,7 @@ std::int32_t BodyBeside::deform() {
   const DeformingBody::Outcome outcome = body_->solve(job_set_, &work, force_);
   if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == published_) return 0;
   publish(job_set_, outcome);
+  body_->renew();
   return std::max(1, outcome.evaluations);
 }
 

@@ -65,7 +65,8 @@ class BodyBeside {
   void forget();
 
   // ---- the other thread ----
-  // Solves the newest contacts a little further, eight steps of the method at most, and publishes the solution.
+  // Solves the newest contacts a little further, eight steps of the method at most, and publishes the solution. Then the body goes on with
+  // its next metric, where it renews it.
   // Returns the evaluations of the energy that it took; 0: there was nothing to do.
   std::int32_t deform();
 

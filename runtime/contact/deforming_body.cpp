@@ -40,8 +40,8 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
   if (memory.failed()) return LargeSolver::Created::no_memory;
   memory.keep(kept_count_);
   memory.keep_array(kept_, constraints, kept_count_);
-  const LargeSolver::Created created =
-      solver_.create(memory, body, order, order_count, 3 * limits.constraints, limits.nodes, preload);
+  const LargeSolver::Created created = solver_.create(memory, body, order, order_count, 3 * limits.constraints,
+                                                      limits.nodes, preload, limits.renews_metric);
   solve_operations_ = solver_.factor().numbers() / kFactorNumbers;
   operations_ = kOfATetrahedron * body.tetrahedron_count + solve_operations_;
   return created;

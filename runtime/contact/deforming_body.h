@@ -22,6 +22,7 @@ class DeformingBody {
   struct Limits {
     std::int32_t nodes = 0, constraints = 0;  // most of each in a step
     bool gives_way = false;                   // some contacts have laws under which they release or slip
+    bool renews_metric = false;               // renew() does something
   };
   // The laws count as met where they are missed by this share of the largest target; beyond kInexact the step says so.
   static constexpr double kLawMet = 0.01, kInexact = 0.05;
@@ -73,6 +74,8 @@ class DeformingBody {
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   }
 
+  // Between solves: LargeSolver::renew(), where the limits ask for it.
+  void renew() { solver_.renew(); }
   void forget();
   void restored() { solver_.restored(); }
   Operations operations_of_a_step() const { return operations_; }

@@ -125,82 +125,113 @@ bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, con
   return true;
 }
 
-BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRows& matrix) {
-  std::int32_t longest = 0, widest = 0;
-  for (std::int32_t s = 0; s < count_; ++s) {
-    longest = std::max(longest, supernodes_[s].stride);
-    widest = std::max(widest, 3 * supernodes_[s].columns);
+bool BlockFactor::Work::create(SceneMemory& memory, const BlockFactor& factor) {
+  std::int32_t longest = 0, widest = 1;
+  for (std::int32_t s = 0; s < factor.count_; ++s) {
+    longest = std::max(longest, factor.supernodes_[s].stride);
+    widest = std::max(widest, 3 * factor.supernodes_[s].columns);
   }
+  const auto rows = static_cast<std::size_t>(factor.rows_), count = static_cast<std::size_t>(factor.count_);
+  panels = memory.array<double>(static_cast<std::size_t>(factor.numbers_) + kPanelMargin);
+  update = memory.array<double>(static_cast<std::size_t>(longest) * static_cast<std::size_t>(std::max(widest, 3)));
+  turned = memory.array<double>(inverse_scratch(widest));
+  position = memory.array<std::int32_t>(rows), supernode_of = memory.array<std::int32_t>(rows);
+  waiting = memory.array<std::int32_t>(count), next = memory.array<std::int32_t>(count);
+  begin = memory.array<std::int32_t>(count);
+  if (memory.failed()) return false;
+  for (std::int32_t s = 0; s < factor.count_; ++s)
+    for (std::int32_t j = 0; j < factor.supernodes_[s].columns; ++j) supernode_of[factor.supernodes_[s].first + j] = s;
+  return true;
+}
+
+void BlockFactor::Work::wait(const BlockFactor& factor, std::int32_t s) {
+  const Supernode& node = factor.supernodes_[s];
+  if (begin[s] == node.rows) return;
+  const std::int32_t target = supernode_of[factor.row_lists_[node.row_list + begin[s]]];
+  next[s] = waiting[target], waiting[target] = s + 1;
+}
+
+double* BlockFactor::begin_supernode(Work& work, std::int32_t s) const {
+  const Supernode& node = supernodes_[s];
+  if (s == 0) {
+    std::fill(work.waiting, work.waiting + count_, 0);
+    std::fill(work.begin, work.begin + count_, 0);
+    work.done = 0;
+    work.clears = work.used, work.used = true;
+  }
+  double* const panel = work.panels + node.panel;
+  if (work.clears) std::fill(panel, panel + 3 * static_cast<std::int64_t>(node.columns) * node.stride, 0.0);
+  for (std::int32_t j = 0; j < node.columns; ++j) work.position[node.first + j] = 3 * j;
+  for (std::int32_t i = 0; i < node.rows; ++i) work.position[row_lists_[node.row_list + i]] = 3 * (node.columns + i);
+  return panel;
+}
+
+// What the supernodes before it subtract; then its part of the factor, and the inverse of the triangle.
+bool BlockFactor::end_supernode(Work& work, std::int32_t s) const {
   const Instructions instructions = best_instructions();
-  double* const panels = scratch.array<double>(static_cast<std::size_t>(numbers_) + kPanelMargin);
-  double* const update =
-      scratch.array<double>(static_cast<std::size_t>(longest) * static_cast<std::size_t>(std::max(widest, 3)));
-  double* const turned = scratch.array<double>(inverse_scratch(widest));
-  std::int32_t* const position = scratch.array<std::int32_t>(static_cast<std::size_t>(rows_));  // of a row in the panel
-  std::int32_t* const waiting =
-      scratch.array<std::int32_t>(static_cast<std::size_t>(count_));  // 1 + first supernode that updates this one
-  std::int32_t* const next = scratch.array<std::int32_t>(static_cast<std::size_t>(count_));
-  std::int32_t* const begin =
-      scratch.array<std::int32_t>(static_cast<std::size_t>(count_));  // its first row that waits
-  std::int32_t* const supernode_of = scratch.array<std::int32_t>(static_cast<std::size_t>(rows_));
-  if (scratch.failed()) return Outcome::no_memory;
-  for (std::int32_t s = 0; s < count_; ++s)
-    for (std::int32_t j = 0; j < supernodes_[s].columns; ++j) supernode_of[supernodes_[s].first + j] = s;
-  const auto wait = [&](std::int32_t s) {
-    if (begin[s] == supernodes_[s].rows) return;
-    const std::int32_t target = supernode_of[row_lists_[supernodes_[s].row_list + begin[s]]];
-    next[s] = waiting[target], waiting[target] = s + 1;
-  };
+  const Supernode& node = supernodes_[s];
+  double* const panel = work.panels + node.panel;
+  for (std::int32_t d = work.waiting[s]; d != 0;) {
+    const std::int32_t from = d - 1;
+    d = work.next[from];
+    const Supernode& other = supernodes_[from];
+    const std::int32_t* const list = row_lists_ + other.row_list;
+    const std::int32_t p = work.begin[from];
+    std::int32_t q = p;
+    while (q < other.rows && list[q] < node.first + node.columns) ++q;
+    const std::int32_t m = 3 * (other.rows - p), n = 3 * (q - p);
+    const double* const a = work.panels + other.panel + 3 * (other.columns + p);
+    negative_product(instructions, m, n, 3 * other.columns, a, other.stride, a, other.stride, work.update, m);
+    for (std::int32_t c = 0; c < n; ++c) {
+      double* const column = panel + static_cast<std::int64_t>(work.position[list[p + c / 3]] + c % 3) * node.stride;
+      for (std::int32_t i = c / 3; i < other.rows - p; ++i)
+        for (int r = 0; r < 3; ++r)
+          column[work.position[list[p + i]] + r] += work.update[static_cast<std::int64_t>(c) * m + 3 * i + r];
+    }
+    work.begin[from] = q;
+    work.wait(*this, from);
+    work.done += static_cast<std::int64_t>(m) * n * (other.columns + 8);
+  }
+  const std::int32_t rows = 3 * (node.columns + node.rows), columns = 3 * node.columns;
+  if (!factorise_panel(instructions, rows, columns, panel, node.stride)) return false;
+  work.wait(*this, s);
+  // Later supernodes read the rows below the triangle alone.
+  invert_triangle(instructions, columns, panel, node.stride, work.turned);
+  work.done += static_cast<std::int64_t>(rows) * columns * (columns / 3 + 8);
+  return true;
+}
+
+void BlockFactor::take_panels(const Work& work) {
   for (std::int32_t s = 0; s < count_; ++s) {
     const Supernode& node = supernodes_[s];
-    double* const panel = panels + node.panel;
-    for (std::int32_t j = 0; j < node.columns; ++j) position[node.first + j] = 3 * j;
-    for (std::int32_t i = 0; i < node.rows; ++i) position[row_lists_[node.row_list + i]] = 3 * (node.columns + i);
+    for (std::int32_t c = 0; c < 3 * node.columns; ++c)
+      for (std::int32_t i = c; i < 3 * (node.columns + node.rows); ++i) {
+        const std::int64_t at = node.panel + static_cast<std::int64_t>(c) * node.stride + i;
+        panels_[at] = static_cast<float>(work.panels[at]);
+      }
+  }
+}
+
+BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRows& matrix) {
+  Work work;
+  if (!work.create(scratch, *this)) return Outcome::no_memory;
+  for (std::int32_t s = 0; s < count_; ++s) {
+    const Supernode& node = supernodes_[s];
+    double* const panel = begin_supernode(work, s);
     for (std::int32_t j = 0; j < node.columns; ++j) {
       const std::int32_t row = node.first + j;  // K is symmetric: its row is its column
       for (std::int64_t at = matrix.first[row]; at < matrix.first[row + 1]; ++at) {
         if (matrix.column[at] < row) continue;
-        const std::int32_t i0 = position[matrix.column[at]];
+        const std::int32_t i0 = work.position[matrix.column[at]];
         for (int c = 0; c < 3; ++c)
           for (int r = 0; r < 3; ++r)
             panel[static_cast<std::int64_t>(3 * j + c) * node.stride + i0 + r] = matrix.block[9 * at + 3 * c + r];
       }
     }
-    for (std::int32_t d = waiting[s]; d != 0;) {
-      const std::int32_t from = d - 1;
-      d = next[from];
-      const Supernode& other = supernodes_[from];
-      const std::int32_t* const list = row_lists_ + other.row_list;
-      const std::int32_t p = begin[from];
-      std::int32_t q = p;
-      while (q < other.rows && list[q] < node.first + node.columns) ++q;
-      const std::int32_t m = 3 * (other.rows - p), n = 3 * (q - p);
-      const double* const a = panels + other.panel + 3 * (other.columns + p);
-      negative_product(instructions, m, n, 3 * other.columns, a, other.stride, a, other.stride, update, m);
-      for (std::int32_t c = 0; c < n; ++c) {
-        double* const column = panel + static_cast<std::int64_t>(position[list[p + c / 3]] + c % 3) * node.stride;
-        for (std::int32_t i = c / 3; i < other.rows - p; ++i)
-          for (int r = 0; r < 3; ++r)
-            column[position[list[p + i]] + r] += update[static_cast<std::int64_t>(c) * m + 3 * i + r];
-      }
-      begin[from] = q;
-      wait(from);
-    }
-    if (!factorise_panel(instructions, 3 * (node.columns + node.rows), 3 * node.columns, panel, node.stride))
-      return Outcome::not_definite;
-    wait(s);
+    if (!end_supernode(work, s)) return Outcome::not_definite;
   }
-  for (std::int32_t s = 0; s < count_; ++s) {
-    const Supernode& node = supernodes_[s];
-    double* const panel = panels + node.panel;
-    const std::int32_t size = 3 * node.columns;
-    invert_triangle(instructions, size, panel, node.stride, turned);
-    for (std::int32_t c = 0; c < size; ++c)
-      for (std::int32_t i = c; i < 3 * (node.columns + node.rows); ++i) {
-        const std::int64_t at = static_cast<std::int64_t>(c) * node.stride + i;
-        panels_[node.panel + at] = static_cast<float>(panel[at]);
-      }
-  }
+  operations_ = work.done;
+  take_panels(work);
   return Outcome::made;
 }
 
@@ -211,6 +242,12 @@ BlockFactor::Outcome BlockFactor::create(SceneMemory& memory, const BlockRows& m
   if (find_supernodes(memory, scratch, matrix)) outcome = factorise(scratch, matrix);
   scratch.release_all();
   return outcome;
+}
+
+bool BlockFactor::create_like(SceneMemory& memory, const BlockFactor& other) {
+  *this = other;
+  panels_ = memory.array<float>(static_cast<std::size_t>(numbers_));
+  return panels_ != nullptr;
 }
 
 // The inner loops, once for each instruction set.

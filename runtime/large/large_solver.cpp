@@ -19,6 +19,15 @@ constexpr double kEnergyNoise = 2e-7;
 // The rest state under a preload is solved to this share, where a step is to LargeSolver::kTolerance.
 constexpr double kRestTolerance = 1e-4;
 
+// N/m, that assemble_stiffness gave the single held dofs; 0 where there are none.
+double held_diagonal(const BlockRows& stiffness, const HyperelasticBody& body, const std::int32_t* place) {
+  for (std::int32_t n = 0; n < body.node_count; ++n)
+    for (int i = 0; i < 3; ++i)
+      if (place[n] < stiffness.rows && body.fixed[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)])
+        return stiffness.block[9 * stiffness.index_of(place[n], place[n]) + 4 * i];
+  return 0;
+}
+
 void evaluate_plainly(const ElementLanes<EightFloats>& elements, const float* u, float* f,
                       ElementLanes<EightFloats>::Energy* energy) {
   *energy = elements.evaluate(u, f);
@@ -34,7 +43,7 @@ __attribute__((target(PALPATE_AVX2))) void evaluate_with_avx2(const ElementLanes
 
 LargeSolver::Created LargeSolver::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
                                          std::int32_t order_count, std::int32_t max_rows, std::int32_t max_nodes,
-                                         const double* preload) {
+                                         const double* preload, bool renews) {
   nodes_ = body.node_count, rows_ = order_count, max_rows_ = max_rows, max_nodes_ = max_nodes;
   const auto nodes = static_cast<std::size_t>(nodes_), rows = static_cast<std::size_t>(rows_);
   length_ = (3 * rows + kVectorStep - 1) / kVectorStep * kVectorStep;
@@ -58,6 +67,8 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
       if (outcome == BlockFactor::Outcome::made) created = Created::made;
       if (preload && !take_load(memory, body, stiffness, preload)) created = Created::no_memory;
       if (outcome == BlockFactor::Outcome::not_definite) created = Created::not_definite;
+      if (renews && created == Created::made && !prepare_renewals(memory, body, held_diagonal(stiffness, body, place_)))
+        created = Created::no_memory;
     }
   }
   scratch.release_all();
@@ -82,6 +93,10 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
   row_weight_ = memory.array<double>(most_nodes), next_weight_ = memory.array<double>(most_nodes);
   row_spot_ = memory.array<std::int32_t>(most), slot_used_ = memory.array<bool>(most_spots);
   responses_ = memory.array<float>(3 * most_spots * length_);
+  if (renews) {
+    rest_responses_ = memory.array<float>(3 * most_spots * length_);
+    of_metric_ = memory.array<float>(padded), of_next_ = memory.array<float>(padded);
+  }
   generation_ = memory.array<std::int32_t>(most_spots), largest_response_ = memory.array<double>(3 * most_spots);
   for (double** matrix : {&between_spots_, &compliance_, &contact_}) *matrix = memory.array<double>(most * stride_);
   holds_ = memory.array<std::uint8_t>(most);
@@ -198,19 +213,86 @@ void LargeSolver::keep(SceneMemory& memory) {
   memory.keep_array(generation_, static_cast<std::size_t>(max_spots_));
   memory.keep_array(holds_, rows), memory.keep_array(applied_, rows);
   memory.keep_array(local_, rows), memory.keep_array(multiplier_, rows);
+  if (!of_metric_) return;
+  memory.keep(renewal_);
+  memory.keep_array(of_metric_, 3 * static_cast<std::size_t>(nodes_));
+  memory.keep_array(of_next_, 3 * static_cast<std::size_t>(nodes_));
 }
 
 void LargeSolver::restored() {
+  if (renewal_.active) {
+    tangent_.begin(of_metric_);
+    for (std::int32_t s = 0; s < renewed_.supernodes(); ++s) renewed_.factorise_supernode(work_on_metric_, s, tangent_);
+    renewed_.take_panels(work_on_metric_);
+  }
+  for (std::int32_t slice = 0; slice < renewal_.slices; ++slice) make_slice(slice);
   for (std::int32_t i = 0; i < now_.spot_count; ++i) {
     const Spot& spot = spots_[i];
     std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
-    find_responses(spot);
   }
+  find_all_responses();
   response_solves_ = 0;
+}
+
+// ---- the metric ------------------------------------------------------------------------------------------------------
+
+bool LargeSolver::prepare_renewals(SceneMemory& memory, const HyperelasticBody& body, double of_held) {
+  return renewed_.create_like(memory, factor_) && work_on_metric_.create(memory, factor_) &&
+         tangent_.create(memory, body, place_, rows_, of_held);
+}
+
+void LargeSolver::copy_state(float* to) const {
+  for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) to[i] = (base_ ? base_[i] : 0.0f) + u_[i];
+}
+
+// Goes on to the end of a slice, which is a share of all operations. False where the tangent is not definite.
+bool LargeSolver::make_slice(std::int32_t slice) {
+  if (slice == 0) {
+    tangent_.begin(of_next_);
+    next_supernode_ = 0;
+  }
+  const std::int64_t end = slice + 1 < kSlices ? factor_.operations() / kSlices * (slice + 1) : INT64_MAX;
+  for (; next_supernode_ < factor_.supernodes(); ++next_supernode_) {
+    if (next_supernode_ > 0 && work_on_metric_.operations() >= end) break;
+    if (!factor_.factorise_supernode(work_on_metric_, next_supernode_, tangent_)) return false;
+  }
+  return true;
+}
+
+void LargeSolver::renew() {
+  if (!of_next_ || (now_.at_rest && !renewal_.active && renewal_.slices == 0)) return;
+  if (renewal_.slices == 0) copy_state(of_next_);
+  if (!make_slice(renewal_.slices)) {
+    renewal_.slices = 0;
+    return;
+  }
+  if (++renewal_.slices == kSlices) take_metric();
+}
+
+void LargeSolver::take_metric() {
+  renewed_.take_panels(work_on_metric_);
+  std::copy(of_next_, of_next_ + 3 * static_cast<std::size_t>(nodes_), of_metric_);
+  renewal_.active = 1, renewal_.slices = 0, ++renewal_.count;
+  // The pairs stay: they are samples of the tangent, whatever the metric. Their scale was that of the metric before.
+  now_.scale = 1, now_.pairs_since_scale = 0;
+  find_all_responses();
+}
+
+void LargeSolver::take_rest_metric() {
+  if (!of_metric_) return;
+  const bool was_active = renewal_.active != 0;
+  renewal_ = {};
+  if (was_active) find_all_responses();
+}
+
+void LargeSolver::find_all_responses() {
+  for (std::int32_t i = 0; i < now_.spot_count; ++i) find_responses(spots_[i]);
   measure_spots();
   fill_compliance();
   factor_contacts();
 }
+
+// ----------------------------------------------------------------------------------------------------------------------
 
 void LargeSolver::come_to_rest() {
   std::fill(u_, u_ + std::max(3 * static_cast<std::size_t>(nodes_), length_), 0.0f);
@@ -220,11 +302,12 @@ void LargeSolver::come_to_rest() {
   now_.pairs_of_other_contacts = 0;
   now_.solved = now_.at_rest = 1;
   now_.energy = now_.peak_energy = now_.residual = 0, now_.least_volume = 1;
+  take_rest_metric();
 }
 
 void LargeSolver::forget() {
-  come_to_rest();
   now_.row_count = now_.spot_count = 0;
+  come_to_rest();
 }
 
 void LargeSolver::remove(const std::int32_t* tetrahedra, std::int32_t count) {
@@ -303,21 +386,30 @@ void LargeSolver::add_rows(const double* force, float* field) const {
   for (std::int32_t h = 0; h < held_count_; ++h) field[held_[h]] = 0;
 }
 
-// field += factor Y force
-void LargeSolver::add_responses(const double* force, double factor, float* field) const {
+template <class Column>
+void LargeSolver::add_columns_of(const double* force, double factor, float* field, Column column) const {
   for (std::int32_t i = 0; i < now_.spot_count; ++i) {
     const Spot& spot = spots_[i];
     for (int d = 0; d < 3; ++d) {
       double sum = 0;
       for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) sum += force[r] * row_[r].direction[d];
-      if (sum != 0) add_multiple(static_cast<float>(factor * sum), response(spot, d), length_, field);
+      if (sum != 0) add_multiple(static_cast<float>(factor * sum), column(spot, d), length_, field);
     }
   }
 }
 
+// field += factor Y force
+void LargeSolver::add_responses(const double* force, double factor, float* field) const {
+  add_columns_of(force, factor, field, [&](const Spot& spot, int axis) { return response(spot, axis); });
+}
+// The same with Y at rest.
+void LargeSolver::add_rest_responses(const double* force, double factor, float* field) const {
+  add_columns_of(force, factor, field, [&](const Spot& spot, int axis) { return rest_response(spot, axis); });
+}
+
 void LargeSolver::write_beyond_linear(const double* force, std::int32_t count, float* out) {
   std::copy(u_, u_ + 3 * static_cast<std::size_t>(nodes_), trial_);
-  add_responses(force, -1, trial_);
+  add_rest_responses(force, -1, trial_);
   for (std::int32_t n = 0; n < count; ++n)
     std::copy_n(trial_ + 3 * static_cast<std::size_t>(place_[n]), 3, out + 3 * static_cast<std::size_t>(n));
 }
@@ -350,7 +442,7 @@ bool LargeSolver::same_spot(const LargeContacts& contacts, std::int32_t r, const
 void LargeSolver::find_responses(const Spot& spot) {
   float* columns[3];
   for (int d = 0; d < 3; ++d) {
-    float* const y = columns[d] = response(spot, d);
+    float* const y = columns[d] = rest_response(spot, d);
     std::fill(y, y + length_, 0.0f);
     for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e)
       if (row_place_[e] < rows_)
@@ -358,7 +450,19 @@ void LargeSolver::find_responses(const Spot& spot) {
             static_cast<float>(row_weight_[e]);
     for (std::int32_t h = 0; h < held_count_; ++h) y[held_[h]] = 0;
   }
-  factor_.solve(columns, 3);
+  if (rest_responses_) {
+    float* of_metric[3];
+    for (int d = 0; d < 3; ++d)
+      of_metric[d] = response(spot, d), std::copy(columns[d], columns[d] + length_, of_metric[d]);
+    factor_.solve(columns, 3);
+    if (renewal_.active)
+      renewed_.solve(of_metric, 3);
+    else
+      for (int d = 0; d < 3; ++d) std::copy(columns[d], columns[d] + length_, of_metric[d]);
+    for (int d = 0; d < 3; ++d) columns[d] = of_metric[d];
+  } else {
+    factor_.solve(columns, 3);
+  }
   for (int d = 0; d < 3; ++d) {
     double& largest = largest_response_[3 * spot.slot + d];
     largest = 0;
@@ -678,7 +782,7 @@ double LargeSolver::descend() {
     add_multiple(static_cast<float>(-factor[age]), changes_[i], length_, p_);
     for (std::int32_t r = 0; r < now_.row_count; ++r) local_p_[r] -= factor[age] * local_moves_[i][r];
   }
-  factor_.solve(p_);
+  metric().solve(p_);
   project(p_, local_p_);
   if (now_.scale != 1) {
     for (std::size_t i = 0; i < length_; ++i) p_[i] *= static_cast<float>(now_.scale);
@@ -717,7 +821,7 @@ void LargeSolver::keep_pair(double share) {
   if (now_.pairs_since_scale++ % 10 != 0) return;
   std::copy(changes_[i], changes_[i] + length_, g_);
   std::copy(local_moves_[i], local_moves_[i] + now_.row_count, local_g_);
-  factor_.solve(g_);
+  metric().solve(g_);
   project(g_, local_g_);
   const double scaled = dot_product(changes_[i], g_, length_) + times_compliance(local_moves_[i], local_g_);
   const double scale = now_.curvature[i] / scaled;

@@ -9,6 +9,9 @@
 //
 // A row may also be free, with a force that is given: contacts that have released have none, those that slip have their friction.
 // It then adds W^T force to the body, and its target does not count.
+//
+// The metric may be renewed: renew() factors the tangent K(u) of a state, a slice in each call, and the factor then takes the place of
+// K's in the method, Y and C included. What the touch superposes stays the response at rest (write_beyond_linear).
 #pragma once
 
 #include <cmath>
@@ -17,6 +20,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/large/block_factor.h"
 #include "runtime/large/element_lanes.h"
+#include "runtime/large/tangent.h"
 
 namespace palpate {
 
@@ -63,8 +67,9 @@ class LargeSolver {
   // Memory: about 424 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 24 max_rows^2 bytes.
   // preload: [node_count][3] m, the linear displacement under dead loads, or nullptr. The body then rests where it is in equilibrium
   // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
+  // renews: makes renew() possible, in four times the factor's memory and 500 bytes a tetrahedron more.
   Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order, std::int32_t order_count,
-                 std::int32_t max_rows, std::int32_t max_nodes, const double* preload = nullptr);
+                 std::int32_t max_rows, std::int32_t max_nodes, const double* preload = nullptr, bool renews = false);
   // m, displacement of a node by the preload; zero without one.
   void rest_displacement(std::int32_t node, float out[3]) const {
     for (int i = 0; i < 3; ++i)
@@ -125,8 +130,18 @@ class LargeSolver {
   // Not part of what a saved state holds. Cost: an evaluation. How many steps it takes: bench/removed.cpp.
   void remove(const std::int32_t* tetrahedra, std::int32_t count);
 
+  // Goes on with a new metric, between steps: the first of kSlices calls begins with the state as it is, the last one replaces the metric
+  // and drops the pairs. Where the tangent is not definite, the metric stays, and the next call begins anew. A call counts, not the time,
+  // so that the same steps and calls have the same bits. At rest it does nothing. Cost: a slice of the factorisation; the last one
+  // a pass over the factor and three solves for each row's nodes.
+  static constexpr std::int32_t kSlices = 16;
+  void renew();
+  // Of the metric now: 0 K at rest, else the K(u) of how many renewals since rest.
+  std::int32_t renewals() const { return renewal_.count; }
+
   void forget();  // back to rest
-  // Completes a restored state (scene_memory.h) by what follows from it. Cost: three solves for each row's nodes.
+  // Completes a restored state (scene_memory.h) by what follows from it. Cost: three solves for each row's nodes; with a renewed metric,
+  // up to two factorisations.
   void restored();
 
   // m, displacement of a node.
@@ -141,7 +156,7 @@ class LargeSolver {
 
   // For measuring.
   double evaluate_once() { return evaluate(u_, f_).energy; }
-  void solve_once() { factor_.solve(trial_f_); }
+  void solve_once() { metric().solve(trial_f_); }
 
  private:
   using Elements = ElementLanes<EightFloats>;
@@ -151,6 +166,20 @@ class LargeSolver {
     std::int32_t row, rows;     // its rows
     std::int32_t slot;          // of its three columns of Y
   };
+  // A renewal, from call to call.
+  struct Renewal {
+    std::int32_t count = 0;   // as renewals()
+    std::int32_t slices = 0;  // done of the next metric
+    std::int32_t active = 0;  // the metric is a renewed one
+    std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
+  };
+  bool prepare_renewals(SceneMemory& memory, const HyperelasticBody& body, double of_held);
+  bool make_slice(std::int32_t slice);
+  void take_metric();
+  void take_rest_metric();
+  void copy_state(float* to) const;
+  void find_all_responses();
+  const BlockFactor& metric() const { return renewal_.active ? renewed_ : factor_; }
   Elements::Energy evaluate(const float* u, float* f);
   bool take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness, const double* preload);
   bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
@@ -170,6 +199,9 @@ class LargeSolver {
   double on_row(std::int32_t row, const float* field) const;
   void add_rows(const double* force, float* field) const;
   void add_responses(const double* force, double factor, float* field) const;
+  void add_rest_responses(const double* force, double factor, float* field) const;
+  template <class Column>
+  void add_columns_of(const double* force, double factor, float* field, Column column) const;
   void responses_times(const float* force, double* out) const;
   double times_compliance(const double* a, const double* b) const;
   void compliance_times(const double* a, double* out) const;
@@ -185,14 +217,26 @@ class LargeSolver {
   float* response(const Spot& spot, int axis) const {
     return responses_ + static_cast<std::size_t>(3 * spot.slot + axis) * length_;
   }
+  float* rest_response(const Spot& spot, int axis) const {
+    return rest_responses_ ? rest_responses_ + static_cast<std::size_t>(3 * spot.slot + axis) * length_
+                           : response(spot, axis);
+  }
   const Spot& spot_of(std::int32_t row) const { return spots_[row_spot_[row]]; }
 
   Elements elements_;
   BlockFactor factor_;
-  std::int32_t nodes_ = 0, rows_ = 0;  // nodes of the body; those that can move
-  std::size_t length_ = 0;             // of vectors over the dofs of rows_, padded with zeros
-  std::int32_t* place_ = nullptr;      // [nodes]
-  std::int32_t* held_ = nullptr;       // single held dofs, as indices of vectors
+  // Where the metric is renewed:
+  BlockFactor renewed_;
+  BlockFactor::Work work_on_metric_;
+  Tangent tangent_;
+  Renewal renewal_;
+  std::int32_t next_supernode_ = 0;
+  float *of_metric_ = nullptr, *of_next_ = nullptr;  // [3 nodes] m, the states of the metric and of the next one
+  float* rest_responses_ = nullptr;                  // as responses_, of K at rest
+  std::int32_t nodes_ = 0, rows_ = 0;                // nodes of the body; those that can move
+  std::size_t length_ = 0;                           // of vectors over the dofs of rows_, padded with zeros
+  std::int32_t* place_ = nullptr;                    // [nodes]
+  std::int32_t* held_ = nullptr;                     // single held dofs, as indices of vectors
   std::int32_t held_count_ = 0;
   std::int32_t* support_place_ = nullptr;  // [support_count][2]
   double* support_stiffness_ = nullptr;    // [support_count][9] N/m

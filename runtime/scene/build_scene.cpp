@@ -446,7 +446,7 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
       return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
   DeformingBody::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
-  limits.gives_way = contacts_may_give_way(def);
+  limits.gives_way = contacts_may_give_way(def), limits.renews_metric = renews_metric(def);
   switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
       return reader.no_memory("deformation");
@@ -664,7 +664,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
       !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
       !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.dent, PALPATE_DENT_DISCS) ||
-      !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_BESIDE))
+      !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
     return bad("relaxation.model has a value that palpate.h does not list");
@@ -775,7 +775,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, def, touch, shape); });
-  step(def.deformation == PALPATE_DEFORMATION_LARGE_BESIDE, use.deformation,
+  step(deforms_beside(def), use.deformation,
        [&] { return connect_body_beside(reader, def, touch, shape); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,

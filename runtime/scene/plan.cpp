@@ -179,6 +179,9 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
   static const char* const beside_laws[] = {"deformation: large-beside, sticking", "deformation: large-beside, sliding",
                                             "deformation: large-beside, unilateral",
                                             "deformation: large-beside, coulomb"};
+  static const char* const renewed_laws[] = {
+      "deformation: large-renewed, sticking", "deformation: large-renewed, sliding",
+      "deformation: large-renewed, unilateral", "deformation: large-renewed, coulomb"};
   const bool large = def.deformation == PALPATE_DEFORMATION_LARGE;
   if (large)
     step(Pass::contact, large_laws[def.law], "touch", sections.deformation(), memory.contacts + memory.deformation);
@@ -197,7 +200,8 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
     step(Pass::report, "report: contacts", "touch", sections.surface(), memory.report);
 
   if (deforms_beside(def))
-    step(Pass::deform, beside_laws[def.law], "deform", sections.deformation(), memory.deformation);
+    step(Pass::deform, renews_metric(def) ? renewed_laws[def.law] : beside_laws[def.law], "deform",
+         sections.deformation(), memory.deformation);
 
   const bool has_interior = has_interior_shape(def, bundle);
   if (has_shape && large)

@@ -267,7 +267,7 @@ class Scene:
         radial: Literal["off", "response"] = ...,
         preload: Literal["off", "on"] = ...,
         queries: Literal["off", "on"] = ...,
-        deformation: Literal["linear", "large", "large-beside"] = ...,
+        deformation: Literal["linear", "large", "large-beside", "large-renewed"] = ...,
         report: Literal["off", "contacts"] = ...,
         dent: Literal["off", "discs"] = ...,
         relaxation: Optional[Sequence[tuple[float, float]]] = ...,

@@ -22,7 +22,8 @@ export { PalpateError };
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
  *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
- *   deformation?: "linear" | "large" | "large-beside", queries?: "off" | "on", report?: "off" | "contacts", dent?: "off" | "discs",
+ *   deformation?: "linear" | "large" | "large-beside" | "large-renewed",
+ *   queries?: "off" | "on", report?: "off" | "contacts", dent?: "off" | "discs",
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
  *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number,
@@ -422,7 +423,7 @@ export class Scene {
     return api.palpate_scene_touch(this.pointer, this.#toolsAt, this.#toolCount, dt, this.#contactsAt, this.#contactsBytes) >>> 0;
   }
 
-  /** With deformation "large-beside": solves the body under the contacts of the last touch. A page without a second thread calls it
+  /** With deformation "large-beside" or "large-renewed": solves the body under the contacts of the last touch. A page without a second thread calls it
    *  between touches, as often as it has time. @returns {number} evaluations of the energy that it took; 0: nothing to do; -1: the
    *  scene has another deformation */
   deform() {

@@ -13,7 +13,7 @@ const WORDS = /** @type {const} */ ({
   force: ["off", "linear", "response"],
   shape: ["off", "surface", "volume"],
   radial: ["off", "response"],
-  deformation: ["linear", "large", "large-beside"],
+  deformation: ["linear", "large", "large-beside", "large-renewed"],
   queries: ["off", "on"],
   report: ["off", "contacts"],
   dent: ["off", "discs"],

@@ -327,9 +327,12 @@ typedef enum palpate_deformation_model {
                                  and a step takes longer (docs/method.md, section 14). The bundle must have been made for it
                                  (palpate-precompute --large-deformation). RESPONSE is refused beside it: it corrects a
                                  linear answer                                                                            */
-  PALPATE_DEFORMATION_LARGE_BESIDE /* the same body, solved by palpate_scene_deform in a thread of its own. The touch step takes
+  PALPATE_DEFORMATION_LARGE_BESIDE, /* the same body, solved by palpate_scene_deform in a thread of its own. The touch step takes
                                  the newest solution and goes on from it by superposition, as fast as LINEAR: for bodies that
                                  are too large to be solved in each step                                                  */
+  PALPATE_DEFORMATION_LARGE_RENEWED /* LARGE_BESIDE for slender parts and nearly incompressible tissue (Poisson's ratio above 0.495): while
+                                 it solves, palpate_scene_deform also makes a new metric of the solver from the body as it is, a 16th of it in
+                                 each call. Takes five times the memory of the factor, and more time in the third thread */
 } palpate_deformation_model;
 
 /* Whether a force decays while a displacement is held. */
@@ -791,7 +794,7 @@ typedef uint32_t palpate_step_flags;
 PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
                                                    double dt, palpate_contacts* contacts, size_t contacts_bytes);
 
-/* LARGE_BESIDE: solves the body under the contacts of the newest touch step, eight quasi-Newton steps at most, and hands the solution
+/* LARGE_BESIDE, LARGE_RENEWED: solves the body under the contacts of the newest touch step, eight quasi-Newton steps at most, and hands the solution
  * to the touch steps that follow. Call it in a loop in a third thread, beside those of touch and shape; neither waits for the
  * other. A host without a third thread may call it between touch steps. Returns the evaluations of the energy that it took: 0 where
  * there was nothing to do, so that the thread may sleep for a millisecond; -1 for a scene of another deformation.

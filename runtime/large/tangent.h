@@ -1,0 +1,93 @@
+// The tangent K(u) of the body's energy at a displaced state, one block column after the other: what a renewed metric is made from
+// (large_solver.h). At rest it is the stiffness of block_rows.h.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/large/deformation.h"
+#include "runtime/large/hyperelastic_body.h"
+
+namespace palpate {
+
+class Tangent {
+ public:
+  // place, rows: as assemble_stiffness (block_rows.h) takes them. What the tangent needs of the body is copied. of_held: N/m, the
+  // diagonal of single held dofs. Memory: about 500 bytes a tetrahedron with nodal dilatation, 100 without.
+  bool create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place, std::int32_t rows,
+              double of_held);
+
+  // u: [nodes][3] m, the displacement of each place; borrowed until the last column is added. Cost: an evaluation of the energy.
+  void begin(const float* u);
+
+  // Calls add(row, r, c, N/m) for parts of column c of block column `column`, component r of row `row`, from the diagonal on down.
+  template <class Add>
+  void add_column(std::int32_t column, Add add) const {
+    const auto free = [&](std::int32_t row, int r) {
+      return !held_[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(r)];
+    };
+    const auto add_free = [&](std::int32_t row, int r, int c, double value) {
+      if (row >= column && free(row, r) && free(column, c)) add(row, r, c, value);
+    };
+    for (std::int64_t at = first_[column]; at < first_[column + 1]; ++at) {
+      double block[4][3][3];  // [corner][r][c]
+      const std::int32_t corner = corners_[at], e = corner / 4;
+      tetrahedron(e, corner % 4, block);
+      for (int a = 0; a < 4; ++a)
+        if (const std::int32_t row = corner_place_[4 * static_cast<std::size_t>(e) + static_cast<std::size_t>(a)];
+            row < rows_)
+          for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) add_free(row, r, c, block[a][r][c]);
+    }
+    for (std::int64_t at = site_first_of_row_[column]; nodal_ && at < site_first_of_row_[column + 1]; ++at) {
+      const std::int64_t own = site_entries_[at];
+      const std::int32_t site = site_of_entry_[own];
+      const double factor = site_bulk_[site] / site_volume_[site];
+      for (std::int64_t other = site_first_[site]; other < site_first_[site + 1]; ++other)
+        if (const std::int32_t row = entry_row_[other]; row >= column)
+          for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c)
+              add_free(row, r, c, factor * volume_change_[3 * other + r] * volume_change_[3 * own + c]);
+    }
+    for (std::int64_t at = support_first_[column]; at < support_first_[column + 1]; ++at)
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) add_free(support_row_[at], r, c, support_[9 * at + 3 * r + c]);
+    for (int c = 0; c < 3; ++c)
+      if (!free(column, c)) add(column, c, c, of_held_);
+  }
+
+ private:
+  bool list_corners(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place);
+  bool list_sites(SceneMemory& memory, const HyperelasticBody& body);
+  bool list_supports(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place);
+  double gradients(std::int32_t e, double g[4][3]) const;
+  void deform(std::int32_t e, const double g[4][3], Deformation<double>* d) const;
+  void tetrahedron(std::int32_t e, int corner, double block[4][3][3]) const;
+
+  std::int32_t rows_ = 0, tetrahedra_ = 0, sites_ = 0;
+  bool nodal_ = false;
+  double of_held_ = 0;
+  const float* u_ = nullptr;
+  double* position_ = nullptr;            // [nodes][3] m, of each place
+  std::uint8_t* held_ = nullptr;          // [rows][3]
+  std::int32_t* corner_place_ = nullptr;  // [tetrahedra][4]
+  std::int32_t* region_ = nullptr;        // [tetrahedra]
+  TissueLaw* laws_ = nullptr;             // [regions]
+  std::int64_t* first_ = nullptr;         // [rows + 1] into corners_
+  std::int32_t* corners_ = nullptr;       // 4 tetrahedron + corner
+  // Of sites where the dilatation is averaged. An entry is a node of a site's tetrahedra.
+  std::int32_t* site_of_corner_ = nullptr;                                           // [tetrahedra][4]
+  double *site_volume_ = nullptr, *site_bulk_ = nullptr, *site_pressure_ = nullptr;  // [sites]
+  std::int64_t* site_first_ = nullptr;                                               // [sites + 1] entries
+  std::int32_t *entry_row_ = nullptr, *site_of_entry_ = nullptr;                     // [entries]
+  double* volume_change_ = nullptr;            // [entries][3] m^2, of V_nm J_nm by the node's displacement
+  std::int32_t* entry_of_corner_ = nullptr;    // [tetrahedra][4 sites][4 nodes], -1: the node is held
+  std::int64_t* site_first_of_row_ = nullptr;  // [rows + 1] into site_entries_
+  std::int64_t* site_entries_ = nullptr;
+  std::int64_t* support_first_ = nullptr;  // [rows + 1]
+  std::int32_t* support_row_ = nullptr;
+  double* support_ = nullptr;  // [9] N/m, component r of support_row_ by component c of the column
+};
+
+}  // namespace palpate

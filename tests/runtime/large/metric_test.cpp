@@ -1,0 +1,209 @@
+// The metric that is renewed from the tangent of the body as it is.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "studies/hyperelastic/large_reference.h"
+#include "tests/runtime/large/discs.h"
+#include "tests/runtime/large/pressed_box.h"
+#include "tests/runtime/large/soft_supports.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Nodes in an order of their own, held ones behind the others, as a solver places them.
+std::vector<std::int32_t> places_of(const HyperelasticBody& body, std::int32_t* rows) {
+  const auto order = elimination_order(body);
+  std::vector<std::int32_t> place(static_cast<std::size_t>(body.node_count), -1);
+  *rows = 0;
+  for (const auto n : order) place[static_cast<std::size_t>(n)] = (*rows)++;
+  std::int32_t last = *rows;
+  for (auto& p : place)
+    if (p < 0) p = last++;
+  return place;
+}
+
+TEST(Tangent, IsThatOfTheReferenceAtAnyState) {
+  for (const bool nodal : {false, true})
+    for (const double stiffening : {0.0, 1.5})
+      for (const bool soft : {false, true}) {
+        ElasticBody elastic = beam();
+        hold(elastic, [](const auto& p) { return p[0] == 0.1 && p[1] == 0 && p[2] == 0 ? 2 : 0; });  // a single dof
+        if (soft) {
+          add_foundation(elastic, 1e6, 2e5, [](const auto& p) { return p[2] == 0; });
+          const auto last = static_cast<std::int32_t>(elastic.nodes.size()) - 1;
+          elastic.springs.push_back({"far apart", {{last, 3, 300, {0, 0.6, 0.8}}, {last, Spring::kWorld, 200}}});
+        }
+        const LargeBody large(elastic, nodal, stiffening > 0 ? std::vector<double>{stiffening} : std::vector<double>{});
+        const HyperelasticBody& body = large.get();
+        std::int32_t rows = 0;
+        const auto place = places_of(body, &rows);
+        SceneMemory memory{palpate_allocator{}};
+        Tangent tangent;
+        ASSERT_TRUE(tangent.create(memory, body, place.data(), rows, 7));
+        for (const double size : {0.0, 3e-3}) {
+          std::vector<float> u(3 * place.size());
+          VectorXd of_nodes(3 * body.node_count);
+          for (std::int32_t n = 0; n < body.node_count; ++n)
+            for (int i = 0; i < 3; ++i) {
+              const bool held = body.fixed[3 * n + i];
+              const auto at = static_cast<std::size_t>(3 * place[static_cast<std::size_t>(n)] + i);
+              u[at] = held ? 0 : static_cast<float>(size * std::sin(20 * body.nodes[3 * n] + 3 * i));
+              of_nodes[3 * n + i] = static_cast<double>(u[at]);
+            }
+          tangent.begin(u.data());
+          const MatrixXd expected = LargeReference(body).tangent(of_nodes);
+          MatrixXd found = MatrixXd::Zero(3 * rows, 3 * rows);
+          for (std::int32_t column = 0; column < rows; ++column)
+            tangent.add_column(column, [&](std::int32_t row, int r, int c, double value) {
+              ASSERT_GE(row, column);
+              found(3 * row + r, 3 * column + c) += value;
+            });
+          double miss = 0;
+          for (std::int32_t a = 0; a < body.node_count; ++a)
+            for (std::int32_t b = 0; b < body.node_count; ++b)
+              for (int r = 0; r < 3; ++r)
+                for (int c = 0; c < 3; ++c) {
+                  const std::int32_t row = place[static_cast<std::size_t>(a)],
+                                     column = place[static_cast<std::size_t>(b)];
+                  if (row >= rows || column >= rows || row < column) continue;
+                  const bool held = body.fixed[3 * a + r] || body.fixed[3 * b + c];
+                  const double value = held ? (row == column && r == c ? 7 : 0) : expected(3 * a + r, 3 * b + c);
+                  miss = std::max(miss, std::abs(found(3 * row + r, 3 * column + c) - value));
+                }
+          // Sums of some 200 terms of double precision, in two orders.
+          EXPECT_LE(miss, 1e-12 * expected.cwiseAbs().maxCoeff()) << nodal << stiffening << soft << size;
+        }
+        memory.release_all();
+      }
+}
+
+// The tip of a slender part turns, and nearly incompressible tissue has a tangent that turns with it.
+struct Followed {
+  double force = 0, field = 0;  // worst share of the converged ones while the tip moves
+  int renewals = 0, unfinished = 0;
+};
+Followed follow_beam(double poisson, int slices_a_tick) {
+  ElasticBody elastic = body_of(box_mesh({16, 3, 3}, {0.10, 0.02, 0.02}, 0.1), {{5400, poisson, 0}});
+  hold(elastic, [](const auto& p) { return p[0] == 0 ? 7 : 0; });
+  const LargeBody body(elastic, true);
+  Discs tip;
+  tip.add(body.get(), {0.1, 0.01, 0.01}, 0.015);
+  Solved solved(body.get(), true);
+  const LargeReference reference(body.get());
+  Followed followed;
+  for (int tick = 1; tick <= 600; ++tick) {
+    tip.set(0, {0, 1e-4 * tick, 0});
+    followed.unfinished += solved.step(tip).unfinished;
+    for (int i = 0; i < slices_a_tick; ++i) solved.solver.renew();
+    if (tick < 200 || tick % 40 != 0) continue;
+    VectorXd u = solved.field();
+    const VectorXd force = reference.solve(tip.dense(reference.dofs()), tip.targets(), &u, 1e-7);
+    followed.force = std::max(followed.force, (solved.force - force).norm() / force.norm());
+    followed.field = std::max(followed.field, (solved.field() - u).norm() / u.norm());
+  }
+  followed.renewals = solved.solver.renewals();
+  return followed;
+}
+
+TEST(RenewedMetric, FollowsANearlyIncompressibleBeamWhoseTipMovesBySixtyMillimetres) {
+  const Followed kept = follow_beam(0.499, 0), renewed = follow_beam(0.499, 1);
+  std::printf("nu 0.499, tip 60 mm: kept field %.2f %% force %.2f %%, renewed %.2f %% %.2f %% (%d renewals)\n",
+              100 * kept.field, 100 * kept.force, 100 * renewed.field, 100 * renewed.force, renewed.renewals);
+  EXPECT_EQ(kept.renewals, 0);
+  EXPECT_EQ(renewed.renewals, 600 / LargeSolver::kSlices);
+  EXPECT_EQ(renewed.unfinished, 0);
+  EXPECT_LE(renewed.field, 0.02);
+  EXPECT_LE(renewed.force, 0.02);
+  EXPECT_GT(kept.force, 2 * renewed.force) << "the metric at rest would have done";
+}
+
+TEST(RenewedMetric, IsThatOfRestAgainWhereTheBodyIs) {
+  const LargeBody body(block(0.49), true);
+  Discs discs;
+  discs.add(body.get(), {0.06, 0.06, 0.08}, 0.021);
+  Solved solved(body.get(), true);
+  solved.solver.renew();
+  EXPECT_EQ(solved.solver.renewals(), 0);
+  for (int tick = 1; tick <= 100; ++tick) {
+    discs.set(0, {0, 0, -1e-4 * tick});
+    solved.step(discs);
+    solved.solver.renew();
+  }
+  EXPECT_EQ(solved.solver.renewals(), 100 / LargeSolver::kSlices);
+  for (int tick = 0; tick < 300; ++tick) solved.step({}), solved.solver.renew();
+  EXPECT_LE(solved.field().cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_EQ(solved.solver.renewals(), 0);
+  // A small push has the force of a body that was never pushed.
+  Solved other(body.get());
+  discs.set(0, {0, 0, -1e-4});
+  solved.step(discs), other.step(discs);
+  EXPECT_EQ(solved.force, other.force);
+}
+
+palpate_scene_def renewed_def() {
+  palpate_scene_def def = large_def(PALPATE_CONTACT_PATCH);
+  def.deformation = PALPATE_DEFORMATION_LARGE_RENEWED, def.collision = PALPATE_COLLISION_DEFORMED;
+  return def;
+}
+
+TEST(RenewedMetric, ASceneWithItAnswersAsTheBodyThatIsSolvedInEachStep) {
+  for (const bool nodal : {false, true}) {
+    const TouchedBody box = large_body(nodal);
+    palpate_scene_def def = renewed_def();
+    def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT;
+    Play renewed(def, box);
+    def.deformation = PALPATE_DEFORMATION_LARGE;
+    Play large(def, box);
+    for (int tick = 1; tick <= 165; ++tick) {
+      const Vector3d way = Vector3d(-1e-4, 0.2e-4, 0.3e-4) * std::min(tick, 160);  // the last steps wait
+      const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), {0.5, 0.3, 0.2}, way)};
+      EXPECT_EQ(renewed.touch(tool_of(grips)), 0u) << tick;
+      large.touch(tool_of(grips));
+    }
+    EXPECT_LE((renewed.force(0) - large.force(0)).norm(), 0.01 * large.force(0).norm()) << nodal;
+  }
+}
+
+TEST(RenewedMetric, ARestoredStateGoesOnWithTheSameBits) {
+  const TouchedBody box = large_body(true);
+  const auto go = [](Play& one, int from, int to) {
+    for (int tick = from; tick < to; ++tick) {
+      std::vector<Vector3d> at = {Vector3d(0.06 - 1e-4 * tick, 0.025, 0.02),
+                                  Vector3d(0.0601 - 1e-4 * tick, 0.04, 0.03)};
+      if (tick % 25 < 5) at.pop_back();
+      one.move(at);
+    }
+  };
+  // In the middle of the second renewal or later: the state holds a renewed metric and a part of the next one.
+  for (const int saved : {3, 40, 75}) {
+    Play one(renewed_def(), box), restored(renewed_def(), box);
+    one.most_solves = restored.most_solves = 2;
+    go(one, 0, saved);
+    std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8 + 1);
+    palpate_error error = {};
+    ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+    ASSERT_EQ(palpate_scene_restore(restored.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK);
+    go(one, saved, 120), go(restored, saved, 120);
+    EXPECT_EQ(0, std::memcmp(one.contacts.get(), restored.contacts.get(), one.contacts->used_bytes)) << saved;
+  }
+}
+
+TEST(RenewedMetric, TakesMemoryInScenesThatAskForItAlone) {
+  const auto bytes = [](palpate_deformation_model model) {
+    palpate_scene_def def = renewed_def();
+    def.deformation = model;
+    const auto scene = large_box().scene(def);
+    std::uint64_t sum = 0;
+    for (const palpate_plan_pass& pass : plan_of(scene.get())) sum += pass.memory_bytes;
+    return sum;
+  };
+  EXPECT_GT(bytes(PALPATE_DEFORMATION_LARGE_RENEWED), bytes(PALPATE_DEFORMATION_LARGE_BESIDE));
+}
+
+}  // namespace
+}  // namespace palpate::tests
