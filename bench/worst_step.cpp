@@ -30,7 +30,7 @@ struct Worst {
   std::size_t step = 0;
   Load load;
   std::string pass;
-  // Of all steps; and what the plan's passes may count together.
+  // Of all steps; and what no step may count.
   std::int64_t counted = 0, bound = 0;
 };
 
@@ -173,8 +173,7 @@ Worst play(palpate_bundle* bundle, const palpate_scene_def& def, Tools& tools, s
   PassTimes times;
   palpate_watch_passes(scene, &PassTimes::watch, &times);
   Worst worst;
-  for (std::int32_t pass = 0; pass < pass_count; ++pass)
-    worst.bound += palpate_scene_plan(scene, pass)->most_operations;
+  worst.bound = palpate_scene_most_operations(scene);
   for (std::size_t s = 0; s < seconds->size(); ++s) {
     const std::vector<palpate_tool>& sent = tools.next();
     times.seconds.assign(static_cast<std::size_t>(pass_count), 0);
@@ -221,7 +220,7 @@ void report(palpate_bundle* bundle, const char* name, const palpate_scene_def& d
 void report_worst_steps(palpate_bundle* bundle, long steps) {
   std::printf(
       "%ld touches of each scene; us of processor time, the less of two plays; operations counted at most, and "
-      "what the plan's passes may\n",
+      "the bound that the scene states\n",
       steps);
   std::printf("%-28s %8s %8s %8s %8s %10s %20s   the worst step\n", "", "median", "99 %", "99.9 %", "worst",
               "over 1 ms", "operations");

@@ -131,7 +131,8 @@ class HeldScene {
   std::int32_t deform() {
     const InUse use(deforming_, kDeforming);
     const std::int32_t evaluations = without_lock([&] { return scene_.deform(); });
-    if (evaluations < 0) throw py::value_error("deform: expected a scene with deformation=\"large-beside\" or \"large-renewed\"");
+    if (evaluations < 0)
+      throw py::value_error("deform: expected a scene with deformation=\"large-beside\" or \"large-renewed\"");
     return evaluations;
   }
 
@@ -263,6 +264,8 @@ class HeldScene {
     scene_.reset_tool(id);
   }
 
+  std::int64_t most_operations() const { return palpate_scene_most_operations(scene_.get()); }
+
   std::vector<PlanPass> plan() const {
     std::vector<PlanPass> plan;
     while (const palpate_plan_pass* pass = palpate_scene_plan(scene_.get(), static_cast<std::int32_t>(plan.size())))
@@ -361,7 +364,8 @@ std::unique_ptr<HeldScene> make_scene(std::shared_ptr<HeldBundle> bundle, const 
   def.radial = choose<palpate_radial_model>("radial", radial, {"off", "response"});
   def.preload = choose<palpate_preload_model>("preload", preload, {"off", "on"});
   def.queries = choose<palpate_query_model>("queries", queries, {"off", "on"});
-  def.deformation = choose<palpate_deformation_model>("deformation", deformation, {"linear", "large", "large-beside", "large-renewed"});
+  def.deformation = choose<palpate_deformation_model>("deformation", deformation,
+                                                      {"linear", "large", "large-beside", "large-renewed"});
   def.report = choose<palpate_report_model>("report", report, {"off", "contacts"});
   def.dent = choose<palpate_dent_model>("dent", dent, {"off", "discs"});
   def.relaxation = relaxation_of(relaxation);
@@ -467,12 +471,15 @@ void add_scene(py::module_& module) {
             return plan;
           },
           "list of PlanPass, in the order that they run")
+      .def_property_readonly("most_operations", &HeldScene::most_operations,
+                             "that a touch may count, whatever the tools do")
       .def("make_contacts", &HeldScene::make_contacts, "Contacts of this scene's size.")
       .def("touch", &HeldScene::touch, py::arg("tools"), py::arg("dt"), py::arg("contacts"),
            "The haptic half: collision, contacts, forces. tools: of Tool, known by their id; dt: s since the last\n"
            "touch. Fills contacts and returns StepFlags; 0 is full trust. Microseconds.")
       .def("deform", &HeldScene::deform,
-           "With deformation=\"large-beside\" or \"large-renewed\": solves the body under the contacts of the newest touch, a little "
+           "With deformation=\"large-beside\" or \"large-renewed\": solves the body under the contacts of the newest "
+           "touch, a little "
            "further in\n"
            "each call, in a thread of its own. Returns the evaluations of the energy that it took; 0: nothing to do.\n"
            "Neither save nor restore the scene meanwhile.")

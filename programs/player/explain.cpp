@@ -153,6 +153,7 @@ struct Step {
   palpate_step_load load;
   double us;                    // of the call, where nobody watched
   std::vector<double> pass_us;  // where somebody did
+  std::int32_t operations = 0;  // that a touch counted
 };
 struct Steps {
   std::vector<Step> touch, shape, deform;
@@ -203,7 +204,7 @@ Steps play_steps(Player& player, int passes) {
     const std::size_t first_touch = steps.touch.size(), first_shape = steps.shape.size(),
                       first_deform = steps.deform.size();
     const auto add = [&](std::vector<Step>& to, const palpate_contacts& contacts) {
-      to.push_back({load_of(player, contacts), 0, watched ? timer.us() : std::vector<double>()});
+      to.push_back({load_of(player, contacts), 0, watched ? timer.us() : std::vector<double>(), contacts.operations});
     };
     const Timing timing =
         player.play([&](const TouchRecord& touch) { add(steps.touch, touch.contacts); },
@@ -256,6 +257,12 @@ Usual usual(const std::vector<Step>& steps, int nodes, std::size_t passes) {
   return found;
 }
 
+std::int32_t most_counted(const std::vector<Step>& steps) {
+  std::int32_t most = 0;
+  for (const Step& step : steps) most = std::max(most, step.operations);
+  return most;
+}
+
 }  // namespace
 
 std::string explain(Player& player) {
@@ -295,6 +302,8 @@ std::string explain(Player& player) {
              load.nodes, load.contacts, load.points, load.grips, load.slips, load.sweeps, load.newton_steps,
              rates.bytes_per_second / 1e9, rates.flops_per_second / 1e9, rates.steps_per_second / 1e9, predicted_touch,
              predicted_shape, touch.us, shape.us) +
+         fmt::format("a touch counts at most {} operations, whatever the tools do; these counted {} at most\n",
+                     palpate_scene_most_operations(player.runtime_scene()), most_counted(steps.touch)) +
          (steps.deform.empty() ? std::string()
                                : fmt::format("beside the touch: predicted {:.2f} us a solve, measured {:.2f} us\n",
                                              predicted_deform, deform.us));

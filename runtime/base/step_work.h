@@ -22,8 +22,11 @@ class QueryWork {
     if (!ended_) done_ += operations;
     return !ended_;
   }
+  // Whether so many operations fit.
+  bool fits(Operations operations) const { return !ended_ && operations <= most_ - done_; }
   void end() { ended_ = true; }
   bool ended() const { return ended_ || done_ > most_; }
+  Operations left() const { return ended() ? 0 : most_ - done_; }
   Operations done() const { return done_; }
 
  private:
@@ -31,37 +34,64 @@ class QueryWork {
   bool ended_ = false;
 };
 
+// A step counts no more than most(), whatever is asked of it. Each part of a step may take what its share and the parts before it
+// leave. Of B = most(), in the order of a step, and all together:
+//     debts of the step before    up to B / 4
+//     tests of points             up to B / 2
+//     contacts that change        up to 3 B / 4; the first one of a step, where tests have taken more, up to what is kept
+//     the solution                the rest. B / 8 is kept for it, or what its rows need at least (keep_for_solution()), at most 5 B / 8
+// Where more than B / 8 is kept, debts, tests and changes have a third each of what is left, where that is less.
 class StepWork {
  public:
-  // most: operations of a step after which work is put off.
-  void create(Operations most) { most_ = most; }
+  void create(Operations most) { most_ = most, kept_ = most / 8; }
 
-  void begin() { done_ = owed_, owed_ = 0, deferred_ = 0; }
-  void forget() { owed_ = 0; }
+  void begin() {
+    done_ = smaller(owed_, most_ / 4 + most_ / 16), owed_ = 0, deferred_ = 0, kept_ = most_ / 8;
+    paid_changes_ = owed_changes_, owed_changes_ = 0;
+  }
+  void forget() { owed_ = owed_changes_ = 0; }
   void add(Operations operations) { done_ += operations; }
-  // Work that this step causes and the next one does.
+  // Work that this step causes and the next one does. What is beyond the share of debts, as large deformation's may be, is forgotten.
   void owe(Operations operations) { owed_ += operations; }
+  // The same of a contact that changes.
+  void owe_change(Operations operations) { owe(operations), ++owed_changes_; }
+  // Changes of contacts that are counted in done().
+  Operations paid_changes() const { return paid_changes_; }
+  void pay_change(Operations operations) { add(operations), ++paid_changes_; }
   // A job was put off.
   void defer() { ++deferred_; }
   std::int64_t deferred() const { return deferred_; }  // jobs of this step
 
-  // Tests of points may take half of a step's operations, tests and the contacts that they change three quarters.
-  bool allows_tests() const { return tests_left() > 0; }
-  Operations tests_left() const { return most_ / 2 - done_; }
-  bool allows_changes() const { return done_ < most_ - most_ / 4; }
-  bool allows_debts() const { return owed_ < most_ / 4; }
+  // least: that the solution takes at least. changes_left() and first_change_left() hold it within what a step has room for.
+  void keep_for_solution(Operations least) { kept_ = larger(kept_, smaller(least, most_kept())); }
+
+  Operations most() const { return most_; }
   Operations done() const { return done_; }
-  // At most 10^15, so that it can be multiplied.
+  Operations tests_left() const { return smaller(most_ / 2, before_solution() / 3 * 2) - done_; }
+  // For a change after which the solution takes `least` at least. Below zero where no step has room for it.
+  Operations changes_left(Operations least) const {
+    return smaller(most_ - most_ / 4 - done_, first_change_left(least));
+  }
+  Operations first_change_left(Operations least) const {
+    return least > most_kept() ? -1 : most_ - larger(kept_, least) - done_;
+  }
+  // What a test that comes first in a step has in every step.
+  Operations tests_have() const { return smaller(most_ / 2, before_solution() / 3 * 2) - debts_end(); }
+  Operations debts_left() const { return debts_end() - owed_; }
+  // The first change of a step may owe a sixteenth more, so that each has its turn.
+  Operations first_debt_left() const { return debts_end() + most_ / 16 - owed_; }
+  // What is left of the step. At most 10^15, so that it can be multiplied.
   Operations left() const { return multipliable(done_ >= most_ ? 0 : most_ - done_); }
-  // What the contact laws may take: what is left, but an eighth at least, where a first test has taken more than its share.
-  Operations left_for_laws() const { return multipliable(most_ - done_ > most_ / 8 ? most_ - done_ : most_ / 8); }
 
  private:
-  static Operations multipliable(Operations operations) {
-    constexpr Operations most = 1'000'000'000'000'000;
-    return operations < most ? operations : most;
-  }
-  Operations most_ = 0, done_ = 0, owed_ = 0;
+  static Operations smaller(Operations a, Operations b) { return a < b ? a : b; }
+  static Operations larger(Operations a, Operations b) { return a < b ? b : a; }
+  Operations most_kept() const { return most_ / 8 * 5; }
+  static Operations multipliable(Operations operations) { return smaller(operations, 1'000'000'000'000'000); }
+  Operations before_solution() const { return most_ - kept_; }
+  Operations debts_end() const { return smaller(most_ / 4, before_solution() / 3); }
+
+  Operations most_ = 0, kept_ = 0, done_ = 0, owed_ = 0, owed_changes_ = 0, paid_changes_ = 0;
   std::int64_t deferred_ = 0;
 };
 
@@ -69,17 +99,18 @@ class StepWork {
 class Turns {
  public:
   void begin() { first_ = next_, next_ = 0, any_ = 0; }
-  // Whether this job is done in this step. fits: the step's work allows it. The first job of a step is always done.
+  // Whether this job is done in this step. fits: the step's work allows it.
   bool take(std::int32_t tool, std::int32_t point, bool fits) {
     const std::int32_t key = key_of(tool, point);
     const bool turn = key >= first_;
-    if (turn && (fits || any_ == 0)) return (any_ = 1) != 0;
+    if (turn && fits) return (any_ = 1) != 0;
     if (turn && next_ == 0) next_ = key;
     return false;
   }
   // Whether no job of this step was done before.
   bool is_first() const { return any_ == 0; }
-  // The job that was taken last did not come to its end: it comes first in the next step.
+  // The job that was taken last did not come to its end: it comes first in the next step. Not to be called where it was the first
+  // one of this step: it had all that there is, and the others have their turn.
   void put_off(std::int32_t tool, std::int32_t point) {
     if (next_ == 0) next_ = key_of(tool, point);
   }

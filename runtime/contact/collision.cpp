@@ -23,6 +23,7 @@ void Collision::create(SceneMemory& memory, DeformedSurface* surface, SurfaceInd
                        StepWork* work) {
   memory.keep(turns_);
   surface_ = surface, rest_ = rest, field_ = field, work_ = work;
+  overshoot_ = surface->overshoot();
 }
 
 // m, within which the nearest surface point is looked for. Where none is found, nothing of the surface has passed the point.
@@ -35,17 +36,25 @@ void Collision::begin() {
   turns_.begin();
 }
 
-// Runs a test where the step's work allows it. The first test of a step runs to its end, so that each has its turn.
+// For queries about a contact that may change, if it changes then. The first contact that changes in a step may take what tests have left
+// of their share and of the others'.
+Operations Collision::room_to_change(Operations least) const {
+  return (work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least)) - next_.change;
+}
+
+// Runs a test where the step's work allows it. A test that comes first has all that tests have: where that does not suffice, the
+// others have their turn before it comes again.
 template <class Run>
-Collision::Test Collision::take_turn(std::int32_t tool, std::int32_t point, Run run) {
+Collision::Test Collision::take_turn(std::int32_t tool, std::int32_t point, Operations room, Run run) {
   work_->add(surface_->take_work());
   const bool first = turns_.is_first();
   Test test = Test::unfinished;
-  if (turns_.take(tool, point, work_->allows_tests())) {
-    if (!first) surface_->limit_work(work_->tests_left());
+  room = std::min(work_->tests_left(), room) - overshoot_;
+  if (turns_.take(tool, point, room > 0)) {
+    surface_->limit_work(room);
     test = run();
     work_->add(surface_->take_work());
-    if (test == Test::unfinished) turns_.put_off(tool, point);
+    if (test == Test::unfinished && !first) turns_.put_off(tool, point);
   }
   if (test == Test::unfinished) work_->defer();
   return test;
@@ -60,12 +69,14 @@ bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t 
     followed = false;
   }
   if (!state.known) {
-    if (take_turn(tool, point, [&] { return see_first(state, p); }) == Test::unfinished) return followed;
+    if (take_turn(tool, point, work_->tests_left(), [&] { return see_first(state, p); }) == Test::unfinished)
+      return followed;
   } else if (state.contact) {
     followed = move_in_contact(state, p, tool, point, hold, limits.release);
   } else {
     if (may_have_reached(state.clear, p, surface_->path())) {
-      const Test test = take_turn(tool, point, [&] { return test_free(state, p); });
+      const Operations room = state.inside ? work_->tests_left() : room_to_change(next_.least);
+      const Test test = take_turn(tool, point, room, [&] { return test_free(state, p); });
       if (test == Test::unfinished) {
         state.unseen += surface_->largest_move(), ++state.waited;
         return followed;
@@ -166,25 +177,36 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
   const double moved = length(p - state.last) + surface_->largest_move_without(tool, point);
   const bool pulls = field_ && !hold && field_->pulls_among_others(tool, point, state.outward);
   if (pulls || may_have_reached(state.clear, p, state.drift)) {
-    const Test test =
-        take_turn(tool, point, [&] { return test_contact(state, p, tool, point, hold, moved + state.unseen, pulls); });
+    const Test test = take_turn(tool, point, room_to_change(0),
+                                [&] { return test_contact(state, p, tool, point, hold, moved + state.unseen, pulls); });
     state.unseen = test == Test::unfinished ? state.unseen + moved : 0;
   }
 
+  const bool is_far = length(p - state.anchor_at_rest) > release, is_out = !state.inside && !hold;
+  if (!is_far && !is_out) return true;
+  Vec3 at;
+  if (is_far || state.through)
+    if (!ask_pulled(state, p, tool, point, &at)) return true;
   // From where the others take the place, or from rest: contacts that conflict take it anywhere.
-  if (length(p - state.anchor_at_rest) > release &&
-      length(pulled(state, p, tool, point) - state.anchor_at_rest) > release) {
+  const bool left = is_far && length(at - state.anchor_at_rest) > release,
+             stays = state.through && dot(at - state.anchor_at_rest, state.outward) < 0;
+  if (!left && (!is_out || stays)) return true;
+  if (may_change())
     end_contact(state, tool, point);
-    return false;
-  }
-  if (state.inside || hold) return true;
-  const bool stays = state.through && dot(pulled(state, p, tool, point) - state.anchor_at_rest, state.outward) < 0;
-  if (!stays) end_contact(state, tool, point);
-  return true;
+  else
+    work_->defer();
+  return !left || state.contact;
 }
 
-Vec3 Collision::pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
-  return p - surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
+// *at: the tool point p, in contact, less what all other contacts do at its anchor. False where the step's work does not allow that.
+bool Collision::ask_pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, Vec3* at) {
+  work_->add(surface_->take_work());
+  surface_->limit_work(room_to_change(0) - overshoot_);
+  *at = p - surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
+  const bool finished = surface_->finished();
+  work_->add(surface_->take_work());
+  if (!finished) work_->defer();
+  return finished;
 }
 
 // Decides on which side of the surface without this contact's own part the point is.
@@ -199,9 +221,16 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
     const Vec3 to_anchor = p - surface_->displacement(asked, state.anchor) - state.anchor_at_rest;
     return surface_->nearest(asked, p, std::min(reach(moved), 1.000001 * length(to_anchor) + 1e-12));
   };
+  // A prediction that does not fit is left to the next step, unless it leaves too little in every step.
   const auto predict = [&] {
+    if (hold || !field_) return false;
     Operations work = 0;
-    const bool predicts = !hold && field_ && field_->predict_without(tool, point, &work);
+    const Operations least = field_->operations_to_predict(tool, point);
+    if (least > surface_->work_left()) {
+      if (least <= work_->tests_have() / 2) surface_->end_work();
+      return false;
+    }
+    const bool predicts = field_->predict_without(tool, point, surface_->work_left(), &work);
     surface_->add_work(work);
     return predicts;
   };
@@ -213,8 +242,6 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
     nearest = nearest_of(without);
     now_inside = nearest.distance > moved ? state.inside : !nearest.outside;
     doubted = !now_inside && !asks_at_once && surface_->finished();
-    // Both surfaces in one step have to fit, also in the first test of a step.
-    if (doubted) surface_->limit_work(work_->tests_left());
     predicts = doubted && predict();
   }
   Clearance clear = {p, nearest.distance, nearest.per_path, state.drift};
@@ -246,13 +273,23 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
 // somewhere along the rim.
 void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
   if (!field_ || field_->empty()) return slide(state, p);
+  work_->add(surface_->take_work());
+  surface_->limit_work(room_to_change(0) - overshoot_);
   const Vec3 moved = surface_->displacement({}, state.anchor),
              others = surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
+  const bool finished = surface_->finished();
+  work_->add(surface_->take_work());
+  if (!finished) return work_->defer();
   // Moving the anchor changes this contact's own part of the field, by about own / asked of the way. The anchor therefore goes
   // that much less far; a full step would overshoot and swing.
   const double asked = length(p - state.anchor_at_rest - surface_->moved(state.anchor)), own = length(moved - others);
   const double share = own > 0 ? asked / (asked + own) : 1;
   slide(state, state.anchor_at_rest + share * (p - moved - state.anchor_at_rest));
+}
+
+void Collision::slide_pulled(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
+  Vec3 at;
+  if (ask_pulled(state, p, tool, point, &at)) slide(state, at);
 }
 
 void Collision::slide(PointState& state, Vec3 p) {

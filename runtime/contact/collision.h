@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "runtime/contact/contact_admission.h"
 #include "runtime/contact/deformed_surface.h"
 
 namespace palpate {
@@ -26,7 +27,9 @@ struct PointState {
   bool contact = false;     // the point holds its anchor
   bool through = false;     // in contact, and out again on the far side of a thin part
   bool doubted = false;     // in contact: out of the surface without it; the step had no room to ask the predicted one
-  bool unused[7] = {};      // in the place of padding, which a saved state would hold
+  bool paid = false;        // its contact's new rows are counted in this step
+  bool owed = false;        // in the next one
+  bool unused[5] = {};      // in the place of padding, which a saved state would hold
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                // m, where the point was in the last step that followed it
   Clearance clear;
@@ -54,21 +57,29 @@ class Collision {
   // Moves one tool point to p (m) and updates its state. hold: a contact does not end by coming out. Returns false where the
   // point was not followed: it moved too far in one step, through the organ, or away from its contact.
   // Points are moved in ascending order of tool and point. Cost: nanoseconds for a point that cannot have reached the surface,
-  // else some microseconds. Where the step's work does not allow the test, or not to its end, a later step does it: until then a
-  // contact holds, and a free point stays on its side.
+  // else some microseconds. Where the step's work does not allow the test or the change that it may find, or not to its end, a later
+  // step does it: until then a contact holds, and a free point stays on its side.
   bool move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, const TrackingLimits& limits);
 
   // Moves the anchor to the point of the rest surface that is nearest to p. The search walks over the surface from the old
   // anchor, so the anchor does not change to the other side of a thin part. Cost: a few microseconds.
   void slide(PointState& state, Vec3 p);
-  // Moves the anchor towards the point of the deformed surface that is nearest to the tool point p.
+  // Moves the anchor towards the point of the deformed surface that is nearest to the tool point p. It stays where the step's work does
+  // not allow that.
   void follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
-
-  // The tool point p, in contact, less what all other contacts do at its anchor.
-  Vec3 pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
+  // The same by slide(), to p less what all other contacts do at the anchor.
+  void slide_pulled(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
 
   void begin();
   void forget() { turns_.forget(); }
+
+  // What the next contact costs (contact_admission.h).
+  void expect(const ContactAdmission::Cost& next) { next_ = next; }
+  // Whether it fits into this step.
+  bool may_change() const { return room_to_change(0) >= 0; }
+
+  // Operations by which a query may exceed its limit.
+  Operations overshoot() const { return overshoot_; }
 
  private:
   // A test that did not come to its end has left the side of the point as it was.
@@ -83,14 +94,18 @@ class Collision {
   void begin_contact(PointState& state, const SurfacePoint& surface_point, bool through);
   void end_contact(PointState& state, std::int32_t tool, std::int32_t point);
   double reach(double moved) const;
+  Operations room_to_change(Operations least) const;
+  bool ask_pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, Vec3* at);
   template <class Run>
-  Test take_turn(std::int32_t tool, std::int32_t point, Run run);
+  Test take_turn(std::int32_t tool, std::int32_t point, Operations room, Run run);
 
   DeformedSurface* surface_ = nullptr;
   SurfaceIndex* rest_ = nullptr;
   ContactField* field_ = nullptr;
   StepWork* work_ = nullptr;
   Turns turns_;  // of the tests
+  ContactAdmission::Cost next_;
+  Operations overshoot_ = 0;
 };
 
 }  // namespace palpate

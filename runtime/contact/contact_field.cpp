@@ -125,12 +125,14 @@ Vec3 ContactField::keep(Known& known, std::int32_t node, Vec3 u) {
   return known.at[node] = is_finite(u) ? u : Vec3{};
 }
 
-// A node that was not evaluated costs its rows; where it is one too many, all nodes are evaluated.
+// A node that was not evaluated costs its rows; where it is one too many, all nodes are evaluated, if that fits.
 template <class Evaluate, class Added>
 Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate,
                           Added added) const {
   if (is_known(known, node)) return known.at[node];
-  if (are_many(known) && !tensors_.compliance) return evaluate_all(known, rows, work, added) ? known.at[node] : Vec3{};
+  if (are_many(known) && !tensors_.compliance &&
+      work->fits(surface_nodes_ * (operations_in_run(rows.count / 3) + operations_moved())))
+    return evaluate_all(known, rows, work, added) ? known.at[node] : Vec3{};
   if (!work->take(operations_at_node(rows.count / 3) + operations_moved())) return {};
   ++known.count;
   return keep(known, node, evaluate() + added(node));
@@ -176,7 +178,7 @@ void ContactField::set_rest() {
 }
 
 void ContactField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-                       ContactSolver* solver, Operations* work) {
+                       ContactSolver* solver, Operations most, Operations* work) {
   tensors_ = tensors;
   swap_layers();
   solver_ = solver;
@@ -187,15 +189,16 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   std::copy(modified, modified + now.count, now.modified);
   std::copy(force, force + now.count, now.force);
   find_rows(now);
-  const ReactionNorms norms = solver->measure_norms(set, norms_);
+  const bool measured = solver->operations_to_measure() <= most;
+  const ReactionNorms norms = measured ? solver->measure_norms(set, norms_) : solver->bound_norms(set, norms_);
   *work += norms.operations;
   norm_ = linear_norm_ = norms.whole;
-  gather_contacts(set, norms_);
+  gather_contacts(set, norms_, measured);
   if (added_ && now.count > 0) share_added_field();
-  remember_held_nodes(set, norms_);
+  if (measured) remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
-  double change = std::min(measure_contacts(norms.change_of_kept, work), norm_before_ + norm_);
-  if (change > norms.change_of_kept) change = std::min(change, measure_whole_change(work));
+  double change = std::min(measure_contacts(norms.change_of_kept, most - *work, work), norm_before_ + norm_);
+  if (change > norms.change_of_kept || !measured) change = std::min(change, measure_whole_change(most - *work, work));
   if (now.adds && before_->adds) change += added_->change() / reach_;
   if (now.adds != before_->adds) change = norm_before_ + norm_;
   path_ += change + moved_by_volumes();
@@ -203,7 +206,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
 }
 
 // Sums the norms of the constraints of each contact. The constraints of a contact are neighbours in the list.
-void ContactField::gather_contacts(const ContactConstraints& set, const ConstraintNorms* each) {
+void ContactField::gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured) {
   Layer& now = *now_;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
@@ -223,8 +226,9 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
   for (std::int32_t c = 0; c < now.contact_count; ++c) {
     Contact& contact = now.contacts[c];
     const double squared = norm_ * norm_ - 2 * contact.work + contact.own * contact.own;
-    contact.without =
-        now.contact_count == 1 ? 0 : std::min(norm_ + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * norm_);
+    contact.without = now.contact_count == 1 ? 0
+                      : measured ? std::min(norm_ + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * norm_)
+                                 : norm_ + contact.own;
   }
 }
 
@@ -264,9 +268,9 @@ void ContactField::remember_held_nodes(const ContactConstraints& set, const Cons
 
 // The change from the layer before to this one, contact by contact: what the contacts with old rows changed together, plus each
 // contact that came, went or changed its rows. An upper bound on the norm of the whole change.
-double ContactField::measure_contacts(double kept, Operations* work) {
+double ContactField::measure_contacts(double kept, Operations most, Operations* work) {
   double change = kept;
-  Operations left = kMostMeasuring;
+  Operations left = std::min(kMostMeasuring, most);
   std::int32_t b = 0;
   for (std::int32_t c = 0; c < now_->contact_count; ++c) {
     Contact& now = now_->contacts[c];
@@ -308,14 +312,15 @@ double ContactField::change_of(const Contact& before, const Contact& now) const 
 
 // The norm of the difference between the two layers: the forces of now act on the displacements of before. Infinite where too
 // many of these displacements are not known yet.
-double ContactField::measure_whole_change(Operations* work) {
+double ContactField::measure_whole_change(Operations most, Operations* work) {
   Operations cost = 0;
   for (std::int32_t e = 0; e < now_->count; ++e)
     if (!is_known(before_->known, now_->nodes[e].node)) cost += operations_at_node(before_->count);
-  if (cost > kMostMeasuring) return INFINITY;
+  most = std::min(kMostMeasuring, most);
+  if (cost > most) return INFINITY;
   double between = 0;
   QueryWork queries;
-  queries.limit(kMostMeasuring);
+  queries.limit(most);
   for (std::int32_t e = 0; e < now_->count; ++e)
     between +=
         dot(now_->force[e], before_at_node(now_->nodes[e].node, &queries) - added_at(*before_, now_->nodes[e].node));
@@ -384,11 +389,15 @@ void ContactField::drop(std::int32_t tool, std::int32_t point) {
   without_tool_ = without_point_ = -1;
 }
 
-bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations* work) {
+Operations ContactField::operations_to_predict(std::int32_t tool, std::int32_t point) const {
+  return body_ || !solver_ ? 0 : solver_->operations_to_predict(tool, point);
+}
+
+bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations most, Operations* work) {
   if (body_) return body_->predict_without(tool, point, work);
   forget_nodes(known_predicted_);
   expect(known_predicted_, now_->count, are_all(now_->known));
-  if (!solver_ || !solver_->predict_without(tool, point, predicted_, &predicted_norm_, &predicted_apart_, work))
+  if (!solver_ || !solver_->predict_without(tool, point, most, predicted_, &predicted_norm_, &predicted_apart_, work))
     return false;
   for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
     predicted_coefficient_[r] =

@@ -17,7 +17,7 @@ namespace palpate {
 class ContactField {
  public:
   // Share of the nodes that is evaluated one by one before all others are at once; where the field before was evaluated at all nodes,
-  // the smaller one. For many contact nodes fewer: so many operations at most.
+  // the smaller one. For many contact nodes fewer: so many operations at most. Where the query has no room for all at once, one by one.
   static constexpr std::int32_t kFew = 3, kFewAgain = 32;
   static constexpr Operations kMostOneByOne = 60'000;
 
@@ -43,9 +43,10 @@ class ContactField {
 
   // Takes over the solved contacts of a step. solver: has solved these constraints; predict_without() asks it later.
   // Cost: two products with the contact matrix. Where contacts have new rows, also what measuring their change takes: for each of
-  // them nodes^2 entries of the tensors, and the displacement of its nodes before, within a fixed number of operations.
+  // them nodes^2 entries of the tensors, and the displacement of its nodes before, within a fixed number of operations. Norms that do
+  // not fit into `most` operations are replaced by their bounds.
   void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-           ContactSolver* solver, Operations* work);
+           ContactSolver* solver, Operations most, Operations* work);
   // A step without a solution: the surface is at rest.
   void set_rest();
   bool empty() const { return body_ ? body_->empty() : now_->count == 0 && !motions_; }
@@ -65,8 +66,10 @@ class ContactField {
   Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work);
 
   // Predicts the field as if the contact (tool, point) ended and all others kept their targets and laws; predicted_at_node()
-  // then reads it. False where the prediction is not possible, because drop() has changed the field.
-  bool predict_without(std::int32_t tool, std::int32_t point, Operations* work);
+  // then reads it. False where the prediction is not possible, because drop() has changed the field, or takes more than `most`.
+  bool predict_without(std::int32_t tool, std::int32_t point, Operations most, Operations* work);
+  // The fewest operations that it takes; zero where it is not possible.
+  Operations operations_to_predict(std::int32_t tool, std::int32_t point) const;
   Vec3 predicted_at_node(std::int32_t node, QueryWork* work);
   // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
   bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
@@ -152,10 +155,10 @@ class ContactField {
   Operations operations_moved() const { return motions_ ? motions_->count() : 0; }
   void share_added_field();
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
-  void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each);
+  void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
-  double measure_contacts(double kept, Operations* work);
-  double measure_whole_change(Operations* work);
+  double measure_contacts(double kept, Operations most, Operations* work);
+  double measure_whole_change(Operations most, Operations* work);
   double norm_of_difference(double f, double g, double between) const;
   double change_of(const Contact& before, const Contact& now) const;
   Vec3 sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node) const;

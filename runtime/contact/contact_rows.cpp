@@ -176,6 +176,35 @@ std::uint32_t ContactRows::hold_surface_point(const ContactWish& wish, const Sur
   return flags;
 }
 
+void ContactRows::take_back(std::int32_t first) {
+  if (first >= set_.constraint_count) return;
+  set_.node_count = set_.constraints[first].first_node, set_.constraint_count = first;
+}
+
+bool ContactRows::hold_as_before(std::int32_t first, const ContactConstraint* before, std::int32_t count,
+                                 const ContactNode* nodes) {
+  if (set_.constraint_count - first != count) return false;
+  std::int32_t used = set_.constraints[first].first_node;
+  for (std::int32_t part = 0; part < count; ++part) {
+    used += before[part].node_count;
+    if (before[part].law != set_.constraints[first + part].law) return false;
+  }
+  if (used > set_.node_capacity) return false;
+  set_.node_count = set_.constraints[first].first_node;
+  for (std::int32_t part = 0; part < count; ++part) {
+    ContactConstraint &now = set_.constraints[first + part], held = before[part];
+    Vec3& target = set_.target[first + part];
+    if (now.framed) target = transposed_times(now.frame, target);
+    if (held.framed) target = held.frame * target;
+    held.friction = now.friction, held.share = now.share, held.first_node = set_.node_count;
+    std::copy(nodes + before[part].first_node, nodes + before[part].first_node + held.node_count,
+              set_.nodes + set_.node_count);
+    set_.node_count += held.node_count;
+    now = held;
+  }
+  return true;
+}
+
 std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
   const bool made = has_room(grasp.parts, grasp.parts * grasp.count);
   --to_come_;

@@ -102,6 +102,13 @@ class ContactRows {
   // The rows of a link, after all contacts, in ascending order of links. Returns its constraint; -1: there is no room.
   std::int32_t add_link(const LinkWish& wish);
 
+  // Takes the constraints from `first` on out of this step again.
+  void take_back(std::int32_t first);
+  // In place of those from `first` on, which are of one contact: `count` constraints as an earlier step had them, with their nodes, with
+  // the present targets. False, with nothing changed, where there is no room, or a target has no counterpart.
+  bool hold_as_before(std::int32_t first, const ContactConstraint* before, std::int32_t count,
+                      const ContactNode* nodes);
+
   const ContactConstraints& set() const { return set_; }
 
  private:

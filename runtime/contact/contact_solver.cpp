@@ -26,6 +26,10 @@ double largest(const double* x, std::int32_t count) {
   return most;
 }
 
+bool may_give_way(const ContactConstraint& constraint) {
+  return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
+}
+
 bool comes_before(const ContactConstraint& a, const ContactConstraint& b) {
   if (a.tool != b.tool) return a.tool < b.tool;
   if (a.point != b.point) return a.point < b.point;
@@ -35,7 +39,7 @@ bool comes_before(const ContactConstraint& a, const ContactConstraint& b) {
 }  // namespace
 
 bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
-  capacity_ = 3 * limits.constraints;
+  capacity_ = 3 * limits.constraints, most_operations_ = limits.operations;
   const std::size_t rows = static_cast<std::size_t>(capacity_), nodes = static_cast<std::size_t>(limits.nodes),
                     constraints = static_cast<std::size_t>(limits.constraints);
   stride_ = odd_lines(rows);
@@ -58,21 +62,20 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   kept_rows_ = memory.array<Rows>(constraints);
   kept_node_ = memory.array<ContactNode>(nodes);
   kept_constraint_ = memory.array<ContactConstraint>(constraints);
-  if (limits.gives_way) {
-    doubt_ = memory.array<Doubt>(2 * constraints);
-    most_ = memory.array<double>(rows);
-    shifted_target_ = memory.array<double>(rows);
-    coarse_ = memory.array<double>(rows);
-    softened_ = memory.array<double>(rows);
-    met_ = memory.array<double>(rows);
-    if (!laws_.create(memory, capacity_, limits.nodes) || !shared_.create(memory, limits.nodes)) return false;
-  }
+  doubt_ = memory.array<Doubt>(2 * constraints);
+  most_ = memory.array<double>(rows);
+  shifted_target_ = memory.array<double>(rows);
+  coarse_ = memory.array<double>(rows);
+  softened_ = memory.array<double>(rows);
+  met_ = memory.array<double>(rows);
+  if (!laws_.create(memory, capacity_, limits.nodes) || !shared_.create(memory, limits.nodes)) return false;
   memory.keep(rows_end_);
   memory.keep(free_row_);
   memory.keep(kept_constraints_);
   memory.keep(kept_nodes_);
   memory.keep(used_rows_);
   memory.keep(gives_way_);
+  memory.keep(decided_);
   memory.keep(residual_);
   memory.keep(effort_);
   memory.keep_array(matrix_, rows * stride_, rows_end_, stride_);
@@ -100,7 +103,7 @@ void ContactSolver::forget() {
   factor_.clear();
   soft_factor_.clear();
   std::fill(scale_, scale_ + rows_end_, 0.0);
-  rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = used_rows_ = gives_way_ = 0;
+  rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = used_rows_ = gives_way_ = decided_ = 0;
 }
 
 // ---- rows that stay, leave and come -------------------------------------------------------------------------------
@@ -121,18 +124,37 @@ bool ContactSolver::same(const ContactConstraints& set, const ContactConstraint&
   return true;
 }
 
+const ContactConstraint* ContactSolver::kept(const ContactConstraint& like) const {
+  const ContactConstraint *const end = kept_constraint_ + kept_constraints_, *const at = std::lower_bound(
+                                                                                 static_cast<const ContactConstraint*>(
+                                                                                     kept_constraint_),
+                                                                                 end, like, comes_before);
+  return at != end && !comes_before(like, *at) ? at : nullptr;
+}
+
+bool ContactSolver::holds(const ContactConstraints& set, std::int32_t p) const {
+  const ContactConstraint* const before = kept(set.constraints[p]);
+  return before && same(set, set.constraints[p], *before);
+}
+
 // Finds which constraints were there in the last step. Both lists ascend by tool, point and part, so one walk through the two
 // is enough. leaving_ gets the rows of constraints that are gone; a constraint that needs new rows is marked by first row -2.
 void ContactSolver::match(const ContactConstraints& set) {
-  leaving_count_ = 0;
-  const auto leave = [&](const Rows& rows) {
-    for (const std::int32_t row : rows.at)
+  leaving_count_ = changed_contacts_ = joining_rows_ = 0;
+  const ContactConstraint* counted = nullptr;
+  const auto count = [&](const ContactConstraint& of) {
+    changed_contacts_ += !counted || of.tool != counted->tool || of.point != counted->point;
+    counted = &of;
+  };
+  const auto leave = [&](std::int32_t k) {
+    count(kept_constraint_[k]);
+    for (const std::int32_t row : kept_rows_[k].at)
       if (row >= 0) leaving_[leaving_count_++] = row;
   };
   std::int32_t k = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    while (k < kept_constraints_ && comes_before(kept_constraint_[k], constraint)) leave(kept_rows_[k++]);
+    while (k < kept_constraints_ && comes_before(kept_constraint_[k], constraint)) leave(k++);
     const bool known = k < kept_constraints_ && !comes_before(constraint, kept_constraint_[k]);
     carried_[p] = Vec3{};
     for (int i = 0; known && i < 3; ++i)
@@ -142,11 +164,13 @@ void ContactSolver::match(const ContactConstraints& set) {
       rows_[p] = kept_rows_[k];
     } else {
       rows_[p] = {{-2, -1, -1}};
-      if (known) leave(kept_rows_[k]);
+      if (known) leave(k);
+      count(constraint);
+      for (int axis = 0; axis < 3; ++axis) joining_rows_ += static_cast<std::int32_t>(constraint.axes >> axis & 1u);
     }
     if (known) ++k;
   }
-  while (k < kept_constraints_) leave(kept_rows_[k++]);
+  while (k < kept_constraints_) leave(k++);
 }
 
 void ContactSolver::drop_rows() {
@@ -282,11 +306,11 @@ void ContactSolver::keep(const ContactConstraints& set) {
   kept_constraints_ = set.constraint_count, kept_nodes_ = set.node_count;
 }
 
-bool ContactSolver::update(const Tensors& tensors, const ContactConstraints& set) {
+bool ContactSolver::update(const Tensors& tensors, const ContactConstraints& set, StepWork* work) {
   if (!compliance_.hold(tensors, set)) return false;
   match(set);
   const auto is_new = [](const Rows& rows) { return rows.at[0] < -1; };
-  if (gives_way_ && (leaving_count_ > 0 || std::any_of(rows_, rows_ + set.constraint_count, is_new))) leave_factor();
+  if (changed_contacts_ > 0) make_room_for_changes(work);
   drop_rows();
   std::int32_t count = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
@@ -305,10 +329,21 @@ void ContactSolver::leave_factor() {
   if (used_rows_ > 0) factor_.clear();
 }
 
+// Contacts that go without notice, as with a tool that is not sent any more, are not counted yet.
+void ContactSolver::make_room_for_changes(StepWork* work) {
+  const Operations paid = work->paid_changes(), unpaid = changed_contacts_ - paid;
+  if (factored() && !gives_way_ && affords_factor(used_rows_ - leaving_count_ + joining_rows_)) {
+    const Operations cost = unpaid > 0 ? upkeep_of(rows_end_, unpaid, 0) : 0;
+    if (cost <= work->first_change_left(0)) return work->add(cost);
+  }
+  leave_factor();
+}
+
 // Where there is room for it, and it is likely to serve. False where the system is not definite.
 bool ContactSolver::factor_again(StepWork* work) {
   const Operations cost = squared_rows() * rows_end_ / 6 / kDense;
-  if (factored() || gives_way_ || cost > work->left()) return true;
+  if (factored() || gives_way_ || cost + operations_to_solve_for(rows_end_, kept_constraints_) > work->left())
+    return true;
   work->add(cost);
   const std::int32_t rows = used_rows_;
   std::copy(row_at_, row_at_ + rows, list_);
@@ -320,7 +355,7 @@ bool ContactSolver::factor_again(StepWork* work) {
 bool ContactSolver::contacts_give_way(const ContactSystem& laws) const {
   for (std::int32_t p = 0; p < laws.constraint_count; ++p) {
     const ContactConstraint& constraint = laws.constraints[p];
-    if (constraint.law != ContactLaw::unilateral && constraint.law != ContactLaw::coulomb) continue;
+    if (!may_give_way(constraint)) continue;
     const Vec3 r = reaction(p);
     if (!(r.x > 0)) return true;
     if (constraint.law == ContactLaw::coulomb && length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - kRounding))
@@ -369,9 +404,8 @@ void ContactSolver::take_targets(const ContactConstraints& set) {
 
 void ContactSolver::set_limits(const ContactConstraint* constraints, std::int32_t count) {
   const double target = largest_target();
-  for (std::int32_t p = 0; most_ && p < count; ++p) {
-    const ContactLaw law = constraints[p].law;
-    const bool gives_way = law == ContactLaw::unilateral || law == ContactLaw::coulomb;
+  for (std::int32_t p = 0; p < count; ++p) {
+    const bool gives_way = may_give_way(constraints[p]);
     for (const std::int32_t row : rows_[p].at)
       if (row >= 0) most_[row] = gives_way ? kMostForce * target * scale_[row] * scale_[row] : INFINITY;
   }
@@ -456,10 +490,13 @@ double ContactSolver::largest_share(Limited rows, const double* reaction) const 
 }
 
 // The limit of the reactions, in the same share, where one exceeds it; else 0.
-double ContactSolver::limit_of(Limited rows, const ContactConstraints& set, Vec3* force, StepWork* work) const {
+double ContactSolver::limit_of(Limited rows, const ContactConstraints& set, Operations kept, Vec3* force,
+                               StepWork* work) const {
   const double share = largest_share(rows, reaction_);
   if (!(share > kMostForce)) return 0;
-  work->add(9 * Operations{set.node_count} * set.node_count / kDense);
+  const Operations cost = 9 * Operations{set.node_count} * set.node_count / kDense;
+  if (cost + kept > work->left()) return kMostForce;
+  work->add(cost);
   const double thrown = largest_displacement(set, force) / largest_target(),
                most = std::clamp(kMostForceNear / thrown, kMostForce, kMostForceNear);
   return share > most ? most : 0;
@@ -483,26 +520,35 @@ void ContactSolver::go_within(Limited rows, double most, const double* soft) {
   }
 }
 
-bool ContactSolver::limit_forces(const ContactConstraints& set, Vec3* force, StepWork* work) {
-  const double most = limit_of(Limited::all, set, force, work);
-  if (most == 0) return false;
+ContactSolver::Limiting ContactSolver::limit_forces(const ContactConstraints& set, Operations kept, Vec3* force,
+                                                    StepWork* work) {
+  const double most = limit_of(Limited::all, set, kept, force, work);
+  if (most == 0) return Limiting::within;
   const std::int32_t rows = factor_.size();
+  const Operations cost = (squared_rows() * rows / 6 + kSoftSolves * squared_rows()) / kDense;
+  double* const soft = work_ + 2 * capacity_;
+  if (cost + kept > work->left()) {
+    if (operations_to_solve_for(rows_end_, set.constraint_count) <= work->left()) return Limiting::no_room;
+    std::fill(soft, soft + rows_end_, 0.0);
+    go_within(Limited::all, most, soft);
+    return Limiting::limited;
+  }
   if (soft_factor_.size() != rows) {
     write_scaled(row_at_, rows, kSoftShift, &soft_factor_);
-    if (!soft_factor_.append(rows, 0.5 * kSoftShift, work_)) return true;  // not finite: solve() says so
+    if (!soft_factor_.append(rows, 0.5 * kSoftShift, work_)) return Limiting::limited;  // not finite: solve() says so
   }
   // Counted alike where the factor is kept, so that a restored state defers the same work.
-  work->add((squared_rows() * rows / 6 + kSoftSolves * squared_rows()) / kDense);
-  double* const soft = work_ + 2 * capacity_;
+  work->add(cost);
   refine(
       soft_factor_, [](std::int32_t) { return kSoftShift; }, kSoftSolves, soft);
   go_within(Limited::all, most, soft);
-  return true;
+  return Limiting::limited;
 }
 
 // The same for contacts that do not give way, where laws have decided. A law that is missed only after this conflicts with them.
 void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstraints& set, Vec3* force, StepWork* work) {
-  const double most = limit_of(Limited::beside_laws, set, force, work);
+  const Operations look = operations_to_look(laws);
+  const double most = limit_of(Limited::beside_laws, set, look, force, work);
   if (most == 0) return;
   for (std::int32_t row = 0; row < rows_end_; ++row)
     softened_[row] = scale_[row] != 0 && is_limited(Limited::beside_laws, row)
@@ -512,7 +558,10 @@ void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstrai
   soft.soft = softened_;
   std::copy(reaction_, reaction_ + rows_end_, met_);
   const LawEffort before = effort_;
-  solve_laws(soft, kSoftSolves, work);
+  if (2 * look <= work->left())
+    solve_laws(soft, kSoftSolves, look, work);
+  else
+    std::fill(reaction_, reaction_ + rows_end_, 0.0);
   effort_.sweeps += before.sweeps, effort_.newton_steps += before.newton_steps, effort_.operations += before.operations;
   std::swap_ranges(reaction_, reaction_ + rows_end_, met_);
   go_within(Limited::beside_laws, most, met_);
@@ -520,6 +569,7 @@ void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstrai
   Doubt* const exact = doubt_ + laws.constraint_count;
   std::copy(doubt_, doubt_ + laws.constraint_count, exact);
   measure_laws(laws);
+  work->add(look);
   for (std::int32_t p = 0; p < laws.constraint_count; ++p) {
     doubt_[p].conflict = doubt_[p].conflict || exact[p].conflict || (doubt_[p].inexact && !exact[p].inexact);
     doubt_[p].inexact = exact[p].inexact;
@@ -559,6 +609,34 @@ double ContactSolver::change_norm(const ContactConstraints& set) const {
   return norm_of(change);
 }
 
+// The reactions do no more work on the tissue than their targets allow (law_solver.h), and the energy of their sum is no larger than
+// the sum of theirs.
+ReactionNorms ContactSolver::bound_norms(const ContactConstraints& set, ConstraintNorms* each) {
+  constexpr double rounding = 1e-6;
+  ReactionNorms norms;
+  double offered = 0, sum = 0;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    each[p] = {};
+    each[p].kept = is_kept_[p] && !again_;
+    double own = 0, own_change = 0;
+    for (const std::int32_t i : rows_[p].at) {
+      if (i < 0) continue;
+      offered += reaction_[i] * target_[i];
+      for (const std::int32_t j : rows_[p].at) {
+        if (j < 0) continue;
+        own += reaction_[i] * entry(i, j) * reaction_[j];
+        if (each[p].kept) own_change += (reaction_[i] - last_[i]) * entry(i, j) * (reaction_[j] - last_[j]);
+      }
+    }
+    each[p].own = std::sqrt(std::max(0.0, own)), each[p].own_change = std::sqrt(std::max(0.0, own_change));
+    sum += each[p].own;
+  }
+  norms.whole = std::min(std::sqrt(std::max(0.0, (1 + rounding) * offered)), sum);
+  norms.change_of_kept = INFINITY;
+  norms.operations = 30 * Operations{set.constraint_count} / kDense;
+  return norms;
+}
+
 ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, ConstraintNorms* each) {
   ReactionNorms norms;
   double energy = 0, *const change = work_;
@@ -585,7 +663,7 @@ ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, Constr
   }
   norms.whole = std::sqrt(std::max(0.0, energy));
   norms.change_of_kept = norm_of(change);
-  norms.operations = 2 * squared_rows() / kDense;
+  norms.operations = operations_to_measure();
   return norms;
 }
 
@@ -604,10 +682,14 @@ double ContactSolver::largest_target() const {
   return most;
 }
 
-// From the reactions of the last step.
-void ContactSolver::solve_laws(const ContactSystem& laws, int most_solves, StepWork* work) {
+Operations ContactSolver::operations_to_look(const ContactSystem& laws) {
+  return LawSolver::operations_to_look(laws) / kDense + 1;
+}
+
+// From the reactions of the last step. kept: operations that come after it.
+void ContactSolver::solve_laws(const ContactSystem& laws, int most_solves, Operations kept, StepWork* work) {
   const double most = largest_target();
-  law_operations_ = work->left_for_laws() * kDense;
+  law_operations_ = std::max<Operations>(0, work->left() - kept) * kDense;
   std::copy(last_, last_ + rows_end_, reaction_);
   std::fill(coarse_, coarse_ + rows_end_, 0.0);
   const double missed = laws_.solve(laws, kSettled * most, law_operations_, reaction_);
@@ -746,17 +828,27 @@ bool ContactSolver::take_out(const std::int32_t* gone, int count, double* left) 
   return true;
 }
 
-bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm, double* apart,
-                                    Operations* work) {
+// With a sweep, which laws may ask for.
+Operations ContactSolver::operations_to_predict(std::int32_t tool, std::int32_t point) const {
+  std::int32_t own[kMostRowsOfAContact];
+  return (2 * rows_of(tool, point, own) + 2) * squared_rows() / kDense +
+         operations_of_sweep(system(kept_constraint_, kept_constraints_)) / kDense + 1;
+}
+
+bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Operations most, Vec3* modified,
+                                    double* norm, double* apart, Operations* work) {
   std::int32_t own[kMostRowsOfAContact];
   const int count = rows_of(tool, point, own);
-  if (count == 0) return false;
+  if (count == 0 || operations_to_predict(tool, point) > most) return false;
   double* const left = work_;
   std::copy(reaction_, reaction_ + rows_end_, left);
-  *work += (2 * count + 2) * squared_rows() / kDense;
-  if (effort_.sweeps == 0 && !take_out(own, count, left)) return false;
+  const Operations taken = (2 * count + 2) * squared_rows() / kDense,
+                   sweeps = (most - taken) * kDense / operations_of_sweep(system(kept_constraint_, kept_constraints_));
+  *work += taken;
+  if (!decided_ && !take_out(own, count, left)) return false;
   for (int k = 0; k < count; ++k) left[own[k]] = 0;
-  *work += hold_others_to_laws(tool, point, left) / kDense;
+  const int most_sweeps = static_cast<int>(std::clamp<Operations>(sweeps, 1, kSweepsOfOthers));
+  *work += hold_others_to_laws(tool, point, most_sweeps, left) / kDense;
   *norm = norm_of(left);
   double* const change = work_ + capacity_;
   for (std::int32_t row = 0; row < rows_end_; ++row) change[row] = left[row] - reaction_[row];
@@ -769,32 +861,41 @@ bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Vec3*
 }
 
 // Returns the multiply-adds that it took.
-std::int64_t ContactSolver::hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left) {
+std::int64_t ContactSolver::hold_others_to_laws(std::int32_t tool, std::int32_t point, int most_sweeps, double* left) {
   // A constraint without rows takes no part in the sweeps.
   for (std::int32_t p = 0; p < kept_constraints_; ++p)
     if (kept_constraint_[p].tool == tool && kept_constraint_[p].point == point) rows_[p] = {{-1, -1, -1}};
   const ContactSystem others = system(kept_constraint_, kept_constraints_);
   std::int64_t sweeps = 0;
-  if (effort_.sweeps > 0 || !obeys_laws(others, left))
-    while (sweeps < kSweepsOfOthers && sweep_contacts(others, left) > 0) ++sweeps;
+  if (decided_ || !obeys_laws(others, left))
+    while (sweeps < most_sweeps && sweep_contacts(others, left) > 0) ++sweeps;
   std::copy(kept_rows_, kept_rows_ + kept_constraints_, rows_);
   return sweeps * operations_of_sweep(others);
 }
 
-// Removing a row takes rows^2 multiply-adds and adding one half of that; a new factor takes rows^3 / 6. The compliance between a
-// contact's nodes and all others takes 9 for each pair.
-Operations ContactSolver::operations_to_renew(std::int32_t contacts) const {
-  const Operations rows = rows_end_, each = 3 * rows * rows, whole = rows * rows * rows / 6;
-  const Operations nodes_of_each = kept_constraints_ > 0 ? 1 + kept_nodes_ / kept_constraints_ : 1,
-                   entries = contacts * 9 * nodes_of_each * kept_nodes_ / kDense;
-  if (gives_way_) return entries;
-  return (std::min(each * contacts, whole) + contacts * each / 2) / kDense + entries;
+// Removing a row takes rows^2 multiply-adds and adding one half of that; a new factor takes rows^3 / 6. leave, join: contacts.
+Operations ContactSolver::upkeep_of(Operations rows, Operations leave, Operations join) {
+  const Operations each = 3 * rows * rows, whole = rows * rows * rows / 6;
+  return (std::min(each * leave, whole) + std::min(each / 2 * join, whole)) / kDense;
 }
 
-bool ContactSolver::prepare(const Tensors& tensors, const ContactConstraints& set) {
+// The compliance between a contact's nodes and all others takes 9 multiply-adds for each pair.
+Operations ContactSolver::entries_of(const Changes& changes) const {
+  const Operations nodes = kept_nodes_ + changes.nodes, constraints = kept_constraints_ + changes.constraints,
+                   nodes_of_each = constraints > 0 ? 1 + nodes / constraints : 1;
+  return changes.contacts * 9 * nodes_of_each * nodes / kDense;
+}
+
+Operations ContactSolver::operations_to_renew(const Changes& changes) const {
+  const Operations rows = rows_end_ + changes.rows;
+  const bool keeps_factor = !gives_way_ && factored() && affords_factor(rows);
+  return (keeps_factor ? upkeep_of(rows, changes.contacts - changes.begun, changes.contacts) : 0) + entries_of(changes);
+}
+
+bool ContactSolver::prepare(const Tensors& tensors, const ContactConstraints& set, StepWork* work) {
   again_ = false, last_constraints_ = kept_constraints_;
-  residual_ = {}, effort_ = {}, shares_ = false;
-  if (!update(tensors, set)) {
+  residual_ = {}, effort_ = {}, shares_ = false, decided_ = 0;
+  if (!update(tensors, set, work)) {
     forget();
     return false;
   }
@@ -813,7 +914,7 @@ ContactSolver::Outcome ContactSolver::take_reactions(const ContactConstraints& s
                                                      Vec3* force, Vec3* modified) {
   take_targets(set);
   set_limits(set.constraints, set.constraint_count);
-  effort_ = effort, gives_way_ = 1;
+  effort_ = effort, gives_way_ = decided_ = 1;
   measure_laws(system(set.constraints, set.constraint_count));
   return write_forces(set, force, modified) ? Outcome::solved : fail(set, force, modified);
 }
@@ -822,33 +923,60 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
                                             Vec3* modified, StepWork* work, bool again) {
   again_ = again, last_constraints_ = kept_constraints_;
   for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
-  residual_ = {}, effort_ = {}, shares_ = false;
-  if (!update(tensors, set)) return fail(set, force, modified);
+  residual_ = {}, effort_ = {}, shares_ = false, decided_ = 0;
+  if (!update(tensors, set, work)) return fail(set, force, modified);
   take_targets(set);
   std::copy(reaction_, reaction_ + rows_end_, last_);
   set_limits(set.constraints, set.constraint_count);
   if (!factor_again(work)) return fail(set, force, modified);
-  work->add(3 * squared_rows() / kDense);
-  Outcome outcome = factored() ? solve_factored() : Outcome::solved;
   const ContactSystem laws = system(set.constraints, set.constraint_count);
-  bool obeys = factored() && obeys_laws(laws, reaction_);
-  if (obeys && limit_forces(set, force, work)) outcome = Outcome::regularised, obeys = obeys_laws(laws, reaction_);
+  const bool have_laws = std::any_of(set.constraints, set.constraints + set.constraint_count, may_give_way);
+  // Of the laws, or of a second solution without a soft factor.
+  const Operations least = operations_to_solve_for(rows_end_, set.constraint_count);
+  bool obeys = false;
+  Outcome outcome = Outcome::solved;
+  Limiting limiting = Limiting::within;
+  if (const Operations cost = 3 * squared_rows() / kDense;
+      factored() && cost + (have_laws ? least : 0) <= work->left()) {
+    work->add(cost);
+    outcome = solve_factored();
+    obeys = obeys_laws(laws, reaction_);
+    if (obeys) limiting = limit_forces(set, have_laws ? least : 0, force, work);
+    if (limiting == Limiting::limited) outcome = Outcome::regularised, obeys = obeys_laws(laws, reaction_);
+    measure_residual();
+  }
   gives_way_ = 0;
-  measure_residual();
-  if (!obeys) {
-    ContactSystem through = laws;
-    shares_ = shared_.take(compliance_, set, used_rows_);
-    if (shares_) {
-      through.shared = &shared_;
-      work->add(shared_.operations_to_take() / kDense);
-    }
-    solve_laws(through, kMostSolves, work);
-    measure_laws(through);
-    limit_grips(through, set, force, work);
-    gives_way_ = contacts_give_way(laws);
+  if (!obeys || limiting == Limiting::no_room) {
+    decide_by_laws(laws, set, obeys && !have_laws, force, work);
     outcome = Outcome::solved;
   }
   return write_forces(set, force, modified) ? outcome : fail(set, force, modified);
+}
+
+// solved: reaction_ is the solution, and only grips are to be brought within their limit.
+void ContactSolver::decide_by_laws(const ContactSystem& laws, const ContactConstraints& set, bool solved, Vec3* force,
+                                   StepWork* work) {
+  ContactSystem through = laws;
+  constexpr Operations most_shared = SharedNodes::kMostNodes;
+  const Operations nodes = std::min<Operations>(set.node_count, most_shared),
+                   to_take = 60 * (nodes * nodes + set.node_count) / kDense,
+                   least = operations_to_solve_for(rows_end_, set.constraint_count);
+  shares_ = to_take + least <= work->left() && shared_.take(compliance_, set, used_rows_);
+  if (shares_) {
+    through.shared = &shared_;
+    work->add(shared_.operations_to_take() / kDense);
+  }
+  decided_ = 1;
+  if (solved) {
+    std::fill(doubt_, doubt_ + set.constraint_count, Doubt{});
+  } else {
+    const Operations look = operations_to_look(through);
+    solve_laws(through, kMostSolves, 2 * look, work);
+    measure_laws(through);
+    work->add(look);
+  }
+  limit_grips(through, set, force, work);
+  gives_way_ = contacts_give_way(laws);
 }
 
 }  // namespace palpate

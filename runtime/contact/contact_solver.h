@@ -68,11 +68,11 @@ class ContactSolver {
 
   struct Limits {
     std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
-    bool gives_way = false;                                // some contacts have laws under which they release or slip
     bool predicts = false;                                 // predict_without() will be called
+    Operations operations = INT64_MAX;                     // of a step (StepWork)
   };
 
-  // Memory: at most 72 nodes^2 + 24 (3 constraints)^2 bytes, and 5 MB for laws.
+  // Memory: at most 72 nodes^2 + 24 (3 constraints)^2 bytes, and 5 MB for laws and for systems without a factor.
   bool create(SceneMemory& memory, const Limits& limits);
 
   // Solves the step's constraints: force[e] (N) and modified[e] (u~, m) for each contact node e. Constraints that were there in
@@ -81,9 +81,10 @@ class ContactSolver {
   //   regularised  some targets conflict; residual() says by how much they are missed
   //   unsolved     numbers of the bundle are not finite, or rounded until A is not definite: the outputs are zero
   // While contacts release or slip and their rows come and go, there is no factor; it is computed again when all stick, or nothing
-  // changes and the step's work leaves room.
-  // Where the factor's solution breaks a law, LawSolver goes on from the last step's reactions, for the
-  // multiply-adds that the step's work leaves. It solves the system with the shift, and refines as above.
+  // changes and the step's work leaves room. There is none either where rows change and the step's work leaves no room for that.
+  // Where the factor's solution breaks a law, or there is no factor, LawSolver goes on from the last step's reactions, for the
+  // multiply-adds that the step's work leaves. It solves the system with the shift, and refines as above. What else finds no room:
+  // the limit of the forces is then the one of kMostForce, and the second solution is that of LawSolver, or zero.
   // Cost in multiply-adds: about 3 rows^2; for each changed constraint 9 (its nodes + 1) nodes, and for each of its rows
   // rows^2 / 2 to join and up to rows^2 to leave; and for the laws. Only new nodes read the tensors.
   // again: the step has solved these constraints before, with other targets; what changed since the step before is then not known.
@@ -93,7 +94,7 @@ class ContactSolver {
   // For organs that touch, whose systems are solved as one (runtime/world/joint_solver.h), in place of solve(). prepare() brings the
   // matrix up to date; false: a number is not finite. Then whoever solves sets the reactions of all rows, and take_reactions() takes them
   // over as solve() its own. The constraints of pairs have got as targets where the reactions bring them.
-  bool prepare(const Tensors& tensors, const ContactConstraints& set);
+  bool prepare(const Tensors& tensors, const ContactConstraints& set, StepWork* work);
   Outcome take_reactions(const ContactConstraints& set, const LawEffort& effort, Vec3* force, Vec3* modified);
   std::int32_t rows_end() const { return rows_end_; }
   const RowsOfConstraint& rows_of(std::int32_t p) const { return rows_[p]; }
@@ -106,17 +107,32 @@ class ContactSolver {
   // m, of constraint p under the reactions that are set, along the rows of its frame.
   Vec3 reached(std::int32_t p) const;
 
-  // Of `contacts` more contacts that come, go or move in this step: their rows leave the factor and join it.
-  Operations operations_to_renew(std::int32_t contacts) const;
+  // Contacts that come, go or move in a step.
+  struct Changes {
+    Operations contacts = 0, begun = 0;                 // begun: of these, that come
+    std::int32_t rows = 0, constraints = 0, nodes = 0;  // of those that come
+  };
+  // Their rows leave the factor and join it, where there is one, and their nodes' compliance is read.
+  Operations operations_to_renew(const Changes& changes) const;
+  // What solve() takes at least after them.
+  Operations operations_to_solve(const Changes& changes) const {
+    return operations_to_solve_for(rows_end_ + changes.rows, kept_constraints_ + changes.constraints);
+  }
+  // Whether constraint p has the rows of the last solve.
+  bool holds(const ContactConstraints& set, std::int32_t p) const;
+  // The constraint of the last solve, whose nodes are kept_nodes() + first_node; nullptr where it had none of that tool, point and part.
+  const ContactConstraint* kept(const ContactConstraint& like) const;
+  const ContactNode* kept_nodes() const { return kept_node_; }
   const ContactResidual& residual() const { return residual_; }
   const LawEffort& effort() const { return effort_; }  // all zero where the factor alone solved the system
+  bool laws_decided() const { return decided_ != 0; }  // in the last solve, LawSolver
 
   // Why constraint p of the last solve is not to be trusted, where laws decided.
   struct Doubt {
     bool inexact;   // its law is missed: LawSolver came to its limit
     bool conflict;  // the shift alone makes its law hold: contacts conflict
   };
-  Doubt doubt_of(std::int32_t p) const { return effort_.sweeps > 0 ? doubt_[p] : Doubt{}; }
+  Doubt doubt_of(std::int32_t p) const { return decided_ ? doubt_[p] : Doubt{}; }
 
   // For measuring: the system of the last solve, and the reactions ([rows_end] N) with which LawSolver starts on it.
   ContactSystem last_system() const {
@@ -133,11 +149,13 @@ class ContactSolver {
   }
 
   // modified[e] as it would be if the contact (tool, point) were gone and the others kept their targets and laws. False, with
-  // nothing written, where the last solve had no such contact.
+  // nothing written, where the last solve had no such contact, or `most` operations do not suffice (operations_to_predict()).
   // *norm, *apart: of the reactions that are left, and of what changed in them, sqrt(J).
-  // Cost in multiply-adds: rows^2 per row of the contact, and ten sweeps where a law decides.
-  bool predict_without(std::int32_t tool, std::int32_t point, Vec3* modified, double* norm, double* apart,
-                       Operations* work);
+  // Cost in multiply-adds: rows^2 per row of the contact, and ten sweeps where a law decides, or one at least where fewer fit.
+  bool predict_without(std::int32_t tool, std::int32_t point, Operations most, Vec3* modified, double* norm,
+                       double* apart, Operations* work);
+  // The fewest operations of predict_without().
+  Operations operations_to_predict(std::int32_t tool, std::int32_t point) const;
 
   // m, of any surface node under the reactions of the last solve, also after palpate_scene_restore. Cost: an entry of the tensors for each
   // of its contact nodes.
@@ -153,6 +171,10 @@ class ContactSolver {
   double change_norm(const ContactConstraints& set) const;
   // Of the last solve, with its constraints; each: [constraint_count]. Cost: 2 rows^2 multiply-adds.
   ReactionNorms measure_norms(const ContactConstraints& set, ConstraintNorms* each);
+  Operations operations_to_measure() const { return 2 * squared_rows() / kDense; }
+  // In its place where a step has no room for it: an upper bound of the norm of all reactions, none for their change, and of each
+  // constraint neither its displacement nor its work. Cost: some 30 multiply-adds for each constraint.
+  ReactionNorms bound_norms(const ContactConstraints& set, ConstraintNorms* each);
 
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
@@ -161,7 +183,16 @@ class ContactSolver {
  private:
   static constexpr int kMostRowsOfAContact = 9;  // a triangle's
   using Rows = RowsOfConstraint;
-  bool update(const Tensors& tensors, const ContactConstraints& set);
+  // What a law's part of solve() takes at least: three looks at the system (law_solver.h).
+  static Operations operations_to_solve_for(Operations rows, Operations constraints) {
+    return 3 * (rows * rows + 200 * constraints) / kDense;
+  }
+  Operations entries_of(const Changes& changes) const;
+  static Operations upkeep_of(Operations rows, Operations leave, Operations join);
+  // Whether a step has room to keep a factor of so many rows while contacts change.
+  bool affords_factor(Operations rows) const { return upkeep_of(rows, 1, 1) <= most_operations_ / 4; }
+  bool update(const Tensors& tensors, const ContactConstraints& set, StepWork* work);
+  void make_room_for_changes(StepWork* work);
   void match(const ContactConstraints& set);
   bool same(const ContactConstraints& set, const ContactConstraint& now, const ContactConstraint& before) const;
   void keep(const ContactConstraints& set);
@@ -189,11 +220,16 @@ class ContactSolver {
   enum class Limited { all, beside_laws };  // rows that are limited here; beside_laws: those that the laws do not limit
   bool is_limited(Limited rows, std::int32_t row) const { return rows == Limited::all || !std::isfinite(most_[row]); }
   double largest_share(Limited rows, const double* reaction) const;
-  double limit_of(Limited rows, const ContactConstraints& set, Vec3* force, StepWork* work) const;
+  // kept: operations that come after it.
+  double limit_of(Limited rows, const ContactConstraints& set, Operations kept, Vec3* force, StepWork* work) const;
   void go_within(Limited rows, double most, const double* soft);
-  bool limit_forces(const ContactConstraints& set, Vec3* force, StepWork* work);
+  enum class Limiting { within, limited, no_room };
+  Limiting limit_forces(const ContactConstraints& set, Operations kept, Vec3* force, StepWork* work);
   void limit_grips(const ContactSystem& laws, const ContactConstraints& set, Vec3* force, StepWork* work);
-  void solve_laws(const ContactSystem& laws, int most_solves, StepWork* work);
+  void solve_laws(const ContactSystem& laws, int most_solves, Operations kept, StepWork* work);
+  static Operations operations_to_look(const ContactSystem& laws);
+  void decide_by_laws(const ContactSystem& laws, const ContactConstraints& set, bool solved, Vec3* force,
+                      StepWork* work);
   void refine_laws(const ContactSystem& laws, int most_solves, double largest_target);
   void measure_laws(const ContactSystem& laws);
   double largest_target() const;
@@ -202,7 +238,7 @@ class ContactSolver {
                                const ContactNode* nodes, const double* reaction, Vec3* force);
   int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
   bool take_out(const std::int32_t* gone, int count, double* left);
-  std::int64_t hold_others_to_laws(std::int32_t tool, std::int32_t point, double* left);
+  std::int64_t hold_others_to_laws(std::int32_t tool, std::int32_t point, int most_sweeps, double* left);
   void measure_residual();
   double norm_of(const double* reaction) const;
   Operations squared_rows() const { return Operations{rows_end_} * rows_end_; }
@@ -228,12 +264,16 @@ class ContactSolver {
   // 1: in the last solve laws decided that some contacts release, slip or are at a limit. Then the factor does not solve the next step
   // either, as a rule: it is not renewed.
   std::int32_t gives_way_ = 0;
+  std::int32_t decided_ = 0;       // 1: LawSolver had to decide in the last solve
+  std::int32_t joining_rows_ = 0;  // new rows of a step
+  Operations most_operations_ = INT64_MAX;
   bool again_ = false;                 // the last solve was one more of its step
   std::int32_t last_constraints_ = 0;  // of the solve before
   std::int32_t* list_ = nullptr;       // [rows]
   std::int32_t* leaving_ = nullptr;    // [rows]
   std::int32_t leaving_count_ = 0;
-  Mat3* spread_ = nullptr;  // [node_capacity] H C of the constraint whose rows are being filled
+  std::int32_t changed_contacts_ = 0;  // that have new rows or none any more
+  Mat3* spread_ = nullptr;             // [node_capacity] H C of the constraint whose rows are being filled
 
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step
   bool* is_kept_ = nullptr;    // [constraint_capacity] its rows were there in the last step
@@ -245,7 +285,7 @@ class ContactSolver {
   ContactResidual residual_;
 
   std::int64_t law_operations_ = 0;  // multiply-adds that a solution of the laws may take
-  LawSolver laws_;                   // where contacts give way, like the next six
+  LawSolver laws_;
   SharedNodes shared_;
   bool shares_ = false;  // the last solve went through shared_
   LawEffort effort_;

@@ -179,6 +179,13 @@ Vec3 DeformedSurface::moved(const SurfacePoint& surface_point) {
   return sum;
 }
 
+Operations DeformedSurface::overshoot() const {
+  constexpr Operations of_leaf = 1000, of_triangle = 60, vertices_of_leaf = 12;
+  Operations most = 0, triangles = tree_->largest_fan();
+  for (std::int32_t v = 0; fine_ && v < fine_->vertex_count(); ++v) most = std::max(most, Operations{fine_->cost(v)});
+  return of_leaf + triangles * of_triangle + (2 * vertices_of_leaf + 3 * triangles) * most;
+}
+
 Operations DeformedSurface::take_work() {
   const Operations done = work_.done();
   work_ = {};

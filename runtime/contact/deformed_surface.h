@@ -64,8 +64,12 @@ class DeformedSurface {
 
   // What the queries have cost since the last call; there is no limit any more.
   Operations take_work();
-  // From now on queries end where they would cost more than that, all since the last take_work() together.
+  // From now on queries end where they would cost more than that, all since the last take_work() together, but for overshoot().
   void limit_work(Operations most) { work_.limit(most); }
+  Operations work_left() const { return work_.left(); }
+  void end_work() { work_.end(); }
+  // What a query may take after it has come to its limit: the triangles of one leaf, or those around a node.
+  Operations overshoot() const;
   bool finished() const { return !work_.ended(); }
   void add_work(Operations operations) { work_.add(operations); }
 

@@ -19,11 +19,6 @@ constexpr std::int64_t kLooksAtTheEnd = 3;
 // Rounding of sums of work.
 constexpr double kRounding = 1e-9;
 
-// `ahead` for all rows, and the residual.
-std::int64_t operations_of_look(const ContactSystem& system) {
-  return operations_of_product(system) + 200 * std::int64_t{system.constraint_count};
-}
-
 // Makes the reactions obey the laws exactly: Newton's method ends within rounding of them.
 void obey(const ContactSystem& system, const double* ahead, double* reaction) {
   for (std::int32_t p = 0; p < system.constraint_count; ++p) {
@@ -128,13 +123,18 @@ void LawSolver::sweep_for_a_while(const ContactSystem& system, std::int32_t swee
   }
 }
 
+// `ahead` for all rows, and the residual.
+std::int64_t LawSolver::operations_to_look(const ContactSystem& system) {
+  return operations_of_product(system) + 200 * std::int64_t{system.constraint_count};
+}
+
 std::int64_t LawSolver::fewest_operations(const ContactSystem& system) {
-  return operations_of_sweep(system) + (2 + kLooksAtTheEnd) * operations_of_look(system);
+  return operations_of_sweep(system) + (2 + kLooksAtTheEnd) * operations_to_look(system);
 }
 
 // A sweep, and the look that follows it.
 bool LawSolver::may_sweep(const ContactSystem& system) const {
-  return left_ >= operations_of_sweep(system) + operations_of_look(system);
+  return left_ >= operations_of_sweep(system) + operations_to_look(system);
 }
 
 void LawSolver::keep_best(const ContactSystem& system, double residual, const double* reaction) {
@@ -146,7 +146,7 @@ void LawSolver::keep_best(const ContactSystem& system, double residual, const do
 // Newton's method alone, as long as it helps. True where the laws are met.
 bool LawSolver::improve(const ContactSystem& system, double tolerance, double* reaction) {
   find_ahead(system, reaction, ahead_);
-  left_ -= operations_of_look(system);
+  left_ -= operations_to_look(system);
   newton_.begin();
   for (;;) {
     const double residual = law_residual(system, reaction, ahead_).displacement;
@@ -160,7 +160,8 @@ bool LawSolver::improve(const ContactSystem& system, double tolerance, double* r
 double LawSolver::solve(const ContactSystem& from, double tolerance, std::int64_t most_operations, double* reaction) {
   const ContactSystem system = with_own_compliances(from);
   effort_ = {};
-  left_ = most_operations - kLooksAtTheEnd * operations_of_look(system) - operations_of_look(system);
+  if (most_operations < fewest_operations(system)) return hold(system, reaction);
+  left_ = most_operations - kLooksAtTheEnd * operations_to_look(system) - operations_to_look(system);
   newton_.forget();
   find_ahead(system, reaction, ahead_);
   limit_work(system, ahead_, reaction);
@@ -172,8 +173,30 @@ double LawSolver::solve_again(const ContactSystem& from, double tolerance, std::
                               double* reaction) {
   const ContactSystem system = with_own_compliances(from);
   effort_ = {};
-  left_ = most_operations - kLooksAtTheEnd * operations_of_look(system);
+  left_ = most_operations - kLooksAtTheEnd * operations_to_look(system);
   return finish(system, tolerance, most_operations, reaction);
+}
+
+// Reactions that push and stay within friction and limits, and then do no more work than they may.
+double LawSolver::hold(const ContactSystem& system, double* reaction) {
+  for (std::int32_t p = 0; p < system.constraint_count; ++p) {
+    const ContactConstraint& constraint = system.constraints[p];
+    if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) continue;
+    Vec3 r = gather(system, reaction, p);
+    r.x = std::max(0.0, r.x);
+    if (constraint.law == ContactLaw::unilateral) r.y = r.z = 0;
+    const double held = length({0, r.y, r.z}), most = constraint.friction * r.x;
+    if (constraint.law == ContactLaw::coulomb && held > most) r.y *= most / held, r.z *= most / held;
+    r = within_limits(constraint, r, most_of(system, p));
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = system.rows[p].at[i]; row >= 0) reaction[row] = r[i];
+  }
+  find_ahead(system, reaction, ahead_);
+  const double factor = limit_work(system, ahead_, reaction);
+  for (std::int32_t row = 0; row < system.rows_end && factor < 1; ++row)
+    ahead_[row] = factor * (ahead_[row] + system.target[row]) - system.target[row];
+  effort_.operations = operations_to_look(system);
+  return law_residual(system, reaction, ahead_).displacement;
 }
 
 double LawSolver::finish(const ContactSystem& system, double tolerance, std::int64_t most_operations,
@@ -205,7 +228,7 @@ double LawSolver::sweep(const ContactSystem& from, double tolerance, std::int64_
     ++effort_.sweeps;
   }
   find_ahead(system, reaction, ahead_);
-  effort_.operations = most_operations - left_ + operations_of_look(system);
+  effort_.operations = most_operations - left_ + operations_to_look(system);
   return law_residual(system, reaction, ahead_).displacement;
 }
 

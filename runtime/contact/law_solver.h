@@ -21,8 +21,8 @@ class LawSolver {
   bool create(SceneMemory& memory, std::int32_t rows, std::int32_t contact_nodes = 0);
 
   // Improves `reaction` ([rows_end] N; in: a start, such as the last step's) until the laws of the system, with its soft part, are
-  // missed by no more than `tolerance` metres, or for most_operations multiply-adds, but for fewest_operations() at least. Returns
-  // by how much they are missed, m. However much that is, the reactions never pull where they may not, never exceed their
+  // missed by no more than `tolerance` metres, or for most_operations multiply-adds. Where these are fewer than fewest_operations(),
+  // the start is made to obey the laws, for operations_to_look() multiply-adds. Returns by how much they are missed, m. However much that is, the reactions never pull where they may not, never exceed their
   // friction, and do no more work than their targets allow: r^T (A r - d) <= 0 but for rounding.
   double solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
   // The same for targets that differ little from those of the last solve(), from whose reactions it goes on.
@@ -33,9 +33,12 @@ class LawSolver {
   const LawEffort& effort() const { return effort_; }  // of the last solution
   // One sweep and what measures it.
   static std::int64_t fewest_operations(const ContactSystem& system);
+  // By how much each constraint is missed.
+  static std::int64_t operations_to_look(const ContactSystem& system);
 
  private:
   ContactSystem with_own_compliances(const ContactSystem& system);
+  double hold(const ContactSystem& system, double* reaction);
   double finish(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
   bool improve(const ContactSystem& system, double tolerance, double* reaction);
   void sweep_for_a_while(const ContactSystem& system, std::int32_t sweeps, double tolerance, double* reaction);

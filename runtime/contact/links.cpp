@@ -255,7 +255,7 @@ std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const 
   return act;
 }
 
-std::uint32_t Links::request(ContactRows& rows) {
+std::uint32_t Links::request(ContactRows& rows, ContactAdmission& admission) {
   std::uint32_t flags = 0;
   for (std::int32_t i = 0; i < count_; ++i) {
     Link& link = links_[i];
@@ -271,7 +271,13 @@ std::uint32_t Links::request(ContactRows& rows) {
     wish.along = link.along;
     wish.target = clip ? apart : Vec3{dot(link.along, apart) - link.rest_length, 0, 0};
     link.row_of = rows.add_link(wish);
-    if (link.row_of < 0) flags |= PALPATE_STEP_CONTACTS_DROPPED;
+    if (link.row_of < 0) {
+      flags |= PALPATE_STEP_CONTACTS_DROPPED;
+      continue;
+    }
+    bool deferred = false;
+    if (!admission.admit(link.row_of, false, &deferred)) link.row_of = -1;
+    if (deferred) flags |= PALPATE_STEP_WORK_DEFERRED;
   }
   return flags;
 }
@@ -280,6 +286,13 @@ Vec3 Links::last_move(const LinkEnd& end, const Tensors& tensors, const ContactS
   Vec3 moved;
   for (int v = 0; v < end.count; ++v) moved += end.weight[v] * solver.last_displacement(tensors, end.node[v]);
   return is_finite(moved) ? moved : Vec3{};
+}
+
+Operations Links::operations_to_end(std::int32_t contact_nodes) const {
+  Operations nodes = 0, act = 0;
+  for (std::int32_t i = 0; i < count_; ++i)
+    if (links_[i].row_of >= 0) ++act, nodes += links_[i].ends[0].count + links_[i].ends[1].count;
+  return 20 * act + 3 * nodes * contact_nodes;
 }
 
 void Links::move_ends(Link& link, const Tensors& tensors, const ContactConstraints& set, const Vec3* force,

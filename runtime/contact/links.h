@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/contact/contact_admission.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/touchable_disc.h"
@@ -50,7 +51,9 @@ class Links {
 
   // A step, in order: how many links will ask for rows; their rows; what became of them.
   std::int32_t begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver);
-  std::uint32_t request(ContactRows& rows);
+  std::uint32_t request(ContactRows& rows, ContactAdmission& admission);
+  // What end() takes for the links that act, with so many contact nodes. Slack ones do not count: they change nothing of a step.
+  Operations operations_to_end(std::int32_t contact_nodes) const;
   // Returns step flags. Cost: for each node of a link 9 multiply-adds for each contact node, at distant addresses where it is slack. A
   // slack thread costs a length while a bound on the motion of its ends shows that it stays slack; all of them together then cost rows^2
   // multiply-adds.

@@ -44,6 +44,7 @@ class Motions {
   const ContactConstraints& acting(const ContactConstraints& set);
   // After a solve: whether held volumes are missed. Their pressures are then new, and the step is to be solved again.
   bool follow_volumes(const ContactConstraints& set, const Vec3* force, int solve, std::uint32_t* flags);
+  bool holds_volumes() const { return pumps_ > 0; }
   // After the last solve.
   void end(const ContactConstraints& set, const Vec3* force);
 

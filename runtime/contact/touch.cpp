@@ -67,8 +67,10 @@ class Touch {
     }
     if (world_) pass_far_tools();
     context_.watch.ended(Pass::input);
+    if (!deforms_largely(context_.def)) touch_state_.admission.begin();
     if (context_.def.collision != PALPATE_COLLISION_OFF) {
       touch_state_.collision.begin();
+      expect_change();
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
         if (!is_far(t)) collide(t);
       forget_absent_points();
@@ -83,7 +85,7 @@ class Touch {
       request_grip_contacts(t);
       if (has_grasps(context_.def)) request_grasp(t);
     }
-    if (links) flags_ |= touch_state_.links.request(touch_state_.rows);
+    if (links) flags_ |= touch_state_.links.request(touch_state_.rows, touch_state_.admission);
     context_.watch.ended(Pass::rows);
   }
 
@@ -103,6 +105,7 @@ class Touch {
       solve(joint);
     context_.watch.ended(Pass::contact);
     if (links) {
+      touch_state_.work.add(touch_state_.links.operations_to_end(touch_state_.rows.set().node_count));
       flags_ |=
           touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force, touch_state_.modified,
                                  touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED), touch_state_.step + 1);
@@ -120,6 +123,7 @@ class Touch {
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) relax(t);
       context_.watch.ended(Pass::relaxation);
     }
+    if (reports_contacts(context_.def)) touch_state_.work.add(operations_to_report());
     write_nodes();
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) write_tool(t);
     context_.watch.ended(Pass::output);
@@ -200,17 +204,18 @@ class Touch {
       PointState& state = touch_state_.points[t][i];
       const Vec3 p = point(tool, i);
       const bool was_in_contact = state.contact;
+      state.paid = state.owed, state.owed = false;
       if (!touch_state_.collision.move(state, p, t, i, tool.hold, limits)) raise(t, PALPATE_STEP_TRACKING_LOST);
-      if (state.contact != was_in_contact) count_renewal();
+      if (state.contact != was_in_contact) change_contact(state, state.contact);
       if (!state.contact || !follows || !may_slide(t, i)) continue;
       const SurfacePoint anchor = state.anchor;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
       // tool has slid past it, so the tool's own position decides.
       if (context_.def.contact == PALPATE_CONTACT_NODE)
-        touch_state_.collision.slide(state, touch_state_.collision.pulled(state, p, t, i));
+        touch_state_.collision.slide_pulled(state, p, t, i);
       else
         touch_state_.collision.follow(state, p, t, i);
-      if (differ(anchor, state.anchor)) count_renewal();
+      if (differ(anchor, state.anchor)) change_contact(state, false);
     }
     if (touch_state_.work.deferred() > deferred) raise(t, PALPATE_STEP_WORK_DEFERRED);
     if (world_) count_held(t);
@@ -223,7 +228,7 @@ class Touch {
 
   // Whether an anchor may move in this step. One that may not stays where it is, and its contact keeps its rows.
   bool may_slide(std::int32_t t, std::int32_t i) {
-    const bool slides = touch_state_.slides.take(t, i, touch_state_.work.allows_changes());
+    const bool slides = touch_state_.slides.take(t, i, touch_state_.collision.may_change());
     if (!slides) touch_state_.work.defer();
     return slides;
   }
@@ -232,13 +237,17 @@ class Touch {
            a.barycentric[2] != b.barycentric[2];
   }
   // A contact that comes, goes or moves has new rows in the factor.
-  Operations next_renewal() {
-    if (deforms_largely(context_.def)) return touch_state_.body.operations_to_renew();
-    const ContactSolver& solver = touch_state_.solver;
-    ++renewals_;
-    return solver.operations_to_renew(renewals_) - solver.operations_to_renew(renewals_ - 1);
+  void change_contact(PointState& state, bool begins) {
+    if (deforms_largely(context_.def)) {
+      touch_state_.work.add(touch_state_.body.operations_to_renew());
+    } else {
+      state.paid = touch_state_.admission.change(begins) && state.contact;
+      expect_change();
+    }
   }
-  void count_renewal() { touch_state_.work.add(next_renewal()); }
+  void expect_change() {
+    if (!deforms_largely(context_.def)) touch_state_.collision.expect(touch_state_.admission.next());
+  }
 
   std::int32_t contacts_to_request() {
     std::int32_t count = 0;
@@ -268,7 +277,7 @@ class Touch {
         request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
       } else {
         set_frame(wish, state.anchor, &state.tangent);
-        request_contact(wish, state.anchor);
+        request_contact(wish, state.anchor, state.paid);
       }
     }
   }
@@ -284,7 +293,7 @@ class Touch {
       touch_state_.work.add(work);
     }
     if (needs_contact_frames(context_.def)) set_frame(wish, fine.outward, &state.tangent);
-    request_contact(wish, fine.beneath);
+    request_contact(wish, fine.beneath, state.paid);
   }
 
   // The outward normal at a surface point, and a tangent that turns with the normal from step to step.
@@ -310,15 +319,16 @@ class Touch {
       for (int i = 0; i < 3; ++i) wish.displacement[i] = grip.axes >> i & 1u ? grip.displacement[i] : 0.0;
       if (grip.kind == PALPATE_GRIP_NODE) {
         bool made = false;
+        const std::int32_t first = touch_state_.rows.set().constraint_count;
         const std::uint32_t flags = touch_state_.rows.add_node(wish, grip.node, &made);
         if (has_motions(context_.def)) wish.displacement = wish.displacement - touch_state_.motions.now(grip.node);
-        record_contact(wish, flags, made);
+        record_contact(wish, flags, made && admit(t, first, false));
       } else {
         const SurfacePoint surface_point = surface_point_of(grip.triangle, grip.barycentric);
         Vec3 tangent;
         wish.disc_radius = tool.disc_radius;
         set_frame(wish, surface_point, &tangent);
-        request_contact(wish, surface_point);
+        request_contact(wish, surface_point, false);
       }
     }
   }
@@ -330,9 +340,12 @@ class Touch {
         touch_state_.grasps.request(t, tool, tool.point_count + tool.grip_count, touch_state_.rows, &made);
     if (flags) raise(t, flags);
     const ContactConstraints& set = touch_state_.rows.set();
-    for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p)
-      if (set.constraints[p].tool == t && set.constraints[p].part == 0 && is_of_grasp(t, set.constraints[p].point))
-        count_contact(t, set.target[p] - moved(set, set.constraints[p]));
+    for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p) {
+      if (set.constraints[p].tool != t || set.constraints[p].part != 0 || !is_of_grasp(t, set.constraints[p].point))
+        continue;
+      if (!touch_state_.solver.holds(set, p)) touch_state_.admission.pay();
+      count_contact(t, set.target[p] - moved(set, set.constraints[p]));
+    }
   }
   bool is_of_grasp(std::int32_t t, std::int32_t point) const {
     if (!has_grasps(context_.def)) return false;
@@ -348,8 +361,15 @@ class Touch {
       outcome = touch_state_.solver.solve(context_.tensors, *acting_, touch_state_.force, touch_state_.modified,
                                           &touch_state_.work, solve > 0);
       if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlipSolves) break;
-      const bool missed = moves && touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_);
+      // Without room, the excess of a grasp over its friction and what a volume is missed by are those of this solve.
+      const bool has_room = touch_state_.work.left() >= touch_state_.solver.operations_to_solve({});
+      const bool missed =
+          moves && (has_room ? touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_)
+                             : touch_state_.motions.holds_volumes());
       if (!grasps_slip() && !missed) break;
+      if (has_room) continue;
+      flags_ |= PALPATE_STEP_SOLVE_INEXACT;
+      break;
     }
     return outcome;
   }
@@ -363,11 +383,21 @@ class Touch {
     }
   }
 
-  void request_contact(const ContactWish& wish, const SurfacePoint& surface_point) {
+  // paid: its new rows, if it has some, are counted.
+  void request_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
     bool made = false;
+    const std::int32_t first = touch_state_.rows.set().constraint_count;
     const std::uint32_t flags = touch_state_.rows.add_contact(wish, surface_point, &made);
     if (flags) raise(wish.tool, flags);
-    if (made) count_contact(wish.tool, wish.displacement - moved(surface_point));
+    if (made && admit(wish.tool, first, paid)) count_contact(wish.tool, wish.displacement - moved(surface_point));
+  }
+  // Whether the constraints from `first` on are solved in this step.
+  bool admit(std::int32_t t, std::int32_t first, bool paid) {
+    if (deforms_largely(context_.def)) return true;
+    bool deferred = false;
+    const bool admitted = touch_state_.admission.admit(first, paid, &deferred);
+    if (deferred) raise(t, PALPATE_STEP_WORK_DEFERRED);
+    return admitted;
   }
   void record_contact(const ContactWish& wish, std::uint32_t flags, bool made) {
     if (flags) raise(wish.tool, flags);
@@ -439,9 +469,8 @@ class Touch {
     bool fresh = false;
     const ContactConstraints& set = touch_state_.beside.take(touch_state_.rows.set(), &fresh);
     const BodyBeside::Told& told = touch_state_.beside.told();
-    renewals_ = 0;
     for (std::int32_t p = 0; fresh && p < set.constraint_count; ++p)
-      if (set.constraints[p].framed) count_renewal();
+      if (set.constraints[p].framed) touch_state_.admission.pay();
     std::uint32_t flags = 0;
     if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
     if (told.cut || told.unfinished || touch_state_.beside.behind()) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
@@ -481,7 +510,7 @@ class Touch {
         touch_state_.field.set_rest();
       else
         touch_state_.field.set(context_.tensors, set, touch_state_.force, touch_state_.modified, &touch_state_.solver,
-                               &work);
+                               touch_state_.work.debts_left(), &work);
       touch_state_.work.owe(work);
     }
     if (contacts_may_give_way(context_.def) && outcome != ContactSolver::Outcome::unsolved) move_slipped_anchors();
@@ -491,7 +520,7 @@ class Touch {
   // triangle contact has three constraints with friction of their own: its anchor sticks as long as one of them sticks.
   void move_slipped_anchors() {
     const ContactConstraints& set = touch_state_.rows.set();
-    renewals_ = 0;
+    touch_state_.admission.begin_debts();
     for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
       const ContactConstraint& first = set.constraints[p];
       if (first.tool >= kToolOfLinks) return;
@@ -501,7 +530,7 @@ class Touch {
            ++end)
         sticks = !gives_way(end) || sticks;
       if (first.law != ContactLaw::coulomb || sticks) continue;
-      if (!touch_state_.slides.take(first.tool, first.point, touch_state_.work.allows_debts())) {
+      if (!touch_state_.slides.take(first.tool, first.point, may_owe())) {
         raise(first.tool, PALPATE_STEP_WORK_DEFERRED);
         continue;
       }
@@ -509,8 +538,16 @@ class Touch {
       Vec3 along;
       for (std::int32_t part = p; part < end; ++part) along += left_behind(part);
       touch_state_.collision.slide(state, state.anchor_at_rest + along);
-      touch_state_.work.owe(next_renewal());
+      owe_change(state);
     }
+  }
+  bool may_owe() const { return deforms_largely(context_.def) || touch_state_.admission.may_owe(); }
+  void owe_change(PointState& state) {
+    state.owed = true;
+    if (deforms_largely(context_.def))
+      touch_state_.work.owe(touch_state_.body.operations_to_renew());
+    else
+      touch_state_.admission.owe();
   }
   bool gives_way(std::int32_t p) {
     const ContactConstraint& constraint = touch_state_.rows.set().constraints[p];
@@ -658,6 +695,16 @@ class Touch {
     if (released) return PALPATE_CONTACT_RELEASED;
     if (contact.law == ContactLaw::unilateral) return PALPATE_CONTACT_FRICTIONLESS;
     return sticks ? PALPATE_CONTACT_STICKS : PALPATE_CONTACT_SLIPS;
+  }
+
+  Operations operations_to_report() const {
+    std::int32_t points = 0, contacts = 0;
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      points += touch_state_.input.tool(t).point_count + touch_state_.input.tool(t).grip_count;
+      contacts += tools_[t].contacts;
+    }
+    return ContactReport::operations(points, contacts, touch_state_.rows.set().node_count,
+                                     has_fine_contacts(touch_state_));
   }
 
   ReportedContact reported(std::int32_t first, std::int32_t end) {
@@ -814,7 +861,6 @@ class Touch {
   ToolSum tools_[PALPATE_MAX_TOOLS];
   DeformingBody::Outcome deformed_;
   const ContactConstraints* acting_ = nullptr;  // as the solver held them
-  std::int32_t renewals_ = 0;                   // contacts that have come, gone or moved
   double factor_[PALPATE_MAX_TOOLS] = {};       // on each tool's linear nodal forces
   Vec3 raw_[PALPATE_MAX_TOOLS];                 // N, in the organ's frame, force on each tool before the limits
   Vec3 raw_torque_[PALPATE_MAX_TOOLS];          // N m, the same of the torque

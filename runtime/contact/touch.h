@@ -7,6 +7,7 @@
 #include "runtime/bundle/step_context.h"
 #include "runtime/contact/body_beside.h"
 #include "runtime/contact/collision.h"
+#include "runtime/contact/contact_admission.h"
 #include "runtime/contact/contact_patch.h"
 #include "runtime/contact/contact_report.h"
 #include "runtime/contact/contact_rows.h"
@@ -62,6 +63,7 @@ struct TouchState {
   Grasps grasps;  // where tools may grasp
   Links links;    // where the scene may have some
   ContactSolver solver;
+  ContactAdmission admission;
   DeformingBody body;            // in place of the solver, under large deformation
   BodyBeside beside;             // or beside it: the body then belongs to the thread of palpate_scene_deform
   FarTools far;                  // of an organ in a world

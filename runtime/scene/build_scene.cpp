@@ -304,6 +304,16 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
   return reader.memory().failed() ? reader.no_memory("collision") : PALPATE_OK;
 }
 
+// A disc has about a dozen nodes on a coarse mesh.
+ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
+  const std::int32_t constraints = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1,
+                     nodes = def.contact == PALPATE_CONTACT_NODE    ? 1
+                             : def.contact == PALPATE_CONTACT_PATCH ? 12
+                                                                    : 3;
+  const bool one_row = def.law == PALPATE_LAW_SLIDING || def.law == PALPATE_LAW_UNILATERAL;
+  return {one_row ? constraints : 3 * constraints, constraints, nodes};
+}
+
 palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const std::int32_t* touchable,
                               TouchState& touch) {
   SceneMemory& memory = reader.memory();
@@ -329,12 +339,12 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
   memory.keep(touch.slides);
-  solver.gives_way = contacts_may_give_way(def) || has_links(def) || touch.most_pairs > 0;
-  solver.predicts = def.collision == PALPATE_COLLISION_DEFORMED;
+  solver.predicts = def.collision == PALPATE_COLLISION_DEFORMED, solver.operations = def.max_operations;
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
       !touch.solver.create(memory, solver))
     return reader.no_memory("contacts");
   if (touch.most_pairs > 0) touch.rows.keep_for_pairs(kNodesOfPair * touch.most_pairs, touch.most_pairs);
+  touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def), deforms_beside(def));
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
   return PALPATE_OK;
@@ -775,8 +785,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, def, touch, shape); });
-  step(deforms_beside(def), use.deformation,
-       [&] { return connect_body_beside(reader, def, touch, shape); });
+  step(deforms_beside(def), use.deformation, [&] { return connect_body_beside(reader, def, touch, shape); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
@@ -794,7 +803,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   if (status != PALPATE_OK) return status;
   scene.plan = make_plan(def, bundle, use, scene.watch);
   scene.definition = definition_of(def, scene.memory, touch.fine.identity());
-  state_work_bounds(scene);
+  if (const palpate_status bounded = state_work_bounds(scene, error)) return bounded;
   log_scene(scene, use);
   return status;
 }

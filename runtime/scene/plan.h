@@ -12,6 +12,7 @@ struct Plan {
   static constexpr std::int32_t kCreationPasses = 5, kMost = kPasses + kCreationPasses;
   palpate_plan_pass pass[kMost] = {};
   std::int32_t count = 0;
+  std::int64_t most_operations = 0;  // of a touch step
 };
 
 // Bytes that a scene has taken, by what they are for.

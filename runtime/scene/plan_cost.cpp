@@ -39,7 +39,9 @@ class PassWork {
       case Pass::output:
         return {0, 0, 25 + 3 * tools + nodes};
       case Pass::report:
-        return {0, 0, 10 + points + contacts * (40 + 36 * nodes) * (scene_.touch.fine.bound() ? 5 : 1)};
+        return {0, 0,
+                static_cast<double>(
+                    ContactReport::operations(load_.points, load_.contacts, load_.nodes, scene_.touch.fine.bound()))};
       case Pass::superposition:
         if (scene_.def.deformation == PALPATE_DEFORMATION_LARGE) return {24.0 * scene_.shape.nodes, 0, 50};
         return superposition();

@@ -31,7 +31,7 @@ struct palpate_scene {
 
 namespace palpate {
 
-// Fills in the plan's most_operations.
-void state_work_bounds(palpate_scene& scene);
+// Fills in the plan's most_operations. Refuses fewer than a step can do with.
+palpate_status state_work_bounds(palpate_scene& scene, palpate_error* error);
 
 }  // namespace palpate

@@ -4,91 +4,107 @@
 #include <ctime>
 
 #include "runtime/base/aligned_memory.h"
+#include "runtime/base/error_text.h"
 #include "runtime/dense/node_sum.h"
 #include "runtime/scene/scene.h"
 
 namespace palpate {
 namespace {
 
-// Upper bounds, at the limits of the scene's definition, as contact_field.cpp, surface_tree.h and contact_solver.cpp count.
+// Upper bounds, at the limits of the scene's definition, in the order of a step. The tests, the changes of contacts and the solution of
+// a linear organ take no more than max_operations together (step_work.h); other parts come on top.
 class WorkBounds {
  public:
-  // triangles: of the surface that tools meet. fine: operations to move all corners of these triangles, where it is a fine one.
-  WorkBounds(const palpate_scene_def& def, bool packed, double surface_nodes, double triangles, double fine)
-      : def_(def), packed_(packed), surface_nodes_(surface_nodes), triangles_(triangles), fine_(fine) {}
+  // fine: triangles of the fine surface, where tools meet one.
+  WorkBounds(const palpate_scene_def& def, const TouchState& touch)
+      : def_(def), touch_(touch), fine_(touch.fine.bound() ? touch.fine.triangle_count() : 0) {}
 
-  // Tests and changes of contacts within their share, one test and one change more, and the displacement at every anchor.
-  double collision() const {
-    return 0.75 * most() + one_test() + renewals(1) + def_.max_points * (12 * node() + kTriangle);
-  }
-  // The factor, its rows that come and go, the soft factor of contacts that conflict, the laws, and what measuring the field takes.
+  // Of tests and changes. The rest is kept for the solution.
+  double collision() const { return most() - std::floor(most() / 8); }
+  // Normals of a fine surface below discs that have moved, each of which may visit the whole surface.
+  double rows() const { return 30 * fine_ * def_.max_points; }
   double contact() const {
-    const double nodes = def_.max_contact_nodes,
-                 limit =
-                     rows() * rows() * rows() / 6 + ContactSolver::kSoftSolves * rows() * rows() + 9 * nodes * nodes;
-    // The laws, and a second time for grips that contradict one another, take what is left, but a sweep and some looks at least;
-    // before that the nodes that contacts share.
-    const bool gives_way = def_.law == PALPATE_LAW_UNILATERAL || def_.law == PALPATE_LAW_COULOMB || def_.max_links > 0;
-    const double shared = std::min<double>(nodes, SharedNodes::kMostNodes),
-                 laws = gives_way ? 2 * (6 * rows() * rows() + 1600 * contacts()) + 60 * (shared * shared + nodes) : 0;
-    return (5 * rows() * rows() + limit + laws) / kDense + renewals(contacts()) + 1.25 * most() + 2 * kMeasuring;
+    if (deforms_largely(def_)) return static_cast<double>(touch_.body.most_operations()) + laws();
+    return most() + unasked_changes();
   }
-  // Of laws under large deformation, which are solved anew in each round: what is left of the step's operations, and one sweep.
-  double laws() const {
-    if (!contacts_may_give_way(def_)) return 0;
-    return most() + DeformingBody::kMostRounds * (8 * rows() * rows() + 1600 * contacts()) / kDense;
+  double links() const {
+    const double ends = def_.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
+    return def_.max_links * (20 + 3 * ends * nodes());
+  }
+  double report() const {
+    return reports_contacts(def_) ? static_cast<double>(ContactReport::operations(def_.max_points, contacts(),
+                                                                                  def_.max_contact_nodes, fine_ > 0))
+                                  : 0;
+  }
+  double step() const {
+    const double on_top = rows() + links() + report();
+    return deforms_largely(def_) ? collision() + contact() + on_top : contact() + on_top;
+  }
+  // A step of the fewest operations still tests a point.
+  double least() const {
+    constexpr double tests = 24, linear = 10'000;
+    const double test =
+        def_.collision == PALPATE_COLLISION_OFF ? 0 : tests * static_cast<double>(touch_.collision.overshoot());
+    return std::max(deforms_largely(def_) ? 1 : linear, test);
   }
 
  private:
-  static constexpr double kTriangle = 300, kMeasuring = 30'000, kRowsOfAContact = 9, kSweeps = 10;
-  bool follows() const { return def_.collision == PALPATE_COLLISION_DEFORMED; }
   double most() const { return static_cast<double>(def_.max_operations); }
-  double contacts() const {
-    return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3.0 : 1.0) + def_.max_links +
+  double nodes() const { return def_.max_contact_nodes; }
+  std::int32_t contacts() const {
+    return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1) + def_.max_links +
            (def_.grasps ? 6 * def_.max_tools : 0);
   }
-  double rows() const { return 3 * contacts(); }
-  double node() const { return follows() ? 10 + 3.0 * def_.max_contact_nodes : 0; }
-  // Two queries and the ray of a third, each of which may visit the whole surface; the fields that they ask for, one of which and a
-  // share of a second are evaluated at all nodes, and a contact's own part; and the prediction. A packed bundle's are evaluated one by one.
-  double one_test() const {
-    const double prediction =
-                     ((2 * kRowsOfAContact + 2 + kSweeps) * rows() * rows() + kSweeps * 600 * contacts()) / kDense,
-                 at_once = 2 * (5.0 + def_.max_contact_nodes),
-                 few = 2.0 * static_cast<double>(ContactField::kMostOneByOne) / std::max(1.0, surface_nodes_),
-                 fields = follows() ? packed_ ? 3 * node() : at_once + few + node() : 0;
-    return 4 * (kTriangle * triangles_ + 3 * fine_) + fields * surface_nodes_ + (follows() ? prediction : 0);
+  // Rows that change without being asked: of grasps that close, and of all contacts where a solution of large deformation arrives.
+  double unasked_changes() const {
+    const double rows = 3.0 * contacts();
+    double most = 0;
+    if (has_grasps(def_)) most += 2 * def_.max_tools * (9 * nodes() * nodes() / kDense + this->most() / 4);
+    if (deforms_beside(def_))
+      most += (9 * nodes() * (nodes() + contacts()) + std::min(rows * rows * rows / 3, 12 * this->most())) / kDense;
+    return most;
   }
-  double renewals(double count) const {
-    const double each = 3 * rows() * rows(), whole = rows() * rows() * rows() / 6, nodes = def_.max_contact_nodes;
-    return (std::min(each * count, whole) + count * each / 2 + 9 * nodes * std::min(nodes, count * nodes)) / kDense;
+  // Of laws under large deformation, which are solved anew in each round: what is left of the step's operations, and one sweep.
+  double laws() const {
+    const double rows = 3.0 * contacts();
+    if (!contacts_may_give_way(def_)) return 0;
+    return most() + DeformingBody::kMostRounds * (8 * rows * rows + 1600 * contacts()) / kDense;
   }
 
   const palpate_scene_def& def_;
-  const bool packed_;  // the bundle's compliance is
-  const double surface_nodes_, triangles_, fine_;
+  const TouchState& touch_;
+  const double fine_;
 };
 
 }  // namespace
 
-void state_work_bounds(palpate_scene& scene) {
-  const FineSurface& fine = scene.touch.fine;
-  double corners = 0;
-  for (std::int32_t i = 0; i < 3 * fine.triangle_count(); ++i)
-    corners += static_cast<double>(fine.cost(fine.triangles()[i]));
-  const WorkBounds bounds(scene.def, scene.tensors.compliance != nullptr, scene.tensors.surface_nodes,
-                          scene.touch.tree.triangle_count(), corners);
+palpate_status state_work_bounds(palpate_scene& scene, palpate_error* error) {
+  const WorkBounds bounds(scene.def, scene.touch);
+  const double least = bounds.least();
+  if (static_cast<double>(scene.def.max_operations) < least)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "palpate_scene_def: max_operations: expected %.0f or more, which this organ's surface and these "
+                "effects take at "
+                "least, found %lld; raise it (default 300000)",
+                least, static_cast<long long>(scene.def.max_operations));
   const auto state = [&](Pass id, double operations) {
-    palpate_plan_pass& pass = scene.plan.pass[scene.watch.index_in_plan[static_cast<std::int32_t>(id)]];
-    pass.most_operations = static_cast<std::int64_t>(std::min(operations, 9e18));
+    if (const std::int32_t at = scene.watch.index_in_plan[static_cast<std::int32_t>(id)]; at >= 0)
+      scene.plan.pass[at].most_operations = static_cast<std::int64_t>(std::min(operations, 9e18));
   };
   if (scene.def.collision != PALPATE_COLLISION_OFF) state(Pass::collision, bounds.collision());
-  state(Pass::contact, scene.def.deformation == PALPATE_DEFORMATION_LARGE
-                           ? static_cast<double>(scene.touch.body.most_operations()) + bounds.laws()
-                           : bounds.contact());
+  state(Pass::rows, bounds.rows());
+  state(Pass::contact, bounds.contact());
+  if (has_links(scene.def)) state(Pass::links, bounds.links());
+  if (reports_contacts(scene.def)) state(Pass::report, bounds.report());
+  scene.plan.most_operations = static_cast<std::int64_t>(std::min(bounds.step(), 9e18));
+  return PALPATE_OK;
 }
 
 }  // namespace palpate
+
+int64_t palpate_scene_most_operations(const palpate_scene* scene) {
+  return scene ? scene->plan.most_operations : 0;
+}
 
 #ifdef __wasm__
 // The browser's module has no clock.

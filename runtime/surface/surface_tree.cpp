@@ -40,6 +40,12 @@ Vec3 SurfaceTree::at_rest(const SurfacePoint& surface_point) const {
   return sum;
 }
 
+std::int32_t SurfaceTree::largest_fan() const {
+  std::int32_t most = 0;
+  for (std::int32_t n = 0; n < surface_nodes_; ++n) most = std::max(most, fan_start_[n + 1] - fan_start_[n]);
+  return most;
+}
+
 Vec3 SurfaceTree::outward_at_rest(std::int32_t triangle) const {
   const std::int32_t* node = corners(triangle);
   const Vec3 a = at_rest(node[0]);

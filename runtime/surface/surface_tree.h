@@ -60,6 +60,7 @@ class SurfaceTree {
   std::int32_t surface_nodes() const { return surface_nodes_; }
   double largest_reach() const { return triangle_count_ > 0 ? nodes_[0].reach : 0; }
   double mean_edge() const { return mean_edge_; }
+  std::int32_t largest_fan() const;  // triangles around one node
   Vec3 low() const { return low_; }
   Vec3 high() const { return high_; }
   const std::int32_t* corners(std::int32_t triangle) const {

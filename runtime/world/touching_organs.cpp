@@ -119,8 +119,8 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
     place[members[m]] = m;
     member_[m] = {&own.solver, &own.rows.set()};
     is_joint_[members[m]] = true;
-    prepared = own.solver.prepare(organs_[members[m]]->context.tensors, own.rows.set()) && prepared;
-    operations += own.work.left_for_laws() * kDense;
+    prepared = own.solver.prepare(organs_[members[m]]->context.tensors, own.rows.set(), &own.work) && prepared;
+    operations += own.work.left() * kDense;
   }
   if (!prepared) {
     for (std::int32_t m = 0; m < count; ++m) {

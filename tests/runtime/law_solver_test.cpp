@@ -152,11 +152,13 @@ TEST(LawSolver, SpendsNoMoreThanItMayAndTellsWhatItMisses) {
         // Even from a start far from the laws.
         for (int i = 0; i < 96; ++i) r[i] = 100 * ((i * 37) % 11 - 5);
         const double missed = solver.laws.solve(system, 1e-10 * touching.largest(), most, r.data());
-        EXPECT_LE(solver.laws.effort().operations, std::max(most, least));
-        EXPECT_GE(solver.laws.effort().sweeps, 1);
+        EXPECT_LE(solver.laws.effort().operations, std::max(most, LawSolver::operations_to_look(system)));
+        EXPECT_EQ(solver.laws.effort().sweeps >= 1, most >= least);
         std::vector<double> ahead(96);
         find_ahead(system, r.data(), ahead.data());
-        EXPECT_EQ(law_residual(system, r.data(), ahead.data()).displacement, missed);
+        // A start that is made to obey is scaled after it was measured: rounding of a sum of 96 terms.
+        EXPECT_NEAR(law_residual(system, r.data(), ahead.data()).displacement, missed,
+                    most < least ? 1e-13 * missed : 0);
         inexact += missed > 1e-6 * touching.largest();
         double work = 0, offered = 0;
         for (int p = 0; p < 32; ++p) {

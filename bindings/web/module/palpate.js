@@ -326,6 +326,9 @@ export class Scene {
     put(this.#skinAt, "palpate_skin_out.disc_capacity", this.hasDents ? this.maxPoints : 0);
   }
 
+  /** That a touch may count in operations, whatever the tools do. @returns {number} */
+  get mostOperations() { return Number(this.runtime.api.palpate_scene_most_operations(this.pointer)); }
+
   /** The passes of a step, in order. @returns {PlanPass[]} */
   get plan() {
     const { runtime } = this, { api, heap } = runtime;

@@ -428,13 +428,15 @@ typedef struct palpate_scene_def {
   palpate_report_model report;            /* default OFF                                                           */
   double torque_limit;    /* default 5    N m, above 0: largest length of each tool's torque; INFINITY: none          */
   double torque_slew;     /* default 1e3  N m/s, above 0: largest change of each tool's torque; INFINITY: none        */
-  int64_t max_operations; /* default 300000, above 0: counted operations of a touch step, about 0.3 ms
-                                             where docs/speed.md was measured (palpate_operations_in). A step that has
-                                             reached them puts tests and moves of contacts off to the next one
-                                             (WORK_DEFERRED) and solves the contact laws less exactly (SOLVE_INEXACT). The
-                                             plan states what a step may do beyond them: the factor's rows that come and
-                                             go at once, and one test. Counts do not depend on the machine, so the same
-                                             input gives the same bits                                                  */
+  int64_t max_operations; /* default 300000: counted operations of a touch step, about 0.3 ms where docs/speed.md
+                                             was measured (palpate_operations_in). Tests, moves of contacts and grips that
+                                             do not fit are put off to the next steps (WORK_DEFERRED), and forces are
+                                             solved less exactly (SOLVE_INEXACT). A contact that no step has room for,
+                                             because its rows and the others' are too many, waits and stays flagged: the
+                                             default has room for 190 with three rows each.
+                                             palpate_scene_most_operations() states what a step may count in all. Refused
+                                             where it is less than a step needs at least, some 40000. Counts do not depend
+                                             on the machine, so the same input gives the same bits                      */
   const palpate_fine_surface*
       fine_surface; /* default NULL: tools meet the bundle's triangles. palpate_scene_create reads it and
                                                does not keep it. Needs collision or queries                     */
@@ -478,6 +480,10 @@ typedef struct palpate_plan_pass {
 } palpate_plan_pass;
 /* The passes in order, pass 0 first; NULL behind the last one. Valid until the scene is destroyed. */
 PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t pass);
+
+/* That a whole touch step may count, whatever the tools do: operations of palpate_contacts never exceeds it. max_operations, and what
+ * comes on top of it: links, the report, rows of grasps that close, normals of a fine surface, and the body under LARGE. */
+PALPATE_API int64_t palpate_scene_most_operations(const palpate_scene* scene);
 
 /* How many counted operations this machine does in that time, for max_operations. Measures for some milliseconds (up to a
  * second where the clock is coarse), so two calls differ; store the number if runs are to be the same to the bit. 0 where
@@ -766,9 +772,10 @@ enum {
                                              step, or left its contact by more than release_distance: it has no contact until
                                              it has been outside and comes in again                                         */
   PALPATE_STEP_WORK_DEFERRED    = 1 << 10, /* the step reached max_operations: some contacts hold although they may have come
-                                             out, some free points may have come in, and some contacts stay where they are
-                                             although they should slide. The next steps begin with these                    */
-  PALPATE_STEP_SOLVE_INEXACT    = 1 << 11, /* UNILATERAL, COULOMB: the solver came to its limit with a law missed by more than 1e-6
+                                             out, some free points may have come in, some contacts stay where they are
+                                             although they should slide, and some grips or links do not act yet or act where
+                                             they did before. The next steps go on with these                               */
+  PALPATE_STEP_SOLVE_INEXACT    = 1 << 11, /* the solver came to its limit with a contact or its law missed by more than 1e-6
                                              of the step's largest u* plus 1e-9 m (LARGE: 5 %). Pushes never pull, friction is never
                                              exceeded; but for LARGE, the force has the bound of REGULARISED                    */
   PALPATE_STEP_DISCS_THINNED    = 1 << 12, /* max_contact_nodes is short: a disc acts on so few of its nodes that these carry less

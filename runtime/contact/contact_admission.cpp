@@ -1,0 +1,100 @@
+#include "runtime/contact/contact_admission.h"
+
+#include <algorithm>
+
+namespace palpate {
+
+Operations ContactAdmission::cost_of(const ContactSolver::Changes& next) const {
+  return std::max<Operations>(0, solver_->operations_to_renew(next) - paid_);
+}
+
+void ContactAdmission::begin() {
+  work_->keep_for_solution(solver_->operations_to_solve({}));
+  changes_ = {};
+  changes_.contacts = work_->paid_changes();
+  paid_ = solver_->operations_to_renew(changes_);
+  expect();
+}
+
+void ContactAdmission::expect() {
+  ContactSolver::Changes moved = changes_, begun = changes_;
+  ++moved.contacts;
+  ++begun.contacts, ++begun.begun;
+  begun.rows += point_.rows, begun.constraints += point_.constraints, begun.nodes += point_.nodes;
+  next_ = {std::max(cost_of(moved), cost_of(begun)), solver_->operations_to_solve(begun)};
+}
+
+void ContactAdmission::pay(const ContactSolver::Changes& next, Operations cost) {
+  changes_ = next, paid_ += cost;
+  work_->pay_change(cost);
+  work_->keep_for_solution(solver_->operations_to_solve(next));
+  expect();
+}
+
+bool ContactAdmission::change(bool begins) {
+  ContactSolver::Changes next = changes_;
+  ++next.contacts;
+  if (begins) {
+    ++next.begun;
+    next.rows += point_.rows, next.constraints += point_.constraints, next.nodes += point_.nodes;
+  }
+  const Operations cost = cost_of(next), least = begins ? solver_->operations_to_solve(next) : 0;
+  if (cost > (work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least))) return false;
+  pay(next, cost);
+  return true;
+}
+
+void ContactAdmission::pay() {
+  ContactSolver::Changes next = changes_;
+  ++next.contacts;
+  pay(next, cost_of(next));
+}
+
+bool ContactAdmission::admit(std::int32_t first, bool paid, bool* deferred) {
+  const ContactConstraints& set = rows_->set();
+  const std::int32_t end = set.constraint_count;
+  *deferred = false;
+  if (first == end) return true;
+  const ContactConstraint* const before = solver_->kept(set.constraints[first]);
+  bool holds = paid || (beside_ && before);
+  for (std::int32_t p = first; p < end && !holds; ++p) {
+    if (!solver_->holds(set, p)) break;
+    holds = p + 1 == end;
+  }
+  if (holds) return true;
+  ContactSolver::Changes next = changes_;
+  ++next.contacts;
+  if (!before) {
+    ++next.begun, next.constraints += end - first;
+    next.nodes += set.node_count - set.constraints[first].first_node;
+    for (std::int32_t p = first; p < end; ++p)
+      for (int axis = 0; axis < 3; ++axis) next.rows += static_cast<std::int32_t>(set.constraints[p].axes >> axis & 1u);
+  }
+  const Operations cost = cost_of(next), least = before ? 0 : solver_->operations_to_solve(next);
+  if (cost <= work_->first_change_left(least)) {
+    pay(next, cost);
+    return true;
+  }
+  work_->defer();
+  *deferred = true;
+  if (before && rows_->hold_as_before(first, before, end - first, solver_->kept_nodes())) return true;
+  rows_->take_back(first);
+  return false;
+}
+
+Operations ContactAdmission::next_debt() const {
+  ContactSolver::Changes next = debts_;
+  ++next.contacts;
+  return std::max<Operations>(0, solver_->operations_to_renew(next) - solver_->operations_to_renew(debts_));
+}
+
+bool ContactAdmission::may_owe() const {
+  return next_debt() <= (debts_.contacts == 0 ? work_->first_debt_left() : work_->debts_left());
+}
+
+void ContactAdmission::owe() {
+  work_->owe_change(next_debt());
+  ++debts_.contacts;
+}
+
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// Which contacts may come, go and move in a step: those whose new rows the step's operations have room for (step_work.h). A contact
+// that does not fit keeps the rows of the last step, or waits where it had none.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/step_work.h"
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/contact_solver.h"
+
+namespace palpate {
+
+class ContactAdmission {
+ public:
+  // What one tool point that comes into contact adds to the system, as far as it is known before its rows are made.
+  struct PointContact {
+    std::int32_t rows, constraints, nodes;
+  };
+  // All are borrowed. beside: the solver's constraints are not those of `rows` (body_beside.h).
+  void create(const ContactSolver* solver, ContactRows* rows, StepWork* work, PointContact point, bool beside) {
+    solver_ = solver, rows_ = rows, work_ = work, point_ = point, beside_ = beside;
+  }
+
+  // Begins a step. Changes that the last step owes are paid.
+  void begin();
+
+  // What the next contact of a tool point costs; least: of the solution, if it begins (StepWork::keep_for_solution()).
+  struct Cost {
+    Operations change = 0, least = 0;
+  };
+  const Cost& next() const { return next_; }
+
+  // Pays for a tool point's contact that begins, or ends or moves. False, with nothing paid, where it does not fit.
+  bool change(bool begins);
+  // Whether this step solves the constraints of `rows` from `first` on, which are of one contact. They are those of the last step, are
+  // paid for, or fit. *deferred: they do not; then they are as the last step had them, or, where this returns false, gone.
+  bool admit(std::int32_t first, bool paid, bool* deferred);
+  // Pays for a contact whose rows change, whatever it costs.
+  void pay();
+
+  // After the solve: the next step's change of a contact. False where the debts of this step have no room for it.
+  void begin_debts() { debts_ = {}; }
+  bool may_owe() const;
+  void owe();
+
+ private:
+  Operations cost_of(const ContactSolver::Changes& next) const;
+  void pay(const ContactSolver::Changes& next, Operations cost);
+  Operations next_debt() const;
+  void expect();
+
+  const ContactSolver* solver_ = nullptr;
+  ContactRows* rows_ = nullptr;
+  StepWork* work_ = nullptr;
+  PointContact point_ = {};
+  bool beside_ = false;
+  ContactSolver::Changes changes_, debts_;
+  Operations paid_ = 0;  // for changes_
+  Cost next_;
+};
+
+}  // namespace palpate
