@@ -13,14 +13,14 @@ void ContactAdmission::begin() {
   changes_ = {};
   changes_.contacts = work_->paid_changes();
   paid_ = solver_->operations_to_renew(changes_);
-  expect();
+  expect_disc(false);
 }
 
 void ContactAdmission::expect() {
   ContactSolver::Changes moved = changes_, begun = changes_;
   ++moved.contacts;
   ++begun.contacts, ++begun.begun;
-  begun.rows += point_.rows, begun.constraints += point_.constraints, begun.nodes += point_.nodes;
+  begun.rows += point_.rows, begun.constraints += point_.constraints, begun.nodes += nodes_;
   next_ = {std::max(cost_of(moved), cost_of(begun)), solver_->operations_to_solve(begun)};
 }
 
@@ -36,7 +36,7 @@ bool ContactAdmission::change(bool begins) {
   ++next.contacts;
   if (begins) {
     ++next.begun;
-    next.rows += point_.rows, next.constraints += point_.constraints, next.nodes += point_.nodes;
+    next.rows += point_.rows, next.constraints += point_.constraints, next.nodes += nodes_;
   }
   const Operations cost = cost_of(next), least = begins ? solver_->operations_to_solve(next) : 0;
   if (cost > (work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least))) return false;

@@ -15,6 +15,7 @@ class ContactAdmission {
   // What one tool point that comes into contact adds to the system, as far as it is known before its rows are made.
   struct PointContact {
     std::int32_t rows, constraints, nodes;
+    std::int32_t disc_nodes;  // of a tool with a disc
   };
   // All are borrowed. beside: the solver's constraints are not those of `rows` (body_beside.h).
   void create(const ContactSolver* solver, ContactRows* rows, StepWork* work, PointContact point, bool beside) {
@@ -24,6 +25,11 @@ class ContactAdmission {
   // Begins a step. Changes that the last step owes are paid.
   void begin();
 
+  // The next contacts are of a tool with a disc or without.
+  void expect_disc(bool disc) {
+    nodes_ = disc ? point_.disc_nodes : point_.nodes;
+    expect();
+  }
   // What the next contact of a tool point costs; least: of the solution, if it begins (StepWork::keep_for_solution()).
   struct Cost {
     Operations change = 0, least = 0;
@@ -53,6 +59,7 @@ class ContactAdmission {
   ContactRows* rows_ = nullptr;
   StepWork* work_ = nullptr;
   PointContact point_ = {};
+  std::int32_t nodes_ = 0;  // of a contact that begins
   bool beside_ = false;
   ContactSolver::Changes changes_, debts_;
   Operations paid_ = 0;  // for changes_

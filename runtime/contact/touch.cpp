@@ -70,7 +70,6 @@ class Touch {
     if (!deforms_largely(context_.def)) touch_state_.admission.begin();
     if (context_.def.collision != PALPATE_COLLISION_OFF) {
       touch_state_.collision.begin();
-      expect_change();
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
         if (!is_far(t)) collide(t);
       forget_absent_points();
@@ -123,7 +122,6 @@ class Touch {
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) relax(t);
       context_.watch.ended(Pass::relaxation);
     }
-    if (reports_contacts(context_.def)) touch_state_.work.add(operations_to_report());
     write_nodes();
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) write_tool(t);
     context_.watch.ended(Pass::output);
@@ -200,6 +198,8 @@ class Touch {
     const std::int64_t deferred = touch_state_.work.deferred();
     const TrackingLimits limits = {context_.def.max_tool_speed * touch_state_.input.dt(),
                                    touch_state_.release_distance};
+    if (!deforms_largely(context_.def)) touch_state_.admission.expect_disc(tool.disc_radius > 0);
+    expect_change();
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
       PointState& state = touch_state_.points[t][i];
       const Vec3 p = point(tool, i);
@@ -695,16 +695,6 @@ class Touch {
     if (released) return PALPATE_CONTACT_RELEASED;
     if (contact.law == ContactLaw::unilateral) return PALPATE_CONTACT_FRICTIONLESS;
     return sticks ? PALPATE_CONTACT_STICKS : PALPATE_CONTACT_SLIPS;
-  }
-
-  Operations operations_to_report() const {
-    std::int32_t points = 0, contacts = 0;
-    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
-      points += touch_state_.input.tool(t).point_count + touch_state_.input.tool(t).grip_count;
-      contacts += tools_[t].contacts;
-    }
-    return ContactReport::operations(points, contacts, touch_state_.rows.set().node_count,
-                                     has_fine_contacts(touch_state_));
   }
 
   ReportedContact reported(std::int32_t first, std::int32_t end) {

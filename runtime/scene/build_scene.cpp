@@ -306,12 +306,12 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
 
 // A disc has about a dozen nodes on a coarse mesh.
 ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
+  constexpr std::int32_t nodes_of_disc = 12;
   const std::int32_t constraints = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1,
-                     nodes = def.contact == PALPATE_CONTACT_NODE    ? 1
-                             : def.contact == PALPATE_CONTACT_PATCH ? 12
-                                                                    : 3;
+                     nodes = def.contact == PALPATE_CONTACT_NODE ? 1 : 3;
   const bool one_row = def.law == PALPATE_LAW_SLIDING || def.law == PALPATE_LAW_UNILATERAL;
-  return {one_row ? constraints : 3 * constraints, constraints, nodes};
+  return {one_row ? constraints : 3 * constraints, constraints, nodes,
+          def.contact == PALPATE_CONTACT_PATCH ? nodes_of_disc : nodes};
 }
 
 palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const std::int32_t* touchable,

@@ -37,7 +37,7 @@ class WorkBounds {
                                   : 0;
   }
   double step() const {
-    const double on_top = rows() + links() + report();
+    const double on_top = rows() + links();
     return deforms_largely(def_) ? collision() + contact() + on_top : contact() + on_top;
   }
   // A step of the fewest operations still tests a point.

@@ -482,7 +482,7 @@ typedef struct palpate_plan_pass {
 PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t pass);
 
 /* That a whole touch step may count, whatever the tools do: operations of palpate_contacts never exceeds it. max_operations, and what
- * comes on top of it: links, the report, rows of grasps that close, normals of a fine surface, and the body under LARGE. */
+ * comes on top of it: links, rows of grasps that close, normals of a fine surface, the body under LARGE. No report is counted. */
 PALPATE_API int64_t palpate_scene_most_operations(const palpate_scene* scene);
 
 /* How many counted operations this machine does in that time, for max_operations. Measures for some milliseconds (up to a
