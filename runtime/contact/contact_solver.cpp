@@ -77,6 +77,7 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   memory.keep(gives_way_);
   memory.keep(decided_);
   memory.keep(residual_);
+  memory.keep(energy_);
   memory.keep(effort_);
   memory.keep_array(matrix_, rows * stride_, rows_end_, stride_);
   for (double** array : {&scale_, &shift_, &soft_, &target_, &reaction_}) memory.keep_array(*array, rows, rows_end_);
@@ -104,6 +105,7 @@ void ContactSolver::forget() {
   soft_factor_.clear();
   std::fill(scale_, scale_ + rows_end_, 0.0);
   rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = used_rows_ = gives_way_ = decided_ = 0;
+  energy_ = 0;
 }
 
 // ---- rows that stay, leave and come -------------------------------------------------------------------------------
@@ -579,10 +581,11 @@ void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstrai
 // The residual of the matrix, not of the factor. It also shows that updating leaves rounding alone in the factor, however often
 // rows come and go (StabilityContacts.OneOfManyMovesEachTick), so the factor is never recomputed for accuracy.
 void ContactSolver::measure_residual() {
-  residual_ = {};
+  residual_ = {}, energy_ = 0;
   for (std::int32_t at = 0; at < used_rows_; ++at) {
     const std::int32_t row = row_at_[at];
-    const double missed = target_[row] - dot_rows(rows_end_, &entry(row, 0), reaction_);
+    const double reached = dot_rows(rows_end_, &entry(row, 0), reaction_), missed = target_[row] - reached;
+    energy_ += reaction_[row] * reached;
     residual_.displacement = std::max(residual_.displacement, std::fabs(missed));
     residual_.force = std::max(residual_.force, std::fabs(missed) * scale_[row] * scale_[row]);
   }
@@ -692,7 +695,7 @@ void ContactSolver::solve_laws(const ContactSystem& laws, int most_solves, Opera
   law_operations_ = std::max<Operations>(0, work->left() - kept) * kDense;
   std::copy(last_, last_ + rows_end_, reaction_);
   std::fill(coarse_, coarse_ + rows_end_, 0.0);
-  const double missed = laws_.solve(laws, kSettled * most, law_operations_, reaction_);
+  const double missed = laws_.solve(laws, kSettled * most, law_operations_, reaction_, last_energy_);
   effort_ = laws_.effort();
   if (missed <= kMet * most) refine_laws(laws, most_solves, most);
   work->add(effort_.operations / kDense);
@@ -732,10 +735,12 @@ void ContactSolver::measure_laws(const ContactSystem& laws) {
   const double tolerance = kMet * largest_target() + kLeastMiss;
   double *const ahead = work_, *const shifted = work_ + capacity_;
   find_ahead(laws, reaction_, ahead);
+  energy_ = 0;
   for (std::int32_t row = 0; row < rows_end_; ++row) {
     if (scale_[row] == 0) continue;
     shifted[row] = ahead[row] - soft_[row] * coarse_[row];
     ahead[row] -= soft_[row] * reaction_[row];
+    energy_ += reaction_[row] * (ahead[row] + target_[row]);
   }
   ContactSystem unlimited = laws;
   unlimited.most = nullptr;
@@ -900,6 +905,7 @@ bool ContactSolver::prepare(const Tensors& tensors, const ContactConstraints& se
     return false;
   }
   std::copy(reaction_, reaction_ + rows_end_, last_);
+  last_energy_ = energy_;
   return true;
 }
 
@@ -927,6 +933,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
   if (!update(tensors, set, work)) return fail(set, force, modified);
   take_targets(set);
   std::copy(reaction_, reaction_ + rows_end_, last_);
+  last_energy_ = energy_;
   set_limits(set.constraints, set.constraint_count);
   if (!factor_again(work)) return fail(set, force, modified);
   const ContactSystem laws = system(set.constraints, set.constraint_count);

@@ -84,7 +84,8 @@ class ContactSolver {
   // changes and the step's work leaves room. There is none either where rows change and the step's work leaves no room for that.
   // Where the factor's solution breaks a law, or there is no factor, LawSolver goes on from the last step's reactions, for the
   // multiply-adds that the step's work leaves. It solves the system with the shift, and refines as above. What else finds no room:
-  // the limit of the forces is then the one of kMostForce, and the second solution is that of LawSolver, or zero.
+  // the limit of the forces is then the one of kMostForce, and the second solution is that of LawSolver, or zero. Where not even
+  // a sweep does, the last step's reactions act, with no more energy than they had.
   // Cost in multiply-adds: about 3 rows^2; for each changed constraint 9 (its nodes + 1) nodes, and for each of its rows
   // rows^2 / 2 to join and up to rows^2 to leave; and for the laws. Only new nodes read the tensors.
   // again: the step has solved these constraints before, with other targets; what changed since the step before is then not known.
@@ -283,6 +284,7 @@ class ContactSolver {
   ContactConstraint* kept_constraint_ = nullptr;
   std::int32_t kept_constraints_ = 0, kept_nodes_ = 0;
   ContactResidual residual_;
+  double energy_ = 0, last_energy_ = 0;  // J, r^T A r: of the last solve; of the one before
 
   std::int64_t law_operations_ = 0;  // multiply-adds that a solution of the laws may take
   LawSolver laws_;

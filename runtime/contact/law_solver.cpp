@@ -157,10 +157,12 @@ bool LawSolver::improve(const ContactSystem& system, double tolerance, double* r
   }
 }
 
-double LawSolver::solve(const ContactSystem& from, double tolerance, std::int64_t most_operations, double* reaction) {
+double LawSolver::solve(const ContactSystem& from, double tolerance, std::int64_t most_operations, double* reaction,
+                        double most_energy) {
   const ContactSystem system = with_own_compliances(from);
   effort_ = {};
-  if (most_operations < fewest_operations(system)) return hold(system, reaction);
+  if (most_operations < fewest_operations(system)) return hold(system, most_energy, reaction);
+  most_operations = std::min(most_operations, kMostOperations);
   left_ = most_operations - kLooksAtTheEnd * operations_to_look(system) - operations_to_look(system);
   newton_.forget();
   find_ahead(system, reaction, ahead_);
@@ -173,12 +175,14 @@ double LawSolver::solve_again(const ContactSystem& from, double tolerance, std::
                               double* reaction) {
   const ContactSystem system = with_own_compliances(from);
   effort_ = {};
+  most_operations = std::min(most_operations, kMostOperations);
   left_ = most_operations - kLooksAtTheEnd * operations_to_look(system);
   return finish(system, tolerance, most_operations, reaction);
 }
 
-// Reactions that push and stay within friction and limits, and then do no more work than they may.
-double LawSolver::hold(const ContactSystem& system, double* reaction) {
+// Reactions that push and stay within friction and limits, and then do no more work than they may. Of contacts that contradict one another
+// and cancel, one may have gone: the others, which nothing balances any more, would throw the surface.
+double LawSolver::hold(const ContactSystem& system, double most_energy, double* reaction) {
   for (std::int32_t p = 0; p < system.constraint_count; ++p) {
     const ContactConstraint& constraint = system.constraints[p];
     if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) continue;
@@ -192,7 +196,14 @@ double LawSolver::hold(const ContactSystem& system, double* reaction) {
       if (const std::int32_t row = system.rows[p].at[i]; row >= 0) reaction[row] = r[i];
   }
   find_ahead(system, reaction, ahead_);
-  const double factor = limit_work(system, ahead_, reaction);
+  double factor = limit_work(system, ahead_, reaction), energy = 0;
+  for (std::int32_t row = 0; row < system.rows_end; ++row)
+    energy += factor * reaction[row] * (ahead_[row] + system.target[row]);
+  if (energy > most_energy) {
+    const double within = std::sqrt(std::max(0.0, most_energy) / energy);
+    for (std::int32_t row = 0; row < system.rows_end; ++row) reaction[row] *= within;
+    factor *= within;
+  }
   for (std::int32_t row = 0; row < system.rows_end && factor < 1; ++row)
     ahead_[row] = factor * (ahead_[row] + system.target[row]) - system.target[row];
   effort_.operations = operations_to_look(system);

@@ -22,9 +22,12 @@ class LawSolver {
 
   // Improves `reaction` ([rows_end] N; in: a start, such as the last step's) until the laws of the system, with its soft part, are
   // missed by no more than `tolerance` metres, or for most_operations multiply-adds. Where these are fewer than fewest_operations(),
-  // the start is made to obey the laws, for operations_to_look() multiply-adds. Returns by how much they are missed, m. However much that is, the reactions never pull where they may not, never exceed their
-  // friction, and do no more work than their targets allow: r^T (A r - d) <= 0 but for rounding.
-  double solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
+  // the start is made to obey the laws, for operations_to_look() multiply-adds, and its energy r^T A r to be most_energy (J) or less. Returns by how much they are missed, m. However much that is, the reactions never pull where they may not, never exceed their
+  // friction, and do no more work than their targets allow: r^T (A r - d) <= 0 but for rounding. A problem that does not converge takes
+  // all operations that it may: kMostOperations count where there are more of them.
+  static constexpr std::int64_t kMostOperations = 100'000'000;
+  double solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction,
+               double most_energy = INFINITY);
   // The same for targets that differ little from those of the last solve(), from whose reactions it goes on.
   double solve_again(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
   // The same as solve() by Gauss-Seidel alone, for comparison.
@@ -38,7 +41,7 @@ class LawSolver {
 
  private:
   ContactSystem with_own_compliances(const ContactSystem& system);
-  double hold(const ContactSystem& system, double* reaction);
+  double hold(const ContactSystem& system, double most_energy, double* reaction);
   double finish(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
   bool improve(const ContactSystem& system, double tolerance, double* reaction);
   void sweep_for_a_while(const ContactSystem& system, std::int32_t sweeps, double tolerance, double* reaction);

@@ -40,7 +40,9 @@ class Tangent {
           for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c) add_free(row, r, c, block[a][r][c]);
     }
-    for (std::int64_t at = site_first_of_row_[column]; nodal_ && at < site_first_of_row_[column + 1]; ++at) {
+    const std::int64_t first_site = nodal_ ? site_first_of_row_[column] : 0,
+                       end_site = nodal_ ? site_first_of_row_[column + 1] : 0;
+    for (std::int64_t at = first_site; at < end_site; ++at) {
       const std::int64_t own = site_entries_[at];
       const std::int32_t site = site_of_entry_[own];
       const double factor = site_bulk_[site] / site_volume_[site];

@@ -22,7 +22,10 @@ palpate_scene_def definition(std::size_t nodes, HeldModel model) {
   def.max_contact_nodes = 3 * def.max_points;
   def.force_limit = def.force_slew = INFINITY;
   if (model == HeldModel::response) def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
-  if (model == HeldModel::large) def.deformation = PALPATE_DEFORMATION_LARGE;
+  if (model == HeldModel::large)
+    def.deformation = PALPATE_DEFORMATION_LARGE;
+  else
+    def.max_operations = INT64_MAX;  // all nodes are held at once and exactly
   return def;
 }
 
