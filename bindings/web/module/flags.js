@@ -24,7 +24,7 @@ export const STEP_OTHER_BUNDLE = 1 << 8;
 export const STEP_TRACKING_LOST = 1 << 9;
 /** The step reached maxOperations: the next steps do the rest. */
 export const STEP_WORK_DEFERRED = 1 << 10;
-/** The solver of the laws "unilateral" and "coulomb" came to its limit. */
+/** The solver came to its limit: a contact or its law is missed. */
 export const STEP_SOLVE_INEXACT = 1 << 11;
 /** maxContactNodes is short: a disc acts on fewer nodes than it covers, and its force is too small. */
 export const STEP_DISCS_THINNED = 1 << 12;
