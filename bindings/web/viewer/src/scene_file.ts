@@ -25,7 +25,7 @@ interface SceneTool {
 export async function filesOf(bundle: Bundle, bundleName: string, recording: Recording): Promise<RecordingFiles> {
   const { create64 } = await xxhash(), tools = sceneTools(recording), scene = createScene(bundle, recording, tools.length);
   const contacts = create64(), shapes = create64(), steps = 1 + Math.max(...tools.map((tool) => tool.steps.at(-1)!));
-  const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags"];
+  const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,torque_x_Nm,torque_y_Nm,torque_z_Nm"];
   const paths = tools.map((tool) => new PathOf(recording, tool));
   let difference = 0, frame = 0;
   for (let step = 0; step < steps; ++step) {
@@ -33,7 +33,7 @@ export async function filesOf(bundle: Bundle, bundleName: string, recording: Rec
     scene.touch(1 / TOUCH_HZ);
     contacts.update(scene.contactBytes);
     tools.forEach((tool, t) => {
-      const force = [...scene.force(t)], numbers = [...paths[t].at(step), ...force, ...scene.forceRaw(t), scene.contactCount(t), scene.toolFlags(t)];
+      const force = [...scene.force(t)], numbers = [...paths[t].at(step), ...force, ...scene.forceRaw(t), scene.contactCount(t), scene.toolFlags(t), ...scene.torque(t)];
       rows.push([number(step / TOUCH_HZ), tool.name, ...numbers.map(number)].join(","));
       if (!paths[t].isThere(step)) return;
       const felt = 3 * (TOOL_COUNT * step + tool.tool);
