@@ -10,11 +10,13 @@ namespace palpate {
 // One number that is read from a distant address counts 1, and kDense multiply-adds with numbers that lie side by side.
 using Operations = std::int64_t;
 inline constexpr Operations kDense = 6;
+// More than a step can do, and so few that they can be multiplied: what counts as no limit.
+inline constexpr Operations kUnlimitedOperations = 1'000'000'000'000'000;
 
 // The work of queries. A query that has come to its limit ends, and its answer has no meaning.
 class QueryWork {
  public:
-  void limit(Operations most) { most_ = most; }
+  void limit(Operations most) { most_ = most < kUnlimitedOperations ? most : kUnlimitedOperations; }
   void add(Operations operations) { done_ += operations; }
   // Adds what fits. What does not fit is not to be done: the query ends.
   bool take(Operations operations) {
@@ -30,7 +32,7 @@ class QueryWork {
   Operations done() const { return done_; }
 
  private:
-  Operations done_ = 0, most_ = INT64_MAX;
+  Operations done_ = 0, most_ = kUnlimitedOperations;
   bool ended_ = false;
 };
 
@@ -43,7 +45,7 @@ class QueryWork {
 // Where more than B / 8 is kept, debts, tests and changes have a third each of what is left, where that is less.
 class StepWork {
  public:
-  void create(Operations most) { most_ = most, kept_ = most / 8; }
+  void create(Operations most) { most_ = smaller(most, kUnlimitedOperations), kept_ = most_ / 8; }
 
   void begin() {
     done_ = smaller(owed_, most_ / 4 + most_ / 16), owed_ = 0, deferred_ = 0, kept_ = most_ / 8;
@@ -80,14 +82,13 @@ class StepWork {
   Operations debts_left() const { return debts_end() - owed_; }
   // The first change of a step may owe a sixteenth more, so that each has its turn.
   Operations first_debt_left() const { return debts_end() + most_ / 16 - owed_; }
-  // What is left of the step. At most 10^15, so that it can be multiplied.
-  Operations left() const { return multipliable(done_ >= most_ ? 0 : most_ - done_); }
+  // What is left of the step.
+  Operations left() const { return done_ >= most_ ? 0 : most_ - done_; }
 
  private:
   static Operations smaller(Operations a, Operations b) { return a < b ? a : b; }
   static Operations larger(Operations a, Operations b) { return a < b ? b : a; }
   Operations most_kept() const { return most_ / 8 * 5; }
-  static Operations multipliable(Operations operations) { return smaller(operations, 1'000'000'000'000'000); }
   Operations before_solution() const { return most_ - kept_; }
   Operations debts_end() const { return smaller(most_ / 4, before_solution() / 3); }
 
