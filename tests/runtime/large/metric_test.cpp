@@ -6,7 +6,7 @@
 #include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/large/discs.h"
 #include "tests/runtime/large/pressed_box.h"
-#include "tests/runtime/large/soft_supports.h"
+#include "tests/runtime/large/supported_beam.h"
 
 namespace palpate::tests {
 namespace {
@@ -15,29 +15,11 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Nodes in an order of their own, held ones behind the others, as a solver places them.
-std::vector<std::int32_t> places_of(const HyperelasticBody& body, std::int32_t* rows) {
-  const auto order = elimination_order(body);
-  std::vector<std::int32_t> place(static_cast<std::size_t>(body.node_count), -1);
-  *rows = 0;
-  for (const auto n : order) place[static_cast<std::size_t>(n)] = (*rows)++;
-  std::int32_t last = *rows;
-  for (auto& p : place)
-    if (p < 0) p = last++;
-  return place;
-}
-
 TEST(Tangent, IsThatOfTheReferenceAtAnyState) {
   for (const bool nodal : {false, true})
     for (const double stiffening : {0.0, 1.5})
       for (const bool soft : {false, true}) {
-        ElasticBody elastic = beam();
-        hold(elastic, [](const auto& p) { return p[0] == 0.1 && p[1] == 0 && p[2] == 0 ? 2 : 0; });  // a single dof
-        if (soft) {
-          add_foundation(elastic, 1e6, 2e5, [](const auto& p) { return p[2] == 0; });
-          const auto last = static_cast<std::int32_t>(elastic.nodes.size()) - 1;
-          elastic.springs.push_back({"far apart", {{last, 3, 300, {0, 0.6, 0.8}}, {last, Spring::kWorld, 200}}});
-        }
+        const ElasticBody elastic = beam_with_supports(soft);
         const LargeBody large(elastic, nodal, stiffening > 0 ? std::vector<double>{stiffening} : std::vector<double>{});
         const HyperelasticBody& body = large.get();
         std::int32_t rows = 0;

@@ -9,6 +9,7 @@
 #include "studies/hyperelastic/remaining_body.h"
 #include "tests/runtime/large/discs.h"
 #include "tests/runtime/large/soft_supports.h"
+#include "tests/runtime/large/supported_beam.h"
 
 namespace palpate::tests {
 namespace {
@@ -19,23 +20,12 @@ using Eigen::VectorXd;
 TEST(LargeSolver, ItsFactorInvertsTheStiffnessOfThePrecomputation) {
   double limit[2] = {};
   for (const auto& [nodal, soft] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
-    ElasticBody elastic = beam();
-    hold(elastic, [](const auto& p) { return p[0] == 0.1 && p[1] == 0 && p[2] == 0 ? 2 : 0; });  // a single dof
-    if (soft) {
-      add_foundation(elastic, 1e6, 2e5, [](const auto& p) { return p[2] == 0; });
-      const auto last = static_cast<std::int32_t>(elastic.nodes.size()) - 1;
-      elastic.springs.push_back({"far apart", {{last, 3, 300, {0, 0.6, 0.8}}, {last, Spring::kWorld, 200}}});
-    }
+    const ElasticBody elastic = beam_with_supports(soft);
     const LargeBody body(elastic, nodal);
     const auto order = elimination_order(body.get());
     SceneMemory memory{palpate_allocator{}};
-    std::vector<std::int32_t> place(static_cast<std::size_t>(body.get().node_count), -1), improved(order.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-      place[static_cast<std::size_t>(order[i])] = static_cast<std::int32_t>(i);
-    const auto rows = static_cast<std::int32_t>(order.size());
-    std::int32_t last = rows;
-    for (auto& p : place)
-      if (p < 0) p = last++;
+    std::int32_t rows = 0;
+    std::vector<std::int32_t> place = places_of(body.get(), &rows), improved(order.size());
     BlockRows k;
     ASSERT_TRUE(assemble_stiffness(memory, body.get(), place.data(), rows, &k));
     ASSERT_TRUE(postorder(memory, k, improved.data()));
