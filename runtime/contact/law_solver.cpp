@@ -180,8 +180,8 @@ double LawSolver::solve_again(const ContactSystem& from, double tolerance, std::
   return finish(system, tolerance, most_operations, reaction);
 }
 
-// Reactions that push and stay within friction and limits, and then do no more work than they may. Of contacts that contradict one another
-// and cancel, one may have gone: the others, which nothing balances any more, would throw the surface.
+// Makes the reactions push, stay within friction and limits, and do no more work than they may. The limit of the energy is for contacts
+// that contradict and cancel one another: where one of them has gone, nothing balances the others, which would throw the surface.
 double LawSolver::hold(const ContactSystem& system, double most_energy, double* reaction) {
   for (std::int32_t p = 0; p < system.constraint_count; ++p) {
     const ContactConstraint& constraint = system.constraints[p];

@@ -21,10 +21,11 @@ class LawSolver {
   bool create(SceneMemory& memory, std::int32_t rows, std::int32_t contact_nodes = 0);
 
   // Improves `reaction` ([rows_end] N; in: a start, such as the last step's) until the laws of the system, with its soft part, are
-  // missed by no more than `tolerance` metres, or for most_operations multiply-adds. Where these are fewer than fewest_operations(),
-  // the start is made to obey the laws, for operations_to_look() multiply-adds, and its energy r^T A r to be most_energy (J) or less. Returns by how much they are missed, m. However much that is, the reactions never pull where they may not, never exceed their
-  // friction, and do no more work than their targets allow: r^T (A r - d) <= 0 but for rounding. A problem that does not converge takes
-  // all operations that it may: kMostOperations count where there are more of them.
+  // missed by no more than `tolerance` metres, or for most_operations multiply-adds, of which no more than kMostOperations count: a
+  // problem that does not converge takes all of them. Where there are fewer than fewest_operations(), no law is solved: the start is
+  // made to obey the laws and scaled until its energy r^T A r is at most most_energy (J), for operations_to_look() multiply-adds.
+  // Returns by how much the laws are missed, m. However much that is, the reactions never pull where they may not, never exceed
+  // their friction, and do no more work than their targets allow: r^T (A r - d) <= 0 but for rounding.
   static constexpr std::int64_t kMostOperations = 100'000'000;
   double solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction,
                double most_energy = INFINITY);
