@@ -2,7 +2,7 @@
 // screen, and under axe-core (https://github.com/dequelabs/axe-core).
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { frame, inState, noTools, open, picture, ready, steady } from "./page.mjs";
+import { frame, inState, noTools, open, picture, pressedTo, ready, steady } from "./page.mjs";
 import { violations } from "./axe.mjs";
 
 for (const colorScheme of ["light", "dark"])
@@ -81,18 +81,16 @@ test("a pen presses as deep as its pressure says; a pen that does not measure pr
   const box = await page.locator("#organ").boundingBox(), client = await page.context().newCDPSession(page);
   const pen = (type, force, away = 0) => client.send("Input.dispatchMouseEvent", { type, force, pointerType: "pen", button: "left",
     buttons: type === "mouseReleased" ? 0 : 1, clickCount: 1, x: box.x + box.width / 2 + away, y: box.y + box.height / 2 });
-  // To 0.1 mm: the page rounds no depth, and a tool arrives within 0.001 mm.
-  const deep = (mm) => page.waitForFunction((wanted) => Math.abs(1000 * (globalThis.palpateViewer.shown.tools[0]?.depth ?? 0) - wanted) < 0.1, mm);
   await pen("mousePressed", 0.1);
   for (const [force, mm] of [[0.2, 5], [0.4, 9], [0.25, 6]]) {
     await pen("mouseMoved", force);
-    await deep(mm);
+    await pressedTo(page, mm);
   }
   await pen("mouseReleased", 0);
   await noTools(page);
   await pen("mousePressed", 0.5);
   await pen("mouseMoved", 0.5);
-  await deep(1);
+  await pressedTo(page, 1);
   await pen("mouseMoved", 0.5, 40);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0].depth > 0.002);
   await pen("mouseReleased", 0);

@@ -5,7 +5,7 @@ import { execFile } from "node:child_process";
 import { connect } from "node:net";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { closed, inState, middle, noTools, open, packageFolder, require, settled, steady } from "./page.mjs";
+import { closed, inState, middle, noTools, open, packageFolder, require, steady } from "./page.mjs";
 
 const { startBridge, REPLACED } = await import(pathToFileURL(`${packageFolder}/bridge/bridge.mjs`));
 const { crc64, forceMessages, IgtlStream, message } = await import(pathToFileURL(`${packageFolder}/bridge/igtl.mjs`));
@@ -82,7 +82,6 @@ test("bytes in any pieces give the same messages; what is no position is refused
 test("a device presses the organ and receives the force that the page shows, at last none; its tool leaves with it", async () => {
   const page = await open({}, undefined, `?device=${bridge.page}`);
   await inState(page, "ready");
-  await settled(page);
   await page.waitForFunction(() => /^Connected to the bridge/.test(document.getElementById("linked").textContent));
   const { place, normal } = await middle(page), at = (height) => place.map((x, d) => x + height * normal[d]);
   const { socket, felt, closed: left } = await device(), tool = () => page.evaluate(() => globalThis.palpateViewer.shown.tools[1]);

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
-import { boxSurface, bundle, csv, folder, frame, inState, middle, newtons, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, saved } from "./page.mjs";
+import { boxSurface, bundle, csv, folder, frame, inState, middle, newtons, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, saved, settled } from "./page.mjs";
 import { playNatively, readForces, relativeDifference } from "./reference.mjs";
 
 const TOLERANCE = 1e-5;  // both sum doubles in the same order; shapes are floats
@@ -80,6 +80,7 @@ test("the finer surface is drawn where there is one, its cost is told, and it ca
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
   assert.equal(await drawn(), 3 * vertices);
   assert.match(await page.textContent("#facts"), /drawn: [\d,]+ triangles/);
+  await settled(page);
   const cost = page.locator("#effects .line", { hasText: "Smooth surface" }).locator(".cost");
   assert.match(await cost.textContent(), /^\d.* · [\d.]+$/);
   assert.ok(Number((await cost.textContent()).split(" · ")[1]) > 0);
@@ -120,6 +121,7 @@ test("a finer surface is dropped beside a bundle or on an open organ; one that i
 
 test("the mouse pushes: newtons, depth, plot; its saved scene gives the same forces in palpate-run", async () => {
   const page = await ready();
+  await settled(page);
   await picture(page, "rest");
   const box = await page.locator("#organ").boundingBox(), x = box.x + box.width / 2, y = box.y + box.height / 2;
   await page.mouse.move(x, y);

@@ -3,12 +3,11 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { camera, closed, frame, inState, noTools, open, ready, require, same, settled, steady } from "./page.mjs";
+import { camera, closed, frame, inState, noTools, open, pressedTo, ready, require, same, steady } from "./page.mjs";
 
 const opened = async (prepare) => {
   const page = await open({}, prepare);
   await inState(page, "ready");
-  await settled(page);
   return page;
 };
 
@@ -27,12 +26,9 @@ const TRIGGER = 7, B = 1;
 
 test("a gamepad's trigger presses at the cross as deep as it is pulled; the left stick moves the tool over the surface", async () => {
   const page = await withGamepad();
-  // To 0.1 mm: the page rounds no depth, and a tool arrives within 0.001 mm.
-  const deep = (mm) => page.waitForFunction((wanted) => Math.abs(1000 * (globalThis.palpateViewer.shown.tools[0]?.depth ?? 0) - wanted) < 0.1, mm);
-  // Lightly first: a fast tool is up to 0.4 mm inside the surface in the touch in which it meets it.
   for (const [value, mm] of [[0.05, 1], [0.25, 5], [0.4, 8], [0.2, 4]]) {
     await button(page, TRIGGER, value);
-    await deep(mm);
+    await pressedTo(page, mm);
   }
   await steady(page);
   const before = (await tool(page)).point, { normal } = await page.evaluate(() => globalThis.palpateViewer.pressed);

@@ -32,17 +32,31 @@ before(async () => {
   process.env.PALPATE_RENDER_MESH = renderMesh ?? "";
   server = await preview({ configFile: `${packageFolder}/vite.config.js`, preview: { port: 0, strictPort: false }, logLevel: "error" });
   url = server.resolvedUrls.local[0];
-  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium-headless-shell", args: FLAGS });
 });
 after(async () => {
   await browser?.close();
   await server?.close();
 });
 
+// Pages of the same options share a context: a browser that has read and compiled the page's files opens it again in half the time. What
+// the page before it has kept in the browser is deleted.
+const contexts = new Map();
+async function contextFor(options) {
+  const key = JSON.stringify(options);
+  if (!contexts.has(key)) contexts.set(key, await browser.newContext({ viewport: { width: 1280, height: 800 }, deviceScaleFactor: SCALE, reducedMotion: "reduce", ...options }));
+  return contexts.get(key);
+}
+
 // address: of the page, after the server's, or on another server. Without transitions, so that what a test measures is where it stays.
 export async function open(options = {}, prepare = async () => {}, address = "") {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, deviceScaleFactor: SCALE, reducedMotion: "reduce", ...options });
+  const page = await (await contextFor(options)).newPage();
   page.setDefaultTimeout(PATIENCE);
+  await page.addInitScript(() => {
+    if (location.protocol !== "http:" || sessionStorage.getItem("isOfThisPage")) return; // loaded again
+    localStorage.clear();
+    sessionStorage.setItem("isOfThisPage", "1");
+  });
   page.failures = [];
   page.on("pageerror", (error) => page.failures.push(error.message));
   await prepare(page);
@@ -59,10 +73,10 @@ export const newtons = async (page) => Number(await page.textContent("#newtons")
 export const picture = async (page, name) => (await frame(page), page.screenshot({ path: `${folder}/${name}.png` }));
 export const settled = (page) => page.waitForFunction(() => document.querySelectorAll("#effects .cost:not(:empty)").length > 3);
 
+// The page measures what effects cost when nobody has touched the organ for a while; `settled` waits for that.
 export async function ready(options) {
   const page = await open(options);
   await inState(page, "ready");
-  await settled(page);
   return page;
 }
 
@@ -90,7 +104,9 @@ export async function drag(page, [fromX, fromY], [toX, toY], { release = true, b
 // Waits until every tool stands at its target and its force has not changed for three frames of the worker. The force: to 1e-4 N, where the
 // tests ask for 1e-3 N or more.
 export const steady = (page) => page.waitForFunction(() => {
-  const { newest, pointer } = globalThis.palpateViewer, { at, tools } = newest.frame, far = (a, b) => Math.hypot(...a.map((x, d) => x - b[d]));
+  const { newest, pointer } = globalThis.palpateViewer;
+  if (!newest) return false; // the page has just been loaded
+  const { at, tools } = newest.frame, far = (a, b) => Math.hypot(...a.map((x, d) => x - b[d]));
   const arrived = tools.every((tool, t) => !tool === !pointer.targets[t] && (!tool || far(tool.point, pointer.targets[t].point) < 1e-6));
   const known = (globalThis.palpateSteady ??= { at: 0, frames: 0, tools: [] });
   if (at === known.at) return false;
@@ -100,6 +116,13 @@ export const steady = (page) => page.waitForFunction(() => {
   delete globalThis.palpateSteady;
   return true;
 });
+// Waits until the first tool has gone mm into the organ from where the pointer met it, along the normal there; to 0.01 mm: the page rounds no
+// depth, and a tool arrives within 0.001 mm. (The depth that the page tells is along the normal of the organ's mesh.)
+export const pressedTo = (page, mm) => page.waitForFunction((wanted) => {
+  const ABOVE = 2; // mm, where a tool starts
+  const { pointer, shown } = globalThis.palpateViewer, tool = shown.tools[0], start = pointer.targets[0]?.start;
+  return tool && start && Math.abs(1000 * Math.hypot(...tool.point.map((x, d) => x - start[d])) - ABOVE - wanted) < 0.01;
+}, mm);
 export const noTools = (page) => page.waitForFunction(() => !globalThis.palpateViewer.shown.tools.some(Boolean));
 // Where the camera is, as the organ sees it.
 export const camera = (page) => page.evaluate(() => {

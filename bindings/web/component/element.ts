@@ -187,9 +187,9 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
     organ.askFrame();
     if (!organ.shape) return;
     organ.view.move(organ.shape);
-    organ.view.render();
     const { effects, tool } = organ;
     forceLabels(this.labels, this.tools, organ.view.moveTools(this.tools, effects.contact === "patch" ? tool.discRadius : 0));
+    organ.view.render();
   }
 
   private dress() {

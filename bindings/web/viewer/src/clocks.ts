@@ -4,20 +4,27 @@ import { word } from "./words";
 
 const KEPT = 100; // frames
 
-// Milliseconds of the page's own work per frame (the shape into the mesh, normals, colours, drawing), and frames per second, of the last two seconds.
+// Milliseconds of the page's own work per frame (the shape into the mesh, normals, colours, drawing), and frames per second, of the last frames
+// that were drawn. At rest none is drawn: a pause is no slow frame.
 export class FrameClock {
-  times: { start: number; ms: number }[] = [];
+  private times: { ms: number; after: number | null }[] = []; // after: ms since the frame before; null: after a pause
+  private last: number | null = null; // start of the frame before
+
   add(start: number, end: number) {
-    this.times.push({ start, ms: end - start });
-    while (this.times.length > 2 && start - this.times[0].start > 2000) this.times.shift();
+    this.times.push({ ms: end - start, after: this.last === null ? null : start - this.last });
+    if (this.times.length > KEPT) this.times.shift();
+    this.last = start;
+  }
+  pause() {
+    this.last = null;
   }
   get median() {
     const sorted = this.times.map((t) => t.ms).sort((a, b) => a - b);
     return sorted[sorted.length >> 1] ?? 0;
   }
   get rate() {
-    const first = this.times[0], last = this.times.at(-1);
-    return first && last && last.start > first.start ? ((this.times.length - 1) * 1000) / (last.start - first.start) : 0;
+    const apart = this.times.flatMap(({ after }) => after ?? []), sum = apart.reduce((all, ms) => all + ms, 0);
+    return sum > 0 ? (1000 * apart.length) / sum : 0;
   }
 }
 

@@ -138,9 +138,9 @@ export class CompareSide {
   draw(most: number) {
     const { shape, tools } = this.shown;
     if (shape) this.view.move(shape, most);
-    this.view.render();
     const radius = this.effects.contact === "patch" ? this.organ.tool.discRadius : 0;
     forceLabels(this.part(".labels"), tools, this.view.moveTools(tools, radius), [this.letter, this.letter], this.colours);
+    this.view.render();
     const tool = tools.find(Boolean);
     this.part(".now").textContent = tool ? word("compare.now", { newtons: fixed(Math.hypot(...tool.force), 3), mm: fixed(1000 * tool.depth, 1) }) : "";
   }

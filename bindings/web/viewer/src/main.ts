@@ -72,7 +72,7 @@ class Viewer {
   private fineFile: Promise<{ name: string; bytes: ArrayBuffer } | null>; // of the bundle that is being opened
   tool: ToolShape = DEFAULT_TOOL;
   task = new NoduleTask(byId("task"), byId("find-nodule"), {
-    show: (nodules, answer) => this.view.noduleMarks.show(nodules, answer),
+    show: (nodules, answer) => this.view.showNodules(nodules, answer),
     ended: () => this.reset(),
   });
   private readout = new ToolReadout(byId("readout"), byId("labels"));
@@ -85,7 +85,6 @@ class Viewer {
   private linked = 0; // ms, when the address was last compared
   private flagged = false; // what the page says is a step's flags
   saved: Extract<FromWorker, { type: "saved" }> | null = null; // the last file
-  private moved = false; // the newest shape is not yet drawn
   private waiting = false; // for a frame of the worker
   private buffer: ArrayBuffer | null = null;
   private lastTouch = 0; // ms
@@ -540,7 +539,7 @@ class Viewer {
       this.showEffects();
     }
     byId("section-place").hidden = axis === "none";
-    this.view.section.set(axis, Number(byId<HTMLInputElement>("section-at").value) / 100, (direction) => this.view.camera.facing(direction));
+    this.view.cut(axis, Number(byId<HTMLInputElement>("section-at").value) / 100);
     if (this.newest) this.view.move(this.newest.shape);
   }
 
@@ -562,12 +561,12 @@ class Viewer {
       this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
       this.buffer = null;
     }
-    if (this.moved && this.newest) this.view.move(this.newest.shape);
-    this.moved = false;
-    this.view.render();
+    if (this.newest) this.view.move(this.newest.shape);
     this.showTools();
+    const drawn = this.view.render();
     this.plot.draw();
-    this.frames.add(start, performance.now());
+    if (drawn) this.frames.add(start, performance.now());
+    else this.frames.pause();
     this.keepLink(start);
     if (!this.measured && start - this.lastTouch > QUIET) this.measure();
   }
@@ -579,7 +578,6 @@ class Viewer {
     if (frame.changed) {
       const { fine, ...shape } = frameArrays(frame.buffer.slice(0), nodes, inside, vertices);
       this.newest = { shape: { ...shape, fine: vertices ? fine : null }, frame };
-      this.moved = true;
     } else if (this.newest) {
       this.newest.frame = frame;
     }
@@ -649,7 +647,7 @@ class Viewer {
   // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
-    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], frames: this.frames.times, engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
 }
 

@@ -7,9 +7,11 @@ import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { OrganCamera } from "./organ_camera";
 import { NoduleMarks } from "./nodule_marks";
+import type { Answer } from "./nodule_task";
+import type { Nodule } from "./nodules";
 import { PointerLines } from "./pointer_lines";
 import { chosenQuality, isChosen, SlowFrames, type Quality } from "./quality";
-import { Section } from "./section";
+import { Section, type SectionAxis } from "./section";
 import { roomLight, Tissue } from "./tissue";
 import { ToolFigure } from "./tool_figure";
 import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
@@ -44,7 +46,7 @@ const FINE_HIDES = 0.004; // m: marks on the coarse surface show through a finer
 
 export class OrganView {
   readonly camera: OrganCamera;
-  readonly noduleMarks = new NoduleMarks();
+  private noduleMarks = new NoduleMarks();
   readonly section = new Section(TISSUE);
   most = 0.005; // m: the palest colour
   private renderer: WebGLRenderer;
@@ -66,6 +68,10 @@ export class OrganView {
   private raycaster = new Raycaster();
   private rest: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
+  private stale = true; // the picture no longer shows what there is
+  private moved: { shape: Shape; palest?: number } | null = null; // what move() took last; null: to be taken again
+  private drawnFrom = ""; // the camera and the size of the picture
+  private touched = false; // the picture shows tools
   private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false, soft: false };
   radius = 0.1; // m, of the organ
 
@@ -85,7 +91,15 @@ export class OrganView {
     this.renderer.localClippingEnabled = true;
     this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.lines.group);
     for (const { material } of [this.soft, this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
+    // The browser may have thrown the picture away.
+    canvas.addEventListener("webglcontextrestored", () => (this.stale = true));
+    canvas.ownerDocument.addEventListener("visibilitychange", this.again);
   }
+
+  private again = () => {
+    this.stale = true;
+    this.moved = null;
+  };
 
   // In low quality the picture needs no light of a room, no second layer on the tissue, and no more pixels than the page has.
   private draws(quality: Quality) {
@@ -94,6 +108,8 @@ export class OrganView {
     this.scene.environment = quality === "high" ? (this.scene.environment ?? roomLight(this.renderer)) : null;
     this.scene.environmentIntensity = 0.35;
     this.surface.material.draw(quality);
+    if (quality === "low") for (const tool of this.tools) tool.dull();
+    this.stale = true;
   }
 
   // frame: of the bundle's coordinates, "LPS" or "RAS".
@@ -135,6 +151,7 @@ export class OrganView {
   }
 
   openFine(mesh: FineMesh | null) {
+    this.again();
     this.fine.geometry.dispose();
     this.fine.geometry = new BufferGeometry();
     if (!mesh) return;
@@ -145,7 +162,11 @@ export class OrganView {
 
   // Takes the positions of a frame. A finer mesh is drawn instead of the surface, and the interior shows through it.
   // palest: m, the length of the palest colour; left out: by the frame's own lengths.
-  move({ positions, inside, lengths, fine }: Shape, palest?: number) {
+  move(shape: Shape, palest?: number) {
+    if (shape === this.moved?.shape && palest === this.moved.palest) return;
+    const { positions, inside, lengths, fine } = shape;
+    this.moved = { shape, palest };
+    this.stale = true;
     this.moveInside(positions, inside);
     this.most = palest ?? this.mostOf(fine ? fine.lengths : lengths);
     put(this.geometry, "position", positions);
@@ -201,6 +222,7 @@ export class OrganView {
   }
 
   show(shown: Shown) {
+    this.again();
     this.shown = shown;
     this.wire.visible = shown.mesh;
     this.fixed.visible = shown.fixed;
@@ -220,11 +242,25 @@ export class OrganView {
     this.tools.forEach((tool, t) => tool.dress(halo, forces[t]));
     this.lines.dress(ink);
     this.noduleMarks.dress(touchable, forces[0]);
+    this.again();
+  }
+
+  // Cuts the next shape that is moved: Section.set.
+  cut(axis: SectionAxis, at: number) {
+    this.section.set(axis, at, (direction) => this.camera.facing(direction));
+    this.again();
+  }
+
+  showNodules(nodules: Nodule[], answer: Answer | null) {
+    this.noduleMarks.show(nodules, answer);
+    this.stale = true;
   }
 
   // pointers: of the tools that one holds, in pixels of the canvas. Returns the position of each tool's label, likewise.
   moveTools(frames: (ToolFrame | null)[], radius: number, pointers: ([x: number, y: number] | null)[] = []): ([x: number, y: number] | null)[] {
-    const { camera } = this.camera;
+    const { camera } = this.camera, touched = frames.some(Boolean);
+    this.stale ||= touched || this.touched;
+    this.touched = touched;
     const places = frames.map((frame, t) => {
       const tip = this.tools[t].move(frame, radius, camera);
       return tip && this.toScreen(tip);
@@ -295,26 +331,42 @@ export class OrganView {
 
   add(object: Object3D) {
     this.scene.add(object);
+    this.stale = true;
   }
 
-  render() {
-    if (this.xr.isPresenting) return this.renderer.render(this.scene, this.camera.camera); // the headset has its own size and cameras
-    if (this.quality === "high" && !isChosen() && this.slow.add(performance.now())) this.draws("low");
-    const { clientWidth: width, clientHeight: height } = this.canvas, ratio = this.quality === "high" ? Math.min(2, devicePixelRatio) : Math.min(1, devicePixelRatio);
-    const size = this.renderer.getSize(new Vector2());
-    if (!width || !height) return; // while the page is laid out
+  // Draws where the picture would be another one, and says whether it did: at rest, the page takes no time of the graphics card.
+  render(): boolean {
+    if (this.xr.isPresenting) return this.draw(); // the headset has its own size and cameras
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return false; // while the page is laid out
+    const ratio = Math.min(this.quality === "high" ? 2 : 1, devicePixelRatio), size = this.renderer.getSize(new Vector2());
     if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== ratio) {
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(width, height, false);
       this.camera.resize(width / height);
+      this.stale = true;
     }
     this.camera.update();
+    const from = [...this.camera.camera.position, ...this.camera.controls.target].join();
+    if (!this.stale && from === this.drawnFrom) {
+      this.slow.pause();
+      return false;
+    }
+    this.drawnFrom = from;
+    if (this.quality === "high" && !isChosen() && this.slow.add(performance.now())) this.draws("low");
+    return this.draw();
+  }
+
+  private draw(): boolean {
     this.renderer.render(this.scene, this.camera.camera);
+    this.stale = this.xr.isPresenting;
+    return true;
   }
 
   // Gives the graphics memory back.
   close() {
     this.renderer.setAnimationLoop(null);
+    this.canvas.ownerDocument.removeEventListener("visibilitychange", this.again);
     this.camera.controls.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();

@@ -19,15 +19,20 @@ function isSoftware(context: WebGLRenderingContext | WebGL2RenderingContext): bo
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
-// Tells once when frames come slowly. A page that is hidden draws none, so that long pauses do not count.
+// Tells once when frames come slowly, of those that are drawn one after the other.
 export class SlowFrames {
   private times: number[] = [];
   private last = 0;
 
+  // The page draws nothing new for now.
+  pause() {
+    this.last = -Infinity;
+  }
+
   add(now: number): boolean {
     const passed = now - this.last;
     this.last = now;
-    if (passed < 1000) this.times.push(passed);
+    if (passed < 1000) this.times.push(passed); // a hidden page draws none
     if (this.times.length < FRAMES) return false;
     const median = this.times.sort((a, b) => a - b)[FRAMES / 2];
     this.times = [];

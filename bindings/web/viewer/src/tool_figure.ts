@@ -1,7 +1,7 @@
 // A tool as it is drawn: a fingertip for a wide disc, a probe with a shaft for a narrow one or a point; and the arrow of the force on it.
 import {
   BufferAttribute, CapsuleGeometry, CircleGeometry, Color, CylinderGeometry, DoubleSide, Group, LatheGeometry, type Material, Mesh as Object3, MeshBasicMaterial,
-  MeshPhysicalMaterial, Matrix4, Quaternion, RingGeometry, Shape, ShapeGeometry, SphereGeometry, Vector2, Vector3, type BufferGeometry, type PerspectiveCamera,
+  MeshLambertMaterial, MeshPhysicalMaterial, Matrix4, Quaternion, RingGeometry, Shape, ShapeGeometry, SphereGeometry, Vector2, Vector3, type BufferGeometry, type PerspectiveCamera,
 } from "three";
 import type { ToolFrame } from "./messages";
 
@@ -54,6 +54,15 @@ export class ToolFigure {
 
   dress(halo: string, force: string) {
     this.arrow.dress(halo, force);
+  }
+
+  // Without what shines: a processor that draws takes a second to prepare that for the first press.
+  dull() {
+    this.group.traverse((part) => {
+      if (!(part instanceof Object3) || !(part.material instanceof MeshPhysicalMaterial)) return;
+      const { color, vertexColors, transparent } = part.material;
+      part.material = new MeshLambertMaterial({ color, vertexColors, transparent });
+    });
   }
 
   // radius: m, of the disc; 0: a point. Returns where the arrow's label belongs, or null without a force to label.
