@@ -139,7 +139,7 @@ class HeldScene {
   std::int32_t vertex_count() const { return vertex_count_; }
 
   py::object skin(const py::object& displacements, const py::object& positions, const py::object& normals,
-                  const py::object& report) {
+                  const py::object& report, const py::object& disc_normals) {
     const InUse use(shaping_, "shape already runs on another thread");
     palpate_shape_out shape = palpate_default_shape_out();
     shape.node_count = bundle_->bundle.describe().surface_node_count;
@@ -149,6 +149,8 @@ class HeldScene {
     out.normals = writable(normals, "normals", vertex_count_);
     out.vertex_capacity = vertex_count_;
     if (!report.is_none()) out.report = copy_of(report);
+    out.disc_normals = writable(disc_normals, "disc_normals", 0);
+    if (out.disc_normals) out.disc_capacity = static_cast<std::int32_t>(py::len(disc_normals));
     return step_flags(without_lock([&] { return scene_.skin(shape, out); }));
   }
 
@@ -490,12 +492,13 @@ void add_scene(py::module_& module) {
           "rows, contiguous, m; nothing is allocated. Returns StepFlags; 0 is full trust.")
       .def_property_readonly("vertex_count", &HeldScene::vertex_count, "vertices that skin fills: the render mesh's")
       .def("skin", &HeldScene::skin, py::arg("displacements"), py::arg("positions") = py::none(),
-           py::arg("normals") = py::none(), py::arg("report") = py::none(),
+           py::arg("normals") = py::none(), py::arg("report") = py::none(), py::arg("disc_normals") = py::none(),
            "The render mesh under a shape: displacements as shape wrote them. Fills the caller's arrays, float32\n"
            "[vertex_count, 3] or more rows, contiguous; m. Returns StepFlags; 0 is full trust.\n"
-           "report: report_bytes of the touch that made the shape; a scene with dent=\"discs\" then sinks the mesh to "
-           "its "
-           "discs.")
+           "report: report_bytes of the touch that made the shape; a scene with dent=\"discs\" then sinks the mesh to its\n"
+           "discs. disc_normals: float32 [contacts of the report, 3]; filled with the unit normal of the plane that each "
+           "disc is\n"
+           "drawn in, through the contact's tool_point; zero: no disc. Rows beyond the contacts keep what they held.")
       .def("normals", &HeldScene::normals, py::arg("positions"), py::arg("normals"),
            "Normals of the surface's vertices, the mean of the triangles around each, weighted by their angles:\n"
            "positions as shape wrote them. Fills the caller's array, float32 [surface_node_count, 3]. Returns "

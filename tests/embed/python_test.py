@@ -444,7 +444,11 @@ class RenderMesh(unittest.TestCase):
         flat, dented = np.empty_like(u), np.empty_like(u)
         scene.shape(contacts, displacements=u)
         self.assertEqual(scene.skin(u, positions=flat), 0)
-        self.assertEqual(scene.skin(u, positions=dented, report=scene.report_bytes()), 0)
+        planes = np.full((3, 3), 9, np.float32)
+        self.assertEqual(scene.skin(u, positions=dented, report=scene.report_bytes(), disc_normals=planes), 0)
+        self.assertAlmostEqual(np.linalg.norm(planes[0]), 1, delta=1e-5)
+        self.assertGreater(planes[0] @ scene.report()[0][0]["disc_normal"], 0.95)
+        self.assertTrue((planes[1:] == 9).all())
         contact = scene.report()[0][0]
         moved = np.linalg.norm(dented - flat, axis=1)
         self.assertGreater(moved.max(), 1e-5)

@@ -76,7 +76,7 @@ TEST_F(Resume, RepeatsOnlyTheBlockThatWasNotSafe) {
 TEST_F(Resume, GivesTheSameBytesWhereverARunIsKilled) {
   // Kills at calls from the first to the last: layout, rows, records, seal, renaming, removal of the journal.
   int killed = 0;
-  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5") != 0; n += n < 12 ? 3 : 5) {
+  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5") != 0; n += n < 12 ? 3 : 11) {
     ++killed;
     resume();
     ASSERT_TRUE(same()) << "killed at call " << n;
@@ -89,8 +89,9 @@ TEST_F(Resume, GivesTheSameBytesWhereverARunThatPacksIsKilled) {
   const std::string packing = kOptions + "--low-rank 1e-2 ";
   ASSERT_EQ(run("packed.h5", packing), 0) << said_;
   const std::string packed = file_bytes(folder_ / "packed.h5");
+  // A prime: among the calls that come again and again, each time another one. (A kill takes two seconds.)
   int killed = 0;
-  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5", packing) != 0; n += 7) {
+  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5", packing) != 0; n += 31) {
     ++killed;
     resume(packing);
     ASSERT_TRUE(file_bytes(folder_ / "x.h5") == packed) << "killed at call " << n;

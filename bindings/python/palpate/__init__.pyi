@@ -311,6 +311,7 @@ class Scene:
         positions: Optional[npt.NDArray[np.float32]] = ...,
         normals: Optional[npt.NDArray[np.float32]] = ...,
         report: Optional[bytes] = ...,
+        disc_normals: Optional[npt.NDArray[np.float32]] = ...,
     ) -> StepFlags: ...
     def normals(self, positions: npt.NDArray[np.float32], normals: npt.NDArray[np.float32]) -> StepFlags: ...
     def cast_ray(
