@@ -85,10 +85,13 @@ DentAt dent_at(const DentDisc& disc, Vec3 position, Vec3 normal) {
                                     lacking * fades.slope / (disc.wide * (kEnds - kFadesFrom)));
   // What is left between the surface and where the closed form has it: zero height under the disc.
   const Smooth beside = smooth((rho - disc.radius) / disc.fade);
-  const double left = height - missing - d * (1 - own.value), low = std::min(-0.5 * d, 2 * d),
-               high = std::max(-0.5 * d, 2 * d), taken = std::clamp(left, low, high), flat = 1 - beside.value;
+  const double left = height - missing - d * (1 - own.value), hollow = -missing - 0.5 * disc.share * d, bump = 2 * d,
+               taken = std::clamp(left, std::min(hollow, bump), std::max(hollow, bump)), flat = 1 - beside.value;
   double slope = missing_slope - taken * beside.slope / disc.fade, along = 0;
-  if (taken == left) slope += flat * (d * own.slope - missing_slope), along = flat;
+  if (taken == left)
+    slope += flat * (d * own.slope - missing_slope), along = flat;
+  else if (taken == hollow)
+    slope -= flat * missing_slope;
 
   DentAt dent;
   dent.sunk = share * (missing + flat * taken);

@@ -10,8 +10,9 @@
 // as the mean of P_r over a .. 1.25 a: so its slope is at most 1.6 D / a.
 //
 // What is then left between the surface and the disc's plane is the organ's own unevenness and the mesh's own error. Under the disc
-// it is taken away, up to D / 2 where the surface would have to rise and 2 D where it stands out: a disc on a dome touches all of it
-// at an indentation of twice the dome's height (Hertz). So nothing jumps where a contact begins, and the surface sinks with the tool.
+// it is taken away, up to 2 D where it stands out: a disc on a dome touches all of it at an indentation of twice the dome's height
+// (Hertz). A hollow stays as it is, without M, and rises by up to x D / 2 more, half of what the mesh shows of the dent: so it sinks
+// with the tool all the same, and nothing jumps where a contact begins.
 // Beside the disc this part fades out.
 #pragma once
 

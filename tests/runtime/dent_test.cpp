@@ -204,6 +204,34 @@ TEST(Dent, NothingJumpsWhereAContactBeginsSlidesAndEnds) {
     }
 }
 
+TEST(Dent, AHollowIsMetUpToHalfOfWhatTheMeshShowsOfTheDent) {
+  DentDisc disc;
+  disc.normal = {0, 0, 1};
+  measure_disc(.006, .011, .3, &disc);
+  for (const double indentation : {.004, -.004}) {
+    disc.indentation = indentation;
+    const double most = .5 * disc.share * indentation;
+    for (const double rho : {0., .003, .0059})
+      for (const double part : {.2, .9, 1.2, 2.}) {
+        SCOPED_TRACE(testing::Message() << indentation << " " << rho << " " << part);
+        const Vec3 place{rho, 0, -part * most};
+        const DentAt dent = dent_at(disc, place, {0, 0, 1});
+        EXPECT_NEAR(dent.sunk, -std::min(part, 1.) * most, 1e-12)
+            << "half a hollow rises no more, and M does not sink it";
+        // Central differences of a smooth function: their error is of the order of the step's square.
+        constexpr double step = 1e-7;
+        for (int d = 0; d < 3; ++d) {
+          Vec3 before = place, after = place;
+          before[d] -= step, after[d] += step;
+          if (rho == 0 && d < 2) continue;  // the rim's distance has a corner on the axis
+          const double slope =
+              (dent_at(disc, after, {0, 0, 1}).sunk - dent_at(disc, before, {0, 0, 1}).sunk) / (2 * step);
+          EXPECT_NEAR(dent.gradient[d], slope, 1e-5) << d;
+        }
+      }
+  }
+}
+
 TEST(Dent, AtTheAxisTheContactsOwnComplianceIsDrawn) {
   for (const double radius : {.002, .004}) {
     Drawing drawing;
