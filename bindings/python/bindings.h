@@ -102,6 +102,7 @@ void add_contacts(py::module_& module);
 void add_tools(py::module_& module);
 void add_links(py::module_& module);
 void add_scene(py::module_& module);
+void add_world(py::module_& module);
 void add_tool_shape(py::module_& module);
 void add_device(py::module_& module);
 

@@ -124,6 +124,7 @@ PYBIND11_MODULE(_palpate, module) {
   add_links(module);
   add_tool_shape(module);
   add_scene(module);
+  add_world(module);
   add_device_flags(module);
   add_device(module);
 }

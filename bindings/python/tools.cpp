@@ -35,8 +35,9 @@ py::array own_points(const Numbers& from) {
 }
 
 HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double disc_radius, double friction,
-                   std::int32_t id, std::optional<std::array<double, 3>> torque_about, const py::object& grasp) {
-  return {own_points(points), py::list(grips), hold, disc_radius, friction, id, torque_about, grasp};
+                   std::int32_t id, std::optional<std::array<double, 3>> torque_about, const py::object& grasp,
+                   std::int32_t organ) {
+  return {own_points(points), py::list(grips), hold, disc_radius, friction, id, torque_about, grasp, organ};
 }
 
 // The caller holds the same array and may have changed its shape.
@@ -75,7 +76,7 @@ void ToolCopies::take(const py::iterable& tools) {
     palpate_tool& copy = tools_.emplace_back(palpate_default_tool());
     grasps_.emplace_back();
     if (!tool.grasp.is_none()) grasps_.back() = tool.grasp.cast<const palpate_grasp&>();
-    copy.id = tool.id;
+    copy.id = tool.id, copy.organ = tool.organ;
     copy.point_count = static_cast<std::int32_t>(tool.points.shape(0));
     copy.grip_count = static_cast<std::int32_t>(tool.grips.size());
     copy.has_torque = tool.torque_about.has_value();
@@ -122,13 +123,14 @@ void add_tools(py::module_& module) {
   py::class_<HeldTool>(module, "Tool", "An instrument: points that are tested against the surface, and grips.")
       .def(py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
            py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0, py::arg("id") = -1,
-           py::arg("torque_about") = py::none(), py::arg("grasp") = py::none(),
+           py::arg("torque_about") = py::none(), py::arg("grasp") = py::none(), py::arg("organ") = 0,
            "points: [P, 3] or [3], m, copied; grips: Grip objects; hold: contacts stay when the point has come out, "
            "and pull;\n"
            "disc_radius: m, of the flat disc that each point presses (contact=\"patch\"); friction: for "
            "law=\"coulomb\"; id: 0 or more, by which the scene knows the tool from step to step; -1: its index;\n"
            "torque_about: None, or the 3 coordinates of a point, m: contacts.tools then has the torque about it.\n"
-           "grasp: None, or a Grasp: the jaws are closed in each touch of the tool that has it (grasps=True).")
+           "grasp: None, or a Grasp: the jaws are closed in each touch of the tool that has it (grasps=True).\n"
+           "organ: in a World, the organ that grips and grasp hold.")
       .def_property(
           "points", [](const HeldTool& self) { return self.points; },
           [](HeldTool& self, const Numbers& to) { self.points = own_points(to); },
@@ -139,6 +141,7 @@ void add_tools(py::module_& module) {
                      "m, 0 .. 1: radius of the flat disc that each point presses on the organ (contact=\"patch\")")
       .def_readwrite("id", &HeldTool::id, "0 or more, another one for each tool of a touch; -1: its index")
       .def_readwrite("grasp", &HeldTool::grasp, "None, or a Grasp")
+      .def_readwrite("organ", &HeldTool::organ, "in a World, the organ that grips and grasp hold")
       .def_readwrite("torque_about", &HeldTool::torque_about, "None, or the point about which the torque is taken, m")
       .def_readwrite("friction", &HeldTool::friction, "0 .. 100: Coulomb's coefficient (law=\"coulomb\")");
 }

@@ -26,6 +26,7 @@ struct HeldTool {
   std::int32_t id = -1;
   std::optional<std::array<double, 3>> torque_about = std::nullopt;  // m; none: no torque
   py::object grasp = py::none();                                     // a Grasp, or None
+  std::int32_t organ = 0;                                            // of a world, that grips and grasp hold
 };
 
 // A copy of the tools of one touch, made while the interpreter's lock is held, so that nothing changes during the step. The next

@@ -786,6 +786,123 @@ class Grasps(unittest.TestCase):
             palpate.Grasp((7,), 0.01, self.at)
 
 
+class Worlds(unittest.TestCase):
+    def setUp(self):
+        self.bundle = palpate.Bundle(BUNDLE)
+        nodes = self.bundle.nodes[self.bundle.touchable]
+        self.low, self.high = self.bundle.nodes.min(axis=0), self.bundle.nodes.max(axis=0)
+        top = np.flatnonzero(nodes[:, 2] > self.high[2] - 1e-9)
+        middle = (self.low + self.high) / 2
+        self.place = min(top, key=lambda n: np.linalg.norm(nodes[n, :2] - middle[:2]))  # of the touchable: amid the top face
+        self.node, self.top = int(self.bundle.touchable[self.place]), nodes[self.place]
+
+    def two_face_to_face(self, **limits):
+        """The second organ lies upside down on the first one, top on top."""
+        organs = [palpate.Organ(self.bundle, collision="deformed", law="unilateral", report="contacts") for _ in range(2)]
+        organs[1].orientation = 0, 1, 0, 0
+        organs[1].position = 0, self.low[1] + self.high[1], 2 * self.high[2]
+        return palpate.World(organs, **limits)
+
+    def down_on(self, top, depth):
+        """Points of a tool that comes from 2 mm above and goes `depth` deep."""
+        return [np.asarray(top) + (0, 0, 0.002 - (0.002 + depth) * step / 20) for step in range(21)]
+
+    def test_a_world_of_one_organ_gives_the_bits_of_its_scene(self):
+        scene, world = palpate.Scene(self.bundle), palpate.World([palpate.Organ(self.bundle)])
+        alone, contacts, u = scene.make_contacts(), world.make_contacts(), np.zeros((2, self.bundle.surface_node_count, 3), np.float32)
+        for point in self.down_on(self.top, 0.004):
+            tool = palpate.Tool([point], disc_radius=0.003, torque_about=(0, 0, 0))
+            self.assertEqual(world.touch([tool], 0.001, contacts), scene.touch([tool], 0.001, alone))
+            np.testing.assert_array_equal(contacts.force, alone.force)
+            np.testing.assert_array_equal(contacts.tools["torque_raw"], alone.tools["torque_raw"])
+        self.assertGreater(np.linalg.norm(contacts.force[0]), 0.01)
+        self.assertEqual(contacts.step, 21)
+        scene.shape(alone, displacements=u[0])
+        self.assertEqual(world.scenes[0].shape(contacts.organs[0], displacements=u[1]), 0)
+        np.testing.assert_array_equal(u[0], u[1])
+        self.assertGreater(np.abs(u).max(), 1e-4)
+
+    def test_a_tool_touches_the_organ_that_it_is_near(self):
+        organs = [palpate.Organ(self.bundle), palpate.Organ(self.bundle, law="unilateral")]
+        organs[1].position = 0.2, 0, 0
+        np.testing.assert_array_equal(organs[1].position, (0.2, 0, 0))
+        world = palpate.World(organs)
+        contacts = world.make_contacts()
+        for point in self.down_on(self.top + (0.2, 0, 0), 0.003):
+            world.touch([palpate.Tool([point], disc_radius=0.003)], 0.001, contacts)
+        self.assertEqual(list(contacts.organ_states["near_tools"]), [0, 1])
+        self.assertEqual(contacts.tools["organ_count"][0], 1)
+        np.testing.assert_allclose(contacts.organ_states["force"][1], -contacts.tools["force_raw"][0], rtol=1e-6, atol=1e-9)
+        self.assertEqual([len(of.nodes) > 0 for of in contacts.organs], [False, True])
+        world.scenes[1].set_pose((0.5, 0, 0))
+        self.assertFalse(len(contacts.pairs))
+
+    def test_organs_that_touch_press_one_another(self):
+        world = self.two_face_to_face(max_pairs=100, friction=0.2)
+        contacts = world.make_contacts()
+        world.touch([], 0.001, contacts)
+        self.assertEqual(np.abs(contacts.organ_states["pressed"]).max(), 0)
+        # The second organ's face is pushed 2 mm into the first one's; its own z looks down.
+        grip = palpate.Grip(node=self.node, displacement=(0, 0, 0.002))
+        flags = world.touch([palpate.Tool(grips=[grip], organ=1)], 0.001, contacts)
+        self.assertEqual(flags, 0)
+        pressed, pairs = contacts.organ_states["pressed"], contacts.pairs
+        self.assertGreater(-pressed[0, 2], 0.05)
+        self.assertGreater((np.linalg.norm(pairs["force"], axis=1) > 0).sum(), 0)
+        self.assertTrue((np.sort(pairs["organ"], axis=1) == (0, 1)).all())
+        np.testing.assert_allclose(pressed[1], -pressed[0], rtol=1e-9, atol=1e-12)
+        u = np.zeros((self.bundle.surface_node_count, 3), np.float32)
+        world.scenes[0].shape(contacts.organs[0], displacements=u)
+        self.assertLess(u[:, 2].min(), -2e-4)
+        apart = self.two_face_to_face()
+        contacts = apart.make_contacts()
+        apart.touch([palpate.Tool(grips=[grip], organ=1)], 0.001, contacts)
+        self.assertEqual(len(contacts.organs[0].nodes), 0, "without pairs they pass through one another")
+
+    def test_a_saved_state_goes_on_with_the_same_bits(self):
+        world = self.two_face_to_face(max_pairs=100)
+        contacts, tools, forces = world.make_contacts(), self.down_on((0.06, self.top[1], self.top[2]), 0.004), []
+        for step, point in enumerate(tools + tools[10:]):
+            if step == 10:
+                state = world.save()
+            if step == 21:
+                world.restore(state)
+            world.touch([palpate.Tool([point - (0.002, 0, 0)], disc_radius=0.002)], 0.001, contacts)
+            forces.append(contacts.force.tobytes())
+        self.assertEqual(forces[10:21], forces[21:])
+        with self.assertRaisesRegex(palpate.Error, "the state has no bytes"):
+            world.restore(b"")
+        world.reset()
+        world.touch([], 0.001, contacts)
+        self.assertEqual(contacts.step, 1)
+
+    def test_what_cannot_be_a_world_is_refused_by_a_sentence(self):
+        with self.assertRaisesRegex(palpate.Error, "organ"):
+            palpate.World([])
+        with self.assertRaisesRegex(palpate.Error, "organ 1"):
+            palpate.World([palpate.Organ(self.bundle), palpate.Organ(self.bundle, max_tools=3)])
+        with self.assertRaisesRegex(palpate.Error, "organ 0.*collision"):
+            palpate.World([palpate.Organ(self.bundle), palpate.Organ(self.bundle)], max_pairs=10)
+        with self.assertRaisesRegex(ValueError, "position: expected 3 numbers"):
+            palpate.Organ(self.bundle).position = 1, 2
+        with self.assertRaises(TypeError):
+            palpate.World([self.bundle])
+        world = self.two_face_to_face()
+        scene, contacts = world.scenes[1], world.make_contacts()
+        with self.assertRaisesRegex(ValueError, "touch the world"):
+            scene.touch([], 0.001, contacts.organs[1])
+        with self.assertRaises(palpate.Error):
+            scene.save()
+        with self.assertRaisesRegex(ValueError, "contacts of this world's make_contacts"):
+            world.touch([], 0.001, palpate.World([palpate.Organ(self.bundle)]).make_contacts())
+
+    def test_a_scene_keeps_its_world_and_a_world_its_bundles(self):
+        scene = palpate.World([palpate.Organ(palpate.Bundle(BUNDLE), queries="on")]).scenes[0]
+        gc.collect()
+        self.assertLess(scene.signed_distance((self.low + self.high) / 2), 0)
+        self.assertEqual(scene.bundle.node_count, self.bundle.node_count)
+
+
 class Stub(unittest.TestCase):
     """palpate/__init__.pyi says what the module has."""
 

@@ -17,6 +17,7 @@ from palpate._palpate import (
     Hit,
     Link,
     Mailbox,
+    Organ,
     Passivity,
     PlanPass,
     Scene,
@@ -25,6 +26,8 @@ from palpate._palpate import (
     Tool,
     ToolShape,
     Watchdog,
+    World,
+    WorldContacts,
     __version__,
 )
 
@@ -41,6 +44,7 @@ __all__ = [
     "Hit",
     "Link",
     "Mailbox",
+    "Organ",
     "Passivity",
     "PlanPass",
     "Scene",
@@ -49,7 +53,9 @@ __all__ = [
     "Tool",
     "ToolShape",
     "Watchdog",
+    "World",
+    "WorldContacts",
     "__version__",
 ]
-for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Passivity, PlanPass, Scene, Tool, Watchdog):
+for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Organ, Passivity, PlanPass, Scene, Tool, Watchdog, World, WorldContacts):
     _each.__module__ = "palpate"

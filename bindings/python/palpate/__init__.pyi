@@ -153,6 +153,7 @@ class Tool:
         id: int = ...,
         torque_about: Optional[Sequence[float]] = ...,
         grasp: Optional[Grasp] = ...,
+        organ: int = ...,
     ) -> None: ...
     @property
     def points(self) -> npt.NDArray[np.float64]: ...
@@ -165,6 +166,7 @@ class Tool:
     id: int
     torque_about: Optional[Sequence[float]]
     grasp: Optional[Grasp]
+    organ: int
 
 class Link:
     def __init__(
@@ -342,6 +344,84 @@ class Scene:
     def reset_tool(self, id: int) -> None: ...
     def save(self) -> bytes: ...
     def restore(self, state: Any) -> None: ...
+
+class Organ:
+    def __init__(
+        self,
+        bundle: Bundle,
+        *,
+        collision: Literal["off", "rest", "deformed"] = ...,
+        contact: Literal["node", "triangle", "point", "patch"] = ...,
+        law: Literal["sticking", "sliding", "unilateral", "coulomb"] = ...,
+        force: Literal["off", "linear", "response"] = ...,
+        shape: Literal["off", "surface", "volume"] = ...,
+        radial: Literal["off", "response"] = ...,
+        preload: Literal["off", "on"] = ...,
+        queries: Literal["off", "on"] = ...,
+        deformation: Literal["linear", "large", "large-beside", "large-renewed"] = ...,
+        report: Literal["off", "contacts"] = ...,
+        dent: Literal["off", "discs"] = ...,
+        relaxation: Optional[Sequence[tuple[float, float]]] = ...,
+        render_mesh: Union[npt.ArrayLike, tuple[npt.ArrayLike, npt.ArrayLike], None] = ...,
+        fine_surface: Optional[tuple[npt.ArrayLike, npt.ArrayLike]] = ...,
+        max_tools: int = ...,
+        max_points: int = ...,
+        max_contact_nodes: int = ...,
+        force_limit: float = ...,
+        force_slew: float = ...,
+        max_tool_speed: float = ...,
+        release_distance: float = ...,
+        torque_limit: float = ...,
+        torque_slew: float = ...,
+        max_operations: int = ...,
+        max_links: int = ...,
+        grasps: bool = ...,
+    ) -> None: ...
+    @property
+    def position(self) -> npt.NDArray[np.float64]: ...
+    @position.setter
+    def position(self, to: npt.ArrayLike) -> None: ...
+    @property
+    def orientation(self) -> npt.NDArray[np.float64]: ...
+    @orientation.setter
+    def orientation(self, to: npt.ArrayLike) -> None: ...
+
+class World:
+    def __init__(
+        self,
+        organs: Sequence[Organ],
+        *,
+        friction: float = ...,
+        max_pairs: int = ...,
+        force_limit: float = ...,
+        force_slew: float = ...,
+        torque_limit: float = ...,
+        torque_slew: float = ...,
+    ) -> None: ...
+    @property
+    def scenes(self) -> list[Scene]: ...
+    def make_contacts(self) -> WorldContacts: ...
+    def touch(self, tools: Iterable[Tool], dt: float, contacts: WorldContacts) -> StepFlags: ...
+    def reset(self) -> None: ...
+    def reset_tool(self, id: int) -> None: ...
+    def save(self) -> bytes: ...
+    def restore(self, state: Any) -> None: ...
+
+class WorldContacts:
+    @property
+    def force(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def tools(self) -> npt.NDArray[np.void]: ...
+    @property
+    def organ_states(self) -> npt.NDArray[np.void]: ...
+    @property
+    def pairs(self) -> npt.NDArray[np.void]: ...
+    @property
+    def organs(self) -> list[Contacts]: ...
+    @property
+    def flags(self) -> StepFlags: ...
+    @property
+    def step(self) -> int: ...
 
 class DeviceFlags(enum.IntFlag):
     BAD_INPUT = 1
