@@ -108,7 +108,9 @@ void PairSearch::measure_motion(OrganGroup& group) const {
   motion.moved += a.tree.largest_reach() * std::max(0.0, path_a - motion.path_a) +
                   b.tree.largest_reach() * std::max(0.0, path_b - motion.path_b);
   const Pose &now_a = a.organ.pose(), &now_b = b.organ.pose();
-  if (!same_pose(now_a, motion.pose_a) || !same_pose(now_b, motion.pose_b)) {
+  group.pose_a_before = motion.pose_a, group.pose_b_before = motion.pose_b;
+  group.poses_change = !same_pose(now_a, motion.pose_a) || !same_pose(now_b, motion.pose_b);
+  if (group.poses_change) {
     const double far = a.deformed.farthest_from_rest();
     const Vec3 room = {far, far, far};
     motion.moved += longest_way(motion.pose_a, motion.pose_b, now_a, now_b, a.tree.low() - room, a.tree.high() + room);
@@ -186,9 +188,17 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     return false;
   }
   group.due[vertex] = moved + kAgain * edge;
-  const Vec3 place = b.tree.at_rest(nearest.surface_point) + b.deformed.displacement({}, nearest.surface_point);
+  // Friction takes the way of this step from where the last step has left the vertex, and organs that move have carried it on since.
+  NearestPoint under = nearest;
+  Vec3 at = p;
+  if (held && has_friction_ && group.poses_change) {
+    const Vec3 left = before(group, a.tree.at_rest(vertex) + u);
+    const NearestPoint there = b.deformed.nearest({}, left, group.reach);
+    if (there.surface_point.triangle >= 0) under = there, at = left;
+  }
+  const Vec3 place = b.tree.at_rest(under.surface_point) + b.deformed.displacement({}, under.surface_point);
   OrganPair found = held ? *pair : OrganPair{};
-  anchor(group, nearest, p - place, &found);
+  anchor(group, under, at - place, &found);
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   if (dot(found.normal, facing) > kFaces) return false;
   if (held) {
@@ -202,7 +212,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   }
   found.group = g, found.vertex = vertex, found.near = near;
   // An overlap counts as touching until the organs part there.
-  const double gap = dot(found.normal, p - place) - found.bulge;
+  const double gap = dot(found.normal, at - place) - found.bulge;
   group.overlap[vertex] = std::min(group.overlap[vertex], std::max(0.0, -gap) + 1e-6 * edge);
   found.overlap = group.overlap[vertex];
   *pair = found;

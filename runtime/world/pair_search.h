@@ -39,6 +39,8 @@ struct OrganGroup {
     Pose pose_a, pose_b;
   };
   Motion* motion = nullptr;
+  Pose pose_a_before, pose_b_before;  // in the step before the present one
+  bool poses_change = false;          // since then, against one another or together
 };
 
 class PairSearch {
@@ -81,6 +83,9 @@ class PairSearch {
   void measure_motion(OrganGroup& group) const;
   bool is_apart(const OrganGroup& group) const;
   void search_group(std::int32_t g, std::int32_t* next_held);
+  Vec3 before(const OrganGroup& group, Vec3 point) const {
+    return group.pose_b_before.to_body(group.pose_a_before.to_world(point));
+  }
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
   void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) const;
   void find_overlaps(OrganGroup& group);
