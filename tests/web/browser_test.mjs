@@ -205,6 +205,8 @@ test("on a phone: a finger pushes, details open and close", async () => {
   await finger("touchEnd");
   await page.click("#more");
   await picture(page, "phone-details");
+  const [organ, panel] = await Promise.all(["#organ", "#panel"].map((id) => page.locator(id).boundingBox()));
+  assert.ok(organ.y + organ.height < panel.y + 0.1 * panel.height, "the organ is above its details");
   await page.click("#more");
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true);
   assert.deepEqual(page.failures, []);

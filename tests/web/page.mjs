@@ -17,8 +17,7 @@ const { preview } = await import(pathToFileURL(require.resolve("vite").replace(/
 
 // The software renderer, for machines without a graphics card.
 const FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
-  "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-  "--enable-blink-features=ForceEagerMeasureMemory"]; // the browser would wait up to 20 s before it measures
+  "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
 const PATIENCE = 120_000;  // ms: a busy machine may draw one frame in a second
 // The software renderer takes most of a test's time. On the box no test looks at pixels, so that a quarter of them in each direction will
 // do; on an organ the pictures are looked at.

@@ -2,7 +2,7 @@
 // and dark, to be looked at: FOLDER/PAGE-SCHEME-WIDTH.png. Fails where a page is wider than its window. PALPATE_DATA: the gallery's folder.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { closed, folder, frame, inState, open, settled, steady } from "./page.mjs";
+import { closed, drag, folder, frame, inState, open, settled, steady } from "./page.mjs";
 
 const SCHEMES = ["light", "dark"], WIDTHS = [1440, 820, 390];
 
@@ -27,9 +27,7 @@ for (const colorScheme of SCHEMES) {
     await pictures(page, `viewer-${colorScheme}`);
     await page.setViewportSize({ width: 1440, height: 900 });
     await page.click("#keep + span");
-    await page.keyboard.down("Space");
-    await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0]?.depth > 0.006);
-    await page.keyboard.up("Space");
+    await drag(page, [40, -40], [130, -130]);
     await steady(page);
     await pictures(page, `pressed-${colorScheme}`);
     await page.click("#more");
