@@ -44,11 +44,12 @@ void run(const Options& options) {
   const BundleFields fields = read_bundle_fields(bundle);
   std::optional<ShapeFiles> files;
   if (folder) files.emplace(folder->part(), player, fields);
+  const std::atomic<bool>& stop = stop_on_signal();  // before anybody knows the address and may stop this
   fmt::print("listening on {}\n", text_of(address_of(listening.get())));
   std::fflush(stdout);
 
   const DrawRun drawn = draw(
-      player, fields.identity, listening.get(), options.draw, &stop_on_signal(),
+      player, fields.identity, listening.get(), options.draw, &stop,
       [&, frame = 0u](const ShapeRecord& shape) mutable {
         if (files && frame++ % options.every == 0) files->write(shape);
       },
