@@ -44,7 +44,7 @@ void run(const Options& options) {
   const BundleFields fields = read_bundle_fields(bundle);
   std::optional<ShapeFiles> files;
   if (folder) files.emplace(folder->part(), player, fields);
-  const std::atomic<bool>& stop = stop_on_signal();  // before anybody knows the address and may stop this
+  const std::atomic<bool>& stop = stop_on_signal();  // before the address is printed: who reads it may stop the program
   fmt::print("listening on {}\n", text_of(address_of(listening.get())));
   std::fflush(stdout);
 

@@ -11,8 +11,8 @@
 //
 // What is then left between the surface and the disc's plane is the organ's own unevenness and the mesh's own error. Under the disc
 // it is taken away, up to 2 D where it stands out: a disc on a dome touches all of it at an indentation of twice the dome's height
-// (Hertz). A hollow stays as it is, without M, and rises by up to x D / 2 more, half of what the mesh shows of the dent: so it sinks
-// with the tool all the same, and nothing jumps where a contact begins.
+// (Hertz). In a hollow M is left out, and the surface rises by up to x D / 2, half of what the mesh shows of the dent. So the surface
+// sinks with the tool there too, and nothing jumps where a contact begins.
 // Beside the disc this part fades out.
 #pragma once
 

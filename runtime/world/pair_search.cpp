@@ -188,11 +188,11 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     return false;
   }
   group.due[vertex] = moved + kAgain * edge;
-  // Friction takes the way of this step from where the last step has left the vertex, and organs that move have carried it on since.
+  // Friction opposes the whole way of this step, that of moving organs too: a pair has its place where the last step left the vertex.
   NearestPoint under = nearest;
   Vec3 at = p;
   if (held && has_friction_ && group.poses_change) {
-    const Vec3 left = before(group, a.tree.at_rest(vertex) + u);
+    const Vec3 left = to_second_before(group, a.tree.at_rest(vertex) + u);
     const NearestPoint there = b.deformed.nearest({}, left, group.reach);
     if (there.surface_point.triangle >= 0) under = there, at = left;
   }

@@ -83,7 +83,8 @@ class PairSearch {
   void measure_motion(OrganGroup& group) const;
   bool is_apart(const OrganGroup& group) const;
   void search_group(std::int32_t g, std::int32_t* next_held);
-  Vec3 before(const OrganGroup& group, Vec3 point) const {
+  // The same under the poses of the step before.
+  Vec3 to_second_before(const OrganGroup& group, Vec3 point) const {
     return group.pose_b_before.to_body(group.pose_a_before.to_world(point));
   }
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);

@@ -89,7 +89,7 @@ TEST_F(Resume, GivesTheSameBytesWhereverARunThatPacksIsKilled) {
   const std::string packing = kOptions + "--low-rank 1e-2 ";
   ASSERT_EQ(run("packed.h5", packing), 0) << said_;
   const std::string packed = file_bytes(folder_ / "packed.h5");
-  // A prime: among the calls that come again and again, each time another one. (A kill takes two seconds.)
+  // Every 31st call: a prime, so that the kills do not fall on the same call of each batch. One kill and its resumption take two seconds.
   int killed = 0;
   for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5", packing) != 0; n += 31) {
     ++killed;

@@ -7,7 +7,7 @@ import { folder, frame, noTools, ready } from "./page.mjs";
 
 const minutes = Number(process.env.MINUTES ?? 5), seed = Number(process.env.SEED ?? 1);
 const WARM = 0.25; // of the time: what the page keeps once, such as compiled code, is there then
-const ROOM = 2e6; // bytes: what two measurements of a page that keeps nothing differ by, and more
+const ROOM = 2e6; // bytes; two measurements of a page that keeps nothing differ by 0.6e6
 const GROWTH = 1.01; // of the median of the last third of the measurements over that of the first
 
 // Numbers from 0 to 1 (mulberry32).

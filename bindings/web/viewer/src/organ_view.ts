@@ -70,7 +70,7 @@ export class OrganView {
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private stale = true; // the picture no longer shows what there is
   private moved: { shape: Shape; palest?: number } | null = null; // what move() took last; null: to be taken again
-  private drawnFrom = ""; // the camera and the size of the picture
+  private drawnFrom = ""; // place and target of the camera in the last picture
   private touched = false; // the picture shows tools
   private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false, soft: false };
   radius = 0.1; // m, of the organ
@@ -334,7 +334,7 @@ export class OrganView {
     this.stale = true;
   }
 
-  // Draws where the picture would be another one, and says whether it did: at rest, the page takes no time of the graphics card.
+  // Draws only where the picture would differ from the last one, and says whether it drew: a page at rest takes no time of the graphics card.
   render(): boolean {
     if (this.xr.isPresenting) return this.draw(); // the headset has its own size and cameras
     const { clientWidth: width, clientHeight: height } = this.canvas;

@@ -35,7 +35,6 @@ interface Held {
   target: ToolTarget;
   scale: number; // m per pixel
   measures: boolean; // it is a pen that has reported a pressure
-  pressure: number; // the pen's last one, 0 to 1
   slides: boolean; // a push follows the pointer along the surface's plane too
 }
 
@@ -143,7 +142,7 @@ export class ToolPointer {
     const place = this.options.followsDeformed() ? hit.point : hit.place;
     const grasp = this.options.pulls() ? along(place, hit.normal, -GRASP) : null;
     const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, grasp, down: true };
-    const held: Held = { pointer, index, hit, place, x, y, now: [x, y], since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false, pressure: 0, slides: pointer === GAMEPAD };
+    const held: Held = { pointer, index, hit, place, x, y, now: [x, y], since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false, slides: pointer === GAMEPAD };
     this.held.push(held);
     this.options.pressed(hit);
     this.aim(held, TOUCH_DOWN, 0, 0);
@@ -187,9 +186,7 @@ export class ToolPointer {
     held.now = [event.offsetX, event.offsetY];
     const dx = event.offsetX - held.x, dy = event.offsetY - held.y;
     held.measures ||= event.pointerType === "pen" && event.pressure !== NO_PRESSURE;
-    // A browser makes events of its own where the page below the pen changes, without the pen's pressure: the pen then stays as deep as it was.
-    if (held.measures && event.pressure !== 0 && event.pressure !== NO_PRESSURE) held.pressure = event.pressure;
-    const deeper = held.measures ? held.pressure * PEN_DEPTH : Math.hypot(dx, dy) * held.scale * 0.5;
+    const deeper = held.measures ? event.pressure * PEN_DEPTH : Math.hypot(dx, dy) * held.scale * 0.5;
     this.aim(held, TOUCH_DOWN + deeper, dx, dy);
   }
 
