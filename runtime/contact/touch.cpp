@@ -483,7 +483,7 @@ class Touch {
 
   void solve(const ContactSolver::Outcome* joint) {
     const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : touch_state_.rows.set();
-    acting_ = &set;
+    acting_ = joint && has_motions(context_.def) ? &touch_state_.motions.acting(set) : &set;
     const ContactSolver::Outcome outcome = joint ? *joint : solve_again(set);
     if (has_motions(context_.def)) touch_state_.motions.end(set, touch_state_.force);
     if (has_grasps(context_.def)) {

@@ -205,7 +205,8 @@ palpate_status build_motions(const SectionReader& reader, const palpate_scene_de
         (!source.volume || !(source.volume[i * m + i] > 0)))
       return source.volume ? reader.not_usable(SectionId::motion_volume, i * m + i)
                            : reader.missing("motions", SectionId::motion_volume);
-  if (!touch.motions.create(reader.memory(), source, most_constraints(def))) return reader.no_memory("motions");
+  if (!touch.motions.create(reader.memory(), source, most_constraints(def) + touch.most_pairs))
+    return reader.no_memory("motions");
   shape.moved_surface = touch.motions.rows();
   if (!has_interior_shape(def, reader.bundle())) return PALPATE_OK;
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
@@ -224,10 +225,11 @@ void reach_motions(const MotionRows& rows, double largest, double* reach) {
 }
 
 // How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
-// deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same.
+// deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:
+// [surface nodes] takes the reaches; nullptr: nobody does.
 bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                  const std::int32_t* touchable, const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree,
-                 double* same) {
+                 double* same, double* of_nodes = nullptr) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
   double* const reach = scratch.array<double>(count);
@@ -244,6 +246,7 @@ bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, cons
     *same = most > 0 ? most : 1;
     if (deforms_beside(def)) std::fill(reach, reach + count, *same);
     reach_motions(motions, *same, reach);
+    if (of_nodes) std::copy(reach, reach + count, of_nodes);
     if (!fine) tree.set_reach(reach);
   }
   double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
@@ -280,9 +283,11 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     touch.field.follow(&touch.body_field);
     return true;
   };
+  if (touch.most_pairs > 0)
+    touch.node_reach = reader.memory().array<double>(static_cast<std::size_t>(reader.surface_nodes()));
   double reach = 1;
-  if (deformed && (!create_field() ||
-                   !set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(), touch.tree, &reach)))
+  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(),
+                                                   touch.tree, &reach, touch.node_reach)))
     return reader.no_memory("collision");
   if (deformed && deforms_beside(def)) touch.field.add(&touch.beside.added(), reach);
   if (deformed && has_motions(def)) touch.field.move(&touch.motions, reach);

@@ -13,15 +13,16 @@ namespace palpate {
 
 struct JointOrgan {
   ContactSolver* solver = nullptr;
-  const ContactConstraints* set = nullptr;
+  const ContactConstraints* set = nullptr;  // with the targets of contacts, without what motions do
 };
 struct JointPair {
   std::int32_t organ[2] = {};             // among the JointOrgans
   std::int32_t constraint[2] = {-1, -1};  // in the organ's set; -1: that side does not move
   ContactLaw law = ContactLaw::unilateral;
   double friction = 0;
-  Vec3 target;    // m
-  Vec3 reaction;  // N; in: of the last step
+  Vec3 target;     // m, for the contacts: without what motions do
+  Vec3 reaction;   // N; in: of the last step
+  double gap = 0;  // m, along the normal, when it was solved
 };
 
 class JointSolver {

@@ -10,6 +10,10 @@ namespace {
 // In mean edges of the second organ: within which a vertex counts as near; by how much it must go farther to count as far again; within
 // which a vertex is looked for; after which motion a pair is looked at again; by how much its place lags behind the vertex.
 constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag = 0.1;
+// Of its way, a place that goes to and fro follows its vertex by this share at least.
+constexpr double kLeastFollow = 1.0 / 32;
+// And by so many times the share of the step before where it goes on; a way of less than so many mean edges is neither.
+constexpr double kOnward = 1.1, kStill = 1e-3;
 // A pair's normal stays while it turns by less than a degree (cosine).
 constexpr double kSameNormal = 0.99985;
 // The two surfaces face one another where their normals differ by more than about 100 degrees (cosine).
@@ -28,6 +32,19 @@ double longest_way(const Pose& a_before, const Pose& b_before, const Pose& a, co
     longest = std::max(longest, length(b.to_body(a.to_world(p)) - b_before.to_body(a_before.to_world(p))));
   }
   return longest;
+}
+
+// m, of a place on an organ: the mean of what of_node says of its corners.
+template <typename OfNode>
+Vec3 mean_of_corners(const SurfaceTree& tree, const OrganPair& pair, const OfNode& of_node) {
+  const std::int32_t* const corner = tree.corners(pair.triangle);
+  Vec3 sum;
+  for (int v = 0; v < 3; ++v) sum += pair.barycentric[v] * of_node(corner[v]);
+  return sum;
+}
+
+bool has_stepped(const TouchState& organ) {
+  return organ.field.has_motions() && organ.motions.stepped() > 0;
 }
 
 bool same_pose(const Pose& a, const Pose& b) {
@@ -59,16 +76,17 @@ bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::
       capacity_ += touch(group.a).tree.surface_nodes();
     }
   const auto vertices = static_cast<std::size_t>(capacity_);
-  for (double** array : {&due_, &overlap_, &overlap_at_rest_}) *array = memory.array<double>(vertices);
+  looks_ = memory.array<OrganGroup::Look>(vertices);
+  for (double** array : {&overlap_, &overlap_at_rest_}) *array = memory.array<double>(vertices);
   if (memory.failed()) return false;
   std::size_t first = 0;
   for (std::int32_t g = 0; g < group_count_; ++g) {
     OrganGroup& group = groups_[g];
-    group.due = due_ + first, group.overlap = overlap_ + first, group.overlap_at_rest = overlap_at_rest_ + first;
+    group.look = looks_ + first, group.overlap = overlap_ + first, group.overlap_at_rest = overlap_at_rest_ + first;
     first += static_cast<std::size_t>(touch(group.a).tree.surface_nodes());
   }
   memory.keep_array(motions_, static_cast<std::size_t>(group_count_));
-  memory.keep_array(due_, vertices);
+  memory.keep_array(looks_, vertices);
   memory.keep_array(overlap_, vertices);
   pairs_ = memory.array<OrganPair>(static_cast<std::size_t>(capacity_));
   found_ = memory.array<OrganPair>(static_cast<std::size_t>(capacity_));
@@ -90,7 +108,8 @@ void PairSearch::forget() {
     const std::int32_t vertices = touch(group.a).tree.surface_nodes();
     for (std::int32_t v = 0; v < vertices; ++v) {
       // A vertex without a column does not move.
-      group.due[v] = touch(group.a).column_of_node[v] < 0 ? INFINITY : 0;
+      group.look[v] = {};
+      if (touch(group.a).column_of_node[v] < 0) group.look[v].room = INFINITY;
       group.overlap[v] = group.overlap_at_rest[v];
     }
   }
@@ -104,19 +123,31 @@ void PairSearch::measure_motion(OrganGroup& group) const {
   const double path_a = a.deformed.path(), path_b = b.deformed.path();
   // An organ that was reset alone: everything is looked at.
   if (path_a < motion.path_a || path_b < motion.path_b)
-    for (std::int32_t v = 0; v < a.tree.surface_nodes(); ++v) group.due[v] = std::min(group.due[v], motion.moved);
-  motion.moved += a.tree.largest_reach() * std::max(0.0, path_a - motion.path_a) +
-                  b.tree.largest_reach() * std::max(0.0, path_b - motion.path_b);
+    for (std::int32_t v = 0; v < a.tree.surface_nodes(); ++v)
+      if (group.look[v].room < INFINITY) group.look[v] = {};
   const Pose &now_a = a.organ.pose(), &now_b = b.organ.pose();
   group.pose_a_before = motion.pose_a, group.pose_b_before = motion.pose_b;
-  group.poses_change = !same_pose(now_a, motion.pose_a) || !same_pose(now_b, motion.pose_b);
-  if (group.poses_change) {
+  const bool poses_change = !same_pose(now_a, motion.pose_a) || !same_pose(now_b, motion.pose_b);
+  group.moves = poses_change || has_stepped(a) || has_stepped(b);
+  if (poses_change) {
     const double far = a.deformed.farthest_from_rest();
     const Vec3 room = {far, far, far};
-    motion.moved += longest_way(motion.pose_a, motion.pose_b, now_a, now_b, a.tree.low() - room, a.tree.high() + room);
+    motion.way += longest_way(motion.pose_a, motion.pose_b, now_a, now_b, a.tree.low() - room, a.tree.high() + room);
     motion.pose_a = now_a, motion.pose_b = now_b;
   }
   motion.path_a = path_a, motion.path_b = path_b;
+}
+
+void PairSearch::look_after(OrganGroup& group, std::int32_t vertex, double room, double per_path) const {
+  const OrganGroup::Motion& motion = *group.motion;
+  group.look[vertex] = {room, motion.path_a, motion.path_b, motion.way, per_path};
+}
+
+bool PairSearch::is_due(const OrganGroup& group, std::int32_t vertex) const {
+  const OrganGroup::Look& look = group.look[vertex];
+  const OrganGroup::Motion& now = *group.motion;
+  return !(look.room > touch(group.a).node_reach[vertex] * (now.path_a - look.path_a) +
+                           look.per_path * (now.path_b - look.path_b) + (now.way - look.way));
 }
 
 // Whether the boxes of the two organs, as they are now, are apart by more than the margin.
@@ -152,6 +183,25 @@ Vec3 PairSearch::target(const OrganPair& pair) const {
           -dot(cross(pair.normal, pair.tangent), apart)};
 }
 
+Vec3 PairSearch::moved_apart(const OrganPair& pair) const {
+  const OrganGroup& g = group(pair);
+  const TouchState &a = touch(g.a), &b = touch(g.b);
+  if (!a.field.has_motions() && !b.field.has_motions()) return {};
+  const Vec3 apart = turned_to_second(g, a.field.moved_at_node(pair.vertex)) -
+                     mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.field.moved_at_node(n); });
+  return {dot(pair.normal, apart), dot(pair.tangent, apart), dot(cross(pair.normal, pair.tangent), apart)};
+}
+
+// Where the last step has left a vertex of the first organ, in the second one's frame, as its surface at the pair has moved since.
+// vertex: where it is now, in the first organ's frame.
+Vec3 PairSearch::left_by_last_step(const OrganGroup& group, const OrganPair& pair, Vec3 vertex) const {
+  const TouchState &a = touch(group.a), &b = touch(group.b);
+  const Vec3 step_a = has_stepped(a) ? a.motions.step_of(pair.vertex) : Vec3{};
+  const Vec3 left = to_second_before(group, vertex - step_a);
+  if (!has_stepped(b)) return left;
+  return left + mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.motions.step_of(n); });
+}
+
 // The place of the pair and its normal. off: from the nearest place to the vertex.
 void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) const {
   const TouchState& b = touch(group.b);
@@ -169,44 +219,79 @@ void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Ve
   pair->tangent = across(normal, pair->tangent);
 }
 
+// Makes the pair whose place is nearest to a point of the second organ's frame. Returns the place, m.
+Vec3 PairSearch::anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) const {
+  TouchState& b = touch(group.b);
+  const Vec3 place = b.tree.at_rest(nearest.surface_point) + b.deformed.displacement({}, nearest.surface_point);
+  anchor(group, nearest, at - place, pair);
+  return place;
+}
+
+// Contact forces move a vertex along the surface, and its place decides their direction: where tissue is soft and the surface bent, a
+// place that goes all the way sends the vertex back by more. So a pair whose place turns back goes half as far as before, and one that
+// goes on goes farther again. With friction the place is the vertex's own, and the normal alone holds back. before: the pair as it was,
+// whose place is now at `was`; at: the vertex; found: the pair all the way, whose place is *place.
+void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found,
+                        Vec3* place) const {
+  TouchState& b = touch(group.b);
+  const Vec3 along = *place - was;
+  const bool turns_back = dot(along, before.way) < 0 && length(along) > kStill * b.tree.mean_edge();
+  const double share =
+      turns_back ? std::max(kLeastFollow, 0.5 * before.follow) : std::min(1.0, kOnward * before.follow);
+  if (share < 1 && !has_friction_) {
+    const Vec3 between = was + share * (at - was);
+    const NearestPoint under = b.deformed.nearest({}, between, group.reach);
+    if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, found);
+  }
+  if (share < 1) {
+    found->normal = unit_or_zero(before.normal + share * (found->normal - before.normal));
+    found->tangent = across(found->normal, found->tangent);
+  }
+  found->follow = share, found->way = share * along;
+}
+
 // Looks at a vertex. True where it is near the other organ: *pair, which holds the pair of the last step where there was one, is then up
 // to date.
 bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair) {
   OrganGroup& group = groups_[g];
   TouchState &a = touch(group.a), &b = touch(group.b);
-  const double moved = group.motion->moved, edge = b.tree.mean_edge();
+  const double edge = b.tree.mean_edge();
   const Vec3 u = a.field.empty() ? Vec3{} : a.field.at_node(vertex, &work_);
   const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
   const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
   if (nearest.surface_point.triangle < 0) {
-    group.due[vertex] = moved + group.reach - group.margin;
+    look_after(group, vertex, group.reach - group.margin, nearest.per_path);
     return false;
   }
   const double near = nearest.outside ? nearest.distance : -nearest.distance;
   if (near > (held ? kStays : 1) * group.margin) {
-    group.due[vertex] = moved + near - group.margin;
+    look_after(group, vertex, near - group.margin, nearest.per_path);
     return false;
   }
-  group.due[vertex] = moved + kAgain * edge;
-  // Friction opposes the whole way of this step, that of moving organs too: a pair has its place where the last step left the vertex.
-  NearestPoint under = nearest;
+  look_after(group, vertex, kAgain * edge, b.tree.largest_reach());
+  // Friction opposes the whole way of this step, that of moving organs and supports too: a pair has its place where the last step left
+  // the vertex.
   Vec3 at = p;
-  if (held && has_friction_ && group.poses_change) {
-    const Vec3 left = to_second_before(group, a.tree.at_rest(vertex) + u);
+  NearestPoint under = nearest;
+  if (held && has_friction_ && group.moves) {
+    const Vec3 left = left_by_last_step(group, *pair, a.tree.at_rest(vertex) + u);
     const NearestPoint there = b.deformed.nearest({}, left, group.reach);
     if (there.surface_point.triangle >= 0) under = there, at = left;
   }
-  const Vec3 place = b.tree.at_rest(under.surface_point) + b.deformed.displacement({}, under.surface_point);
   OrganPair found = held ? *pair : OrganPair{};
-  anchor(group, under, at - place, &found);
+  Vec3 place = anchor_under(group, under, at, &found);
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   if (dot(found.normal, facing) > kFaces) return false;
   if (held) {
     const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);
     const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
+    follow(group, *pair, was, at, &found, &place);
     // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
     const double lag = !has_friction_ ? kLag : pair->slips ? 0 : 10 * kLag;
-    if (length(was - place) < lag * edge && dot(found.normal, pair->normal) > kSameNormal) found = *pair;
+    if (length(was - place) < lag * edge && dot(found.normal, pair->normal) > kSameNormal) {
+      found = *pair;
+      found.follow = std::min(1.0, kOnward * found.follow);
+    }
   } else {
     found.slips = 1;
   }
@@ -222,7 +307,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
 void PairSearch::let_slip(std::int32_t i) {
   OrganPair& pair = pairs_[i];
   pair.slips = 1;
-  if (has_friction_) groups_[pair.group].due[pair.vertex] = groups_[pair.group].motion->moved;
+  if (has_friction_) groups_[pair.group].look[pair.vertex].room = 0;
 }
 
 // ---- all vertices ----------------------------------------------------------------------------------------------------
@@ -234,12 +319,11 @@ void PairSearch::search_group(std::int32_t g, std::int32_t* next_held) {
   while (*next_held < count_ && pairs_[*next_held].group == g) ++*next_held;
   if (first == *next_held && is_apart(group)) return;
   std::int32_t held = first;
-  const double moved = group.motion->moved;
   const std::int32_t vertices = touch(group.a).tree.surface_nodes();
   for (std::int32_t v = 0; v < vertices; ++v) {
     const bool is_held = held < *next_held && pairs_[held].vertex == v;
     OrganPair* const before = is_held ? pairs_ + held++ : nullptr;
-    if (group.due[v] > moved) {
+    if (!is_due(group, v)) {
       if (is_held) found_[found_count_++] = *before;
       continue;
     }
@@ -263,7 +347,7 @@ std::uint32_t PairSearch::keep_nearest() {
     if (stays)
       found_[kept++] = found_[i];
     else
-      groups_[found_[i].group].due[found_[i].vertex] = groups_[found_[i].group].motion->moved;
+      groups_[found_[i].group].look[found_[i].vertex].room = 0;
   }
   found_count_ = kept;
   return PALPATE_STEP_CONTACTS_DROPPED;

@@ -21,6 +21,8 @@ struct OrganPair {
   double bulge = 0;      // m, OrganSurface::Smooth
   double overlap = 0;    // m, by which the organs overlap there where they rest; it counts as touching
   double near = 0;       // m, from the place to the vertex when it was last looked at; below 0 inside
+  Vec3 way;              // m, of the place, when it last moved
+  double follow = 1;     // and the share that this was of the whole way
   Vec3 reaction;         // N, on the first organ along normal, tangent and the third direction
 };
 
@@ -29,18 +31,25 @@ struct OrganGroup {
   std::int32_t a = 0, b = 0;  // a carries the pairs
   double margin = 0;          // m, within which a vertex counts as near
   double reach = 0;           // m, within which it is looked for
-  double* due = nullptr;      // [nodes of a] m, of the motion, at which the vertex is looked at
+  // When a vertex of a was last looked at, and by how much it and the other organ may move until it is looked at again.
+  struct Look {
+    double room = 0;                // m
+    double path_a = 0, path_b = 0;  // sqrt(J), of the fields then
+    double way = 0;                 // m, of the poses then
+    double per_path = 0;            // m / sqrt(J): by how much the second organ's field may bring its surface nearer
+  };
+  Look* look = nullptr;       // [nodes of a]
   double* overlap = nullptr;  // [nodes of a] m
   double* overlap_at_rest = nullptr;
   // From step to step.
   struct Motion {
-    double moved = 0;               // m, a bound on how far any vertex of a has moved against b, summed over the steps
+    double way = 0;  // m, a bound on how far the poses have moved any vertex of a against b, summed over the steps
     double path_a = 0, path_b = 0;  // sqrt(J), of the fields in the last step
     Pose pose_a, pose_b;
   };
   Motion* motion = nullptr;
   Pose pose_a_before, pose_b_before;  // in the step before the present one
-  bool poses_change = false;          // since then, against one another or together
+  bool moves = false;                 // since then a pose has changed, or motions have moved one of them
 };
 
 class PairSearch {
@@ -57,6 +66,8 @@ class PairSearch {
 
   // m, of a pair at rest: by how much the second organ must give way, along normal, tangent and the third direction.
   Vec3 target(const OrganPair& pair) const;
+  // m, along the same: by how much the motions of both organs have moved the vertex from the place.
+  Vec3 moved_apart(const OrganPair& pair) const;
   // m, in the frame of the second organ: the vertex; the place on the second organ; both at rest.
   Vec3 vertex_at_rest(const OrganPair& pair) const;
   Vec3 place_at_rest(const OrganPair& pair) const;
@@ -81,12 +92,17 @@ class PairSearch {
     return touch(group.b).organ.pose().turned_to_body(touch(group.a).organ.pose().turned_to_world(direction));
   }
   void measure_motion(OrganGroup& group) const;
+  void look_after(OrganGroup& group, std::int32_t vertex, double room, double per_path) const;
+  bool is_due(const OrganGroup& group, std::int32_t vertex) const;
   bool is_apart(const OrganGroup& group) const;
   void search_group(std::int32_t g, std::int32_t* next_held);
-  // The same under the poses of the step before.
+  Vec3 left_by_last_step(const OrganGroup& group, const OrganPair& pair, Vec3 vertex) const;
+  // A point of the first organ under the poses of the step before.
   Vec3 to_second_before(const OrganGroup& group, Vec3 point) const {
     return group.pose_b_before.to_body(group.pose_a_before.to_world(point));
   }
+  Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) const;
+  void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place) const;
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
   void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) const;
   void find_overlaps(OrganGroup& group);
@@ -95,9 +111,10 @@ class PairSearch {
   palpate_scene* const* organs_ = nullptr;
   std::int32_t organ_count_ = 0, group_count_ = 0;
   OrganSurface surface_[PALPATE_MAX_ORGANS];
-  OrganGroup* groups_ = nullptr;                                             // [group_count]
-  OrganGroup::Motion* motions_ = nullptr;                                    // [group_count]
-  double *due_ = nullptr, *overlap_ = nullptr, *overlap_at_rest_ = nullptr;  // [capacity], of all groups
+  OrganGroup* groups_ = nullptr;                            // [group_count]
+  OrganGroup::Motion* motions_ = nullptr;                   // [group_count]
+  OrganGroup::Look* looks_ = nullptr;                       // [capacity], of all groups
+  double *overlap_ = nullptr, *overlap_at_rest_ = nullptr;  // the same
   bool has_friction_ = false;
   std::int32_t most_ = 0, capacity_ = 0;
   OrganPair *pairs_ = nullptr, *found_ = nullptr;  // [capacity], ascending by group and vertex

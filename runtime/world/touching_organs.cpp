@@ -89,8 +89,14 @@ void TouchingOrgans::request_pairs() {
     joint.organ[0] = group.a, joint.organ[1] = group.b;
     for (int side = 0; side < 2; ++side) joint.constraint[side] = request_side(pair, side);
     joint.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, joint.friction = friction_;
-    joint.target = search_.target(pair), joint.reaction = pair.reaction;
+    joint.reaction = pair.reaction;
   }
+}
+
+// The constraints of an organ, with what its motions leave for the contacts.
+const ContactConstraints& TouchingOrgans::acting(std::int32_t organ) {
+  TouchState& own = touch(organ);
+  return own.field.has_motions() ? own.motions.acting(own.rows.set()) : own.rows.set();
 }
 
 // ---- the solve -------------------------------------------------------------------------------------------------------
@@ -117,9 +123,9 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
     place[members[m]] = m;
-    member_[m] = {&own.solver, &own.rows.set()};
+    member_[m] = {&own.solver, &acting(members[m])};
     is_joint_[members[m]] = true;
-    prepared = own.solver.prepare(organs_[members[m]]->context.tensors, own.rows.set(), &own.work) && prepared;
+    prepared = own.solver.prepare(organs_[members[m]]->context.tensors, *member_[m].set, &own.work) && prepared;
     operations += own.work.left() * kDense;
   }
   if (!prepared) {
@@ -139,17 +145,50 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
     for (std::int32_t& organ : together_[pair_count].organ) organ = place[organ];
     ++pair_count;
   }
-  const std::uint32_t flags = solve_slipping(members, count, pair_count, operations);
-  for (std::int32_t q = 0; q < pair_count; ++q) pairs_[number_[q]].reaction = together_[q].reaction;
-  // To the organ alone, a pair is what the solution has made of it.
+  std::uint32_t flags = 0, limited = 0;
+  for (int solve = 0;; ++solve) {
+    for (std::int32_t q = 0; q < pair_count; ++q) {
+      const OrganPair& pair = search_.pair(number_[q]);
+      together_[q].target = pairs_[number_[q]].target = search_.target(pair) - search_.moved_apart(pair);
+    }
+    flags = solve_slipping(members, count, pair_count, operations);
+    take_reactions(members, count);
+    if (!follow_volumes(members, count, solve, &limited)) break;
+    for (std::int32_t m = 0; m < count; ++m) acting(members[m]);
+  }
+  for (std::int32_t q = 0; q < pair_count; ++q) {
+    JointPair& pair = pairs_[number_[q]];
+    pair.reaction = together_[q].reaction, pair.gap = -pair.target.x;
+    for (int side = 0; side < 2; ++side)
+      if (const std::int32_t p = pair.constraint[side]; p >= 0) pair.gap += touch(pair.organ[side]).solver.reached(p).x;
+  }
+  return flags | limited;
+}
+
+// To the organ alone, a pair is what the solution has made of it.
+void TouchingOrgans::take_reactions(const std::int32_t* members, std::int32_t count) {
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
     const ContactConstraints& set = own.rows.set();
+    const auto is_pair = [&](std::int32_t p) { return set.constraints[p].tool == kToolOfPairs; };
     for (std::int32_t p = 0; p < set.constraint_count; ++p)
-      if (set.constraints[p].tool == kToolOfPairs) own.rows.set_target(p, own.solver.reached(p));
-    outcome_[members[m]] = own.solver.take_reactions(set, joint_.effort(), own.force, own.modified);
+      if (is_pair(p)) own.rows.set_target(p, {});
+    const ContactConstraints& unmoved = acting(members[m]);
+    for (std::int32_t p = 0; p < set.constraint_count; ++p)
+      if (is_pair(p)) own.rows.set_target(p, own.solver.reached(p) - unmoved.target[p]);
+    outcome_[members[m]] = own.solver.take_reactions(acting(members[m]), joint_.effort(), own.force, own.modified);
   }
-  return flags;
+}
+
+// Whether volumes that are held are missed, and the step is to be solved once more.
+bool TouchingOrgans::follow_volumes(const std::int32_t* members, std::int32_t count, int solve, std::uint32_t* flags) {
+  bool missed = false;
+  for (std::int32_t m = 0; m < count; ++m) {
+    TouchState& own = touch(members[m]);
+    if (own.field.has_motions() && outcome_[members[m]] != ContactSolver::Outcome::unsolved)
+      missed = own.motions.follow_volumes(own.rows.set(), own.force, solve, flags) || missed;
+  }
+  return missed;
 }
 
 std::uint32_t TouchingOrgans::solve() {
@@ -201,12 +240,7 @@ void TouchingOrgans::write_pair(std::int32_t i, palpate_world_pair* out) {
   store3(pose.turned_to_world(force), out->force);
   const double area = search_.area(pair);
   out->pressure = area > 0 ? pair.reaction.x / area : 0;
-  double reached = 0;
-  for (int side = 0; side < 2; ++side) {
-    const std::int32_t p = pairs_[i].constraint[side];
-    if (p >= 0) reached += touch(pairs_[i].organ[side]).rows.set().target[p].x;
-  }
-  out->gap = reached - pairs_[i].target.x;
+  out->gap = pairs_[i].gap;
   out->overlap = pair.overlap;
 }
 

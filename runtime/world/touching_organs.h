@@ -34,9 +34,12 @@ class TouchingOrgans {
 
  private:
   TouchState& touch(std::int32_t organ) const { return organs_[organ]->touch; }
+  const ContactConstraints& acting(std::int32_t organ);
   void request_pairs();
   std::int32_t request_side(const OrganPair& pair, int side);
   std::uint32_t solve_together(const std::int32_t* members, std::int32_t count);
+  void take_reactions(const std::int32_t* members, std::int32_t count);
+  bool follow_volumes(const std::int32_t* members, std::int32_t count, int solve, std::uint32_t* flags);
   std::uint32_t solve_slipping(const std::int32_t* members, std::int32_t count, std::int32_t pair_count,
                                std::int64_t operations);
 

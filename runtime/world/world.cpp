@@ -61,7 +61,6 @@ palpate_status check_touching_organ(const palpate_scene_def& def, std::int32_t k
   if (def.deformation != PALPATE_DEFORMATION_LINEAR) return refuse("deformation LINEAR");
   if (def.collision != PALPATE_COLLISION_DEFORMED) return refuse("collision DEFORMED");
   if (def.fine_surface) return refuse("the bundle's own triangles, without a fine_surface");
-  if (def.motions) return refuse("supports that stand, motions 0");
   return PALPATE_OK;
 }
 

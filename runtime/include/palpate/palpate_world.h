@@ -96,7 +96,8 @@ PALPATE_API const palpate_plan_pass* palpate_world_plan(const palpate_world* wor
  *   touching until they part there. The log of the organ's bundle tells it, and so does palpate_world_pair.overlap.
  * - A vertex without a tensor column (a fixed one) passes through other organs.
  * - More vertices than max_pairs that are near: those that are farther away are not held (CONTACTS_DROPPED).
- * - Links and grasps hold their organ as in a scene; their rows are part of the one system.
+ * - Links and grasps hold their organ as in a scene; their rows are part of the one system. Motions move it as in a scene, and volumes
+ *   that are held are followed.
  * - The contact nodes of pairs have the tool -2 in the palpate_contacts of both organs.
  * - The search for pairs, their rows and the one system come on top of palpate_scene_most_operations(). */
 

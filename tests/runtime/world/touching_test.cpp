@@ -1,4 +1,5 @@
 // Organs that touch one another: against full solves and Hertz, at rest, pushed at random, overlapping, with friction.
+#include <numbers>
 #include <random>
 
 #include "tests/runtime/world/played_world.h"
@@ -215,6 +216,37 @@ TEST(Touching, AStackOfThreeAtRestIsSteady) {
   for (int s = 0; s < 300; ++s) {
     EXPECT_EQ(stack.step(), 0u);
     for (int k = 0; k < 3; ++k) EXPECT_LT((stack.pressed(k) - rest[k]).norm(), 1e-6 * rest[0].norm()) << s;
+  }
+}
+
+// Two domes, pressed on one another beside their tops, slide aside as far as the tissue lets them. Where a place follows its vertex at
+// once, the next step takes both back again, for ever.
+TEST(Touching, DomesThatSlideOffOneAnotherComeToRest) {
+  constexpr double half = 0.02, high = 0.02, radius = 0.03;
+  DenseBody dome = block(half, high, 6, 3, false, 3000);
+  for (auto& node : dome.body.mesh.nodes)
+    node[2] -= node[2] / high * (node[0] * node[0] + node[1] * node[1]) / (2 * radius);
+  const TouchedBody body(dome);
+  for (const double friction : {0.0, 0.05}) {
+    Touching domes({{&body, {0, 0, 0}}, {&body, {0, 0, 0}}}, friction);
+    const Eigen::Quaterniond over(Eigen::AngleAxisd(std::numbers::pi, Vector3d(1, 0, 0)));
+    palpate_pose pose = pose_at({0.004, 0.003, 2 * high + 0.0005}, over);
+    for (int s = 0; s < 100; ++s) {
+      pose.position[2] -= 1e-4;
+      ASSERT_EQ(palpate_scene_set_pose(palpate_world_scene(domes.world.get(), 1), &pose, nullptr), PALPATE_OK);
+      domes.step();
+    }
+    for (int s = 0; s < 60; ++s) domes.step();
+    const Vector3d rest = domes.pressed(0);
+    Vector3d last = rest;
+    double way = 0;
+    for (int s = 0; s < 40; ++s) {
+      domes.step();
+      way += (domes.pressed(0) - last).norm(), last = domes.pressed(0);
+    }
+    // Without friction they rest. With a little the upper one creeps on, but not to and fro.
+    EXPECT_LT(way, friction > 0 ? 1.05 * (last - rest).norm() + 1e-6 * rest.norm() : 1e-6 * rest.norm()) << friction;
+    EXPECT_LT((last - rest).norm(), 0.03 * rest.norm()) << friction;
   }
 }
 

@@ -1,0 +1,141 @@
+// Organs that touch while their supports move: a rigid motion of the supports is a motion of the pose.
+#include <numbers>
+
+#include "tests/runtime/moved_box.h"
+#include "tests/runtime/world/played_world.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+// Held at the face x = 0, which the piston moves along x: the box moves as it is.
+const MovedBox& box() {
+  static const MovedBox shared(false);
+  return shared;
+}
+
+// A box at the origin, which moves by its supports or by its pose, and another box that stands at a pose. moving: the number of the first
+// one in the world, 0 or 1; of two equal boxes the one with number 0 carries the pairs.
+class Pair {
+ public:
+  Pair(bool motions, const palpate_pose& other, double friction, std::int32_t moving = 0)
+      : motions_(motions), moving_(moving) {
+    palpate_scene_def def = moved_def();
+    def.law = PALPATE_LAW_UNILATERAL;
+    def.max_tools = def.max_points = 1, def.max_contact_nodes = 3;  // room for one touch beside the pairs
+    palpate_scene_def still = def;
+    still.motions = 0;
+    const palpate_pose start = palpate_default_pose();
+    std::vector<palpate_world_organ> organs = {organ_of(box().bundle(), motions ? &def : &still, &start),
+                                               organ_of(box().bundle(), &still, &other)};
+    if (moving == 1) std::swap(organs[0], organs[1]);
+    palpate_world_def world = palpate_default_world_def();
+    world.organs = organs.data(), world.organ_count = 2;
+    world.max_pairs = 100, world.friction = friction;
+    palpate_world* made = nullptr;
+    palpate_error error = {};
+    if (palpate_world_create(&world, &made, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    world_.reset(made);
+    contacts = std::make_unique<WorldContacts>(made);
+  }
+  palpate_scene* scene(std::int32_t organ) { return palpate_world_scene(world_.get(), organ); }
+  // The box that moves is q along x from where it began.
+  palpate_step_flags step(double q) {
+    const palpate_pose pose = pose_at({q, 0, 0});
+    if (motions_)
+      set_amounts(scene(moving_), {q, 0, 0, 0});
+    else
+      EXPECT_EQ(palpate_scene_set_pose(scene(moving_), &pose, nullptr), PALPATE_OK);
+    return palpate_world_touch(world_.get(), nullptr, 0, 1e-3, contacts->get(), contacts->bytes());
+  }
+  Vector3d pressed(std::int32_t organ) { return Vector3d(contacts->state(organ).pressed); }
+  std::vector<float> shape(std::int32_t organ) {
+    return displacements(scene(organ), &contacts->organ(organ), box().body.surface_nodes);
+  }
+
+  std::unique_ptr<WorldContacts> contacts;
+
+ private:
+  bool motions_;
+  std::int32_t moving_;
+  WorldPointer world_;
+};
+
+// Both worlds go the same way; the other box ends `lower` below where it began. `least`: N, what the boxes feel at least.
+void expect_the_same(const palpate_pose& other, double lower, double friction, double depth, double least,
+                     std::int32_t moving = 0) {
+  Pair by_supports(true, other, friction, moving), by_pose(false, other, friction, moving);
+  // With friction places are found anew in every step, and what differs is single precision. Without friction a place lags by a tenth of an
+  // edge at most, and the steps in which it is looked at follow from bounds, which differ.
+  const double share = friction > 0 ? 2e-5 : 0.02, shape = friction > 0 ? 1e-6 : 5e-6;
+  double most = 0, apart = 0;
+  for (int s = 0; s < 220; ++s) {
+    palpate_pose lowered = other;
+    lowered.position[2] -= lower * std::min(1.0, s / 20.0);
+    const double q = s < 20 ? 0 : depth * (1 - std::cos(2 * std::numbers::pi * (s - 20) / 100)) / 2;
+    for (Pair* pair : {&by_supports, &by_pose})
+      ASSERT_EQ(palpate_scene_set_pose(pair->scene(1 - moving), &lowered, nullptr), PALPATE_OK);
+    EXPECT_EQ(by_supports.step(q), by_pose.step(q)) << s;
+    const Vector3d expected = by_pose.pressed(0);
+    most = std::max(most, expected.norm());
+    for (const std::int32_t organ : {0, 1})
+      apart = std::max(apart, (by_supports.pressed(organ) - by_pose.pressed(organ)).norm());
+    for (std::int32_t i = 0; i < by_supports.contacts->get()->pair_count; ++i) {
+      const palpate_world_pair& pair = *palpate_world_contacts_pair(by_supports.contacts->get(), i);
+      EXPECT_GT(pair.gap, -1e-9) << s;
+      if (pair.pressure > 0) {
+        EXPECT_LT(pair.gap, 1e-9) << s;
+      }
+    }
+    if (s % 40 != 30) continue;
+    for (const std::int32_t organ : {0, 1}) {
+      const std::vector<float> u = by_supports.shape(organ), v = by_pose.shape(organ);
+      for (std::size_t i = 0; i < u.size(); ++i)
+        ASSERT_NEAR(static_cast<double>(u[i]), static_cast<double>(v[i]) + (organ == moving && i % 3 == 0 ? q : 0),
+                    shape);
+    }
+  }
+  EXPECT_GT(most, least);
+  EXPECT_LT(apart, share * most);
+}
+
+// The far face of the first box looks at the upper face of the other one, 1 mm away.
+palpate_pose face_to_face() {
+  return pose_at({0.101, 0.02, -0.01}, Quaterniond(Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d(0, 1, 0))));
+}
+
+TEST(MovedOrgans, SupportsThatMovePressOneOrganOnAnother) {
+  for (const std::int32_t moving : {0, 1})
+    for (const double friction : {0.0, 0.1}) expect_the_same(face_to_face(), 0, friction, 0.004, 0.1, moving);
+}
+
+// The far face of the other box comes down on the upper face of the first one, which then slides below it, there and back.
+TEST(MovedOrgans, SupportsThatMoveRubOneOrganOnAnother) {
+  const Quaterniond down(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d(0, 1, 0)));
+  for (const std::int32_t moving : {0, 1})
+    expect_the_same(pose_at({0.012, 0.003, 0.1002}, down), 0.001, 0.3, 0.006, 0.02, moving);
+}
+
+// What is inside of the far face is held while the box moves, so that its pressure withstands the other box.
+TEST(MovedOrgans, AHeldVolumeIsHeldAgainstAnotherOrgan) {
+  Pair held(true, face_to_face(), 0), left(true, face_to_face(), 0);
+  const double swept = box().motions.sweep.dot(box().motions.field.col(kPiston));  // m^3 per metre
+  for (int s = 0; s < 60; ++s) {
+    const double q = 5e-5 * s;
+    ASSERT_EQ(palpate_scene_hold_volume(held.scene(0), kFilling, 1, swept * q, nullptr), PALPATE_OK);
+    EXPECT_EQ(held.step(q), 0u);
+    left.step(q);
+    const palpate_motion_state& filling = *palpate_scene_motion_state(held.scene(0), kFilling);
+    // 1e-6 of what the other box takes from the side whose volume is not held.
+    const double taken = palpate_scene_motion_state(left.scene(0), kFilling)->volume - swept * q;
+    EXPECT_NEAR(filling.volume, swept * q, 1e-6 * std::fabs(taken) + 1e-15) << s;
+    if (s < 50) continue;
+    EXPECT_GT(std::fabs(taken), 1e-7) << s;
+    EXPECT_GT(held.pressed(0).norm(), 1.05 * left.pressed(0).norm()) << "the filled box is stiffer";
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tests
