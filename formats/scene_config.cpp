@@ -7,7 +7,9 @@
 #include <fstream>
 
 #include "formats/errors.h"
+#include "formats/scene_effects.h"
 #include "formats/scene_holds.h"
+#include "formats/scene_organs.h"
 #include "formats/toml_reader.h"
 
 namespace palpate {
@@ -19,23 +21,11 @@ constexpr int kMaxContactNodes = 3000;  // as palpate.h
 constexpr int kMaxOperations = 1'000'000'000;
 constexpr double kMaxRadius = 1;   // m
 constexpr double kSlowest = 1e-6;  // Hz
-constexpr std::size_t kMaxRelaxationTerms = 8;
-constexpr int kMaxLinks = 1000;
-
-using Lengths = std::vector<std::pair<std::string, double>>;
-const Lengths kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
 
 int count(TomlTable& table, const char* key, int least, int most) {
   const std::int64_t value = table.integer(key);
   if (value < least || value > most) table.wrong(key, fmt::format("a whole number of {} to {}", least, most));
   return static_cast<int>(value);
-}
-
-// An absent key leaves `out` as it is.
-template <typename Value>
-void optional_choice(TomlTable& table, const char* key, const std::vector<std::pair<std::string, Value>>& choices,
-                     Value& out) {
-  if (table.has(key)) out = table.choice(key, choices);
 }
 
 // ---- paths ---------------------------------------------------------------------------------------------------------
@@ -186,7 +176,8 @@ SceneConfig::Grip read_grip(TomlTable& table, double scale) {
   return grip;
 }
 
-SceneConfig::Tool read_tool(TomlTable& table, double scale) {
+SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
+  const double scale = scene.metres_per_unit;
   SceneConfig::Tool tool;
   tool.line = table.line();
   tool.name = table.text("name", "\"probe\"");
@@ -220,120 +211,15 @@ SceneConfig::Tool read_tool(TomlTable& table, double scale) {
     for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
   if (table.has("turn")) tool.turn = read_turn(table);
   if (table.has("grasp")) tool.grasp = read_grasp(table.table("grasp"), scale);
+  if (table.has("organ") || (scene.organs.size() > 1 && (tool.place || tool.grasp || !tool.grips.empty())))
+    tool.organ = read_organ_name(table, scene);
   if (tool.points.empty() && !tool.capsule && tool.grips.empty() && !tool.grasp)
     table.wrong("points", "points, a capsule, a [[tool.grip]] or a [tool.grasp], so that the tool can touch something");
   table.finish();
   return tool;
 }
 
-// A radius selects the contact model patch; with another contact model named, the radius would be ignored, so it is refused.
-void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contact) {
-  const auto needs_patch = [&](const char* key, const std::string& why) {
-    if (!names_contact) scene.contact = SceneConfig::Contact::patch;
-    if (scene.contact != SceneConfig::Contact::patch)
-      root.wrong(key, fmt::format("contact = \"patch\" in [effects], since {}", why));
-  };
-  for (const auto& tool : scene.tools) {
-    if (tool.disc_radius > 0) needs_patch("tool", fmt::format("tool \"{}\" has a disc_radius", tool.name));
-    if (tool.grasp) needs_patch("tool", fmt::format("tool \"{}\" has a grasp", tool.name));
-  }
-  for (const auto& link : scene.links)
-    if (link.radius > 0) needs_patch("link", fmt::format("link \"{}\" has a radius", link.name));
-}
-
-// Sutures and grasps hold the linear organ alone.
-void check_holds(const SceneConfig& scene, const TomlTable& root) {
-  const bool linear = scene.deformation == SceneConfig::Deformation::linear;
-  for (const auto& tool : scene.tools)
-    if (tool.grasp && !linear)
-      root.wrong("tool",
-                 fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a grasp", tool.name));
-  if (!scene.links.empty() && !linear)
-    root.wrong("link", "deformation = \"linear\" in [effects], since the scene has links");
-  int stretches = 0;
-  for (const auto& link : scene.links) stretches += stretches_of(link);
-  if (stretches > kMaxLinks)
-    root.wrong("link", fmt::format("at most {} stretches between places of all links together", kMaxLinks));
-}
-
-// Motions move the linear organ, and tools meet it where it is.
-void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collision) {
-  if (scene.motions.empty()) return;
-  for (std::size_t i = 0; i < scene.motions.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (scene.motions[i].name == scene.motions[j].name)
-        root.wrong("motion",
-                   fmt::format("a name that no other [[motion]] has, not \"{}\" twice", scene.motions[i].name));
-  if (scene.deformation != SceneConfig::Deformation::linear)
-    root.wrong("motion", "deformation = \"linear\" in [effects], since the scene has motions");
-  if (!names_collision) scene.collision = SceneConfig::Collision::deformed;
-  if (scene.collision == SceneConfig::Collision::rest)
-    root.wrong("motion", "collision = \"deformed\" or \"off\" in [effects], since the scene has motions");
-}
-
 // ---- the rest ------------------------------------------------------------------------------------------------------
-
-void read_effects(TomlTable table, SceneConfig& scene) {
-  using S = SceneConfig;
-  optional_choice<S::Collision>(
-      table, "collision",
-      {{"off", S::Collision::off}, {"rest", S::Collision::rest}, {"deformed", S::Collision::deformed}},
-      scene.collision);
-  optional_choice<S::Contact>(table, "contact",
-                              {{"node", S::Contact::node},
-                               {"triangle", S::Contact::triangle},
-                               {"point", S::Contact::point},
-                               {"patch", S::Contact::patch}},
-                              scene.contact);
-  optional_choice<S::Law>(table, "law",
-                          {{"sticking", S::Law::sticking},
-                           {"sliding", S::Law::sliding},
-                           {"unilateral", S::Law::unilateral},
-                           {"coulomb", S::Law::coulomb}},
-                          scene.law);
-  optional_choice<S::Force>(table, "force",
-                            {{"off", S::Force::off}, {"linear", S::Force::linear}, {"response", S::Force::response}},
-                            scene.force);
-  optional_choice<S::Shape>(table, "shape",
-                            {{"off", S::Shape::off}, {"surface", S::Shape::surface}, {"volume", S::Shape::volume}},
-                            scene.shape);
-  optional_choice<S::Radial>(table, "radial", {{"off", S::Radial::off}, {"response", S::Radial::response}},
-                             scene.radial);
-  optional_choice<S::Deformation>(table, "deformation",
-                                  {{"linear", S::Deformation::linear},
-                                   {"large", S::Deformation::large},
-                                   {"large-beside", S::Deformation::large_beside},
-                                   {"large-renewed", S::Deformation::large_renewed}},
-                                  scene.deformation);
-  optional_choice<S::Dent>(table, "dent", {{"off", S::Dent::off}, {"discs", S::Dent::discs}}, scene.dent);
-  if (table.has("preload")) scene.preload = table.boolean("preload");
-  table.finish();
-}
-
-SceneConfig::Relaxation read_relaxation(TomlTable table) {
-  SceneConfig::Relaxation relaxation;
-  relaxation.terms = table.rows<2>("terms", "[share, seconds]");
-  double sum = 0;
-  for (std::size_t i = 0; i < relaxation.terms.size(); ++i) {
-    const auto [share, time] = relaxation.terms[i];
-    sum += share;
-    if (!(share >= 0 && time > 0 && sum < 1))
-      table.wrong_row("terms", i, "a share of at least 0, all together below 1, and a time above 0 s");
-  }
-  if (relaxation.terms.size() > kMaxRelaxationTerms)
-    table.wrong("terms", fmt::format("at most {} terms", kMaxRelaxationTerms));
-  relaxation.source = table.text("source", "\"Author year, table 1\"");
-  table.finish();
-  return relaxation;
-}
-
-SceneConfig::Surface read_surface(TomlTable table) {
-  SceneConfig::Surface surface;
-  surface.file = table.file().parent_path() / table.text("file", "\"fine.ply\"");
-  optional_choice(table, "unit", kLengths, surface.metres_per_unit);
-  table.finish();
-  return surface;
-}
 
 void read_rate(TomlTable table, SceneConfig& scene) {
   if (table.has("touch")) scene.touch_hz = table.number("touch");
@@ -372,32 +258,27 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   scene.file = file;
   scene.name = root.text("name", "\"push\"");
   if (root.has("bundle")) scene.bundle = file.parent_path() / root.text("bundle", "\"bundle.h5\"");
-  const double scale = root.choice("unit", kLengths);
-  bool names_contact = false, names_collision = false;
+  const double scale = root.choice("unit", scene_lengths());
   scene.metres_per_unit = scale;
-  if (root.has("effects")) {
-    names_contact = root.table("effects").has("contact"), names_collision = root.table("effects").has("collision");
-    read_effects(root.table("effects"), scene);
-  }
+  NamedEffects named;
+  if (root.has("effects")) named.add(root.table("effects")), read_effects(root.table("effects"), scene);
   if (root.has("relaxation")) scene.relaxation = read_relaxation(root.table("relaxation"));
   if (root.has("surface")) scene.surface = read_surface(root.table("surface"));
-  if (scene.surface && scene.collision == SceneConfig::Collision::off)
-    root.wrong("surface", "collision = \"rest\" or \"deformed\" in [effects], since tools meet that surface");
   if (root.has("rate")) read_rate(root.table("rate"), scene);
   if (root.has("limits")) read_limits(root.table("limits"), scene.limits);
+  std::vector<NamedEffects> named_by_organs = read_organs(root, scene, named);
   if (!root.has("tool")) root.wrong("tool", "one [[tool]] or more");
-  for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scale));
-  for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scale));
-  for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion));
-  choose_contact(scene, root, names_contact);
-  check_motions(scene, root, names_collision);
-  check_holds(scene, root);
-  if (scene.dent == SceneConfig::Dent::discs && scene.contact != SceneConfig::Contact::patch)
-    root.wrong("effects", "no dent = \"discs\", or a tool with a disc_radius, whose dent is drawn");
-  for (const auto& tool : scene.tools)
-    if (tool.friction > 0 && scene.law != SceneConfig::Law::coulomb)
-      root.wrong("tool", fmt::format("law = \"coulomb\" in [effects], since tool \"{}\" has a friction", tool.name));
+  for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scene));
+  for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scene));
+  for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
   if (scene.tools.size() > kMaxTools) root.wrong("tool", fmt::format("at most {} tools", kMaxTools));
+  if (scene.organs.empty()) settle_effects(scene, root, named);
+  for (std::size_t k = 0; k < scene.organs.size(); ++k) {
+    SceneConfig of_organ = organ_scene(scene, k);
+    settle_effects(of_organ, root, named_by_organs[k]);
+    scene.organs[k].effects = of_organ;
+  }
+  check_pairs(scene, root);
   root.finish();
   return scene;
 }

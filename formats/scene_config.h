@@ -9,10 +9,8 @@
 
 namespace palpate {
 
-// docs/files.md explains the keys; formats/config_keys.cpp lists them. Lengths are in metres here.
-struct SceneConfig {
-  using Vector = std::array<double, 3>;
-
+// What is computed of an organ, and how.
+struct SceneEffects {
   enum class Collision { off, rest, deformed };
   enum class Contact { node, triangle, point, patch };
   enum class Law { sticking, sliding, unilateral, coulomb };
@@ -21,6 +19,23 @@ struct SceneConfig {
   enum class Radial { off, response };
   enum class Deformation { linear, large, large_beside, large_renewed };
   enum class Dent { off, discs };
+
+  Collision collision = Collision::rest;
+  Contact contact = Contact::point;
+  Law law = Law::sticking;
+  Force force = Force::linear;
+  Shape shape = Shape::surface;
+  Radial radial = Radial::off;
+  Deformation deformation = Deformation::linear;
+  Dent dent = Dent::off;
+  bool preload = false;
+  bool operator==(const SceneEffects&) const = default;
+};
+
+// docs/files.md explains the keys; formats/config_keys.cpp lists them. Lengths are in metres here. A scene of several organs has
+// `organs`, each with effects of its own; in a scene of one organ `organs` is empty and the effects are the scene's.
+struct SceneConfig : SceneEffects {
+  using Vector = std::array<double, 3>;
 
   struct Limits {
     std::optional<int> points, contact_nodes;
@@ -80,6 +95,7 @@ struct SceneConfig {
     std::vector<std::array<double, 2>> stiffness;    // s, N/m; empty: infinite
     std::optional<double> breaking_force;            // N
     double radius = 0;                               // m
+    std::size_t organ = 0;                           // of a scene of several organs
     int line = 0;
     bool operator==(const Link&) const = default;
   };
@@ -93,6 +109,7 @@ struct SceneConfig {
     std::string name;
     std::optional<Sine> sine;
     std::vector<std::array<double, 2>> amounts;  // s, amount; where there is no sine
+    std::size_t organ = 0;                       // of a scene of several organs
     int line = 0;
     bool operator==(const Motion&) const = default;
   };
@@ -120,22 +137,25 @@ struct SceneConfig {
     double friction = 0;
     bool hold = false;
     std::vector<std::array<double, 2>> away;  // s: from, until; ascending
+    std::size_t organ = 0;                    // of a scene of several organs: that the place, grips and grasp are on
     int line = 0;
     bool operator==(const Tool&) const = default;
+  };
+  // One organ of several.
+  struct Organ {
+    std::string name;              // letters, digits, - and _
+    std::filesystem::path bundle;  // already relative to the scene's folder; empty where the scene names none
+    Vector position{}, turn{};     // m; axis times angle in degrees: where the organ's frame is in the world
+    SceneEffects effects;          // [effects] of the scene, and [organ.effects] over it
+    std::optional<Relaxation> relaxation;
+    std::optional<Surface> surface;
+    int line = 0;
+    bool operator==(const Organ&) const = default;
   };
 
   std::string name;
   std::filesystem::path file;
   std::filesystem::path bundle;  // already relative to the scene's folder; empty where the scene names none
-  Collision collision = Collision::rest;
-  Contact contact = Contact::point;
-  Law law = Law::sticking;
-  Force force = Force::linear;
-  Shape shape = Shape::surface;
-  Radial radial = Radial::off;
-  Deformation deformation = Deformation::linear;
-  Dent dent = Dent::off;
-  bool preload = false;
   std::optional<Relaxation> relaxation;
   std::optional<Surface> surface;  // a finer one than the bundle's, which tools meet
   double touch_hz = 1000, shape_hz = 60, deform_hz = 100;
@@ -144,10 +164,16 @@ struct SceneConfig {
   std::vector<Link> links;
   std::vector<Motion> motions;
   double metres_per_unit = 1;  // of the file's lengths, for amounts of pistons
+  std::vector<Organ> organs;
+  int pairs = 0;              // places at most where organs are held apart; 0: they pass through one another
+  double organ_friction = 0;  // between organs
   bool operator==(const SceneConfig&) const = default;
 };
 
 // Errors: InputError with file, line, key, expected and found.
 SceneConfig read_scene_config(const std::filesystem::path& file);
+
+// The scene of one organ of several: with its bundle, effects, links and motions, and with all tools, which hold this organ alone.
+SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ);
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "formats/errors.h"
+#include "formats/scene_organs.h"
 
 namespace palpate {
 namespace {
@@ -19,6 +20,10 @@ using Rows = std::vector<std::array<double, 2>>;
 constexpr double kMaxRadius = 1;          // m, as palpate.h
 constexpr double kMostDegrees = 1e6;      // of a turn
 constexpr std::size_t kMaxPlaces = 1000;  // of one link; as many as palpate.h has links
+
+bool names_organ(TomlTable& table, const SceneConfig& scene) {
+  return scene.organs.size() > 1 || table.has("organ");
+}
 
 double radius_of(TomlTable& table, double scale) {
   const double radius = positive(table, "radius", "a length above 0") * scale;
@@ -55,8 +60,9 @@ Rows number_or_rows(TomlTable& table, const char* number, const char* rows, cons
 
 }  // namespace
 
-SceneConfig::Link read_link(TomlTable table, double scale) {
+SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene) {
   using Kind = SceneConfig::Link::Kind;
+  const double scale = scene.metres_per_unit;
   SceneConfig::Link link;
   link.line = table.line();
   link.name = table.text("name", "\"suture\"");
@@ -67,6 +73,7 @@ SceneConfig::Link read_link(TomlTable table, double scale) {
   link.stiffness = number_or_rows(table, "stiffness", "stiffnesses", "[t, stiffness]", 1, true);
   if (table.has("breaking_force")) link.breaking_force = positive(table, "breaking_force", "a force above 0 N");
   if (table.has("radius")) link.radius = radius_of(table, scale);
+  if (names_organ(table, scene)) link.organ = read_organ_name(table, scene);
   const int stretches = stretches_of(link);
   if (link.places.size() > kMaxPlaces) table.wrong("places", fmt::format("at most {} places", kMaxPlaces));
   if (stretches < 1) table.wrong("places", "two places or more, or one place and world = [x, y, z]");
@@ -123,10 +130,11 @@ SceneConfig::Motion::Sine read_sine(TomlTable table) {
 
 }  // namespace
 
-SceneConfig::Motion read_motion(TomlTable table) {
+SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene) {
   SceneConfig::Motion motion;
   motion.line = table.line();
   motion.name = table.text("name", "\"diaphragm\"");
+  if (names_organ(table, scene)) motion.organ = read_organ_name(table, scene);
   const int ways = table.has("sine") + table.has("amounts") + table.has("amounts_csv");
   if (ways != 1)
     table.wrong("name",

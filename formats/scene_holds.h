@@ -1,6 +1,8 @@
 // What holds and moves tissue in a scene.toml: its links and motions, and the grasps and turns of its tools.
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "formats/scene_config.h"
@@ -19,12 +21,18 @@ inline double positive(TomlTable& table, const char* key, const char* expected) 
   return value;
 }
 
-// Each table is read whole. scale: metres in a unit of the file. Errors: InputError with file, line, key, expected and found.
-SceneConfig::Link read_link(TomlTable table, double scale);
+using Lengths = std::vector<std::pair<std::string, double>>;
+inline const Lengths& scene_lengths() {
+  static const Lengths lengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
+  return lengths;
+}
+
+// Each table is read whole. scene: its unit and organs. scale: metres in a unit of the file. Errors: InputError with file, line, key, expected and found.
+SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene);
 SceneConfig::Grasp read_grasp(TomlTable table, double scale);
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool);
 
-SceneConfig::Motion read_motion(TomlTable table);
+SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene);
 
 // The amount of a motion at a time, in the file's units.
 double amount_at(const SceneConfig::Motion& motion, double time);

@@ -75,8 +75,17 @@ $(parts:%=separate-%): separate-%: $(call prerequisite,$(IMAGE)) $(BIN)/palpate-
 $(part_bundles): $(DATA)/$(ORGAN)/%/$(RESOLUTION)/$(BC)/bundle.h5: separate-%
 	@test -f $@
 
-separate: $(WORK)/separate-$(BC).png
-	@echo "$(ORGAN): $(words $(parts)) bundles in one frame: $(part_bundles); all in one picture: $<"
+# Scenes of all of them together, and their pictures.
+WORLDS ?= $(call toml_names,worlds)
+worlds = $(WORK)/separate-$(BC)
+$(worlds)/%/summary.json: $(ORGAN_DIR)/worlds/%.toml $(part_bundles) $(BIN)/palpate-run
+	mkdir -p $(worlds)
+	$(BIN)/palpate-run $< $(foreach p,$(parts),--bundle $p=$(DATA)/$(ORGAN)/$p/$(RESOLUTION)/$(BC)/bundle.h5) -o $(@D)
+$(worlds)/%.png: $(worlds)/%/summary.json $(addprefix $(PIPELINES)/pictures/,touched.py mesh.py offscreen.py views.py picture_file.py)
+	$(PYTHON) $(PIPELINES)/pictures/touched.py $(<D) -o $@
+
+separate: $(WORK)/separate-$(BC).png $(WORLDS:%=$(worlds)/%/summary.json) $(WORLDS:%=$(worlds)/%.png)
+	@echo "$(ORGAN): $(words $(parts)) bundles in one frame: $(part_bundles); all in one picture: $<$(if $(WORLDS),; scenes of all of them: $(worlds))"
 $(WORK)/separate-$(BC).png: $(part_bundles) $(addprefix $(PIPELINES)/pictures/,organs.py mesh.py \
                             offscreen.py views.py picture_file.py)
 	mkdir -p $(@D)

@@ -35,7 +35,7 @@ void run(const Options& options) {
     throw InputError(
         fmt::format("{}: effects.shape: expected surface or volume to draw, found off", scene.file.string()));
   check_deformation(scene);
-  const fs::path bundle = bundle_of(scene, options.bundle);
+  const fs::path bundle = bundle_of(scene, options.bundles);
   const Descriptor listening = open_bound("--from", resolve("--from", options.from, SOCK_DGRAM), SOCK_DGRAM);
   std::optional<OutputFolder> folder;
   if (!options.output.empty())
@@ -43,7 +43,7 @@ void run(const Options& options) {
   Player player(scene, bundle, Half::shape);
   const BundleFields fields = read_bundle_fields(bundle);
   std::optional<ShapeFiles> files;
-  if (folder) files.emplace(folder->part(), player, fields);
+  if (folder) files.emplace(folder->part(), player, std::vector{fields});
   const std::atomic<bool>& stop = stop_on_signal();  // before the address is printed: who reads it may stop the program
   fmt::print("listening on {}\n", text_of(address_of(listening.get())));
   std::fflush(stdout);

@@ -45,7 +45,7 @@ void write_csv(const FeelRun& run, const Player& player, std::uint64_t bundle, c
 void run(Options& options) {
   const SceneConfig scene = read_scene_config(options.scene);
   check_deformation(scene);
-  const fs::path bundle = bundle_of(scene, options.bundle);
+  const fs::path bundle = bundle_of(scene, options.bundles);
   const SocketAddress to = resolve("--to", options.to, SOCK_DGRAM);
   std::optional<OutputFolder> folder;
   if (!options.output.empty())

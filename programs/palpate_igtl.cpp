@@ -44,7 +44,7 @@ void check(const SceneConfig& scene, const Options& options) {
 void run(const Options& options) {
   const SceneConfig scene = read_scene_config(options.scene);
   check(scene, options);
-  const fs::path bundle = bundle_of(scene, options.bundle);
+  const fs::path bundle = bundle_of(scene, options.bundles);
   const Descriptor listening = open_bound("--listen", resolve("--listen", options.listen, SOCK_STREAM), SOCK_STREAM);
   Player player(scene, bundle);
   const std::atomic<bool>& stop = stop_on_signal();

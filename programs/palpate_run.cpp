@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <memory>
 
 #include "formats/atomic_file.h"
 #include "formats/command_line.h"
@@ -41,12 +42,26 @@ fs::path target_of(const Options& options) {
   return options.output.empty() ? fs::path(options.scene.stem()) : options.output;
 }
 
+const std::vector<std::string> kResults = {"forces.csv", "contacts.csv", "links.csv",  "grasps.csv",  "organs.csv",
+                                           "pairs.csv",  "shapes",       "shapes.pvd", "summary.json"};
+
+// What is left to do when a scene has been played.
+void finish(const Summary& summary, const Timing& timing, const std::vector<BundleFields>& fields, ShapeFiles* shapes,
+            OutputFolder& folder) {
+  if (shapes) shapes->close();
+  const std::vector<std::string> warnings = summary.warnings(fields);
+  write_text_atomically(folder.part() / "summary.json",
+                        summary.text(timing, fields, shapes ? shapes->written() : 0, warnings));
+  folder.commit();
+  for (const std::string& force : summary.forces()) note(force);
+  for (const std::string& warning : warnings) warn(warning);
+}
+
 void play(Player& player, const fs::path& bundle, const Options& options) {
-  OutputFolder folder(target_of(options), {"forces.csv", "contacts.csv", "links.csv", "grasps.csv", "shapes",
-                                           "shapes.pvd", "summary.json"});
-  const BundleFields fields = read_bundle_fields(bundle);
+  OutputFolder folder(target_of(options), kResults);
+  const std::vector<BundleFields> fields = {read_bundle_fields(bundle)};
   CsvFiles csv(folder.part(), player.scene());
-  HeldCsvFiles held(folder.part(), player);
+  HeldCsvFiles held(folder.part(), {&player.organ()});
   Summary summary(player);
   const bool shaped = player.scene().shape != SceneConfig::Shape::off;
   auto shapes = shaped ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
@@ -58,7 +73,7 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
   const Timing timing = player.play(
       [&](const TouchRecord& touch) {
         csv.write(touch);
-        held.write(touch);
+        held.write(touch.time);
         summary.add(touch);
         hasher.add(touch);
         progress.advance();
@@ -72,15 +87,52 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
       });
   csv.close();
   held.close();
-  if (shapes) shapes->close();
-  const std::vector<std::string> warnings = summary.warnings(fields);
-  write_text_atomically(folder.part() / "summary.json",
-                        summary.text(timing, fields, bundle, shapes ? shapes->written() : 0, warnings));
-  folder.commit();
+  finish(summary, timing, fields, shapes.get(), folder);
   if (gltf) gltf->write();
   if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
-  for (const std::string& force : summary.forces()) note(force);
-  for (const std::string& warning : warnings) warn(warning);
+}
+
+void play_organs(const SceneConfig& scene, const Options& options) {
+  if (options.explain || options.realtime || !options.record.empty()) expect_one_organ(scene);
+  if (!options.render_mesh.empty())
+    throw InputError(
+        fmt::format("{}:{}: [[organ]]: expected a scene of one organ for --render-mesh, found one with "
+                    "[[organ]] tables; leave the option out",
+                    scene.file.string(), scene.organs[0].line));
+  const std::vector<fs::path> bundles = bundles_of(scene, options.bundles);
+  WorldPlayer player(scene, bundles);
+  OutputFolder folder(target_of(options), kResults);
+  std::vector<BundleFields> fields;
+  for (const fs::path& bundle : bundles) fields.push_back(read_bundle_fields(bundle));
+  WorldCsvFiles csv(folder.part(), player.scene());
+  std::vector<const PlayedOrgan*> organs;
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < player.organ_count(); ++k)
+    organs.push_back(&player.organ(k)), names.push_back(player.scene().organs[k].name);
+  HeldCsvFiles held(folder.part(), organs, names);
+  Summary summary(player);
+  auto shapes = player.shape_count() ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
+  const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;
+  auto gltf = options.gltf.empty() ? nullptr : std::make_unique<GltfFile>(options.gltf, player, written);
+  Progress progress("playing " + player.scene().name, player.touch_count());
+  std::uint64_t frame = 0;
+  const Timing timing = player.play(
+      [&](const WorldTouchRecord& touch) {
+        csv.write(touch);
+        held.write(touch.time);
+        summary.add(touch);
+        progress.advance();
+      },
+      [&](const WorldShapeRecord& all) {
+        for (std::size_t k = 0; k < all.organs.size(); ++k) summary.add(all.organs[k], k);
+        if (frame++ % options.every != 0) return;
+        shapes->write(all);
+        if (gltf) gltf->add(all);
+      });
+  csv.close();
+  held.close();
+  finish(summary, timing, fields, shapes.get(), folder);
+  if (gltf) gltf->write();
 }
 
 void play_against_the_clock(Player& player, const fs::path& bundle, const Options& options) {
@@ -97,11 +149,15 @@ void play_against_the_clock(Player& player, const fs::path& bundle, const Option
 
 void run(const Options& options) {
   if (!options.replay.empty()) {
-    fmt::print("{}", replay(options.replay, options.bundle, options.scene));
+    fmt::print("{}", replay(options.replay, options.bundles, options.scene));
     return;
   }
   const SceneConfig scene = read_scene_config(options.scene);
-  const fs::path bundle = bundle_of(scene, options.bundle);
+  if (!scene.organs.empty()) {
+    play_organs(scene, options);
+    return;
+  }
+  const fs::path bundle = bundle_of(scene, options.bundles);
   if (!options.record.empty()) check_target(options.record);
   RenderMesh render_mesh;
   if (!options.render_mesh.empty()) render_mesh = read_render_mesh(options.render_mesh, options.render_unit);

@@ -4,18 +4,24 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace palpate {
 
 struct SceneOptions {
-  std::filesystem::path scene, bundle, output;
+  std::filesystem::path scene, output;
+  std::vector<std::string> bundles;
 };
 
 // Adds SCENE.toml, --bundle and, where output says what it is, -o.
 inline void add_scene_options(CLI::App& app, SceneOptions& options, const std::string& scene,
                               const std::string& output = {}) {
   app.add_option("SCENE.toml", options.scene, scene)->required();
-  app.add_option("--bundle", options.bundle, "bundle to use instead of the one that the scene names");
+  app.add_option(
+         "--bundle", options.bundles,
+         "bundle to use instead of the one that the scene names; in a scene of several organs NAME=FILE, once for "
+         "each organ")
+      ->allow_extra_args(false);
   if (!output.empty()) app.add_option("-o,--output", options.output, output);
 }
 

@@ -42,8 +42,8 @@ def played_force(scene):
 def played_radius(scene):
     """(compression mm, mean radial displacement mm of the ring of surface nodes at mid-height) at every frame."""
     compression, radial = [], []
-    for _, organ_file, _ in offscreen.read_frames(scene):
-        organ = offscreen.read_grid(organ_file)
+    for _, organ_files, _ in offscreen.read_frames(scene):
+        organ = offscreen.read_grids(organ_files)
         moved = offscreen.point_data(organ, "displacement") / offscreen.MILLIMETRE
         rest = offscreen.points_of(organ) - moved
         ring = np.abs(rest[:, 2] - HEIGHT / 2) < 1e-3

@@ -61,11 +61,14 @@ def read_summary(scene):
 
 
 def read_frames(scene):
-    """[(time, organ file, tools file)] of shapes.pvd."""
-    files = {}
+    """[(time, organ files, tools file)] of shapes.pvd; of a scene of one organ one file."""
+    frames = {}
     for entry in xml.etree.ElementTree.parse(os.path.join(scene, "shapes.pvd")).iter("DataSet"):
-        files.setdefault(float(entry.get("timestep")), {})[entry.get("part")] = os.path.join(scene, entry.get("file"))
-    return [(time, parts["0"], parts["1"]) for time, parts in sorted(files.items())]
+        organs, tools = frames.setdefault(float(entry.get("timestep")), ([], []))
+        kind = os.path.basename(entry.get("file")).split("_")[0]
+        if kind in ("organ", "tools"):
+            (organs if kind == "organ" else tools).append(os.path.join(scene, entry.get("file")))
+    return [(time, organs, tools[0]) for time, (organs, tools) in sorted(frames.items())]
 
 
 def read_grid(file):
@@ -73,6 +76,17 @@ def read_grid(file):
     reader.SetFileName(file)
     reader.Update()
     return reader.GetOutput()
+
+
+def read_grids(files):
+    """Several grids as one, whose points follow one another."""
+    if len(files) == 1:
+        return read_grid(files[0])
+    together = vtk.vtkAppendFilter()
+    for file in files:
+        together.AddInputData(read_grid(file))
+    together.Update()
+    return together.GetOutput()
 
 
 def points_in(data):

@@ -17,8 +17,8 @@ EDGE, FORCE, ARROW = (0.25, 0.25, 0.25), "#111111", (0.07, 0.07, 0.07)
 
 
 def last_frame(scene):
-    time, organ_file, _ = offscreen.read_frames(scene)[-1]
-    return time, offscreen.read_grid(organ_file)
+    time, organ_files, _ = offscreen.read_frames(scene)[-1]
+    return time, offscreen.read_grids(organ_files)
 
 
 def force_arrows(scene, time, points, size):

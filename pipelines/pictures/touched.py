@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""touched.py SCENE_FOLDER -o PNG: the organ at the scene's largest force, coloured by displacement, with the tools, their paths and
-the forces that they feel, the links and the discs of grasps, from two sides."""
+"""touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with the tools,
+their paths and the forces that they feel, the links and the discs of grasps, from two sides."""
 import argparse
 import os
 
@@ -47,13 +47,14 @@ def region_lines(bundle, points):
     return [offscreen.line_actor(lines, BORDER, width=7)]
 
 
-def contact_centres(scene, time, points):
-    """The point at which each tool holds the organ, mm: the mean of its nodes in contact, weighted by their force."""
+def contact_centres(scene, time, points, first):
+    """The point at which each tool holds the organs, mm: the mean of its nodes in contact, weighted by their force. first: of the
+    nodes of each organ in points."""
     nodes = {}
     for row in offscreen.read_csv(os.path.join(scene, "contacts.csv")):
         if float(row["time_s"]) == time:
             weight = np.linalg.norm(offscreen.vector(row, "force", "N")) + 1e-12
-            nodes.setdefault(row["tool"], []).append((weight, points[int(row["node"])]))
+            nodes.setdefault(row["tool"], []).append((weight, points[first[row.get("organ")] + int(row["node"])]))
     return {tool: np.average([p for _, p in held], axis=0, weights=[w for w, _ in held])
             for tool, held in nodes.items()}
 
@@ -169,9 +170,9 @@ def normals_at(surface, places):
     return [np.array(surface.GetPointData().GetNormals().GetTuple(locator.FindClosestPoint(place))) for place in places]
 
 
-def tools_and_forces(scene, summary, time, surface, now, tool_grid, size):
+def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, size):
     """Actors of the tools and their paths; their forces, for force_arrows; the outward normals where tools act."""
-    centres, paths = contact_centres(scene, time, now), read_paths(scene, time)
+    centres, paths = contact_centres(scene, time, now, first), read_paths(scene, time)
     owners = offscreen.point_data(tool_grid, "tool") if tool_grid.GetNumberOfPoints() else np.zeros(0)
     tool_points = offscreen.points_of(tool_grid)
     strongest = max(np.linalg.norm(force) for _, _, force in paths.values())
@@ -216,8 +217,11 @@ def main():
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()
     summary = offscreen.read_summary(arguments.scene)
-    time, organ_file, tools_file = offscreen.frame_of_peak(arguments.scene)
-    organ = offscreen.read_grid(organ_file)
+    time, organ_files, tools_file = offscreen.frame_of_peak(arguments.scene)
+    organ = offscreen.read_grids(organ_files)
+    organs = summary.get("organs", [dict(summary, name=None)])
+    first = dict(zip([each["name"] for each in organs],
+                     np.cumsum([0] + [offscreen.read_grid(file).GetNumberOfPoints() for file in organ_files])))
     length = np.linalg.norm(offscreen.point_data(organ, "displacement"), axis=1) / offscreen.MILLIMETRE
     now = offscreen.points_of(organ)
     offscreen.set_points(organ, now)
@@ -230,12 +234,14 @@ def main():
     held = offscreen.cells_where(surface, offscreen.point_data(surface, "fixed") > 0)
     if held.GetNumberOfCells():
         actors.append(offscreen.hatch(held, size, HATCH))
-    borders = region_lines(summary["bundle"], now)
+    borders = region_lines(organs[0]["bundle"], now) if len(organs) == 1 else []
     actors += borders
-    more, forces, normals = tools_and_forces(arguments.scene, summary, time, surface, now, offscreen.read_grid(tools_file), size)
+    more, forces, normals = tools_and_forces(arguments.scene, summary, time, surface, now, first, offscreen.read_grid(tools_file), size)
     actors += more
-    more, tensions, seen = held_actors(organ_file.replace("organ_", "held_"), surface, size)
-    actors, normals = actors + more, normals + seen
+    tensions = []
+    for organ_file in organ_files:
+        more, labels, seen = held_actors(organ_file.replace("organ_", "held_"), surface, size)
+        actors, tensions, normals = actors + more, tensions + labels, normals + seen
 
     figure, panels = plt.subplots(1, 2, figsize=(16, 7.2))
     figure.subplots_adjust(left=0.003, right=0.928, bottom=0.005, top=0.94, wspace=0.01)
@@ -244,16 +250,16 @@ def main():
         image, pixel = offscreen.render(actors + arrows, look_from, size=(1000, 860), zoom=None)
         panel.imshow(image)
         panel.axis("off")
-        written = offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), look_from, size, summary["provenance"].get("frame"))
+        written = offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), look_from, size, organs[0]["provenance"].get("frame"))
         written = offscreen.label_arrows(panel, pixel, labels, written, fontsize=15, color=FORCE_HEX, weight="bold")
         offscreen.label_arrows(panel, pixel, tensions, written, fontsize=13, color=THREAD_HEX, weight="bold")
     bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(0, largest), COLOURS),
                           cax=figure.add_axes([0.935, 0.14, 0.014, 0.68]))
     bar.set_label("displacement (mm)", fontsize=16)
     bar.ax.tick_params(labelsize=14)
-    figure.suptitle("%s, %.2f s, from two sides; red: force of the organ on the %s; orange: path; striped: held%s"
-                    % (summary["scene"], time, "tools" if len(summary["tools"]) > 1 else "tool",
-                       ("; thick lines: between tissues" if borders else "") + ("; blue: links" if summary.get("links") else "") +
+    figure.suptitle("%s, %.2f s, from two sides; red: force of the %s on the %s; orange: path; striped: held%s"
+                    % (summary["scene"], time, "organs" if len(organs) > 1 else "organ", "tools" if len(summary["tools"]) > 1 else "tool",
+                       ("; thick lines: between tissues" if borders else "") + ("; blue: links" if any(each.get("links") for each in organs) else "") +
                        ("; violet: discs of a grasp" if any(tool.get("grasp") for tool in summary["tools"]) else "")),
                     fontsize=16, y=0.985)
     picture_file.save(figure, arguments.output, [arguments.scene])

@@ -9,9 +9,38 @@
 namespace palpate {
 namespace {
 
+constexpr std::int32_t kToolOfPairs = -2;  // of contact nodes where organs touch (palpate_world.h)
+
 template <typename Row>
 void append(std::ofstream& stream, const Row& row) {
   stream.write(row.data(), static_cast<std::streamsize>(row.size()));
+}
+
+constexpr const char* kForces =
+    "time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,torque_x_Nm,"
+    "torque_y_Nm,torque_z_Nm\n";
+constexpr const char* kContacts =
+    "tool,point,node,modified_x_m,modified_y_m,modified_z_m,force_x_N,force_y_N,force_z_N\n";
+
+// state: a palpate_tool_state or a palpate_world_tool_state.
+template <typename State>
+void add_tool(fmt::memory_buffer& rows, double time, const std::string& name, const SceneConfig::Vector& position,
+              const State& state) {
+  fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{}\n", time, quoted(name), fmt::join(position, ","),
+                 fmt::join(state.force, ","), fmt::join(state.force_raw, ","), state.contact_count, state.flags,
+                 fmt::join(state.torque, ","));
+}
+
+// organ: its name and a comma, or nothing.
+void add_nodes(fmt::memory_buffer& rows, double time, const std::string& organ, const SceneConfig& scene,
+               const palpate_contacts& contacts) {
+  const palpate_contact_node* nodes = palpate_contacts_node(&contacts, 0);
+  const auto name = [&](std::int32_t tool) {
+    return tool == kToolOfPairs ? "organ" : tool < 0 ? "link" : quoted(scene.tools[tool].name);
+  };
+  for (int n = 0; n < contacts.node_count; ++n)
+    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{}\n", time, organ, name(nodes[n].tool), nodes[n].point,
+                   nodes[n].node, fmt::join(nodes[n].modified_displacement, ","), fmt::join(nodes[n].force, ","));
 }
 
 }  // namespace
@@ -25,26 +54,17 @@ std::string quoted(const std::string& name) {
 
 CsvFiles::CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene)
     : scene_(scene), folder_(folder), forces_(folder / "forces.csv"), contacts_(folder / "contacts.csv") {
-  forces_ << "time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,torque_x_Nm,"
-             "torque_y_Nm,torque_z_Nm\n";
-  contacts_ << "time_s,tool,point,node,modified_x_m,modified_y_m,modified_z_m,force_x_N,force_y_N,force_z_N\n";
+  forces_ << kForces;
+  contacts_ << "time_s," << kContacts;
 }
 
 void CsvFiles::write(const TouchRecord& touch) {
   fmt::memory_buffer rows;
-  for (int t = 0; t < touch.contacts.tool_count; ++t) {
-    const palpate_tool_state& tool = *palpate_contacts_tool(&touch.contacts, t);
-    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{}\n", touch.time, quoted(scene_.tools[t].name),
-                   fmt::join(touch.positions[t], ","), fmt::join(tool.force, ","), fmt::join(tool.force_raw, ","),
-                   tool.contact_count, tool.flags, fmt::join(tool.torque, ","));
-  }
+  for (int t = 0; t < touch.contacts.tool_count; ++t)
+    add_tool(rows, touch.time, scene_.tools[t].name, touch.positions[t], *palpate_contacts_tool(&touch.contacts, t));
   append(forces_, rows);
   rows.clear();
-  const palpate_contact_node* nodes = palpate_contacts_node(&touch.contacts, 0);
-  for (int n = 0; n < touch.contacts.node_count; ++n)
-    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{}\n", touch.time,
-                   nodes[n].tool < 0 ? "link" : quoted(scene_.tools[nodes[n].tool].name), nodes[n].point, nodes[n].node,
-                   fmt::join(nodes[n].modified_displacement, ","), fmt::join(nodes[n].force, ","));
+  add_nodes(rows, touch.time, "", scene_, touch.contacts);
   append(contacts_, rows);
 }
 
@@ -52,6 +72,60 @@ void CsvFiles::close() {
   forces_.close();
   contacts_.close();
   if (!forces_ || !contacts_) throw OperationError(fmt::format("{}: cannot write the CSV files", folder_.string()));
+}
+
+WorldCsvFiles::WorldCsvFiles(const std::filesystem::path& folder, const SceneConfig& scene)
+    : scene_(scene),
+      folder_(folder),
+      forces_(folder / "forces.csv"),
+      contacts_(folder / "contacts.csv"),
+      organs_(folder / "organs.csv") {
+  forces_ << kForces;
+  contacts_ << "time_s,organ," << kContacts;
+  organs_ << "time_s,organ,force_x_N,force_y_N,force_z_N,pressed_x_N,pressed_y_N,pressed_z_N,near_tools,flags,torque_x_"
+             "Nm,torque_y_Nm,torque_z_Nm\n";
+  if (scene_.pairs == 0) return;
+  pairs_.open(folder / "pairs.csv");
+  pairs_
+      << "time_s,organ,node,other_organ,triangle,x_m,y_m,z_m,normal_x,normal_y,normal_z,force_x_N,force_y_N,force_z_N,"
+         "pressure_Pa,gap_m,overlap_m\n";
+}
+
+void WorldCsvFiles::write(const WorldTouchRecord& touch) {
+  fmt::memory_buffer rows;
+  const auto name = [&](std::int32_t organ) { return scene_.organs[static_cast<std::size_t>(organ)].name; };
+  for (int t = 0; t < touch.contacts.tool_count; ++t)
+    add_tool(rows, touch.time, scene_.tools[t].name, touch.positions[t],
+             *palpate_world_contacts_tool(&touch.contacts, t));
+  append(forces_, rows);
+  rows.clear();
+  for (int k = 0; k < touch.contacts.organ_count; ++k)
+    add_nodes(rows, touch.time, name(k) + ',', scene_, *palpate_world_contacts_organ(&touch.contacts, k));
+  append(contacts_, rows);
+  rows.clear();
+  for (int k = 0; k < touch.contacts.organ_count; ++k) {
+    const palpate_world_organ_state& organ = *palpate_world_contacts_state(&touch.contacts, k);
+    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{}\n", touch.time, name(k), fmt::join(organ.force, ","),
+                   fmt::join(organ.pressed, ","), organ.near_tools, organ.flags, fmt::join(organ.torque, ","));
+  }
+  append(organs_, rows);
+  rows.clear();
+  for (int p = 0; p < touch.contacts.pair_count; ++p) {
+    const palpate_world_pair& pair = *palpate_world_contacts_pair(&touch.contacts, p);
+    if (pair.force[0] == 0 && pair.force[1] == 0 && pair.force[2] == 0) continue;
+    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{},{},{},{}\n", touch.time, name(pair.organ[0]),
+                   pair.node, name(pair.organ[1]), pair.triangle, fmt::join(pair.place, ","),
+                   fmt::join(pair.normal, ","), fmt::join(pair.force, ","), pair.pressure, pair.gap, pair.overlap);
+  }
+  if (pairs_.is_open()) append(pairs_, rows);
+}
+
+void WorldCsvFiles::close() {
+  for (std::ofstream* stream : {&forces_, &contacts_, &organs_, &pairs_}) {
+    if (!stream->is_open()) continue;
+    stream->close();
+    if (!*stream) throw OperationError(fmt::format("{}: cannot write the CSV files", folder_.string()));
+  }
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// forces.csv and contacts.csv of a played scene, in SI units. A number has as many digits as its double needs.
+// forces.csv and contacts.csv of a played scene, in SI units; of a scene of several organs organs.csv and pairs.csv as well. A number has as many digits as its double needs.
 #pragma once
 
 #include <filesystem>
@@ -6,6 +6,7 @@
 #include <string>
 
 #include "programs/player/player.h"
+#include "programs/player/world_player.h"
 
 namespace palpate {
 
@@ -24,6 +25,22 @@ class CsvFiles {
   const SceneConfig& scene_;
   std::filesystem::path folder_;
   std::ofstream forces_, contacts_;
+};
+
+// The same of several organs. forces.csv: of all organs together. contacts.csv: with a column for the organ, in whose frame its rows are.
+// organs.csv: one row per touch and organ. pairs.csv: one row per touch and place where two organs press one another; a scene whose organs
+// pass through one another has none.
+class WorldCsvFiles {
+ public:
+  WorldCsvFiles(const std::filesystem::path& folder, const SceneConfig& scene);
+  void write(const WorldTouchRecord& touch);
+  // Errors: OperationError (a full disk).
+  void close();
+
+ private:
+  const SceneConfig& scene_;
+  std::filesystem::path folder_;
+  std::ofstream forces_, contacts_, organs_, pairs_;
 };
 
 }  // namespace palpate

@@ -95,66 +95,109 @@ std::string binary_file(const Json& document, std::string bytes) {
 
 }  // namespace
 
-GltfFile::GltfFile(std::filesystem::path target, const Player& player, std::uint64_t shapes)
-    : target_(std::move(target)), player_(player) {
+GltfFile::GltfFile(std::filesystem::path target, const SceneConfig& scene, std::uint64_t shapes)
+    : target_(std::move(target)), scene_(scene) {
   check_target(target_);
-  if (player.scene().shape == SceneConfig::Shape::off)
-    throw InputError(fmt::format("{}: effects.shape: expected surface or volume for --export, found off",
-                                 player.scene().file.string()));
   if (shapes > kMostShapes)
     throw InputError(fmt::format("{}: expected at most {} shapes, found {}; write fewer with --every {}",
                                  target_.string(), kMostShapes, shapes, (shapes + kMostShapes - 1) / kMostShapes));
-  if (const RenderMesh* mesh = player.render_mesh()) {
-    indices_ = mesh->indices, rest_ = mesh->positions, rest_normals_ = mesh->normals;
+}
+
+GltfFile::GltfFile(std::filesystem::path target, const Player& player, std::uint64_t shapes)
+    : GltfFile(std::move(target), player.scene(), shapes) {
+  begin(player.organ(), player.scene().name, nullptr);
+}
+
+GltfFile::GltfFile(std::filesystem::path target, const WorldPlayer& player, std::uint64_t shapes)
+    : GltfFile(std::move(target), player.scene(), shapes) {
+  for (std::size_t k = 0; k < player.organ_count(); ++k)
+    begin(player.organ(k), player.scene().organs[k].name, &player.pose(k));
+}
+
+void GltfFile::begin(const PlayedOrgan& organ, const std::string& name, const palpate_pose* pose) {
+  if (organ.scene().shape == SceneConfig::Shape::off)
+    throw InputError(
+        fmt::format("{}: effects.shape: expected surface or volume for --export, found off", scene_.file.string()));
+  Surface& surface = surfaces_.emplace_back(Surface{&organ, name, pose, {}, {}, {}, {}, {}});
+  if (const RenderMesh* mesh = organ.render_mesh()) {
+    surface.indices = mesh->indices, surface.rest = mesh->positions, surface.rest_normals = mesh->normals;
     return;
   }
-  const palpate_bundle_info info = palpate_bundle_describe(player.bundle());
-  const std::int32_t* triangles = palpate_bundle_triangles(player.bundle());
-  indices_.assign(triangles, triangles + 3 * static_cast<std::size_t>(info.triangle_count));
+  const palpate_bundle_info info = palpate_bundle_describe(organ.bundle());
+  const std::int32_t* triangles = palpate_bundle_triangles(organ.bundle());
+  surface.indices.assign(triangles, triangles + 3 * static_cast<std::size_t>(info.triangle_count));
+}
+
+void GltfFile::add(Surface& surface, const ShapeRecord& shape) {
+  if (surface.organ->render_mesh()) {
+    const std::size_t numbers = surface.rest.size();
+    surface.displacements.push_back(difference({shape.skin_positions, shape.skin_positions + numbers}, surface.rest));
+    surface.normal_change.push_back(
+        difference({shape.skin_normals, shape.skin_normals + numbers}, surface.rest_normals));
+    return;
+  }
+  const std::size_t numbers =
+      3 * static_cast<std::size_t>(palpate_bundle_describe(surface.organ->bundle()).surface_node_count);
+  const Floats positions(shape.positions, shape.positions + numbers);
+  surface.displacements.emplace_back(shape.displacements, shape.displacements + numbers);
+  if (surface.rest.empty()) {
+    surface.rest = difference(positions, surface.displacements.back());
+    surface.rest_normals = smooth_normals(surface.rest, surface.indices);
+  }
+  surface.normal_change.push_back(difference(smooth_normals(positions, surface.indices), surface.rest_normals));
 }
 
 void GltfFile::add(const ShapeRecord& shape) {
   times_.push_back(static_cast<float>(shape.time));
-  if (player_.render_mesh()) {
-    displacements_.push_back(difference({shape.skin_positions, shape.skin_positions + rest_.size()}, rest_));
-    normal_change_.push_back(difference({shape.skin_normals, shape.skin_normals + rest_.size()}, rest_normals_));
-    return;
-  }
-  const std::size_t numbers =
-      3 * static_cast<std::size_t>(palpate_bundle_describe(player_.bundle()).surface_node_count);
-  const Floats positions(shape.positions, shape.positions + numbers);
-  displacements_.emplace_back(shape.displacements, shape.displacements + numbers);
-  if (rest_.empty()) {
-    rest_ = difference(positions, displacements_.back());
-    rest_normals_ = smooth_normals(rest_, indices_);
-  }
-  normal_change_.push_back(difference(smooth_normals(positions, indices_), rest_normals_));
+  add(surfaces_[0], shape);
+}
+
+void GltfFile::add(const WorldShapeRecord& shapes) {
+  times_.push_back(static_cast<float>(shapes.organs[0].time));
+  for (std::size_t k = 0; k < surfaces_.size(); ++k) add(surfaces_[k], shapes.organs[k]);
 }
 
 void GltfFile::write() const {
   Buffers buffers;
-  Json primitive = {{"mode", kTriangles}, {"material", 0}, {"indices", buffers.add_indices(indices_)}};
-  primitive["attributes"] = {{"POSITION", buffers.add_vectors(rest_, kVertices)},
-                             {"NORMAL", buffers.add_vectors(rest_normals_, kVertices)}};
-  for (std::size_t i = 0; i < times_.size(); ++i)
-    primitive["targets"].push_back(Json{{"POSITION", buffers.add_vectors(displacements_[i], kVertices)},
-                                        {"NORMAL", buffers.add_vectors(normal_change_[i], kVertices)}});
+  const bool one_organ = surfaces_.size() == 1 && !surfaces_[0].pose;
+  const double half = std::sqrt(0.5);  // a quarter turn about x
+  Json nodes = Json::array(), meshes = Json::array(), channels = Json::array(), organ_nodes = Json::array();
+  if (!one_organ) nodes.push_back({{"name", scene_.name}, {"rotation", {-half, 0, 0, half}}});
+  for (const Surface& surface : surfaces_) {
+    Json primitive = {{"mode", kTriangles}, {"material", 0}, {"indices", buffers.add_indices(surface.indices)}};
+    primitive["attributes"] = {{"POSITION", buffers.add_vectors(surface.rest, kVertices)},
+                               {"NORMAL", buffers.add_vectors(surface.rest_normals, kVertices)}};
+    for (std::size_t i = 0; i < times_.size(); ++i)
+      primitive["targets"].push_back(Json{{"POSITION", buffers.add_vectors(surface.displacements[i], kVertices)},
+                                          {"NORMAL", buffers.add_vectors(surface.normal_change[i], kVertices)}});
+    Json node = {{"name", surface.name}, {"mesh", meshes.size()}};
+    if (const palpate_pose* pose = surface.pose) {
+      const double* q = pose->orientation;
+      node["translation"] = Json::array({pose->position[0], pose->position[1], pose->position[2]});
+      node["rotation"] = Json::array({q[1], q[2], q[3], q[0]});
+      organ_nodes.push_back(nodes.size());
+    } else {
+      node["rotation"] = {-half, 0, 0, half};
+    }
+    channels.push_back(Json{{"sampler", 0}, {"target", {{"node", nodes.size()}, {"path", "weights"}}}});
+    nodes.push_back(node);
+    meshes.push_back(
+        Json{{"name", surface.name}, {"primitives", Json::array({primitive})}, {"weights", Floats(times_.size(), 0)}});
+  }
+  if (!one_organ) nodes[0]["children"] = organ_nodes;
   const int times = buffers.add_scalars(times_), weights = buffers.add_scalars(one_at_a_time(times_.size()));
 
   const auto list = [](Json only) { return Json::array({std::move(only)}); };
-  const std::string& name = player_.scene().name;
-  const double half = std::sqrt(0.5);  // a quarter turn about x
   const Json surface = {{"baseColorFactor", {0.32, 0.07, 0.06, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.45}};
   const Json sampler = {{"input", times}, {"output", weights}, {"interpolation", "LINEAR"}};
-  const Json channel = {{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}};
   Json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "palpate-run " PALPATE_VERSION}};
   document["scene"] = 0;
   document["scenes"] = list({{"nodes", list(0)}});
-  document["nodes"] = list({{"name", name}, {"mesh", 0}, {"rotation", {-half, 0, 0, half}}});
-  document["meshes"] = list({{"name", name}, {"primitives", list(primitive)}, {"weights", Floats(times_.size(), 0)}});
+  document["nodes"] = nodes;
+  document["meshes"] = meshes;
   document["materials"] = list({{"name", "tissue"}, {"pbrMetallicRoughness", surface}});
-  document["animations"] = list({{"name", name}, {"samplers", list(sampler)}, {"channels", list(channel)}});
+  document["animations"] = list({{"name", scene_.name}, {"samplers", list(sampler)}, {"channels", channels}});
   document["accessors"] = buffers.accessors;
   document["bufferViews"] = buffers.views;
   document["buffers"] = list({{"byteLength", (buffers.bytes.size() + 3) / 4 * 4}});

@@ -2,7 +2,7 @@
 // morph target; an animation shows one after the other at the times of the scene.
 //
 // Units are metres and seconds. The mesh is in the bundle's frame; its node turns z (to the head) upwards, since up is y in
-// glTF.
+// glTF. Of several organs each has a mesh and a node, which stands in the world's node.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "programs/player/player.h"
+#include "programs/player/world_player.h"
 
 namespace palpate {
 
@@ -20,18 +21,30 @@ class GltfFile {
   // grow with the square of their number, so more than kMostShapes is an InputError. player must outlive this.
   static constexpr std::uint64_t kMostShapes = 1000;
   GltfFile(std::filesystem::path target, const Player& player, std::uint64_t shapes);
+  GltfFile(std::filesystem::path target, const WorldPlayer& player, std::uint64_t shapes);
 
   void add(const ShapeRecord& shape);
+  void add(const WorldShapeRecord& shapes);
   // Writes the whole file or none. Errors: OperationError.
   void write() const;
 
  private:
+  struct Surface {
+    const PlayedOrgan* organ;
+    std::string name;
+    const palpate_pose* pose;  // nullptr: the only organ
+    std::vector<std::uint32_t> indices;
+    std::vector<float> rest, rest_normals;                         // [node][3]
+    std::vector<std::vector<float>> displacements, normal_change;  // [shape][node][3]
+  };
+  GltfFile(std::filesystem::path target, const SceneConfig& scene, std::uint64_t shapes);
+  void begin(const PlayedOrgan& organ, const std::string& name, const palpate_pose* pose);
+  static void add(Surface& surface, const ShapeRecord& shape);
+
   std::filesystem::path target_;
-  const Player& player_;
-  std::vector<std::uint32_t> indices_;
-  std::vector<float> rest_, rest_normals_;                         // [node][3]
-  std::vector<std::vector<float>> displacements_, normal_change_;  // [shape][node][3]
-  std::vector<float> times_;                                       // s
+  const SceneConfig& scene_;
+  std::vector<Surface> surfaces_;
+  std::vector<float> times_;  // s
 };
 
 }  // namespace palpate

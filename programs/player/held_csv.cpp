@@ -19,39 +19,55 @@ const char* word_of(palpate_grasp_condition condition) {
   return words[condition];
 }
 
-HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const Player& player)
-    : player_(player), folder_(folder) {
-  if (!player.held().links().empty())
-    *(links_ = std::ofstream(folder / "links.csv"))
-        << "time_s,link,stretch,condition,tension_N,length_m,rest_length_m,force_x_N,force_y_N,force_z_N,"
-           "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m\n";
-  if (player.held().has_grasps())
-    *(grasps_ = std::ofstream(folder / "grasps.csv")) << "time_s,tool,condition,force_x_N,force_y_N,force_z_N,torque_x_"
-                                                         "Nm,torque_y_Nm,torque_z_Nm,place_x_m,place_y_m,"
-                                                         "place_z_m,slipped_m,friction_limit_N\n";
+HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, std::vector<const PlayedOrgan*> organs,
+                           std::vector<std::string> names)
+    : organs_(std::move(organs)), names_(std::move(names)), folder_(folder) {
+  const char* organ = names_.empty() ? "" : "organ,";
+  for (const PlayedOrgan* each : organs_) {
+    if (!each->held().links().empty() && !links_)
+      *(links_ = std::ofstream(folder / "links.csv"))
+          << "time_s," << organ
+          << "link,stretch,condition,tension_N,length_m,rest_length_m,force_x_N,force_y_N,force_z_N,"
+             "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m\n";
+    if (each->held().has_grasps() && !grasps_)
+      *(grasps_ = std::ofstream(folder / "grasps.csv"))
+          << "time_s," << organ
+          << "tool,condition,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,place_x_m,place_y_m,"
+             "place_z_m,slipped_m,friction_limit_N\n";
+  }
 }
 
-void HeldCsvFiles::write(const TouchRecord& touch) {
-  fmt::memory_buffer rows;
-  const HeldTissue& held = player_.held();
-  for (std::size_t s = 0; links_ && s < held.stretches().size(); ++s) {
-    const palpate_link_state* link = palpate_scene_link_state(player_.runtime_scene(), static_cast<std::int32_t>(s));
+void HeldCsvFiles::add_links(double time, std::size_t organ, fmt::memory_buffer& rows) const {
+  const PlayedOrgan& of = *organs_[organ];
+  const auto& stretches = of.held().stretches();
+  for (std::size_t s = 0; s < stretches.size(); ++s) {
+    const palpate_link_state* link = palpate_scene_link_state(of.runtime_scene(), static_cast<std::int32_t>(s));
     if (!link) continue;
-    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{},{},{}\n", touch.time,
-                   quoted(player_.scene().links[held.stretches()[s].link].name), held.stretches()[s].part + 1,
-                   word_of(link->condition), link->tension, link->length, link->rest_length,
-                   fmt::join(link->force, ","), fmt::join(link->ends[0], ","), fmt::join(link->ends[1], ","));
+    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{},{},{}\n", time, cell_of(organ),
+                   quoted(of.scene().links[stretches[s].link].name), stretches[s].part + 1, word_of(link->condition),
+                   link->tension, link->length, link->rest_length, fmt::join(link->force, ","),
+                   fmt::join(link->ends[0], ","), fmt::join(link->ends[1], ","));
   }
-  if (links_) links_->write(rows.data(), static_cast<std::streamsize>(rows.size()));
-  rows.clear();
-  for (std::size_t t = 0; grasps_ && t < player_.scene().tools.size(); ++t) {
-    const palpate_grasp_state* grasp = palpate_scene_grasp_state(player_.runtime_scene(), static_cast<std::int32_t>(t));
-    if (!held.grasp(t) || !grasp) continue;
-    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{}\n", touch.time,
-                   quoted(player_.scene().tools[t].name), word_of(grasp->condition), fmt::join(grasp->force, ","),
+}
+
+void HeldCsvFiles::add_grasps(double time, std::size_t organ, fmt::memory_buffer& rows) const {
+  const PlayedOrgan& of = *organs_[organ];
+  for (std::size_t t = 0; t < of.scene().tools.size(); ++t) {
+    const palpate_grasp_state* grasp = palpate_scene_grasp_state(of.runtime_scene(), static_cast<std::int32_t>(t));
+    if (!of.held().grasp(t) || !grasp) continue;
+    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{}\n", time, cell_of(organ),
+                   quoted(of.scene().tools[t].name), word_of(grasp->condition), fmt::join(grasp->force, ","),
                    fmt::join(grasp->torque, ","), fmt::join(grasp->place, ","), grasp->slipped, grasp->friction_limit);
   }
-  if (grasps_) grasps_->write(rows.data(), static_cast<std::streamsize>(rows.size()));
+}
+
+void HeldCsvFiles::write(double time) {
+  for (std::size_t k = 0; k < organs_.size(); ++k) {
+    fmt::memory_buffer links, grasps;
+    if (links_) add_links(time, k, links), links_->write(links.data(), static_cast<std::streamsize>(links.size()));
+    if (grasps_)
+      add_grasps(time, k, grasps), grasps_->write(grasps.data(), static_cast<std::streamsize>(grasps.size()));
+  }
 }
 
 void HeldCsvFiles::close() {

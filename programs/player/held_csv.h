@@ -1,27 +1,37 @@
 // links.csv and grasps.csv of a played scene, in SI units. A number has as many digits as its double needs.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "programs/player/player.h"
 
 namespace palpate {
 
-// links.csv: one row per touch and stretch of a link. grasps.csv: one row per touch and tool that may grasp. A scene without links, or
-// without grasps, has no such file.
+// links.csv: one row per touch and stretch of a link, in the frame of its organ. grasps.csv: one row per touch and tool that may grasp. A
+// scene without links, or without grasps, has no such file.
 class HeldCsvFiles {
  public:
-  // player must outlive this.
-  HeldCsvFiles(const std::filesystem::path& folder, const Player& player);
-  // Call it between the touch and the next one.
-  void write(const TouchRecord& touch);
+  // organs: those of the scene, whose names are a column where there are several. They must outlive this.
+  HeldCsvFiles(const std::filesystem::path& folder, std::vector<const PlayedOrgan*> organs,
+               std::vector<std::string> names = {});
+  // Call it between the touch of that time and the next one.
+  void write(double time);
   // Errors: OperationError (a full disk).
   void close();
 
  private:
-  const Player& player_;
+  void add_links(double time, std::size_t organ, fmt::memory_buffer& rows) const;
+  void add_grasps(double time, std::size_t organ, fmt::memory_buffer& rows) const;
+  std::string cell_of(std::size_t organ) const { return names_.empty() ? "" : names_[organ] + ','; }
+
+  std::vector<const PlayedOrgan*> organs_;
+  std::vector<std::string> names_;
   std::filesystem::path folder_;
   std::optional<std::ofstream> links_, grasps_;
 };

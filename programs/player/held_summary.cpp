@@ -19,36 +19,36 @@ nlohmann::ordered_json or_null(const std::optional<double>& value) {
 
 }  // namespace
 
-HeldSummary::HeldSummary(const Player& player)
-    : player_(player), links_(player.held().links().size()), grasps_(player.scene().tools.size()) {}
+HeldSummary::HeldSummary(const PlayedOrgan& organ)
+    : organ_(organ), links_(organ.held().links().size()), grasps_(organ.scene().tools.size()) {}
 
-void HeldSummary::add(const TouchRecord& touch) {
+void HeldSummary::add(double time) {
   for (std::size_t s = 0; s < links_.size(); ++s) {
-    const palpate_link_state* state = palpate_scene_link_state(player_.runtime_scene(), static_cast<std::int32_t>(s));
+    const palpate_link_state* state = palpate_scene_link_state(organ_.runtime_scene(), static_cast<std::int32_t>(s));
     if (!state) continue;
     if (std::fabs(state->tension) > std::fabs(links_[s].peak_tension))
-      links_[s].peak_tension = state->tension, links_[s].peak_time = touch.time;
-    if (state->condition == PALPATE_LINK_BROKEN && !links_[s].broken) links_[s].broken = touch.time;
+      links_[s].peak_tension = state->tension, links_[s].peak_time = time;
+    if (state->condition == PALPATE_LINK_BROKEN && !links_[s].broken) links_[s].broken = time;
   }
   for (std::size_t t = 0; t < grasps_.size(); ++t) {
     const palpate_grasp_state* state =
-        player_.held().grasp(t) ? palpate_scene_grasp_state(player_.runtime_scene(), static_cast<std::int32_t>(t))
-                                : nullptr;
+        organ_.held().grasp(t) ? palpate_scene_grasp_state(organ_.runtime_scene(), static_cast<std::int32_t>(t))
+                               : nullptr;
     if (!state) continue;
     Grasp& grasp = grasps_[t];
     grasp.peak_force = std::max(grasp.peak_force, length(state->force));
     if (const double torque = length(state->torque); torque > grasp.peak_torque)
-      grasp.peak_torque = torque, grasp.peak_torque_time = touch.time;
+      grasp.peak_torque = torque, grasp.peak_torque_time = time;
     grasp.slipped = std::max(grasp.slipped, state->slipped);
-    if (state->condition == PALPATE_GRASP_LET_GO && !grasp.let_go) grasp.let_go = touch.time;
+    if (state->condition == PALPATE_GRASP_LET_GO && !grasp.let_go) grasp.let_go = time;
   }
 }
 
 nlohmann::ordered_json HeldSummary::links() const {
   auto list = nlohmann::ordered_json::array();
   for (std::size_t s = 0; s < links_.size(); ++s) {
-    const HeldTissue::Stretch& stretch = player_.held().stretches()[s];
-    list.push_back({{"name", player_.scene().links[stretch.link].name},
+    const HeldTissue::Stretch& stretch = organ_.held().stretches()[s];
+    list.push_back({{"name", organ_.scene().links[stretch.link].name},
                     {"stretch", stretch.part + 1},
                     {"peak_tension_N", links_[s].peak_tension},
                     {"peak_time_s", links_[s].peak_time},
@@ -58,7 +58,7 @@ nlohmann::ordered_json HeldSummary::links() const {
 }
 
 nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
-  const palpate_grasp* of = player_.held().grasp(tool);
+  const palpate_grasp* of = organ_.held().grasp(tool);
   if (!of) return nullptr;
   const Grasp& grasp = grasps_[tool];
   return {{"radius_m", of->radius},           {"discs", of->opposite_triangle >= 0 ? 2 : 1},
@@ -71,14 +71,14 @@ std::vector<std::string> HeldSummary::lines() const {
   for (std::size_t s = 0; s < links_.size(); ++s) {
     if (links_[s].peak_tension == 0) continue;
     lines.push_back(fmt::format(
-        "link \"{}\": largest tension {:.3g} N, at {:.3g} s{}", player_.held().name_of(s), links_[s].peak_tension,
+        "link \"{}\": largest tension {:.3g} N, at {:.3g} s{}", organ_.held().name_of(s), links_[s].peak_tension,
         links_[s].peak_time, links_[s].broken ? fmt::format("; broke at {:.3g} s", *links_[s].broken) : std::string()));
   }
   for (std::size_t t = 0; t < grasps_.size(); ++t) {
     const Grasp& grasp = grasps_[t];
-    if (!player_.held().grasp(t)) continue;
+    if (!organ_.held().grasp(t)) continue;
     lines.push_back(fmt::format("grasp of tool \"{}\": largest torque {:.3g} N m, at {:.3g} s{}",
-                                player_.scene().tools[t].name, grasp.peak_torque, grasp.peak_torque_time,
+                                organ_.scene().tools[t].name, grasp.peak_torque, grasp.peak_torque_time,
                                 grasp.let_go        ? fmt::format("; let go at {:.3g} s", *grasp.let_go)
                                 : grasp.slipped > 0 ? fmt::format("; slipped by {:.3g} mm", 1e3 * grasp.slipped)
                                                     : std::string()));

@@ -7,16 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "programs/player/player.h"
+#include "programs/player/played_organ.h"
 
 namespace palpate {
 
 class HeldSummary {
  public:
-  // player must outlive this.
-  explicit HeldSummary(const Player& player);
-  // Call it between the touch and the next one.
-  void add(const TouchRecord& touch);
+  // organ must outlive this.
+  explicit HeldSummary(const PlayedOrgan& organ);
+  // Call it between the touch of that time, s, and the next one.
+  void add(double time);
   // For summary.json: one entry for each stretch of a link; of a tool with a grasp one entry, else null.
   nlohmann::ordered_json links() const;
   nlohmann::ordered_json grasp(std::size_t tool) const;
@@ -32,7 +32,7 @@ class HeldSummary {
     double peak_force = 0, peak_torque = 0, peak_torque_time = 0, slipped = 0;
     std::optional<double> let_go;  // s
   };
-  const Player& player_;
+  const PlayedOrgan& organ_;
   std::vector<Link> links_;    // [stretch]
   std::vector<Grasp> grasps_;  // [tool]
 };

@@ -293,10 +293,10 @@ Record read_record(const fs::path& record) {
   return said;
 }
 
-std::string replay(const fs::path& record, const fs::path& other_bundle, const fs::path& scene) {
+std::string replay(const fs::path& record, const std::vector<std::string>& bundles, const fs::path& scene) {
   const Record expected = read_record(record);
   const SceneConfig recorded = read_scene_config(record);
-  const fs::path bundle = bundle_of(recorded, other_bundle);
+  const fs::path bundle = bundle_of(recorded, bundles);
   if (const std::uint64_t found = read_bundle_fields(bundle).identity; found != expected.bundle)
     throw InputError(
         fmt::format("{}: expected the bundle that {} was recorded on, index {:016x}, found {:016x}; give that one with "

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "formats/checksum.h"
 #include "programs/player/player.h"
@@ -53,10 +54,10 @@ struct Record {
 Record read_record(const std::filesystem::path& record);
 
 // Plays the record and compares the results with its checksums; returns a line for the user.
-// bundle: to play on; empty: the one that the record names.
+// bundles: one to play on; empty: the one that the record names.
 // scene: must be the one that was recorded; empty: is not compared.
 // Errors: InputError for another bundle or scene, VerificationError where the results differ.
-std::string replay(const std::filesystem::path& record, const std::filesystem::path& bundle,
+std::string replay(const std::filesystem::path& record, const std::vector<std::string>& bundles,
                    const std::filesystem::path& scene);
 
 }  // namespace palpate

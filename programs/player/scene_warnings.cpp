@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "formats/errors.h"
 #include "formats/plausible_size.h"
+#include "programs/player/scene_clock.h"
 #include "programs/player/summary.h"
 #include "programs/player/tool_points.h"
 #include "programs/player/tool_turn.h"
@@ -50,39 +52,53 @@ std::string millimetres(const Vector& p) {
 // The surface that tools meet, at rest under the scene's preload.
 class RestSurface {
  public:
-  explicit RestSurface(const Player& player) : bundle_(player.bundle()) {
+  explicit RestSurface(const NamedOrgan& of) : bundle_(of.organ->bundle()), name_(of.name), pose_(of.pose) {
     palpate_scene_def def = palpate_default_scene_def();
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.shape = PALPATE_SHAPE_OFF, def.queries = PALPATE_QUERIES_ON;
-    def.preload = player.scene().preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
-    def.fine_surface = player.met_surface();
+    def.preload = of.organ->scene().preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
+    def.fine_surface = of.organ->met_surface();
     palpate_error error{};
     if (palpate_scene_create(bundle_, &def, &scene_, &error) != PALPATE_OK)
-      throw OperationError(fmt::format("{}: {}", player.scene().file.string(), error.text));
+      throw OperationError(fmt::format("{}: {}", of.organ->scene().file.string(), error.text));
   }
   ~RestSurface() { palpate_scene_destroy(scene_); }
   RestSurface(const RestSurface&) = delete;
   RestSurface& operator=(const RestSurface&) = delete;
 
+  // Points in the world.
   double signed_distance(const Vector& point) const {
     double found = 0;
-    palpate_scene_signed_distance(scene_, nullptr, point.data(), &found);
+    palpate_scene_signed_distance(scene_, nullptr, in_organ(point).data(), &found);
     return found;
   }
   Vector nearest(const Vector& point) const {
     palpate_surface_hit hit = palpate_default_surface_hit();
-    palpate_scene_closest_point(scene_, nullptr, point.data(), std::numeric_limits<double>::infinity(), &hit);
-    return {hit.point[0], hit.point[1], hit.point[2]};
+    palpate_scene_closest_point(scene_, nullptr, in_organ(point).data(), std::numeric_limits<double>::infinity(), &hit);
+    Vector in_world{};
+    palpate_point_to_world(pose_.position, pose_.orientation, hit.point, in_world.data());
+    return in_world;
   }
+  // "the organ", or "organ \"liver\"".
+  std::string name() const { return name_.empty() ? "the organ" : fmt::format("organ \"{}\"", name_); }
   double diagonal() const {
     const Box box = box_of_organ(bundle_);
     return distance(box.low, box.high);
   }
 
  private:
+  Vector in_organ(const Vector& point) const {
+    Vector moved{};
+    palpate_point_to_organ(pose_.position, pose_.orientation, point.data(), moved.data());
+    return moved;
+  }
+
   palpate_bundle* bundle_;
+  std::string name_;
+  palpate_pose pose_;
   palpate_scene* scene_ = nullptr;
 };
+using RestSurfaces = std::vector<std::unique_ptr<const RestSurface>>;
 
 // Where the points of a tool are, m. local: in the tool's frame.
 std::vector<Vector> points_at(const SceneConfig::Tool& tool, const std::vector<Vector>& local, double time) {
@@ -101,26 +117,37 @@ struct Place {
   double time = 0;
   std::size_t point = 0;
   Vector at{};
+  const RestSurface* surface = nullptr;  // the nearest
 };
 
-// Where a tool's points are nearest to the surface, or deepest. A point is asked for again once it has moved so far that it may
+// The surface that a point is nearest to, or deepest in.
+Place place_of(const Vector& at, double time, std::size_t point, const RestSurfaces& surfaces) {
+  Place found;
+  for (const auto& surface : surfaces)
+    if (const double d = surface->signed_distance(at); d < found.distance || !found.surface)
+      found = {d, time, point, at, surface.get()};
+  return found;
+}
+
+// Where a tool's points are nearest to a surface, or deepest. A point is asked for again once it has moved so far that it may
 // be nearer than the nearest place so far.
-Place nearest_place(const Player& player, std::size_t t, const RestSurface& surface) {
-  const SceneConfig::Tool& tool = player.scene().tools[t];
+Place nearest_place(const SceneConfig& scene, const SceneConfig::Tool& tool, const RestSurfaces& surfaces) {
   const std::vector<Vector> points = tool_points(tool);
   std::vector<double> least(points.size(),
                             -std::numeric_limits<double>::infinity());  // lower bound of the distance now
   std::vector<Vector> before = points_at(tool, points, 0), now;
   Place found;
-  for (std::uint64_t step = 0; step < player.touch_count(); ++step) {
-    const double time = static_cast<double>(step) / player.scene().touch_hz;
+  const std::uint64_t steps = touch_count_of(scene);
+  for (std::uint64_t step = 0; step < steps; ++step) {
+    const double time = static_cast<double>(step) / scene.touch_hz;
     if (is_away(tool, time)) continue;
     now = points_at(tool, points, time);
     for (std::size_t p = 0; p < points.size(); ++p) {
       least[p] -= distance(now[p], before[p]);
       if (least[p] >= found.distance - kNearEnough) continue;
-      least[p] = surface.signed_distance(now[p]);
-      if (least[p] < found.distance) found = {least[p], time, p, now[p]};
+      const Place place = place_of(now[p], time, p, surfaces);
+      least[p] = place.distance;
+      if (least[p] < found.distance) found = place;
     }
     before = now;
   }
@@ -128,40 +155,44 @@ Place nearest_place(const Player& player, std::size_t t, const RestSurface& surf
 }
 
 // Where the tool first is there: the deepest point.
-Place deepest_start(const SceneConfig::Tool& tool, const RestSurface& surface) {
+Place deepest_start(const SceneConfig::Tool& tool, const RestSurfaces& surfaces) {
   const double start = tool.away.empty() || tool.away[0][0] > 0 ? 0 : tool.away[0][1];
   const std::vector<Vector> points = points_at(tool, tool_points(tool), start);
   Place found;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const double d = surface.signed_distance(points[p]);
-    if (d < found.distance) found = {d, start, p, points[p]};
+    const Place place = place_of(points[p], start, p, surfaces);
+    if (place.distance < found.distance) found = place;
   }
   return found;
 }
 
-std::string never_touched(const SceneConfig::Tool& tool, const Place& nearest, const RestSurface& surface) {
-  const std::string begin = fmt::format("tool \"{}\" never touched the organ: ", tool.name);
+std::string never_touched(const SceneConfig::Tool& tool, const Place& nearest, const RestSurfaces& surfaces) {
+  const std::string begin =
+      fmt::format("tool \"{}\" never touched {}: ", tool.name, surfaces.size() == 1 ? surfaces[0]->name() : "an organ");
   if (!std::isfinite(nearest.distance))
     return begin + "its points were too far away at every step to find a distance; is `unit` of the scene right?";
   if (nearest.distance <= 0)
-    return begin + fmt::format(
-                       "its point {} was up to {:.3g} mm inside, at {:.4g} s and {}, and had no contact; its flags say "
-                       "why",
-                       nearest.point, -1e3 * nearest.distance, nearest.time, millimetres(nearest.at));
-  return begin + fmt::format(
-                     "its point {} came nearest, {:.4g} mm from the surface, at {:.4g} s and {}, where the surface is "
-                     "at {}{}",
-                     nearest.point, 1e3 * nearest.distance, nearest.time, millimetres(nearest.at),
-                     millimetres(surface.nearest(nearest.at)),
-                     nearest.distance > surface.diagonal() ? "; is `unit` of the scene right?" : "");
+    return begin +
+           fmt::format(
+               "its point {} was up to {:.3g} mm inside{}, at {:.4g} s and {}, and had no contact; its flags say "
+               "why",
+               nearest.point, -1e3 * nearest.distance, surfaces.size() == 1 ? "" : " " + nearest.surface->name(),
+               nearest.time, millimetres(nearest.at));
+  return begin +
+         fmt::format(
+             "its point {} came nearest, {:.4g} mm from the surface{}, at {:.4g} s and {}, where the surface is "
+             "at {}{}",
+             nearest.point, 1e3 * nearest.distance, surfaces.size() == 1 ? "" : " of " + nearest.surface->name(),
+             nearest.time, millimetres(nearest.at), millimetres(nearest.surface->nearest(nearest.at)),
+             nearest.distance > nearest.surface->diagonal() ? "; is `unit` of the scene right?" : "");
 }
 
 std::string began_inside(const SceneConfig::Tool& tool, const Place& start, bool touched) {
   return fmt::format(
-      "tool \"{}\" began inside the organ: its point {} begins {:.3g} mm deep, at {}; a point touches nothing until it "
+      "tool \"{}\" began inside {}: its point {} begins {:.3g} mm deep, at {}; a point touches nothing until it "
       "has "
       "been outside{}; begin its path outside",
-      tool.name, start.point, -1e3 * start.distance, millimetres(start.at),
+      tool.name, start.surface->name(), start.point, -1e3 * start.distance, millimetres(start.at),
       touched ? "" : ", and none of this tool's did");
 }
 
@@ -179,72 +210,78 @@ double longest_edge(const palpate_bundle* bundle, std::int32_t node) {
   return longest;
 }
 
-void add_far_grips(const Player& player, const SceneConfig::Tool& tool, std::vector<std::string>& sentences) {
+void add_far_grips(const PlayedOrgan& organ, const SceneConfig::Tool& tool, std::vector<std::string>& sentences) {
   for (const SceneConfig::Grip& grip : tool.grips) {
     if (!grip.nearest) continue;
-    const std::int32_t node = gripped_nodes(grip, player.bundle(), player.scene().file).front();
-    const double* p = palpate_bundle_nodes(player.bundle()) + 3 * static_cast<std::size_t>(node);
+    const std::int32_t node = gripped_nodes(grip, organ.bundle(), organ.scene().file).front();
+    const double* p = palpate_bundle_nodes(organ.bundle()) + 3 * static_cast<std::size_t>(node);
     const Vector held = {p[0], p[1], p[2]};
-    const double edge = longest_edge(player.bundle(), node);
+    const double edge = longest_edge(organ.bundle(), node);
     if (distance(held, *grip.nearest) <= edge) continue;
     sentences.push_back(
         fmt::format("{}:{}: the grip of tool \"{}\" is {:.4g} mm from {}: the nearest touchable node is at {}, farther "
                     "than its longest "
                     "edge of {:.3g} mm; give a place on the touchable surface, in the scene's `unit`",
-                    player.scene().file.string(), grip.line, tool.name, 1e3 * distance(held, *grip.nearest),
+                    organ.scene().file.string(), grip.line, tool.name, 1e3 * distance(held, *grip.nearest),
                     millimetres(*grip.nearest), millimetres(held), 1e3 * edge));
   }
 }
 
 }  // namespace
 
-std::vector<std::string> placement_warnings(const Player& player, const std::vector<bool>& touched) {
+std::vector<std::string> placement_warnings(const SceneConfig& scene, const std::vector<NamedOrgan>& organs,
+                                            const std::vector<bool>& touched) {
   std::vector<std::string> sentences;
-  const RestSurface surface(player);
-  for (std::size_t t = 0; t < player.scene().tools.size(); ++t) {
-    const SceneConfig::Tool& tool = player.scene().tools[t];
-    add_far_grips(player, tool, sentences);
+  RestSurfaces surfaces;  // that tools may touch
+  for (const NamedOrgan& of : organs)
+    if (of.organ->scene().collision != SceneConfig::Collision::off)
+      surfaces.push_back(std::make_unique<const RestSurface>(of));
+  for (std::size_t t = 0; t < scene.tools.size(); ++t) {
+    const SceneConfig::Tool& tool = scene.tools[t];
+    // Of the organ's own scene, whose other tools have no grips.
+    for (const NamedOrgan& of : organs) add_far_grips(*of.organ, of.organ->scene().tools[t], sentences);
     if (tool.points.empty() && !tool.capsule) continue;
-    if (player.scene().collision == SceneConfig::Collision::off) {
+    if (surfaces.empty()) {
       sentences.push_back(fmt::format(
           "tool \"{}\" never touched the organ: its points touch only where collision is \"rest\" or \"deformed\"",
           tool.name));
       continue;
     }
-    const Place start = deepest_start(tool, surface);
-    if (start.distance < -kShareInside * surface.diagonal())
+    const Place start = deepest_start(tool, surfaces);
+    if (start.surface && start.distance < -kShareInside * start.surface->diagonal())
       sentences.push_back(began_inside(tool, start, touched[t]));
     else if (!touched[t])
-      sentences.push_back(never_touched(tool, nearest_place(player, t, surface), surface));
+      sentences.push_back(never_touched(tool, nearest_place(scene, tool, surfaces), surfaces));
   }
   return sentences;
 }
 
-std::vector<std::string> size_warnings(const Player& player) {
-  const Box box = box_of_organ(player.bundle());
+std::vector<std::string> size_warnings(const NamedOrgan& of) {
+  const Box box = box_of_organ(of.organ->bundle());
   double longest = 0;
   for (int d = 0; d < 3; ++d) longest = std::max(longest, box.high[d] - box.low[d]);
   if (longest >= kSmallestOrgan && longest <= kLargestOrgan) return {};
   return {fmt::format(
-      "the organ of this bundle is {:.3g} m long, expected 1 cm to 1 m; was mesh_unit right when the bundle was "
+      "the organ of {} bundle is {:.3g} m long, expected 1 cm to 1 m; was mesh_unit right when the bundle was "
       "computed?",
-      longest)};
+      of.name.empty() ? "this" : fmt::format("{}'s", of.name), longest)};
 }
 
-std::vector<std::string> displacement_warnings(const Player& player, const BundleFields& fields,
+std::vector<std::string> displacement_warnings(const NamedOrgan& of, const BundleFields& fields,
                                                const LargestDisplacement& largest) {
-  std::string begin = fmt::format("the organ moved by {:.3g} mm (node {}, at {:.4g} s), beyond the ",
+  std::string begin = fmt::format("{} moved by {:.3g} mm (node {}, at {:.4g} s), beyond the ",
+                                  of.name.empty() ? "the organ" : fmt::format("organ \"{}\"", of.name),
                                   1e3 * largest.length, largest.node, largest.time);
-  if (const auto& limit = player.scene().limits.displacement) {
+  if (const auto& limit = of.organ->scene().limits.displacement) {
     if (largest.length <= *limit) return {};
     return {begin + fmt::format("{:.3g} mm that `displacement` in the scene's [limits] allows", 1e3 * *limit)};
   }
-  if (player.scene().deformation != SceneConfig::Deformation::linear) return {};  // right at any depth
+  if (of.organ->scene().deformation != SceneConfig::Deformation::linear) return {};  // right at any depth
   const auto provenance = nlohmann::json::parse(fields.provenance, nullptr, false);
   const auto stated = provenance.is_object() ? provenance.find("accuracy_linear_limit_mm") : provenance.end();
   const bool measured = stated != provenance.end() && stated->is_number();
   const double linear = measured ? 1e-3 * stated->get<double>() : kLinearLimit;
-  const Box box = box_of_organ(player.bundle());
+  const Box box = box_of_organ(of.organ->bundle());
   double smallest = std::numeric_limits<double>::infinity();
   for (int d = 0; d < 3; ++d) smallest = std::min(smallest, box.high[d] - box.low[d]);
   if (largest.length <= std::min(linear, kLargestShare * smallest)) return {};

@@ -8,20 +8,28 @@
 #include <vector>
 
 #include "programs/player/bundle_fields.h"
-#include "programs/player/player.h"
+#include "programs/player/played_organ.h"
 
 namespace palpate {
 
-// Where the tools and grips lie, against the organ at rest. touched[tool]: whether a point of the tool was ever in contact; its
+// Organs of a scene with their names, in a scene of one organ without, and where they stand.
+struct NamedOrgan {
+  const PlayedOrgan* organ;
+  std::string name;
+  palpate_pose pose = palpate_default_pose();
+};
+
+// Where the tools and grips lie, against the organs at rest. touched[tool]: whether a point of the tool was ever in contact; its
 // grips do not count. At most one sentence for each tool and one for each grip:
 // - A tool with points that never touched: the least distance, when and where. Distances are right to 1 um.
 // - A tool that began inside the organ: how deep, and which point. Such a point touches nothing until it has been outside.
 // - A grip whose `nearest` is farther from its node than the node's longest edge of the surface.
 // Cost: a query of the surface (microseconds) for each step of the path that may come nearer than those before.
-std::vector<std::string> placement_warnings(const Player& player, const std::vector<bool>& touched);
+std::vector<std::string> placement_warnings(const SceneConfig& scene, const std::vector<NamedOrgan>& organs,
+                                            const std::vector<bool>& touched);
 
 // One sentence where the organ is shorter than kSmallestOrgan or longer than kLargestOrgan, else none.
-std::vector<std::string> size_warnings(const Player& player);
+std::vector<std::string> size_warnings(const NamedOrgan& of);
 
 // The largest displacement of a node in a played scene.
 struct LargestDisplacement {
@@ -34,7 +42,7 @@ struct LargestDisplacement {
 // kLargestShare of the organ's smallest extent.
 inline constexpr double kLinearLimit = 0.01;  // m: docs/accuracy.md, "Linear elasticity itself"
 inline constexpr double kLargestShare = 0.1;
-std::vector<std::string> displacement_warnings(const Player& player, const BundleFields& fields,
+std::vector<std::string> displacement_warnings(const NamedOrgan& of, const BundleFields& fields,
                                                const LargestDisplacement& largest);
 
 // Counts the step flags of the steps of one kind.

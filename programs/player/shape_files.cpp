@@ -52,13 +52,16 @@ void add_cells(vtkUnstructuredGrid* grid, int cell_type, int cell_size, const In
   }
 }
 
-void write_tools(const ShapeRecord& shape, const std::filesystem::path& file) {
+// force_of: a tool's, N.
+template <typename ForceOf>
+void write_tools(const std::vector<std::vector<SceneConfig::Vector>>& tool_points, const ForceOf& force_of,
+                 const std::filesystem::path& file) {
   vtkNew<vtkUnstructuredGrid> grid;
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   std::vector<int> owner;
-  for (std::size_t t = 0; t < shape.points.size(); ++t)
-    for (const auto& p : shape.points[t]) {
+  for (std::size_t t = 0; t < tool_points.size(); ++t)
+    for (const auto& p : tool_points[t]) {
       const vtkIdType id = points->InsertNextPoint(p.data());
       owner.push_back(static_cast<int>(t));
       grid->InsertNextCell(VTK_VERTEX, 1, &id);
@@ -71,7 +74,7 @@ void write_tools(const ShapeRecord& shape, const std::filesystem::path& file) {
   add_point_data(grid, force, "force", 3, rows);
   for (vtkIdType i = 0; i < rows; ++i) {
     tool->SetValue(i, owner[i]);
-    force->SetTuple(i, palpate_contacts_tool(&shape.contacts, owner[i])->force);
+    force->SetTuple(i, force_of(owner[i]));
   }
   write_grid(grid, file);
 }
@@ -129,61 +132,8 @@ std::vector<std::array<double, 3>> rim_of(const palpate_bundle* bundle, const fl
   return rim;
 }
 
-}  // namespace
-
-// The grid is built once; for each shape its points move and its cells stay.
-struct ShapeFiles::Organ {
-  vtkNew<vtkUnstructuredGrid> grid;
-  vtkNew<vtkFloatArray> positions, displacement;
-  vtkNew<vtkDoubleArray> contact_force;
-  vtkNew<vtkUnsignedCharArray> fixed;
-  vtkNew<vtkIntArray> region;
-
-  Organ(const Player& player, const BundleFields& fields) {
-    const palpate_bundle_info info = palpate_bundle_describe(player.bundle());
-    const bool volume = player.scene().shape == SceneConfig::Shape::volume;
-    const vtkIdType rows = volume ? info.node_count : info.surface_node_count;
-    positions->SetNumberOfComponents(3);
-    positions->SetNumberOfTuples(rows);
-    vtkNew<vtkPoints> points;
-    points->SetData(positions);
-    grid->SetPoints(points);
-    if (volume)
-      add_cells(grid, VTK_TETRA, 4, palpate_bundle_tetrahedra(player.bundle()), info.tetrahedron_count);
-    else
-      add_cells(grid, VTK_TRIANGLE, 3, palpate_bundle_triangles(player.bundle()), info.triangle_count);
-    add_point_data(grid, displacement, "displacement", 3, rows);
-    add_point_data(grid, contact_force, "contact_force", 3, rows);
-    add_point_data(grid, fixed, "fixed", 1, rows);
-    for (vtkIdType n = 0; n < rows; ++n) {
-      const auto* dof = fields.fixed.data() + 3 * n;
-      fixed->SetValue(n, dof[0] && dof[1] && dof[2] ? 1 : 0);
-    }
-    if (volume) add_region(fields);
-  }
-
-  void add_region(const BundleFields& fields) {
-    region->SetName("region");
-    for (const std::int32_t r : fields.region) region->InsertNextValue(r);
-    grid->GetCellData()->AddArray(region);
-  }
-
-  void move_to(const ShapeRecord& shape) {
-    const std::size_t values = 3 * static_cast<std::size_t>(shape.node_count);
-    std::copy_n(shape.positions, values, positions->GetPointer(0));
-    std::copy_n(shape.displacements, values, displacement->GetPointer(0));
-    contact_force->Fill(0);
-    const palpate_contact_node* nodes = palpate_contacts_node(&shape.contacts, 0);
-    for (int n = 0; n < shape.contacts.node_count; ++n)
-      for (int d = 0; d < 3; ++d)
-        *contact_force->GetPointer(3 * static_cast<vtkIdType>(nodes[n].node) + d) += nodes[n].force[d];
-    positions->Modified();
-    grid->GetPoints()->Modified();
-  }
-};
-
-// The same for the render mesh.
-struct ShapeFiles::Skin {
+// The render mesh. The grid is built once; for each shape its points move and its cells stay.
+struct Skin {
   vtkNew<vtkUnstructuredGrid> grid;
   vtkNew<vtkFloatArray> positions, displacement, normals;
   const RenderMesh& mesh;
@@ -211,30 +161,53 @@ struct ShapeFiles::Skin {
   }
 };
 
-ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player, const BundleFields& fields)
-    : player_(player), folder_(folder), organ_(std::make_unique<Organ>(player, fields)) {
-  if (player.render_mesh()) skin_ = std::make_unique<Skin>(*player.render_mesh());
-  vtkObject::GlobalWarningDisplayOff();  // failures are reported here, in one sentence
-  std::filesystem::create_directory(folder_ / "shapes");
-}
+// Where an organ's frame is in the world; without one both are the same.
+class Frame {
+ public:
+  explicit Frame(const palpate_pose* pose = nullptr)
+      : moved_(pose != nullptr), pose_(pose ? *pose : palpate_default_pose()) {}
+  // In place: count rows of three.
+  void put_points(float* numbers, std::size_t count) const {
+    each(numbers, count, [this](double* p) { palpate_point_to_world(pose_.position, pose_.orientation, p, p); });
+  }
+  template <typename Number>
+  void put_vectors(Number* numbers, std::size_t count) const {
+    each(numbers, count, [this](double* v) { palpate_vector_to_world(pose_.orientation, v, v); });
+  }
+  std::array<double, 3> point(const double* in_organ) const {
+    std::array<double, 3> p = {in_organ[0], in_organ[1], in_organ[2]};
+    if (moved_) palpate_point_to_world(pose_.position, pose_.orientation, p.data(), p.data());
+    return p;
+  }
 
-ShapeFiles::~ShapeFiles() = default;
+ private:
+  template <typename Number, typename Put>
+  void each(Number* numbers, std::size_t count, const Put& put) const {
+    for (std::size_t i = 0; moved_ && i < count; ++i) {
+      double row[3] = {double{numbers[3 * i]}, double{numbers[3 * i + 1]}, double{numbers[3 * i + 2]}};
+      put(row);
+      for (std::size_t d = 0; d < 3; ++d) numbers[3 * i + d] = static_cast<Number>(row[d]);
+    }
+  }
+  bool moved_;
+  palpate_pose pose_;
+};
 
-void ShapeFiles::write_held(const ShapeRecord& shape, const std::filesystem::path& file) const {
+void write_held(const PlayedOrgan& organ, const Frame& frame, const float* positions,
+                const std::filesystem::path& file) {
   HeldGrid held;
-  const HeldTissue& tissue = player_.held();
+  const HeldTissue& tissue = organ.held();
   for (std::size_t s = 0; s < tissue.stretches().size(); ++s)
-    if (const palpate_link_state* state =
-            palpate_scene_link_state(player_.runtime_scene(), static_cast<std::int32_t>(s)))
-      held.add(VTK_LINE, {std::to_array(state->ends[0]), std::to_array(state->ends[1])},
+    if (const palpate_link_state* state = palpate_scene_link_state(organ.runtime_scene(), static_cast<std::int32_t>(s)))
+      held.add(VTK_LINE, {frame.point(state->ends[0]), frame.point(state->ends[1])},
                static_cast<int>(tissue.stretches()[s].link), -1, state->condition, state->tension);
-  for (std::size_t t = 0; t < player_.scene().tools.size(); ++t) {
+  for (std::size_t t = 0; t < organ.scene().tools.size(); ++t) {
     const palpate_grasp* grasp = tissue.grasp(t);
     const palpate_grasp_state* state =
-        grasp ? palpate_scene_grasp_state(player_.runtime_scene(), static_cast<std::int32_t>(t)) : nullptr;
+        grasp ? palpate_scene_grasp_state(organ.runtime_scene(), static_cast<std::int32_t>(t)) : nullptr;
     if (!state || state->condition == PALPATE_GRASP_OPEN || state->condition == PALPATE_GRASP_LET_GO) continue;
     const auto add = [&](std::int32_t triangle, const double* barycentric) {
-      held.add(VTK_POLYGON, rim_of(player_.bundle(), shape.positions, triangle, barycentric, grasp->radius), -1,
+      held.add(VTK_POLYGON, rim_of(organ.bundle(), positions, triangle, barycentric, grasp->radius), -1,
                static_cast<int>(t), state->condition, 0);
     };
     add(grasp->triangle, grasp->barycentric);
@@ -243,24 +216,126 @@ void ShapeFiles::write_held(const ShapeRecord& shape, const std::filesystem::pat
   write_grid(held.grid, file);
 }
 
+}  // namespace
+
+// The grid is built once; for each shape its points move and its cells stay.
+struct ShapeFiles::Organ {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkFloatArray> positions, displacement;
+  vtkNew<vtkDoubleArray> contact_force;
+  vtkNew<vtkUnsignedCharArray> fixed;
+  vtkNew<vtkIntArray> region;
+
+  const PlayedOrgan& of;
+  std::string name;  // in the names of its files
+  Frame frame;
+  std::unique_ptr<Skin> skin;  // with a render mesh
+
+  Organ(const PlayedOrgan& organ, const BundleFields& fields, std::string file_name, const Frame& in_world)
+      : of(organ), name(std::move(file_name)), frame(in_world) {
+    if (of.render_mesh()) skin = std::make_unique<Skin>(*of.render_mesh());
+    if (of.scene().shape == SceneConfig::Shape::off) return;
+    const palpate_bundle_info info = palpate_bundle_describe(of.bundle());
+    const bool volume = of.scene().shape == SceneConfig::Shape::volume;
+    const vtkIdType rows = volume ? info.node_count : info.surface_node_count;
+    positions->SetNumberOfComponents(3);
+    positions->SetNumberOfTuples(rows);
+    vtkNew<vtkPoints> points;
+    points->SetData(positions);
+    grid->SetPoints(points);
+    if (volume)
+      add_cells(grid, VTK_TETRA, 4, palpate_bundle_tetrahedra(of.bundle()), info.tetrahedron_count);
+    else
+      add_cells(grid, VTK_TRIANGLE, 3, palpate_bundle_triangles(of.bundle()), info.triangle_count);
+    add_point_data(grid, displacement, "displacement", 3, rows);
+    add_point_data(grid, contact_force, "contact_force", 3, rows);
+    add_point_data(grid, fixed, "fixed", 1, rows);
+    for (vtkIdType n = 0; n < rows; ++n) {
+      const auto* dof = fields.fixed.data() + 3 * n;
+      fixed->SetValue(n, dof[0] && dof[1] && dof[2] ? 1 : 0);
+    }
+    if (volume) add_region(fields);
+  }
+
+  void add_region(const BundleFields& fields) {
+    region->SetName("region");
+    for (const std::int32_t r : fields.region) region->InsertNextValue(r);
+    grid->GetCellData()->AddArray(region);
+  }
+
+  void move_to(const ShapeRecord& shape) {
+    const std::size_t values = 3 * static_cast<std::size_t>(shape.node_count);
+    std::copy_n(shape.positions, values, positions->GetPointer(0));
+    std::copy_n(shape.displacements, values, displacement->GetPointer(0));
+    contact_force->Fill(0);
+    const palpate_contact_node* nodes = palpate_contacts_node(&shape.contacts, 0);
+    for (int n = 0; n < shape.contacts.node_count; ++n)
+      for (int d = 0; d < 3; ++d)
+        *contact_force->GetPointer(3 * static_cast<vtkIdType>(nodes[n].node) + d) += nodes[n].force[d];
+    const auto rows = static_cast<std::size_t>(shape.node_count);
+    frame.put_points(positions->GetPointer(0), rows), frame.put_vectors(displacement->GetPointer(0), rows);
+    frame.put_vectors(contact_force->GetPointer(0), rows);
+    positions->Modified();
+    grid->GetPoints()->Modified();
+  }
+};
+
+ShapeFiles::ShapeFiles(const std::filesystem::path& folder) : folder_(folder) {
+  vtkObject::GlobalWarningDisplayOff();  // failures are reported here, in one sentence
+  std::filesystem::create_directory(folder_ / "shapes");
+}
+
+ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player,
+                       const std::vector<BundleFields>& fields)
+    : ShapeFiles(folder) {
+  organs_.push_back(std::make_unique<Organ>(player.organ(), fields[0], "", Frame()));
+}
+
+ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const WorldPlayer& player,
+                       const std::vector<BundleFields>& fields)
+    : ShapeFiles(folder) {
+  for (std::size_t k = 0; k < player.organ_count(); ++k)
+    organs_.push_back(std::make_unique<Organ>(player.organ(k), fields[k], '_' + player.scene().organs[k].name,
+                                              Frame(&player.pose(k))));
+}
+
+ShapeFiles::~ShapeFiles() = default;
+
+void ShapeFiles::write_organ(Organ& organ, const ShapeRecord& shape, std::vector<std::string>& parts) const {
+  const auto next = [&](const char* kind) {
+    return folder_ / parts.emplace_back(fmt::format("shapes/{}{}_{:06}.vtu", kind, organ.name, written_));
+  };
+  organ.move_to(shape);
+  write_grid(organ.grid, next("organ"));
+  if (organ.skin) {
+    organ.skin->move_to(shape);
+    write_grid(organ.skin->grid, next("skin"));
+  }
+  if (organ.of.holds_tissue()) write_held(organ.of, organ.frame, organ.positions->GetPointer(0), next("held"));
+}
+
 void ShapeFiles::write(const ShapeRecord& shape) {
-  organ_->move_to(shape);
-  const std::string organ = fmt::format("shapes/organ_{:06}.vtu", written_);
-  const std::string tools = fmt::format("shapes/tools_{:06}.vtu", written_);
-  write_grid(organ_->grid, folder_ / organ);
-  write_tools(shape, folder_ / tools);
-  std::vector<std::string> parts = {organ, tools};
-  if (skin_) {
-    parts.push_back(fmt::format("shapes/skin_{:06}.vtu", written_));
-    skin_->move_to(shape);
-    write_grid(skin_->grid, folder_ / parts.back());
-  }
-  if (player_.holds_tissue()) {
-    parts.push_back(fmt::format("shapes/held_{:06}.vtu", written_));
-    write_held(shape, folder_ / parts.back());
-  }
+  std::vector<std::string> parts;
+  write_organ(*organs_[0], shape, parts);
+  parts.insert(parts.begin() + 1, fmt::format("shapes/tools_{:06}.vtu", written_));
+  write_tools(
+      shape.points, [&](int tool) { return palpate_contacts_tool(&shape.contacts, tool)->force; }, folder_ / parts[1]);
+  add_entries(shape.time, parts);
+}
+
+void ShapeFiles::write(const WorldShapeRecord& shapes) {
+  std::vector<std::string> parts = {fmt::format("shapes/tools_{:06}.vtu", written_)};
+  write_tools(
+      shapes.organs[0].points, [&](int tool) { return palpate_world_contacts_tool(&shapes.contacts, tool)->force; },
+      folder_ / parts[0]);
+  for (std::size_t k = 0; k < organs_.size(); ++k)
+    if (shapes.organs[k].node_count > 0) write_organ(*organs_[k], shapes.organs[k], parts);
+  add_entries(shapes.organs[0].time, parts);
+}
+
+void ShapeFiles::add_entries(double time, const std::vector<std::string>& parts) {
   for (std::size_t part = 0; part < parts.size(); ++part)
-    entries_ += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", shape.time, part, parts[part]);
+    entries_ += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", time, part, parts[part]);
   ++written_;
 }
 

@@ -6,39 +6,46 @@
 // the tool, at each of its points). With a render mesh, part 2 holds its deformed triangles; point data:
 // displacement (m) and normal. With links or grasps, the last part holds them: a line for each stretch of a link and a polygon for each
 // closed disc, with a pair of points or the corners of its own; cell data: link (its index in the scene, or -1), tool (the same of the
-// disc's tool), tension (N) and condition (those of palpate.h).
+// disc's tool), tension (N) and condition (those of palpate.h). Of several organs each has files of its own, organ_NAME_000000.vtu, and all
+// of them are in the world's frame.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "programs/player/bundle_fields.h"
 #include "programs/player/player.h"
+#include "programs/player/world_player.h"
 
 namespace palpate {
 
 class ShapeFiles {
  public:
-  // fields and player must outlive this.
-  ShapeFiles(const std::filesystem::path& folder, const Player& player, const BundleFields& fields);
+  // fields: [organ] of its bundle. player must outlive this.
+  ShapeFiles(const std::filesystem::path& folder, const Player& player, const std::vector<BundleFields>& fields);
+  ShapeFiles(const std::filesystem::path& folder, const WorldPlayer& player, const std::vector<BundleFields>& fields);
   ~ShapeFiles();
   ShapeFiles(const ShapeFiles&) = delete;
   ShapeFiles& operator=(const ShapeFiles&) = delete;
 
   // Errors: OperationError (a full disk).
   void write(const ShapeRecord& shape);
+  void write(const WorldShapeRecord& shapes);
   void close();
   int written() const { return written_; }
 
  private:
   struct Organ;
-  struct Skin;
-  void write_held(const ShapeRecord& shape, const std::filesystem::path& file) const;
-  const Player& player_;
+  explicit ShapeFiles(const std::filesystem::path& folder);
+  // Writes the files of an organ and appends their names.
+  void write_organ(Organ& organ, const ShapeRecord& shape, std::vector<std::string>& parts) const;
+  void add_entries(double time, const std::vector<std::string>& parts);
+
   std::filesystem::path folder_;
-  std::unique_ptr<Organ> organ_;
-  std::unique_ptr<Skin> skin_;  // with a render mesh
-  std::string entries_;         // of the PVD
+  std::vector<std::unique_ptr<Organ>> organs_;
+  std::string entries_;  // of the PVD
   int written_ = 0;
 };
 

@@ -10,6 +10,7 @@
 #include "programs/player/held_summary.h"
 #include "programs/player/player.h"
 #include "programs/player/scene_warnings.h"
+#include "programs/player/world_player.h"
 
 namespace palpate {
 
@@ -23,15 +24,17 @@ std::vector<std::string> flag_names(palpate_step_flags flags);
 class Summary {
  public:
   explicit Summary(const Player& player);
+  explicit Summary(const WorldPlayer& player);
   void add(const TouchRecord& touch);
-  void add(const ShapeRecord& shape);
-  // JSON text. Everything but "timing_us" is the same for the same input. warnings: those of warnings().
-  std::string text(const Timing& timing, const BundleFields& fields, const std::filesystem::path& bundle,
-                   int shapes_written, const std::vector<std::string>& warnings) const;
-  // One line for each tool that touched: its largest force; and for each link and grasp.
+  void add(const ShapeRecord& shape, std::size_t organ = 0);
+  void add(const WorldTouchRecord& touch);
+  // JSON text. Everything but "timing_us" is the same for the same input. fields: [organ] of its bundle. warnings: those of warnings().
+  std::string text(const Timing& timing, const std::vector<BundleFields>& fields, int shapes_written,
+                   const std::vector<std::string>& warnings) const;
+  // One line for each tool that touched: its largest force; and for each link and grasp, and each organ that others press.
   std::vector<std::string> forces() const;
   // What the user should know of this run, a sentence each (scene_warnings.h). Asks the surface; takes milliseconds.
-  std::vector<std::string> warnings(const BundleFields& fields) const;
+  std::vector<std::string> warnings(const std::vector<BundleFields>& fields) const;
 
  private:
   struct Tool {
@@ -41,13 +44,26 @@ class Summary {
     bool point_touched = false;  // its grips do not count
     palpate_step_flags flags = 0;
   };
-  const Player& player_;
+  struct Organ {
+    NamedOrgan of;
+    HeldSummary held;
+    int most_contact_nodes = 0;
+    LargestDisplacement largest{};
+    double peak_pressed = 0, peak_pressed_time = 0;  // N, by other organs; s
+  };
+  Summary(const SceneConfig& scene, const std::vector<std::vector<SceneConfig::Vector>>& points,
+          const std::vector<NamedOrgan>& organs);
+  template <typename State>
+  void add_tool(double time, std::size_t tool, const State& state);
+  void add_nodes(Organ& organ, double time, const palpate_contacts& contacts);
+
+  const SceneConfig& scene_;
   std::vector<Tool> tools_;
-  HeldSummary held_;
+  std::vector<Organ> organs_;
   FlagCounts touch_flags_, shape_flags_;
   std::uint64_t touches_ = 0, shapes_ = 0;
-  int most_contact_nodes_ = 0;
-  LargestDisplacement largest_;
+  int most_pairs_ = 0;
+  double peak_pressure_ = 0, largest_overlap_ = 0;  // Pa, m, of pairs of organs
 };
 
 }  // namespace palpate

@@ -458,6 +458,15 @@ class SeveralOrgans(unittest.TestCase):
             found.update(regions)
         self.expect_volumes(found, 0.02)
         self.expect_colours(os.path.join(self.data, "upper-abdomen", "coarse", "separate-held.png"), picture_colours()[:3])
+        # All of them in one scene: the probe presses the liver on the kidney, and the forceps hold the gallbladder.
+        together = os.path.join(self.data, "upper-abdomen", "coarse", "separate-held", "breathing")
+        summary = summary_of(together)
+        self.assertEqual([each["name"] for each in summary["organs"]], list(self.LABELS))
+        self.assertEqual(summary["touches_with_flag"], {})
+        for organ_name in ("liver", "right-kidney"):
+            self.assertGreater(next(each for each in summary["organs"] if each["name"] == organ_name)["peak_pressed_N"], 0.1)
+        self.assertGreater(min(tool["peak_force_N"] for tool in summary["tools"]), 0.1)
+        self.assertTrue(os.path.exists(together + ".png"))
         before = file_times(self.data)
         make(self.data, *organ)
         self.assertEqual(file_times(self.data), before)

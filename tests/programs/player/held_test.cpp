@@ -9,6 +9,7 @@
 
 #include "programs/player/held_tissue.h"
 #include "programs/player/tool_turn.h"
+#include "tests/programs/player/csv_rows.h"
 #include "tests/programs/player/played_scene.h"
 
 namespace palpate {
@@ -17,36 +18,6 @@ namespace {
 using namespace tests;
 using testing::HasSubstr;
 
-using Row = std::map<std::string, std::string>;
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  for (const char c : line)
-    if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  return cells;
-}
-std::vector<Row> read_rows(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  const std::vector<std::string> header = cells_of(line);
-  std::vector<Row> rows;
-  while (std::getline(stream, line)) {
-    const std::vector<std::string> cells = cells_of(line);
-    EXPECT_EQ(cells.size(), header.size()) << line;
-    rows.emplace_back();
-    for (std::size_t i = 0; i < std::min(header.size(), cells.size()); ++i) rows.back()[header[i]] = cells[i];
-  }
-  return rows;
-}
-double number(const Row& row, const std::string& name) {
-  return std::stod(row.at(name));
-}
 double length_of(const Row& row, const std::string& name, const std::string& unit) {
   return std::hypot(number(row, name + "_x_" + unit), number(row, name + "_y_" + unit),
                     number(row, name + "_z_" + unit));

@@ -1,0 +1,116 @@
+#include "formats/scene_organs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/scene_holds.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kMaxOrgans = 32;  // of palpate_world.h
+constexpr int kMaxPairs = 1000;         // of palpate_world.h
+constexpr double kMostDegrees = 1e6;
+
+// Names are parts of file names and of --bundle NAME=FILE.
+bool is_plain(const std::string& name) {
+  return std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '-' || c == '_';
+  });
+}
+
+void read_world(TomlTable table, SceneConfig& scene) {
+  if (table.has("pairs")) {
+    const std::int64_t pairs = table.integer("pairs");
+    if (pairs < 0 || pairs > kMaxPairs) table.wrong("pairs", fmt::format("a whole number of 0 to {}", kMaxPairs));
+    scene.pairs = static_cast<int>(pairs);
+  }
+  if (table.has("friction")) {
+    scene.organ_friction = table.number("friction");
+    if (!(scene.organ_friction >= 0 && scene.organ_friction <= 100))
+      table.wrong("friction", "a coefficient of 0 to 100");
+    if (scene.organ_friction > 0 && scene.pairs == 0)
+      table.wrong("friction", "pairs above 0 beside it, without which organs do not touch one another");
+  }
+  table.finish();
+}
+
+SceneConfig::Organ read_organ(TomlTable& table, const SceneConfig& scene, NamedEffects& named) {
+  SceneConfig::Organ organ;
+  organ.line = table.line();
+  organ.name = table.text("name", "\"liver\"");
+  if (!is_plain(organ.name)) table.wrong("name", "letters, digits, - and _ alone");
+  for (const SceneConfig::Organ& other : scene.organs)
+    if (other.name == organ.name) table.wrong("name", "a name that no other [[organ]] has");
+  if (table.has("bundle")) organ.bundle = table.file().parent_path() / table.text("bundle", "\"bundle.h5\"");
+  if (table.has("position")) organ.position = scaled(table.vector("position"), scene.metres_per_unit);
+  if (table.has("turn")) organ.turn = table.vector("turn");
+  for (const double angle : organ.turn)
+    if (std::abs(angle) > kMostDegrees) table.wrong("turn", fmt::format("angles of at most {} degrees", kMostDegrees));
+  organ.effects = scene, organ.relaxation = scene.relaxation;
+  if (scene.pairs > 0 && !named.collision) organ.effects.collision = SceneEffects::Collision::deformed;
+  if (table.has("effects")) named.add(table.table("effects")), read_effects(table.table("effects"), organ.effects);
+  if (table.has("relaxation")) organ.relaxation = read_relaxation(table.table("relaxation"));
+  if (table.has("surface")) organ.surface = read_surface(table.table("surface"));
+  table.finish();
+  return organ;
+}
+
+}  // namespace
+
+std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, NamedEffects named) {
+  if (!root.has("organ")) {
+    if (root.has("world")) root.wrong("world", "[[organ]] tables beside it; a scene of one organ has no [world]");
+    return {};
+  }
+  if (!scene.bundle.empty()) root.wrong("bundle", "no bundle here, since each [[organ]] has its own");
+  if (scene.surface) root.wrong("surface", "no [surface] here, since an [[organ]] has its own: [organ.surface]");
+  if (root.has("world")) read_world(root.table("world"), scene);
+  std::vector<NamedEffects> named_by_organs;
+  for (TomlTable& table : root.tables("organ")) {
+    named_by_organs.push_back(named);
+    scene.organs.push_back(read_organ(table, scene, named_by_organs.back()));
+  }
+  if (scene.organs.size() > kMaxOrgans) root.wrong("organ", fmt::format("at most {} organs", kMaxOrgans));
+  return named_by_organs;
+}
+
+std::size_t read_organ_name(TomlTable& table, const SceneConfig& scene) {
+  if (scene.organs.empty()) table.wrong("organ", "no organ, since the scene has no [[organ]] tables");
+  const std::string name = table.text("organ", fmt::format("\"{}\"", scene.organs[0].name).c_str());
+  std::string names;
+  for (std::size_t k = 0; k < scene.organs.size(); ++k) {
+    if (scene.organs[k].name == name) return k;
+    names += fmt::format("{}\"{}\"", k ? ", " : "", scene.organs[k].name);
+  }
+  table.wrong("organ", fmt::format("the name of an [[organ]]: {}", names));
+}
+
+void check_pairs(const SceneConfig& scene, const TomlTable& root) {
+  if (scene.pairs == 0) return;
+  for (const SceneConfig::Organ& organ : scene.organs) {
+    const auto refuse = [&](const char* expected) {
+      root.wrong("world", fmt::format("pairs = 0, or of organ \"{}\" {}", organ.name, expected));
+    };
+    if (organ.effects.collision != SceneEffects::Collision::deformed) refuse("collision = \"deformed\" in [effects]");
+    if (organ.effects.deformation != SceneEffects::Deformation::linear) refuse("deformation = \"linear\" in [effects]");
+    if (organ.surface) refuse("no [organ.surface]");
+  }
+}
+
+SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
+  SceneConfig one = scene;
+  const SceneConfig::Organ& of = scene.organs[organ];
+  static_cast<SceneEffects&>(one) = of.effects;
+  one.bundle = of.bundle, one.relaxation = of.relaxation, one.surface = of.surface;
+  for (SceneConfig::Tool& tool : one.tools)
+    if (tool.organ != organ) tool.grips.clear(), tool.grasp.reset(), tool.place.reset();
+  const auto of_another = [organ](const auto& holds) { return holds.organ != organ; };
+  std::erase_if(one.links, of_another), std::erase_if(one.motions, of_another);
+  one.organs.clear();
+  return one;
+}
+
+}  // namespace palpate

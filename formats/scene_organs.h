@@ -1,0 +1,22 @@
+// The organs of a scene.toml of several: [[organ]] and [world].
+#pragma once
+
+#include <vector>
+
+#include "formats/scene_config.h"
+#include "formats/scene_effects.h"
+#include "formats/toml_reader.h"
+
+namespace palpate {
+
+// Fills scene.organs, pairs and organ_friction; scene has what the file says of all organs, named says which effects it names. Returns
+// which ones each organ names. Errors: InputError with file, line, key, expected and found.
+std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, NamedEffects named);
+
+// The index of the organ that a tool, link or motion names by its key `organ`. Call it where the table has the key or must have it.
+std::size_t read_organ_name(TomlTable& table, const SceneConfig& scene);
+
+// Organs that are held apart must all be linear, and met where they are.
+void check_pairs(const SceneConfig& scene, const TomlTable& root);
+
+}  // namespace palpate

@@ -1,0 +1,198 @@
+#include "programs/player/played_organ.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/errors.h"
+#include "programs/player/tool_places.h"
+#include "programs/player/tool_points.h"
+
+namespace palpate {
+namespace {
+
+using Vector = SceneConfig::Vector;
+
+// The config's words and the API's enums are in the same order.
+static_assert(static_cast<int>(SceneConfig::Collision::deformed) == PALPATE_COLLISION_DEFORMED);
+static_assert(static_cast<int>(SceneConfig::Contact::patch) == PALPATE_CONTACT_PATCH);
+static_assert(static_cast<int>(SceneConfig::Law::coulomb) == PALPATE_LAW_COULOMB);
+static_assert(static_cast<int>(SceneConfig::Force::response) == PALPATE_FORCE_RESPONSE);
+static_assert(static_cast<int>(SceneConfig::Shape::volume) == PALPATE_SHAPE_VOLUME);
+static_assert(static_cast<int>(SceneConfig::Radial::response) == PALPATE_RADIAL_RESPONSE);
+
+Vector node_position(const palpate_bundle* bundle, std::int32_t node) {
+  const double* p = palpate_bundle_nodes(bundle) + 3 * static_cast<std::size_t>(node);
+  return {p[0], p[1], p[2]};
+}
+
+double distance(const Vector& a, const Vector& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+bool inside(const Vector& p, const Vector& low, const Vector& high) {
+  for (int d = 0; d < 3; ++d)
+    if (p[d] < low[d] || p[d] > high[d]) return false;
+  return true;
+}
+
+std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
+                                        const std::filesystem::path& file) {
+  std::vector<palpate_grip> grips;
+  for (const auto& grip : tool.grips)
+    for (const std::int32_t node : gripped_nodes(grip, bundle, file)) {
+      palpate_grip resolved = palpate_default_grip();
+      resolved.kind = PALPATE_GRIP_NODE;
+      resolved.node = node;
+      resolved.axes = grip.axes;
+      grips.push_back(resolved);
+    }
+  return grips;
+}
+
+palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = static_cast<palpate_collision>(scene.collision);
+  def.contact = static_cast<palpate_contact_model>(scene.contact);
+  def.law = static_cast<palpate_contact_law>(scene.law);
+  def.force = static_cast<palpate_force_model>(scene.force);
+  def.shape = static_cast<palpate_shape_model>(scene.shape);
+  def.radial = static_cast<palpate_radial_model>(scene.radial);
+  def.deformation = static_cast<palpate_deformation_model>(scene.deformation);
+  def.preload = scene.preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
+  if (scene.relaxation) {
+    def.relaxation.model = PALPATE_RELAXATION_PRONY;
+    for (const auto& [share, time] : scene.relaxation->terms) {
+      def.relaxation.share[def.relaxation.terms] = share;
+      def.relaxation.time[def.relaxation.terms++] = time;
+    }
+  }
+  def.max_tools = static_cast<int>(scene.tools.size());
+  def.max_points = scene.limits.points.value_or(std::max(1, max_points));
+  // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
+  const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3, most = 3000;  // of palpate.h
+  def.max_contact_nodes = scene.limits.contact_nodes.value_or(std::min(
+      most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes()));
+  def.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps = held.has_grasps();
+  def.motions = !scene.motions.empty();
+  def.force_limit = scene.limits.force;
+  def.force_slew = scene.limits.force_slew;
+  def.max_tool_speed = scene.limits.tool_speed, def.max_operations = scene.limits.operations;
+  if (scene.limits.release_distance) def.release_distance = *scene.limits.release_distance;
+  return def;
+}
+
+// The limits are those of the whole scene, so that the contacts of one half fit the other half.
+palpate_scene_def half_of(palpate_scene_def def, Half half) {
+  // Under large deformation the touch half solves for the nodes of the shape.
+  if (half == Half::touch && def.deformation == PALPATE_DEFORMATION_LINEAR)
+    def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
+  if (half == Half::shape) {
+    def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
+    def.force = PALPATE_FORCE_OFF, def.relaxation.model = PALPATE_RELAXATION_OFF;
+    def.max_links = def.grasps = 0;
+  }
+  return def;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
+                                        const std::filesystem::path& file) {
+  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
+  const std::vector<std::int32_t> candidates(touchable, touchable + palpate_bundle_describe(bundle).touchable_count);
+  std::vector<std::int32_t> nodes;
+  if (grip.nearest && !candidates.empty()) {
+    const auto nearer = [&](std::int32_t a, std::int32_t b) {
+      return distance(node_position(bundle, a), *grip.nearest) < distance(node_position(bundle, b), *grip.nearest);
+    };
+    nodes.push_back(*std::min_element(candidates.begin(), candidates.end(), nearer));
+  } else if (!grip.nearest) {
+    for (const std::int32_t node : candidates)
+      if (inside(node_position(bundle, node), grip.box_min, grip.box_max)) nodes.push_back(node);
+  }
+  if (nodes.empty())
+    throw InputError(
+        fmt::format("{}:{}: [[tool.grip]]: expected touchable nodes of the bundle there, found none; "
+                    "compare with \"palpate-bundle info\"",
+                    file.string(), grip.line));
+  return nodes;
+}
+
+PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half, const RenderMesh* render_mesh)
+    : scene_(std::move(scene)), bundle_file_(std::move(bundle)), half_(half), render_mesh_(render_mesh) {
+  palpate_error error{};
+  palpate_bundle* opened = nullptr;
+  palpate_bundle_options options = palpate_default_bundle_options();
+  // A bundle may be computed anew while the player reads it. These programs have no handler of SIGBUS of their own, and a flag in
+  // the summary tells more than a process that ends.
+  options.file_access = PALPATE_FILE_MAP_GUARDED;
+  if (palpate_bundle_open_file(bundle_file_.c_str(), &options, &opened, &error) != PALPATE_OK) refuse(error);
+  bundle_.reset(opened);
+  resolve_places(scene_, bundle_.get());
+  for (const auto& tool : scene_.tools) grips_.push_back(resolve_grips(tool, bundle_.get(), scene_.file));
+  held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
+  motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
+}
+
+void PlayedOrgan::refuse(const palpate_error& error) const {
+  const std::string at = error.byte_offset ? fmt::format("byte {}: ", error.byte_offset) : "";
+  const bool of_surface = scene_.surface && std::string_view(error.text).starts_with("palpate_fine_surface");
+  const auto& file = of_surface                               ? scene_.surface->file
+                     : error.status == PALPATE_ERROR_ARGUMENT ? scene_.file
+                                                              : bundle_file_;
+  const std::string text = fmt::format("{}: {}{}", file.string(), at, error.text);
+  if (error.status == PALPATE_ERROR_MEMORY) throw OperationError(text);
+  throw InputError(text);
+}
+
+int PlayedOrgan::points_and_grips() const {
+  std::size_t total = 0;
+  for (const auto& tool : scene_.tools) total += tool_points(tool).size();
+  for (const auto& grips : grips_) total += grips.size();
+  return static_cast<int>(std::min<std::size_t>(total, 1 << 20));
+}
+
+palpate_scene_def PlayedOrgan::definition(int max_points) {
+  palpate_scene_def def = half_of(scene_def(scene_, max_points, *held_), half_);
+  scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
+  contact_node_limit_ = def.max_contact_nodes;
+  if (render_mesh_) {
+    skin_.positions = render_mesh_->positions.data(), skin_.normals = render_mesh_->normals.data();
+    skin_.vertex_count = static_cast<std::int32_t>(render_mesh_->positions.size() / 3);
+    def.render_mesh = &skin_;
+    if (scene_.dent == SceneConfig::Dent::discs && half_ == Half::both)
+      def.dent = PALPATE_DENT_DISCS, def.report = PALPATE_REPORT_CONTACTS;
+  }
+  if (scene_.surface && def.collision != PALPATE_COLLISION_OFF) {
+    RenderMesh met = read_render_mesh(scene_.surface->file, scene_.surface->metres_per_unit);
+    met_positions_ = std::move(met.positions);
+    met_triangles_.assign(met.indices.begin(), met.indices.end());
+    met_surface_.positions = met_positions_.data(), met_surface_.triangles = met_triangles_.data();
+    met_surface_.vertex_count = static_cast<std::int32_t>(met_positions_.size() / 3);
+    met_surface_.triangle_count = static_cast<std::int32_t>(met_triangles_.size() / 3);
+    def.fine_surface = met_surface();
+  }
+  holds_ = def.max_links > 0 || def.grasps;
+  moves_ = motions_->any() && half_ != Half::shape;
+  return def;
+}
+
+void PlayedOrgan::play_on(palpate_scene* scene) {
+  runtime_scene_ = scene;
+  if (holds_) held_->hold_links(scene, 0);
+}
+
+int PlayedOrgan::shape_node_count() const {
+  if (scene_.shape == SceneConfig::Shape::off) return 0;
+  const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
+  return scene_.shape == SceneConfig::Shape::surface ? info.surface_node_count : info.node_count;
+}
+
+void PlayedOrgan::move(double time) {
+  if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_, time);
+  if (moves_) motions_->set(runtime_scene_, time);
+}
+
+}  // namespace palpate

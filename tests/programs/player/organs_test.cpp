@@ -1,0 +1,152 @@
+// palpate-run plays scenes of several organs: what it writes is what the C API says, and one organ gives the bits of its scene.
+#include <gmock/gmock.h>
+#include <palpate/palpate_world.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "tests/programs/player/csv_rows.h"
+#include "tests/programs/player/played_scene.h"
+
+namespace palpate {
+namespace {
+
+using namespace tests;
+using nlohmann::json;
+using testing::HasSubstr;
+
+class PlayedOrgans : public PlayedScene {
+ protected:
+  void write_organs(const std::string& organs, const std::string& tools, const std::string& head = "") {
+    std::ofstream(folder_ / "scene.toml") << "name = \"test\"\nunit = \"mm\"\n" << head << organs << tools;
+  }
+};
+
+std::string organ(const std::string& name, const std::string& more = "") {
+  return "[[organ]]\nname = \"" + name + "\"\nbundle = \"box.h5\"\n" + more;
+}
+
+// Without a column of the file, which the other file does not have.
+std::string without_column(const std::string& csv, const std::string& cell) {
+  return std::regex_replace(csv, std::regex("(^|\n)([^,\n]*),(organ|" + cell + "),"), "$1$2,");
+}
+
+TEST_F(PlayedOrgans, OneOrganGivesTheBitsOfItsScene) {
+  const std::string effects = "[effects]\ncollision = \"deformed\"\nlaw = \"unilateral\"\n";
+  const std::string grip = "[[tool]]\nname = \"clamp\"\npath = [[0, 60, 25, 20], [0.1, 63, 25, 20]]\n";
+  const std::string held = "[[tool.grip]]\nnearest = [60, 25, 20]\n";
+  write_scene(kProbe + grip + held, effects);
+  ASSERT_EQ(run("scene.toml -o alone").code, 0);
+  write_organs(organ("box"), kProbe + grip + held, effects);
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_EQ(read_text(folder_ / "out/forces.csv"), read_text(folder_ / "alone/forces.csv"));
+  EXPECT_EQ(without_column(read_text(folder_ / "out/contacts.csv"), "box"), read_text(folder_ / "alone/contacts.csv"));
+  EXPECT_EQ(read_text(folder_ / "out/shapes/organ_box_000003.vtu"),
+            read_text(folder_ / "alone/shapes/organ_000003.vtu"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/pairs.csv"));
+  const json summary = json::parse(read_text(folder_ / "out/summary.json")),
+             alone = json::parse(read_text(folder_ / "alone/summary.json"));
+  EXPECT_EQ(summary["tools"], alone["tools"]);
+  EXPECT_EQ(summary["warnings"].size(), alone["warnings"].size());
+  EXPECT_EQ(summary["organs"][0]["largest_displacement_m"], alone["largest_displacement_m"]);
+  EXPECT_EQ(summary["organs"][0]["provenance"], alone["provenance"]);
+}
+
+// The second box stands turned on the first one; a finger is placed on its upper face, which a turn about x has made its lower one.
+TEST_F(PlayedOrgans, OrgansAreWhereTheirPosesPutThemAndPressOneAnother) {
+  const std::string organs = "[world]\npairs = 60\nfriction = 0.2\n" + organ("below") +
+                             organ("above", "position = [0, 50, 80.5]\nturn = [180, 0, 0]\n") +
+                             organ("aside", "position = [200, 0, 0]\n");
+  const std::string finger =
+      "[[tool]]\nname = \"finger\"\norgan = \"above\"\npoints = [[0, 0, 0]]\nnear = [45, 25, 0]\n"
+      "depth = [[0, -4], [0.1, 4]]\n";
+  write_organs(organs, finger);
+  const Ended ended = run("scene.toml -o out --export out.glb");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+
+  // It comes from above, since the lower face of the bundle is now the upper one, at z = 80.5 mm.
+  const std::vector<Row> forces = read_rows(folder_ / "out/forces.csv");
+  // The normal there leans by up to 6 degrees, since the surface counts as smooth: 0.4 of 4 mm.
+  EXPECT_NEAR(number(forces.front(), "x_m"), 0.045, 4e-4);
+  EXPECT_NEAR(number(forces.front(), "y_m"), 0.025, 4e-4);
+  EXPECT_NEAR(number(forces.front(), "z_m"), 0.0845, 4e-4);
+  EXPECT_GT(number(forces.back(), "force_z_N"), 0.01);
+
+  const std::vector<Row> states = read_rows(folder_ / "out/organs.csv");
+  ASSERT_EQ(states.size(), 3 * 101u);
+  const Row &below = states[300], &above = states[301], &aside = states[302];
+  EXPECT_EQ(below.at("organ"), "below");
+  EXPECT_LT(number(below, "pressed_z_N"), -0.001);
+  EXPECT_NEAR(number(below, "pressed_z_N"), -number(above, "pressed_z_N"), 1e-12);
+  EXPECT_NEAR(number(above, "force_z_N"), -number(forces.back(), "raw_z_N"), 1e-9);
+  EXPECT_EQ(number(aside, "force_z_N"), 0);
+  EXPECT_EQ(aside.at("near_tools"), "0");
+  double pressed = 0;
+  for (const Row& pair : read_rows(folder_ / "out/pairs.csv")) {
+    if (number(pair, "time_s") < 0.0995) continue;
+    EXPECT_GT(number(pair, "pressure_Pa"), 0);
+    pressed += (pair.at("organ") == "above" ? 1 : -1) * number(pair, "force_z_N");
+  }
+  EXPECT_NEAR(pressed, number(above, "pressed_z_N"), 1e-9);
+
+  const json summary = json::parse(read_text(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["organs"].size(), 3u);
+  EXPECT_NEAR(summary["organs"][1]["peak_pressed_N"].get<double>(), number(above, "pressed_z_N"),
+              0.2 * number(above, "pressed_z_N"));
+  EXPECT_EQ(summary["organs"][2]["largest_displacement_m"], 0);
+  EXPECT_THAT(ended.errors, HasSubstr("organ \"below\": other organs press with up to"));
+  const std::string pvd = read_text(folder_ / "out/shapes.pvd");
+  for (const char* part : {"tools_000000", "organ_below_000000", "organ_above_000000", "organ_aside_000000"})
+    EXPECT_THAT(pvd, HasSubstr(part));
+  EXPECT_THAT(read_text(folder_ / "out.glb"), HasSubstr("\"name\":\"aside\""));
+}
+
+TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
+  std::filesystem::rename(folder_ / "box.h5", folder_ / "a=b.h5");
+  write_organs("[[organ]]\nname = \"one\"\n[[organ]]\nname = \"two\"\nposition = [0, 0, 90]\n", kProbe);
+  expect_refused("scene.toml -o out",
+                 "scene.toml:3: organ \"one\" names no bundle; add bundle = \"FILE.h5\" or give "
+                 "--bundle one=FILE.h5");
+  expect_refused("scene.toml -o out --bundle three=a=b.h5",
+                 "expected NAME=FILE with an organ of scene.toml (\"one\", "
+                 "\"two\"), found another name");
+  expect_refused("scene.toml -o out --bundle one=missing.h5 --bundle two=a=b.h5", "missing.h5");
+  EXPECT_EQ(run("scene.toml -o out --bundle one=a=b.h5 --bundle two=a=b.h5").code, 0);
+}
+
+TEST_F(PlayedOrgans, RefusesWhatOneOrganAloneCanDo) {
+  write_organs(organ("one"), kProbe);
+  for (const char* option : {"--explain", "--realtime", "--record run.txt"})
+    expect_refused(std::string("scene.toml -o out ") + option, "[[organ]]: expected a scene of one organ here");
+  write_scene(kProbe);
+  expect_refused("scene.toml -o out --bundle box.h5 --bundle box.h5", "expected one bundle for the scene");
+}
+
+TEST_F(PlayedOrgans, RefusesOrgansThatDoNotFitTogether) {
+  const auto refused = [&](const std::string& organs, const std::string& tools, const std::string& sentence,
+                           const std::string& head = "") {
+    write_organs(organs, tools, head);
+    expect_refused("scene.toml -o out", sentence);
+  };
+  const std::string placed =
+      "[[tool]]\nname = \"finger\"\npoints = [[0, 0, 0]]\nnear = [45, 25, 0]\ndepth = [[0, -4]]\n";
+  refused(organ("one") + organ("one"), kProbe, "a name that no other [[organ]] has");
+  refused(organ("one two"), kProbe, "letters, digits, - and _ alone");
+  refused(organ("one") + organ("two"), placed, "the key \"organ\" is missing");
+  refused(organ("one") + organ("two"), placed + "organ = \"three\"\n", "the name of an [[organ]]: \"one\", \"two\"");
+  refused("", kProbe + "organ = \"one\"\n", "no organ, since the scene has no [[organ]] tables",
+          "bundle = \"box.h5\"\n");
+  refused("[world]\npairs = 5\n", kProbe, "[[organ]] tables beside it", "bundle = \"box.h5\"\n");
+  refused("[world]\nfriction = 0.1\n" + organ("one"), kProbe, "pairs above 0 beside it");
+  refused("[world]\npairs = 5\n" + organ("one", "[organ.effects]\ncollision = \"rest\"\n"), kProbe,
+          "of organ \"one\" collision = \"deformed\" in [effects]");
+  refused(organ("one"), kProbe, "no bundle here, since each [[organ]] has its own", "bundle = \"box.h5\"\n");
+  refused(organ("one") + organ("two"), kProbe + "[[motion]]\nname = \"breath\"\namounts = [[0, 0]]\n",
+          "the key \"organ\" is missing");
+  refused(organ("one"), kProbe + "[[motion]]\nname = \"breath\"\norgan = \"one\"\namounts = [[0, 0]]\n",
+          "expected one of the bundle's motions (none)");
+}
+
+}  // namespace
+}  // namespace palpate
