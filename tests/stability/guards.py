@@ -29,11 +29,11 @@ MEMORY_LIMIT = 8 << 30  # bytes for a case: without some guards a case would use
 # ---- the list against the sources -----------------------------------------------------------------------------------
 
 def cases_of_programs(source):
-    """Test program -> the cases in its folder, as the sources spell them."""
+    """Test program -> the cases in its folder and those inside, as the sources spell them."""
     programs = {}
     for lists in (source / "tests").rglob("CMakeLists.txt"):
         cases = set()
-        for file in lists.parent.glob("*.cpp"):
+        for file in lists.parent.rglob("*.cpp"):
             cases.update(f"{suite}.{name}" for suite, name in re.findall(r"^TEST(?:_F)?\((\w+), (\w+)\)", file.read_text(), re.M))
         programs.update((name, cases) for name in re.findall(r"^\s*palpate_test\((\w+)", lists.read_text(), re.M))
     return programs
