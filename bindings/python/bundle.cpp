@@ -96,6 +96,19 @@ void prefault(HeldBundle& held, bool lock) {
   throw_unless_ok(palpate_bundle_prefault(held.bundle.get(), lock, &error), error);
 }
 
+// Name and kind of each.
+py::list motions(const HeldBundle& held) {
+  static constexpr const char* kinds[] = {"piston", "rotation", "field", "pressure", "gravity"};
+  py::list all;
+  for (std::int32_t m = 0; m < held.bundle.describe().motion_count; ++m) {
+    palpate_motion_info info = {};
+    palpate_error error = {};
+    throw_unless_ok(palpate_bundle_motion(held.bundle.get(), m, &info, sizeof info, &error), error);
+    all.append(py::make_tuple(info.name, kinds[info.kind - PALPATE_MOTION_PISTON]));
+  }
+  return all;
+}
+
 }  // namespace
 
 void add_bundle(py::module_& module) {
@@ -130,6 +143,8 @@ void add_bundle(py::module_& module) {
        "int32 [touchable_count]: node of each tensor column");
 
   view("fixed", &Bundle::fixed, &Info::node_count, 3, "uint8 [node_count, 3]: 1 where a node is fixed along x, y, z");
+  type.def_property_readonly("motions", &motions,
+                             "list of (name, kind), one for each motion: piston, rotation, field, pressure, gravity");
   type.def_property_readonly(
       "provenance",
       [](const HeldBundle& self) {

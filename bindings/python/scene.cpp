@@ -36,6 +36,7 @@ void add_hit(py::module_& module) {
 }  // namespace
 
 void add_scene(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(palpate_motion_state, amount, volume);
   add_plan_pass(module);
   add_hit(module);
   py::class_<HeldScene, std::shared_ptr<HeldScene>> type(
@@ -111,6 +112,19 @@ void add_scene(py::module_& module) {
            "Where the organ is in the world at the next touch: m; a quaternion w, x, y, z; m/s and rad/s, with which "
            "each\n"
            "later touch moves it on. Points of tools and forces on tools are in the world. Raises Error.")
+      .def(
+          "set_motions", &HeldScene::set_motions, py::arg("amounts"),
+          "By how much each of Bundle.motions moves the organ from the next touch on: float64 [motions], m, rad, 1, Pa "
+          "or m/s^2.\n"
+          "Call it before each touch of an organ that breathes. Raises Error.")
+      .def("hold_volume", &HeldScene::hold_volume, py::arg("motion"), py::arg("volume"),
+           "For a motion of kind \"pressure\": holds what its surface has swept, m^3, in place of its pressure; None: "
+           "the "
+           "pressure is\n"
+           "given again. Raises Error.")
+      .def("motion_states", &HeldScene::motion_states,
+           "After a touch: structured [motions], a copy: amount (of a held volume the pressure, Pa), volume (m^3, of a "
+           "pressure).")
       .def("set_links", &HeldScene::set_links, py::arg("links"),
            "Gives the scene its links, of Link, in place of those that it had; each later touch holds them. One that "
            "was "

@@ -165,13 +165,27 @@ class HeldScene {
     if (palpate_scene_set_links(scene_, link_copies_.data(), link_copies_.count(), &error) != PALPATE_OK)
       throw Error(error);
   }
+  void set_motions(const Numbers& amounts) {
+    const InUse use(touching_, kTouching);
+    if (amounts.ndim() != 1) throw py::value_error("amounts: expected one number for each motion of the bundle");
+    palpate_error error = {};
+    if (palpate_scene_set_motions(scene_, amounts.data(), static_cast<std::int32_t>(amounts.size()), &error) !=
+        PALPATE_OK)
+      throw Error(error);
+  }
+  void hold_volume(std::int32_t motion, std::optional<double> volume) {
+    const InUse use(touching_, kTouching);
+    palpate_error error = {};
+    if (palpate_scene_hold_volume(scene_, motion, volume.has_value(), volume.value_or(0), &error) != PALPATE_OK)
+      throw Error(error);
+  }
+  py::array motion_states() {
+    const InUse use(touching_, kTouching);
+    return states_of<palpate_motion_state>(palpate_scene_motion_state);
+  }
   py::array link_states() {
     const InUse use(touching_, kTouching);
-    std::int32_t count = 0;
-    while (palpate_scene_link_state(scene_, count)) ++count;
-    py::array_t<palpate_link_state> states(std::vector<py::ssize_t>{count});
-    for (std::int32_t i = 0; i < count; ++i) states.mutable_data()[i] = *palpate_scene_link_state(scene_, i);
-    return states;
+    return states_of<palpate_link_state>(palpate_scene_link_state);
   }
   py::object grasp_state(std::int32_t id) {
     const InUse use(touching_, kTouching);
@@ -219,6 +233,16 @@ class HeldScene {
   static Scene create(const Bundle& bundle, const palpate_scene_def& def) {
     const py::gil_scoped_release released;
     return Scene(bundle, def);
+  }
+
+  // A copy of the states 0, 1, ... until there is none.
+  template <class State>
+  py::array states_of(const State* (*state)(const palpate_scene*, std::int32_t)) const {
+    std::int32_t count = 0;
+    while (state(scene_, count)) ++count;
+    py::array_t<State> states(std::vector<py::ssize_t>{count});
+    for (std::int32_t i = 0; i < count; ++i) states.mutable_data()[i] = *state(scene_, i);
+    return states;
   }
 
   // A report as bytes, 8-byte aligned as the API asks. One that says that it is longer than it is counts as damaged: it becomes zeros.

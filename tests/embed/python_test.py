@@ -1,4 +1,4 @@
-"""The Python package: python_test.py BUNDLE SOURCE_FOLDER [unittest's arguments], with palpate importable."""
+"""The Python package: python_test.py BUNDLE SOURCE_FOLDER BUNDLE_WITH_MOTIONS [unittest's arguments], with palpate importable."""
 import ast
 import gc
 import inspect
@@ -14,7 +14,7 @@ import unittest
 import numpy as np
 import palpate
 
-BUNDLE, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+BUNDLE, SOURCE, MOVED = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
 
 
 def mapped_bytes_of_bundle():
@@ -667,6 +667,47 @@ def touchable_triangles(bundle):
     return np.flatnonzero(touchable[bundle.triangles].all(axis=1))
 
 
+class Motions(unittest.TestCase):
+    """The box of write_tiny_bundle FILE motions: the piston moves its held face, and so all of it, along x."""
+
+    def setUp(self):
+        self.bundle = palpate.Bundle(MOVED)
+        self.scene = palpate.Scene(self.bundle, collision="deformed", contact="point", law="unilateral", motions=True)
+        self.contacts = self.scene.make_contacts()
+
+    def test_the_organ_moves_as_its_piston_does(self):
+        self.assertEqual(self.bundle.motions, [("piston", "piston"), ("turn", "rotation"), ("filling", "pressure"), ("weight", "gravity")])
+        self.scene.set_motions([0.003, 0, 0, 0])
+        self.assertEqual(self.scene.touch([], 0.001, self.contacts), 0)
+        moved = np.empty((self.scene.shape_node_count, 3), np.float32)
+        self.scene.shape(self.contacts, displacements=moved)
+        np.testing.assert_allclose(moved, np.broadcast_to([0.003, 0, 0], moved.shape), atol=1e-9)
+        np.testing.assert_array_equal(self.scene.motion_states()["amount"], [0.003, 0, 0, 0])
+
+    def test_a_volume_is_held_and_let_go(self):
+        self.scene.hold_volume(2, 1e-7)
+        self.scene.touch([], 0.001, self.contacts)
+        state = self.scene.motion_states()[2]
+        self.assertAlmostEqual(state["volume"], 1e-7, delta=1e-12)
+        self.assertNotEqual(state["amount"], 0)
+        self.scene.hold_volume(2, None)
+        self.scene.set_motions(np.zeros(4))
+        for _ in range(200):  # no faster than max_tool_speed
+            self.scene.touch([], 0.001, self.contacts)
+        self.assertEqual(self.scene.motion_states()[2]["amount"], 0)
+
+    def test_refusals(self):
+        with self.assertRaisesRegex(palpate.Error, "expected an amount for each of the 4 motions, found 3 amounts"):
+            self.scene.set_motions([0, 0, 0])
+        with self.assertRaisesRegex(ValueError, "one number for each motion"):
+            self.scene.set_motions([[0, 0, 0, 0]])
+        with self.assertRaisesRegex(palpate.Error, "a motion of kind PRESSURE"):
+            self.scene.hold_volume(0, 1e-7)
+        with self.assertRaises(palpate.Error):
+            palpate.Scene(palpate.Bundle(BUNDLE), collision="deformed", motions=True)
+        self.assertEqual(palpate.Bundle(BUNDLE).motions, [])
+
+
 class Links(unittest.TestCase):
     def setUp(self):
         self.bundle = palpate.Bundle(BUNDLE)
@@ -942,4 +983,4 @@ class Stub(unittest.TestCase):
         self.assertEqual(palpate.__version__, version)
 
 
-unittest.main(argv=sys.argv[:1] + sys.argv[3:])
+unittest.main(argv=sys.argv[:1] + sys.argv[4:])

@@ -1,10 +1,11 @@
-// write_tiny_bundle FILE [long | nodule | large | cap]: writes the box bundle of tests/support; long: a box so long that blocks have low
-// rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs; cap: a plate of 882 vertices
+// write_tiny_bundle FILE [long | nodule | large | motions | cap]: writes the box bundle of tests/support; long: a box so long that blocks have low
+// rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs; motions: with those of box_motions.h; cap: a plate of 882 vertices
 // whose top is a cap of 0.6 m radius, for touching_bench.
 #include <algorithm>
 #include <functional>
 #include <string_view>
 
+#include "tests/support/box_motions.h"
 #include "tests/support/grid_body.h"
 
 namespace {
@@ -49,12 +50,14 @@ BundleParts cap() {
 
 int main(int argc, char** argv) {
   const std::string_view form = argc == 3 ? argv[2] : "";
-  const bool known = form == "" || form == "long" || form == "nodule" || form == "large" || form == "cap";
+  const bool known =
+      form == "" || form == "long" || form == "nodule" || form == "large" || form == "motions" || form == "cap";
   if (argc < 2 || argc > 3 || !known) return 2;
   const TinyBox long_box{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}};
   BundleParts parts = form == "cap"      ? cap()
                       : form == "nodule" ? bundle_with_nodule()
                                          : tiny_bundle(form == "long" ? long_box : TinyBox{});
   if (form == "large") add_large_deformation(parts);
+  if (form == "motions") add_motions(parts, box_on_supports(false));
   write_bundle(argv[1], parts);
 }
