@@ -78,6 +78,16 @@ void copy_host_struct(const T* from, T* to) {
   std::memcpy(static_cast<void*>(to), from, std::min<std::size_t>(struct_bytes_of(from), sizeof(T)));
 }
 
+// The host's struct with all fields that this library knows: itself where it has them all, as a rule, else *whole, which takes them over
+// the defaults that init writes. Its size must be one that is_struct_size accepts.
+template <class T>
+const T& whole_struct(const T* from, T* whole, void (*init)(T*, std::size_t)) {
+  if (struct_bytes_of(from) >= sizeof(T)) return *from;
+  init(whole, sizeof(T));
+  copy_host_struct(from, whole);
+  return *whole;
+}
+
 // Writes the defaults as the host's struct of struct_bytes bytes; fields that this library does not know become zero.
 template <class T>
 void write_host_struct(T defaults, T* to, std::size_t struct_bytes) {
@@ -87,11 +97,16 @@ void write_host_struct(T defaults, T* to, std::size_t struct_bytes) {
   std::memcpy(static_cast<void*>(to), &defaults, std::min(struct_bytes, sizeof(T)));
 }
 
+// Whether a step may use *from.
+template <class T>
+bool is_readable(const T* from) {
+  return from && is_aligned(from) && is_struct_size<T>(struct_bytes_of(from)) && has_known_fields_only(from);
+}
+
 // Reads *from over the defaults in *to. False where a step must not use *from, in which case *to is unchanged.
 template <class T>
 bool read_host_struct(const T* from, T* to) {
-  if (!from || !is_aligned(from) || !is_struct_size<T>(struct_bytes_of(from)) || !has_known_fields_only(from))
-    return false;
+  if (!is_readable(from)) return false;
   copy_host_struct(from, to);
   return true;
 }

@@ -55,7 +55,7 @@ bool ContactAdmission::admit(std::int32_t first, bool paid, bool* deferred) {
   const std::int32_t end = set.constraint_count;
   *deferred = false;
   if (first == end) return true;
-  const ContactConstraint* const before = solver_->kept(set.constraints[first]);
+  const ContactConstraint* const before = solver_->kept(set.constraints[first], first);
   bool holds = paid || (beside_ && before);
   for (std::int32_t p = first; p < end && !holds; ++p) {
     if (!solver_->holds(set, p)) break;

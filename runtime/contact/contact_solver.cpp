@@ -126,16 +126,16 @@ bool ContactSolver::same(const ContactConstraints& set, const ContactConstraint&
   return true;
 }
 
-const ContactConstraint* ContactSolver::kept(const ContactConstraint& like) const {
-  const ContactConstraint *const end = kept_constraint_ + kept_constraints_, *const at = std::lower_bound(
-                                                                                 static_cast<const ContactConstraint*>(
-                                                                                     kept_constraint_),
-                                                                                 end, like, comes_before);
+const ContactConstraint* ContactSolver::kept(const ContactConstraint& like, std::int32_t number) const {
+  const auto is_it = [&](const ContactConstraint& a) { return !comes_before(a, like) && !comes_before(like, a); };
+  if (number < kept_constraints_ && is_it(kept_constraint_[number])) return kept_constraint_ + number;
+  const ContactConstraint *const first = kept_constraint_, *const end = first + kept_constraints_;
+  const ContactConstraint* const at = std::lower_bound(first, end, like, comes_before);
   return at != end && !comes_before(like, *at) ? at : nullptr;
 }
 
 bool ContactSolver::holds(const ContactConstraints& set, std::int32_t p) const {
-  const ContactConstraint* const before = kept(set.constraints[p]);
+  const ContactConstraint* const before = kept(set.constraints[p], p);
   return before && same(set, set.constraints[p], *before);
 }
 

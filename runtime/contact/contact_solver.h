@@ -122,7 +122,8 @@ class ContactSolver {
   // Whether constraint p has the rows of the last solve.
   bool holds(const ContactConstraints& set, std::int32_t p) const;
   // The constraint of the last solve, whose nodes are kept_nodes() + first_node; nullptr where it had none of that tool, point and part.
-  const ContactConstraint* kept(const ContactConstraint& like) const;
+  // number: which it had as a rule, the one that it has now.
+  const ContactConstraint* kept(const ContactConstraint& like, std::int32_t number) const;
   const ContactNode* kept_nodes() const { return kept_node_; }
   const ContactResidual& residual() const { return residual_; }
   const LawEffort& effort() const { return effort_; }  // all zero where the factor alone solved the system

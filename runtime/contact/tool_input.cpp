@@ -138,14 +138,15 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
     if (!is_sound_point(tool.points + 3 * static_cast<std::size_t>(i))) return false;
-  palpate_grasp grasp = palpate_default_grasp();
-  if (tool.grasp && !(read_host_struct(tool.grasp, &grasp) && is_sound_grasp(grasp, *of_organ))) return false;
+  if (palpate_grasp whole;
+      tool.grasp &&
+      !(is_readable(tool.grasp) && is_sound_grasp(whole_struct(tool.grasp, &whole, palpate_init_grasp), *of_organ)))
+    return false;
   if (grips > 0 && !have_one_size(tool.grips, grips)) return false;
   for (std::int32_t i = 0; i < grips; ++i) {
-    palpate_grip grip = palpate_default_grip();
-    if (!read_host_struct(element(tool.grips, struct_bytes_of(tool.grips), i), &grip) ||
-        !is_sound_grip(grip, *of_organ))
-      return false;
+    palpate_grip whole;
+    const palpate_grip* const grip = element(tool.grips, struct_bytes_of(tool.grips), i);
+    if (!is_readable(grip) || !is_sound_grip(whole_struct(grip, &whole, palpate_init_grip), *of_organ)) return false;
   }
   return true;
 }
@@ -180,8 +181,8 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
   if (known && is_sound(from, points, grips)) {
     for (std::int32_t i = 0; i < points; ++i) tool.points[i] = load3(from.points + 3 * static_cast<std::size_t>(i));
     for (std::int32_t i = 0; i < grips; ++i) {
-      tool.grips[i] = palpate_default_grip();
-      copy_host_struct(element(from.grips, struct_bytes_of(from.grips), i), &tool.grips[i]);
+      palpate_grip whole;
+      tool.grips[i] = whole_struct(element(from.grips, struct_bytes_of(from.grips), i), &whole, palpate_init_grip);
     }
     if (points < from.point_count || grips < from.grip_count) tool.flags |= PALPATE_STEP_CONTACTS_DROPPED;
     tool.point_count = points, tool.grip_count = grips;
@@ -189,8 +190,8 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
     tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
     tool.disc_radius = from.disc_radius, tool.friction = from.friction;
     tool.organ = from.organ;
-    tool.has_grasp = from.grasp != nullptr, tool.grasp = palpate_default_grasp();
-    if (from.grasp) copy_host_struct(from.grasp, &tool.grasp);
+    tool.has_grasp = from.grasp != nullptr;
+    if (palpate_grasp whole; from.grasp) tool.grasp = whole_struct(from.grasp, &whole, palpate_init_grasp);
   } else {
     tool.flags |= PALPATE_STEP_BAD_INPUT;
     tool.point_count = std::min(tool.point_count, *room);
@@ -228,8 +229,8 @@ std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count
   std::int32_t room = limits_.max_points;
   for (std::int32_t i = 0; i < taken; ++i) {
     const palpate_tool* sent = element(tools, stride, i);
-    palpate_tool from = palpate_default_tool();
-    copy_host_struct(sent, &from);
+    palpate_tool whole;
+    const palpate_tool& from = whole_struct(sent, &whole, palpate_init_tool);
     Tool& tool = tools_[place_[i]];
     if (far && far[i])
       take_far_tool(from, tool, &room);
