@@ -16,19 +16,18 @@ void ContactAdmission::begin() {
   expect_disc(false);
 }
 
-void ContactAdmission::expect() {
+ContactAdmission::Cost ContactAdmission::next() const {
   ContactSolver::Changes moved = changes_, begun = changes_;
   ++moved.contacts;
   ++begun.contacts, ++begun.begun;
   begun.rows += point_.rows, begun.constraints += point_.constraints, begun.nodes += nodes_;
-  next_ = {std::max(cost_of(moved), cost_of(begun)), solver_->operations_to_solve(begun)};
+  return {std::max(cost_of(moved), cost_of(begun)), solver_->operations_to_solve(begun)};
 }
 
 void ContactAdmission::pay(const ContactSolver::Changes& next, Operations cost) {
   changes_ = next, paid_ += cost;
   work_->pay_change(cost);
   work_->keep_for_solution(solver_->operations_to_solve(next));
-  expect();
 }
 
 bool ContactAdmission::change(bool begins) {

@@ -26,15 +26,12 @@ class ContactAdmission {
   void begin();
 
   // The next contacts are of a tool with a disc or without.
-  void expect_disc(bool disc) {
-    nodes_ = disc ? point_.disc_nodes : point_.nodes;
-    expect();
-  }
+  void expect_disc(bool disc) { nodes_ = disc ? point_.disc_nodes : point_.nodes; }
   // What the next contact of a tool point costs; least: of the solution, if it begins (StepWork::keep_for_solution()).
   struct Cost {
     Operations change = 0, least = 0;
   };
-  const Cost& next() const { return next_; }
+  Cost next() const;
 
   // Pays for a tool point's contact that begins, or ends or moves. False, with nothing paid, where it does not fit.
   bool change(bool begins);
@@ -53,7 +50,6 @@ class ContactAdmission {
   Operations cost_of(const ContactSolver::Changes& next) const;
   void pay(const ContactSolver::Changes& next, Operations cost);
   Operations next_debt() const;
-  void expect();
 
   const ContactSolver* solver_ = nullptr;
   ContactRows* rows_ = nullptr;
@@ -63,7 +59,6 @@ class ContactAdmission {
   bool beside_ = false;
   ContactSolver::Changes changes_, debts_;
   Operations paid_ = 0;  // for changes_
-  Cost next_;
 };
 
 }  // namespace palpate
