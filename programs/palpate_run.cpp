@@ -185,6 +185,11 @@ int main(int argc, char** argv) {
       [&](CLI::App& app) {
         palpate::add_scene_options(app, options, "the scene", "folder to write; default: the scene file's name, here");
         auto* scene = app.get_option("SCENE.toml")->required(false);  // --replay does without
+        app.get_option("--bundle")
+            ->description(
+                "bundle to use instead of the one that the scene names; in a scene of several organs NAME=FILE, once "
+                "for "
+                "each organ");
         auto* output = app.get_option("--output");
         auto* every =
             app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));

@@ -17,10 +17,7 @@ struct SceneOptions {
 inline void add_scene_options(CLI::App& app, SceneOptions& options, const std::string& scene,
                               const std::string& output = {}) {
   app.add_option("SCENE.toml", options.scene, scene)->required();
-  app.add_option(
-         "--bundle", options.bundles,
-         "bundle to use instead of the one that the scene names; in a scene of several organs NAME=FILE, once for "
-         "each organ")
+  app.add_option("--bundle", options.bundles, "bundle to use instead of the one that the scene names")
       ->allow_extra_args(false);
   if (!output.empty()) app.add_option("-o,--output", options.output, output);
 }

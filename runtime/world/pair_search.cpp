@@ -282,6 +282,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   Vec3 place = anchor_under(group, under, at, &found);
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   if (dot(found.normal, facing) > kFaces) return false;
+  const double gap = dot(found.normal, at - place) - found.bulge;
   if (held) {
     const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);
     const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
@@ -297,7 +298,6 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   }
   found.group = g, found.vertex = vertex, found.near = near;
   // An overlap counts as touching until the organs part there.
-  const double gap = dot(found.normal, at - place) - found.bulge;
   group.overlap[vertex] = std::min(group.overlap[vertex], std::max(0.0, -gap) + 1e-6 * edge);
   found.overlap = group.overlap[vertex];
   *pair = found;
