@@ -22,12 +22,6 @@ constexpr int kMaxOperations = 1'000'000'000;
 constexpr double kMaxRadius = 1;   // m
 constexpr double kSlowest = 1e-6;  // Hz
 
-int count(TomlTable& table, const char* key, int least, int most) {
-  const std::int64_t value = table.integer(key);
-  if (value < least || value > most) table.wrong(key, fmt::format("a whole number of {} to {}", least, most));
-  return static_cast<int>(value);
-}
-
 // ---- paths ---------------------------------------------------------------------------------------------------------
 
 bool follows(const std::vector<SceneConfig::KeyFrame>& path, double time) {
@@ -191,10 +185,7 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
     tool.disc_radius = positive(table, key, "a length above 0") * scale;
     if (tool.disc_radius > kMaxRadius) table.wrong(key, "a length of at most 1 m");
   }
-  if (table.has("friction")) {
-    tool.friction = table.number("friction");
-    if (!(tool.friction >= 0 && tool.friction <= 100)) table.wrong("friction", "a coefficient of 0 to 100");
-  }
+  if (table.has("friction")) tool.friction = friction(table);
   if (table.has("hold")) tool.hold = table.boolean("hold");
   const bool at = table.has("at"), near = table.has("near"), depth = table.has("depth");
   if (at || near || depth) {
@@ -211,8 +202,7 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
     for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
   if (table.has("turn")) tool.turn = read_turn(table);
   if (table.has("grasp")) tool.grasp = read_grasp(table.table("grasp"), scale);
-  if (table.has("organ") || (scene.organs.size() > 1 && (tool.place || tool.grasp || !tool.grips.empty())))
-    tool.organ = read_organ_name(table, scene);
+  tool.organ = read_organ_of(table, scene, tool.place || tool.grasp || !tool.grips.empty());
   if (tool.points.empty() && !tool.capsule && tool.grips.empty() && !tool.grasp)
     table.wrong("points", "points, a capsule, a [[tool.grip]] or a [tool.grasp], so that the tool can touch something");
   table.finish();

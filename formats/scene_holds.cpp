@@ -18,12 +18,7 @@ namespace {
 using Rows = std::vector<std::array<double, 2>>;
 
 constexpr double kMaxRadius = 1;          // m, as palpate.h
-constexpr double kMostDegrees = 1e6;      // of a turn
 constexpr std::size_t kMaxPlaces = 1000;  // of one link; as many as palpate.h has links
-
-bool names_organ(TomlTable& table, const SceneConfig& scene) {
-  return scene.organs.size() > 1 || table.has("organ");
-}
 
 double radius_of(TomlTable& table, double scale) {
   const double radius = positive(table, "radius", "a length above 0") * scale;
@@ -73,7 +68,7 @@ SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene) {
   link.stiffness = number_or_rows(table, "stiffness", "stiffnesses", "[t, stiffness]", 1, true);
   if (table.has("breaking_force")) link.breaking_force = positive(table, "breaking_force", "a force above 0 N");
   if (table.has("radius")) link.radius = radius_of(table, scale);
-  if (names_organ(table, scene)) link.organ = read_organ_name(table, scene);
+  link.organ = read_organ_of(table, scene, true);
   const int stretches = stretches_of(link);
   if (link.places.size() > kMaxPlaces) table.wrong("places", fmt::format("at most {} places", kMaxPlaces));
   if (stretches < 1) table.wrong("places", "two places or more, or one place and world = [x, y, z]");
@@ -134,7 +129,7 @@ SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene) {
   SceneConfig::Motion motion;
   motion.line = table.line();
   motion.name = table.text("name", "\"diaphragm\"");
-  if (names_organ(table, scene)) motion.organ = read_organ_name(table, scene);
+  motion.organ = read_organ_of(table, scene, true);
   const int ways = table.has("sine") + table.has("amounts") + table.has("amounts_csv");
   if (ways != 1)
     table.wrong("name",
@@ -173,10 +168,7 @@ SceneConfig::Grasp read_grasp(TomlTable table, double scale) {
   if (table.has("closing")) grasp.closing = read_rows(table, "closing", "[t, length]", scale, false);
   if (!grasp.closing.empty() && !grasp.opposite)
     table.wrong("closing", "opposite = [x, y, z] as well, since two discs close on tissue between them");
-  if (table.has("friction")) {
-    grasp.friction = table.number("friction");
-    if (!(*grasp.friction >= 0 && *grasp.friction <= 100)) table.wrong("friction", "a coefficient of 0 to 100");
-  }
+  if (table.has("friction")) grasp.friction = friction(table);
   if (table.has("clamp_force")) {
     grasp.clamp_force = table.number("clamp_force");
     if (!(*grasp.clamp_force >= 0)) table.wrong("clamp_force", "a force of at least 0 N");

@@ -1,6 +1,7 @@
 // What holds and moves tissue in a scene.toml: its links and motions, and the grasps and turns of its tools.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,21 @@ inline double positive(TomlTable& table, const char* key, const char* expected) 
   if (!(value > 0)) table.wrong(key, expected);
   return value;
 }
+
+// A whole number of least to most; a coefficient of friction.
+inline int count(TomlTable& table, const char* key, int least, int most) {
+  const std::int64_t value = table.integer(key);
+  if (value < least || value > most)
+    table.wrong(key, "a whole number of " + std::to_string(least) + " to " + std::to_string(most));
+  return static_cast<int>(value);
+}
+inline double friction(TomlTable& table) {
+  const double value = table.number("friction");
+  if (!(value >= 0 && value <= 100)) table.wrong("friction", "a coefficient of 0 to 100");
+  return value;
+}
+
+inline constexpr double kMostDegrees = 1e6;  // of a turn
 
 using Lengths = std::vector<std::pair<std::string, double>>;
 inline const Lengths& scene_lengths() {

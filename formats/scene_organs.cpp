@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::size_t kMaxOrgans = 32;  // of palpate_world.h
 constexpr int kMaxPairs = 1000;         // of palpate_world.h
-constexpr double kMostDegrees = 1e6;
 
 // Names are parts of file names and of --bundle NAME=FILE.
 bool is_plain(const std::string& name) {
@@ -22,15 +21,9 @@ bool is_plain(const std::string& name) {
 }
 
 void read_world(TomlTable table, SceneConfig& scene) {
-  if (table.has("pairs")) {
-    const std::int64_t pairs = table.integer("pairs");
-    if (pairs < 0 || pairs > kMaxPairs) table.wrong("pairs", fmt::format("a whole number of 0 to {}", kMaxPairs));
-    scene.pairs = static_cast<int>(pairs);
-  }
+  if (table.has("pairs")) scene.pairs = count(table, "pairs", 0, kMaxPairs);
   if (table.has("friction")) {
-    scene.organ_friction = table.number("friction");
-    if (!(scene.organ_friction >= 0 && scene.organ_friction <= 100))
-      table.wrong("friction", "a coefficient of 0 to 100");
+    scene.organ_friction = friction(table);
     if (scene.organ_friction > 0 && scene.pairs == 0)
       table.wrong("friction", "pairs above 0 beside it, without which organs do not touch one another");
   }
@@ -77,7 +70,8 @@ std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, Named
   return named_by_organs;
 }
 
-std::size_t read_organ_name(TomlTable& table, const SceneConfig& scene) {
+std::size_t read_organ_of(TomlTable& table, const SceneConfig& scene, bool on_one) {
+  if (!table.has("organ") && !(on_one && scene.organs.size() > 1)) return 0;
   if (scene.organs.empty()) table.wrong("organ", "no organ, since the scene has no [[organ]] tables");
   const std::string name = table.text("organ", fmt::format("\"{}\"", scene.organs[0].name).c_str());
   std::string names;

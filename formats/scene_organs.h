@@ -13,8 +13,9 @@ namespace palpate {
 // which ones each organ names. Errors: InputError with file, line, key, expected and found.
 std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, NamedEffects named);
 
-// The index of the organ that a tool, link or motion names by its key `organ`. Call it where the table has the key or must have it.
-std::size_t read_organ_name(TomlTable& table, const SceneConfig& scene);
+// The index of the organ that a tool, link or motion names by its key `organ`; 0 without the key. on_one: the table is about one organ, so
+// that a scene of several organs needs the key.
+std::size_t read_organ_of(TomlTable& table, const SceneConfig& scene, bool on_one);
 
 // Organs that are held apart must all be linear, and met where they are.
 void check_pairs(const SceneConfig& scene, const TomlTable& root);

@@ -45,7 +45,7 @@ fs::path target_of(const Options& options) {
 const std::vector<std::string> kResults = {"forces.csv", "contacts.csv", "links.csv",  "grasps.csv",  "organs.csv",
                                            "pairs.csv",  "shapes",       "shapes.pvd", "summary.json"};
 
-// What is left to do when a scene has been played.
+// After a scene has been played: writes summary.json, puts the folder in its place, prints forces and warnings.
 void finish(const Summary& summary, const Timing& timing, const std::vector<BundleFields>& fields, ShapeFiles* shapes,
             OutputFolder& folder) {
   if (shapes) shapes->close();
@@ -93,12 +93,8 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
 }
 
 void play_organs(const SceneConfig& scene, const Options& options) {
-  if (options.explain || options.realtime || !options.record.empty()) expect_one_organ(scene);
-  if (!options.render_mesh.empty())
-    throw InputError(
-        fmt::format("{}:{}: [[organ]]: expected a scene of one organ for --render-mesh, found one with "
-                    "[[organ]] tables; leave the option out",
-                    scene.file.string(), scene.organs[0].line));
+  if (options.explain || options.realtime || !options.record.empty() || !options.render_mesh.empty())
+    expect_one_organ(scene);
   const std::vector<fs::path> bundles = bundles_of(scene, options.bundles);
   WorldPlayer player(scene, bundles);
   OutputFolder folder(target_of(options), kResults);
@@ -188,8 +184,7 @@ int main(int argc, char** argv) {
         app.get_option("--bundle")
             ->description(
                 "bundle to use instead of the one that the scene names; in a scene of several organs NAME=FILE, once "
-                "for "
-                "each organ");
+                "for each organ");
         auto* output = app.get_option("--output");
         auto* every =
             app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));

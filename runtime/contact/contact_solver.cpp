@@ -892,7 +892,7 @@ Operations ContactSolver::entries_of(const Changes& changes) const {
 }
 
 Operations ContactSolver::operations_to_renew(const Changes& changes) const {
-  if (changes.contacts == 0) return 0;  // as a rule
+  if (changes.contacts == 0) return 0;  // in most steps no contact changes
   const Operations rows = rows_end_ + changes.rows;
   const bool keeps_factor = !gives_way_ && factored() && affords_factor(rows);
   return (keeps_factor ? upkeep_of(rows, changes.contacts - changes.begun, changes.contacts) : 0) + entries_of(changes);
