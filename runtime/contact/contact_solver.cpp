@@ -20,14 +20,19 @@ constexpr int kSweepsOfOthers = 10;
 // Of a friction or a reaction that is at its limit.
 constexpr double kRounding = 1e-9;
 
-double largest(const double* x, std::int32_t count) {
-  double most = 0;
-  for (std::int32_t i = 0; i < count; ++i) most = std::max(most, std::fabs(x[i]));
-  return most;
+// Without a branch for each number.
+bool are_equal(const Mat3& a, const Mat3& b) {
+  bool differ = false;
+  for (int i = 0; i < 9; ++i) differ |= (&a.m[0][0])[i] != (&b.m[0][0])[i];
+  return !differ;
 }
 
 bool may_give_way(const ContactConstraint& constraint) {
   return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
+}
+
+bool is_of_the_same(const ContactConstraint& a, const ContactConstraint& b) {
+  return a.tool == b.tool && a.point == b.point && a.part == b.part;
 }
 
 bool comes_before(const ContactConstraint& a, const ContactConstraint& b) {
@@ -78,6 +83,7 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   memory.keep(decided_);
   memory.keep(residual_);
   memory.keep(energy_);
+  memory.keep(most_target_);
   memory.keep(effort_);
   memory.keep_array(matrix_, rows * stride_, rows_end_, stride_);
   for (double** array : {&scale_, &shift_, &soft_, &target_, &reaction_}) memory.keep_array(*array, rows, rows_end_);
@@ -113,25 +119,18 @@ void ContactSolver::forget() {
 bool ContactSolver::same(const ContactConstraints& set, const ContactConstraint& now,
                          const ContactConstraint& before) const {
   if (now.node_count != before.node_count || now.axes != before.axes || now.framed != before.framed) return false;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      if (now.local.m[i][j] != before.local.m[i][j]) return false;
-      if (now.framed && now.frame.m[i][j] != before.frame.m[i][j]) return false;
-    }
-  }
   for (std::int32_t v = 0; v < now.node_count; ++v) {
     const ContactNode &a = set.nodes[now.first_node + v], &b = kept_node_[before.first_node + v];
     if (a.column != b.column || a.weight != b.weight) return false;
   }
-  return true;
+  return are_equal(now.local, before.local) && (!now.framed || are_equal(now.frame, before.frame));
 }
 
 const ContactConstraint* ContactSolver::kept(const ContactConstraint& like, std::int32_t number) const {
-  const auto is_it = [&](const ContactConstraint& a) { return !comes_before(a, like) && !comes_before(like, a); };
-  if (number < kept_constraints_ && is_it(kept_constraint_[number])) return kept_constraint_ + number;
+  if (number < kept_constraints_ && is_of_the_same(kept_constraint_[number], like)) return kept_constraint_ + number;
   const ContactConstraint *const first = kept_constraint_, *const end = first + kept_constraints_;
   const ContactConstraint* const at = std::lower_bound(first, end, like, comes_before);
-  return at != end && !comes_before(like, *at) ? at : nullptr;
+  return at != end && is_of_the_same(*at, like) ? at : nullptr;
 }
 
 bool ContactSolver::holds(const ContactConstraints& set, std::int32_t p) const {
@@ -157,14 +156,14 @@ void ContactSolver::match(const ContactConstraints& set) {
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     while (k < kept_constraints_ && comes_before(kept_constraint_[k], constraint)) leave(k++);
-    const bool known = k < kept_constraints_ && !comes_before(constraint, kept_constraint_[k]);
-    carried_[p] = Vec3{};
-    for (int i = 0; known && i < 3; ++i)
-      if (const std::int32_t row = kept_rows_[k].at[i]; row >= 0) carried_[p][i] = reaction_[row];
+    const bool known = k < kept_constraints_ && is_of_the_same(constraint, kept_constraint_[k]);
     is_kept_[p] = known && same(set, constraint, kept_constraint_[k]);
     if (is_kept_[p]) {
       rows_[p] = kept_rows_[k];
     } else {
+      carried_[p] = Vec3{};
+      for (int i = 0; known && i < 3; ++i)
+        if (const std::int32_t row = kept_rows_[k].at[i]; row >= 0) carried_[p][i] = reaction_[row];
       rows_[p] = {{-2, -1, -1}};
       if (known) leave(k);
       count(constraint);
@@ -286,7 +285,7 @@ bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
     const std::int32_t row = rows[q];
     shift_[row] = kShift, soft_[row] = kShift / (scale_[row] * scale_[row]);
   }
-  if (!has_factor) return true;
+  if (!has_factor || count == 0) return true;
   write_scaled(rows, count, kShift, &factor_);
   // Rounding of the stored tensors may make a pivot smaller than the shift guarantees; the factor then raises it. A pivot that
   // needs more than another kShift (hundreds of contacts in half precision) means that A is not definite and no force is bounded.
@@ -380,12 +379,16 @@ double ContactSolver::refine(const UpdatedCholesky& factor, Shift shift, int mos
   double part = 1, next = 0;  // share of the last change in the sum; that expected of the next one
   for (int solve = 0; solve < most_solves; ++solve) {
     factor.solve(change);
-    for (std::int32_t at = 0; at < rows; ++at) sum[at] += change[at];
-    const double most = largest(sum, rows), before = part;
-    part = most > 0 ? largest(change, rows) / most : 0;
+    double most = 0, changed = 0;
+    for (std::int32_t at = 0; at < rows; ++at) {
+      sum[at] += change[at];
+      most = std::max(most, std::fabs(sum[at]));
+      changed = std::max(changed, std::fabs(change[at]));
+      change[at] *= shift(at);  // the residual of A is the shift times the last change
+    }
+    const double before = part;
+    part = most > 0 ? changed / most : 0;
     next = before > 0 ? part * part / before : 0;
-    // The residual of A is the shift times the last change.
-    for (std::int32_t at = 0; at < rows; ++at) change[at] *= shift(at);
     if (solve > 0 && next <= kRefined) break;
   }
   for (std::int32_t at = 0; at < rows; ++at) reaction[row_at_[at]] = scale_[row_at_[at]] * sum[at];
@@ -399,17 +402,22 @@ ContactSolver::Outcome ContactSolver::solve_factored() {
 }
 
 void ContactSolver::take_targets(const ContactConstraints& set) {
+  most_target_ = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p)
     for (int i = 0; i < 3; ++i)
-      if (const std::int32_t row = rows_[p].at[i]; row >= 0) target_[row] = set.target[p][i];
+      if (const std::int32_t row = rows_[p].at[i]; row >= 0) {
+        target_[row] = set.target[p][i];
+        most_target_ = std::max(most_target_, std::fabs(target_[row]));
+      }
 }
 
 void ContactSolver::set_limits(const ContactConstraint* constraints, std::int32_t count) {
-  const double target = largest_target();
+  std::fill(most_, most_ + rows_end_, INFINITY);
+  if (std::none_of(constraints, constraints + count, may_give_way)) return;
   for (std::int32_t p = 0; p < count; ++p) {
-    const bool gives_way = may_give_way(constraints[p]);
+    if (!may_give_way(constraints[p])) continue;
     for (const std::int32_t row : rows_[p].at)
-      if (row >= 0) most_[row] = gives_way ? kMostForce * target * scale_[row] * scale_[row] : INFINITY;
+      if (row >= 0) most_[row] = kMostForce * most_target_ * scale_[row] * scale_[row];
   }
 }
 
@@ -479,15 +487,18 @@ double ContactSolver::largest_displacement(const ContactConstraints& set, Vec3* 
   return most;
 }
 
-// The largest reaction over the force that its row alone would need for the largest target.
+// The largest reaction over the force that its row alone would need for the largest target; kMostForce where none exceeds it, as a
+// rule: all rows are asked that first, without a branch.
 double ContactSolver::largest_share(Limited rows, const double* reaction) const {
-  const double target = largest_target();
-  double most = 0;
-  for (std::int32_t at = 0; at < used_rows_; ++at) {
-    const std::int32_t row = row_at_[at];
-    const double size = std::fabs(reaction[row]), alone = target * scale_[row] * scale_[row];
-    if (is_limited(rows, row) && size > most * alone) most = size / alone;
-  }
+  const auto alone = [&](std::int32_t row) { return most_target_ * scale_[row] * scale_[row]; };
+  const auto exceeds = [&](std::int32_t row, double share) {
+    return (scale_[row] != 0) & (std::fabs(reaction[row]) > share * alone(row));
+  };
+  bool any = false;
+  for (std::int32_t row = 0; row < rows_end_; ++row) any |= exceeds(row, kMostForce);
+  double most = kMostForce;
+  for (std::int32_t row = 0; row < rows_end_ && any; ++row)
+    if (is_limited(rows, row) && exceeds(row, most)) most = std::fabs(reaction[row]) / alone(row);
   return most;
 }
 
@@ -499,7 +510,7 @@ double ContactSolver::limit_of(Limited rows, const ContactConstraints& set, Oper
   const Operations cost = 9 * Operations{set.node_count} * set.node_count / kDense;
   if (cost + kept > work->left()) return kMostForce;
   work->add(cost);
-  const double thrown = largest_displacement(set, force) / largest_target(),
+  const double thrown = largest_displacement(set, force) / most_target_,
                most = std::clamp(kMostForceNear / thrown, kMostForce, kMostForceNear);
   return share > most ? most : 0;
 }
@@ -507,12 +518,12 @@ double ContactSolver::limit_of(Limited rows, const ContactConstraints& set, Oper
 // The reactions `soft` are brought within the limit, by one factor, and then go as far towards reaction_ as the limit allows.
 void ContactSolver::go_within(Limited rows, double most, const double* soft) {
   const std::int32_t size = used_rows_;
-  const double target = largest_target(), within = 1 / std::max(1.0, largest_share(rows, soft) / most);
+  const double within = 1 / std::max(1.0, largest_share(rows, soft) / most);
   double way = 1;
   for (std::int32_t at = 0; at < size; ++at) {
     const std::int32_t row = row_at_[at];
     const double from = within * soft[row], whole = reaction_[row] - from,
-                 room = most * target * scale_[row] * scale_[row] - (whole > 0 ? from : -from);
+                 room = most * most_target_ * scale_[row] * scale_[row] - (whole > 0 ? from : -from);
     if (is_limited(rows, row) && std::fabs(whole) * way > room) way = std::max(0.0, room / std::fabs(whole));
   }
   for (std::int32_t at = 0; at < size; ++at) {
@@ -678,20 +689,13 @@ ContactSystem ContactSolver::system(const ContactConstraint* constraints, std::i
   return system;
 }
 
-double ContactSolver::largest_target() const {
-  double most = 0;
-  for (std::int32_t row = 0; row < rows_end_; ++row)
-    if (scale_[row] != 0) most = std::max(most, std::fabs(target_[row]));
-  return most;
-}
-
 Operations ContactSolver::operations_to_look(const ContactSystem& laws) {
   return LawSolver::operations_to_look(laws) / kDense + 1;
 }
 
 // From the reactions of the last step. kept: operations that come after it.
 void ContactSolver::solve_laws(const ContactSystem& laws, int most_solves, Operations kept, StepWork* work) {
-  const double most = largest_target();
+  const double most = most_target_;
   law_operations_ = std::max<Operations>(0, work->left() - kept) * kDense;
   std::copy(last_, last_ + rows_end_, reaction_);
   std::fill(coarse_, coarse_ + rows_end_, 0.0);
@@ -732,7 +736,7 @@ void ContactSolver::refine_laws(const ContactSystem& laws, int most_solves, doub
 // The residual counts what the laws miss without the shift and the limits. A law that the shifted and limited system of the last
 // refinement misses too is not solved; one that it does not miss conflicts.
 void ContactSolver::measure_laws(const ContactSystem& laws) {
-  const double tolerance = kMet * largest_target() + kLeastMiss;
+  const double tolerance = kMet * most_target_ + kLeastMiss;
   double *const ahead = work_, *const shifted = work_ + capacity_;
   find_ahead(laws, reaction_, ahead);
   energy_ = 0;
@@ -886,8 +890,8 @@ Operations ContactSolver::upkeep_of(Operations rows, Operations leave, Operation
 
 // The compliance between a contact's nodes and all others takes 9 multiply-adds for each pair.
 Operations ContactSolver::entries_of(const Changes& changes) const {
-  const Operations nodes = kept_nodes_ + changes.nodes, constraints = kept_constraints_ + changes.constraints,
-                   nodes_of_each = constraints > 0 ? 1 + nodes / constraints : 1;
+  const std::int32_t nodes = kept_nodes_ + changes.nodes, constraints = kept_constraints_ + changes.constraints,
+                     nodes_of_each = constraints > 0 ? 1 + nodes / constraints : 1;
   return changes.contacts * 9 * nodes_of_each * nodes / kDense;
 }
 

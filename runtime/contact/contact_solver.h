@@ -234,7 +234,6 @@ class ContactSolver {
                       StepWork* work);
   void refine_laws(const ContactSystem& laws, int most_solves, double largest_target);
   void measure_laws(const ContactSystem& laws);
-  double largest_target() const;
   static Vec3 force_of(const ContactConstraint& constraint, const Rows& rows, const double* reaction);
   static void spread_reactions(const ContactConstraint* constraints, const Rows* rows, std::int32_t count,
                                const ContactNode* nodes, const double* reaction, Vec3* force);
@@ -257,6 +256,7 @@ class ContactSolver {
   double* shift_ = nullptr;      // [rows] added to the scaled diagonal, kShift or more
   double* soft_ = nullptr;       // [rows] m/N, the same on the diagonal of the matrix
   double* target_ = nullptr;     // [rows] m
+  double most_target_ = 0;       // m, the largest size of a target
   double* reaction_ = nullptr;   // [rows] N
   double* last_ = nullptr;       // [rows] N, of the last step, for rows that stay
   double* work_ = nullptr;       // [3][rows]

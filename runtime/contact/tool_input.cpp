@@ -142,11 +142,14 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
       tool.grasp &&
       !(is_readable(tool.grasp) && is_sound_grasp(whole_struct(tool.grasp, &whole, palpate_init_grasp), *of_organ)))
     return false;
-  if (grips > 0 && !have_one_size(tool.grips, grips)) return false;
+  if (grips == 0) return true;
+  if (!have_one_size(tool.grips, grips)) return false;
+  const std::uint32_t stride = struct_bytes_of(tool.grips);
   for (std::int32_t i = 0; i < grips; ++i) {
     palpate_grip whole;
-    const palpate_grip* const grip = element(tool.grips, struct_bytes_of(tool.grips), i);
-    if (!is_readable(grip) || !is_sound_grip(whole_struct(grip, &whole, palpate_init_grip), *of_organ)) return false;
+    const palpate_grip* const grip = element(tool.grips, stride, i);
+    if (!has_known_fields_only(grip) || !is_sound_grip(whole_struct(grip, &whole, palpate_init_grip), *of_organ))
+      return false;
   }
   return true;
 }
@@ -154,13 +157,13 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
 // Each tool keeps the place that its id had in the last step; the places of tools that are no longer sent become free; a new
 // tool takes the first free place. So the places, and with them all results, do not depend on the order of the list.
 void ToolInput::assign_places(const palpate_tool* tools, std::uint32_t stride, std::int32_t tool_count) {
-  for (std::int32_t t = 0; t < limits_.max_tools; ++t) tools_[t].index = -1, tools_[t].is_new = false;
+  for (std::int32_t t = 0; t < limits_.max_tools; ++t) tools_[t].index = -1;
   for (std::int32_t i = 0; i < tool_count; ++i) {
     place_[i] = place_of(id_of(*element(tools, stride, i), i));
     if (place_[i] >= 0) tools_[place_[i]].index = i;
   }
   for (std::int32_t t = 0; t < limits_.max_tools; ++t)
-    if (tools_[t].index < 0) free_place(t);
+    if (tools_[t].index < 0 && tools_[t].id >= 0) free_place(t);
   for (std::int32_t i = 0; i < tool_count; ++i) {
     if (place_[i] >= 0) continue;
     std::int32_t t = 0;
@@ -169,9 +172,8 @@ void ToolInput::assign_places(const palpate_tool* tools, std::uint32_t stride, s
     tools_[t].index = i, tools_[t].is_new = true;
     place_[i] = t;
   }
-  sent_ = tool_count, count_ = 0;
-  for (std::int32_t t = 0; t < limits_.max_tools; ++t)
-    if (tools_[t].index >= 0) count_ = t + 1;
+  sent_ = tool_count, count_ = limits_.max_tools;
+  while (count_ > 0 && tools_[count_ - 1].index < 0) --count_;
 }
 
 // known: this library knows all fields that the host has set. room: points and grips that may still come.
@@ -180,9 +182,10 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
                      grips = std::clamp(from.grip_count, 0, *room - points);
   if (known && is_sound(from, points, grips)) {
     for (std::int32_t i = 0; i < points; ++i) tool.points[i] = load3(from.points + 3 * static_cast<std::size_t>(i));
+    const std::uint32_t stride = grips > 0 ? struct_bytes_of(from.grips) : 0;
     for (std::int32_t i = 0; i < grips; ++i) {
       palpate_grip whole;
-      tool.grips[i] = whole_struct(element(from.grips, struct_bytes_of(from.grips), i), &whole, palpate_init_grip);
+      tool.grips[i] = whole_struct(element(from.grips, stride, i), &whole, palpate_init_grip);
     }
     if (points < from.point_count || grips < from.grip_count) tool.flags |= PALPATE_STEP_CONTACTS_DROPPED;
     tool.point_count = points, tool.grip_count = grips;
@@ -215,13 +218,13 @@ std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count
     dt_ = dt;
   else
     flags |= PALPATE_STEP_BAD_INPUT;
-  for (Tool& tool : tools_) tool.flags = 0, tool.is_new = false;
+  for (std::int32_t t = 0; t < limits_.max_tools; ++t) tools_[t].flags = 0, tools_[t].is_new = false;
   const std::int32_t taken = std::min(tool_count, limits_.max_tools);
   const bool is_list = tool_count == 0 || (tool_count > 0 && tools && is_aligned(tools) && have_one_size(tools, taken));
   const std::uint32_t stride = is_list && tool_count > 0 ? struct_bytes_of(tools) : 0;
   if (!is_list || !have_ids_of_their_own(tools, stride, taken)) {
-    for (Tool& tool : tools_)
-      if (tool.index >= 0) tool.flags |= PALPATE_STEP_BAD_INPUT;
+    for (std::int32_t t = 0; t < limits_.max_tools; ++t)
+      if (tools_[t].index >= 0) tools_[t].flags |= PALPATE_STEP_BAD_INPUT;
     return flags | PALPATE_STEP_BAD_INPUT;
   }
   if (tool_count > limits_.max_tools) flags |= PALPATE_STEP_CONTACTS_DROPPED;

@@ -46,6 +46,12 @@ struct ToolSum {
   std::int32_t contacts = 0, slips = 0, releases = 0;
 };
 
+struct ToolResult {
+  ToolSum sum;
+  double factor = 0;     // on the tool's linear nodal forces
+  Vec3 raw, raw_torque;  // N and N m, in the organ's frame, on the tool before the limits
+};
+
 class Touch {
  public:
   Touch(const StepContext& context, TouchState& state, const ToolsInWorld* world, palpate_contacts& out)
@@ -55,10 +61,15 @@ class Touch {
   void begin(const palpate_tool* tools, std::int32_t tool_count, double dt) {
     touch_state_.work.begin();
     touch_state_.slides.begin();
-    take_input(tools, tool_count, dt);
+    std::uint32_t had_tool = 0;  // bit t: in the last step
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
-      if (touch_state_.input.tool(t).is_new || touch_state_.input.tool(t).index < 0)
-        forget_tool(context_.def, touch_state_, t);
+      if (touch_state_.input.tool(t).id >= 0) had_tool |= 1u << t;
+    take_input(tools, tool_count, dt);
+    for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
+      const Tool& tool = touch_state_.input.tool(t);
+      if (tool.is_new || (tool.index < 0 && had_tool >> t & 1u)) forget_tool(context_.def, touch_state_, t);
+    }
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) result_[t] = ToolResult{};
     if (has_motions(context_.def)) {
       context_.watch.ended(Pass::input);
       flags_ |= touch_state_.motions.begin(context_.def.max_tool_speed * touch_state_.input.dt());
@@ -111,12 +122,13 @@ class Touch {
       context_.watch.ended(Pass::links);
     }
     if (context_.def.force != PALPATE_FORCE_OFF) {
-      for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t) factor_[t] = tools_[t].contacts > 0 ? force_factor(t) : 0;
+      for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
+        result_[t].factor = result_[t].sum.contacts > 0 ? force_factor(t) : 0;
       context_.watch.ended(Pass::force);
     }
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
-      raw_[t] = -factor_[t] * tools_[t].resultant;
-      raw_torque_[t] = -factor_[t] * tools_[t].moment;
+      result_[t].raw = -result_[t].factor * result_[t].sum.resultant;
+      result_[t].raw_torque = -result_[t].factor * result_[t].sum.moment;
     }
     if (relaxes(context_.def)) {
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) relax(t);
@@ -379,7 +391,7 @@ class Touch {
       Vec3 torque;
       const Tool& tool = touch_state_.input.tool(t);
       touch_state_.grasps.finish(t, tool, touch_state_.solver, touch_state_.organ, &torque);
-      if (tool.has_torque && is_finite(torque)) tools_[t].moment += torque;
+      if (tool.has_torque && is_finite(torque)) result_[t].sum.moment += torque;
     }
   }
 
@@ -422,9 +434,9 @@ class Touch {
   }
 
   void count_contact(std::int32_t t, Vec3 displacement) {
-    tools_[t].imposed += displacement;
-    tools_[t].imposed_length += length(displacement);
-    ++tools_[t].contacts;
+    result_[t].sum.imposed += displacement;
+    result_[t].sum.imposed_length += length(displacement);
+    ++result_[t].sum.contacts;
   }
 
   // A point that was not sent this step starts afresh when it comes back.
@@ -435,9 +447,9 @@ class Touch {
 
   void add_force(std::int32_t e, const ContactNode& held) {
     if (held.tool >= kToolOfLinks) return;
-    tools_[held.tool].resultant += touch_state_.force[e];
+    result_[held.tool].sum.resultant += touch_state_.force[e];
     if (touch_state_.input.tool(held.tool).has_torque && !is_of_grasp(held.tool, held.point))
-      tools_[held.tool].moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
+      result_[held.tool].sum.moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
   }
 
   // The same as solve(), of the hyperelastic body.
@@ -455,7 +467,7 @@ class Touch {
       add_force(e, set.nodes[e]);
     }
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
-      if (tools_[t].contacts > 0) touch_state_.input.tool(t).flags |= flags;
+      if (result_[t].sum.contacts > 0) touch_state_.input.tool(t).flags |= flags;
     if (uses_body_field(context_.def)) {
       Operations work = 0;
       touch_state_.body_field.set(set, touch_state_.force, !deformed_.failed, &work);
@@ -476,7 +488,7 @@ class Touch {
     if (told.cut || told.unfinished || touch_state_.beside.behind()) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
     flags_ |= flags;
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
-      if (tools_[t].contacts > 0) touch_state_.input.tool(t).flags |= flags;
+      if (result_[t].sum.contacts > 0) touch_state_.input.tool(t).flags |= flags;
     deformed_.steps = told.steps, deformed_.residual = told.residual, deformed_.least_volume = told.least_volume;
     return set;
   }
@@ -554,8 +566,8 @@ class Touch {
     if (constraint.law != ContactLaw::unilateral && constraint.law != ContactLaw::coulomb) return false;
     const Vec3 r = reaction(p);
     const bool released = !(r.x > 0), slipped = slips(constraint, r);
-    tools_[constraint.tool].releases += released;
-    tools_[constraint.tool].slips += slipped && !released;
+    result_[constraint.tool].sum.releases += released;
+    result_[constraint.tool].sum.slips += slipped && !released;
     return released || slipped;
   }
   // N, of constraint p, in its frame.
@@ -591,7 +603,7 @@ class Touch {
   // d_t of eqs 3-6: direction of the tool's imposed motion. Its length is the share of P and Q that acts: 1 where the imposed
   // displacements agree, falling smoothly to 0 as they cancel, because the direction of a sum that almost cancels is noise.
   Vec3 direction(std::int32_t t) const {
-    const ToolSum& sum = tools_[t];
+    const ToolSum& sum = result_[t].sum;
     const double size = length(sum.imposed);
     if (!(size > 1e-9 * sum.imposed_length)) return Vec3{};
     const double agree = std::min(1.0, size / (kAgreed * sum.imposed_length));
@@ -602,7 +614,7 @@ class Touch {
   // (eqs 3-6). Q acts on the resultant, not node by node: Q is not additive, so the nodal way would depend on the mesh.
   double force_factor(std::int32_t t) {
     if (!corrects_force(context_.def)) return 1;
-    const double along = dot(tools_[t].resultant, direction(t));
+    const double along = dot(result_[t].sum.resultant, direction(t));
     if (touch_state_.response.outside(along)) raise(t, PALPATE_STEP_RESPONSE_RANGE);
     return touch_state_.response.ratio(along);
   }
@@ -626,7 +638,7 @@ class Touch {
       node->tool = of_tool ? touch_state_.input.tool(held.tool).index : held.tool == kToolOfLinks ? -1 : -2;
       store3(touch_state_.modified[e], node->modified_displacement);
       // A steep response may turn a finite force into an infinite one.
-      const Vec3 force = (of_tool ? factor_[held.tool] : 1) * touch_state_.force[e];
+      const Vec3 force = (of_tool ? result_[held.tool].factor : 1) * touch_state_.force[e];
       if (!is_finite(force)) raise(held.tool, PALPATE_STEP_UNSOLVED);
       store3(is_finite(force) ? force : Vec3{}, node->force);
     }
@@ -651,7 +663,7 @@ class Touch {
     palpate_tool_state& state = tools_behind(out_)[tool.index];
     state = palpate_tool_state{};
     state.id = tool.id;
-    const Vec3 raw = touch_state_.organ.vector_to_world(raw_[t]);
+    const Vec3 raw = touch_state_.organ.vector_to_world(result_[t].raw);
     store3(raw, state.force_raw);
     const palpate_scene_def& def = context_.def;
     store3(safe(t, raw, def.force_limit, def.force_slew, touch_state_.last_force[t]), state.force);
@@ -660,9 +672,9 @@ class Touch {
     else
       touch_state_.last_torque[t] = Vec3{};
     store3(direction(t), state.direction);
-    state.contact_count = tools_[t].contacts;
-    state.slip_count = tools_[t].slips;
-    state.release_count = tools_[t].releases;
+    state.contact_count = result_[t].sum.contacts;
+    state.slip_count = result_[t].sum.slips;
+    state.release_count = result_[t].sum.releases;
     state.flags = tool.flags;
   }
 
@@ -721,7 +733,7 @@ class Touch {
     for (std::int32_t p = first; p < end; ++p)
       for (std::int32_t e = 0; e < set.constraints[p].node_count; ++e) {
         const Vec3 force = touch_state_.force[set.constraints[p].first_node + e];
-        contact.force += -factor_[constraint.tool] * force, linear += force;
+        contact.force += -result_[constraint.tool].factor * force, linear += force;
       }
     if (!is_finite(contact.force)) contact.force = Vec3{};
     if (constraint.disc_radius > 0) describe_disc(constraint, linear, &contact);
@@ -808,7 +820,7 @@ class Touch {
   }
 
   void write_torque(std::int32_t t, palpate_tool_state& state) {
-    const Vec3 raw = touch_state_.organ.vector_to_world(raw_torque_[t]);
+    const Vec3 raw = touch_state_.organ.vector_to_world(result_[t].raw_torque);
     const palpate_scene_def& def = context_.def;
     store3(raw, state.torque_raw);
     store3(safe(t, raw, def.torque_limit, def.torque_slew, touch_state_.last_torque[t]), state.torque);
@@ -824,14 +836,14 @@ class Touch {
   // tool holds the organ. Relaxation is linear in the force, so the torque, a sum of forces times levers, relaxes alike.
   void relax(std::int32_t t) {
     const Tool& tool = touch_state_.input.tool(t);
-    const Vec3 elastic = raw_[t], elastic_torque = raw_torque_[t];
+    const Vec3 elastic = result_[t].raw, elastic_torque = result_[t].raw_torque;
     if (!is_finite(elastic) || !is_finite(elastic_torque)) return;
-    raw_[t] = touch_state_.relaxation.step(touch_state_.memory[t], elastic, touch_state_.input.dt());
+    result_[t].raw = touch_state_.relaxation.step(touch_state_.memory[t], elastic, touch_state_.input.dt());
     if (tool.has_torque)
-      raw_torque_[t] =
+      result_[t].raw_torque =
           touch_state_.relaxation.step(touch_state_.torque_memory[t], elastic_torque, touch_state_.input.dt());
-    if (tools_[t].contacts > 0 && (tool.hold || tool.has_grasp || !(dot(raw_[t], elastic) < 0))) return;
-    raw_[t] = raw_torque_[t] = Vec3{};
+    if (result_[t].sum.contacts > 0 && (tool.hold || tool.has_grasp || !(dot(result_[t].raw, elastic) < 0))) return;
+    result_[t].raw = result_[t].raw_torque = Vec3{};
   }
 
   // last: what was sent in the last step.
@@ -848,12 +860,12 @@ class Touch {
   palpate_contacts& out_;
   bool far_[PALPATE_MAX_TOOLS] = {};  // by place
   std::uint32_t flags_ = 0;
-  ToolSum tools_[PALPATE_MAX_TOOLS];
+  // Of the places in use, which begin() resets: a step with one tool does not write those of all others.
+  union {
+    ToolResult result_[PALPATE_MAX_TOOLS];
+  };
   DeformingBody::Outcome deformed_;
   const ContactConstraints* acting_ = nullptr;  // as the solver held them
-  double factor_[PALPATE_MAX_TOOLS] = {};       // on each tool's linear nodal forces
-  Vec3 raw_[PALPATE_MAX_TOOLS];                 // N, in the organ's frame, force on each tool before the limits
-  Vec3 raw_torque_[PALPATE_MAX_TOOLS];          // N m, the same of the torque
 };
 
 }  // namespace

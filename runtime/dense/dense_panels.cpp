@@ -73,6 +73,7 @@ __attribute__((target(PALPATE_AVX512))) void eliminate_avx512(const Panel& panel
 
 void eliminate_rows(Instructions instructions, double* u, std::size_t stride, std::int32_t first, std::int32_t rows,
                     std::int32_t begin, std::int32_t end, bool divide) {
+  if (begin >= end || (first == 0 && !divide)) return;  // no column, or no row to eliminate them with
   const Panel panel = {u, stride, first, rows, divide};
 #ifdef PALPATE_DISPATCHES
   if (instructions == Instructions::avx512) return eliminate_avx512(panel, begin, end);

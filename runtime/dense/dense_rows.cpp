@@ -16,17 +16,35 @@ PALPATE_INLINE double sum_of_lanes(double* lane) {
 
 PALPATE_INLINE double dot(int n, const double* __restrict x, const double* __restrict y) {
   constexpr int kLanes = 16;
+  double rest = 0;
+  if (n < kLanes) {  // the sum of the lanes would be zero
+    for (int i = 0; i < n; ++i) rest += x[i] * y[i];
+    return 0.0 + rest;
+  }
   double lane[kLanes] = {};
   int i = 0;
   for (; i + kLanes <= n; i += kLanes)
     for (int l = 0; l < kLanes; ++l) lane[l] += x[i + l] * y[i + l];
-  double rest = 0;
   for (; i < n; ++i) rest += x[i] * y[i];
   return sum_of_lanes<kLanes>(lane) + rest;
 }
 
+// The same sums as solve() for fewer rows than it takes at a time.
+void solve_few(int n, const double* __restrict u, std::size_t stride, double* __restrict x) {
+  const auto at = [&](int i, int j) { return u[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)]; };
+  for (int i = 0; i < n; ++i) {
+    x[i] *= 1 / at(i, i);
+    for (int j = i + 1; j < n; ++j) x[j] -= x[i] * at(i, j);
+  }
+  for (int i = n - 1; i >= 0; --i) {
+    double sum = 0;
+    for (int j = i + 1; j < n; ++j) sum += at(i, j) * x[j];
+    x[i] = (x[i] - sum) * (1 / at(i, i));
+  }
+}
+
 // Forward and backward substitution, four rows at a time: each part of x is read once for four rows, and the eight partial sums
-// of a row do not wait for one another.
+// of a row do not wait for one another. The divisions do not wait for x: they are of the diagonal alone.
 template <class Vector>
 PALPATE_INLINE void solve(int n, const double* __restrict u, std::size_t stride, double* __restrict x) {
   constexpr int kRows = 4, kLanes = 8, kVectors = kLanes * sizeof(double) / sizeof(Vector);
@@ -34,25 +52,28 @@ PALPATE_INLINE void solve(int n, const double* __restrict u, std::size_t stride,
   int i = 0;
   for (; i + kRows <= n; i += kRows) {
     const double *u0 = row(i), *u1 = row(i + 1), *u2 = row(i + 2), *u3 = row(i + 3);
-    const double x0 = x[i] / u0[i];
-    const double x1 = (x[i + 1] - x0 * u0[i + 1]) / u1[i + 1];
-    const double x2 = (x[i + 2] - x0 * u0[i + 2] - x1 * u1[i + 2]) / u2[i + 2];
-    const double x3 = (x[i + 3] - x0 * u0[i + 3] - x1 * u1[i + 3] - x2 * u2[i + 3]) / u3[i + 3];
+    const double inverse0 = 1 / u0[i], inverse1 = 1 / u1[i + 1], inverse2 = 1 / u2[i + 2], inverse3 = 1 / u3[i + 3];
+    const double x0 = x[i] * inverse0;
+    const double x1 = (x[i + 1] - x0 * u0[i + 1]) * inverse1;
+    const double x2 = (x[i + 2] - x0 * u0[i + 2] - x1 * u1[i + 2]) * inverse2;
+    const double x3 = (x[i + 3] - x0 * u0[i + 3] - x1 * u1[i + 3] - x2 * u2[i + 3]) * inverse3;
     x[i] = x0, x[i + 1] = x1, x[i + 2] = x2, x[i + 3] = x3;
     for (int j = i + kRows; j < n; ++j) x[j] = x[j] - x0 * u0[j] - x1 * u1[j] - x2 * u2[j] - x3 * u3[j];
   }
   for (; i < n; ++i) {
-    x[i] /= row(i)[i];
+    x[i] *= 1 / row(i)[i];
     for (int j = i + 1; j < n; ++j) x[j] -= x[i] * row(i)[j];
   }
 
   for (i = n - 1; i >= n / kRows * kRows; --i) {
     double sum = 0;
     for (int j = i + 1; j < n; ++j) sum += row(i)[j] * x[j];
-    x[i] = (x[i] - sum) / row(i)[i];
+    x[i] = (x[i] - sum) * (1 / row(i)[i]);
   }
   for (i -= kRows - 1; i >= 0; i -= kRows) {
     Vector lanes[kRows][kVectors] = {}, left, right;
+    double inverse[kRows];
+    for (int r = 0; r < kRows; ++r) inverse[r] = 1 / row(i + r)[i + r];
     double sum[kRows] = {};
     int j = i + kRows;
     for (; j + kLanes <= n; j += kLanes)
@@ -71,7 +92,7 @@ PALPATE_INLINE void solve(int n, const double* __restrict u, std::size_t stride,
       std::memcpy(lane, lanes[r], sizeof lane);
       sum[r] += sum_of_lanes<kLanes>(lane);
       for (int s = r + 1; s < kRows; ++s) sum[r] += row(i + r)[i + s] * x[i + s];
-      x[i + r] = (x[i + r] - sum[r]) / row(i + r)[i + r];
+      x[i + r] = (x[i + r] - sum[r]) * inverse[r];
     }
   }
 }
@@ -176,6 +197,7 @@ Instructions best_for(int n) {
 }  // namespace
 
 void solve_upper(int n, const double* u, std::size_t stride, double* x) {
+  if (n < 4) return solve_few(n, u, stride, x);
   PALPATE_DISPATCH(solve, n, u, stride, x);
 }
 
