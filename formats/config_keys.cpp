@@ -342,7 +342,8 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "limits", "points", "integer", "-", "-", "1 to 65536",
        "Tool points and grips of all tools together. By default: as many as the tools have."},
       {S, "limits", "contact_nodes", "integer", "-", "-", "1 to 3000",
-       "Nodes in contact at one time. Where they are short, discs act on fewer nodes, and the step's flag says so. By "
+       "Nodes in contact at one time, at least one for each point (three under triangle), link and grasp. Where they "
+       "are short, discs act on fewer nodes, and the step's flag says so. By "
        "default: as "
        "many as the tools need, up to 1000, or three for each point."},
       {S, "limits", "force", "number", "N", "50", "above 0",

@@ -168,6 +168,11 @@ Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint
   return sum;
 }
 
+void DeformedSurface::corners(std::int32_t triangle, Vec3 corner[3]) {
+  begin_query();
+  for (int v = 0; v < 3; ++v) corner[v] = place({}, tree_->corners(triangle)[v]);
+}
+
 Vec3 DeformedSurface::moved(const SurfacePoint& surface_point) {
   Vec3 sum;
   if (!field_ || !field_->has_motions()) return sum;

@@ -59,7 +59,9 @@ class DeformedSurface {
 
   // m, the displacement of a surface point.
   Vec3 displacement(const AskedSurface& asked, const SurfacePoint& surface_point);
-  // m, the same by the bundle's motions alone.
+  // m, where the corners of a triangle are now.
+  void corners(std::int32_t triangle, Vec3 corner[3]);
+  // m, the displacement of a surface point by the bundle's motions alone.
   Vec3 moved(const SurfacePoint& surface_point);
 
   // What the queries have cost since the last call; there is no limit any more.

@@ -20,6 +20,9 @@ bool is_one_of(const Enum& value, int last) {
   return enum_number(value) >= 0 && enum_number(value) <= last;
 }
 
+// Of max_contact_nodes.
+constexpr std::int32_t kMostContactNodes = 3000;
+
 // ---- tensors ---------------------------------------------------------------------------------------------------------
 
 // Copies and checks the tables of a stored compliance; the numbers stay in the bundle.
@@ -126,11 +129,20 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
+// A tool point or a grip makes so many constraints, and each of them holds a node or more.
+std::int32_t constraints_of_point(const palpate_scene_def& def) {
+  return def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
+}
+
 // Constraints that a step can have, without those of pairs.
 std::int32_t most_constraints(const palpate_scene_def& def) {
-  const std::int32_t per_point = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
-  return std::min(def.max_contact_nodes,
-                  per_point * def.max_points + def.max_links + (has_grasps(def) ? 6 * def.max_tools : 0));
+  return std::min(def.max_contact_nodes, constraints_of_point(def) * def.max_points + def.max_links +
+                                             (has_grasps(def) ? 6 * def.max_tools : 0));
+}
+
+// With fewer contact nodes, a step in which all tool points, grips, links and grasps hold must leave one of them out.
+std::int32_t fewest_contact_nodes(const palpate_scene_def& def) {
+  return constraints_of_point(def) * def.max_points + def.max_links + (has_grasps(def) ? def.max_tools : 0);
 }
 
 // The fine surface, bound to the mesh's. triangles: checked.
@@ -312,8 +324,7 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
 // A disc has about a dozen nodes on a coarse mesh.
 ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
   constexpr std::int32_t nodes_of_disc = 12;
-  const std::int32_t constraints = def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1,
-                     nodes = def.contact == PALPATE_CONTACT_NODE ? 1 : 3;
+  const std::int32_t constraints = constraints_of_point(def), nodes = def.contact == PALPATE_CONTACT_NODE ? 1 : 3;
   const bool one_row = def.law == PALPATE_LAW_SLIDING || def.law == PALPATE_LAW_UNILATERAL;
   return {one_row ? constraints : 3 * constraints, constraints, nodes,
           def.contact == PALPATE_CONTACT_PATCH ? nodes_of_disc : nodes};
@@ -644,6 +655,20 @@ constexpr std::uint64_t kMuchMemory = std::uint64_t{256} << 20;
 // Half precision keeps 11 bits: the system of several hundred contacts may then not be definite (docs/method.md).
 constexpr std::int32_t kManyContactsForHalf = 256;
 
+// Where the host leaves max_contact_nodes to the library, or sets the largest one, the other limits may allow more.
+void log_few_contact_nodes(const palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  const std::int32_t nodes = def.max_contact_nodes - kNodesOfPair * scene.touch.most_pairs,
+                     needed = fewest_contact_nodes(def);
+  if (nodes >= needed) return;
+  scene.context.bundle.log.say(
+      PALPATE_LOG_WARNING,
+      "scene: max_contact_nodes is %d, and max_points %d with %d links needs %d: a step in which more hold leaves the "
+      "others out and raises CONTACTS_DROPPED; set max_contact_nodes (at most %d), or lower max_points",
+      static_cast<int>(nodes), static_cast<int>(def.max_points), static_cast<int>(def.max_links),
+      static_cast<int>(needed), static_cast<int>(kMostContactNodes));
+}
+
 void log_scene(const palpate_scene& scene, const MemoryUse& use) {
   const palpate_scene_def& def = scene.def;
   const palpate_bundle& bundle = scene.context.bundle;
@@ -656,6 +681,7 @@ void log_scene(const palpate_scene& scene, const MemoryUse& use) {
                    "max_points (now %d) takes less",
                    static_cast<unsigned long long>(bytes >> 20), static_cast<unsigned long long>(use.contacts >> 20),
                    static_cast<int>(def.max_contact_nodes), static_cast<int>(def.max_points));
+  log_few_contact_nodes(scene);
   const bool has_preload = formats::find_section(bundle.index, SectionId::preload_displacement) != nullptr;
   if (has_preload && def.preload == PALPATE_PRELOAD_OFF)
     bundle.log.say(PALPATE_LOG_WARNING,
@@ -666,6 +692,19 @@ void log_scene(const palpate_scene& scene, const MemoryUse& use) {
                    "scene: the tensors have half precision, too coarse for %d contacts at once: such steps may "
                    "raise UNSOLVED",
                    static_cast<int>(most_constraints(def)));
+}
+
+// A number that the host has set holds what the other limits allow.
+palpate_status check_contact_nodes(const palpate_scene_def& def, palpate_error* error) {
+  const std::int32_t nodes = def.max_contact_nodes, least = std::min(fewest_contact_nodes(def), kMostContactNodes);
+  if (nodes == 0 || nodes >= least) return PALPATE_OK;
+  return fail(
+      error, PALPATE_ERROR_ARGUMENT, 0,
+      "palpate_scene_def: max_contact_nodes is %d, expected 0 or at least %d: %d for each of max_points %d, and 1 "
+      "for each of %d links and %d grasps; raise max_contact_nodes, or lower max_points",
+      static_cast<int>(nodes), static_cast<int>(least), static_cast<int>(constraints_of_point(def)),
+      static_cast<int>(def.max_points), static_cast<int>(def.max_links),
+      has_grasps(def) ? static_cast<int>(def.max_tools) : 0);
 }
 
 }  // namespace
@@ -690,7 +729,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   }
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
-  if (def.max_contact_nodes < 0 || def.max_contact_nodes > 3000)
+  if (def.max_contact_nodes < 0 || def.max_contact_nodes > kMostContactNodes)
     return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
   if (def.grasps < 0 || def.grasps > 1) return bad("grasps must be 0 or 1");
   if (def.grasps && (def.contact != PALPATE_CONTACT_PATCH || def.deformation != PALPATE_DEFORMATION_LINEAR))
@@ -706,8 +745,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
     return bad("links hold an organ whose supports stand; leave max_links or motions at 0");
   if (def.motions && def.collision == PALPATE_COLLISION_REST)
     return bad("tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0");
-  if (def.contact == PALPATE_CONTACT_TRIANGLE && def.max_contact_nodes > 0 && def.max_contact_nodes < 3)
-    return bad("a contact TRIANGLE acts on three nodes, and max_contact_nodes allows fewer; set 3 or more, or 0");
+  if (const palpate_status status = check_contact_nodes(def, error)) return status;
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
   if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
   if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
@@ -745,7 +783,7 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def) {
   const std::int32_t of_links = def.max_links * (def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6),
                      of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
   const std::int32_t of_grasps = has_grasps(def) ? 3 * GraspPatch::kMostNodes * def.max_tools : 0;
-  return std::min(3000, of_points + of_links + of_grasps);
+  return std::min(kMostContactNodes, of_points + of_links + of_grasps);
 }
 
 palpate_status build_scene(palpate_scene& scene, palpate_error* error) {

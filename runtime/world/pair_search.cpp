@@ -250,6 +250,26 @@ void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 w
   found->follow = share, found->way = share * along;
 }
 
+// The pair's place on the deformed second organ, m; outward: of its triangle.
+Vec3 PairSearch::place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const {
+  Vec3 corner[3];
+  touch(group.b).deformed.corners(pair.triangle, corner);
+  *outward = unit_or_zero(cross(corner[1] - corner[0], corner[2] - corner[0]));
+  return pair.barycentric[0] * corner[0] + pair.barycentric[1] * corner[1] + pair.barycentric[2] * corner[2];
+}
+
+void PairSearch::note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const {
+  pair->seen_apart = at - place_now(group, *pair, &pair->seen_outward);
+}
+
+// Whether the pair, whose vertex is at `at`, is as it was when it was last looked at: then it needs no search. *moved: m, of the vertex
+// from the place since then.
+bool PairSearch::stands(const OrganGroup& group, const OrganPair& pair, Vec3 at, double* moved) const {
+  Vec3 outward;
+  *moved = length(at - place_now(group, pair, &outward) - pair.seen_apart);
+  return *moved < kAgain * touch(group.b).tree.mean_edge() && dot(outward, pair.seen_outward) > kSameNormal;
+}
+
 // Looks at a vertex. True where it is near the other organ: *pair, which holds the pair of the last step where there was one, is then up
 // to date.
 bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair) {
@@ -258,6 +278,11 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   const double edge = b.tree.mean_edge();
   const Vec3 u = a.field.empty() ? Vec3{} : a.field.at_node(vertex, &work_);
   const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
+  // The bound on its motion was used up, as a rule without as much motion. A room of zero asks for a search.
+  if (double moved = 0; held && group.look[vertex].room > 0 && stands(group, *pair, p, &moved)) {
+    look_after(group, vertex, kAgain * edge - moved, b.tree.largest_reach());
+    return true;
+  }
   const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
   if (nearest.surface_point.triangle < 0) {
     look_after(group, vertex, group.reach - group.margin, nearest.per_path);
@@ -300,6 +325,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   // An overlap counts as touching until the organs part there.
   group.overlap[vertex] = std::min(group.overlap[vertex], std::max(0.0, -gap) + 1e-6 * edge);
   found.overlap = group.overlap[vertex];
+  note_where(group, p, &found);
   *pair = found;
   return true;
 }

@@ -23,6 +23,8 @@ struct OrganPair {
   double near = 0;       // m, from the place to the vertex when it was last looked at; below 0 inside
   Vec3 way;              // m, of the place, when it last moved
   double follow = 1;     // and the share that this was of the whole way
+  Vec3 seen_apart;       // m, from the place to the vertex when the pair was last looked at
+  Vec3 seen_outward;     // unit: of the place's triangle then
   Vec3 reaction;         // N, on the first organ along normal, tangent and the third direction
 };
 
@@ -102,6 +104,9 @@ class PairSearch {
     return group.pose_b_before.to_body(group.pose_a_before.to_world(point));
   }
   Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) const;
+  Vec3 place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const;
+  bool stands(const OrganGroup& group, const OrganPair& pair, Vec3 at, double* moved) const;
+  void note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const;
   void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place) const;
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
   void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) const;

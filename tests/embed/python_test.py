@@ -377,7 +377,7 @@ class Step(unittest.TestCase):
             with self.assertRaises((TypeError, RuntimeError)):
                 self.scene.touch(bad, 0.001, contacts)
         with self.assertRaisesRegex(ValueError, "contacts"):
-            self.scene.touch([], 0.001, palpate.Scene(self.bundle, max_contact_nodes=3).make_contacts())
+            self.scene.touch([], 0.001, palpate.Scene(self.bundle, max_points=3, max_contact_nodes=3).make_contacts())
         self.assertEqual(self.scene.touch([palpate.Tool([np.nan] * 3)], 0.001, contacts), palpate.StepFlags.BAD_INPUT)
 
     def test_contacts_travel_as_bytes(self):

@@ -1,6 +1,7 @@
 // Makes a scene definition and moving tools from a fuzzer's bytes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "runtime/include/palpate/palpate.h"
@@ -22,7 +23,11 @@ inline palpate_scene_def fuzzed_effects(FuzzInput& input) {
     def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
     def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;
   }
-  def.max_tools = 3, def.max_points = 8, def.max_contact_nodes = static_cast<std::int32_t>(input.below(41));
+  def.max_tools = 3, def.max_points = 8;
+  // 0, or as many as the points need, or some more.
+  const auto nodes = static_cast<std::int32_t>(input.below(41));
+  const std::int32_t fewest = (def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1) * def.max_points;
+  def.max_contact_nodes = nodes == 0 ? 0 : std::max(nodes, fewest);
   return def;
 }
 

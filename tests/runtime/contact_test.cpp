@@ -325,7 +325,7 @@ TEST(Contact, GivesAnUntouchableVertexsWeightToTheOthersAndSaysSo) {
 TEST(Contact, KeepsTheFirstOnesWhenThereAreTooMany) {
   const TouchedBox box;
   palpate_scene_def def = unlimited_def();
-  def.max_points = 6, def.max_contact_nodes = 4;
+  def.max_points = def.max_contact_nodes = 4;
   const ScenePointer scene = box.scene(def);
   std::vector<palpate_grip> grips;
   for (int i = 0; i < 9; ++i) grips.push_back(grip_at_node(box.touchable[4 * i], wave(i)));

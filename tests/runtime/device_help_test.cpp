@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <cstring>
+#include <palpate/palpate.hpp>
 #include <string>
 
 namespace {
@@ -428,6 +429,50 @@ TEST(Watchdog, TakesForcesThatAreNotFiniteAndTimesThatAreNotAboveZeroAsNoInput) 
     EXPECT_LE(w.sent.norm(), 1);
   }
   EXPECT_EQ(w.sent.norm(), 0) << "a clock that stands still does not keep the force";
+}
+
+// ---- palpate.hpp; tests/embed/without_exceptions.cpp plays its steps -----------------------------------------------------
+
+// The words of the refusal that `make` throws; empty where it throws none.
+template <class Make>
+std::string thrown_by(Make make) {
+  try {
+    make();
+  } catch (const palpate::Error& error) {
+    EXPECT_EQ(error.detail.status, PALPATE_ERROR_ARGUMENT);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(DeviceHelpInCpp, ConstructorsThrowWhatTheFunctionsRefuse) {
+  const palpate_device unknown = palpate_default_device(), known = known_device();
+  EXPECT_NE(thrown_by([&] { palpate::Coupling{unknown}; }), "");
+  EXPECT_NE(thrown_by([&] { palpate::PassivityObserver{unknown}; }), "");
+  palpate_watchdog_def def = palpate_default_watchdog_def();
+  EXPECT_EQ(thrown_by([&] { palpate::Watchdog{def}; }), "");
+  def.slew = NAN;
+  EXPECT_NE(thrown_by([&] { palpate::Watchdog{def}; }), "");
+
+  EXPECT_TRUE(palpate::Coupling(known) && palpate::PassivityObserver(known));
+  EXPECT_FALSE(palpate::Coupling() || palpate::PassivityObserver() || palpate::Watchdog());
+  palpate_coupling_def stiff = palpate_default_coupling_def(&known);
+  stiff.stiffness *= 2;
+  EXPECT_NE(thrown_by([&] { palpate::Coupling(known, &stiff); }).find("lower its stiffness"), std::string::npos);
+}
+
+TEST(DeviceHelpInCpp, StepsAreThoseOfTheFunctions) {
+  const palpate_device device = known_device();
+  palpate::Coupling coupling(device);
+  palpate_coupling expected = coupling_of(device);
+  double at[3], organ[3] = {}, tool[3], force[3], expected_tool[3], expected_force[3];
+  for (int tick = 0; tick < 50; ++tick) {
+    for (int d = 0; d < 3; ++d) at[d] = 1e-4 * tick * (d + 1), organ[d] = -100 * at[d];
+    EXPECT_EQ(coupling.step(at, organ, tool, force),
+              palpate_coupling_step(&expected, at, organ, expected_tool, expected_force));
+    EXPECT_TRUE(std::equal(tool, tool + 3, expected_tool) && std::equal(force, force + 3, expected_force));
+    EXPECT_EQ(coupling->energy, expected.energy);
+  }
 }
 
 }  // namespace

@@ -258,14 +258,14 @@ TEST(Device, HoldsAFrozenPointWithASteadyForce) {
 
 TEST(Device, IsNotSentASpikeWhenTheContactBudgetIsExhausted) {
   palpate_scene_def def = palpate_default_scene_def();
-  def.force_limit = 0.5, def.force_slew = 20, def.max_contact_nodes = 3;
+  def.force_limit = 0.5, def.force_slew = 20, def.max_points = def.max_contact_nodes = 3;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
   std::vector<std::int32_t> triangles;
   for (int which = 0; which < 6; ++which) triangles.push_back(box().far_triangle(which));
   Eigen::Vector3d last = Eigen::Vector3d::Zero();
   bool dropped = false;
-  for (int s = 0; s < 400; ++s) {  // points that come and go, at most one of which has room
+  for (int s = 0; s < 400; ++s) {  // points that come and go, three of which have room
     std::vector<Eigen::Vector3d> points;
     for (std::size_t t = 0; t < triangles.size(); ++t)
       points.push_back(box().place(triangles[t], {.3, .3, .4}) +

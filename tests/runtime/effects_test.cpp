@@ -430,6 +430,74 @@ TEST(Plan, RefusesAnEffectWhoseSectionIsNotThere) {
             PALPATE_ERROR_ARGUMENT);
 }
 
+// ---- limits that cannot meet -------------------------------------------------------------------------------------------
+
+// The sentence with which a scene on box() is refused; empty where it is created.
+std::string refusal_of(const palpate_scene_def& def) {
+  palpate_scene* made = nullptr;
+  palpate_error error = {};
+  const palpate_status status = palpate_scene_create(box().bundle(), &def, &made, &error);
+  EXPECT_EQ(status, made ? PALPATE_OK : PALPATE_ERROR_ARGUMENT);
+  palpate_scene_destroy(made);
+  return error.text;
+}
+
+palpate_scene_def limits_of(palpate_contact_model contact, std::int32_t points, std::int32_t nodes) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.contact = contact, def.max_points = points, def.max_contact_nodes = nodes;
+  return def;
+}
+
+TEST(Limits, ThatCannotMeetAreRefused) {
+  EXPECT_EQ(refusal_of(limits_of(PALPATE_CONTACT_PATCH, 64, 60)),
+            "palpate_scene_def: max_contact_nodes is 60, expected 0 or at least 64: 1 for each of max_points 64, and 1 "
+            "for each "
+            "of 0 links and 0 grasps; raise max_contact_nodes, or lower max_points");
+  for (const auto contact :
+       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+    const std::int32_t fewest = contact == PALPATE_CONTACT_TRIANGLE ? 192 : 64;
+    EXPECT_NE(refusal_of(limits_of(contact, 64, fewest - 1)), "") << contact;
+    EXPECT_EQ(refusal_of(limits_of(contact, 64, fewest)), "") << contact;
+    EXPECT_EQ(refusal_of(limits_of(contact, 64, 0)), "") << contact;
+  }
+}
+
+TEST(Limits, CountALinkAndAGraspAsANodeEach) {
+  palpate_scene_def def = limits_of(PALPATE_CONTACT_PATCH, 8, 13);
+  def.max_links = 3, def.max_tools = 2, def.grasps = 1;
+  EXPECT_EQ(refusal_of(def), "");
+  def.max_contact_nodes = 12;
+  EXPECT_THAT(refusal_of(def),
+              testing::HasSubstr("at least 13: 1 for each of max_points 8, and 1 for each of 3 links and 2 grasps"));
+}
+
+// Points that are sent need not all touch, and 3000 nodes are the most.
+TEST(Limits, OfMorePointsThanThereMayBeNodesAreTakenWithAllNodes) {
+  EXPECT_EQ(refusal_of(limits_of(PALPATE_CONTACT_PATCH, 5000, 3000)), "");
+  EXPECT_EQ(refusal_of(limits_of(PALPATE_CONTACT_PATCH, 5000, 0)), "");
+  EXPECT_THAT(refusal_of(limits_of(PALPATE_CONTACT_PATCH, 5000, 2999)), testing::HasSubstr("at least 3000"));
+}
+
+// What the condition promises: with the fewest nodes that are taken, no contact is dropped.
+TEST(Limits, ThatAreTakenHoldEveryContact) {
+  for (const auto contact :
+       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+    constexpr int count = 12;
+    palpate_scene_def def = limits_of(contact, count, contact == PALPATE_CONTACT_TRIANGLE ? 3 * count : count);
+    def.max_operations = INT64_MAX;
+    const ScenePointer scene = box().scene(def);
+    std::vector<palpate_grip> grips;
+    for (int g = 0; g < count; ++g)
+      grips.push_back(grip_at_place(box().far_triangle(g % 6), {0.2 + 0.02 * g, 0.3, 0.5 - 0.02 * g}, {-1e-4, 0, 0}));
+    palpate_tool tool = tool_of(grips);
+    tool.disc_radius = 0.004;
+    Contacts contacts(scene.get());
+    const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    EXPECT_EQ(flags & PALPATE_STEP_CONTACTS_DROPPED, 0u) << contact;
+    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, count) << contact;
+  }
+}
+
 // The sections of a file that this process has mapped, by the offsets in /proc/self/maps.
 std::vector<std::string> mapped_sections(const std::filesystem::path& file, const formats::BundleIndex& index) {
   std::ifstream maps("/proc/self/maps");

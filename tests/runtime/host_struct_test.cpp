@@ -39,7 +39,7 @@ palpate_error refusal_of(const palpate_scene_def& def) {
 
 TEST(HostStruct, SceneDefOfAnEarlierHeaderGetsTheDefaultsOfTheFieldsItLacks) {
   palpate_scene_def def = palpate_default_scene_def();
-  def.max_contact_nodes = 50, def.force_limit = 1e-3;
+  def.max_contact_nodes = 70, def.force_limit = 1e-3;
   const ScenePointer whole = box().scene(def);
   const ScenePointer without_limit = box().scene(earlier(def, offsetof(palpate_scene_def, force_limit)));
   const ScenePointer without_nodes = box().scene(earlier(def, offsetof(palpate_scene_def, relaxation)));
@@ -308,7 +308,7 @@ TEST(TouchBuffer, ThatIsTooSmallIsBadInputAndNotWritten) {
 
 TEST(TouchBuffer, HoldsAsManyToolsAndNodesAsTheSceneAllows) {
   palpate_scene_def def = unlimited_def();
-  def.max_tools = PALPATE_MAX_TOOLS, def.max_contact_nodes = 16;
+  def.max_tools = PALPATE_MAX_TOOLS, def.max_points = def.max_contact_nodes = 16;
   const ScenePointer scene = box().scene(def);
   std::vector<palpate_grip> grips;
   for (int g = 0; g < 2 * PALPATE_MAX_TOOLS; ++g)

@@ -109,6 +109,26 @@ TEST(Log, WarnsOfASceneThatTakesMuchMemory) {
   EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("max_contact_nodes (now 1500)"));
 }
 
+TEST(Log, WarnsOfMorePointsThanThereAreContactNodes) {
+  Logged logged(bundle_bytes(tiny_bundle()));
+  palpate_scene_def def = palpate_default_scene_def();
+  def.max_points = 1024;
+  logged.scene(def);
+  EXPECT_TRUE(logged.lines.warnings.empty());
+  def.max_points = 1025;
+  logged.scene(def);
+  ASSERT_EQ(logged.lines.warnings.size(), 1u);
+  EXPECT_THAT(logged.lines.warnings[0],
+              testing::HasSubstr("max_contact_nodes is 1024, and max_points 1025 with 0 links needs 1025"));
+  def.max_contact_nodes = 1025;
+  logged.scene(def);
+  EXPECT_EQ(logged.lines.warnings.size(), 1u);
+  def.contact = PALPATE_CONTACT_TRIANGLE, def.max_points = 342, def.max_contact_nodes = 0;
+  logged.scene(def);
+  ASSERT_EQ(logged.lines.warnings.size(), 2u);
+  EXPECT_THAT(logged.lines.warnings[1], testing::HasSubstr("max_points 342 with 0 links needs 1026"));
+}
+
 TEST(Log, WarnsOfSectionsOfALaterVersion) {
   std::string bytes = bundle_bytes(tiny_bundle());
   formats::BundleIndex index;

@@ -279,7 +279,7 @@ Pressed press(const palpate_tool_shape_def& def, double lowest, double depth, co
   palpate_scene_def scene_def = unlimited_def();
   scene_def.collision = PALPATE_COLLISION_DEFORMED, scene_def.law = law;
   scene_def.max_points = palpate_tool_shape_point_count(shape.get());
-  scene_def.max_contact_nodes = 600;
+  scene_def.max_contact_nodes = std::max(600, scene_def.max_points);
   const ScenePointer scene = block().scene(scene_def);
   Contacts contacts(scene.get());
   palpate_tool tool = palpate_default_tool();

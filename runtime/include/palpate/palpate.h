@@ -411,7 +411,10 @@ typedef struct palpate_scene_def {
                                     for each: 3 for each tool point or grip, 1 under NODE, under PATCH those below the
                                     disc, about a dozen on a coarse mesh. Where that is short, each disc and POINT acts
                                     on fewer nodes (DISCS_THINNED), and no contact is dropped as long as there is a node
-                                    for each. 0: 8 for each of max_points, but 192 .. 1024. The solver takes 72 bytes
+                                    for each. Refused: fewer than 1 for each of max_points (under TRIANGLE 3), each of
+                                    max_links and each tool that may grasp, unless it is 3000. 0: 8 for each of
+                                    max_points, but 192 .. 1024, and what links and grasps need; where max_points needs
+                                    more than that, creating the scene warns (palpate_log). The solver takes 72 bytes
                                     times the square of this number or of S, the smaller (at 3000 648 MB), and 144
                                     bytes times the square of the contacts, of which each point or grip makes 1 (under
                                     TRIANGLE 3). palpate_scene_plan states it                                   */

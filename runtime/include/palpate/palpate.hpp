@@ -6,11 +6,13 @@
 #pragma once
 
 #include <palpate/palpate.h>
+#include <palpate/palpate_device.h>
 #include <palpate/palpate_tool_shape.h>
 #include <palpate/palpate_world.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -107,6 +109,128 @@ class State {
   std::size_t bytes_ = 0;
 };
 
+// A view of elements that lie behind one another, `stride` bytes apart: a later library may write longer ones.
+template <class Element>
+class Elements {
+ public:
+  class Iterator {
+   public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = Element;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const Element*;
+    using reference = const Element&;
+
+    Iterator() = default;
+    Iterator(const void* at, std::size_t stride) noexcept : at_(static_cast<const char*>(at)), stride_(stride) {}
+    reference operator*() const noexcept { return *static_cast<pointer>(static_cast<const void*>(at_)); }
+    pointer operator->() const noexcept { return &**this; }
+    Iterator& operator++() noexcept {
+      at_ += stride_;
+      return *this;
+    }
+    Iterator operator++(int) noexcept {
+      const Iterator before = *this;
+      ++*this;
+      return before;
+    }
+    friend bool operator==(const Iterator& a, const Iterator& b) noexcept { return a.at_ == b.at_; }
+    friend bool operator!=(const Iterator& a, const Iterator& b) noexcept { return a.at_ != b.at_; }
+
+   private:
+    const char* at_ = nullptr;
+    std::size_t stride_ = 0;
+  };
+
+  Elements() = default;
+  Elements(const void* first, std::int32_t count, std::size_t stride) noexcept
+      : first_(static_cast<const char*>(first)), count_(count), stride_(stride) {}
+  std::int32_t size() const noexcept { return count_; }
+  bool empty() const noexcept { return count_ == 0; }
+  // i: 0 .. size() - 1
+  const Element& operator[](std::int32_t i) const noexcept { return *Iterator(at(i), stride_); }
+  Iterator begin() const noexcept { return Iterator(first_, stride_); }
+  Iterator end() const noexcept { return Iterator(at(count_), stride_); }
+
+ private:
+  const char* at(std::int32_t i) const noexcept {
+    return i == 0 ? first_ : first_ + static_cast<std::size_t>(i) * stride_;
+  }
+  const char* first_ = nullptr;
+  std::int32_t count_ = 0;
+  std::size_t stride_ = 0;
+};
+
+// A view of a scene's report, valid until its next touch step, or of a host's copy of used_bytes of it. An empty one has no contacts and no
+// events.
+class Report {
+ public:
+  Report() = default;
+  explicit Report(const palpate_contact_report* report) noexcept : report_(report) {}
+  explicit operator bool() const noexcept { return report_ != nullptr; }
+  const palpate_contact_report* get() const noexcept { return report_; }
+  const palpate_contact_report* operator->() const noexcept { return report_; }
+  Elements<palpate_contact> contacts() const noexcept {
+    if (!report_) return {};
+    return {palpate_report_contact(report_, 0), report_->contact_count, report_->contact_bytes};
+  }
+  Elements<palpate_contact_event> events() const noexcept {
+    if (!report_) return {};
+    return {palpate_report_event(report_, 0), report_->event_count, report_->event_bytes};
+  }
+
+ private:
+  const palpate_contact_report* report_ = nullptr;
+};
+
+// A view of the passes of a scene's plan, valid until the scene is destroyed.
+class PlanPasses {
+ public:
+  class Iterator {
+   public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = palpate_plan_pass;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const palpate_plan_pass*;
+    using reference = const palpate_plan_pass&;
+
+    Iterator() = default;
+    Iterator(const palpate_scene* scene, std::int32_t pass) noexcept : scene_(scene), pass_(pass) {}
+    reference operator*() const noexcept { return *palpate_scene_plan(scene_, pass_); }
+    pointer operator->() const noexcept { return palpate_scene_plan(scene_, pass_); }
+    Iterator& operator++() noexcept {
+      ++pass_;
+      return *this;
+    }
+    Iterator operator++(int) noexcept { return Iterator(scene_, pass_++); }
+    friend bool operator==(const Iterator& a, const Iterator& b) noexcept { return a.pass_ == b.pass_; }
+    friend bool operator!=(const Iterator& a, const Iterator& b) noexcept { return a.pass_ != b.pass_; }
+
+   private:
+    const palpate_scene* scene_ = nullptr;
+    std::int32_t pass_ = 0;
+  };
+
+  PlanPasses() = default;
+  explicit PlanPasses(const palpate_scene* scene) noexcept : scene_(scene) {
+    while (palpate_scene_plan(scene, count_)) ++count_;
+  }
+  std::int32_t size() const noexcept { return count_; }
+  // pass: 0 .. size() - 1
+  const palpate_plan_pass& operator[](std::int32_t pass) const noexcept { return *Iterator(scene_, pass); }
+  Iterator begin() const noexcept { return Iterator(scene_, 0); }
+  Iterator end() const noexcept { return Iterator(scene_, count_); }
+
+ private:
+  const palpate_scene* scene_ = nullptr;
+  std::int32_t count_ = 0;
+};
+
+// Counted operations that this machine does in that time, for max_operations; 0 where it cannot be measured.
+inline std::int64_t operations_in(double microseconds) noexcept {
+  return palpate_operations_in(microseconds);
+}
+
 // One organ under one set of effects. touch and reset belong to one thread, shape and skin to one thread, which may be another.
 class Scene {
  public:
@@ -122,9 +246,22 @@ class Scene {
   palpate_scene* get() const noexcept { return handle_.get(); }
   Contacts make_contacts() const { return Contacts(palpate_contacts_bytes(get())); }
 
+  PlanPasses plan() const noexcept { return PlanPasses(get()); }
+  std::int64_t most_operations() const noexcept { return palpate_scene_most_operations(get()); }
+  // pass: its index in the plan
+  palpate_pass_work predict_pass(std::int32_t pass, const palpate_step_load& load) const noexcept {
+    return palpate_predict_pass(get(), pass, &load);
+  }
+  // nullptr: nobody watches.
+  void watch_passes(palpate_pass_watcher watcher, void* user = nullptr) noexcept {
+    palpate_watch_passes(get(), watcher, user);
+  }
+
   palpate_step_flags touch(const palpate_tool* tools, std::int32_t count, double dt, Contacts& contacts) noexcept {
     return palpate_scene_touch(get(), tools, count, dt, contacts.get(), contacts.bytes());
   }
+  // Contacts and events of the last touch step, to be read before the next one; empty for a scene without a report.
+  Report report() const noexcept { return Report(palpate_scene_report(get())); }
   // In a thread of its own, beside those of touch and shape.
   std::int32_t deform() noexcept { return palpate_scene_deform(get()); }
   palpate_step_flags shape(const Contacts& contacts, palpate_shape_out& out) noexcept {
@@ -261,6 +398,8 @@ class World {
   palpate_step_flags touch(const palpate_tool* tools, std::int32_t count, double dt, WorldContacts& contacts) noexcept {
     return palpate_world_touch(get(), tools, count, dt, contacts.get(), contacts.bytes());
   }
+  // As that of Scene, of one organ.
+  Report report(std::int32_t organ) const noexcept { return Report(palpate_scene_report(scene(organ))); }
   palpate_step_flags shape(std::int32_t organ, const WorldContacts& contacts, palpate_shape_out& out) noexcept {
     return palpate_scene_shape(scene(organ), &contacts.organ(organ), &out);
   }
@@ -331,6 +470,129 @@ class ToolShape {
     palpate_error error = {};
     *this = create(def, &error);
     if (!handle_) throw Error(error);
+  }
+#endif
+};
+
+// ---- help for a device (palpate_device.h) ------------------------------------------------------------------------
+//
+// Each of the three is a plain value: a copy of it is its saved state. One that was not made has no force to send, and its step says
+// PALPATE_DEVICE_BAD_INPUT. A step may write its force over the one that it reads.
+
+// The least damping of a device with which a coupling is stable, N s/m; NaN where an argument is out of its range.
+inline double required_damping(double stiffness, double damping, double tick, std::int32_t delay_ticks) noexcept {
+  return palpate_required_damping(stiffness, damping, tick, delay_ticks);
+}
+
+// A spring and a damper between a device and the tool that the scene is sent.
+class Coupling {
+ public:
+  Coupling() = default;
+  // An empty Coupling and *error where it fails. def: nullptr for the defaults of the device.
+  static Coupling create(const palpate_device& device, palpate_error* error,
+                         const palpate_coupling_def* def = nullptr) noexcept {
+    Coupling made;
+    made.made_ = palpate_coupling_init(&made.coupling_, &device, def, error) == PALPATE_OK;
+    return made;
+  }
+
+  explicit operator bool() const noexcept { return made_; }
+  const palpate_coupling& get() const noexcept { return coupling_; }
+  const palpate_coupling* operator->() const noexcept { return &coupling_; }
+  palpate_device_flags step(const double (&device_position)[3], const double (&organ_force)[3],
+                            double (&tool_position)[3], double (&device_force)[3]) noexcept {
+    if (made_) return palpate_coupling_step(&coupling_, device_position, organ_force, tool_position, device_force);
+    for (int d = 0; d < 3; ++d) tool_position[d] = device_position[d], device_force[d] = 0;
+    return PALPATE_DEVICE_BAD_INPUT;
+  }
+  void reset() noexcept { palpate_coupling_reset(&coupling_); }
+
+ private:
+  palpate_coupling coupling_ = {};
+  bool made_ = false;
+
+#ifdef __cpp_exceptions
+ public:
+  // create; it throws Error where it fails.
+  explicit Coupling(const palpate_device& device, const palpate_coupling_def* def = nullptr) {
+    palpate_error error = {};
+    *this = create(device, &error, def);
+    if (!made_) throw Error(error);
+  }
+#endif
+};
+
+// Keeps the account of the energy that the device gets, and damps it where its definition has a controller.
+class PassivityObserver {
+ public:
+  PassivityObserver() = default;
+  // An empty PassivityObserver and *error where it fails. def: nullptr for the defaults.
+  static PassivityObserver create(const palpate_device& device, palpate_error* error,
+                                  const palpate_passivity_def* def = nullptr) noexcept {
+    PassivityObserver made;
+    made.made_ = palpate_passivity_init(&made.passivity_, &device, def, error) == PALPATE_OK;
+    return made;
+  }
+
+  explicit operator bool() const noexcept { return made_; }
+  const palpate_passivity& get() const noexcept { return passivity_; }
+  const palpate_passivity* operator->() const noexcept { return &passivity_; }
+  // stored_energy: that of the coupling; 0 without one.
+  palpate_device_flags step(const double (&device_position)[3], const double (&force)[3], double stored_energy,
+                            double (&device_force)[3]) noexcept {
+    if (made_) return palpate_passivity_step(&passivity_, device_position, force, stored_energy, device_force);
+    for (double& f : device_force) f = 0;
+    return PALPATE_DEVICE_BAD_INPUT;
+  }
+
+ private:
+  palpate_passivity passivity_ = {};
+  bool made_ = false;
+
+#ifdef __cpp_exceptions
+ public:
+  // create; it throws Error where it fails.
+  explicit PassivityObserver(const palpate_device& device, const palpate_passivity_def* def = nullptr) {
+    palpate_error error = {};
+    *this = create(device, &error, def);
+    if (!made_) throw Error(error);
+  }
+#endif
+};
+
+// Lets the force go where no new input comes. It belongs into the thread that sends forces to the device.
+class Watchdog {
+ public:
+  Watchdog() = default;
+  // An empty Watchdog and *error where it fails.
+  static Watchdog create(const palpate_watchdog_def& def, palpate_error* error) noexcept {
+    Watchdog made;
+    made.made_ = palpate_watchdog_init(&made.watchdog_, &def, error) == PALPATE_OK;
+    return made;
+  }
+
+  explicit operator bool() const noexcept { return made_; }
+  const palpate_watchdog& get() const noexcept { return watchdog_; }
+  const palpate_watchdog* operator->() const noexcept { return &watchdog_; }
+  // sequence: that of the newest input, such as palpate_contacts.step.
+  palpate_device_flags step(std::uint64_t sequence, const double (&force)[3], double dt,
+                            double (&device_force)[3]) noexcept {
+    if (made_) return palpate_watchdog_step(&watchdog_, sequence, force, dt, device_force);
+    for (double& f : device_force) f = 0;
+    return PALPATE_DEVICE_BAD_INPUT;
+  }
+
+ private:
+  palpate_watchdog watchdog_ = {};
+  bool made_ = false;
+
+#ifdef __cpp_exceptions
+ public:
+  // create; it throws Error where it fails.
+  explicit Watchdog(const palpate_watchdog_def& def) {
+    palpate_error error = {};
+    *this = create(def, &error);
+    if (!made_) throw Error(error);
   }
 #endif
 };

@@ -1,24 +1,12 @@
 // Organs that touch one another: against full solves and Hertz, at rest, pushed at random, overlapping, with friction.
-#include <numbers>
 #include <random>
 
-#include "tests/runtime/world/played_world.h"
-#include "tests/support/deformed_truth.h"
-#include "tests/support/grid_body.h"
+#include "tests/runtime/world/touching_world.h"
 
 namespace palpate::tests {
 namespace {
 
 using Eigen::Vector3d;
-
-// A block between x, y = -half .. half and z = 0 .. height, held at its top or its bottom.
-DenseBody block(double half, double height, int cells, int layers, bool held_at_top, double young = 5400) {
-  GridBody grid;
-  grid.lines = {grid_lines(-half, half, cells), grid_lines(-half, half, cells), grid_lines(0, height, layers)};
-  grid.held = [=](auto p) { return p[2] == (held_at_top ? height : 0); };
-  grid.young = young;
-  return dense_grid(grid);
-}
 
 const TouchedBody& upper() {
   static const TouchedBody body(block(0.015, 0.02, 4, 4, true));
@@ -28,55 +16,6 @@ const TouchedBody& lower() {
   static const TouchedBody body(block(0.03, 0.03, 8, 4, false, 8000));
   return body;
 }
-
-palpate_scene_def touching_def() {
-  palpate_scene_def def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
-  return def;
-}
-
-struct Stack {
-  const TouchedBody* body;
-  Vector3d place;
-};
-
-// Organs that touch, without tools where none are given.
-class Touching {
- public:
-  explicit Touching(const std::vector<Stack>& stack, double friction = 0, std::int32_t max_pairs = 200) {
-    const palpate_scene_def scene = touching_def();
-    std::vector<palpate_pose> poses(stack.size());
-    std::vector<palpate_world_organ> organs;
-    for (std::size_t k = 0; k < stack.size(); ++k) {
-      poses[k] = pose_at(stack[k].place);
-      organs.push_back(organ_of(stack[k].body->bundle(), &scene, &poses[k]));
-    }
-    palpate_world_def def = palpate_default_world_def();
-    def.organs = organs.data(), def.organ_count = static_cast<std::int32_t>(organs.size());
-    def.max_pairs = max_pairs, def.friction = friction;
-    palpate_world* made = nullptr;
-    palpate_error error = {};
-    if (palpate_world_create(&def, &made, &error) != PALPATE_OK) throw std::runtime_error(error.text);
-    world.reset(made);
-    contacts = std::make_unique<WorldContacts>(made);
-  }
-  palpate_step_flags step(const std::vector<palpate_tool>& tools = {}) {
-    return palpate_world_touch(world.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
-                               contacts->get(), contacts->bytes());
-  }
-  void place(std::int32_t organ, const Vector3d& at) {
-    const palpate_pose pose = pose_at(at);
-    ASSERT_EQ(palpate_scene_set_pose(palpate_world_scene(world.get(), organ), &pose, nullptr), PALPATE_OK);
-  }
-  Vector3d pressed(std::int32_t organ) { return Vector3d(contacts->state(organ).pressed); }
-  std::vector<float> shape(std::int32_t organ, const TouchedBody& body) {
-    return displacements(palpate_world_scene(world.get(), organ), &contacts->organ(organ), body.body.surface_nodes);
-  }
-  const palpate_world_pair& pair(std::int32_t i) { return *palpate_world_contacts_pair(contacts->get(), i); }
-
-  WorldPointer world;
-  std::unique_ptr<WorldContacts> contacts;
-};
 
 // The displacement along z of nodes per force along z on them, from the full stiffness.
 Eigen::MatrixXd compliance_along_z(const TouchedBody& body, const std::vector<std::int32_t>& nodes) {
@@ -222,21 +161,9 @@ TEST(Touching, AStackOfThreeAtRestIsSteady) {
 // Two domes, pressed on one another beside their tops, slide aside as far as the tissue lets them. Where a place follows its vertex at
 // once, the next step takes both back again, for ever.
 TEST(Touching, DomesThatSlideOffOneAnotherComeToRest) {
-  constexpr double half = 0.02, high = 0.02, radius = 0.03;
-  DenseBody dome = block(half, high, 6, 3, false, 3000);
-  for (auto& node : dome.body.mesh.nodes)
-    node[2] -= node[2] / high * (node[0] * node[0] + node[1] * node[1]) / (2 * radius);
-  const TouchedBody body(dome);
   for (const double friction : {0.0, 0.05}) {
-    Touching domes({{&body, {0, 0, 0}}, {&body, {0, 0, 0}}}, friction);
-    const Eigen::Quaterniond over(Eigen::AngleAxisd(std::numbers::pi, Vector3d(1, 0, 0)));
-    palpate_pose pose = pose_at({0.004, 0.003, 2 * high + 0.0005}, over);
-    for (int s = 0; s < 100; ++s) {
-      pose.position[2] -= 1e-4;
-      ASSERT_EQ(palpate_scene_set_pose(palpate_world_scene(domes.world.get(), 1), &pose, nullptr), PALPATE_OK);
-      domes.step();
-    }
-    for (int s = 0; s < 60; ++s) domes.step();
+    PressedDomes domes(friction);
+    for (int s = 0; s < 200; ++s) domes.step();
     const Vector3d rest = domes.pressed(0);
     Vector3d last = rest;
     double way = 0;
@@ -244,10 +171,25 @@ TEST(Touching, DomesThatSlideOffOneAnotherComeToRest) {
       domes.step();
       way += (domes.pressed(0) - last).norm(), last = domes.pressed(0);
     }
-    // Without friction they rest. With a little the upper one creeps on, but not to and fro.
-    EXPECT_LT(way, friction > 0 ? 1.05 * (last - rest).norm() + 1e-6 * rest.norm() : 1e-6 * rest.norm()) << friction;
-    EXPECT_LT((last - rest).norm(), 0.03 * rest.norm()) << friction;
+    EXPECT_LT(way, 1e-6 * rest.norm()) << friction;
   }
+}
+
+// Where the vertices of pairs hardly move from their places, a step looks for no place anew. A step that does takes a quarter of what it takes
+// where the places move on, because the bound on the motion is some ten times the motion.
+TEST(Touching, PairsThatStandCostNoSearch) {
+  const auto operations = [](PressedDomes& domes, double way) {
+    std::int64_t sum = 0;
+    for (int s = 0; s < 20; ++s) {
+      domes.move({s % 2 ? way : -way, 0, 0});
+      sum += domes.contacts->organ(0).operations + domes.contacts->organ(1).operations;
+    }
+    return sum;
+  };
+  PressedDomes domes(0);
+  for (int s = 0; s < 100; ++s) domes.step();
+  const std::int64_t standing = operations(domes, 1e-5), moving = operations(domes, 1e-3);
+  EXPECT_LT(standing, moving / 10);
 }
 
 // The upper block is pushed in random directions, up to 2 mm a step. No vertex of either gets farther into the other one than the
