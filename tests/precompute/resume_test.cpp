@@ -92,7 +92,7 @@ TEST_F(Resume, GivesTheSameBytesWhereverARunThatPacksIsKilled) {
   const std::string packed = file_bytes(folder_ / "packed.h5");
   // One kill and its resumption take two seconds.
   int killed = 0;
-  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5", packing) != 0; n += 97) {
+  for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5", packing) != 0; n += 71) {
     ++killed;
     resume(packing);
     ASSERT_TRUE(file_bytes(folder_ / "x.h5") == packed) << "killed at call " << n;
