@@ -240,9 +240,7 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
   NearestPoint nearest;
   if (!predicts) {
     nearest = nearest_of(without);
-    // A point that was outside and is farther from the surface than both have moved still is. One that was inside may have been so of a
-    // predicted surface.
-    now_inside = (state.inside || nearest.distance <= moved) && !nearest.outside;
+    now_inside = nearest.distance > moved ? state.inside : !nearest.outside;
     doubted = !now_inside && !asks_at_once && surface_->finished();
     predicts = doubted && predict();
   }
