@@ -278,7 +278,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   const double edge = b.tree.mean_edge();
   const Vec3 u = a.field.empty() ? Vec3{} : a.field.at_node(vertex, &work_);
   const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
-  // The bound on its motion was used up, as a rule without as much motion. A pair that slips has no room and is looked for in every step,
+  // The bound on the pair's motion was used up, as a rule without as much motion. A pair that slips has no room and is looked for in every step,
   // but where nothing moves the organs: there it would creep.
   if (double moved = 0; held && (group.look[vertex].room > 0 || !group.moves) && stands(group, *pair, p, &moved)) {
     look_after(group, vertex, kAgain * edge - moved, b.tree.largest_reach());
