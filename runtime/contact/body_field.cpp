@@ -8,8 +8,8 @@ namespace {
 
 // Bounds of the ratio between what a contact's rows do and what all responses give them.
 constexpr double kLeastRatio = 0.25, kMostRatio = 4;
-// Rows of a contact at most: a triangle's.
-constexpr int kMostRows = 9;
+// Rows that hold, of the contacts without which the field is predicted, at most.
+constexpr int kMostRows = 48;
 
 double longest(const float* u, std::int32_t nodes) {
   float most = 0;
@@ -32,23 +32,21 @@ bool BodyField::create(SceneMemory& memory, const DeformingBody* body, std::int3
   body_ = body, surface_nodes_ = surface_nodes;
   const auto constraints = static_cast<std::size_t>(constraint_capacity),
              numbers = 3 * static_cast<std::size_t>(surface_nodes);
-  for (float** field : {&now_, &start_, &last_field_}) *field = memory.array<float>(numbers);
+  for (float** field : {&now_, &before_}) *field = memory.array<float>(numbers);
   contacts_ = memory.array<Contact>(constraints), last_ = memory.array<Contact>(constraints);
-  for (double** array : {&own_, &drops_, &predicted_, &column_, &together_})
-    *array = memory.array<double>(3 * constraints);
+  for (double** array : {&own_, &predicted_, &column_, &together_}) *array = memory.array<double>(3 * constraints);
   if (memory.failed()) return false;
-  for (std::int32_t* count : {&contact_count_, &last_count_, &dropped_, &moves_}) memory.keep(*count);
+  for (std::int32_t* count : {&contact_count_, &last_count_, &moves_}) memory.keep(*count);
   for (double* norm : {&norm_, &norm_before_, &path_, &path_set_, &path_before_}) memory.keep(*norm);
-  for (float** field : {&now_, &start_, &last_field_}) memory.keep_array(*field, numbers);
+  for (float** field : {&now_, &before_}) memory.keep_array(*field, numbers);
   memory.keep_array(contacts_, constraints, contact_count_), memory.keep_array(last_, constraints, last_count_);
-  memory.keep_array(own_, 3 * constraints), memory.keep_array(drops_, 3 * constraints);
+  memory.keep_array(own_, 3 * constraints);
   return true;
 }
 
 void BodyField::forget() {
-  for (float* field : {now_, start_, last_field_})
-    std::fill(field, field + 3 * static_cast<std::size_t>(surface_nodes_), 0.0f);
-  contact_count_ = last_count_ = dropped_ = moves_ = 0;
+  for (float* field : {now_, before_}) std::fill(field, field + 3 * static_cast<std::size_t>(surface_nodes_), 0.0f);
+  contact_count_ = last_count_ = moves_ = 0;
   norm_ = norm_before_ = path_ = path_set_ = path_before_ = predicted_apart_ = 0;
 }
 
@@ -65,16 +63,6 @@ Vec3 BodyField::response_at(const double* force, std::int32_t first, std::int32_
   body_->solver().response_at(force, first, end, node, out);
   work->add(3 * (end - first));
   return load3(out);
-}
-
-void BodyField::begin_solve() {
-  QueryWork work;
-  std::copy(now_, now_ + 3 * static_cast<std::size_t>(surface_nodes_), start_);
-  for (std::int32_t n = 0; n < surface_nodes_ && dropped_ > 0; ++n) {
-    const Vec3 u = at_node(n, &work);
-    for (int i = 0; i < 3; ++i)
-      start_[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] = static_cast<float>(u[i]);
-  }
 }
 
 // The contacts, and their rows in the order of DeformingBody.
@@ -118,20 +106,19 @@ void BodyField::find_own_parts() {
     const Contact* const end = last_ + last_count_;
     while (before != end && (before->tool != now.tool || before->point != now.point)) ++before;
     now.own_change = now.own + (before != end ? before->own : 0);
-    if (before == end || now.response < 0 || before->response != now.response || before->dropped) continue;
+    if (before == end || now.response < 0 || before->response != now.response) continue;
     const double change[3] = {now.sum[0] - before->sum[0], now.sum[1] - before->sum[1], now.sum[2] - before->sum[2]};
     now.own_change = std::min(now.own_change, solver.spot_response_bound(now.first, change));
   }
 }
 
 void BodyField::set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work) {
-  dropped_ = 0;
-  std::swap(now_, last_field_);
+  std::swap(now_, before_);
   norm_before_ = norm_, path_before_ = path_set_;
   body_->write_field(surface_nodes_, now_);
   norm_ = longest(now_, surface_nodes_);
   moves_ = norm_ > 0;
-  path_ += longest_difference(now_, start_, surface_nodes_);
+  path_ += longest_difference(now_, before_, surface_nodes_);
   path_set_ = path_;
   gather(set, force);
   if (!solved) contact_count_ = 0;
@@ -139,24 +126,13 @@ void BodyField::set(const ContactConstraints& set, const Vec3* force, bool solve
   *work += surface_nodes_;
 }
 
-void BodyField::drop(std::int32_t tool, std::int32_t point) {
-  auto* const own = const_cast<Contact*>(find(tool, point));
-  if (!own || own->dropped) return;
-  if (dropped_++ == 0) std::fill(drops_, drops_ + contacts_[contact_count_ - 1].end, 0.0);
-  std::copy(own_ + own->first, own_ + own->end, drops_ + own->first);
-  std::fill(own_ + own->first, own_ + own->end, 0.0);
-  own->dropped = 1;
-  path_ += own->own, norm_ = alone() ? 0 : norm_ + own->own;
-  for (int i = 0; i < 3; ++i) own->sum[i] = own->force[i] = 0;
-  own->own = own->own_change = 0;
+void BodyField::end(std::int32_t tool, std::int32_t point) {
+  if (auto* const own = const_cast<Contact*>(find(tool, point))) own->ended = 1;
 }
 
 Vec3 BodyField::at_node(std::int32_t node, QueryWork* work) const {
   work->add(3);
-  if (dropped_ > 0 && alone()) return {};
-  Vec3 at = read(now_, node);
-  if (dropped_ > 0) at = at - response_at(drops_, 0, contacts_[contact_count_ - 1].end, node, work);
-  return at;
+  return read(now_, node);
 }
 
 Vec3 BodyField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) const {
@@ -166,28 +142,36 @@ Vec3 BodyField::at_node_without(std::int32_t node, std::int32_t tool, std::int32
   return at_node(node, work) - response_at(own_, contact->first, contact->end, node, work);
 }
 
-// The contact's own part is taken away, and the rows of the others that hold stay where they are: with x the linear response,
+// The own parts of the contact and of those that have ended are taken away, and the rows of the others that hold stay where they are: with x the linear response,
 // C x = 0 on these rows.
 bool BodyField::predict_without(std::int32_t tool, std::int32_t point, Operations* work) {
   const Contact* const contact = find(tool, point);
-  if (!contact || dropped_ > 0) return false;
+  if (!contact) return false;
   const LargeSolver& solver = body_->solver();
   const std::int32_t rows = contacts_[contact_count_ - 1].end;
   std::fill(predicted_, predicted_ + rows, 0.0);
-  if (alone()) {
+  const auto is_gone = [&](const Contact& c) { return c.ended != 0 || &c == contact; };
+  predicts_rest_ = std::all_of(contacts_, contacts_ + contact_count_, is_gone);
+  if (predicts_rest_) {
     predicted_apart_ = norm_;
     return true;
   }
-  // What its rows that do not hold do to those that do; then what makes the part of its own rows that hold whole.
+  double* const gone = together_;  // [rows] 1: of a contact that is gone
+  for (const Contact* c = contacts_; c != contacts_ + contact_count_; ++c)
+    std::fill(gone + c->first, gone + c->end, is_gone(*c) ? 1.0 : 0.0);
+  // What rows that do not hold do to those that do; then what makes the part of the gone rows that hold whole.
   std::int32_t own[kMostRows];
   int count = 0;
-  for (std::int32_t r = contact->first; r < contact->end; ++r)
-    if (solver.holds(r) && count < kMostRows) own[count++] = r;
+  for (std::int32_t r = 0; r < rows; ++r) {
+    if (gone[r] == 0 || !solver.holds(r)) continue;
+    if (count == kMostRows) return false;
+    own[count++] = r;
+  }
   const double* const c = solver.compliance();
   const std::size_t stride = solver.compliance_stride();
   for (std::int32_t r = 0; r < rows; ++r)
-    for (std::int32_t k = contact->first; solver.holds(r) && k < contact->end; ++k)
-      if (!solver.holds(k))
+    for (std::int32_t k = 0; solver.holds(r) && k < rows; ++k)
+      if (gone[k] != 0 && !solver.holds(k))
         predicted_[r] -= c[static_cast<std::size_t>(r) * stride + static_cast<std::size_t>(k)] * own_[k];
   solver.solve_held(predicted_);
   double system[kMostRows][kMostRows + 1];
@@ -210,15 +194,15 @@ bool BodyField::predict_without(std::int32_t tool, std::int32_t point, Operation
   for (int k = 0; k < count; ++k) column_[own[k]] = system[k][count] / system[k][k];
   solver.solve_held(column_);
   for (std::int32_t r = 0; r < rows; ++r) predicted_[r] += column_[r];
-  for (std::int32_t r = contact->first; r < contact->end; ++r)
-    if (!solver.holds(r)) predicted_[r] = own_[r];
+  for (std::int32_t r = 0; r < rows; ++r)
+    if (gone[r] != 0 && !solver.holds(r)) predicted_[r] = own_[r];
   predicted_apart_ = solver.response_bound(predicted_, 0, rows);
   *work += Operations{2 + count} * rows * rows / kDense;
   return true;
 }
 
 Vec3 BodyField::predicted_at_node(std::int32_t node, QueryWork* work) const {
-  if (alone()) return {};
+  if (predicts_rest_) return {};
   return at_node(node, work) - response_at(predicted_, 0, contacts_[contact_count_ - 1].end, node, work);
 }
 

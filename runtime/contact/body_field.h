@@ -23,21 +23,18 @@ class BodyField {
               std::int32_t surface_nodes);
   void forget();
 
-  // Call it before the body takes a step's contacts: what contacts that have ended did goes out of the field.
-  void begin_solve();
   // Takes over the body after a step. force: [node_count] N. solved: false where the step had no solution.
   // Cost: a pass over the surface nodes.
   void set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work);
 
   bool empty() const { return !moves_ && contact_count_ == 0; }
-  void drop(std::int32_t tool, std::int32_t point);
+  // The contact ends. The field stays as it is until the next set(); predictions are of the others alone.
+  void end(std::int32_t tool, std::int32_t point);
   Vec3 at_node(std::int32_t node, QueryWork* work) const;
   Vec3 before_at_node(std::int32_t node, QueryWork* work) const {
     work->add(3);
-    return read(start_, node);
+    return read(before_, node);
   }
-  // Of the body after the step before, whichever contacts have ended since.
-  Vec3 last_at_node(std::int32_t node) const { return read(last_field_, node); }
   Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) const;
   bool predict_without(std::int32_t tool, std::int32_t point, Operations* work);
   Vec3 predicted_at_node(std::int32_t node, QueryWork* work) const;
@@ -59,7 +56,7 @@ class BodyField {
     double sum[3];                         // N, its own part as a force on that spot
     double force[3];                       // N
     double own, own_change;                // m
-    std::int32_t dropped, unused;
+    std::int32_t ended, unused;            // 1: since the last set()
   };
   const Contact* find(std::int32_t tool, std::int32_t point) const;
   bool alone() const { return contact_count_ == 1; }
@@ -72,15 +69,15 @@ class BodyField {
   void find_own_parts();
 
   const DeformingBody* body_ = nullptr;
-  std::int32_t surface_nodes_ = 0, contact_count_ = 0, last_count_ = 0, dropped_ = 0, moves_ = 0;
-  // [surface_nodes][3] m: after the last step; after the one before, less what ended; the same with it
-  float *now_ = nullptr, *start_ = nullptr, *last_field_ = nullptr;
+  std::int32_t surface_nodes_ = 0, contact_count_ = 0, last_count_ = 0, moves_ = 0;
+  float *now_ = nullptr, *before_ = nullptr;  // [surface_nodes][3] m: after the last step; after the one before
   Contact *contacts_ = nullptr,
           *last_ = nullptr;  // [constraint_capacity] ascending by tool and point; of this step and the last
-  double *own_ = nullptr,
-         *drops_ = nullptr;  // [3 constraint_capacity] N, of each row: the contacts' own parts; those dropped
-  double *predicted_ = nullptr, *column_ = nullptr, *together_ = nullptr;  // [3 constraint_capacity]
+  double* own_ = nullptr;    // [3 constraint_capacity] N, of each row: the contacts' own parts
+  double *predicted_ = nullptr, *column_ = nullptr,
+         *together_ = nullptr;  // [3 constraint_capacity]; the last two for a call alone
   double norm_ = 0, norm_before_ = 0, path_ = 0, path_set_ = 0, path_before_ = 0, predicted_apart_ = 0;
+  bool predicts_rest_ = false;
 };
 
 }  // namespace palpate

@@ -5,6 +5,11 @@
 namespace palpate {
 namespace {
 
+// Whether a place, in the frame of the surface at rest, is on the outer side of the anchor's plane.
+bool is_over_anchor(const PointState& state, Vec3 at) {
+  return dot(at - state.anchor_at_rest, state.outward) >= 0;
+}
+
 // Two faces whose outward normals differ by more than 120 degrees are the two sides of a thin part (cosine).
 constexpr double kOppositeFaces = -0.5;
 // Mean edges within which the nearest point is looked for.
@@ -64,7 +69,7 @@ bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t 
                      const TrackingLimits& limits) {
   bool followed = true;
   if (state.known && length(p - state.last) > (1 + state.waited) * limits.farthest) {
-    if (state.contact && field_) field_->drop(tool, point);
+    if (state.contact && field_) field_->end(tool, point);
     state = PointState{};
     followed = false;
   }
@@ -107,18 +112,23 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   const NearestPoint nearest = surface_->nearest({}, p, reach(moved));
   if (!surface_->finished()) return Test::unfinished;
   const Clearance clear = {p, nearest.distance, nearest.per_path, surface_->path()};
-  // The nearest surface is farther away than it and the point together have moved: the side is as before.
-  if (nearest.distance > moved) {
+  // The nearest surface is farther away than it and the point together have moved: the side is as before. A contact that has ended
+  // tells the side of the surface that was predicted without it.
+  if (nearest.distance > moved && !state.has_ended) {
     state.clear = clear;
     return Test::done;
   }
   SurfaceCrossing crossing[DeformedSurface::kMaxCrossings];
   const int found = surface_->crossings(state.last, p, crossing);
   bool now_inside = !nearest.outside;
-  // Where the crossings and the nearest triangle disagree, as where the surface overlaps itself, the winding number decides.
-  if (surface_->finished() && now_inside != (state.inside != (found % 2 == 1))) now_inside = surface_->is_inside({}, p);
+  // Where the crossings and the nearest triangle disagree, as where the surface overlaps itself, or the crossings are not all known, the
+  // winding number decides.
+  const bool knows_all = !state.has_ended && state.waited == 0;
+  if (surface_->finished() && !(knows_all && now_inside == (state.inside != (found % 2 == 1))))
+    now_inside = surface_->is_inside({}, p);
   if (!surface_->finished()) return Test::unfinished;
   state.clear = clear;
+  state.has_ended = false;
   bool followed = true;
   if (!state.inside)
     followed =
@@ -155,7 +165,7 @@ bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* cross
 
 void Collision::begin_contact(PointState& state, const SurfacePoint& surface_point, bool through) {
   state.contact = true;
-  state.through = through, state.doubted = false;
+  state.through = through, state.doubted = state.over_held = state.predicted = false;
   state.anchor = surface_point;
   state.anchor_at_rest = surface_->tree().at_rest(surface_point);
   state.outward = surface_->tree().outward_at_rest(surface_point.triangle);
@@ -166,9 +176,10 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
 
 void Collision::end_contact(PointState& state, std::int32_t tool, std::int32_t point) {
   state.contact = state.through = state.doubted = false;
+  state.has_ended = true;
   state.clear = {};
   // If two contacts could each end because of the other, only the first one ends in this step.
-  if (field_) field_->drop(tool, point);
+  if (field_) field_->end(tool, point);
 }
 
 bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
@@ -189,7 +200,7 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
     if (!ask_pulled(state, p, tool, point, &at)) return true;
   // From where the others take the place, or from rest: contacts that conflict take it anywhere.
   const bool left = is_far && length(at - state.anchor_at_rest) > release,
-             stays = state.through && dot(at - state.anchor_at_rest, state.outward) < 0;
+             stays = state.through && !state.over_held && !is_over_anchor(state, at);
   if (!left && (!is_out || stays)) return true;
   if (may_change())
     end_contact(state, tool, point);
@@ -235,25 +246,27 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
     return predicts;
   };
   const AskedSurface without{AskedSurface::kWithout, tool, point}, predicted{AskedSurface::kPredicted, tool, point};
+  // Where the surface overlaps itself or has turned inside out, the nearest triangle may be that of another part.
+  const auto agrees = [&](const AskedSurface& asked, bool is_in) {
+    return (is_in || state.inside) && surface_->finished() && surface_->is_inside(asked, p);
+  };
   const bool asks_at_once = pulls || state.doubted;
   bool predicts = asks_at_once && predict(), now_inside = false, doubted = false;
   NearestPoint nearest;
   if (!predicts) {
     nearest = nearest_of(without);
-    now_inside = nearest.distance > moved ? state.inside : !nearest.outside;
+    // Where the surface is farther away than it and the point have moved, the side is as before, if that was the side of this surface.
+    const bool stays = nearest.distance > moved && !state.predicted;
+    now_inside = stays ? state.inside : agrees(without, !nearest.outside);
     doubted = !now_inside && !asks_at_once && surface_->finished();
     predicts = doubted && predict();
   }
   Clearance clear = {p, nearest.distance, nearest.per_path, state.drift};
   if (predicts) {
     nearest = nearest_of(predicted);
-    now_inside = nearest.surface_point.triangle >= 0 && !nearest.outside;
+    now_inside = agrees(predicted, nearest.surface_point.triangle >= 0 && !nearest.outside);
     clear.distance = 0;  // of a prediction nothing is known in the next step
   }
-  // A contact ends only where the winding number agrees: where the surface overlaps itself, the nearest triangle may be that
-  // of another part.
-  if (surface_->finished() && !now_inside && state.inside)
-    now_inside = surface_->is_inside(predicts ? predicted : without, p);
   if (!surface_->finished()) {
     state.doubted = state.doubted || doubted;
     return Test::unfinished;
@@ -264,7 +277,9 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
     state.through = false;
   else if (state.inside)  // the point has come out in this step: note on which side
     state.through = dot(nearest.outward, state.outward) < kOppositeFaces;
-  state.inside = now_inside;
+  else if (predicts)
+    state.through = state.through && !is_over_anchor(state, p - surface_->displacement(predicted, state.anchor));
+  state.inside = now_inside, state.predicted = predicts;
   return Test::done;
 }
 

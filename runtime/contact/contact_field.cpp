@@ -213,8 +213,9 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
     Contact* last = now.contact_count > 0 ? &now.contacts[now.contact_count - 1] : nullptr;
     if (!last || last->tool != constraint.tool || last->point != constraint.point) {
       last = &now.contacts[now.contact_count++];
-      *last = {
-          constraint.tool, constraint.point, constraint.first_node, constraint.first_node, 0, 0, 0, 1, 0, 0, true, {}};
+      *last = {};
+      last->tool = constraint.tool, last->point = constraint.point, last->first = constraint.first_node;
+      last->ratio = 1, last->kept = true;
     }
     last->last = constraint.first_node + constraint.node_count;
     last->own += each[p].own;
@@ -367,26 +368,12 @@ bool ContactField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec
   return dot(force, outward) > 0;
 }
 
-void ContactField::drop(std::int32_t tool, std::int32_t point) {
-  if (body_) return body_->drop(tool, point);
-  Contact* own = const_cast<Contact*>(find(*now_, tool, point));
-  if (!own) return;
-  const double gone = own_norm(tool, point), left = 1 - own->ratio;  // of its linear part
-  for (std::int32_t e = own->first; e < own->last; ++e) {
-    now_->modified[e] = left == 0 ? Vec3{} : left * now_->modified[e];
-    now_->force[e] = left == 0 ? Vec3{} : left * now_->force[e];
-    for (int j = 0; j < 3; ++j) now_->coefficient[3 * e + j] = left == 0 ? 0 : left * now_->coefficient[3 * e + j];
-  }
-  if (now_->contact_count == 1) now_->adds = 0;
-  path_ += gone;
-  norm_ = own->without;
-  linear_norm_ = left == 0 ? norm_ : linear_norm_ + own->ratio * own->own;
-  for (std::int32_t c = 0; c < now_->contact_count; ++c) now_->contacts[c].without += gone;
-  own->own *= std::fabs(left);
-  own->own_change = own->ratio_change = 0, own->ratio = 1;
-  solver_ = nullptr;
-  forget_nodes(now_->known);
-  without_tool_ = without_point_ = -1;
+void ContactField::end(std::int32_t tool, std::int32_t point) {
+  if (body_) return body_->end(tool, point);
+  Contact* const own = const_cast<Contact*>(find(*now_, tool, point));
+  if (!own || own->ended) return;
+  own->ended = true;
+  if (solver_) solver_->end(tool, point);
 }
 
 Operations ContactField::operations_to_predict(std::int32_t tool, std::int32_t point) const {
@@ -403,18 +390,35 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operat
     predicted_coefficient_[r] =
         predicted_[r / 3][r % 3] * static_cast<double>(tensors_.surface.row_scale(now_->nodes[r / 3].column, r % 3));
   predicted_own_ = find(*now_, tool, point);
-  if (now_->adds && now_->contact_count > 1) {
-    const double beside = std::fabs(predicted_own_->ratio - 1) * predicted_own_->own;
-    predicted_norm_ += added_->longest() / reach_ + beside, predicted_apart_ += beside;
-  } else if (now_->adds) {
+  if (!now_->adds) return true;
+  if (predicts_rest()) {
     predicted_norm_ = 0, predicted_apart_ = norm_;
+    return true;
   }
+  predicted_norm_ += added_->longest() / reach_;
+  for_gone([&](const Contact& gone) {
+    const double beside = std::fabs(gone.ratio - 1) * gone.own;
+    predicted_norm_ += beside, predicted_apart_ += beside;
+  });
   return true;
+}
+
+// Calls visit(Contact) for all contacts without which the field is predicted.
+template <class Visit>
+void ContactField::for_gone(Visit visit) const {
+  for (const Contact* c = now_->contacts; c != now_->contacts + now_->contact_count; ++c)
+    if (c->ended || c == predicted_own_) visit(*c);
+}
+
+bool ContactField::predicts_rest() const {
+  std::int32_t gone = 0;
+  for_gone([&](const Contact&) { ++gone; });
+  return gone == now_->contact_count;
 }
 
 Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->predicted_at_node(node, work);
-  if (now_->adds && now_->contact_count == 1) return {};
+  if (now_->adds && predicts_rest()) return {};
   return recall(
       known_predicted_, node, {now_->row, predicted_coefficient_, 3 * now_->count}, work,
       [&] {
@@ -427,8 +431,9 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
       },
       [&](std::int32_t n) {
         if (!now_->adds) return moved_at(*now_, n);
-        return added_->now(n) -
-               (predicted_own_->ratio - 1) * sum(*now_, predicted_own_->first, predicted_own_->last, n);
+        Vec3 added = added_->now(n);
+        for_gone([&](const Contact& gone) { added = added - (gone.ratio - 1) * sum(*now_, gone.first, gone.last, n); });
+        return added;
       });
 }
 

@@ -29,8 +29,8 @@ class ContactField {
   // several, each makes as many times its own linear part as its nodes move, along its forces, farther than the linear field moves
   // them. reach: m / sqrt(J), the same for all nodes. borrowed.
   void add(const AddedField* added, double reach) { added_ = added, reach_ = reach; }
-  // Beside create(): the motions' displacement adds to the contacts' field, with contacts and without. It belongs to no contact, and no
-  // drop() takes it away. reach: m / sqrt(J), in which its length is stated as a norm (set_reaches of the scene). borrowed.
+  // Beside create(): the motions' displacement adds to the contacts' field, with contacts and without. It belongs to no contact.
+  // reach: m / sqrt(J), in which its length is stated as a norm (set_reaches of the scene). borrowed.
   void move(const Motions* motions, double reach) { motions_ = motions, moved_reach_ = reach; }
   bool has_motions() const { return motions_ != nullptr; }
   // m, of a surface node by the motions alone.
@@ -51,8 +51,8 @@ class ContactField {
   void set_rest();
   bool empty() const { return body_ ? body_->empty() : now_->count == 0 && !motions_; }
 
-  // Removes the part of the contact (tool, point) from the field until the next set().
-  void drop(std::int32_t tool, std::int32_t point);
+  // The contact (tool, point) ends. The field stays as it is until the next set(); predictions are of the others alone.
+  void end(std::int32_t tool, std::int32_t point);
 
   // Displacement of a surface node, m. The field remembers it until the next set(). Where many have been asked for, it evaluates
   // all others at once.
@@ -66,7 +66,7 @@ class ContactField {
   Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work);
 
   // Predicts the field as if the contact (tool, point) ended and all others kept their targets and laws; predicted_at_node()
-  // then reads it. False where the prediction is not possible, because drop() has changed the field, or takes more than `most`.
+  // then reads it. False where the prediction takes more than `most`.
   bool predict_without(std::int32_t tool, std::int32_t point, Operations most, Operations* work);
   // The fewest operations that it takes; zero where it is not possible.
   Operations operations_to_predict(std::int32_t tool, std::int32_t point) const;
@@ -95,7 +95,8 @@ class ContactField {
     double ratio, ratio_change;
     double work;     // J, of its forces on the linear field
     bool kept;       // its rows are those of the step before
-    bool unused[7];  // in the place of padding, which a saved state would hold
+    bool ended;      // since the last set()
+    bool unused[6];  // in the place of padding, which a saved state would hold
   };
   // Displacements that were evaluated since the last forget().
   struct Known {
@@ -154,6 +155,9 @@ class ContactField {
   double moved_by_volumes() const { return motions_ ? motions_->pumped() / moved_reach_ : 0; }
   Operations operations_moved() const { return motions_ ? motions_->count() : 0; }
   void share_added_field();
+  template <class Visit>
+  void for_gone(Visit visit) const;
+  bool predicts_rest() const;
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
@@ -181,7 +185,7 @@ class ContactField {
   const Contact* without_ = nullptr;
   const Contact* predicted_own_ = nullptr;  // the contact that predict_without() takes away
   ConstraintNorms* norms_ = nullptr;        // [contact_capacity]
-  ContactSolver* solver_ = nullptr;         // nullptr after drop()
+  ContactSolver* solver_ = nullptr;         // of the contacts; nullptr where the surface is at rest
   std::int32_t surface_nodes_ = 0;
   double norm_ = 0, norm_before_ = 0, predicted_norm_ = 0, predicted_apart_ = 0;
   double linear_norm_ = 0, linear_norm_before_ = 0;   // of the contacts' field, without the added one

@@ -153,7 +153,7 @@ Vec3 ContactReport::displacement(const Loads& loads, std::int32_t node) const {
 
 ContactReport::Corner ContactReport::corner_of(std::int32_t node) const {
   QueryWork work;
-  if (body_) return {at_rest(node), body_->at_node(node, &work), body_->last_at_node(node)};
+  if (body_) return {at_rest(node), body_->at_node(node, &work), body_->before_at_node(node, &work)};
   Corner corner = {at_rest(node), displacement(now_, node), displacement(before_, node)};
   if (added_) corner.now += added_->now(node), corner.before += added_->before(node);
   if (motions_) corner.now += motions_->now(node), corner.before += motions_->before(node);

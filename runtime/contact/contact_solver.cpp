@@ -15,8 +15,6 @@ constexpr double kConflict = 1e-6;
 // LawSolver ends where it misses the laws by this share of the largest target. Its solution is refined where refining would
 // move it by more.
 constexpr double kSettled = 1e-10;
-// Sweeps that hold the others to their laws where a contact is taken out.
-constexpr int kSweepsOfOthers = 10;
 // Of a friction or a reaction that is at its limit.
 constexpr double kRounding = 1e-9;
 
@@ -56,7 +54,12 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   target_ = memory.array<double>(rows);
   reaction_ = memory.array<double>(rows);
   work_ = memory.array<double>(3 * rows);
-  if (limits.predicts) removal_ = memory.array<double>(kMostRowsOfAContact * rows);
+  if (limits.predicts) {
+    removal_ = memory.array<double>(kMostRowsOfAContact * rows);
+    without_ = memory.array<double>(rows);
+    without_ended_ = memory.array<double>(rows);
+  }
+  ended_ = memory.array<bool>(constraints);
   row_at_ = memory.array<std::int32_t>(rows);
   list_ = memory.array<std::int32_t>(rows);
   leaving_ = memory.array<std::int32_t>(rows);
@@ -112,6 +115,12 @@ void ContactSolver::forget() {
   std::fill(scale_, scale_ + rows_end_, 0.0);
   rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = used_rows_ = gives_way_ = decided_ = 0;
   energy_ = 0;
+  forget_ended();
+}
+
+void ContactSolver::forget_ended() {
+  if (any_ended_) std::fill(ended_, ended_ + capacity_ / 3, false);
+  any_ended_ = false, without_tool_ = without_point_ = -1;
 }
 
 // ---- rows that stay, leave and come -------------------------------------------------------------------------------
@@ -135,7 +144,7 @@ const ContactConstraint* ContactSolver::kept(const ContactConstraint& like, std:
 
 bool ContactSolver::holds(const ContactConstraints& set, std::int32_t p) const {
   const ContactConstraint* const before = kept(set.constraints[p], p);
-  return before && same(set, set.constraints[p], *before);
+  return before && !ended_[before - kept_constraint_] && same(set, set.constraints[p], *before);
 }
 
 // Finds which constraints were there in the last step. Both lists ascend by tool, point and part, so one walk through the two
@@ -157,7 +166,7 @@ void ContactSolver::match(const ContactConstraints& set) {
     const ContactConstraint& constraint = set.constraints[p];
     while (k < kept_constraints_ && comes_before(kept_constraint_[k], constraint)) leave(k++);
     const bool known = k < kept_constraints_ && is_of_the_same(constraint, kept_constraint_[k]);
-    is_kept_[p] = known && same(set, constraint, kept_constraint_[k]);
+    is_kept_[p] = known && !ended_[k] && same(set, constraint, kept_constraint_[k]);
     if (is_kept_[p]) {
       rows_[p] = kept_rows_[k];
     } else {
@@ -174,11 +183,8 @@ void ContactSolver::match(const ContactConstraints& set) {
   while (k < kept_constraints_) leave(k++);
 }
 
-void ContactSolver::drop_rows() {
-  if (leaving_count_ == 0) return;
-  free_row_ = 0;
-  for (std::int32_t l = 0; l < leaving_count_; ++l) scale_[leaving_[l]] = 0, reaction_[leaving_[l]] = 0;
-  const bool has_factor = factored();
+// Rows without a scale leave the order of the factor. Returns their number, and their positions in list_.
+std::int32_t ContactSolver::close_up() {
   std::int32_t stay = 0, positions = 0;
   for (std::int32_t at = 0; at < used_rows_; ++at) {
     const std::int32_t row = row_at_[at];
@@ -188,10 +194,20 @@ void ContactSolver::drop_rows() {
       row_at_[stay++] = row;
   }
   used_rows_ = stay;
+  return positions;
+}
+
+void ContactSolver::drop_rows() {
+  if (leaving_count_ == 0) return;
+  free_row_ = 0;
+  for (std::int32_t l = 0; l < leaving_count_; ++l) scale_[leaving_[l]] = 0, reaction_[leaving_[l]] = 0;
+  const bool has_factor = factored();
+  const std::int32_t positions = close_up();
   while (rows_end_ > 0 && scale_[rows_end_ - 1] == 0) --rows_end_;
   if (!has_factor) return;
   // Where more than a sixth of the rows leave, a new factor costs less than removing them.
   if (6 * positions > factor_.size()) {
+    const std::int32_t stay = used_rows_;
     factor_.clear();
     std::copy(row_at_, row_at_ + stay, list_);
     used_rows_ = 0;
@@ -305,6 +321,7 @@ void ContactSolver::keep(const ContactConstraints& set) {
   std::copy(set.constraints, set.constraints + set.constraint_count, kept_constraint_);
   std::copy(rows_, rows_ + set.constraint_count, kept_rows_);
   kept_constraints_ = set.constraint_count, kept_nodes_ = set.node_count;
+  forget_ended();
 }
 
 bool ContactSolver::update(const Tensors& tensors, const ContactConstraints& set, StepWork* work) {
@@ -795,7 +812,7 @@ void ContactSolver::spread_reactions(const ContactConstraint* constraints, const
 int ContactSolver::rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const {
   int count = 0;
   for (std::int32_t p = 0; p < kept_constraints_; ++p) {
-    if (kept_constraint_[p].tool != tool || kept_constraint_[p].point != point) continue;
+    if (!is_of(p, tool, point)) continue;
     for (const std::int32_t at : kept_rows_[p].at)
       if (at >= 0 && count < kMostRowsOfAContact) row[count++] = at;
   }
@@ -820,7 +837,7 @@ bool ContactSolver::take_out(const std::int32_t* gone, int count, double* left) 
   double system[kMostRowsOfAContact][kMostRowsOfAContact + 1];
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < count; ++k) system[i][k] = z[k][position[i]];
-    system[i][count] = reaction_[gone[i]];
+    system[i][count] = left[gone[i]];
   }
   // Z_gone is positive definite, so Gauss-Jordan needs no pivoting.
   for (int i = 0; i < count; ++i) {
@@ -849,15 +866,17 @@ bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Opera
   std::int32_t own[kMostRowsOfAContact];
   const int count = rows_of(tool, point, own);
   if (count == 0 || operations_to_predict(tool, point) > most) return false;
-  double* const left = work_;
-  std::copy(reaction_, reaction_ + rows_end_, left);
-  const Operations taken = (2 * count + 2) * squared_rows() / kDense,
-                   sweeps = (most - taken) * kDense / operations_of_sweep(system(kept_constraint_, kept_constraints_));
+  double* const left = without_;
+  without_tool_ = without_point_ = -1;
+  std::copy(reactions_left(), reactions_left() + rows_end_, left);
+  const Operations taken = (2 * count + 2) * squared_rows() / kDense;
   *work += taken;
-  if (!decided_ && !take_out(own, count, left)) return false;
+  without_met_ = may_take_out();
+  if (without_met_ && !take_out(own, count, left)) return false;
   for (int k = 0; k < count; ++k) left[own[k]] = 0;
-  const int most_sweeps = static_cast<int>(std::clamp<Operations>(sweeps, 1, kSweepsOfOthers));
-  *work += hold_others_to_laws(tool, point, most_sweeps, left) / kDense;
+  // As much is left for the queries that read the prediction.
+  *work += hold_others_to_laws(tool, point, (most - taken) / 2 * kDense, left) / kDense;
+  without_tool_ = tool, without_point_ = point;
   *norm = norm_of(left);
   double* const change = work_ + capacity_;
   for (std::int32_t row = 0; row < rows_end_; ++row) change[row] = left[row] - reaction_[row];
@@ -869,17 +888,49 @@ bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Opera
   return true;
 }
 
+// By the factor: it has the rows of all contacts that are left, and their reactions meet all of their targets.
+bool ContactSolver::may_take_out() const {
+  return !decided_ && factored() && (!any_ended_ || ended_met_);
+}
+
 // Returns the multiply-adds that it took.
-std::int64_t ContactSolver::hold_others_to_laws(std::int32_t tool, std::int32_t point, int most_sweeps, double* left) {
-  // A constraint without rows takes no part in the sweeps.
+std::int64_t ContactSolver::hold_others_to_laws(std::int32_t tool, std::int32_t point, std::int64_t most,
+                                                double* left) {
+  // A constraint without rows takes no part.
   for (std::int32_t p = 0; p < kept_constraints_; ++p)
-    if (kept_constraint_[p].tool == tool && kept_constraint_[p].point == point) rows_[p] = {{-1, -1, -1}};
+    if (ended_[p] || is_of(p, tool, point)) rows_[p] = {{-1, -1, -1}};
   const ContactSystem others = system(kept_constraint_, kept_constraints_);
-  std::int64_t sweeps = 0;
-  if (decided_ || !obeys_laws(others, left))
-    while (sweeps < most_sweeps && sweep_contacts(others, left) > 0) ++sweeps;
+  std::int64_t taken = 0;
+  without_met_ = without_met_ && obeys_laws(others, left);
+  if (!without_met_ && most >= LawSolver::fewest_operations(others)) {
+    laws_.solve(others, kSettled * most_target_, most, left);
+    taken = laws_.effort().operations;
+  } else if (!without_met_) {
+    do {  // one sweep at least
+      taken += operations_of_sweep(others);
+    } while (sweep_contacts(others, left) > 0 && taken < most);
+  }
   std::copy(kept_rows_, kept_rows_ + kept_constraints_, rows_);
-  return sweeps * operations_of_sweep(others);
+  return taken;
+}
+
+// Its prediction, where there is one, holds the others to their targets and laws. Else the next prediction does so.
+void ContactSolver::end(std::int32_t tool, std::int32_t point) {
+  if (!without_) return;
+  std::int32_t own[kMostRowsOfAContact];
+  const int count = rows_of(tool, point, own);
+  const bool was_predicted = tool == without_tool_ && point == without_point_;
+  const double* const left = was_predicted ? without_ : reactions_left();
+  if (left != without_ended_) std::copy(left, left + rows_end_, without_ended_);
+  for (int k = 0; k < count; ++k) without_ended_[own[k]] = 0;
+  ended_met_ = was_predicted && without_met_;
+  for (std::int32_t p = 0; p < kept_constraints_; ++p) ended_[p] = ended_[p] || is_of(p, tool, point);
+  any_ended_ = true, without_tool_ = without_point_ = -1;
+  if (!factored()) return;
+  for (int k = 0; k < count; ++k) scale_[own[k]] = 0;
+  const std::int32_t positions = close_up();
+  factor_.remove(positions, list_);
+  soft_factor_.clear();
 }
 
 // Removing a row takes rows^2 multiply-adds and adding one half of that; a new factor takes rows^3 / 6. leave, join: contacts.

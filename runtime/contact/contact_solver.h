@@ -150,12 +150,16 @@ class ContactSolver {
     return palpate::missed(system(set.constraints, set.constraint_count), reaction_, p);
   }
 
-  // modified[e] as it would be if the contact (tool, point) were gone and the others kept their targets and laws. False, with
-  // nothing written, where the last solve had no such contact, or `most` operations do not suffice (operations_to_predict()).
+  // modified[e] as it would be if the contact (tool, point) and those that end() has named were gone, and the others kept their
+  // targets and laws. False, with nothing written, where the last solve had no such contact, or `most` operations do not suffice
+  // (operations_to_predict()).
   // *norm, *apart: of the reactions that are left, and of what changed in them, sqrt(J).
-  // Cost in multiply-adds: rows^2 per row of the contact, and ten sweeps where a law decides, or one at least where fewer fit.
+  // Cost in multiply-adds: rows^2 per row of the contact, and what LawSolver takes where a law decides.
   bool predict_without(std::int32_t tool, std::int32_t point, Operations most, Vec3* modified, double* norm,
                        double* apart, Operations* work);
+  // The contact ends: until the next solve() all predictions are of the others alone. Its rows leave the factor now, which the next
+  // solve() then does not do.
+  void end(std::int32_t tool, std::int32_t point);
   // The fewest operations of predict_without().
   Operations operations_to_predict(std::int32_t tool, std::int32_t point) const;
 
@@ -199,6 +203,7 @@ class ContactSolver {
   bool same(const ContactConstraints& set, const ContactConstraint& now, const ContactConstraint& before) const;
   void keep(const ContactConstraints& set);
   void drop_rows();
+  std::int32_t close_up();
   const Mat3* spread_of(const ContactConstraints& set, const ContactConstraint& constraint);
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
   void write_scaled(const std::int32_t* rows, std::int32_t count, double shift, UpdatedCholesky* factor);
@@ -239,7 +244,14 @@ class ContactSolver {
                                const ContactNode* nodes, const double* reaction, Vec3* force);
   int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
   bool take_out(const std::int32_t* gone, int count, double* left);
-  std::int64_t hold_others_to_laws(std::int32_t tool, std::int32_t point, int most_sweeps, double* left);
+  bool may_take_out() const;
+  void forget_ended();
+  bool is_of(std::int32_t p, std::int32_t tool, std::int32_t point) const {
+    return kept_constraint_[p].tool == tool && kept_constraint_[p].point == point;
+  }
+  // N, of the contacts that have not ended.
+  const double* reactions_left() const { return any_ended_ ? without_ended_ : reaction_; }
+  std::int64_t hold_others_to_laws(std::int32_t tool, std::int32_t point, std::int64_t most, double* left);
   void measure_residual();
   double norm_of(const double* reaction) const;
   Operations squared_rows() const { return Operations{rows_end_} * rows_end_; }
@@ -261,6 +273,13 @@ class ContactSolver {
   double* last_ = nullptr;       // [rows] N, of the last step, for rows that stay
   double* work_ = nullptr;       // [3][rows]
   double* removal_ = nullptr;    // [kMostRowsOfAContact][rows], where predict_without() is called
+  // Where predict_without() is called; met: the reactions meet the targets of all contacts that are left.
+  double* without_ = nullptr;                            // [rows] N, of the last prediction
+  std::int32_t without_tool_ = -1, without_point_ = -1;  // whose that is; -1: there is none
+  bool without_met_ = false;
+  double* without_ended_ = nullptr;  // [rows] N, without the contacts that have ended since the last solve
+  bool* ended_ = nullptr;            // [constraint_capacity] the kept constraints of these
+  bool any_ended_ = false, ended_met_ = false;
   std::int32_t* row_at_ = nullptr;  // [rows] the rows in use, in the order of the factor
   std::int32_t used_rows_ = 0;
   // 1: in the last solve laws decided that some contacts release, slip or are at a limit. Then the factor does not solve the next step

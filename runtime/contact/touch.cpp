@@ -289,7 +289,7 @@ class Touch {
         request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
       } else {
         set_frame(wish, state.anchor, &state.tangent);
-        request_contact(wish, state.anchor, state.paid);
+        state.over_held = !request_contact(wish, state.anchor, state.paid);
       }
     }
   }
@@ -305,7 +305,7 @@ class Touch {
       touch_state_.work.add(work);
     }
     if (needs_contact_frames(context_.def)) set_frame(wish, fine.outward, &state.tangent);
-    request_contact(wish, fine.beneath, state.paid);
+    state.over_held = !request_contact(wish, fine.beneath, state.paid);
   }
 
   // The outward normal at a surface point, and a tangent that turns with the normal from step to step.
@@ -395,13 +395,14 @@ class Touch {
     }
   }
 
-  // paid: its new rows, if it has some, are counted.
-  void request_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
+  // paid: its new rows, if it has some, are counted. False where all of its nodes are held.
+  bool request_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
     bool made = false;
     const std::int32_t first = touch_state_.rows.set().constraint_count;
     const std::uint32_t flags = touch_state_.rows.add_contact(wish, surface_point, &made);
     if (flags) raise(wish.tool, flags);
     if (made && admit(wish.tool, first, paid)) count_contact(wish.tool, wish.displacement - moved(surface_point));
+    return made;
   }
   // Whether the constraints from `first` on are solved in this step.
   bool admit(std::int32_t t, std::int32_t first, bool paid) {
@@ -455,7 +456,6 @@ class Touch {
   // The same as solve(), of the hyperelastic body.
   void deform() {
     const ContactConstraints& set = touch_state_.rows.set();
-    if (uses_body_field(context_.def)) touch_state_.body_field.begin_solve();
     deformed_ = touch_state_.body.solve(set, &touch_state_.work, touch_state_.force);
     std::uint32_t flags = 0;
     if (deformed_.failed) flags |= PALPATE_STEP_UNSOLVED;

@@ -420,7 +420,7 @@ TEST(Collision, OfTwoToolsThatPressAThinPartAwayFromEachOtherDoesNotEndAndBeginI
 }
 
 TEST(Collision, OfTwoToolsThatPinchAThinPartSeldomEndsForTheSakeOfTheOtherOne) {
-  // Both contacts end in 5 of 40 pairs, because the first one is decided before the second one ends; without drop() in 15.
+  // Both contacts end in 5 of 40 pairs, because the first one is decided before the second one ends.
   EXPECT_LE(unrest_on_a_bar(PALPATE_LAW_STICKING, true).in_vain, 10);
 }
 

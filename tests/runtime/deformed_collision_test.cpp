@@ -154,6 +154,23 @@ TEST(DeformedCollision, APointThatSlowlyPassesAThinPartIsHeldAndThenReleased) {
   EXPECT_TRUE(lost);
 }
 
+TEST(DeformedCollision, QuickReferenceAgreesWithTheSlowOne) {
+  const TouchedBody block(slotted_block());
+  Dice dice(1);
+  for (const double reach : {0., .002, .02}) {
+    std::vector<float> u;
+    for (std::int32_t n = 0; n < 3 * block.body.surface_nodes; ++n)
+      u.push_back(static_cast<float>(dice.between(-reach, reach)));
+    QuickTruth quick(block.body);
+    DeformedTruth slow(block.body);
+    quick.move(u), slow.move(u);
+    for (int i = 0; i < 1000; ++i) {
+      const Eigen::Vector3d p = block.node(dice.below(block.body.surface_nodes)) + .01 * dice.direction();
+      ASSERT_NEAR(quick.signed_distance(p), slow.signed_distance(p), 1e-12) << reach << " " << p.transpose();
+    }
+  }
+}
+
 TEST(DeformedCollision, AgreesWithEveryTriangleInRandomScenes) {
   const RandomScenes scenes;
   Contradictions thick, thin;

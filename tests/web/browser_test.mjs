@@ -164,7 +164,8 @@ test("one tool stays while another pulls; reset takes both away", async () => {
   assert.equal(await held(), 1);
   await page.click('[value="pull"] + span');
   for (const id of ["show-fixed", "show-touchable", "show-mesh"]) await page.check(`#${id}`);
-  await drag(x - 60, y + 10, x - 110, y - 70);
+  // So little that the first tool stays inside the organ that the second one alone would leave.
+  await drag(x - 60, y + 10, x - 75, y - 20);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools.filter((tool) => tool?.contacts > 0).length === 2);
   await picture(page, "two-tools-dark");
   await page.mouse.up();
