@@ -29,8 +29,8 @@ struct PointState {
   bool doubted = false;     // in contact: out of the surface without it; the step had no room to ask the predicted one
   bool paid = false;        // its contact's new rows are counted in this step
   bool owed = false;        // in the next one
-  bool over_held = false;   // in contact: with held nodes alone, so that the contact does not act
-  bool has_ended = false;   // its contact, since the point was last tested
+  bool over_held = false;   // in contact: the contact has held nodes alone, so that it has no force
+  bool has_ended = false;   // its contact has ended since the point was last tested
   bool predicted = false;   // in contact: `inside` is of the predicted surface
   bool unused[2] = {};      // in the place of padding, which a saved state would hold
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested

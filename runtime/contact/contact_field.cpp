@@ -391,13 +391,16 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operat
         predicted_[r / 3][r % 3] * static_cast<double>(tensors_.surface.row_scale(now_->nodes[r / 3].column, r % 3));
   predicted_own_ = find(*now_, tool, point);
   if (!now_->adds) return true;
-  if (predicts_rest()) {
+  std::int32_t gone = 0;
+  for_gone([&](const Contact&) { ++gone; });
+  predicts_rest_ = gone == now_->contact_count;
+  if (predicts_rest_) {
     predicted_norm_ = 0, predicted_apart_ = norm_;
     return true;
   }
   predicted_norm_ += added_->longest() / reach_;
-  for_gone([&](const Contact& gone) {
-    const double beside = std::fabs(gone.ratio - 1) * gone.own;
+  for_gone([&](const Contact& contact) {
+    const double beside = std::fabs(contact.ratio - 1) * contact.own;
     predicted_norm_ += beside, predicted_apart_ += beside;
   });
   return true;
@@ -410,15 +413,9 @@ void ContactField::for_gone(Visit visit) const {
     if (c->ended || c == predicted_own_) visit(*c);
 }
 
-bool ContactField::predicts_rest() const {
-  std::int32_t gone = 0;
-  for_gone([&](const Contact&) { ++gone; });
-  return gone == now_->contact_count;
-}
-
 Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->predicted_at_node(node, work);
-  if (now_->adds && predicts_rest()) return {};
+  if (now_->adds && predicts_rest_) return {};
   return recall(
       known_predicted_, node, {now_->row, predicted_coefficient_, 3 * now_->count}, work,
       [&] {

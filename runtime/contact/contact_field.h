@@ -157,7 +157,6 @@ class ContactField {
   void share_added_field();
   template <class Visit>
   void for_gone(Visit visit) const;
-  bool predicts_rest() const;
   static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
@@ -184,6 +183,7 @@ class ContactField {
   std::int32_t without_tool_ = -1, without_point_ = -1;
   const Contact* without_ = nullptr;
   const Contact* predicted_own_ = nullptr;  // the contact that predict_without() takes away
+  bool predicts_rest_ = false;              // with an added field: no contact is left
   ConstraintNorms* norms_ = nullptr;        // [contact_capacity]
   ContactSolver* solver_ = nullptr;         // of the contacts; nullptr where the surface is at rest
   std::int32_t surface_nodes_ = 0;

@@ -637,7 +637,7 @@ static inline palpate_grasp palpate_default_grasp(void) {
  * - It ends when the tool point is outside the organ as the other contacts alone would shape it, unless hold is set. So a
  *   STICKING contact may still push when another tool takes the organ away from it sideways, and its force ends within the slew.
  *   A point that leaves through an opposite face has gone through a thin part: the contact stays until the point is above the
- *   plane of its anchor's triangle, or where held nodes alone bear the contact, so that it has no force.
+ *   plane of its anchor's triangle. There a contact with held nodes alone, which has no force, ends at once.
  * - A point that is inside when it is first seen touches nothing until it has been outside once.
  * From step to step a tool is known by its id. Its contacts, its points (by their order within the tool), its last force and
  * its relaxation follow the id when the tools' order changes. A tool that is not sent in a step is forgotten.
