@@ -130,22 +130,23 @@ test("a pull on both sides is palpate-run's pull; in the other mode the button p
   await closed(page);
 });
 
-test("large deformation is a setting of a side whose bundle has it; its forces are palpate-run's", { skip: !!process.env.COMPARE_WITH || !process.env.WRITE_TINY_BUNDLE }, async () => {
-  const large = `${folder}/compare-large.h5`;
-  execFileSync(process.env.WRITE_TINY_BUNDLE, [large, "large"]);
-  process.env.PALPATE_BUNDLE_B = large;
-  const page = await comparing("#b=large%3Don");
-  process.env.PALPATE_BUNDLE_B = "";
-  assert.equal(await page.isDisabled('.pane:nth-child(1) [data-effect="large"]'), true, "side A's bundle has none");
-  assert.equal(await page.isChecked('.pane:nth-child(2) [data-effect="large"]'), true);
-  await page.click("#press");
-  await compared(page);
-  const { differences, points, trials } = await found(page);
-  const native = natively("compare-large", points, { contact: "patch", collision: "deformed", deformation: "large" }, { disc_radius: RADIUS }, large);
-  assert.ok(relativeDifference(firstTool(trials[1].forces).flat(), native.flat()) < 1e-5);
-  assert.ok(differences.largestForce > 1e-3, "linear and large differ");
-  await closed(page);
-});
+for (const [word, deformation] of [["on", "large"], ["beside", "large-beside"], ["renewed", "large-renewed"]])
+  test(`large deformation, ${word}, is a setting of a side whose bundle has it; its forces are palpate-run's`, { skip: !!process.env.COMPARE_WITH || !process.env.WRITE_TINY_BUNDLE }, async () => {
+    const large = `${folder}/compare-large.h5`;
+    execFileSync(process.env.WRITE_TINY_BUNDLE, [large, "large"]);
+    process.env.PALPATE_BUNDLE_B = large;
+    const page = await comparing(`#b=large%3D${word}`);
+    process.env.PALPATE_BUNDLE_B = "";
+    assert.equal(await page.isDisabled('.pane:nth-child(1) [data-effect="large"]'), true, "side A's bundle has none");
+    assert.equal(await page.inputValue('.pane:nth-child(2) [data-effect="large"]'), word);
+    await page.click("#press");
+    await compared(page);
+    const { differences, points, trials } = await found(page);
+    const native = natively("compare-large", points, { contact: "patch", collision: "deformed", deformation }, { disc_radius: RADIUS }, large);
+    assert.ok(relativeDifference(firstTool(trials[1].forces).flat(), native.flat()) < 1e-5);
+    assert.ok(differences.largestForce > 1e-3, "linear and large differ");
+    await closed(page);
+  });
 
 for (const [colorScheme, language, force] of [["light", "en", "Force where"], ["dark", "de", "Kraft, wo"]])
   test(`axe-core finds nothing in Compare, ${colorScheme}, ${language}, at 1440, 820 and 390 px; a switch of the language changes its words`, async () => {

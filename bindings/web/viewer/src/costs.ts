@@ -61,7 +61,7 @@ function difference(withIt: TouchScene, without: TouchScene, place: Vector, norm
 }
 
 function timePress(scene: TouchScene, place: Vector, normal: Vector): number {
-  scene.scene.reset();
+  scene.reset();
   const at = (height: number): Vector => [0, 1, 2].map((d) => place[d] + height * normal[d]) as Vector;
   let height = 2e-4;
   const press = () => scene.touch([{ point: at((height -= PRESS_STEP)), hold: false }, null]);

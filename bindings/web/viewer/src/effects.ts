@@ -28,6 +28,9 @@ export interface EffectLine {
 
 // The measured curves correct a linear answer, so that one of the two is off where the other is on.
 const LINEAR: PageEffects = { deformation: "linear" };
+// What the page's address calls each model of deformation.
+const LARGE = { off: "linear", on: "large", beside: "large-beside", renewed: "large-renewed" } as const;
+const wordOfLarge = ({ deformation = "linear" }: PageEffects) => Object.entries(LARGE).find(([, model]) => model === deformation)![0];
 
 export const EFFECT_LINES: EffectLine[] = [
   {
@@ -46,7 +49,9 @@ export const EFFECT_LINES: EffectLine[] = [
   },
   {
     effect: "large",
-    cheapest: false, value: (e) => e.deformation === "large", change: (v) => (v ? { deformation: "large", force: "linear", radial: "off" } : LINEAR),
+    choices: [["off", "effect.large.off"], ["on", "effect.large.on"], ["beside", "effect.large.beside"], ["renewed", "effect.large.renewed"]],
+    cheapest: "off", value: wordOfLarge,
+    change: (v) => (v === "off" ? LINEAR : { deformation: LARGE[v as keyof typeof LARGE], force: "linear", radial: "off" }),
   },
   {
     effect: "force",

@@ -174,7 +174,7 @@ function step() {
   present = replay ? replayedTools() : movedTools();
   const active = replay !== null || present.some(Boolean) || motions.some(Boolean);
   // A recording begins with a scene that remembers nothing, so that playing it again gives the same forces.
-  if (active && !recorder.steps) scene!.scene.reset();
+  if (active && !recorder.steps) scene!.reset();
   flags |= scene!.touch(present);
   ++stepsDone;
   ++touches;
@@ -312,7 +312,7 @@ function forget() {
   met.fill(null);
   replay = null;
   samples = [];
-  scene?.scene.reset();
+  scene?.reset();
   scene?.scene.setTools([]);
   if (scene) scene.scene.touch(1 / TOUCH_HZ);
   stale = true;

@@ -619,7 +619,7 @@ class Viewer {
   // What the forces are, and up to which depth they can be trusted.
   private showTrust(depth: number) {
     const { force, deformation } = this.effects, note = byId("trust"), { limit } = this;
-    const linear = deformation !== "large" && force !== "response";
+    const linear = deformation === "linear" && force !== "response";
     note.textContent = linear && limit ? word(limit.rule, { depth: brief(1000 * limit.depth) }) : force === "response" ? word("trust.response") : "";
     note.classList.toggle("beyond", linear && !!limit && depth > limit.depth);
   }

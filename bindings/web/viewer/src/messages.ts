@@ -5,6 +5,7 @@ import type { Nodule } from "./nodules";
 
 export const TOOL_COUNT = 2;
 export const TOUCH_HZ = 1000;
+export const DEFORM_HZ = 100; // solves of the body beside the touch, as in palpate-run
 
 export interface ToolShape {
   discRadius: number; // m, of the disc under contact "patch"

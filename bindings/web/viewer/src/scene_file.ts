@@ -2,8 +2,8 @@
 // both to the byte. The scene is a record of palpate-run too (programs/player/record.h): palpate-run --replay compares its results.
 import xxhash from "xxhash-wasm";
 import type { Bundle, Scene, Tool } from "../../module/palpate.js";
-import { NODES_UNDER_DISC } from "./touch_scene";
-import { TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
+import { BodySolves, NODES_UNDER_DISC } from "./touch_scene";
+import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
 
 const SHAPE_HZ = 60;
 
@@ -26,7 +26,7 @@ export async function filesOf(bundle: Bundle, bundleName: string, recording: Rec
   const { create64 } = await xxhash(), tools = sceneTools(recording), scene = createScene(bundle, recording, tools.length);
   const contacts = create64(), shapes = create64(), steps = 1 + Math.max(...tools.map((tool) => tool.steps.at(-1)!));
   const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,torque_x_Nm,torque_y_Nm,torque_z_Nm"];
-  const paths = tools.map((tool) => new PathOf(recording, tool));
+  const paths = tools.map((tool) => new PathOf(recording, tool)), solves = new BodySolves(recording.effects);
   let difference = 0, frame = 0;
   for (let step = 0; step < steps; ++step) {
     scene.setTools(tools.map((tool, t): Tool => ({ points: paths[t].isThere(step) ? paths[t].at(step) : [], ...shapeOf(recording, tool) })));
@@ -39,6 +39,7 @@ export async function filesOf(bundle: Bundle, bundleName: string, recording: Rec
       const felt = 3 * (TOOL_COUNT * step + tool.tool);
       force.forEach((newton, d) => (difference = Math.max(difference, Math.abs(newton - recording.forces[felt + d]))));
     });
+    solves.afterTouch(scene);
     if (step < Math.ceil((frame * TOUCH_HZ) / SHAPE_HZ - 1e-9)) continue;
     ++frame;
     scene.shape();
@@ -115,7 +116,7 @@ function sceneText(recording: Recording, tools: SceneTool[], paths: PathOf[], bu
   const { relaxation, fine, dent, ...effects } = recording.effects, lines = [];
   lines.push(`name = "recording"`, `bundle = ${JSON.stringify(bundleName)}`, `unit = "m"`, "", "[effects]");
   for (const [effect, value] of Object.entries(effects)) lines.push(`${effect} = ${JSON.stringify(value)}`);
-  lines.push("", "[rate]", `touch = ${TOUCH_HZ}`, `shape = ${SHAPE_HZ}`);
+  lines.push("", "[rate]", `touch = ${TOUCH_HZ}`, `shape = ${SHAPE_HZ}`, `deform = ${DEFORM_HZ}`);
   if (relaxation?.length) lines.push("", "[relaxation]", `terms = [${relaxation.map(({ share, time }) => `[${share}, ${time}]`).join(", ")}]`, `source = "the viewer"`);
   tools.forEach((tool, t) => {
     const { discRadius, friction } = shapeOf(recording, tool), away = paths[t].away(steps);

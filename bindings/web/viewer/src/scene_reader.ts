@@ -2,7 +2,7 @@
 // one point each with a path. What the page cannot play is refused with the key's name.
 import { parse, TomlError } from "smol-toml";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS } from "./effects";
-import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type Path, type ToolShape, type Vector } from "./messages";
+import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type PageEffects, type Path, type ToolShape, type Vector } from "./messages";
 import { alongRows, LONGEST_PATH } from "./path_files";
 import { word } from "./words";
 
@@ -10,7 +10,7 @@ const UNITS: Record<string, number> = { m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6 };
 const DISCS: [number, number] = [0.002, 0.012]; // m: those of the page's slider
 const CHOICES: Record<string, string[]> = {
   collision: ["rest", "deformed"], contact: ["node", "triangle", "point", "patch"], law: ["sticking", "sliding", "unilateral", "coulomb"],
-  force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large"], dent: ["off", "discs"],
+  force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large", "large-beside", "large-renewed"], dent: ["off", "discs"],
 };
 const TOP = ["name", "bundle", "unit", "effects", "relaxation", "rate", "tool"];
 const OF_TOOL = ["name", "points", "path", "hold", "disc_radius", "friction", "away"];
@@ -30,7 +30,8 @@ export function readScene(text: string, now: { effects: PageEffects; tool: ToolS
   refuseOthers(word("scene.itself"), scene, TOP);
   if (!unit) throw new Error(word("scene.unit", { found: shownAs(scene.unit) }));
   const rate = table(scene.rate, "rate");
-  if (Number(rate.touch ?? TOUCH_HZ) !== TOUCH_HZ) throw new Error(word("scene.rate", { expected: TOUCH_HZ, found: shownAs(rate.touch) }));
+  for (const [key, expected] of Object.entries({ touch: TOUCH_HZ, deform: DEFORM_HZ }))
+    if (Number(rate[key] ?? expected) !== expected) throw new Error(word("scene.rate", { key, expected, found: shownAs(rate[key]) }));
   const tools = (Array.isArray(scene.tool) ? scene.tool : []).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, unit));
   if (!tools.length) throw new Error(word("scene.no-tool"));
   const radii = tools.map((tool) => tool.discRadius), frictions = tools.map((tool) => tool.friction);

@@ -1,6 +1,6 @@
 // A scene of the runtime that measures the time of its touches and shapes. The worker's loop steps it.
 import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
-import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
+import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
 
 export const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
@@ -10,16 +10,33 @@ export const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on 
 const SCENE_TOOLS = 2 * TOOL_COUNT;
 const sceneTool = (tool: number, hold: boolean) => 2 * tool + (hold ? 1 : 0);
 
+// After a touch: solves the body that large-beside and large-renewed solve beside the touch, in the touches in which palpate-run does.
+export class BodySolves {
+  private touches = 0; // since the scene was new
+  private isBeside: boolean;
+
+  constructor({ deformation }: PageEffects) {
+    this.isBeside = deformation === "large-beside" || deformation === "large-renewed";
+  }
+
+  afterTouch(scene: Scene) {
+    if (this.isBeside && this.touches++ % (TOUCH_HZ / DEFORM_HZ) === 0) scene.deform();
+  }
+}
+
 export class TouchScene {
   readonly scene: Scene;
   touchMs = 0; // ms of all touches; the caller resets it
   private pulls: boolean[] = Array(TOOL_COUNT).fill(false); // in the last touch
+  private solves: BodySolves;
 
+  private effects: PageEffects;
   private discRadius: number;
   private friction: number;
 
   // mesh: the finer mesh that effects.fine binds.
   constructor(bundle: Bundle, { fine, dent, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
+    this.effects = effects;
     this.discRadius = effects.contact === "patch" ? tool.discRadius : 0;
     this.friction = effects.law === "coulomb" ? tool.friction : 0;
     // A dent is that of a disc, in a finer mesh.
@@ -28,9 +45,16 @@ export class TouchScene {
       ...effects, renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
       maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * SCENE_TOOLS,
     });
+    this.solves = new BodySolves(effects);
     this.scene.setTools([]);
     this.scene.touch(1 / TOUCH_HZ);
     this.shape();
+  }
+
+  // A scene that remembers nothing.
+  reset() {
+    this.scene.reset();
+    this.solves = new BodySolves(this.effects);
   }
 
   // The surface's nodes, and the finer mesh where one is bound.
@@ -49,6 +73,7 @@ export class TouchScene {
     const start = performance.now();
     const flags = this.scene.touch(1 / TOUCH_HZ);
     this.touchMs += performance.now() - start;
+    this.solves.afterTouch(this.scene);
     return flags;
   }
 
