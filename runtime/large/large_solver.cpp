@@ -261,7 +261,7 @@ bool LargeSolver::make_slice(std::int32_t slice) {
 
 void LargeSolver::renew() {
   if (!of_next_ || (now_.at_rest && !renewal_.active && renewal_.slices == 0)) return;
-  if (renewal_.slices == 0) copy_state(of_next_);
+  if (renewal_.slices == 0) copy_state(of_next_), renewal_.pairs = 0;
   if (!make_slice(renewal_.slices)) {
     renewal_.slices = 0;
     return;
@@ -273,7 +273,10 @@ void LargeSolver::take_metric() {
   renewed_.take_panels(work_on_metric_);
   std::copy(of_next_, of_next_ + 3 * static_cast<std::size_t>(nodes_), of_metric_);
   renewal_.active = 1, renewal_.slices = 0, ++renewal_.count;
-  // The pairs stay: they are samples of the tangent, whatever the metric. Their scale was that of the metric before.
+  // Pairs are samples of the tangent, whatever the metric. Those from before its state go: the metric knows more than they do.
+  const std::int32_t old = std::max(0, now_.pair_count - renewal_.pairs);
+  now_.pair_first = (now_.pair_first + old) % kPairs, now_.pair_count -= old;
+  // Their scale was that of the metric before.
   now_.scale = 1, now_.pairs_since_scale = 0;
   find_all_responses();
 }
@@ -817,6 +820,7 @@ void LargeSolver::keep_pair(double share) {
     now_.pair_first = (now_.pair_first + 1) % kPairs;
   else
     ++now_.pair_count;
+  renewal_.pairs = std::min(renewal_.pairs + 1, kPairs);
   // The initial matrix is scale K^-1: the tangent of a compressed body is stiffer than K.
   if (now_.pairs_since_scale++ % 10 != 0) return;
   std::copy(changes_[i], changes_[i] + length_, g_);

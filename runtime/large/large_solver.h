@@ -171,7 +171,7 @@ class LargeSolver {
     std::int32_t count = 0;   // as renewals()
     std::int32_t slices = 0;  // done of the next metric
     std::int32_t active = 0;  // the metric is a renewed one
-    std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
+    std::int32_t pairs = 0;   // kept since it began
   };
   bool prepare_renewals(SceneMemory& memory, const HyperelasticBody& body, double of_held);
   bool make_slice(std::int32_t slice);
