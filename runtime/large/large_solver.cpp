@@ -273,7 +273,8 @@ void LargeSolver::take_metric() {
   renewed_.take_panels(work_on_metric_);
   std::copy(of_next_, of_next_ + 3 * static_cast<std::size_t>(nodes_), of_metric_);
   renewal_.active = 1, renewal_.slices = 0, ++renewal_.count;
-  // Pairs are samples of the tangent, whatever the metric. Those from before its state go: the metric knows more than they do.
+  // Pairs are samples of the tangent, whatever the metric. Pairs from before the new metric's state go: the new metric is the tangent
+  // of a later state.
   const std::int32_t old = std::max(0, now_.pair_count - renewal_.pairs);
   now_.pair_first = (now_.pair_first + old) % kPairs, now_.pair_count -= old;
   // Their scale was that of the metric before.

@@ -10,13 +10,17 @@ export const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on 
 const SCENE_TOOLS = 2 * TOOL_COUNT;
 const sceneTool = (tool: number, hold: boolean) => 2 * tool + (hold ? 1 : 0);
 
-// After a touch: solves the body that large-beside and large-renewed solve beside the touch, in the touches in which palpate-run does.
+// Under large-beside and large-renewed: solves the body after the first touch and each tenth one after it, as palpate-run does.
 export class BodySolves {
   private touches = 0; // since the scene was new
   private isBeside: boolean;
 
   constructor({ deformation }: PageEffects) {
     this.isBeside = deformation === "large-beside" || deformation === "large-renewed";
+  }
+
+  reset() {
+    this.touches = 0;
   }
 
   afterTouch(scene: Scene) {
@@ -30,13 +34,11 @@ export class TouchScene {
   private pulls: boolean[] = Array(TOOL_COUNT).fill(false); // in the last touch
   private solves: BodySolves;
 
-  private effects: PageEffects;
   private discRadius: number;
   private friction: number;
 
   // mesh: the finer mesh that effects.fine binds.
   constructor(bundle: Bundle, { fine, dent, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
-    this.effects = effects;
     this.discRadius = effects.contact === "patch" ? tool.discRadius : 0;
     this.friction = effects.law === "coulomb" ? tool.friction : 0;
     // A dent is that of a disc, in a finer mesh.
@@ -54,7 +56,7 @@ export class TouchScene {
   // A scene that remembers nothing.
   reset() {
     this.scene.reset();
-    this.solves = new BodySolves(this.effects);
+    this.solves.reset();
   }
 
   // The surface's nodes, and the finer mesh where one is bound.
