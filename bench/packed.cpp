@@ -1,5 +1,6 @@
 // Compares packed bundles with the f32 bundle that they were made from: bytes, stated error, and the times of touch and shape as
-// ratios. The bundles take turns in every round.
+// ratios. The bundles take turns in every round. Contacts are nodes beside one another, as below one tool, or nodes scattered over the
+// whole organ, which share no block.
 //
 //   packed_bench F32.h5 PACKED.h5 ...
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/base/vec3.h"
 #include "runtime/bundle/bundle.h"
 #include "runtime/include/palpate/palpate.h"
 
@@ -19,6 +21,7 @@ namespace {
 
 constexpr int kContacts[] = {1, 10, 30};
 constexpr int kRounds = 60, kTurns = 50;
+enum class Contacts { together, scattered };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -52,15 +55,13 @@ class Bench {
   }
 
   // Seconds of one touch with new nodes, and of its shape.
-  void step(int contacts, int turn, double* touch, double* shape) {
-    std::vector<palpate_grip> grips(static_cast<std::size_t>(contacts));
-    const palpate_bundle_info info = palpate_bundle_describe(bundle_);
-    for (int g = 0; g < contacts; ++g) {
-      grips[g] = palpate_default_grip();
-      const std::int64_t at = static_cast<std::int64_t>(g) * info.touchable_count / contacts + 7 * turn;
-      grips[g].kind = PALPATE_GRIP_NODE;
-      grips[g].node = palpate_bundle_touchable(bundle_)[at % info.touchable_count];
-      grips[g].displacement[2] = 1e-3 + 1e-5 * g;
+  void step(Contacts where, int contacts, int turn, double* touch, double* shape) {
+    const std::vector<std::int32_t> nodes =
+        where == Contacts::together ? together(contacts, turn) : scattered(contacts, turn);
+    std::vector<palpate_grip> grips(nodes.size(), palpate_default_grip());
+    for (std::size_t g = 0; g < grips.size(); ++g) {
+      grips[g].kind = PALPATE_GRIP_NODE, grips[g].node = nodes[g];
+      grips[g].displacement[2] = 1e-3 + 1e-5 * static_cast<double>(g);
     }
     palpate_tool tool = palpate_default_tool();
     tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
@@ -75,6 +76,27 @@ class Bench {
     *shape = seconds_since(start);
   }
 
+  std::vector<std::int32_t> scattered(int contacts, int turn) const {
+    const std::int64_t count = palpate_bundle_describe(bundle_).touchable_count;
+    std::vector<std::int32_t> nodes;
+    for (std::int64_t g = 0; g < contacts; ++g)
+      nodes.push_back(palpate_bundle_touchable(bundle_)[(g * count / contacts + 7 * turn) % count]);
+    return nodes;
+  }
+  // The touchable nodes nearest to one, which is another one in every turn.
+  std::vector<std::int32_t> together(int contacts, int turn) const {
+    const std::int64_t count = palpate_bundle_describe(bundle_).touchable_count;
+    const std::int32_t* touchable = palpate_bundle_touchable(bundle_);
+    const double* nodes = palpate_bundle_nodes(bundle_);
+    const palpate::Vec3 middle = palpate::load3(nodes + 3 * touchable[turn * count / kTurns]);
+    std::vector<std::int32_t> nearest(touchable, touchable + count);
+    std::partial_sort(nearest.begin(), nearest.begin() + contacts, nearest.end(), [&](std::int32_t a, std::int32_t b) {
+      return length(palpate::load3(nodes + 3 * a) - middle) < length(palpate::load3(nodes + 3 * b) - middle);
+    });
+    nearest.resize(static_cast<std::size_t>(contacts));
+    return nearest;
+  }
+
   // A number of the provenance; 0 if it is missing.
   double stated(const std::string& key) const {
     palpate_error ignored;
@@ -85,7 +107,10 @@ class Bench {
     return at == std::string::npos ? 0 : std::atof(json.c_str() + at + key.size() + 3);
   }
   double megabytes() const { return 1e-6 * static_cast<double>(bundle_->index.header.file_bytes); }
-  const char* file() const { return file_; }
+  const char* name() const {
+    const char* folder = std::strrchr(file_, '/');
+    return folder ? folder + 1 : file_;
+  }
 
  private:
   const char* file_;
@@ -94,6 +119,41 @@ class Bench {
   std::vector<std::uint64_t> contacts_;
   std::vector<float> u_;
 };
+
+// Medians in us of every bundle for a number of contacts.
+struct Times {
+  std::vector<double> touch, shape;
+};
+Times measure(const std::vector<std::unique_ptr<Bench>>& benches, Contacts where, int contacts) {
+  std::vector<std::vector<double>> touches(benches.size()), shapes(benches.size());
+  for (int round = 0; round < kRounds; ++round)
+    for (std::size_t b = 0; b < benches.size(); ++b) {
+      double touch_seconds = 0, shape_seconds = 0;
+      benches[b]->step(where, contacts, round % kTurns, &touch_seconds, &shape_seconds);
+      touches[b].push_back(1e6 * touch_seconds), shapes[b].push_back(1e6 * shape_seconds);
+    }
+  Times times;
+  for (const auto& all : touches) times.touch.push_back(median(all));
+  for (const auto& all : shapes) times.shape.push_back(median(all));
+  return times;
+}
+
+void print(const std::vector<std::unique_ptr<Bench>>& benches, Contacts where) {
+  std::printf("\n%-24s", where == Contacts::together ? "beside one another" : "scattered");
+  std::vector<Times> columns;
+  for (const int contacts : kContacts) {
+    std::printf("   touch %-2d     shape %-2d   ", contacts, contacts);
+    columns.push_back(measure(benches, where, contacts));
+  }
+  std::printf("   (us; ratio to the first)\n");
+  for (std::size_t b = 0; b < benches.size(); ++b) {
+    std::printf("%-24s", benches[b]->name());
+    for (const Times& times : columns)
+      std::printf(" %6.1f %5.2f %6.0f %5.2f", times.touch[b], times.touch[b] / times.touch[0], times.shape[b],
+                  times.shape[b] / times.shape[0]);
+    std::printf("\n");
+  }
+}
 
 }  // namespace
 
@@ -104,29 +164,10 @@ int main(int argc, char** argv) {
   }
   std::vector<std::unique_ptr<Bench>> benches;
   for (int i = 1; i < argc; ++i) benches.push_back(std::make_unique<Bench>(argv[i]));
-  std::printf("%-24s %9s %9s %9s", "", "MB", "worst", "rms");
-  for (const int contacts : kContacts) std::printf("   touch %-2d  shape %-2d", contacts, contacts);
-  std::printf("   (us; ratio to the first)\n");
-  const std::vector<double> none(std::size(kContacts));
-  std::vector<std::vector<double>> touch(benches.size(), none), shape(benches.size(), none);
-  for (std::size_t c = 0; c < std::size(kContacts); ++c) {
-    std::vector<std::vector<double>> touches(benches.size()), shapes(benches.size());
-    for (int round = 0; round < kRounds; ++round)
-      for (std::size_t b = 0; b < benches.size(); ++b) {
-        double touch_seconds = 0, shape_seconds = 0;
-        benches[b]->step(kContacts[c], round % kTurns, &touch_seconds, &shape_seconds);
-        touches[b].push_back(touch_seconds), shapes[b].push_back(shape_seconds);
-      }
-    for (std::size_t b = 0; b < benches.size(); ++b) touch[b][c] = median(touches[b]), shape[b][c] = median(shapes[b]);
-  }
-  for (std::size_t b = 0; b < benches.size(); ++b) {
-    const char* name = std::strrchr(benches[b]->file(), '/');
-    std::printf("%-24s %9.1f %9.2g %9.2g", name ? name + 1 : benches[b]->file(), benches[b]->megabytes(),
-                benches[b]->stated("pack_error_worst"), benches[b]->stated("pack_error_rms"));
-    for (std::size_t c = 0; c < std::size(kContacts); ++c)
-      std::printf(" %6.1f %4.1f %5.0f %4.1f", 1e6 * touch[b][c], touch[b][c] / touch[0][c], 1e6 * shape[b][c],
-                  shape[b][c] / shape[0][c]);
-    std::printf("\n");
-  }
+  std::printf("%-24s %9s %9s %9s\n", "", "MB", "worst", "rms");
+  for (const auto& bench : benches)
+    std::printf("%-24s %9.1f %9.2g %9.2g\n", bench->name(), bench->megabytes(), bench->stated("pack_error_worst"),
+                bench->stated("pack_error_rms"));
+  for (const Contacts where : {Contacts::together, Contacts::scattered}) print(benches, where);
   return 0;
 }

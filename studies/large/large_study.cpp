@@ -10,7 +10,7 @@
 namespace palpate::large {
 namespace {
 
-void define(CLI::App& app, LargeStudyOptions& options) {
+void define(CLI::App& app, LargeStudyOptions& options, bool& between_meshes) {
   accuracy::StudyOptions& organ = options.organ;
   app.add_option("organ", organ.organ, "a folder of pipelines/")->option_text("ORGAN REQUIRED")->required();
   app.add_option("boundary", organ.boundary, "a boundary set of the organ")->option_text("BC REQUIRED")->required();
@@ -35,6 +35,8 @@ void define(CLI::App& app, LargeStudyOptions& options) {
       ->delimiter(',')
       ->check(positive_number())
       ->option_text("D,D,...");
+  app.add_flag("--between-meshes", between_meshes,
+               "instead: the force of the same push on every mesh, by element, disc and shape of the mesh");
   app.add_option("--speed", options.speed_mm_s, "of the discs, mm/s; a touch each millisecond")
       ->check(positive_number())
       ->capture_default_str();
@@ -48,13 +50,15 @@ int run(int argc, char** argv) {
   int own = 0;
   while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
   LargeStudyOptions options;
+  bool between_meshes = false;
   options.organ.source = PALPATE_SOURCE_FOLDER, options.organ.data = "data", options.organ.python = "/usr/bin/python3";
   options.organ.bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   options.organ.resolutions = {"600", "1700"}, options.organ.sites = 20;
   options.organ.make_variables.assign(argv + std::min(own + 1, argc), argv + argc);
   return run_program(
       own, argv, "large_study", "Compares large deformation with converged solutions, on your own organ.",
-      [&](CLI::App& app) { define(app, options); }, [&] { run_study(options); });
+      [&](CLI::App& app) { define(app, options, between_meshes); },
+      [&] { between_meshes ? run_study_between_meshes(options) : run_study(options); });
 }
 
 }  // namespace

@@ -131,6 +131,7 @@ HeldDisc Player::hold(Vec3 at) {
   // missed = compliance force
   const Eigen::Matrix3d compliance = missed * force.inverse();
   disc.compliance = 0.5 * (compliance + compliance.transpose());
+  disc.stiffness = force / move;
   return disc;
 }
 

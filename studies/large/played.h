@@ -32,6 +32,7 @@ struct HeldDisc {
   std::vector<std::int32_t> nodes;
   std::vector<double> weights;  // they sum to 1
   Eigen::Matrix3d compliance;   // m/N
+  Eigen::Matrix3d stiffness;    // N/m: force on the organ for a displacement of the tool, linear
 };
 
 class Player {

@@ -45,9 +45,9 @@ class StudyTest(unittest.TestCase):
         write_ellipsoid(image)
         return image
 
-    def page(self):
+    def page(self, name="report.html"):
         """The report, after checking that it needs no other file."""
-        with open(os.path.join(self.folder, "report.html")) as file:
+        with open(os.path.join(self.folder, name)) as file:
             text = file.read()
         for outside in ("<script", "<link", 'src="http', "src=http", "@import", "url(http"):
             self.assertNotIn(outside, text)

@@ -1,0 +1,40 @@
+// What both studies of this folder keep: bundles that they bake, and points that they measured once.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "studies/accuracy/organ_case.h"
+#include "studies/hyperelastic/large_body.h"
+
+namespace palpate::large {
+
+class StudyFolder {
+ public:
+  explicit StudyFolder(const accuracy::OrganCase& organ);  // organ must outlive it
+
+  const std::filesystem::path& path() const { return organ_.options().output; }
+
+  // Bakes the mesh by palpate-precompute; large: with what large deformation needs. Returns the bundle. Errors: OperationError.
+  std::filesystem::path bake(const std::filesystem::path& mesh, const std::filesystem::path& organ,
+                             const std::string& name, bool large) const;
+  LargeBody body(const std::filesystem::path& mesh, const std::filesystem::path& organ) const;
+
+  // The point that an earlier run of this program kept for the same files and settings; else measures and keeps it.
+  nlohmann::ordered_json kept_or_measured(const std::vector<std::filesystem::path>& files,
+                                          const nlohmann::ordered_json& settings,
+                                          const std::function<nlohmann::ordered_json()>& measure) const;
+
+  // NAME.json, NAME.csv, and PAGE by the script of this folder.
+  void write(const std::string& name, nlohmann::ordered_json study, const std::vector<nlohmann::ordered_json>& rows,
+             const std::string& script, const std::string& page) const;
+
+ private:
+  const accuracy::OrganCase& organ_;
+  const std::string own_hash_;
+};
+
+}  // namespace palpate::large
