@@ -6,7 +6,6 @@ import { inflateSync } from "node:zlib";
 // Plays tools along key frames [s, x, y, z], m. Returns forces [step][tool][3] N, shapes [frame] = positions [node][3] m, and skins:
 // the positions of the render mesh, if `more` names one.
 export function playNatively(palpateRun, folder, name, bundle, effects, tools, more = []) {
-  mkdirSync(folder, { recursive: true });
   const value = (v) => (Array.isArray(v) ? `[${v.map(value).join(", ")}]` : typeof v === "string" ? `"${v}"` : String(v));
   const lines = [`name = "${name}"`, `bundle = "${bundle}"`, `unit = "m"`, "[effects]"];
   for (const [key, word] of Object.entries(effects)) lines.push(`${key} = ${value(word)}`);
@@ -14,13 +13,19 @@ export function playNatively(palpateRun, folder, name, bundle, effects, tools, m
     lines.push("[[tool]]");
     for (const [key, v] of Object.entries(tool)) lines.push(`${key} = ${value(v)}`);
   }
-  writeFileSync(`${folder}/${name}.toml`, lines.join("\n") + "\n");
+  const { forces, shapes } = playScene(palpateRun, folder, name, lines.join("\n") + "\n", tools.length, more);
+  return { forces, shapes: shapes("organ"), skins: shapes("skin") };
+}
+
+// Plays the text of a scene file. shapes: of the files whose names begin so.
+export function playScene(palpateRun, folder, name, text, toolCount, more = []) {
+  mkdirSync(folder, { recursive: true });
+  writeFileSync(`${folder}/${name}.toml`, text);
   execFileSync(palpateRun, [`${folder}/${name}.toml`, "--quiet", ...more, "-o", `${folder}/${name}`]);
   const files = readdirSync(`${folder}/${name}/shapes`).sort();
-  const shapes = (of) => files.filter((file) => file.startsWith(of)).map((file) => readPoints(readFileSync(`${folder}/${name}/shapes/${file}`)));
   return {
-    forces: readForces(readFileSync(`${folder}/${name}/forces.csv`, "utf8"), tools.length),
-    shapes: shapes("organ"), skins: shapes("skin"),
+    forces: readForces(readFileSync(`${folder}/${name}/forces.csv`, "utf8"), toolCount),
+    shapes: (of) => files.filter((file) => file.startsWith(of)).map((file) => readPoints(readFileSync(`${folder}/${name}/shapes/${file}`))),
   };
 }
 

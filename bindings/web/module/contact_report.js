@@ -1,4 +1,5 @@
 // palpate_contact_report and palpate_surface_hit in the module's memory -> plain objects.
+import { reader } from "./struct.js";
 /** @typedef {import("./palpate.js").Runtime} Runtime */
 /** @typedef {"sticks" | "slips" | "frictionless" | "released"} ContactState */
 /** @typedef {"begin" | "end" | "slip-start" | "stick-start" | "link-taut" | "link-slack" | "link-broke" |
@@ -22,11 +23,11 @@ const EVENTS = /** @type {const} */ (["begin", "end", "slip-start", "stick-start
 
 /** @param {Runtime} runtime @param {number} at @returns {ContactReport} */
 export function readReport(runtime, at) {
-  const head = (/** @type {string} */ name) => runtime.heap.i32(at + runtime.field(`palpate_contact_report.${name}`));
+  const read = reader(runtime, "palpate_contact_report", at), head = read.integer;
   const list = (/** @type {number} */ first, /** @type {number} */ bytes, /** @type {number} */ count) =>
     Array.from({ length: count }, (_, i) => first + i * bytes);
   return {
-    step: whole(runtime, at + runtime.field("palpate_contact_report.step")),
+    step: read.whole("step"),
     contacts: list(at + head("struct_bytes"), head("contact_bytes"), head("contact_count")).map((contact) => readContact(runtime, contact)),
     events: list(at + head("events_offset"), head("event_bytes"), head("event_count")).map((event) => readEvent(runtime, event)),
   };
@@ -48,7 +49,7 @@ function readContact(runtime, at) {
   return {
     toolId: read.integer("tool_id"), tool: read.integer("tool"), point: read.integer("point"),
     triangle: read.integer("triangle"), node: read.integer("node"), state: STATES[read.integer("state")],
-    begun: whole(runtime, at + runtime.field("palpate_contact.begun")), barycentric: read.vector("barycentric"),
+    begun: read.whole("begun"), barycentric: read.vector("barycentric"),
     place: read.vector("place"), normal: read.vector("normal"), depth: read.number("depth"), gap: read.number("gap"),
     force: read.vector("force"), velocity: read.vector("velocity"), toolPoint: read.vector("tool_point"),
     discRadius: read.number("disc_radius"), discNormal: read.vector("disc_normal"), indentation: read.number("indentation"),
@@ -64,16 +65,3 @@ function readEvent(runtime, at) {
     barycentric: read.vector("barycentric"), place: read.vector("place"),
   };
 }
-
-/** @param {Runtime} runtime @param {string} struct @param {number} at */
-function reader(runtime, struct, at) {
-  const { data } = runtime.heap, where = (/** @type {string} */ field) => at + runtime.field(`${struct}.${field}`);
-  return {
-    integer: (/** @type {string} */ field) => data.getInt32(where(field), true),
-    number: (/** @type {string} */ field) => data.getFloat64(where(field), true),
-    vector: (/** @type {string} */ field) => [0, 8, 16].map((d) => data.getFloat64(where(field) + d, true)),
-  };
-}
-
-/** A count of steps, exact up to 2^53: 285,000 years at 1 kHz. @param {Runtime} runtime @param {number} at */
-const whole = (runtime, at) => Number(runtime.heap.data.getBigUint64(at, true));

@@ -32,5 +32,5 @@ export const STEP_DISCS_THINNED = 1 << 12;
 export const STEP_DEFORMATION_BEHIND = 1 << 13;
 /** A link came beyond its breaking force: it acted in this step for the last time. */
 export const STEP_LINK_BROKE = 1 << 14;
-/** The amounts of the motions changed faster than maxToolSpeed: they came so far only. The module sets none yet. */
+/** The amounts of the motions changed faster than maxToolSpeed: they came so far only. */
 export const STEP_MOTION_LIMITED = 1 << 15;

@@ -52,6 +52,12 @@ export class Heap {
       throw new PalpateError(MEMORY, `${bytes} bytes are more memory than the browser gives this page; make the bundle smaller with palpate-bundle pack`);
     return at;
   }
+  /** @param {number} bytes @returns {number} */
+  takeZeros(bytes) {
+    const at = this.take(bytes);
+    this.bytes.fill(0, at, at + bytes);
+    return at;
+  }
   /** @param {number} at */
   release(at) {
     this.api.free(at);

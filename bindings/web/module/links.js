@@ -1,5 +1,6 @@
 // Links and grasps as objects -> palpate_link and palpate_grasp in the module's memory, and their states back.
 import { ARGUMENT, PalpateError } from "./heap.js";
+import { reader, writer } from "./struct.js";
 /** @typedef {import("./palpate.js").Runtime} Runtime */
 /** @typedef {{triangle: number, barycentric: ArrayLike<number>}} SurfacePoint
  *  A point of a triangle, by the weights of its vertices, as a SurfaceHit has it. */
@@ -73,38 +74,19 @@ export function fillGrasp(runtime, at, grasp) {
 
 /** @param {Runtime} runtime @param {number} at @returns {LinkState} */
 export function readLinkState(runtime, at) {
-  const { data } = runtime.heap, where = (/** @type {string} */ field) => at + runtime.field(`palpate_link_state.${field}`);
-  const number = (/** @type {string} */ field, i = 0) => data.getFloat64(where(field) + 8 * i, true);
-  const vector = (/** @type {string} */ field, first = 0) => [0, 1, 2].map((d) => number(field, first + d));
+  const read = reader(runtime, "palpate_link_state", at);
   return {
-    id: data.getInt32(where("id"), true), condition: LINK_CONDITIONS[data.getInt32(where("condition"), true)],
-    broken: Number(data.getBigUint64(where("broken"), true)), restLength: number("rest_length"), length: number("length"),
-    tension: number("tension"), force: vector("force"), ends: [vector("ends"), vector("ends", 3)],
+    id: read.integer("id"), condition: LINK_CONDITIONS[read.integer("condition")], broken: read.whole("broken"),
+    restLength: read.number("rest_length"), length: read.number("length"), tension: read.number("tension"),
+    force: read.vector("force"), ends: [read.vector("ends"), read.vector("ends", 3)],
   };
 }
 
 /** @param {Runtime} runtime @param {number} at @returns {GraspState} */
 export function readGraspState(runtime, at) {
-  const { data } = runtime.heap, where = (/** @type {string} */ field) => at + runtime.field(`palpate_grasp_state.${field}`);
-  const vector = (/** @type {string} */ field) => [0, 8, 16].map((d) => data.getFloat64(where(field) + d, true));
+  const read = reader(runtime, "palpate_grasp_state", at);
   return {
-    condition: GRASP_CONDITIONS[data.getInt32(where("condition"), true)], force: vector("force"), torque: vector("torque"),
-    place: vector("place"), slipped: data.getFloat64(where("slipped"), true), frictionLimit: data.getFloat64(where("friction_limit"), true),
-  };
-}
-
-// Writes the fields of a struct; a number that is left out keeps its default.
-/** @param {Runtime} runtime @param {string} struct @param {number} at */
-function writer(runtime, struct, at) {
-  const where = (/** @type {string} */ field) => at + runtime.field(`${struct}.${field}`);
-  return {
-    integer: (/** @type {string} */ field, /** @type {number} */ value) => runtime.heap.data.setInt32(where(field), value, true),
-    number: (/** @type {string} */ field, /** @type {number | undefined} */ value) => {
-      if (value !== undefined) runtime.heap.data.setFloat64(where(field), value, true);
-    },
-    numbers: (/** @type {string} */ field, /** @type {ArrayLike<number>} */ values, /** @type {number} */ count) => {
-      if (values?.length !== count) throw new PalpateError(ARGUMENT, `${field}: expected ${count} numbers, found ${values?.length}`);
-      for (let i = 0; i < count; ++i) runtime.heap.data.setFloat64(where(field) + 8 * i, values[i], true);
-    },
+    condition: GRASP_CONDITIONS[read.integer("condition")], force: read.vector("force"), torque: read.vector("torque"),
+    place: read.vector("place"), slipped: read.number("slipped"), frictionLimit: read.number("friction_limit"),
   };
 }

@@ -1,9 +1,11 @@
-// Effects as words and numbers -> palpate_scene_def in the module's memory.
+// Effects as words and numbers -> palpate_scene_def in the module's memory; a pose as numbers -> palpate_pose.
 import { ARGUMENT, PalpateError } from "./heap.js";
+import { reader, writer } from "./struct.js";
 /** @typedef {import("./palpate.js").Runtime} Runtime */
 /** @typedef {import("./palpate.js").Effects} Effects */
 /** @typedef {import("./palpate.js").RenderMesh} RenderMesh */
 /** @typedef {import("./palpate.js").FineSurface} FineSurface */
+/** @typedef {import("./palpate.js").Pose} Pose */
 
 // The words of palpate.h's enums, in their order.
 const WORDS = /** @type {const} */ ({
@@ -20,63 +22,111 @@ const WORDS = /** @type {const} */ ({
 });
 const MAX_RELAXATION_TERMS = 8;
 
+/** A palpate_scene_def in the module's memory, with the meshes that it lends. Release it when the scene is made. */
+export class SceneDef {
+  /** @type {number[]} */
+  #lent = [];
+
+  /** @param {Runtime} runtime @param {Effects} effects */
+  constructor(runtime, effects) {
+    this.runtime = runtime;
+    this.effects = effects;
+    this.at = runtime.heap.take(runtime.field("palpate_scene_def"));
+    try {
+      runtime.api.palpate_init_scene_def(this.at, runtime.field("palpate_scene_def"));
+      fillSceneDef(runtime, this.at, effects);
+      if (effects.renderMesh) this.#lent.push(lendRenderMesh(runtime, this.at, effects.renderMesh));
+      if (effects.fineSurface) this.#lent.push(lendFineSurface(runtime, this.at, effects.fineSurface));
+    } catch (error) {
+      this.release();
+      throw error;
+    }
+  }
+
+  /** A number of the definition, defaults included. @param {string} name */
+  integer(name) {
+    return reader(this.runtime, "palpate_scene_def", this.at).integer(name);
+  }
+
+  release() {
+    for (const at of [this.at, ...this.#lent]) this.runtime.heap.release(at);
+  }
+}
+
 /** @param {Runtime} runtime @param {number} def @param {Effects} effects */
-export function fillSceneDef(runtime, def, effects) {
-  const { data } = runtime.heap;
-  const field = (/** @type {string} */ name) => def + runtime.field(`palpate_scene_def.${name}`);
+function fillSceneDef(runtime, def, effects) {
+  const put = writer(runtime, "palpate_scene_def", def);
   for (const [effect, words] of Object.entries(WORDS)) {
     const word = effects[/** @type {keyof typeof WORDS} */ (effect)];
     if (word === undefined) continue;
     const value = /** @type {readonly string[]} */ (words).indexOf(word);
     if (value < 0) throw new PalpateError(ARGUMENT, `${effect}: expected ${words.join(", ")}, found ${word}`);
-    data.setInt32(field(effect), value, true);
+    put.integer(effect, value);
   }
-  if (effects.preload !== undefined) data.setInt32(field("preload"), effects.preload ? 1 : 0, true);
-  const terms = effects.relaxation ?? [];
+  fillRelaxation(runtime, def, effects.relaxation ?? []);
+  const flag = (/** @type {boolean | undefined} */ on) => (on === undefined ? undefined : on ? 1 : 0);
+  put.integer("preload", flag(effects.preload));
+  put.integer("max_tools", effects.maxTools);
+  put.integer("max_points", effects.maxPoints);
+  put.integer("max_contact_nodes", effects.maxContactNodes);
+  put.number("force_limit", effects.forceLimit);
+  put.number("force_slew", effects.forceSlew);
+  put.number("torque_limit", effects.torqueLimit);
+  put.number("torque_slew", effects.torqueSlew);
+  put.number("max_tool_speed", effects.maxToolSpeed);
+  put.number("release_distance", effects.releaseDistance);
+  put.integer("max_links", effects.maxLinks);
+  put.integer("grasps", flag(effects.grasps));
+  put.integer("motions", flag(effects.motions));
+  if (effects.maxOperations !== undefined)
+    runtime.heap.data.setBigInt64(def + runtime.field("palpate_scene_def.max_operations"), BigInt(effects.maxOperations), true);
+}
+
+/** @param {Runtime} runtime @param {number} def @param {{share: number, time: number}[]} terms */
+function fillRelaxation(runtime, def, terms) {
   if (terms.length > MAX_RELAXATION_TERMS)
     throw new PalpateError(ARGUMENT, `relaxation: expected at most ${MAX_RELAXATION_TERMS} terms, found ${terms.length}`);
-  data.setInt32(field("relaxation.model"), terms.length ? 1 : 0, true);
-  data.setInt32(field("relaxation.terms"), terms.length, true);
+  const put = writer(runtime, "palpate_scene_def", def), { data } = runtime.heap;
+  put.integer("relaxation.model", terms.length ? 1 : 0);
+  put.integer("relaxation.terms", terms.length);
+  const first = (/** @type {string} */ name) => def + runtime.field(`palpate_scene_def.relaxation.${name}`);
   terms.forEach(({ share, time }, i) => {
-    data.setFloat64(field("relaxation.share") + 8 * i, share, true);
-    data.setFloat64(field("relaxation.time") + 8 * i, time, true);
+    data.setFloat64(first("share") + 8 * i, share, true);
+    data.setFloat64(first("time") + 8 * i, time, true);
   });
-  if (effects.maxTools !== undefined) data.setInt32(field("max_tools"), effects.maxTools, true);
-  if (effects.maxPoints !== undefined) data.setInt32(field("max_points"), effects.maxPoints, true);
-  if (effects.maxContactNodes !== undefined) data.setInt32(field("max_contact_nodes"), effects.maxContactNodes, true);
-  if (effects.forceLimit !== undefined) data.setFloat64(field("force_limit"), effects.forceLimit, true);
-  if (effects.forceSlew !== undefined) data.setFloat64(field("force_slew"), effects.forceSlew, true);
-  if (effects.torqueLimit !== undefined) data.setFloat64(field("torque_limit"), effects.torqueLimit, true);
-  if (effects.torqueSlew !== undefined) data.setFloat64(field("torque_slew"), effects.torqueSlew, true);
-  if (effects.maxToolSpeed !== undefined) data.setFloat64(field("max_tool_speed"), effects.maxToolSpeed, true);
-  if (effects.releaseDistance !== undefined) data.setFloat64(field("release_distance"), effects.releaseDistance, true);
-  if (effects.maxLinks !== undefined) data.setInt32(field("max_links"), effects.maxLinks, true);
-  if (effects.grasps !== undefined) data.setInt32(field("grasps"), effects.grasps ? 1 : 0, true);
-  if (effects.maxOperations !== undefined) data.setBigInt64(field("max_operations"), BigInt(effects.maxOperations), true);
+}
+
+/** @param {Runtime} runtime @param {number} at @param {Pose} pose */
+export function fillPose(runtime, at, pose) {
+  const put = writer(runtime, "palpate_pose", at);
+  runtime.api.palpate_init_pose(at, runtime.field("palpate_pose"));
+  if (pose.position) put.numbers("position", pose.position, 3);
+  if (pose.orientation) put.numbers("orientation", pose.orientation, 4);
+  if (pose.velocity) put.numbers("velocity", pose.velocity, 3);
+  if (pose.angularVelocity) put.numbers("angular_velocity", pose.angularVelocity, 3);
 }
 
 // Copies the mesh into the module's memory for palpate_scene_create. Returns the memory, which the caller then releases.
 /** @param {Runtime} runtime @param {number} def @param {RenderMesh} mesh @returns {number} */
-export function lendRenderMesh(runtime, def, { positions, normals }) {
+function lendRenderMesh(runtime, def, { positions, normals }) {
   if (positions.length % 3 || (normals && normals.length !== positions.length))
     throw new PalpateError(ARGUMENT, `renderMesh: expected three numbers a vertex and as many in normals, found ${positions.length} and ${normals?.length}`);
   const { heap } = runtime, size = runtime.field("palpate_render_mesh"), at = heap.take(size + 24 + 8 * positions.length);
   const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
   new Float32Array(heap.buffer, first, positions.length).set(positions);
   if (normals) new Float32Array(heap.buffer, second, normals.length).set(normals);
-  const put = (/** @type {string} */ name, /** @type {number} */ value) =>
-    heap.data.setUint32(at + runtime.field(`palpate_render_mesh.${name}`), value, true);
+  const put = writer(runtime, "palpate_render_mesh", at);
   runtime.api.palpate_init_render_mesh(at, size);
-  put("positions", first);
-  put("normals", normals ? second : 0);
-  put("vertex_count", positions.length / 3);
-  heap.data.setUint32(def + runtime.field("palpate_scene_def.render_mesh"), at, true);
+  put.address("positions", first);
+  put.address("normals", normals ? second : 0);
+  put.integer("vertex_count", positions.length / 3);
+  writer(runtime, "palpate_scene_def", def).address("render_mesh", at);
   return at;
 }
 
 // The same for the surface that tools meet.
 /** @param {Runtime} runtime @param {number} def @param {FineSurface} surface @returns {number} */
-export function lendFineSurface(runtime, def, { positions, triangles }) {
+function lendFineSurface(runtime, def, { positions, triangles }) {
   if (positions.length % 3 || triangles.length % 3)
     throw new PalpateError(ARGUMENT, `fineSurface: expected three numbers a vertex and three a triangle, found ${positions.length} and ${triangles.length}`);
   const { heap } = runtime, size = runtime.field("palpate_fine_surface");
@@ -84,14 +134,13 @@ export function lendFineSurface(runtime, def, { positions, triangles }) {
   const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
   new Float32Array(heap.buffer, first, positions.length).set(positions);
   new Int32Array(heap.buffer, second, triangles.length).set(triangles);
-  const put = (/** @type {string} */ name, /** @type {number} */ value) =>
-    heap.data.setUint32(at + runtime.field(`palpate_fine_surface.${name}`), value, true);
+  const put = writer(runtime, "palpate_fine_surface", at);
   runtime.api.palpate_init_fine_surface(at, size);
-  put("positions", first);
-  put("triangles", second);
-  put("vertex_count", positions.length / 3);
-  put("triangle_count", triangles.length / 3);
-  heap.data.setUint32(def + runtime.field("palpate_scene_def.fine_surface"), at, true);
+  put.address("positions", first);
+  put.address("triangles", second);
+  put.integer("vertex_count", positions.length / 3);
+  put.integer("triangle_count", triangles.length / 3);
+  writer(runtime, "palpate_scene_def", def).address("fine_surface", at);
   return at;
 }
 

@@ -1,0 +1,202 @@
+// A world: several organs and the tools that touch them, stepped together, as palpate_world.h has it.
+import { Scene } from "./scene.js";
+import { fillPose, SceneDef } from "./scene_def.js";
+import { reader, writer } from "./struct.js";
+import { ToolMemory } from "./tool_memory.js";
+/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @typedef {import("./palpate.js").Bundle} Bundle */
+/** @typedef {import("./palpate.js").Effects} Effects */
+/** @typedef {import("./palpate.js").Pose} Pose */
+/** @typedef {import("./palpate.js").Tool} Tool */
+/** @typedef {import("./scene.js").TouchedContacts} TouchedContacts */
+/** @typedef {{bundle: Bundle, effects?: Effects, pose?: Pose}} Organ
+ *  Several organs may have one bundle. maxTools and maxPoints of all organs of a world must be the same. */
+/** @typedef {{maxPairs?: number, friction?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number}} WorldOptions
+ *  maxPairs: places at most where organs are held apart; left out: they pass through one another. Above 0 it needs collision "deformed"
+ *  and deformation "linear" of all organs. friction: Coulomb's coefficient between organs. The limits are of each tool, all organs
+ *  together. */
+/** @typedef {{flags: number, nearTools: number, force: number[], torque: number[], pressed: number[]}} OrganState
+ *  An organ after a touch, as palpate_world_organ_state: in the world, N and N m; force: by all tools; pressed: by all other organs. */
+/** @typedef {{organs: number[], node: number, triangle: number, barycentric: number[], place: number[], normal: number[], force: number[],
+ *   pressure: number, gap: number, overlap: number}} Pair
+ *  A place where two organs touch or may touch, as palpate_world_pair: a vertex of organs[0] and a place on organs[1]; in the world. */
+
+export class World {
+  #tools;
+  #contactsAt = 0;
+  #contactsBytes = 0;
+  /** @type {TouchedContacts[]} */
+  #contacts;
+
+  /** Runtime.createWorld makes worlds. @param {Runtime} runtime @param {Organ[]} organs @param {WorldOptions} options */
+  constructor(runtime, organs, options) {
+    this.runtime = runtime;
+    /** @type {SceneDef[]} */
+    const defs = [];
+    this.#contacts = organs.map(() => ({ at: 0, touched: false }));
+    try {
+      for (const { effects = {} } of organs) defs.push(new SceneDef(runtime, effects));
+      this.pointer = createWorld(runtime, organs, defs, options);
+      /** One for each organ: its shape, skin, queries, links, motions, report and pose, and the forces of that organ on the tools. Its tools,
+       *  touch(), save(), restore() and destroy() are the world's. */
+      this.organs = organs.map(({ bundle }, k) => new Scene(bundle, defs[k], runtime.api.palpate_world_scene(this.pointer, k) >>> 0, this.#contacts[k]));
+      this.#tools = new ToolMemory(runtime, defs[0].integer("max_tools"), defs[0].integer("max_points"));
+    } finally {
+      for (const def of defs) def.release();
+    }
+    this.#contactsBytes = runtime.api.palpate_world_contacts_bytes(this.pointer) >>> 0;
+    this.#contactsAt = runtime.heap.takeZeros(this.#contactsBytes);
+    for (const contacts of this.#contacts) contacts.at = this.#contactsAt;
+  }
+
+  /** Sets the tools for the next touch, in the world. The grips and the grasp of a tool hold the organ that it names.
+   *  @param {Tool[]} tools known by their id, or by their order */
+  setTools(tools) {
+    this.#tools.set(tools);
+  }
+
+  /** The touch step of all organs. @param {number} dt s since the last touch @returns {number} flag bits of all organs together, 0: full trust */
+  touch(dt) {
+    const { runtime } = this, { at, count } = this.#tools;
+    const flags = runtime.api.palpate_world_touch(this.pointer, at, count, dt, this.#contactsAt, this.#contactsBytes) >>> 0;
+    this.#contacts.forEach((contacts, k) => {
+      contacts.at = this.#contactsAt + runtime.heap.u32(this.#stateAt(k) + runtime.field("palpate_world_organ_state.contacts_offset"));
+      contacts.touched = true;
+    });
+    return flags;
+  }
+
+  /** view [3] N: force on the tool, of all organs together, within the world's limits. @param {number} tool */
+  force(tool) {
+    return this.#toolVector(tool, "force");
+  }
+  /** view [3] N: force on the tool before those limits. @param {number} tool */
+  forceRaw(tool) {
+    return this.#toolVector(tool, "force_raw");
+  }
+  /** view [3] N m: torque on the tool about its reference, within the world's limits. @param {number} tool */
+  torque(tool) {
+    return this.#toolVector(tool, "torque");
+  }
+  /** view [3] N m: torque on the tool before those limits. @param {number} tool */
+  torqueRaw(tool) {
+    return this.#toolVector(tool, "torque_raw");
+  }
+  /** The number of a tool's contacts, of all organs. @param {number} tool @returns {number} */
+  contactCount(tool) {
+    return reader(this.runtime, "palpate_world_tool_state", this.#toolAt(tool)).integer("contact_count");
+  }
+  /** The flag bits of a tool, of all organs. @param {number} tool @returns {number} */
+  toolFlags(tool) {
+    return reader(this.runtime, "palpate_world_tool_state", this.#toolAt(tool)).unsigned("flags");
+  }
+
+  /** The organs after the last touch(): copies. @returns {OrganState[]} */
+  get organStates() {
+    return this.organs.map((_, k) => {
+      const read = reader(this.runtime, "palpate_world_organ_state", this.#stateAt(k));
+      return {
+        flags: read.unsigned("flags"), nearTools: read.integer("near_tools"), force: read.vector("force"),
+        torque: read.vector("torque"), pressed: read.vector("pressed"),
+      };
+    });
+  }
+
+  /** The places where organs touch or may touch after the last touch(): copies. @returns {Pair[]} */
+  get pairs() {
+    const head = this.#head, first = this.#contactsAt + head.whole("pairs_offset"), size = head.integer("pair_bytes");
+    return Array.from({ length: head.integer("pair_count") }, (_, i) => {
+      const read = reader(this.runtime, "palpate_world_pair", first + i * size);
+      return {
+        organs: [read.integer("organ"), read.integer("organ", 1)], node: read.integer("node"), triangle: read.integer("triangle"),
+        barycentric: read.vector("barycentric"), place: read.vector("place"), normal: read.vector("normal"), force: read.vector("force"),
+        pressure: read.number("pressure"), gap: read.number("gap"), overlap: read.number("overlap"),
+      };
+    });
+  }
+
+  /** view: what the last touch() found, as plain bytes. */
+  get contactBytes() {
+    return new Uint8Array(this.runtime.heap.buffer, this.#contactsAt, this.#head.whole("used_bytes"));
+  }
+
+  /** What the touches have left in all organs, as Scene.save. @returns {Uint8Array} a copy */
+  save() {
+    const { api } = this.runtime;
+    return this.runtime.savedState(api.palpate_world_state_bytes(this.pointer) >>> 0, (at, bytes, error) => api.palpate_world_save(this.pointer, at, bytes, error));
+  }
+
+  /** As Scene.restore; a state that is refused leaves all organs as they were. @param {Uint8Array} state */
+  restore(state) {
+    this.runtime.restoreState(state, (at, bytes, error) => this.runtime.api.palpate_world_restore(this.pointer, at, bytes, error));
+    this.#forgetContacts();
+  }
+
+  /** Forgets contacts, last positions and forces of all organs. */
+  reset() {
+    this.runtime.api.palpate_world_reset(this.pointer);
+    this.#forgetContacts();
+  }
+
+  /** The same for one tool alone. @param {number} id */
+  resetTool(id) {
+    this.runtime.api.palpate_world_reset_tool(this.pointer, id);
+  }
+
+  /** Its organs' scenes go with it; the bundles stay. */
+  destroy() {
+    for (const organ of this.organs) organ.releaseMemory();
+    this.runtime.api.palpate_world_destroy(this.pointer);
+    this.#tools.release();
+    this.runtime.heap.release(this.#contactsAt);
+  }
+
+  #forgetContacts() {
+    for (const contacts of this.#contacts) contacts.touched = false;
+  }
+  get #head() {
+    return reader(this.runtime, "palpate_world_contacts", this.#contactsAt);
+  }
+  /** @param {number} tool */
+  #toolAt(tool) {
+    return this.#contactsAt + this.runtime.field("palpate_world_contacts") + tool * this.runtime.field("palpate_world_tool_state");
+  }
+  /** @param {number} tool @param {"force" | "force_raw" | "torque" | "torque_raw"} name */
+  #toolVector(tool, name) {
+    return new Float64Array(this.runtime.heap.buffer, this.#toolAt(tool) + this.runtime.field(`palpate_world_tool_state.${name}`), 3);
+  }
+  /** @param {number} organ */
+  #stateAt(organ) {
+    return this.#contactsAt + this.#head.integer("organs_offset") + organ * this.runtime.field("palpate_world_organ_state");
+  }
+}
+
+/** @param {Runtime} runtime @param {Organ[]} organs @param {SceneDef[]} defs @param {WorldOptions} options @returns {number} the pointer */
+function createWorld(runtime, organs, defs, options) {
+  const { api, heap } = runtime, size = runtime.field("palpate_world_organ"), poseSize = runtime.field("palpate_pose");
+  const def = heap.take(runtime.field("palpate_world_def") + organs.length * (size + poseSize) + 32);
+  const first = (def + runtime.field("palpate_world_def") + 15) & ~15, firstPose = (first + organs.length * size + 15) & ~15;
+  try {
+    organs.forEach(({ bundle, pose = {} }, k) => {
+      const at = first + k * size, put = writer(runtime, "palpate_world_organ", at);
+      api.palpate_init_world_organ(at, size);
+      fillPose(runtime, firstPose + k * poseSize, pose);
+      put.address("bundle", bundle.pointer);
+      put.address("def", defs[k].at);
+      put.address("pose", firstPose + k * poseSize);
+    });
+    const put = writer(runtime, "palpate_world_def", def);
+    api.palpate_init_world_def(def, runtime.field("palpate_world_def"));
+    put.address("organs", first);
+    put.integer("organ_count", organs.length);
+    put.integer("max_pairs", options.maxPairs);
+    put.number("friction", options.friction);
+    put.number("force_limit", options.forceLimit);
+    put.number("force_slew", options.forceSlew);
+    put.number("torque_limit", options.torqueLimit);
+    put.number("torque_slew", options.torqueSlew);
+    return runtime.open((out, error) => api.palpate_world_create(def, out, error));
+  } finally {
+    heap.release(def);
+  }
+}
