@@ -1,5 +1,6 @@
 // Builds and serves the viewer. PALPATE_WASM: folder of simd/palpate.wasm and baseline/palpate.wasm; PALPATE_BUNDLE: the bundle
 // that the page opens by itself; PALPATE_BUNDLE_B: the other one of Compare; PALPATE_RENDER_MESH: the finer surface that it draws;
+// PALPATE_WORLD: the scene that the page of several organs opens; PALPATE_WORLD_BUNDLES: "NAME=FILE NAME=FILE", the bundle of each organ;
 // PALPATE_DATA: the folder of the bundles in the gallery; PALPATE_VIEWER: where the built page goes.
 import { createReadStream, statSync } from "node:fs";
 import { resolve } from "node:path";
@@ -24,12 +25,18 @@ function send(response, file, reason) {
 }
 
 // The files that the environment variables name, read again for every request.
-const FILES = { "/bundle.h5": "PALPATE_BUNDLE", "/bundle-b.h5": "PALPATE_BUNDLE_B", "/render.ply": "PALPATE_RENDER_MESH" };
+const FILES = { "/bundle.h5": "PALPATE_BUNDLE", "/bundle-b.h5": "PALPATE_BUNDLE_B", "/render.ply": "PALPATE_RENDER_MESH", "/world.toml": "PALPATE_WORLD" };
+// url: "/NAME.h5".
+function worldBundle(url) {
+  const name = url.replace(/^\/|\.h5.*$/g, ""), pairs = (process.env.PALPATE_WORLD_BUNDLES ?? "").split(" ");
+  return pairs.find((pair) => pair.startsWith(`${name}=`))?.slice(name.length + 1);
+}
 const serveFiles = {
   name: "serve-files",
   configurePreviewServer(server) {
     const data = () => process.env.PALPATE_DATA ?? "";
     for (const [path, variable] of Object.entries(FILES)) server.middlewares.use(path, (_request, response) => send(response, process.env[variable], `no ${variable}`));
+    server.middlewares.use("/world-bundles", (request, response) => send(response, worldBundle(request.url), `no ${request.url} in PALPATE_WORLD_BUNDLES`));
     server.middlewares.use("/data", (request, response) => send(response, data() && fileOf(data(), request.url), `no ${request.url} among the data`));
     for (const [path, list] of [["/bundles.json", bundlesOf], ["/studies.json", studiesOf]])
       server.middlewares.use(path, (_request, response) => {
@@ -47,7 +54,7 @@ export default defineConfig({
   base: "./",
   resolve: { alias: { "@wasm": wasm } },
   build: { outDir: out, emptyOutDir: true, assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, target: "es2022",
-    rollupOptions: { input: ["index", "compare", "gallery", "accuracy"].map((page) => `${here}/viewer/${page}.html`) } },
+    rollupOptions: { input: ["index", "world", "compare", "gallery", "accuracy"].map((page) => `${here}/viewer/${page}.html`) } },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
   plugins: [serveFiles, fillWords(`${here}/viewer/words`)],

@@ -5,6 +5,11 @@ export const GRADIENT = `linear-gradient(to top, ${STOPS.map((c) => `rgb(${c.joi
 
 const linear = (byte: number) => Math.pow(byte / 255, 2.2);
 const LINEAR_STOPS = STOPS.map((stop) => stop.map(linear));
+// Of several organs: reddish brown, violet, green, ochre, blue grey, rose, teal, grey, and again.
+const ORGANS: [number, number, number][] = [[152, 74, 70], [122, 92, 142], [104, 140, 82], [176, 137, 82], [92, 124, 150], [184, 116, 140], [76, 140, 132], [130, 130, 130]];
+const organBytes = (organ: number) => ORGANS[organ % ORGANS.length];
+export const organColour = (organ: number) => `rgb(${organBytes(organ).join(" ")})`; // of a style sheet
+export const organTissue = (organ: number) => organBytes(organ).map(linear); // linear light
 export const TISSUE = LINEAR_STOPS[0] as [number, number, number];
 
 // lengths [nodes] m -> colours [nodes][3], linear light; a length of `most` (m) gets the palest colour.
@@ -13,6 +18,16 @@ export function colourByDisplacement(lengths: Float32Array, most: number, colour
   for (let n = 0; n < lengths.length; ++n) {
     const at = Math.min(1, lengths[n] / most) * last, low = Math.min(last - 1, Math.floor(at)), share = at - low;
     for (let c = 0; c < 3; ++c) colours[3 * n + c] = LINEAR_STOPS[low][c] + share * (LINEAR_STOPS[low + 1][c] - LINEAR_STOPS[low][c]);
+  }
+}
+
+// The same for vertices that have colours of their own, [vertex][3] linear light, in place of the darkest one.
+export function colourOwnByDisplacement(lengths: Float32Array, most: number, own: Float32Array, colours: Float32Array) {
+  const last = STOPS.length - 1;
+  colourByDisplacement(lengths, most, colours);
+  for (let n = 0; n < lengths.length; ++n) {
+    const at = Math.min(1, lengths[n] / most) * last;
+    for (let c = 0; at < 1 && c < 3; ++c) colours[3 * n + c] = own[3 * n + c] + at * (LINEAR_STOPS[1][c] - own[3 * n + c]);
   }
 }
 

@@ -2,22 +2,23 @@
 import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
 import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
+import { meshOf, provenanceOf } from "./bundle_mesh";
 import { measureCosts } from "./costs";
 import { DeviceLink } from "./device_link";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
-  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type Recording, type SavedFile,
+  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
+import { HeldTools } from "./held_tools";
 import { nodulesOf } from "./nodules";
 import { filesOf } from "./scene_file";
 import { Recorder, recordedTool, type RecordedTool } from "./recorder";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
-import { ToolMotion } from "./tool_motion";
+import { TouchLoop } from "./touch_loop";
 import { TouchScene } from "./touch_scene";
 import { playTrial } from "./trial";
 
-const MOST_DUE = 100; // a late loop runs at most this many touches to catch up and leaves out the others
 const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
 const SAMPLE_EVERY = 4; // touches per point of the plot
 
@@ -35,7 +36,7 @@ let spacing = 0; // of the bundle's surface, m
 let colours: SurfaceColours | null = null; // of the bundle's surface
 let fineColours: SurfaceColours | null = null;
 
-const motions: (ToolMotion | null)[] = Array(TOOL_COUNT).fill(null);
+const held = new HeldTools();
 const recorder = new Recorder();
 let lastRecording: Recording | null = null;
 let replay: { path: Path; step: number; touched: boolean } | null = null;
@@ -76,7 +77,7 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     const mesh = meshOf(opened), surface = surfaceOf(mesh.positions.slice(), mesh.triangles);
     spacing = surface.spacing;
     colours = new SurfaceColours(surface, spacing);
-    say({ type: "opened", name, mesh, nodules: nodulesOf(opened), info: opened.info, provenance: parsed(opened.provenance), bytes: opened.byteCount, simd: hasSimd() });
+    say({ type: "opened", name, mesh, nodules: nodulesOf(opened), info: opened.info, provenance: provenanceOf(opened), bytes: opened.byteCount, simd: hasSimd() });
   } catch (error) {
     opened?.close();
     const { message } = error as Error;
@@ -91,25 +92,6 @@ function close() {
   scene?.destroy();
   bundle?.close();
   scene = bundle = null;
-}
-
-function parsed(provenance: string): Record<string, unknown> {
-  try {
-    return JSON.parse(provenance);
-  } catch {
-    return {};
-  }
-}
-
-function meshOf({ info, nodes, triangles, tetrahedra, region, fixed, touchable, foundation }: Bundle): Mesh {
-  const held: number[] = [];
-  for (let n = 0; n < info.surfaceNodeCount; ++n) if (fixed[3 * n] && fixed[3 * n + 1] && fixed[3 * n + 2]) held.push(n);
-  return {
-    positions: Float32Array.from(nodes.subarray(0, 3 * info.surfaceNodeCount)), triangles: Uint32Array.from(triangles),
-    tetrahedra: Uint32Array.from(info.hasInterior ? tetrahedra : []), region: Int32Array.from(info.hasInterior ? region : []),
-    fixed: Int32Array.from(held), touchable: Int32Array.from(touchable),
-    soft: Int32Array.from(Array.from({ length: foundation.length / 2 }, (_, t) => t).filter((t) => foundation[2 * t] > 0 || foundation[2 * t + 1] > 0)),
-  };
 }
 
 function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMesh) {
@@ -132,67 +114,36 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
 
 // ---- the touch loop --------------------------------------------------------------------------------------------------
 
-let running = false;
-let began = 0; // ms: the time at which step 0 of this run was due
-let stepsDone = 0;
+const loop = new TouchLoop(() => scene !== null && step(), () => link?.send((index) => scene!.force(index)));
 let quiet = 0; // touches since the last tool left
-let lost = 0;
 let flags = 0;
 let stale = true; // touches have changed the contacts since the last shape
 let touches = 0; // since the last frame
 let shapeMs = 0; // time of the newest shape
 let samples: Sample[] = [];
 let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
-const met: (Vector | null)[] = Array(TOOL_COUNT).fill(null); // where each tool met the organ
-const fresh: boolean[] = Array(TOOL_COUNT).fill(false); // a new tool took this one's place: the old one is gone for one touch
 let contacts = 0; // begun so far
 const contactOf: number[] = Array(TOOL_COUNT).fill(0);
 
 function run() {
   quiet = 0;
-  if (running) return;
-  running = true;
-  began = performance.now();
-  stepsDone = 0;
-  tick();
+  loop.run();
 }
 
-function tick() {
-  if (!scene || !running) return;
-  let due = Math.floor(((performance.now() - began) * TOUCH_HZ) / 1000) - stepsDone;
-  if (due > MOST_DUE) {
-    lost += due - MOST_DUE;
-    stepsDone += due - MOST_DUE;
-    due = MOST_DUE;
-  }
-  for (let made = 0; made < due && running; ++made) step();
-  if (due) link?.send((index) => scene!.force(index));
-  if (running) setTimeout(tick, 0);
-}
-
-function step() {
-  present = replay ? replayedTools() : movedTools();
-  const active = replay !== null || present.some(Boolean) || motions.some(Boolean);
+// Returns whether the loop goes on.
+function step(): boolean {
+  present = replay ? replayedTools() : held.move();
+  const active = replay !== null || present.some(Boolean) || held.active;
   // A recording begins with a scene that remembers nothing, so that playing it again gives the same forces.
   if (active && !recorder.steps) scene!.reset();
   flags |= scene!.touch(present);
-  ++stepsDone;
   ++touches;
   stale = true;
   present.forEach(note);
   if (active) recorder.add(present, present.map((_, tool) => scene!.force(tool)));
   quiet = active ? 0 : quiet + 1;
   if (quiet === 1) endRecording();
-  if (quiet > LINGER) running = false;
-}
-
-function movedTools(): RecordedTool[] {
-  return motions.map((motion, index) => {
-    if (!motion || fresh[index]) return (fresh[index] = false), null;
-    const tool = { point: [...motion.point] as Vector, hold: motion.holds };
-    if (!motion.step(met[index] !== null)) motions[index] = null;
-    return tool;
-  });
+  return quiet <= LINGER;
 }
 
 function replayedTools(): RecordedTool[] {
@@ -205,7 +156,7 @@ function replayedTools(): RecordedTool[] {
     replay = null;
     return Array(TOOL_COUNT).fill(null);
   }
-  const tools = motions.map((_, tool) => recordedTool(path, replay!.step, tool));
+  const tools = present.map((_, tool) => recordedTool(path, replay!.step, tool));
   ++replay!.step;
   return tools;
 }
@@ -222,31 +173,16 @@ function nearestOf({ points, steps }: Path): number {
 }
 
 function note(tool: RecordedTool, index: number) {
-  if (!tool || scene!.contacts(index) === 0) met[index] = null;
-  else if (!met[index]) {
-    met[index] = tool.point;
+  if (held.meet(index, tool, scene!.contacts(index))) {
     contactOf[index] = ++contacts;
     if (replay) replay.touched = true;
   }
-  if (tool && met[index] && stepsDone % SAMPLE_EVERY === 0)
-    samples.push({ tool: index, contact: contactOf[index], depth: depth(index, tool.point), force: Math.hypot(...scene!.force(index)) });
+  if (tool && held.isIn(index) && loop.steps % SAMPLE_EVERY === 0)
+    samples.push({ tool: index, contact: contactOf[index], depth: held.depth(index, tool.point), force: Math.hypot(...scene!.force(index)) });
 }
 
-const depth = (index: number, point: Vector) => (met[index] ? distance(point, met[index]) : 0);
-
-const distance = (a: Vector, b: Vector) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-
 function place(index: number, target: ToolTarget) {
-  if (replay) return;
-  const motion = motions[index];
-  if (!motion && !target.down) return;
-  // A press elsewhere is a new tool, which begins at its own start.
-  if (motion && distance(motion.target.start, target.start) === 0) motion.target = target;
-  else if (target.down) {
-    fresh[index] = motion !== null;
-    motions[index] = new ToolMotion(target);
-  }
-  run();
+  if (!replay && held.place(index, target)) run();
 }
 
 // ---- devices ---------------------------------------------------------------------------------------------------------
@@ -258,14 +194,14 @@ function connect(port: number | null) {
   link?.close();
   link = port === null ? null : new DeviceLink(port, {
     move: (index, point) => place(index, { start: (starts[index] ??= point), point, grasp: null, down: true }),
-    leave: (index) => (starts[index] = motions[index] = null),
+    leave: (index) => ((starts[index] = null), held.withdraw(index)),
     changed: (state, tools) => say({ type: "linked", state, tools }),
   });
 }
 
 function withdraw(index: number) {
-  motions[index] = null;
-  if (!motions.some(Boolean)) recorder.clear();
+  held.withdraw(index);
+  if (!held.active) recorder.clear();
 }
 
 function play(path: Path | null) {
@@ -306,10 +242,8 @@ function tryPath(path: Path) {
 // Takes the tools away. What was recorded until now stays.
 function forget() {
   endRecording();
-  motions.fill(null);
-  fresh.fill(false);
+  held.forget();
   present = Array(TOOL_COUNT).fill(null);
-  met.fill(null);
   replay = null;
   samples = [];
   scene?.reset();
@@ -334,13 +268,13 @@ function answerFrame(recycled: ArrayBuffer | null) {
   }
   fillFrame(buffer, nodes, scene);
   const frame: Frame = {
-    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost, touches, at: performance.now(),
+    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost: loop.lost, touches, at: performance.now(),
     touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
     replaying: replay !== null, engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];
   touches = scene.touchMs = 0;
-  flags = lost = 0;
+  flags = loop.lost = 0;
   say(frame, [buffer]);
 }
 
@@ -357,7 +291,7 @@ function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, dis
 
 function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
   if (!tool) return null;
-  return { point: tool.point, force: scene!.force(index), contacts: scene!.contacts(index), depth: depth(index, tool.point), normal: scene!.discNormal(index) };
+  return { point: tool.point, force: scene!.force(index), contacts: scene!.contacts(index), depth: held.depth(index, tool.point), normal: scene!.discNormal(index) };
 }
 
 function measure(place: Vector, normal: Vector) {

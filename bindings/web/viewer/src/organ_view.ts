@@ -3,7 +3,7 @@ import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, HemisphereLight, LineBasicMaterial, LineSegments,
   type Material, Mesh as Object3, MeshBasicMaterial, type Object3D, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
-import { colourByDisplacement, roundUp, TISSUE } from "./colours";
+import { colourByDisplacement, colourOwnByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { OrganCamera } from "./organ_camera";
 import { NoduleMarks } from "./nodule_marks";
@@ -67,6 +67,7 @@ export class OrganView {
   quality: Quality;
   private raycaster = new Raycaster();
   private rest: Float32Array<ArrayBufferLike> = new Float32Array(0);
+  private own: Float32Array | null = null; // colours of the surface's vertices; null: all have the tissue's
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private stale = true; // the picture no longer shows what there is
   private moved: { shape: Shape; palest?: number } | null = null; // what move() took last; null: to be taken again
@@ -112,8 +113,9 @@ export class OrganView {
     this.stale = true;
   }
 
-  // frame: of the bundle's coordinates, "LPS" or "RAS".
-  open(mesh: Mesh, frame: string) {
+  // frame: of the bundle's coordinates, "LPS" or "RAS". own: colours of the vertices without a dent, [vertex][3] linear light.
+  open(mesh: Mesh, frame: string, own: Float32Array | null = null) {
+    this.own = own;
     const nodes = mesh.positions.length / 3;
     this.geometry.dispose();
     this.geometry = new BufferGeometry();
@@ -216,7 +218,8 @@ export class OrganView {
 
   private colour(geometry: BufferGeometry, lengths: Float32Array) {
     const colour = geometry.getAttribute("color") as BufferAttribute, colours = colour.array as Float32Array;
-    if (this.shown.colour) colourByDisplacement(lengths, this.most, colours);
+    if (this.own) this.shown.colour ? colourOwnByDisplacement(lengths, this.most, this.own, colours) : colours.set(this.own);
+    else if (this.shown.colour) colourByDisplacement(lengths, this.most, colours);
     else for (let i = 0; i < colours.length; ++i) colours[i] = TISSUE[i % 3];
     colour.needsUpdate = true;
   }

@@ -2,7 +2,7 @@
 // both to the byte. The scene is a record of palpate-run too (programs/player/record.h): palpate-run --replay compares its results.
 import xxhash from "xxhash-wasm";
 import type { Bundle, Scene, Tool } from "../../module/palpate.js";
-import { BodySolves, NODES_UNDER_DISC } from "./touch_scene";
+import { BodySolves, nodesFor } from "./touch_scene";
 import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
 
 const SHAPE_HZ = 60;
@@ -104,7 +104,7 @@ class PathOf {
 // With the limits that palpate-run gives a scene of so many points.
 function createScene(bundle: Bundle, { effects: { fine, dent, ...effects } }: Recording, tools: number): Scene {
   return bundle.createScene({
-    ...effects, maxTools: tools, maxPoints: tools, maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * tools,
+    ...effects, maxTools: tools, maxPoints: tools, maxContactNodes: nodesFor(effects, tools),
   });
 }
 

@@ -22,16 +22,14 @@ export interface PlayedScene {
   path: Path;
 }
 
-type Table = Record<string, unknown>;
+export type Table = Record<string, unknown>;
 
 // Throws an Error that names the key. now: what the file does not hold.
 export function readScene(text: string, now: { effects: PageEffects; tool: ToolShape }): PlayedScene {
-  const scene = parsed(text), unit = UNITS[String(scene.unit)];
+  const scene = parsed(text), unit = unitOf(scene);
+  if (Array.isArray(scene.organ)) throw new Error(word("scene.several-organs"));
   refuseOthers(word("scene.itself"), scene, TOP);
-  if (!unit) throw new Error(word("scene.unit", { found: shownAs(scene.unit) }));
-  const rate = table(scene.rate, "rate");
-  for (const [key, expected] of Object.entries({ touch: TOUCH_HZ, deform: DEFORM_HZ }))
-    if (Number(rate[key] ?? expected) !== expected) throw new Error(word("scene.rate", { key, expected, found: shownAs(rate[key]) }));
+  checkRate(scene);
   const tools = (Array.isArray(scene.tool) ? scene.tool : []).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, unit));
   if (!tools.length) throw new Error(word("scene.no-tool"));
   const radii = tools.map((tool) => tool.discRadius), frictions = tools.map((tool) => tool.friction);
@@ -45,7 +43,20 @@ export function readScene(text: string, now: { effects: PageEffects; tool: ToolS
   };
 }
 
-function parsed(text: string): Table {
+// Metres in a unit of the file.
+export function unitOf({ unit }: Table): number {
+  const metres = UNITS[String(unit)];
+  if (!metres) throw new Error(word("scene.unit", { found: shownAs(unit) }));
+  return metres;
+}
+
+export function checkRate(scene: Table) {
+  const rate = table(scene.rate, "rate");
+  for (const [key, expected] of Object.entries({ touch: TOUCH_HZ, deform: DEFORM_HZ }))
+    if (Number(rate[key] ?? expected) !== expected) throw new Error(word("scene.rate", { key, expected, found: shownAs(rate[key]) }));
+}
+
+export function parsed(text: string): Table {
   try {
     return parse(text) as Table;
   } catch (error) {
@@ -54,7 +65,7 @@ function parsed(text: string): Table {
   }
 }
 
-function readEffects(given: Table, relaxation: Table, hasDisc: boolean): PageEffects {
+export function readEffects(given: Table, relaxation: Table, hasDisc: boolean): PageEffects {
   const effects: Table = { ...DEFAULT_EFFECTS, collision: "rest", contact: hasDisc ? "patch" : "point", preload: false, relaxation: [] };
   refuseOthers("[effects]", given, [...Object.keys(CHOICES), "preload"]);
   for (const [effect, value] of Object.entries(given)) {
@@ -83,20 +94,37 @@ interface SceneTool {
 
 function readTool(given: Table, where: string, unit: number): SceneTool {
   refuseOthers(where, given, OF_TOOL);
-  const points = given.points as number[][] | undefined, rows = given.path as number[][] | undefined;
+  const points = given.points as number[][] | undefined;
   if (points?.length !== 1 || !isRow(points[0], 3)) throw new Error(word("scene.points", { where, found: shownAs(points) }));
-  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(word("scene.path", { where, found: shownAs(rows) }));
-  const late = rows.findIndex((row, i) => i > 0 && !(row[0] > rows[i - 1][0]));
-  if (late > 0) throw new Error(word("scene.late", { where, last: rows[late - 1][0], row: late + 1, found: rows[late][0] }));
-  if (rows.at(-1)![0] > LONGEST_PATH) throw new Error(word("scene.long", { where, most: LONGEST_PATH, found: rows.at(-1)![0] }));
-  const away = (given.away ?? []) as [number, number][];
-  if (!Array.isArray(away) || !away.every((row) => isRow(row, 2))) throw new Error(word("scene.away", { where, found: shownAs(away) }));
+  const rows = pathRows(given.path, where), away = timeSpans(given.away, `${where} away`);
   const offset = points[0];
   return {
     slot: Number(/^tool (\d)\b/.exec(String(given.name))?.[1] ?? 0) - 1, hold: given.hold === true, away,
     discRadius: unit * Number(given.disc_radius ?? 0), friction: Number(given.friction ?? 0),
     rows: rows.map(([time, ...place]) => [time, ...place.map((x, d) => unit * (x + offset[d]))]),
   };
+}
+
+// Rows s, x, y, z of a tool's path, in the file's unit.
+export function pathRows(path: unknown, where: string): number[][] {
+  const rows = path as number[][];
+  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(word("scene.path", { where, found: shownAs(rows) }));
+  checkTimes(rows, `${where} path`);
+  return rows;
+}
+
+// where: the key with its table.
+export function checkTimes(rows: number[][], where: string) {
+  const late = rows.findIndex((row, i) => i > 0 && !(row[0] > rows[i - 1][0]));
+  if (late > 0) throw new Error(word("scene.late", { where, last: rows[late - 1][0], row: late + 1, found: rows[late][0] }));
+  if (rows.at(-1)![0] > LONGEST_PATH) throw new Error(word("scene.long", { where, most: LONGEST_PATH, found: rows.at(-1)![0] }));
+}
+
+// Rows from, until, s; none where the file has none. where: the key with its table.
+export function timeSpans(given: unknown, where: string): [number, number][] {
+  const spans = (given ?? []) as [number, number][];
+  if (!Array.isArray(spans) || !spans.every((row) => isRow(row, 2))) throw new Error(word("scene.spans", { where, found: shownAs(spans) }));
+  return spans;
 }
 
 // The page's tools, step by step. A tool of the scene takes the page's tool of its name, or else the first that is free while it is there.
@@ -120,16 +148,16 @@ function pathOf(tools: SceneTool[]): Path {
   return path;
 }
 
-function table(value: unknown, name: string): Table {
+export function table(value: unknown, name: string): Table {
   if (value === undefined) return {};
   if (typeof value !== "object" || value === null || Array.isArray(value)) throw new Error(word("scene.table", { name, found: shownAs(value) }));
   return value as Table;
 }
 
-function refuseOthers(where: string, given: Table, known: string[]) {
+export function refuseOthers(where: string, given: Table, known: string[]) {
   const other = Object.keys(given).find((key) => !known.includes(key));
   if (other) throw new Error(word("scene.cannot", { where, key: other }));
 }
 
-const isRow = (row: unknown, length: number): row is number[] => Array.isArray(row) && row.length === length && row.every((x) => typeof x === "number" && Number.isFinite(x));
-const shownAs = (value: unknown) => (value === undefined ? word("scene.nothing") : JSON.stringify(value, (_, x) => (typeof x === "bigint" ? Number(x) : x)).slice(0, 60));
+export const isRow = (row: unknown, length: number): row is number[] => Array.isArray(row) && row.length === length && row.every((x) => typeof x === "number" && Number.isFinite(x));
+export const shownAs = (value: unknown) => (value === undefined ? word("scene.nothing") : JSON.stringify(value, (_, x) => (typeof x === "bigint" ? Number(x) : x)).slice(0, 60));

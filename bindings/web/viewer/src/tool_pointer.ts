@@ -17,7 +17,8 @@ const HANDED_OVER = "palpateHandedOver"; // marks an event that the camera alone
 export interface PointerOptions {
   pulls: () => boolean;
   keeps: () => boolean;
-  followsDeformed: () => boolean;
+  followsDeformed: (hit: Hit) => boolean;
+  radiusAt?: (hit: Hit) => number; // m, of the organ there; left out: of all that is shown
   send: (index: number, target: ToolTarget) => void;
   withdraw: (index: number) => void; // as if the press had not been
   pressed: (hit: Hit) => void;
@@ -139,7 +140,7 @@ export class ToolPointer {
   private take(pointer: number, hit: Hit, x: number, y: number) {
     const index = this.freeTool();
     if (index === null) return;
-    const place = this.options.followsDeformed() ? hit.point : hit.place;
+    const place = this.options.followsDeformed(hit) ? hit.point : hit.place;
     const grasp = this.options.pulls() ? along(place, hit.normal, -GRASP) : null;
     const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, grasp, down: true };
     const held: Held = { pointer, index, hit, place, x, y, now: [x, y], since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false, slides: pointer === GAMEPAD };
@@ -197,13 +198,13 @@ export class ToolPointer {
     const way = dragged.map((x, d) => x - hit.point[d]), up = way.reduce((sum, x, d) => sum + x * hit.normal[d], 0);
     const pulled = place.map((x, d) => x + way[d]) as Vector;
     const beside = held.slides ? (place.map((x, d) => x + way[d] - up * hit.normal[d]) as Vector) : place;
-    held.target = { ...target, point: target.grasp ? limited(place, pulled, this.deepest) : along(beside, hit.normal, -Math.min(this.deepest, depth)) };
+    held.target = { ...target, point: target.grasp ? limited(place, pulled, this.deepest(hit)) : along(beside, hit.normal, -Math.min(this.deepest(hit), depth)) };
     this.targets[held.index] = held.target;
     this.options.send(held.index, held.target);
   }
 
-  private get deepest() {
-    return Math.min(DEEPEST, DEEPEST_SHARE * this.view.radius);
+  private deepest(hit: Hit) {
+    return Math.min(DEEPEST, DEEPEST_SHARE * (this.options.radiusAt?.(hit) ?? this.view.radius));
   }
 
   private up(pointer: number, event?: PointerEvent) {

@@ -3,12 +3,36 @@ import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
 import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
 
-export const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
+const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
 
 // The runtime's tools: each of the page's pushes or pulls, which for the runtime are two tools, since a tool of a scene file either
 // holds or does not.
-const SCENE_TOOLS = 2 * TOOL_COUNT;
+export const SCENE_TOOLS = 2 * TOOL_COUNT;
 const sceneTool = (tool: number, hold: boolean) => 2 * tool + (hold ? 1 : 0);
+
+export class PageTools {
+  private pulls: boolean[] = Array(TOOL_COUNT).fill(false); // in the last touch
+
+  constructor(private discRadius: number, private friction: number) {}
+
+  // For the next touch.
+  all(tools: RecordedTool[]): Tool[] {
+    const all: Tool[] = Array.from({ length: SCENE_TOOLS }, () => ({}));
+    tools.forEach((tool, t) => {
+      if (!tool) return;
+      this.pulls[t] = tool.hold;
+      all[sceneTool(t, tool.hold)] = { points: tool.point, hold: tool.hold, discRadius: this.discRadius, friction: this.friction };
+    });
+    return all;
+  }
+
+  // The runtime's tool that a tool of the page was in the last touch.
+  index(tool: number): number {
+    return sceneTool(tool, this.pulls[tool]);
+  }
+}
+
+export const nodesFor = (effects: PageEffects, points: number) => (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * points;
 
 // Under large-beside and large-renewed: solves the body after the first touch and each tenth one after it, as palpate-run does.
 export class BodySolves {
@@ -31,21 +55,17 @@ export class BodySolves {
 export class TouchScene {
   readonly scene: Scene;
   touchMs = 0; // ms of all touches; the caller resets it
-  private pulls: boolean[] = Array(TOOL_COUNT).fill(false); // in the last touch
+  private tools: PageTools;
   private solves: BodySolves;
-
-  private discRadius: number;
-  private friction: number;
 
   // mesh: the finer mesh that effects.fine binds.
   constructor(bundle: Bundle, { fine, dent, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
-    this.discRadius = effects.contact === "patch" ? tool.discRadius : 0;
-    this.friction = effects.law === "coulomb" ? tool.friction : 0;
+    this.tools = new PageTools(effects.contact === "patch" ? tool.discRadius : 0, effects.law === "coulomb" ? tool.friction : 0);
     // A dent is that of a disc, in a finer mesh.
     const dents = dent === "discs" && fine && mesh && effects.contact === "patch";
     this.scene = bundle.createScene({
       ...effects, renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
-      maxContactNodes: (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * SCENE_TOOLS,
+      maxContactNodes: nodesFor(effects, SCENE_TOOLS),
     });
     this.solves = new BodySolves(effects);
     this.scene.setTools([]);
@@ -65,13 +85,7 @@ export class TouchScene {
   }
 
   touch(tools: RecordedTool[]): number {
-    const all: Tool[] = Array.from({ length: SCENE_TOOLS }, () => ({}));
-    tools.forEach((tool, t) => {
-      if (!tool) return;
-      this.pulls[t] = tool.hold;
-      all[sceneTool(t, tool.hold)] = { points: tool.point, hold: tool.hold, discRadius: this.discRadius, friction: this.friction };
-    });
-    this.scene.setTools(all);
+    this.scene.setTools(this.tools.all(tools));
     const start = performance.now();
     const flags = this.scene.touch(1 / TOUCH_HZ);
     this.touchMs += performance.now() - start;
@@ -80,17 +94,17 @@ export class TouchScene {
   }
 
   force(tool: number): Vector {
-    return [...this.scene.force(sceneTool(tool, this.pulls[tool]))] as unknown as Vector;
+    return [...this.scene.force(this.tools.index(tool))] as unknown as Vector;
   }
 
   contacts(tool: number): number {
-    return this.scene.contactCount(sceneTool(tool, this.pulls[tool]));
+    return this.scene.contactCount(this.tools.index(tool));
   }
 
   // Of the plane that the tool's disc is drawn in, after shape(); null where no dent is drawn.
   discNormal(tool: number): Vector | null {
     if (!this.scene.hasDents) return null;
-    const index = sceneTool(tool, this.pulls[tool]), { contacts } = this.scene.report, normals = this.scene.discNormals;
+    const index = this.tools.index(tool), { contacts } = this.scene.report, normals = this.scene.discNormals;
     const contact = contacts.findIndex((one) => one.tool === index), normal = [...normals.subarray(3 * contact, 3 * contact + 3)];
     return contact >= 0 && normal.length === 3 && normal.some(Boolean) ? (normal as Vector) : null;
   }

@@ -1,0 +1,42 @@
+// Places on an organ's touchable surface by the point that they are near to, as palpate-run finds them (programs/player/tool_places.cpp).
+import { Triangle, Vector3 } from "three";
+import type { Bundle } from "../../module/palpate.js";
+import type { Vector } from "./messages";
+
+export interface SurfacePlace {
+  point: Vector;
+  normal: Vector; // unit, outwards
+  triangle: number;
+  barycentric: Vector;
+}
+
+// null where no triangle has three touchable nodes. near: m, in the organ's frame.
+export function nearestPlace({ info, nodes, triangles, touchable }: Bundle, near: Vector): SurfacePlace | null {
+  const canTouch = new Uint8Array(info.surfaceNodeCount), p = new Vector3(...near), on = new Vector3(), triangle = new Triangle();
+  for (const node of touchable) canTouch[node] = 1;
+  const corner = (node: number, into: Vector3) => into.set(nodes[3 * node], nodes[3 * node + 1], nodes[3 * node + 2]);
+  const setTriangle = (t: number) => [triangle.a, triangle.b, triangle.c].forEach((into, c) => corner(triangles[3 * t + c], into));
+  let best = -1, least = Infinity;
+  for (let t = 0; t < info.triangleCount; ++t) {
+    if (![0, 1, 2].every((c) => canTouch[triangles[3 * t + c]])) continue;
+    setTriangle(t);
+    const away = triangle.closestPointToPoint(p, on).distanceToSquared(p);
+    if (away < least) [best, least] = [t, away];
+  }
+  if (best < 0) return null;
+  setTriangle(best);
+  triangle.closestPointToPoint(p, on);
+  const weights = triangle.getBarycoord(on, new Vector3())!.toArray() as Vector;
+  return { point: on.toArray() as Vector, normal: normalAt(best, weights, triangles, nodes), triangle: best, barycentric: weights };
+}
+
+// The weighted normals of the triangle's corners, each as long as twice the area around it.
+function normalAt(at: number, weights: Vector, triangles: Int32Array, nodes: Float64Array): Vector {
+  const corners = [...triangles.subarray(3 * at, 3 * at + 3)], normal = new Vector3(), u = new Vector3(), v = new Vector3();
+  const edge = (from: number, to: number, into: Vector3) => into.set(nodes[3 * to] - nodes[3 * from], nodes[3 * to + 1] - nodes[3 * from + 1], nodes[3 * to + 2] - nodes[3 * from + 2]);
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [a, b, c] = triangles.subarray(t, t + 3), share = corners.reduce((sum, corner, i) => sum + (corner === a || corner === b || corner === c ? weights[i] : 0), 0);
+    if (share) normal.addScaledVector(edge(a, b, u).cross(edge(a, c, v)), share);
+  }
+  return normal.normalize().toArray() as Vector;
+}

@@ -1,0 +1,37 @@
+// Steps touches at a fixed rate. A browser wakes a worker about every 4 ms; it then makes the touches that are due.
+import { TOUCH_HZ } from "./messages";
+
+const MOST_DUE = 100; // a late loop runs at most this many touches to catch up and leaves out the others
+
+export class TouchLoop {
+  lost = 0; // touches that were left out; the reader resets it
+  steps = 0; // since it began to run, those left out too
+  private running = false;
+  private began = 0; // ms: the time at which step 0 was due
+
+  // step: makes one touch, and says whether the loop goes on. after: the touches of one wake-up.
+  constructor(private step: () => boolean, private after: () => void = () => {}) {}
+
+  run() {
+    if (this.running) return;
+    this.running = true;
+    this.began = performance.now();
+    this.steps = 0;
+    this.tick();
+  }
+
+  private tick() {
+    let due = Math.floor(((performance.now() - this.began) * TOUCH_HZ) / 1000) - this.steps;
+    if (due > MOST_DUE) {
+      this.lost += due - MOST_DUE;
+      this.steps += due - MOST_DUE;
+      due = MOST_DUE;
+    }
+    for (let made = 0; made < due && this.running; ++made) {
+      ++this.steps;
+      this.running = this.step();
+    }
+    if (due) this.after();
+    if (this.running) setTimeout(() => this.tick(), 0);
+  }
+}

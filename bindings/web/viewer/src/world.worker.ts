@@ -1,0 +1,309 @@
+// The engine's thread of the page of several organs: opens a scene's bundles, touches all organs at a fixed rate, moves them by their
+// motions, and computes their shapes when the page asks for a frame.
+import baselineUrl from "@wasm/baseline/palpate.wasm?url";
+import simdUrl from "@wasm/simd/palpate.wasm?url";
+import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime, type Tool } from "../../module/palpate.js";
+import { meshOf, provenanceOf } from "./bundle_mesh";
+import { DEFAULT_TOOL } from "./effects";
+import { HeldTools } from "./held_tools";
+import { frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type ToolFrame, type ToolTarget, type Vector } from "./messages";
+import { MotionClocks } from "./motion_clocks";
+import type { RecordedTool } from "./recorder";
+import { ScenePlay } from "./scene_play";
+import { SurfaceColours, surfaceOf } from "./surface_colours";
+import { TouchLoop } from "./touch_loop";
+import { nodesFor, PageTools, SCENE_TOOLS } from "./touch_scene";
+import { OrganFrame, TouchWorld, type WorldPart } from "./touch_world";
+import type { FromWorldWorker, OrganForces, ToWorldWorker, WorldFile, WorldFrame, WorldSettings } from "./world_messages";
+import type { WorldScene } from "./world_scene";
+import { useLanguage, word } from "./words";
+
+const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
+const PAIRS = 200; // where organs touch one another and the scene's file says nothing else
+
+const say = (message: FromWorldWorker, transfer: Transferable[] = []) => postMessage(message, { transfer });
+
+// A scene that is open.
+interface Opened {
+  scene: WorldScene;
+  bundles: Bundle[];
+  parts: WorldPart[];
+  clocks: MotionClocks;
+  surfaces: { colours: SurfaceColours; first: number; nodes: number }[]; // first: among the nodes of all organs
+  nodes: number;
+}
+
+let runtime: Runtime | null = null;
+let opened: Opened | null = null;
+let world: TouchWorld | null = null;
+let settings: WorldSettings;
+let tools: PageTools;
+let colourBy: ColourBy = "dent";
+
+// ---- opening ---------------------------------------------------------------------------------------------------------
+
+async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted: WorldSettings) {
+  const bundles: Bundle[] = [];
+  try {
+    runtime ??= await loadRuntime(fetch(hasSimd() ? simdUrl : baselineUrl));
+    for (const file of files) bundles.push(await bundleOf(runtime, file));
+    const parts = scene.organs.map(({ effects, pose }, k) => ({ bundle: bundles[of[k]], effects, pose }));
+    const next = openedScene(scene, bundles, parts), first = touchedWorld(next, wanted);
+    close();
+    opened = next;
+    take(first, wanted);
+    say({
+      type: "opened", frame: String(provenanceOf(parts[0].bundle).frame), clocks: next.clocks.states,
+      organs: scene.organs.map(({ name }, k) => ({ name, mesh: meshInWorld(parts[k]), nodes: parts[k].bundle.info.nodeCount })),
+    });
+  } catch (error) {
+    for (const bundle of bundles) bundle.close();
+    say({ type: "refused", what: "world", message: (error as Error).message, byteOffset: error instanceof PalpateError ? error.byteOffset : 0 });
+  }
+}
+
+async function bundleOf(engine: Runtime, { name, source }: WorldFile): Promise<Bundle> {
+  const bundle = await named(name, async () => {
+    if (typeof source !== "string") return engine.openBundle(new Uint8Array(source));
+    const answer = await fetch(source).catch(() => null);
+    if (!answer?.ok || !answer.body) throw new Error(word("world.absent"));
+    const total = Number(answer.headers.get("content-length") ?? 0);
+    let told = 0;
+    return engine.openBundleStream(answer.body, total, (done) => {
+      if (done - told < total / 100 && done < total) return;
+      say({ type: "progress", name, done: (told = done), total });
+    });
+  });
+  await named(name, async () => bundle.check());
+  return bundle;
+}
+
+// The error's sentence, with the file's name in front.
+async function named<Made>(name: string, make: () => Promise<Made>): Promise<Made> {
+  try {
+    return await make();
+  } catch (error) {
+    (error as Error).message = `${name}: ${(error as Error).message}`;
+    throw error;
+  }
+}
+
+function openedScene(scene: WorldScene, bundles: Bundle[], parts: WorldPart[]): Opened {
+  let nodes = 0;
+  const surfaces = parts.map(({ bundle }) => {
+    const { positions, triangles } = meshOf(bundle), surface = surfaceOf(positions, triangles), first = nodes;
+    nodes += positions.length / 3;
+    return { colours: new SurfaceColours(surface, surface.spacing), first, nodes: positions.length / 3 };
+  });
+  return { scene, bundles, parts, surfaces, nodes, clocks: new MotionClocks(scene, parts.map(({ bundle }) => bundle.motions)) };
+}
+
+function meshInWorld({ bundle, pose }: WorldPart) {
+  const mesh = meshOf(bundle);
+  new OrganFrame(pose).toWorld(mesh.positions);
+  return mesh;
+}
+
+function close() {
+  forget();
+  world?.destroy();
+  for (const bundle of opened?.bundles ?? []) bundle.close();
+  world = opened = null;
+}
+
+// The world that the pointer touches.
+function touchedWorld({ scene, parts }: Opened, { law, touch, friction }: WorldSettings): TouchWorld {
+  const room = { maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS };
+  const organs = parts.map((part) => {
+    const effects = { ...part.effects, law };
+    return { ...part, effects: { ...effects, ...room, maxContactNodes: nodesFor(effects, SCENE_TOOLS) } };
+  });
+  return new TouchWorld(runtime!, organs, { ...limitsOf(scene), maxPairs: touch ? scene.pairs || PAIRS : 0, friction: touch ? friction : 0 });
+}
+
+const limitsOf = ({ forceLimit, forceSlew }: WorldScene) => ({ forceLimit, forceSlew });
+
+// Takes the place of the world before.
+function take(next: TouchWorld, wanted: WorldSettings) {
+  forget();
+  world?.destroy();
+  world = next;
+  settings = wanted;
+  const hasDisc = opened!.parts.some(({ effects }) => effects.contact === "patch");
+  tools = new PageTools(hasDisc ? wanted.discRadius : 0, wanted.law === "coulomb" ? DEFAULT_TOOL.friction : 0);
+  touchNothing();
+}
+
+function change(wanted: WorldSettings) {
+  if (!opened) return;
+  try {
+    take(touchedWorld(opened, wanted), wanted);
+    say({ type: "accepted", settings });
+  } catch (error) {
+    say({ type: "refused", what: "settings", message: (error as Error).message, byteOffset: 0 });
+  }
+}
+
+// ---- the touch loop --------------------------------------------------------------------------------------------------
+
+const held = new HeldTools();
+const loop = new TouchLoop(() => world !== null && step());
+let play: ScenePlay | null = null;
+let quiet = 0; // touches since the last tool left
+let flags = 0;
+let stale = true; // touches have changed the contacts since the last shape
+let touches = 0; // since the last frame
+let shapeMs = 0; // time of the newest shape
+let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
+
+function run() {
+  quiet = 0;
+  loop.run();
+}
+
+// Returns whether the loop goes on.
+function step(): boolean {
+  if (play?.isDone) endPlay();
+  const sent = play ? playedTools(play) : tools.all((present = held.move()));
+  moveOrgans();
+  flags |= world!.touch(sent);
+  ++touches;
+  stale = true;
+  play?.note((tool) => world!.force(tool));
+  present.forEach((tool, index) => held.meet(index, tool, world!.world.contactCount(inRuntime(index))));
+  const active = play !== null || present.some(Boolean) || held.active || opened!.clocks.play;
+  quiet = active ? 0 : quiet + 1;
+  return quiet <= LINGER;
+}
+
+// The tool of the runtime that a tool of the page was in the last touch.
+const inRuntime = (index: number) => (play ? index : tools.index(index));
+
+function moveOrgans() {
+  const { clocks } = opened!;
+  if (play) clocks.goTo(play.time);
+  else clocks.advance(1 / TOUCH_HZ);
+  setAmounts();
+}
+
+function setAmounts() {
+  opened!.clocks.fill();
+  for (const { organ, amounts } of opened!.clocks.organs) world!.world.organs[organ].setMotions(amounts);
+}
+
+function playedTools(of: ScenePlay): Tool[] {
+  const places = of.places();
+  present = Array.from({ length: TOOL_COUNT }, (_, t) => (places[t] ? { point: places[t], hold: false } : null));
+  return places.map((place, t) => of.tool(t, place));
+}
+
+// The scene's tools in a world of their own, as palpate-run has it.
+function beginPlay() {
+  if (!opened) return;
+  try {
+    const { scene, parts } = opened, next = new ScenePlay(scene, parts);
+    const own = new TouchWorld(runtime!, parts.map((part, k) => next.partOf(part, k)), { ...limitsOf(scene), maxPairs: scene.pairs, friction: scene.friction });
+    forget();
+    world!.destroy();
+    world = own;
+    touchNothing(); // what the page shows until the first touch of the scene
+    world.reset();
+    play = next;
+    run();
+  } catch (error) {
+    say({ type: "refused", what: "play", message: (error as Error).message, byteOffset: 0 });
+  }
+}
+
+function endPlay() {
+  const { forces, step: steps, room } = play!;
+  change(settings); // the pointer's world again
+  say({ type: "played", forces: forces.slice(0, 3 * room.maxTools * steps) });
+}
+
+function place(index: number, target: ToolTarget) {
+  if (!play && held.place(index, target)) run();
+}
+
+function setMotion(name: string, plays: boolean, share?: number) {
+  if (!opened || play) return;
+  opened.clocks.set(name, plays, share);
+  run();
+}
+
+// Takes the tools away.
+function forget() {
+  held.forget();
+  present = Array(TOOL_COUNT).fill(null);
+  play = null;
+  world?.reset();
+}
+
+// One touch without tools: the organs are where their motions have them.
+function touchNothing() {
+  if (!opened || !world) return;
+  setAmounts();
+  flags |= world.touch([]);
+  stale = true;
+}
+
+function reset() {
+  if (play) return endPlay();
+  forget();
+  touchNothing();
+}
+
+// ---- frames ----------------------------------------------------------------------------------------------------------
+
+function answerFrame(recycled: ArrayBuffer | null) {
+  if (!world || !opened) return;
+  const bytes = frameBytes(opened.nodes, 0, 0), buffer = recycled?.byteLength === bytes ? recycled : new ArrayBuffer(bytes), changed = stale;
+  if (stale) {
+    const start = performance.now();
+    flags |= world.shape();
+    shapeMs = performance.now() - start;
+    stale = false;
+  }
+  fillFrame(buffer, opened, world);
+  const frame: WorldFrame = {
+    type: "frame", buffer, tools: present.map(toolFrame), organs: world.world.organStates.map(forcesOf), clocks: opened.clocks.states,
+    playing: play && play.time, changed, flags, lost: loop.lost, touches, at: performance.now(),
+    touchUs: touches ? (1000 * world.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
+  };
+  touches = world.touchMs = 0;
+  flags = loop.lost = 0;
+  say(frame, [buffer]);
+}
+
+function fillFrame(buffer: ArrayBuffer, { surfaces, nodes }: Opened, { world: { organs } }: TouchWorld) {
+  const out = frameArrays(buffer, nodes, 0, 0);
+  surfaces.forEach(({ colours, first, nodes: own }, k) => {
+    world!.fillPositions(k, out.positions.subarray(3 * first, 3 * (first + own)));
+    colours.fill(colourBy, organs[k].displacements, settings.discRadius, out.lengths.subarray(first, first + own));
+  });
+}
+
+function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
+  if (!tool) return null;
+  const of = inRuntime(index);
+  return { point: tool.point, force: world!.force(of), contacts: world!.world.contactCount(of), depth: held.depth(index, tool.point), normal: null };
+}
+
+const forcesOf = ({ force, pressed }: { force: number[]; pressed: number[] }): OrganForces => ({ tools: lengthOf(force), organs: lengthOf(pressed) });
+const lengthOf = ([x, y, z]: number[] | Vector) => Math.hypot(x, y, z);
+
+addEventListener("message", ({ data }: MessageEvent<ToWorldWorker>) => {
+  if (data.type === "open") void open(data.scene, data.files, data.of, data.settings);
+  if (data.type === "settings") change(data.settings);
+  if (data.type === "tool") place(data.index, data.target);
+  if (data.type === "withdraw") held.withdraw(data.index);
+  if (data.type === "motion") setMotion(data.name, data.plays, data.share);
+  if (data.type === "play") beginPlay();
+  if (data.type === "frame") answerFrame(data.buffer);
+  if (data.type === "reset") reset();
+  if (data.type === "language") useLanguage(data.name);
+  if (data.type === "colour") {
+    colourBy = data.by;
+    stale = true;
+  }
+});

@@ -1,0 +1,158 @@
+// Reads a scene file of several organs, which palpate-run plays. What the page cannot play is refused with the key's name.
+import type { Pose } from "../../module/palpate.js";
+import { TOOL_COUNT, type PageEffects, type Vector } from "./messages";
+import { checkRate, checkTimes, isRow, parsed, pathRows, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
+import type { SceneGrasp, SceneMotion, SceneOrgan, SceneTool, WorldScene } from "./world_scene";
+import { word } from "./words";
+
+const MOST_PAIRS = 1000, MOST_FRICTION = 100; // of palpate_world.h
+const TOP = ["name", "unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool"];
+// displacement: beyond it palpate-run warns; it changes nothing that is computed.
+const OF_LIMITS = ["points", "contact_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
+const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
+const OF_MOTION = ["name", "organ", "sine", "amounts"];
+const OF_TOOL = ["name", "organ", "points", "path", "near", "depth", "hold", "disc_radius", "friction", "away", "grasp"];
+const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
+
+// Throws an Error that names the key.
+export function readWorld(text: string): WorldScene {
+  const scene = parsed(text), unit = unitOf(scene);
+  if (!Array.isArray(scene.organ)) throw new Error(word("world.one-organ"));
+  refuseOthers(word("scene.itself"), scene, TOP);
+  checkRate(scene);
+  const world = table(scene.world, "world"), limits = table(scene.limits, "limits"), names = scene.organ.map((organ, k) => nameOf(organ, `[[organ]] ${k + 1}`));
+  refuseOthers("[world]", world, ["pairs", "friction"]);
+  refuseOthers("[limits]", limits, OF_LIMITS);
+  const twice = names.find((name, k) => names.indexOf(name) < k);
+  if (twice !== undefined) throw new Error(word("world.same-name", { name: twice }));
+  const motions = listOf(scene.motion).map((motion, m) => readMotion(table(motion, "motion"), `[[motion]] ${m + 1}`, names));
+  const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit));
+  if (tools.length > TOOL_COUNT) throw new Error(word("scene.many-tools", { most: TOOL_COUNT }));
+  const pairs = numberOf(world, "pairs", "[world]", MOST_PAIRS) ?? 0;
+  if (!Number.isInteger(pairs)) throw new Error(word("world.number", { where: "[world]", key: "pairs", most: MOST_PAIRS, found: shownAs(world.pairs) }));
+  const organs = scene.organ.map((organ, k) => readOrgan(scene, organ, names[k], unit, {
+    touch: pairs > 0, moves: motions.some((motion) => motion.organ === k),
+    disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)),
+  }));
+  return {
+    name: String(scene.name ?? ""), unit, pairs, friction: numberOf(world, "friction", "[world]", MOST_FRICTION) ?? 0, motions, tools,
+    forceLimit: numberOf(limits, "force", "[limits]"), forceSlew: numberOf(limits, "force_slew", "[limits]"),
+    maxPoints: numberOf(limits, "points", "[limits]"), maxContactNodes: numberOf(limits, "contact_nodes", "[limits]"),
+    organs: organs.map((organ) => ({ ...organ, effects: { ...organ.effects, ...limitsOf(limits) } })),
+  };
+}
+
+const listOf = (given: unknown): unknown[] => (Array.isArray(given) ? given : []);
+
+function limitsOf(limits: Table): PageEffects {
+  const number = (key: string) => numberOf(limits, key, "[limits]");
+  const all = {
+    forceLimit: number("force"), forceSlew: number("force_slew"), maxToolSpeed: number("tool_speed"),
+    releaseDistance: number("release_distance"), maxOperations: number("operations"),
+  };
+  return Object.fromEntries(Object.entries(all).filter(([, value]) => value !== undefined));
+}
+
+// Of an [[organ]]: why its contact and collision are other ones than the defaults.
+interface Needs {
+  touch: boolean; // it presses others
+  moves: boolean; // motions move it
+  disc: boolean; // a disc or jaws touch it
+}
+
+function readOrgan(scene: Table, given: Table, name: string, unit: number, needs: Needs): SceneOrgan {
+  const where = `[[organ]] ${name}`;
+  refuseOthers(where, given, OF_ORGAN);
+  const chosen = { ...table(scene.effects, "effects"), ...table(given.effects, "effects") };
+  const relaxation = table(given.relaxation ?? scene.relaxation, "relaxation"), effects = readEffects(chosen, relaxation, needs.disc);
+  if (chosen.collision === undefined && (needs.touch || needs.moves)) effects.collision = "deformed";
+  return {
+    name, bundle: given.bundle === undefined ? null : String(given.bundle), pose: poseOf(given, where, unit),
+    effects: { ...effects, shape: "surface", motions: needs.moves }, // the page draws surfaces
+  };
+}
+
+function poseOf(given: Table, where: string, unit: number): Pose {
+  const position = vectorOf(given, "position", where, unit), turn = vectorOf(given, "turn", where, Math.PI / 180), angle = turn ? Math.hypot(...turn) : 0;
+  return {
+    ...(position ? { position } : {}),
+    ...(angle > 0 ? { orientation: [Math.cos(angle / 2), ...turn!.map((x) => (x / angle) * Math.sin(angle / 2))] } : {}),
+  };
+}
+
+function readMotion(given: Table, where: string, organs: string[]): SceneMotion {
+  refuseOthers(where, given, OF_MOTION);
+  const name = nameOf(given, where), organ = organOf(given, where, organs);
+  if ((given.sine === undefined) === (given.amounts === undefined)) throw new Error(word("world.motion", { where }));
+  if (given.amounts !== undefined) {
+    const rows = rowsOf(given, "amounts", where)!;
+    return { name, organ, rows, sine: null };
+  }
+  const sine = table(given.sine, `${where} sine`), [amplitude, period, mean] = ["amplitude", "period", "mean"].map((key) => Number(sine[key] ?? (key === "mean" ? 0 : NaN)));
+  refuseOthers(`${where} sine`, sine, ["amplitude", "period", "mean"]);
+  if (!Number.isFinite(amplitude) || !(period > 0) || !Number.isFinite(mean)) throw new Error(word("world.sine", { where, found: shownAs(given.sine) }));
+  return { name, organ, rows: null, sine: { amplitude, period, mean } };
+}
+
+function readTool(given: Table, where: string, organs: string[], unit: number): SceneTool {
+  refuseOthers(where, given, OF_TOOL);
+  const near = vectorOf(given, "near", where, unit), grasp = given.grasp === undefined ? null : readGrasp(table(given.grasp, "grasp"), `${where} grasp`, unit);
+  const points = (given.points ?? []) as number[][], depth = rowsOf(given, "depth", where);
+  if ((near === null) !== (depth === null) || (near && given.path !== undefined)) throw new Error(word("world.place", { where }));
+  if (!Array.isArray(points) || !points.every((point) => isRow(point, 3)) || (!points.length && !grasp)) throw new Error(word("world.points", { where, found: shownAs(given.points) }));
+  return {
+    name: String(given.name ?? ""), organ: near || grasp ? organOf(given, where, organs) : 0, points: points.map((point) => point.map((x) => unit * x) as Vector),
+    path: near ? null : inMetres(pathRows(given.path, where), unit), place: near && { near, depth: inMetres(depth!, unit) },
+    hold: given.hold === true, discRadius: unit * (numberOf(given, "disc_radius", where) ?? 0), friction: numberOf(given, "friction", where, MOST_FRICTION) ?? 0,
+    away: timeSpans(given.away, `${where} away`), grasp,
+  };
+}
+
+function readGrasp(given: Table, where: string, unit: number): SceneGrasp {
+  refuseOthers(where, given, OF_GRASP);
+  const near = vectorOf(given, "near", where, unit), radius = numberOf(given, "radius", where), closing = rowsOf(given, "closing", where);
+  if (!near || !radius) throw new Error(word("world.grasp", { where, found: shownAs(given) }));
+  return {
+    near, radius: unit * radius, opposite: vectorOf(given, "opposite", where, unit), friction: numberOf(given, "friction", where, MOST_FRICTION),
+    clampForce: numberOf(given, "clamp_force", where), closing: closing && inMetres(closing, unit), closed: timeSpans(given.closed, `${where} closed`),
+  };
+}
+
+function nameOf(given: Table, where: string): string {
+  if (typeof given.name !== "string" || !given.name) throw new Error(word("world.name", { where, found: shownAs(given.name) }));
+  return given.name;
+}
+
+// A scene of one organ need not name it.
+function organOf(given: Table, where: string, organs: string[]): number {
+  const organ = given.organ === undefined && organs.length === 1 ? 0 : organs.indexOf(String(given.organ));
+  if (organ < 0) throw new Error(word("world.organ", { where, organs: organs.join(", "), found: shownAs(given.organ) }));
+  return organ;
+}
+
+// undefined where the file has none.
+function numberOf(given: Table, key: string, where: string, most = Infinity): number | undefined {
+  const value = given[key];
+  if (value === undefined) return undefined;
+  if (typeof value !== "number" || !(value >= 0 && value <= most)) throw new Error(word("world.number", { where, key, most: most === Infinity ? "∞" : most, found: shownAs(value) }));
+  return value;
+}
+
+function vectorOf(given: Table, key: string, where: string, unit: number): Vector | null {
+  const value = given[key];
+  if (value === undefined) return null;
+  if (!isRow(value, 3)) throw new Error(word("world.vector", { where, key, found: shownAs(value) }));
+  return value.map((x) => unit * x) as Vector;
+}
+
+// Rows of a time and lengths.
+const inMetres = (rows: number[][], unit: number) => rows.map(([time, ...lengths]) => [time, ...lengths.map((x) => unit * x)]);
+
+// Rows s, value; null where the file has none.
+function rowsOf(given: Table, key: string, where: string): number[][] | null {
+  const rows = given[key];
+  if (rows === undefined) return null;
+  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 2))) throw new Error(word("world.rows", { where, key, found: shownAs(rows) }));
+  checkTimes(rows, `${where} ${key}`);
+  return rows;
+}

@@ -1,0 +1,54 @@
+// A scene of several organs, as its file has it.
+import type { Pose } from "../../module/palpate.js";
+import type { PageEffects, Vector } from "./messages";
+
+export interface SceneOrgan {
+  name: string;
+  bundle: string | null; // relative to the scene's folder
+  pose: Pose;
+  effects: PageEffects;
+}
+
+export interface SceneMotion {
+  name: string;
+  organ: number;
+  rows: number[][] | null; // s, amount
+  sine: { amplitude: number; period: number; mean: number } | null; // period: s
+}
+
+export interface SceneGrasp {
+  near: Vector; // m, in the organ's frame
+  opposite: Vector | null;
+  radius: number; // m
+  friction?: number;
+  clampForce?: number; // N
+  closing: number[][] | null; // s, m
+  closed: [number, number][]; // s; empty: always
+}
+
+export interface SceneTool {
+  name: string;
+  organ: number; // that `place` and `grasp` are on
+  points: Vector[]; // m, in the tool's frame
+  path: number[][] | null; // s, x, y, z m
+  place: { near: Vector; depth: number[][] } | null; // m, in the organ's frame; s, m
+  hold: boolean;
+  discRadius: number; // m
+  friction: number;
+  away: [number, number][]; // s
+  grasp: SceneGrasp | null;
+}
+
+export interface WorldScene {
+  name: string;
+  unit: number; // metres in a unit of the amounts of pistons
+  pairs: number;
+  friction: number; // between organs
+  forceLimit?: number; // N
+  forceSlew?: number; // N/s
+  maxPoints?: number;
+  maxContactNodes?: number;
+  organs: SceneOrgan[];
+  motions: SceneMotion[];
+  tools: SceneTool[];
+}
