@@ -1,10 +1,17 @@
 // node screenshots.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): pictures of every page at 1440, 820 and 390 px, light
 // and dark, to be looked at: FOLDER/PAGE-SCHEME-WIDTH.png. Fails where a page is wider than its window. PALPATE_DATA: the gallery's folder.
 import assert from "node:assert/strict";
+import { mkdirSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
-import { closed, drag, folder, frame, inState, open, settled, steady } from "./page.mjs";
+import { bundle, closed, drag, folder, frame, inState, open, settled, steady } from "./page.mjs";
 
 const SCHEMES = ["light", "dark"], WIDTHS = [1440, 820, 390];
+
+// The bundle twice, for the page of several organs.
+mkdirSync(folder, { recursive: true });
+process.env.PALPATE_WORLD = `${folder}/twice.toml`;
+process.env.PALPATE_WORLD_BUNDLES = `left=${bundle} right=${bundle}`;
+writeFileSync(process.env.PALPATE_WORLD, `name = "twice"\nunit = "mm"\n[[organ]]\nname = "left"\n[[organ]]\nname = "right"\nposition = [250, 0, 0]\n`);
 
 // Each page at each width; fullPage: with what one scrolls to.
 async function pictures(page, name, { fullPage = false, before = async () => {} } = {}) {
@@ -47,6 +54,14 @@ for (const colorScheme of SCHEMES) {
     await page.click("#press");
     await page.waitForFunction(() => globalThis.palpateCompare.differences && !globalThis.palpateCompare.trying);
     await pictures(page, `compare-${colorScheme}`, { fullPage: true });
+    await closed(page);
+  });
+
+  test(`several organs, ${colorScheme}`, async () => {
+    const page = await open(options, undefined, "world.html?language=en");
+    await inState(page, "ready");
+    await page.waitForFunction(() => globalThis.palpateWorld.shown.positions);
+    await pictures(page, `world-${colorScheme}`);
     await closed(page);
   });
 

@@ -125,6 +125,20 @@ test("any organ is pressed and pulled; organs press one another; motions play, s
   assert.ok((await shown(page)).tools[0].force[2] < 0, "it holds the tool back");
   await page.mouse.up();
   await noForces(page);
+  // An organ that is not drawn is not picked either.
+  const picked = () => page.evaluate(() => {
+    const { view, joined } = globalThis.palpateWorld, { clientWidth: width, clientHeight: height } = document.getElementById("organ"), found = new Set();
+    for (let x = 0.05; x < 0.96; x += 0.05) for (let y = 0.05; y < 0.96; y += 0.05) {
+      const hit = view.pick(x * width, y * height);
+      if (hit) found.add(joined.organAt(hit));
+    }
+    return [...found].sort();
+  });
+  assert.deepEqual(await picked(), [0, 1, 2]);
+  await page.locator("#organs input").nth(1).uncheck();
+  assert.deepEqual(await picked(), [0, 2]);
+  await page.locator("#organs input").nth(1).check();
+  assert.deepEqual(await picked(), [0, 1, 2]);
   await page.selectOption("#law", "unilateral");
   await until(page, () => document.getElementById("notice").textContent.startsWith("Under this grip tools only push"));
   assert.ok(await page.isDisabled('input[value="pull"]') && (await page.isChecked('input[value="push"]')));

@@ -38,7 +38,17 @@ export class JoinedOrgans {
   }
 
   organAt({ nodes }: Hit): number {
-    return this.first.filter((first) => first <= nodes[0]).length - 1;
+    return this.organOf(nodes[0]);
+  }
+
+  // The triangles of those organs alone.
+  trianglesOf(isShown: (organ: number) => boolean): Uint32Array {
+    const shown = this.first.map((_, organ) => isShown(organ)), { triangles } = this.mesh;
+    return triangles.filter((_, i) => shown[this.organOf(triangles[i - (i % 3)])]);
+  }
+
+  private organOf(node: number): number {
+    return this.first.filter((first) => first <= node).length - 1;
   }
 
   radiusAt(hit: Hit): number {

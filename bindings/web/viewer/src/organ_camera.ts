@@ -3,6 +3,8 @@ import { MOUSE, PerspectiveCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const FRONT = new Vector3(0.85, -1, 0.6).normalize(); // from the patient's front and left and from above (LPS: y to the back, z up)
+// frame: "LPS", or "RAS", in which x and y point the other way.
+export const frontOf = (frame: string) => (frame === "RAS" ? new Vector3(-FRONT.x, -FRONT.y, FRONT.z) : FRONT);
 const BESIDE = 0.35; // in radii of the organ: nodes within this distance of the line of sight keep the camera away
 
 export class OrganCamera {
@@ -25,9 +27,9 @@ export class OrganCamera {
     this.controls.mouseButtons.RIGHT = MOUSE.ROTATE;
   }
 
-  // frame: "LPS", or "RAS", in which x and y point the other way.
-  open(centre: Vector3, radius: number, nodes: ArrayLike<number>, frame: string) {
-    this.front = frame === "RAS" ? new Vector3(-FRONT.x, -FRONT.y, FRONT.z) : FRONT;
+  // from: the direction in which the camera stands at first.
+  open(centre: Vector3, radius: number, nodes: ArrayLike<number>, from: Vector3) {
+    this.front = from;
     this.centre.copy(centre);
     this.radius = radius;
     this.nodes = nodes;

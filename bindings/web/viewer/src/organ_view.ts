@@ -5,7 +5,7 @@ import {
 } from "three";
 import { colourByDisplacement, colourOwnByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
-import { OrganCamera } from "./organ_camera";
+import { frontOf, OrganCamera } from "./organ_camera";
 import { NoduleMarks } from "./nodule_marks";
 import type { Answer } from "./nodule_task";
 import type { Nodule } from "./nodules";
@@ -113,8 +113,9 @@ export class OrganView {
     this.stale = true;
   }
 
-  // frame: of the bundle's coordinates, "LPS" or "RAS". own: colours of the vertices without a dent, [vertex][3] linear light.
-  open(mesh: Mesh, frame: string, own: Float32Array | null = null) {
+  // frame: of the bundle's coordinates, "LPS" or "RAS". own: colours of the vertices without a dent, [vertex][3] linear light. from: where the
+  // camera stands at first; left out: in front.
+  open(mesh: Mesh, frame: string, own: Float32Array | null = null, from: Vector3 = frontOf(frame)) {
     this.own = own;
     const nodes = mesh.positions.length / 3;
     this.geometry.dispose();
@@ -149,7 +150,13 @@ export class OrganView {
     this.tetrahedra = mesh.tetrahedra;
     this.section.open(mesh);
     this.move({ positions: mesh.positions, inside: new Float32Array(0), lengths: new Float32Array(nodes), fine: null });
-    this.camera.open(sphere.center, sphere.radius, mesh.positions, frame);
+    this.camera.open(sphere.center, sphere.radius, mesh.positions, from);
+  }
+
+  // Draws these triangles of the open mesh alone, [triangle][3] nodes; the others are not picked either.
+  showTriangles(triangles: Uint32Array) {
+    this.geometry.setIndex(new BufferAttribute(triangles, 1));
+    this.again();
   }
 
   openFine(mesh: FineMesh | null) {

@@ -1,4 +1,6 @@
 // The page of several organs: draws the frames that its worker sends, and sends the user's input to the worker.
+import { Vector3 } from "three";
+import { clearestDirection } from "./clear_view";
 import { Spread, TouchRate } from "./clocks";
 import { GRADIENT, organColour } from "./colours";
 import { Cross } from "./cross";
@@ -9,6 +11,7 @@ import { JoinedOrgans } from "./joined_organs";
 import { Keys } from "./keys";
 import { frameArrays, frameBytes, type ColourBy } from "./messages";
 import type { ClockState } from "./motion_clocks";
+import { frontOf } from "./organ_camera";
 import { OrganView, type Shape } from "./organ_view";
 import { megabytes } from "./served";
 import { ToolPointer } from "./tool_pointer";
@@ -53,7 +56,7 @@ class WorldPage {
   private cross: Cross;
   private gamepads: Gamepads;
   private readout = new ToolReadout(byId("readout"), byId("labels"));
-  private opening: WorldScene | null = null; // what the worker was told to open
+  private opening: { scene: WorldScene; settings: WorldSettings } | null = null; // what the worker was told to open
   private scene: WorldScene | null = null;
   private organs: OpenedOrgan[] = [];
   private rows: HTMLElement[] = []; // of the organs' forces
@@ -114,11 +117,10 @@ class WorldPage {
     try {
       const found = await files();
       if (!found) return state(this.scene ? "ready" : "empty");
-      this.opening = found.scene;
-      const settings = { ...this.settings, touch: found.scene.pairs > 0, friction: found.scene.friction };
+      const { scene } = found, settings = { ...this.settings, touch: scene.pairs > 0, friction: scene.friction };
+      this.opening = { scene, settings };
       this.tell({ type: "language", name: document.documentElement.lang });
       this.tell({ type: "open", ...found, settings }, found.files.flatMap(({ source }) => (typeof source === "string" ? [] : [source])));
-      this.settings = this.accepted = settings;
     } catch (error) {
       this.refuse((error as Error).message);
     }
@@ -141,13 +143,15 @@ class WorldPage {
   }
 
   private show({ organs, frame, clocks }: Extract<FromWorldWorker, { type: "opened" }>) {
-    this.scene = this.opening!;
+    this.scene = this.opening!.scene;
+    this.settings = this.accepted = this.opening!.settings;
     this.joined = new JoinedOrgans(organs);
     this.newest = this.buffer = null;
     this.waiting = false;
     this.pointer.forget();
     this.view.most = 0.005;
-    this.view.open(this.joined.mesh, frame, this.joined.colours);
+    const from = clearestDirection(organs.map(({ mesh }) => mesh), frontOf(frame).toArray());
+    this.view.open(this.joined.mesh, frame, this.joined.colours, new Vector3(...from));
     this.organs = organs;
     this.showFacts();
     this.showOrgans();
@@ -173,12 +177,19 @@ class WorldPage {
 
   private showOrgans() {
     const row = ({ name }: { name: string }, k: number) => {
-      const dot = element("i", { class: "dot" });
+      const dot = element("i", { class: "dot" }), shown = element("input", { type: "checkbox", checked: "" });
       dot.style.background = organColour(k);
-      return element("tr", {}, element("th", { scope: "row" }, dot, name), element("td"), element("td"));
+      shown.addEventListener("change", () => this.hide());
+      return element("tr", {}, element("th", { scope: "row" }, element("label", {}, shown, dot, name)), element("td"), element("td"));
     };
     this.rows = this.organs.map(row);
     byId("organs").querySelector("tbody")!.replaceChildren(...this.rows);
+  }
+
+  // Organs without their ticks are not drawn; they stay where they are.
+  private hide() {
+    this.view.showTriangles(this.joined!.trianglesOf((organ) => this.rows[organ].querySelector("input")!.checked));
+    if (this.newest) this.view.move(this.newest.shape);
   }
 
   private showForces(organs: OrganForces[]) {

@@ -42,11 +42,14 @@ let colourBy: ColourBy = "dent";
 
 // ---- opening ---------------------------------------------------------------------------------------------------------
 
+let openings = 0; // so far; an earlier one that is still under way is given up
+
 async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted: WorldSettings) {
-  const bundles: Bundle[] = [];
+  const bundles: Bundle[] = [], number = ++openings;
   try {
     runtime ??= await loadRuntime(fetch(hasSimd() ? simdUrl : baselineUrl));
     for (const file of files) bundles.push(await bundleOf(runtime, file));
+    if (number !== openings) return bundles.forEach((bundle) => bundle.close());
     const parts = scene.organs.map(({ effects, pose }, k) => ({ bundle: bundles[of[k]], effects, pose }));
     const next = openedScene(scene, bundles, parts), first = touchedWorld(next, wanted);
     close();
@@ -58,6 +61,7 @@ async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted:
     });
   } catch (error) {
     for (const bundle of bundles) bundle.close();
+    if (number !== openings) return;
     say({ type: "refused", what: "world", message: (error as Error).message, byteOffset: error instanceof PalpateError ? error.byteOffset : 0 });
   }
 }

@@ -5,7 +5,7 @@ import { checkRate, checkTimes, isRow, parsed, pathRows, readEffects, refuseOthe
 import type { SceneGrasp, SceneMotion, SceneOrgan, SceneTool, WorldScene } from "./world_scene";
 import { word } from "./words";
 
-const MOST_PAIRS = 1000, MOST_FRICTION = 100; // of palpate_world.h
+const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000; // of palpate.h and palpate_world.h
 const TOP = ["name", "unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
 const OF_LIMITS = ["points", "contact_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
@@ -28,16 +28,16 @@ export function readWorld(text: string): WorldScene {
   const motions = listOf(scene.motion).map((motion, m) => readMotion(table(motion, "motion"), `[[motion]] ${m + 1}`, names));
   const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit));
   if (tools.length > TOOL_COUNT) throw new Error(word("scene.many-tools", { most: TOOL_COUNT }));
-  const pairs = numberOf(world, "pairs", "[world]", MOST_PAIRS) ?? 0;
-  if (!Number.isInteger(pairs)) throw new Error(word("world.number", { where: "[world]", key: "pairs", most: MOST_PAIRS, found: shownAs(world.pairs) }));
+  const pairs = wholeOf(world, "pairs", "[world]", MOST_PAIRS) ?? 0, friction = numberOf(world, "friction", "[world]", MOST_FRICTION) ?? 0;
+  if (friction > 0 && pairs === 0) throw new Error(word("world.friction-alone"));
   const organs = scene.organ.map((organ, k) => readOrgan(scene, organ, names[k], unit, {
     touch: pairs > 0, moves: motions.some((motion) => motion.organ === k),
     disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)),
   }));
   return {
-    name: String(scene.name ?? ""), unit, pairs, friction: numberOf(world, "friction", "[world]", MOST_FRICTION) ?? 0, motions, tools,
+    name: String(scene.name ?? ""), unit, pairs, friction, motions, tools,
     forceLimit: numberOf(limits, "force", "[limits]"), forceSlew: numberOf(limits, "force_slew", "[limits]"),
-    maxPoints: numberOf(limits, "points", "[limits]"), maxContactNodes: numberOf(limits, "contact_nodes", "[limits]"),
+    maxPoints: wholeOf(limits, "points", "[limits]", MOST_POINTS), maxContactNodes: wholeOf(limits, "contact_nodes", "[limits]", MOST_NODES),
     organs: organs.map((organ) => ({ ...organ, effects: { ...organ.effects, ...limitsOf(limits) } })),
   };
 }
@@ -48,7 +48,7 @@ function limitsOf(limits: Table): PageEffects {
   const number = (key: string) => numberOf(limits, key, "[limits]");
   const all = {
     forceLimit: number("force"), forceSlew: number("force_slew"), maxToolSpeed: number("tool_speed"),
-    releaseDistance: number("release_distance"), maxOperations: number("operations"),
+    releaseDistance: number("release_distance"), maxOperations: wholeOf(limits, "operations", "[limits]"),
   };
   return Object.fromEntries(Object.entries(all).filter(([, value]) => value !== undefined));
 }
@@ -135,6 +135,12 @@ function numberOf(given: Table, key: string, where: string, most = Infinity): nu
   const value = given[key];
   if (value === undefined) return undefined;
   if (typeof value !== "number" || !(value >= 0 && value <= most)) throw new Error(word("world.number", { where, key, most: most === Infinity ? "∞" : most, found: shownAs(value) }));
+  return value;
+}
+
+function wholeOf(given: Table, key: string, where: string, most = Infinity): number | undefined {
+  const value = numberOf(given, key, where, most);
+  if (value !== undefined && !Number.isInteger(value)) throw new Error(word("world.whole", { where, key, found: shownAs(value) }));
   return value;
 }
 
