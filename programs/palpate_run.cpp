@@ -93,10 +93,13 @@ void play(Player& player, const fs::path& bundle, const Options& options) {
 }
 
 void play_organs(const SceneConfig& scene, const Options& options) {
-  if (options.explain || options.realtime || !options.record.empty() || !options.render_mesh.empty())
-    expect_one_organ(scene);
+  if (options.realtime || !options.record.empty() || !options.render_mesh.empty()) expect_one_organ(scene);
   const std::vector<fs::path> bundles = bundles_of(scene, options.bundles);
   WorldPlayer player(scene, bundles);
+  if (options.explain) {
+    fmt::print("{}", explain(player));
+    return;
+  }
   OutputFolder folder(target_of(options), kResults);
   std::vector<BundleFields> fields;
   for (const fs::path& bundle : bundles) fields.push_back(read_bundle_fields(bundle));

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cstring>
-#include <limits>
 #include <map>
 
+#include "programs/player/step_loads.h"
 #include "programs/player/summary.h"
 
 namespace palpate {
@@ -16,112 +15,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::string amount(double value, const char* unit) {
-  for (const auto& [scale, prefix] : {std::pair{1e9, "G"}, {1e6, "M"}, {1e3, "k"}})
-    if (value >= scale) return fmt::format("{:.3g} {}{}", value / scale, prefix, unit);
-  return value > 0 ? fmt::format("{:.3g} {}", value, unit) : "-";
-}
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// ---- the machine ---------------------------------------------------------------------------------------------------
-
-// Of some runs of at least 100 us each, s per call of work.
-template <typename Work>
-double shortest(const Work& work) {
-  double best = std::numeric_limits<double>::infinity();
-  for (int run = 0; run < 10; ++run) {
-    const auto start = Clock::now();
-    double spent = 0;
-    int calls = 0;
-    do {
-      work();
-      ++calls;
-      spent = seconds_since(start);
-    } while (spent < 1e-4);
-    best = std::min(best, spent / calls);
-  }
-  return best;
-}
-
-// Compiled for the widest vector instructions that the loader may choose, as the runtime's own loops are.
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define PALPATE_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define PALPATE_CLONES
-#endif
-constexpr std::size_t kLanes = 64;
-
-// count: a multiple of kLanes.
-PALPATE_CLONES float read_run(const float* run, std::size_t count) {
-  float sum[kLanes] = {};
-  for (std::size_t i = 0; i < count; i += kLanes)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += run[i + lane];
-  float all = 0;
-  for (const float lane : sum) all += lane;
-  return all;
-}
-
-PALPATE_CLONES float multiply_and_add(float factor, std::size_t times) {
-  float x[kLanes] = {};
-  for (std::size_t i = 0; i < times; ++i)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) x[lane] = x[lane] * factor + 1;
-  float all = 0;
-  for (const float lane : x) all += lane;
-  return all;
-}
-
-double wait_for_each_other(double factor, std::size_t times) {
-  double x = 1;
-  for (std::size_t i = 0; i < times; ++i) x = x * factor + 1;
-  return x;
-}
-
-}  // namespace
-
-MachineRates measure_machine(std::uint64_t bytes) {
-  const std::vector<float> run(std::max<std::uint64_t>(1024, bytes / sizeof(float)) / kLanes * kLanes, 1.0f);
-  constexpr std::size_t kTimes = 1000;
-  volatile double used = 0.5;  // so that no loop is optimised away
-  const double read = shortest([&] { used = used + read_run(run.data(), run.size()); });
-  const double add = shortest([&] { used = multiply_and_add(static_cast<float>(used) * 0, kTimes); });
-  const double wait = shortest([&] { used = wait_for_each_other(used * 0, kTimes); });
-  return {static_cast<double>(run.size() * sizeof(float)) / read, 2.0 * kLanes * kTimes / add, kTimes / wait};
-}
-
-double predicted_seconds(const palpate_pass_work& work, const MachineRates& rates) {
-  return std::max(work.bytes / rates.bytes_per_second, work.flops / rates.flops_per_second) +
-         work.steps / rates.steps_per_second;
-}
-
-// ---- the table -----------------------------------------------------------------------------------------------------
-
-std::string plan_table(const std::vector<PassCost>& passes) {
-  const auto row = [](auto... cells) {
-    return fmt::format("{:<7} {:<24} {:>9} {:>9} {:>9} {:>11} {:>11} {:>6}  {}\n", cells...);
-  };
-  std::string table = row("half", "pass", "maps", "reads", "flops", "predicted", "measured", "ratio", "sections");
-  for (const auto& [pass, work, predicted, measured] : passes) {
-    const bool in_step = std::strcmp(pass.half, "create") != 0;
-    const auto time = [&](double us) { return in_step ? fmt::format("{:.3f} us", us) : std::string("-"); };
-    table += row(pass.half, pass.name, amount(static_cast<double>(pass.mapped_bytes), "B"), amount(work.bytes, "B"),
-                 amount(work.flops, ""), time(predicted), time(measured),
-                 measured > 0 ? fmt::format("{:.2f}", predicted / measured) : "-", pass.sections);
-  }
-  return table;
-}
-
-namespace {
-
 // ---- what the passes take ------------------------------------------------------------------------------------------
 
 // The runtime calls this at the end of each part of a pass; the time since the last call belongs to the pass.
 class PassTimer {
  public:
-  explicit PassTimer(int passes) : us_(static_cast<std::size_t>(passes)) {
+  explicit PassTimer(std::size_t passes) : us_(passes) {
     std::vector<double> empty;
     for (int i = 0; i < 1000; ++i) {
       begin();
@@ -149,76 +48,160 @@ class PassTimer {
   std::vector<double> us_;
 };
 
+using Loads = std::vector<palpate_step_load>;
+
 struct Step {
-  palpate_step_load load;
+  Loads loads;
   double us;                    // of the call, where nobody watched
   std::vector<double> pass_us;  // where somebody did
-  std::int32_t operations = 0;  // that a touch counted
+  std::int64_t operations = 0;  // that a touch counted
+  int nodes() const {
+    int sum = 0;
+    for (const palpate_step_load& load : loads) sum = std::max(sum, load.nodes);  // a world's has those of all organs
+    return sum;
+  }
 };
 struct Steps {
   std::vector<Step> touch, shape, deform;
 };
 
-constexpr int kRowsOfDisc = 9;  // of a grasp: three constraints of three rows
+struct ExplainedPass {
+  palpate_plan_pass pass;
+  std::string of;
+  std::size_t load;  // among those of a step
+};
 
-palpate_step_load load_of(const Player& player, const palpate_contacts& contacts) {
-  palpate_step_load load = palpate_default_step_load();
-  load.tools = contacts.tool_count;
-  for (std::size_t t = 0; t < player.points().size(); ++t) {
-    load.points += static_cast<std::int32_t>(player.points()[t].size());
-    load.grips += static_cast<std::int32_t>(player.grips()[t].size());
+// Of one play, what is told after each touch and shape, before each call, and after the solves beside the touch.
+struct PlayEvents {
+  std::function<void(Loads, std::int64_t operations)> touched, shaped;
+  std::function<void()> before, deformed;
+};
+
+// ---- a scene of one organ, and one of several ------------------------------------------------------------------------
+
+class OneOrgan {
+ public:
+  explicit OneOrgan(Player& player) : player_(player) {}
+  std::vector<ExplainedPass> passes() const {
+    std::vector<ExplainedPass> all;
+    while (const palpate_plan_pass* pass = palpate_scene_plan(scene(), static_cast<std::int32_t>(all.size())))
+      all.push_back({*pass, "", 0});
+    return all;
   }
-  const SceneConfig::Law law = player.scene().law;
-  const int rows_of_place = law == SceneConfig::Law::sliding || law == SceneConfig::Law::unilateral ? 1 : 3;
-  for (std::size_t t = 0; t < player.grips().size(); ++t) {
-    const int grips = static_cast<int>(player.grips()[t].size());
-    for (const palpate_grip& grip : player.grips()[t]) load.rows += std::popcount(grip.axes);
-    const int places =
-        std::max(0, palpate_contacts_tool(&contacts, static_cast<std::int32_t>(t))->contact_count - grips);
-    const palpate_grasp_state* grasp = palpate_scene_grasp_state(player.runtime_scene(), static_cast<std::int32_t>(t));
-    const bool grasps = grasp && (grasp->condition == PALPATE_GRASP_HOLDS || grasp->condition == PALPATE_GRASP_SLIPS);
-    const int discs = std::min(places, !grasps ? 0 : player.held().grasp(t)->opposite_triangle >= 0 ? 2 : 1);
-    load.rows += rows_of_place * (places - discs) + kRowsOfDisc * discs;
+  palpate_pass_work predict(std::int32_t pass, const palpate_step_load& load) const {
+    return palpate_predict_pass(scene(), pass, &load);
   }
-  for (std::size_t s = 0; s < player.held().links().size(); ++s) {
-    const palpate_link_state* link = palpate_scene_link_state(player.runtime_scene(), static_cast<std::int32_t>(s));
-    if (!link || link->condition != PALPATE_LINK_TAUT) continue;
-    load.rows += player.held().links()[s].kind == PALPATE_LINK_CLIP ? 3 : 1;
+  void watch(palpate_pass_watcher watcher, void* user) { palpate_watch_passes(scene(), watcher, user); }
+  Timing play(const PlayEvents& events) {
+    const auto loads = [&](const palpate_contacts& contacts) {
+      return Loads{load_of(player_.organ(), player_.points(), contacts)};
+    };
+    return player_.play(
+        [&](const TouchRecord& touch) { events.touched(loads(touch.contacts), touch.contacts.operations); },
+        [&](const ShapeRecord& shape) { events.shaped(loads(shape.contacts), 0); }, events.before, events.deformed);
   }
-  for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
-    const palpate_tool_state& tool = *palpate_contacts_tool(&contacts, t);
-    load.contacts += tool.contact_count, load.slips += tool.slip_count;
+  std::string load_sentence(const Loads& loads) const {
+    const palpate_step_load& load = loads[0];
+    return fmt::format(
+        "with {} contact nodes of {} contacts, {} tool points, {} grips, {} of them slipping, {} sweeps and {} "
+        "steps of Newton's method; ",
+        load.nodes, load.contacts, load.points, load.grips, load.slips, load.sweeps, load.newton_steps);
   }
-  load.nodes = contacts.node_count, load.sweeps = contacts.sweeps;
-  load.newton_steps = contacts.newton_steps;
-  return load;
-}
+  std::string operations_sentence(std::int64_t counted) const {
+    return fmt::format("a touch counts at most {} operations, whatever the tools do; these counted {} at most\n",
+                       palpate_scene_most_operations(scene()), counted);
+  }
+
+ private:
+  palpate_scene* scene() const { return player_.runtime_scene(); }
+  Player& player_;
+};
+
+class SeveralOrgans {
+ public:
+  explicit SeveralOrgans(WorldPlayer& player) : player_(player) {}
+  std::vector<ExplainedPass> passes() const {
+    std::vector<ExplainedPass> all;
+    std::int32_t organ = 0;
+    while (const palpate_plan_pass* pass = palpate_world_plan(world(), static_cast<std::int32_t>(all.size()), &organ))
+      all.push_back({*pass, organ < 0 ? "the world" : name_of(static_cast<std::size_t>(organ)),
+                     organ < 0 ? player_.organ_count() : static_cast<std::size_t>(organ)});
+    return all;
+  }
+  palpate_pass_work predict(std::int32_t pass, const palpate_step_load& load) const {
+    return palpate_world_predict_pass(world(), pass, &load);
+  }
+  void watch(palpate_pass_watcher watcher, void* user) { palpate_world_watch_passes(world(), watcher, user); }
+  Timing play(const PlayEvents& events) {
+    return player_.play(
+        [&](const WorldTouchRecord& touch) {
+          std::int64_t operations = 0;
+          for (std::int32_t k = 0; k < touch.contacts.organ_count; ++k)
+            operations += palpate_world_contacts_organ(&touch.contacts, k)->operations;
+          events.touched(loads_of(player_, touch.contacts), operations);
+        },
+        [&](const WorldShapeRecord& shapes) { events.shaped(loads_of(player_, shapes.contacts), 0); }, events.before,
+        events.deformed);
+  }
+  std::string load_sentence(const Loads& loads) const {
+    std::string sentence;
+    for (std::size_t k = 0; k < player_.organ_count(); ++k)
+      sentence += fmt::format("{}: {} contact nodes, {} contacts of tools, {} tool points near, {} grips\n", name_of(k),
+                              loads[k].nodes, loads[k].contacts, loads[k].points, loads[k].grips);
+    const palpate_step_load& world = loads.back();
+    return sentence +
+           fmt::format(
+               "with {} pairs, {} rows of organs that touch, {} pairs that slip or carry no force, {} sweeps and {} "
+               "steps of "
+               "Newton's method; ",
+               world.contacts, world.contacts > 0 ? world.rows : 0, world.slips, world.sweeps, world.newton_steps);
+  }
+  std::string operations_sentence(std::int64_t counted) const {
+    std::int64_t most = 0;
+    for (std::size_t k = 0; k < player_.organ_count(); ++k)
+      most += palpate_scene_most_operations(player_.organ(k).runtime_scene());
+    return fmt::format(
+        "a touch counts at most {} operations of all organs, whatever the tools do, and those of the search for pairs "
+        "on top; these counted {} at most\n",
+        most, counted);
+  }
+
+ private:
+  palpate_world* world() const { return player_.runtime_world(); }
+  std::string name_of(std::size_t organ) const {
+    return fmt::format("organ \"{}\"", player_.scene().organs[organ].name);
+  }
+  WorldPlayer& player_;
+};
+
+// ---- the steps ---------------------------------------------------------------------------------------------------------
 
 // Three plays with a watcher and three without.
-Steps play_steps(Player& player, int passes) {
+template <typename Scene>
+Steps play_steps(Scene& scene, std::size_t passes) {
   Steps steps;
   PassTimer timer(passes);
   for (int round = 0; round < 6; ++round) {
     const bool watched = round % 2 == 1;
-    palpate_watch_passes(player.runtime_scene(), watched ? PassTimer::passed : nullptr, &timer);
+    scene.watch(watched ? PassTimer::passed : nullptr, &timer);
     const std::size_t first_touch = steps.touch.size(), first_shape = steps.shape.size(),
                       first_deform = steps.deform.size();
-    const auto add = [&](std::vector<Step>& to, const palpate_contacts& contacts) {
-      to.push_back({load_of(player, contacts), 0, watched ? timer.us() : std::vector<double>(), contacts.operations});
+    const auto add_to = [&](std::vector<Step>& to) {
+      return [&](Loads loads, std::int64_t operations) {
+        to.push_back({std::move(loads), 0, watched ? timer.us() : std::vector<double>(), operations});
+      };
     };
-    const Timing timing =
-        player.play([&](const TouchRecord& touch) { add(steps.touch, touch.contacts); },
-                    [&](const ShapeRecord& shape) { add(steps.shape, shape.contacts); }, [&] { timer.begin(); },
-                    [&] {
-                      steps.deform.push_back(steps.touch.back());
-                      if (watched) steps.deform.back().pass_us = timer.us();
-                    });
+    const Timing timing = scene.play({add_to(steps.touch), add_to(steps.shape), [&] { timer.begin(); },
+                                      [&] {
+                                        steps.deform.push_back(steps.touch.back());
+                                        if (watched) steps.deform.back().pass_us = timer.us();
+                                      }});
     for (std::size_t i = first_touch; i < steps.touch.size(); ++i) steps.touch[i].us = timing.touch_us[i - first_touch];
     for (std::size_t i = first_shape; i < steps.shape.size(); ++i) steps.shape[i].us = timing.shape_us[i - first_shape];
     for (std::size_t i = first_deform; i < steps.deform.size(); ++i)
       steps.deform[i].us = timing.deform_us[i - first_deform];
   }
-  palpate_watch_passes(player.runtime_scene(), nullptr, nullptr);
+  scene.watch(nullptr, nullptr);
   return steps;
 }
 
@@ -226,7 +209,7 @@ Steps play_steps(Player& player, int passes) {
 int usual_nodes(const std::vector<Step>& steps) {
   std::map<int, int> count;
   for (const Step& step : steps)
-    if (step.load.nodes > 0) ++count[step.load.nodes];
+    if (step.nodes() > 0) ++count[step.nodes()];
   const auto most =
       std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second <= b.second; });
   return most == count.end() ? 0 : most->first;
@@ -234,7 +217,7 @@ int usual_nodes(const std::vector<Step>& steps) {
 
 // Medians over the steps with that many nodes.
 struct Usual {
-  palpate_step_load load = palpate_default_step_load();
+  Loads loads;
   double us = 0;
   std::vector<double> pass_us;
 };
@@ -244,69 +227,69 @@ Usual usual(const std::vector<Step>& steps, int nodes, std::size_t passes) {
   const auto median = [&](const auto& value_of, bool watched) {
     std::vector<double> values;
     for (const Step& step : steps)
-      if (step.load.nodes == nodes && watched == !step.pass_us.empty()) values.push_back(value_of(step));
+      if (step.nodes() == nodes && watched == !step.pass_us.empty()) values.push_back(value_of(step));
     return percentile(values, .5);
   };
-  for (auto member : {&palpate_step_load::tools, &palpate_step_load::points, &palpate_step_load::grips,
-                      &palpate_step_load::contacts, &palpate_step_load::rows, &palpate_step_load::nodes,
-                      &palpate_step_load::slips, &palpate_step_load::sweeps, &palpate_step_load::newton_steps})
-    found.load.*member = static_cast<std::int32_t>(median([&](const Step& s) { return s.load.*member; }, false));
+  found.loads.resize(steps.empty() ? 0 : steps[0].loads.size(), palpate_default_step_load());
+  for (std::size_t l = 0; l < found.loads.size(); ++l)
+    for (auto member : {&palpate_step_load::tools, &palpate_step_load::points, &palpate_step_load::grips,
+                        &palpate_step_load::contacts, &palpate_step_load::rows, &palpate_step_load::nodes,
+                        &palpate_step_load::slips, &palpate_step_load::sweeps, &palpate_step_load::newton_steps})
+      found.loads[l].*member =
+          static_cast<std::int32_t>(median([&](const Step& s) { return s.loads[l].*member; }, false));
   found.us = median([](const Step& s) { return s.us; }, false);
   for (std::size_t p = 0; p < passes; ++p)
     found.pass_us.push_back(std::max(0.0, median([&](const Step& s) { return s.pass_us[p]; }, true)));
   return found;
 }
 
-std::int32_t most_counted(const std::vector<Step>& steps) {
-  std::int32_t most = 0;
+std::int64_t most_counted(const std::vector<Step>& steps) {
+  std::int64_t most = 0;
   for (const Step& step : steps) most = std::max(most, step.operations);
   return most;
+}
+
+template <typename Scene>
+std::string explain_scene(Scene scene) {
+  const std::vector<ExplainedPass> plan = scene.passes();
+  const Steps steps = play_steps(scene, plan.size());
+  const int nodes = usual_nodes(steps.shape.empty() ? steps.touch : steps.shape);
+  const Usual touch = usual(steps.touch, nodes, plan.size()), shape = usual(steps.shape, nodes, plan.size()),
+              deform = usual(steps.deform, nodes, plan.size());
+  std::vector<PassCost> passes;
+  double predicted_touch = 0, predicted_shape = 0, predicted_deform = 0;
+  for (std::size_t p = 0; p < plan.size(); ++p) {
+    PassCost cost = {plan[p].pass, plan[p].of};
+    const bool in_shape = std::strcmp(cost.pass.half, "shape") == 0, in_deform = !std::strcmp(cost.pass.half, "deform");
+    cost.work = scene.predict(static_cast<std::int32_t>(p), touch.loads[plan[p].load]);
+    const MachineRates rates = measure_machine(static_cast<std::uint64_t>(cost.work.bytes));
+    cost.predicted_us = 1e6 * predicted_seconds(cost.work, rates);
+    cost.measured_us = (in_shape ? shape : in_deform ? deform : touch).pass_us[p];
+    (in_shape ? predicted_shape : in_deform ? predicted_deform : predicted_touch) += cost.predicted_us;
+    passes.push_back(cost);
+  }
+  const MachineRates rates = measure_machine(1 << 20);
+  return plan_table(passes) + scene.load_sentence(touch.loads) +
+         fmt::format(
+             "1 MB read at {:.1f} GB/s, {:.1f} Gflop/s, {:.2f} Gstep/s\n"
+             "predicted: touch {:.2f} us, shape {:.2f} us; measured, median of the whole calls alone: touch {:.2f} us, "
+             "shape {:.2f} us\n",
+             rates.bytes_per_second / 1e9, rates.flops_per_second / 1e9, rates.steps_per_second / 1e9, predicted_touch,
+             predicted_shape, touch.us, shape.us) +
+         scene.operations_sentence(most_counted(steps.touch)) +
+         (steps.deform.empty() ? std::string()
+                               : fmt::format("beside the touch: predicted {:.2f} us a solve, measured {:.2f} us\n",
+                                             predicted_deform, deform.us));
 }
 
 }  // namespace
 
 std::string explain(Player& player) {
-  std::vector<palpate_plan_pass> plan;
-  while (const palpate_plan_pass* pass =
-             palpate_scene_plan(player.runtime_scene(), static_cast<std::int32_t>(plan.size())))
-    plan.push_back(*pass);
-  const int count = static_cast<int>(plan.size());
-  const Steps steps = play_steps(player, count);
-  const int nodes = usual_nodes(steps.shape.empty() ? steps.touch : steps.shape);
-  const Usual touch = usual(steps.touch, nodes, static_cast<std::size_t>(count)),
-              shape = usual(steps.shape, nodes, static_cast<std::size_t>(count)),
-              deform = usual(steps.deform, nodes, static_cast<std::size_t>(count));
-  std::vector<PassCost> passes;
-  double predicted_touch = 0, predicted_shape = 0, predicted_deform = 0;
-  for (int p = 0; p < count; ++p) {
-    PassCost cost = {plan[static_cast<std::size_t>(p)]};
-    const char* const half = plan[static_cast<std::size_t>(p)].half;
-    const bool in_shape = std::strcmp(half, "shape") == 0, in_deform = std::strcmp(half, "deform") == 0;
-    cost.work = palpate_predict_pass(player.runtime_scene(), p, &touch.load);
-    const MachineRates rates = measure_machine(static_cast<std::uint64_t>(cost.work.bytes));
-    cost.predicted_us = 1e6 * predicted_seconds(cost.work, rates);
-    cost.measured_us = (in_shape ? shape : in_deform ? deform : touch).pass_us[static_cast<std::size_t>(p)];
-    (in_shape ? predicted_shape : in_deform ? predicted_deform : predicted_touch) += cost.predicted_us;
-    passes.push_back(cost);
-  }
-  const MachineRates rates = measure_machine(1 << 20);
-  const palpate_step_load& load = touch.load;
-  return plan_table(passes) +
-         fmt::format(
-             "with {} contact nodes of {} contacts, {} tool points, {} grips, {} of them slipping, {} sweeps and {} "
-             "steps of Newton's method; 1 MB "
-             "read at "
-             "{:.1f} GB/s, {:.1f} Gflop/s, {:.2f} Gstep/s\n"
-             "predicted: touch {:.2f} us, shape {:.2f} us; measured, median of the whole calls alone: touch {:.2f} us, "
-             "shape {:.2f} us\n",
-             load.nodes, load.contacts, load.points, load.grips, load.slips, load.sweeps, load.newton_steps,
-             rates.bytes_per_second / 1e9, rates.flops_per_second / 1e9, rates.steps_per_second / 1e9, predicted_touch,
-             predicted_shape, touch.us, shape.us) +
-         fmt::format("a touch counts at most {} operations, whatever the tools do; these counted {} at most\n",
-                     palpate_scene_most_operations(player.runtime_scene()), most_counted(steps.touch)) +
-         (steps.deform.empty() ? std::string()
-                               : fmt::format("beside the touch: predicted {:.2f} us a solve, measured {:.2f} us\n",
-                                             predicted_deform, deform.us));
+  return explain_scene(OneOrgan(player));
+}
+
+std::string explain(WorldPlayer& player) {
+  return explain_scene(SeveralOrgans(player));
 }
 
 }  // namespace palpate

@@ -1,36 +1,17 @@
-// The plan of a scene as a table: for each pass the sections it maps, its predicted time on this machine, and its measured
-// time.
+// What a scene costs: its plan as a table, with predicted and measured times.
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "programs/player/player.h"
+#include "programs/player/plan_table.h"
+#include "programs/player/world_player.h"
 
 namespace palpate {
 
-// The speed of this machine at this moment, measured in plain loops; the prediction divides by it.
-struct MachineRates {
-  double bytes_per_second;  // reading a run of memory again and again
-  double flops_per_second;  // single-precision multiply-adds in cache, by the instructions that every processor has
-  double steps_per_second;  // multiply-adds each of which waits for the one before
-};
-// bytes: the length of the run, which decides in which cache it stays. Takes about 10 ms.
-MachineRates measure_machine(std::uint64_t bytes);
-
-double predicted_seconds(const palpate_pass_work& work, const MachineRates& rates);
-
-// One pass of a step.
-struct PassCost {
-  palpate_plan_pass pass;
-  palpate_pass_work work = {};
-  double predicted_us = 0, measured_us = 0;
-};
-std::string plan_table(const std::vector<PassCost>& passes);
-
-// Plays the scene and returns the table. It shows the steps that have the most common number of contact nodes. Measured
-// times of passes are medians from palpate_watch_passes, minus the time of reading the clock; those of whole calls are
+// Plays the scene and returns the table. It shows the steps that have the most common number of contact nodes, of all organs
+// together. Measured times of passes are medians from palpate_watch_passes, minus the time of reading the clock; those of whole calls are
 // measured in plays without it.
 std::string explain(Player& player);
+std::string explain(WorldPlayer& player);
 
 }  // namespace palpate

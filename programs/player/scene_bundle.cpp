@@ -10,7 +10,7 @@ void expect_one_organ(const SceneConfig& scene) {
   if (scene.organs.empty()) return;
   throw InputError(
       fmt::format("{}:{}: [[organ]]: expected a scene of one organ here, found one with [[organ]] tables; "
-                  "palpate-run plays it, without --explain, --realtime, --record and --render-mesh",
+                  "palpate-run plays it, without --realtime, --record and --render-mesh",
                   scene.file.string(), scene.organs[0].line));
 }
 

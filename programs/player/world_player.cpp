@@ -85,35 +85,50 @@ std::uint64_t WorldPlayer::shape_count() const {
   return 0;
 }
 
+bool WorldPlayer::solves_beside() const {
+  return std::any_of(organs_.begin(), organs_.end(), [](const auto& organ) {
+    return organ->scene().deformation >= SceneConfig::Deformation::large_beside;
+  });
+}
+
 Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_touch,
-                         const std::function<void(const WorldShapeRecord&)>& on_shape) {
+                         const std::function<void(const WorldShapeRecord&)>& on_shape,
+                         const std::function<void()>& before, const std::function<void()>& on_deform) {
   palpate_world_reset(world_.get());
   std::vector<ShapeBuffers> buffers;
   for (const auto& organ : organs_) buffers.emplace_back(organ->shape_node_count());
   std::vector<std::uint64_t> memory((palpate_world_contacts_bytes(world_.get()) + 7) / 8);
   auto* contacts = reinterpret_cast<palpate_world_contacts*>(memory.data());
   const std::uint64_t steps = touch_count(), frames = shape_count();
+  const bool beside = solves_beside();
   Timing timing;
   std::uint64_t frame = 0, solve = 0;
   for (std::uint64_t step = 0; step < steps; ++step) {
     const double time = static_cast<double>(step) / scene_.touch_hz;
     for (const auto& organ : organs_) organ->move(time);
     tools_->move(time);
+    if (before) before();
     const palpate_step_flags flags = timed(timing.touch_us, [&] {
       return palpate_world_touch(world_.get(), tools_->tools().data(),
                                  static_cast<std::int32_t>(tools_->tools().size()), 1 / scene_.touch_hz, contacts,
                                  memory.size() * sizeof memory[0]);
     });
     on_touch({time, flags, tools_->positions(), *contacts});
-    if (step >= step_of(solve, scene_.deform_hz, scene_)) {
+    if (beside && step >= step_of(solve, scene_.deform_hz, scene_)) {
       ++solve;
-      for (const auto& organ : organs_)
-        if (organ->scene().deformation >= SceneConfig::Deformation::large_beside)
-          timed(timing.deform_us, [&] { return palpate_scene_deform(organ->runtime_scene()); });
+      if (before) before();
+      timed(timing.deform_us, [&] {
+        for (const auto& organ : organs_)
+          if (organ->scene().deformation >= SceneConfig::Deformation::large_beside)
+            palpate_scene_deform(organ->runtime_scene());
+        return 0;
+      });
+      if (on_deform) on_deform();
     }
     if (frame >= frames || step < step_of(frame, scene_.shape_hz, scene_)) continue;
     ++frame;
     std::vector<palpate_step_flags> shape_flags(organs_.size());
+    if (before) before();
     timed(timing.shape_us, [&] {
       for (std::size_t k = 0; k < organs_.size(); ++k)
         if (buffers[k].out.node_capacity > 0)

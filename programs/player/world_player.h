@@ -40,15 +40,20 @@ class WorldPlayer {
   std::uint64_t shape_count() const;
   std::uint64_t touch_count() const { return touch_count_of(scene_); }
 
-  // Plays the whole scene from its start. The times are those of palpate_world_touch, and of the shapes of all organs together.
+  palpate_world* runtime_world() const { return world_.get(); }
+
+  // Plays the whole scene from its start. The times are those of palpate_world_touch, and those of the shapes, and of the solves beside
+  // the touch, of all organs together. before is called before each of these, on_deform after such solves.
   Timing play(const std::function<void(const WorldTouchRecord&)>& on_touch,
-              const std::function<void(const WorldShapeRecord&)>& on_shape);
+              const std::function<void(const WorldShapeRecord&)>& on_shape, const std::function<void()>& before = {},
+              const std::function<void()>& on_deform = {});
 
  private:
   struct DestroyWorld {
     void operator()(palpate_world* world) const { palpate_world_destroy(world); }
   };
   void create();
+  bool solves_beside() const;
   void put_placed_tools_into_the_world();
 
   SceneConfig scene_;

@@ -35,13 +35,14 @@ struct PassWatch {
   palpate_pass_watcher watcher = nullptr;
   void* user = nullptr;
   std::int32_t index_in_plan[kPasses];  // of each Pass; -1: the plan does not have it
+  std::int32_t first = 0;               // of the plan, in that of the world whose watcher this is
 
   PassWatch() {
     for (std::int32_t& index : index_in_plan) index = -1;
   }
   // A pass may end several times in a step, once for each part of its work. Without a watcher: one branch, never taken.
   void ended(Pass pass) const {
-    if (kHasEffects && watcher) watcher(user, index_in_plan[static_cast<std::int32_t>(pass)]);
+    if (kHasEffects && watcher) watcher(user, first + index_in_plan[static_cast<std::int32_t>(pass)]);
   }
 };
 

@@ -77,7 +77,7 @@ const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t 
 
 void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, void* user) {
   if (!scene) return;
-  scene->watch.watcher = watcher, scene->watch.user = user;
+  scene->watch.watcher = watcher, scene->watch.user = user, scene->watch.first = 0;
 }
 
 size_t palpate_contacts_bytes(const palpate_scene* scene) {

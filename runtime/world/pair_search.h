@@ -80,6 +80,7 @@ class PairSearch {
   // The largest overlap of two organs where they rest, m, and how many vertices overlap.
   double largest_overlap(std::int32_t g, std::int32_t* vertices) const;
   std::int32_t group_count() const { return group_count_; }
+  std::int32_t vertices() const { return capacity_; }  // of the first organs of all groups
   const OrganGroup& group_at(std::int32_t g) const { return groups_[g]; }
 
   void forget();

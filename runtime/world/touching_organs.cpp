@@ -19,12 +19,14 @@ bool TouchingOrgans::create(SceneMemory& memory, palpate_scene* const* organs, s
     rows += 3 * (of_organ - most_pairs), constraints += of_organ - most_pairs;
     rows_of_organ = std::max(rows_of_organ, 3 * of_organ);
   }
+  const std::uint64_t before = memory.bytes();
+  if (!search_.create(memory, organs, count, most_pairs, friction)) return false;
+  search_bytes_ = memory.bytes() - before;
   for (JointPair** array : {&pairs_, &together_})
     *array = memory.array<JointPair>(static_cast<std::size_t>(most_pairs));
   number_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_pairs));
-  if (!search_.create(memory, organs, count, most_pairs, friction) ||
-      !joint_.create(memory, count, rows_of_organ, rows, constraints))
-    return false;
+  if (!joint_.create(memory, count, rows_of_organ, rows, constraints)) return false;
+  solver_bytes_ = memory.bytes() - before - search_bytes_;
   organ_count_ = count;
   return !memory.failed();
 }
@@ -191,10 +193,15 @@ bool TouchingOrgans::follow_volumes(const std::int32_t* members, std::int32_t co
   return missed;
 }
 
-std::uint32_t TouchingOrgans::solve() {
-  std::uint32_t flags = search_.search();
-  sweeps_ = 0;
+std::uint32_t TouchingOrgans::find_pairs() {
+  const std::uint32_t flags = search_.search();
   request_pairs();
+  return flags;
+}
+
+std::uint32_t TouchingOrgans::solve() {
+  std::uint32_t flags = 0;
+  sweeps_ = 0;
   // Organs that touch get the number of the first one of them.
   std::int32_t label[PALPATE_MAX_ORGANS];
   bool touches[PALPATE_MAX_ORGANS] = {};

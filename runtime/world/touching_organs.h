@@ -18,10 +18,12 @@ class TouchingOrgans {
   // Tells the bundles' logs where organs overlap.
   void say_overlaps() const;
 
-  // One step: begin() of each organ, then solve(), then finish() of each organ, which returns its step flags.
+  // One step: begin() of each organ, then find_pairs() and solve(), then finish() of each organ, which returns its step flags.
   void begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt,
              const ToolsInWorld& world, palpate_contacts& out);
-  // Finds the pairs and solves the organs that have some. Returns step flags.
+  // Finds the pairs and requests their rows. Returns step flags.
+  std::uint32_t find_pairs();
+  // Solves the organs that have pairs. Returns step flags.
   std::uint32_t solve();
   std::uint32_t finish(std::int32_t organ);
 
@@ -29,6 +31,11 @@ class TouchingOrgans {
   std::int32_t pair_count() const { return search_.count(); }
   void write_pair(std::int32_t i, palpate_world_pair* out);
   std::int32_t sweeps() const { return sweeps_; }
+
+  // Vertices that the search looks through, and the memory of search and solver.
+  std::int32_t vertices() const { return search_.vertices(); }
+  std::uint64_t search_bytes() const { return search_bytes_; }
+  std::uint64_t solver_bytes() const { return solver_bytes_; }
 
   void forget();
 
@@ -56,6 +63,7 @@ class TouchingOrgans {
   JointPair* together_ = nullptr;   // [most_pairs] of those that are solved as one
   std::int32_t* number_ = nullptr;  // [most_pairs] of together_ in pairs_
   std::int32_t sweeps_ = 0;
+  std::uint64_t search_bytes_ = 0, solver_bytes_ = 0;
 };
 
 }  // namespace palpate

@@ -106,6 +106,7 @@ palpate_status build_world(palpate_world& world, palpate_error* error) {
       return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for organs that touch");
     world.touching.say_overlaps();
   }
+  world.plan = make_world_plan(world);
   world.definition = definition_of(world);
   return PALPATE_OK;
 }
@@ -155,19 +156,6 @@ int32_t palpate_world_organ_count(const palpate_world* world) {
 
 palpate_scene* palpate_world_scene(const palpate_world* world, int32_t organ) {
   return world && organ >= 0 && organ < world->organ_count ? world->organ[organ] : nullptr;
-}
-
-const palpate_plan_pass* palpate_world_plan(const palpate_world* world, int32_t pass, int32_t* organ) {
-  if (organ) *organ = -1;
-  for (std::int32_t k = 0; pass >= 0 && k < palpate_world_organ_count(world); ++k) {
-    const palpate::Plan& plan = world->organ[k]->plan;
-    if (pass < plan.count) {
-      if (organ) *organ = k;
-      return plan.pass + pass;
-    }
-    pass -= plan.count;
-  }
-  return nullptr;
 }
 
 size_t palpate_world_contacts_bytes(const palpate_world* world) {

@@ -8,6 +8,7 @@
 #include "runtime/scene/scene.h"
 #include "runtime/world/touching_organs.h"
 #include "runtime/world/world_input.h"
+#include "runtime/world/world_plan.h"
 
 namespace palpate {
 
@@ -27,6 +28,7 @@ struct palpate_world {
   std::int32_t organ_count = 0;
   palpate::WorldInput input;
   palpate::TouchingOrgans touching;  // where organs touch
+  palpate::WorldPlan plan;
   palpate::SentToTool sent[PALPATE_MAX_TOOLS];
   std::uint64_t step = 0;
 };

@@ -22,6 +22,7 @@ class WorldTouch {
   std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
     flags_ = world_.input.take(tools, tool_count, dt);
     lay_out();
+    world_.plan.ended(WorldPass::input);
     std::size_t end = bytes_before_organs(world_.input.count(), world_.organ_count);
     if (world_.touching.is_on())
       end = touch_together(end);
@@ -32,6 +33,7 @@ class WorldTouch {
     world_.input.keep_points();
     out_.used_bytes = write_pairs(end);
     out_.flags = flags_, out_.step = ++world_.step;
+    world_.plan.ended(WorldPass::output);
     return flags_;
   }
 
@@ -72,6 +74,7 @@ class WorldTouch {
     state.near_tools = scene.touch.far.near_count;
     flags_ |= flags;
     sum_organ(scene, contacts_at(begin), state);
+    world_.plan.ended(WorldPass::output);
     return begin + whole_words(contacts_at(begin).used_bytes);
   }
 
@@ -83,7 +86,10 @@ class WorldTouch {
                             world_.input.in_world(), contacts_at(room));
       room += whole_words(palpate_contacts_bytes(world_.organ[k]));
     }
+    flags_ |= world_.touching.find_pairs();
+    world_.plan.ended(WorldPass::search);
     flags_ |= world_.touching.solve();
+    world_.plan.ended(WorldPass::solve);
     room = begin;
     for (std::int32_t k = 0; k < world_.organ_count; ++k) {
       const std::uint32_t flags = world_.touching.finish(k);

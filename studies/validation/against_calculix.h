@@ -11,6 +11,8 @@
 
 namespace palpate::validation {
 
+struct Agreement;
+
 struct CalculixMesh {
   std::string name;
   Element element;      // p1 against C3D4, p2-p0 against C3D10
@@ -18,6 +20,8 @@ struct CalculixMesh {
   double bound;         // on Agreement::difference
   std::function<ElasticBody()> body;
   double push_mm = 0;  // 0: small strain and a load; else large strain: a disc of 10 mm radius goes in so far
+  std::function<Agreement(const std::filesystem::path& scratch)> compare =
+      {};  // in place of body: of two bodies in contact
 };
 
 struct Agreement {

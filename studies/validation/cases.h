@@ -86,6 +86,8 @@ Case point_force();
 Case flat_punch_even();
 Case flat_punch_squared();
 Case hertz_contact();
+Case equal_spheres(const Workshop& workshop);
+Case unequal_spheres(const Workshop& workshop);
 Case cantilever();
 Case elliptic_plate_le10();
 Case pressed_cylinder();

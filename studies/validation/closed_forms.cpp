@@ -10,11 +10,11 @@ namespace {
 
 using std::numbers::pi;
 
+}  // namespace
+
 double plane_modulus(const Material& m) {
   return m.young / (1 - m.poisson * m.poisson);
 }
-
-}  // namespace
 
 double shear_modulus(const Material& material) {
   return material.young / (2 * (1 + material.poisson));

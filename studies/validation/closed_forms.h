@@ -12,6 +12,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 double shear_modulus(const Material& material);
+double plane_modulus(const Material& material);  // E / (1 - nu^2)
 
 // d u_i / d x_j of a displacement field, by central differences over a step (m). Relative error: the square of the step over
 // the length on which the field changes.

@@ -17,6 +17,7 @@
 #include "studies/validation/against_calculix.h"
 #include "studies/validation/cases.h"
 #include "studies/validation/judge.h"
+#include "studies/validation/pressed_blocks.h"
 
 namespace palpate::validation {
 namespace {
@@ -102,6 +103,7 @@ class Study {
   void plan_calculix() {
     calculix_ = built_in_meshes();
     for (auto& block : pushed_blocks()) calculix_.push_back(std::move(block));
+    for (auto& pair : pressed_block_pairs({options_.bin, scratch()})) calculix_.push_back(std::move(pair));
     if (options_.brief)
       std::erase_if(calculix_, [](const auto& m) { return m.name.find("16 cells") != std::string::npos; });
     accuracy::StudyOptions folders;
@@ -243,10 +245,25 @@ class Study {
 }  // namespace
 
 std::vector<Case> all_cases(const Workshop& workshop) {
-  return {patch_test(),       rigid_motion(), superposition(workshop), pressed_cylinder(),   manufactured(4),
-          manufactured(0),    thick_sphere(), point_force(),           flat_punch_squared(), flat_punch_even(),
-          hertz_contact(),    cantilever(),   elliptic_plate_le10(),   stretched_bar(),      sheared_block(),
-          twisted_cylinder(), elastica()};
+  return {patch_test(),
+          rigid_motion(),
+          superposition(workshop),
+          pressed_cylinder(),
+          manufactured(4),
+          manufactured(0),
+          thick_sphere(),
+          point_force(),
+          flat_punch_squared(),
+          flat_punch_even(),
+          hertz_contact(),
+          equal_spheres(workshop),
+          unequal_spheres(workshop),
+          cantilever(),
+          elliptic_plate_le10(),
+          stretched_bar(),
+          sheared_block(),
+          twisted_cylinder(),
+          elastica()};
 }
 
 void run_study(StudyOptions options) {

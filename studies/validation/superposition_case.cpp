@@ -1,13 +1,10 @@
 // Many contacts at once: compares the paper's superposition with a solve in which all contact nodes are held.
-#include <fmt/format.h>
-
 #include <cmath>
-#include <fstream>
 
-#include "studies/accuracy/command.h"
 #include "studies/accuracy/held_nodes.h"
 #include "studies/bodies/bodies.h"
 #include "studies/timing/timing.h"
+#include "studies/validation/baked_body.h"
 #include "studies/validation/cases.h"
 #include "studies/validation/solved_body.h"
 #include "studies/validation/tensor_answer.h"
@@ -45,23 +42,9 @@ HeldTop held_top(const Variant& variant, int level) {
   return top;
 }
 
-// Runs palpate-precompute on the box; returns the bundle.
 std::filesystem::path bake_box(const Workshop& workshop, const Variant& variant) {
-  const auto folder = workshop.scratch / fmt::format("superposition-{}", name_of(variant.element));
-  std::filesystem::create_directories(folder);
-  write_mesh(folder / "box.msh", box());
-  std::ofstream(folder / "organ.toml") << fmt::format(
-      "name = \"box\"\nmesh_unit = \"m\"\nframe = \"none\"\nelement = \"{}\"\n[[region]]\nname = \"box\"\nyoung = {{ "
-      "value = {}, "
-      "unit = \"Pa\", source = \"a validation\" }}\npoisson = {{ value = {}, source = \"a validation\" }}\n",
-      name_of(variant.element), kYoung, variant.poisson);
-  std::ofstream(folder / "bc.toml") << "name = \"bottom\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"z0\" }\n";
-  const auto bundle = folder / "bundle.h5";
-  accuracy::run_command({(workshop.bin / "palpate-precompute").string(), (folder / "box.msh").string(), "--organ",
-                         (folder / "organ.toml").string(), "--boundary", (folder / "bc.toml").string(), "-o",
-                         bundle.string(), "--locking-probes", "0", "--quiet"},
-                        folder / "log.txt");
-  return bundle;
+  return bake(workshop, {"superposition", box(), kYoung, variant.poisson, variant.element,
+                         "[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"z0\" }\n"});
 }
 
 Measured measure_superposition(const Workshop& workshop, const Variant& variant, int level) {

@@ -504,8 +504,14 @@ TEST(CApi, TouchesAWorldOfTwoOrgans) {
   EXPECT_EQ(palpate_world_organ_count(world), 2);
   EXPECT_EQ(palpate_world_scene(world, 2), nullptr);
   std::int32_t last = 0, pass = 0;
+  palpate_step_load load = palpate_default_step_load();
+  load.tools = load.points = 1;
   for (std::int32_t organ = 0; palpate_world_plan(world, pass, &organ); ++pass) last = organ;
-  EXPECT_EQ(last, 1);
+  EXPECT_EQ(last, -1);  // of the world itself
+  EXPECT_GT(palpate_world_predict_pass(world, pass - 1, &load).steps, 0);
+  std::int32_t latest = -1;
+  palpate_world_watch_passes(
+      world, [](void* user, std::int32_t ended) { *static_cast<std::int32_t*>(user) = ended; }, &latest);
   std::vector<std::uint64_t> memory(palpate_world_contacts_bytes(world) / 8 + 1);
   auto* const contacts = reinterpret_cast<palpate_world_contacts*>(memory.data());
   double point[3] = {kAbove[0], kAbove[1] + 0.2, kAbove[2]};  // above the second one
@@ -518,6 +524,8 @@ TEST(CApi, TouchesAWorldOfTwoOrgans) {
   EXPECT_GT(palpate_world_contacts_organ(contacts, 1)->node_count, 0);
   EXPECT_LT(palpate_world_contacts_state(contacts, 1)->force[2], -0.01);
   EXPECT_EQ(contacts->pair_count, 0);
+  EXPECT_EQ(latest, pass - 1);
+  palpate_world_watch_passes(world, nullptr, nullptr);
   const std::size_t bytes = palpate_world_state_bytes(world);
   std::vector<std::uint64_t> state(bytes / 8 + 1);
   EXPECT_EQ(palpate_world_save(world, state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;

@@ -5,23 +5,11 @@
 // Exit code 0: none; 1: some, or flags excused more than kMostExcused of the tool points; 2: bad usage.
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 
 #include "tests/runtime/random_scenes.h"
+#include "tests/runtime/read_option.h"
 
 namespace {
-
-// The number of --name=NUMBER; false where the argument is another one or has no whole number of 0 or more.
-bool read_option(const char* argument, const char* name, long long* value) {
-  const std::size_t length = std::strlen(name);
-  if (std::strncmp(argument, name, length) != 0) return false;
-  char* end = nullptr;
-  const long long number = std::strtoll(argument + length, &end, 10);
-  if (end == argument + length || *end != 0 || number < 0) return false;
-  *value = number;
-  return true;
-}
 
 // Of the tool points of a run of 100,000 steps or more.
 constexpr double kMostExcused = 0.15;
@@ -29,6 +17,7 @@ constexpr double kMostExcused = 0.15;
 }  // namespace
 
 int main(int argc, char** argv) {
+  using palpate::tests::read_option;
   long long steps = 1000000, seed = 0, scene_steps = 500, bump = 0;
   for (int a = 1; a < argc; ++a)
     if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&

@@ -407,6 +407,14 @@ class World {
   bool set_pose(std::int32_t organ, const palpate_pose& pose, palpate_error* error = nullptr) noexcept {
     return palpate_scene_set_pose(scene(organ), &pose, error) == PALPATE_OK;
   }
+  // pass: its index in palpate_world_plan
+  palpate_pass_work predict_pass(std::int32_t pass, const palpate_step_load& load) const noexcept {
+    return palpate_world_predict_pass(get(), pass, &load);
+  }
+  // nullptr: nobody watches.
+  void watch_passes(palpate_pass_watcher watcher, void* user = nullptr) noexcept {
+    palpate_world_watch_passes(get(), watcher, user);
+  }
   void reset() noexcept { palpate_world_reset(get()); }
   void reset_tool(std::int32_t id) noexcept { palpate_world_reset_tool(get(), id); }
 

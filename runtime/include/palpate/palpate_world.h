@@ -85,9 +85,17 @@ PALPATE_API int32_t palpate_world_organ_count(const palpate_world* world);
  * BAD_INPUT, palpate_scene_save and palpate_scene_restore with an error; do not destroy it. All other functions take it. */
 PALPATE_API palpate_scene* palpate_world_scene(const palpate_world* world, int32_t organ);
 
-/* The passes of all organs in order, those of organ 0 first; NULL behind the last one. *organ: whose pass it is; may be NULL. What a
- * step costs is the sum. */
+/* The passes of all organs in order, those of organ 0 first, and behind them those of the world itself; NULL behind the last one.
+ * *organ: whose pass it is, -1 for one of the world; may be NULL. What a step costs is the sum. */
 PALPATE_API const palpate_plan_pass* palpate_world_plan(const palpate_world* world, int32_t pass, int32_t* organ);
+/* palpate_predict_pass of a pass of palpate_world_plan. load: of the organ whose pass it is, without rows, sweeps and Newton steps where
+ * its contacts are solved together with those of others. For a pass of the world: contacts are the pairs and slips those of them that
+ * slip or carry no force; all else is that of all organs together, the rows of a pair once, sweeps and Newton steps of the joint
+ * systems. */
+PALPATE_API palpate_pass_work palpate_world_predict_pass(const palpate_world* world, int32_t pass,
+                                                         const palpate_step_load* load);
+/* palpate_watch_passes of all organs and the world; pass: the index in palpate_world_plan. */
+PALPATE_API void palpate_world_watch_passes(palpate_world* world, palpate_pass_watcher watcher, void* user);
 
 /* Organs that touch (max_pairs above 0): of two organs, the vertices of the one with the shorter edges may not pass through the other
  * one's surface. They press without pulling, with friction where there is some, and all contacts of organs that touch, those of tools too,

@@ -102,6 +102,56 @@ TEST_F(PlayedOrgans, OrgansAreWhereTheirPosesPutThemAndPressOneAnother) {
   EXPECT_THAT(read_text(folder_ / "out.glb"), HasSubstr("\"name\":\"aside\""));
 }
 
+// The lines of the plan between the line of an organ, or of the world, and the next such line.
+std::string part_of_plan(const std::string& output, const std::string& of) {
+  std::istringstream lines(output);
+  std::string part;
+  bool inside = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.ends_with(':')) inside = line == of + ":";
+    if (inside && line.starts_with("touch")) part += line + "\n";
+  }
+  return part;
+}
+
+// The measured time of a pass, us, from its line of the plan; -1: there is none.
+double measured_us(const std::string& part, const std::string& pass) {
+  std::smatch found;
+  const std::regex line("touch +" + pass + " .* us +([0-9.]+) us");
+  return std::regex_search(part, found, line) ? std::stod(found[1]) : -1;
+}
+
+TEST_F(PlayedOrgans, ExplainsTheSearchOfPairsTheJointSolveAndEachOrgan) {
+  const std::string organs = organ("below") + organ("above", "position = [0, 50, 80]\nturn = [180, 0, 0]\n");
+  const std::string finger =
+      "[[tool]]\nname = \"finger\"\norgan = \"above\"\npoints = [[0, 0, 0]]\nnear = [45, 25, 0]\n"
+      "depth = [[0, -1], [0.1, 4]]\n";
+  write_organs(organs, finger, "[world]\npairs = 60\n");
+  const Ended ended = run("scene.toml -o out --explain");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  for (const char* name : {"organ \"below\"", "organ \"above\""}) {
+    const std::string part = part_of_plan(ended.output, name);
+    EXPECT_GE(measured_us(part, "collision: deformed"), 0) << ended.output;
+    EXPECT_THAT(part, HasSubstr("tensors/displacement_surface"));
+  }
+  const std::string world = part_of_plan(ended.output, "the world");
+  // Whatever the machine does meanwhile: they are not measured as nothing.
+  for (const char* pass : {"world: search of pairs", "world: joint solve"})
+    EXPECT_GT(measured_us(world, pass), 0.01) << ended.output;
+  // Both have memory of their own, which the table states.
+  EXPECT_THAT(world, testing::ContainsRegex("joint solve +- +[0-9.]+ [kM]B"));
+  EXPECT_THAT(ended.output, testing::ContainsRegex("with [1-9][0-9]* pairs, [1-9][0-9]* rows of organs that touch"));
+  EXPECT_THAT(ended.output, HasSubstr("operations of all organs"));
+
+  // Organs that pass through one another have neither.
+  write_organs(organs, finger);
+  const Ended apart = run("scene.toml -o out --explain");
+  ASSERT_EQ(apart.code, 0) << apart.errors;
+  EXPECT_THAT(part_of_plan(apart.output, "the world"), testing::Not(HasSubstr("pairs")));
+  EXPECT_GE(measured_us(part_of_plan(apart.output, "the world"), "world: input"), 0) << apart.output;
+}
+
 TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
   std::filesystem::rename(folder_ / "box.h5", folder_ / "a=b.h5");
   write_organs("[[organ]]\nname = \"one\"\n[[organ]]\nname = \"two\"\nposition = [0, 0, 90]\n", kProbe);
@@ -117,7 +167,7 @@ TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
 
 TEST_F(PlayedOrgans, RefusesWhatOneOrganAloneCanDo) {
   write_organs(organ("one"), kProbe);
-  for (const char* option : {"--explain", "--realtime", "--record run.txt"})
+  for (const char* option : {"--realtime", "--record run.txt"})
     expect_refused(std::string("scene.toml -o out ") + option, "[[organ]]: expected a scene of one organ here");
   write_scene(kProbe);
   expect_refused("scene.toml -o out --bundle box.h5 --bundle box.h5", "expected one bundle for the scene");

@@ -537,7 +537,7 @@ std::map<std::string, std::array<double, 2>> explained(const std::string& output
     if (line.compare(0, 5, "touch") != 0 && line.compare(0, 5, "shape") != 0 && line.compare(0, 6, "create") != 0)
       continue;
     const std::string name = line.substr(8, 24);
-    std::stringstream cells(line.substr(8 + 24 + 3 * 10));
+    std::stringstream cells(line.substr(8 + 24 + 4 * 10));
     auto& costs = passes[name.substr(0, name.find_last_not_of(' ') + 1)];
     std::string unit;
     cells >> costs[0] >> unit >> costs[1];

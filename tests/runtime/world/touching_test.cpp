@@ -1,21 +1,11 @@
 // Organs that touch one another: against full solves and Hertz, at rest, pushed at random, overlapping, with friction.
-#include <random>
-
+#include "tests/runtime/world/random_pushes.h"
 #include "tests/runtime/world/touching_world.h"
 
 namespace palpate::tests {
 namespace {
 
 using Eigen::Vector3d;
-
-const TouchedBody& upper() {
-  static const TouchedBody body(block(0.015, 0.02, 4, 4, true));
-  return body;
-}
-const TouchedBody& lower() {
-  static const TouchedBody body(block(0.03, 0.03, 8, 4, false, 8000));
-  return body;
-}
 
 // The displacement along z of nodes per force along z on them, from the full stiffness.
 Eigen::MatrixXd compliance_along_z(const TouchedBody& body, const std::vector<std::int32_t>& nodes) {
@@ -66,15 +56,15 @@ std::int32_t node_at(const TouchedBody& body, const Vector3d& place) {
 
 // The nodes of both blocks coincide where they touch, so that a full solve with both stiffness matrices has the same constraints.
 TEST(Touching, TwoBlocksPressAsFullSolvesDo) {
-  Touching blocks({{&upper(), {0, 0, 0.03}}, {&lower(), {0, 0, 0}}});
+  Touching blocks({{&upper_block(), {0, 0, 0.03}}, {&lower_block(), {0, 0, 0}}});
   std::vector<std::int32_t> above, below;
-  for (std::int32_t n = 0; n < upper().body.surface_nodes; ++n) {
-    const Vector3d p = upper().node(n);
+  for (std::int32_t n = 0; n < upper_block().body.surface_nodes; ++n) {
+    const Vector3d p = upper_block().node(n);
     if (p.z() != 0) continue;
-    above.push_back(n), below.push_back(node_at(lower(), p + Vector3d(0, 0, 0.03)));
+    above.push_back(n), below.push_back(node_at(lower_block(), p + Vector3d(0, 0, 0.03)));
     ASSERT_GE(below.back(), 0);
   }
-  const Eigen::MatrixXd c = compliance_along_z(upper(), above) + compliance_along_z(lower(), below);
+  const Eigen::MatrixXd c = compliance_along_z(upper_block(), above) + compliance_along_z(lower_block(), below);
   for (const double pushed : {1e-4, 1e-3, 2.5e-3}) {
     blocks.place(0, {0, 0, 0.03 - pushed});
     palpate_step_flags flags = 0;
@@ -90,7 +80,7 @@ TEST(Touching, TwoBlocksPressAsFullSolvesDo) {
   blocks.place(0, {0, 0, 0.031});
   for (int s = 0; s < 3; ++s) EXPECT_EQ(blocks.step(), 0u);
   EXPECT_EQ(blocks.pressed(0).norm(), 0);
-  for (const float u : blocks.shape(1, lower())) EXPECT_EQ(u, 0);
+  for (const float u : blocks.shape(1, lower_block())) EXPECT_EQ(u, 0);
 }
 
 // A quarter of a cap of radius R on a stiff block, symmetric about x = 0 and y = 0. The force F belongs to the contact radius a by
@@ -141,11 +131,7 @@ TEST(Touching, ACapOnAStiffBlockHasTheContactRadiusOfHertz) {
 
 // The one in the middle is held at one side.
 TEST(Touching, AStackOfThreeAtRestIsSteady) {
-  GridBody grid;
-  grid.lines = {grid_lines(-0.02, 0.02, 5), grid_lines(-0.02, 0.02, 5), grid_lines(0, 0.015, 3)};
-  grid.held = [](auto p) { return p[0] == -0.02; };
-  const TouchedBody middle(dense_grid(grid));
-  Touching stack({{&upper(), {0, 0, 0.045}}, {&middle, {0, 0, 0.03}}, {&lower(), {0, 0, 0}}});
+  Touching stack({{&upper_block(), {0, 0, 0.045}}, {&side_plate(), {0, 0, 0.03}}, {&lower_block(), {0, 0, 0}}});
   for (int s = 0; s < 10; ++s) stack.place(0, {0, 0, 0.045 - 1e-4 * s}), stack.step();
   for (int s = 0; s < 40; ++s) stack.step();
   Vector3d rest[3];
@@ -192,45 +178,18 @@ TEST(Touching, PairsThatStandCostNoSearch) {
   EXPECT_LT(standing, moving / 10);
 }
 
-// The upper block is pushed in random directions, up to 2 mm a step. No vertex of either gets farther into the other one than the
-// block has moved in the step.
+// The short form of `make -f Makefile.data organ-pushes`; random_pushes.h says what counts as having passed through.
 TEST(Touching, NothingPassesThroughUnderRandomPushes) {
-  std::mt19937_64 random(7);
-  const auto between = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(random() >> 11) / 9007199254740992.0;
-  };
-  Touching blocks({{&upper(), {0, 0, 0.034}}, {&lower(), {0, 0, 0}}});
-  DeformedTruth below(lower().body);
-  Vector3d at(0, 0, 0.034), goal = at;
-  double deepest = 0;
-  long pressed = 0;
-  for (int s = 0; s < 3000; ++s) {
-    if (s % 40 == 0) goal = {between(-0.01, 0.01), between(-0.01, 0.01), between(0.027, 0.036)};
-    const Vector3d way = goal - at;
-    const double moved = std::min(way.norm(), s % 80 < 40 ? 2e-3 : 2e-4);
-    if (way.norm() > 0) at += moved * way.normalized();
-    blocks.place(0, at);
-    blocks.step();
-    ASSERT_LT(blocks.pressed(0).norm(), 50) << s;
-    pressed += blocks.pressed(0).z() > 1e-3;
-    if (s % 7 != 0) continue;
-    below.move(blocks.shape(1, lower()));
-    const std::vector<float> u = blocks.shape(0, upper());
-    for (std::int32_t n = 0; n < upper().body.surface_nodes; ++n) {
-      const Vector3d p = at + upper().node(n) + Eigen::Map<const Eigen::Vector3f>(&u[3 * n]).cast<double>();
-      if (upper().node(n).z() > 0.001 || std::fabs(p.x()) > 0.027 || std::fabs(p.y()) > 0.027) continue;
-      const double depth = -below.signed_distance(p);
-      deepest = std::max(deepest, depth);
-      // Beside the block's motion, a quarter of a millimetre for places that lag on a bent surface.
-      ASSERT_LT(depth, moved + 2.5e-4) << "step " << s << " node " << n;
-    }
-  }
-  EXPECT_GT(pressed, 500);
-  RecordProperty("deepest_mm", std::to_string(1e3 * deepest));
+  PushCounts all;
+  for (std::uint64_t seed = 0; seed < 6; ++seed)
+    play_pushes(seed, 500, 7, &all, [](const PassedThrough& found) { ADD_FAILURE() << sentence_of(found); });
+  EXPECT_GT(all.pressed, 500);
+  EXPECT_GT(all.looked, 10000);
+  RecordProperty("deepest_edges", std::to_string(all.deepest));
 }
 
 TEST(Touching, AnOverlapAtRestCountsAsTouchingUntilTheOrgansPart) {
-  Touching blocks({{&upper(), {0, 0, 0.03 - 0.0013}}, {&lower(), {0, 0, 0}}});
+  Touching blocks({{&upper_block(), {0, 0, 0.03 - 0.0013}}, {&lower_block(), {0, 0, 0}}});
   EXPECT_EQ(blocks.step(), 0u);
   EXPECT_LT(blocks.pressed(0).norm(), 1e-6);
   ASSERT_GT(blocks.contacts->get()->pair_count, 0);
@@ -240,7 +199,7 @@ TEST(Touching, AnOverlapAtRestCountsAsTouchingUntilTheOrgansPart) {
   EXPECT_NEAR(overlap, 0.0013, 1e-9);
   // A push beyond the overlap presses like the same push of blocks that do not overlap.
   blocks.place(0, {0, 0, 0.03 - 0.0018});
-  Touching apart({{&upper(), {0, 0, 0.03}}, {&lower(), {0, 0, 0}}});
+  Touching apart({{&upper_block(), {0, 0, 0.03}}, {&lower_block(), {0, 0, 0}}});
   apart.place(0, {0, 0, 0.0295});
   for (int s = 0; s < 5; ++s) blocks.step(), apart.step();
   EXPECT_NEAR(blocks.pressed(0).z() / apart.pressed(0).z(), 1, 0.02);
@@ -253,7 +212,7 @@ TEST(Touching, AnOverlapAtRestCountsAsTouchingUntilTheOrgansPart) {
 }
 
 TEST(Touching, FrictionHoldsUpToItsCoefficientAndThenSlips) {
-  Touching blocks({{&upper(), {0, 0, 0.03}}, {&lower(), {0, 0, 0}}}, 0.3);
+  Touching blocks({{&upper_block(), {0, 0, 0.03}}, {&lower_block(), {0, 0, 0}}}, 0.3);
   blocks.place(0, {0, 0, 0.029});
   for (int s = 0; s < 5; ++s) blocks.step();
   for (int s = 1; s <= 60; ++s) {
@@ -280,11 +239,7 @@ TEST(Touching, FrictionHoldsUpToItsCoefficientAndThenSlips) {
 
 // A tool presses the upper block on the lower one; the force goes through.
 TEST(Touching, AToolPressesOneOrganOnTheOther) {
-  GridBody grid;
-  grid.lines = {grid_lines(-0.02, 0.02, 5), grid_lines(-0.02, 0.02, 5), grid_lines(0, 0.015, 3)};
-  grid.held = [](auto p) { return p[0] == -0.02; };
-  const TouchedBody plate(dense_grid(grid));
-  Touching both({{&plate, {0, 0, 0.03}}, {&lower(), {0, 0, 0}}});
+  Touching both({{&side_plate(), {0, 0, 0.03}}, {&lower_block(), {0, 0, 0}}});
   double point[3] = {0.01, 0, 0.0455};
   for (int s = 0; s < 40; ++s) {
     point[2] = 0.0455 - 5e-5 * s;
@@ -304,10 +259,10 @@ TEST(Touching, AToolPressesOneOrganOnTheOther) {
 
 TEST(Touching, OrgansApartGiveTheBitsOfTheirScenes) {
   const palpate_scene_def def = touching_def();
-  const ScenePointer scene = upper().scene(def);
+  const ScenePointer scene = upper_block().scene(def);
   const palpate_pose pose = pose_at({0, 0, 0.1});
   palpate_scene_set_pose(scene.get(), &pose, nullptr);
-  Touching blocks({{&upper(), {0, 0, 0.1}}, {&lower(), {0, 0, 0}}});
+  Touching blocks({{&upper_block(), {0, 0, 0.1}}, {&lower_block(), {0, 0, 0}}});
   Contacts alone(scene.get());
   long touched = 0;
   for (int s = 0; s < 100; ++s) {
@@ -328,7 +283,7 @@ TEST(Touching, OrgansApartGiveTheBitsOfTheirScenes) {
 }
 
 TEST(Touching, ARestoredStateGoesOnWithTheSameBits) {
-  const std::vector<Stack> stack = {{&upper(), {0, 0, 0.0295}}, {&lower(), {0, 0, 0}}};
+  const std::vector<Stack> stack = {{&upper_block(), {0, 0, 0.0295}}, {&lower_block(), {0, 0, 0}}};
   Touching played(stack, 0.2), other(stack, 0.2);
   std::vector<std::uint64_t> state;
   for (int s = 0; s < 60; ++s) {
@@ -349,7 +304,7 @@ TEST(Touching, ARestoredStateGoesOnWithTheSameBits) {
 }
 
 TEST(Touching, FewPairsAreTheNearestAndTheStepSaysSo) {
-  Touching blocks({{&upper(), {0, 0, 0.03}}, {&lower(), {0, 0, 0}}}, 0, 6);
+  Touching blocks({{&upper_block(), {0, 0, 0.03}}, {&lower_block(), {0, 0, 0}}}, 0, 6);
   blocks.place(0, {0, 0, 0.0295});
   palpate_step_flags flags = 0;
   for (int s = 0; s < 5; ++s) flags = blocks.step();
@@ -361,8 +316,8 @@ TEST(Touching, FewPairsAreTheNearestAndTheStepSaysSo) {
 TEST(Touching, OrgansThatCannotTouchAreRefusedByASentence) {
   palpate_scene_def def = touching_def();
   def.collision = PALPATE_COLLISION_REST;
-  const palpate_world_organ organs[2] = {organ_of(upper().bundle(), &def, nullptr),
-                                         organ_of(lower().bundle(), &def, nullptr)};
+  const palpate_world_organ organs[2] = {organ_of(upper_block().bundle(), &def, nullptr),
+                                         organ_of(lower_block().bundle(), &def, nullptr)};
   palpate_world_def world = palpate_default_world_def();
   world.organs = organs, world.organ_count = 2, world.max_pairs = 10;
   palpate_world* made = nullptr;

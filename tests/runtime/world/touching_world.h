@@ -24,6 +24,25 @@ inline DenseBody block(double half, double height, int cells, int layers, bool h
   return dense_grid(grid);
 }
 
+// A small block held at its top, a larger one held at its bottom, and a plate held at one side: each fits under the one before.
+inline const TouchedBody& upper_block() {
+  static const TouchedBody body(block(0.015, 0.02, 4, 4, true));
+  return body;
+}
+inline const TouchedBody& lower_block() {
+  static const TouchedBody body(block(0.03, 0.03, 8, 4, false, 8000));
+  return body;
+}
+inline const TouchedBody& side_plate() {
+  static const TouchedBody body([] {
+    GridBody grid;
+    grid.lines = {grid_lines(-0.02, 0.02, 5), grid_lines(-0.02, 0.02, 5), grid_lines(0, 0.015, 3)};
+    grid.held = [](auto p) { return p[0] == -0.02; };
+    return dense_grid(grid);
+  }());
+  return body;
+}
+
 inline palpate_scene_def touching_def() {
   palpate_scene_def def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;

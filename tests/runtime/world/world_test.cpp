@@ -362,8 +362,52 @@ TEST(World, ItsPlanHasThePassesOfAllOrgans) {
       EXPECT_STREQ(found->name, expected.name);
       EXPECT_EQ(organ, k);
     }
+  for (const char* name : {"world: input", "world: output"}) {
+    const palpate_plan_pass* found = palpate_world_plan(world.get(), pass++, &organ);
+    ASSERT_TRUE(found);
+    EXPECT_STREQ(found->name, name);
+    EXPECT_EQ(organ, -1);
+  }
   EXPECT_EQ(palpate_world_plan(world.get(), pass, &organ), nullptr);
   EXPECT_EQ(palpate_world_plan(world.get(), -1, nullptr), nullptr);
+}
+
+// Each pass of a touch is told by its index in the world's plan, and has a prediction.
+TEST(World, WatchesAndPredictsThePassesOfItsPlan) {
+  const palpate_scene_def def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_UNILATERAL);
+  const palpate_pose beside = pose_at({0.2, 0, 0});
+  const palpate_world_organ organs[2] = {organ_of(box().bundle(), &def, nullptr),
+                                         organ_of(box().bundle(), &def, &beside)};
+  for (const std::int32_t pairs : {0, 20}) {
+    palpate_world_def wanted = palpate_default_world_def();
+    wanted.organs = organs, wanted.organ_count = 2, wanted.max_pairs = pairs;
+    palpate_world* made = nullptr;
+    ASSERT_EQ(palpate_world_create(&wanted, &made, nullptr), PALPATE_OK);
+    const WorldPointer world(made);
+    std::vector<int> seen;
+    palpate_world_watch_passes(
+        made, [](void* user, std::int32_t pass) { ++static_cast<std::vector<int>*>(user)->at(pass); }, &seen);
+    palpate_step_load load = palpate_default_step_load();
+    load.tools = load.points = load.contacts = 1, load.rows = load.nodes = 3, load.sweeps = 1;
+    std::int32_t pass = 0, of_world = 0, organ = 0;
+    while (const palpate_plan_pass* found = palpate_world_plan(made, pass, &organ)) {
+      const palpate_pass_work work = palpate_world_predict_pass(made, pass, &load);
+      EXPECT_EQ(work.bytes + work.flops + work.steps > 0, std::strcmp(found->half, "create") != 0) << found->name;
+      seen.push_back(0), ++pass, of_world += organ < 0;
+    }
+    EXPECT_EQ(of_world, pairs > 0 ? 4 : 2);
+    EXPECT_EQ(palpate_world_predict_pass(made, pass, &load).steps, 0);
+    WorldContacts contacts(made);
+    palpate_world_touch(made, nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
+    for (std::int32_t p = 0; p < pass; ++p) {
+      const palpate_plan_pass& found = *palpate_world_plan(made, p, nullptr);
+      EXPECT_EQ(seen[p] > 0, std::strcmp(found.half, "touch") == 0) << p << " " << found.name;
+    }
+    const std::vector<int> before = seen;
+    palpate_world_watch_passes(made, nullptr, nullptr);
+    palpate_world_touch(made, nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
+    EXPECT_EQ(seen, before);
+  }
 }
 
 TEST(World, RefusesWithASentenceThatNamesTheOrgan) {

@@ -1,0 +1,30 @@
+// The passes that a world itself runs in a step, beside those of its organs.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/effects.h"
+#include "runtime/include/palpate/palpate_world.h"
+
+namespace palpate {
+
+enum class WorldPass : std::int32_t { input, search, solve, output, count };
+constexpr std::int32_t kWorldPasses = static_cast<std::int32_t>(WorldPass::count);
+
+struct WorldPlan {
+  palpate_plan_pass pass[kWorldPasses] = {};
+  std::int32_t count = 0;
+  std::int32_t index[kWorldPasses] = {};  // of each WorldPass in pass; -1: organs do not touch, and there is none
+  std::int32_t first = 0;                 // behind the passes of all organs
+  palpate_pass_watcher watcher = nullptr;
+  void* user = nullptr;
+
+  void ended(WorldPass id) const {
+    if (kHasEffects && watcher) watcher(user, first + index[static_cast<std::int32_t>(id)]);
+  }
+};
+
+// Follows from the organs and from what the world has taken for them.
+WorldPlan make_world_plan(const palpate_world& world);
+
+}  // namespace palpate
