@@ -266,13 +266,14 @@ export class OrganView {
     this.stale = true;
   }
 
-  // pointers: of the tools that one holds, in pixels of the canvas. Returns the position of each tool's label, likewise.
-  moveTools(frames: (ToolFrame | null)[], radius: number, pointers: ([x: number, y: number] | null)[] = []): ([x: number, y: number] | null)[] {
+  // radii: of the tools' discs, one for all or of each tool. pointers: of the tools that one holds, in pixels of the canvas. Returns the position of
+  // each tool's label, likewise.
+  moveTools(frames: (ToolFrame | null)[], radii: number | number[], pointers: ([x: number, y: number] | null)[] = []): ([x: number, y: number] | null)[] {
     const { camera } = this.camera, touched = frames.some(Boolean);
     this.stale ||= touched || this.touched;
     this.touched = touched;
     const places = frames.map((frame, t) => {
-      const tip = this.tools[t].move(frame, radius, camera);
+      const tip = this.tools[t].move(frame, typeof radii === "number" ? radii : radii[t], camera);
       return tip && this.toScreen(tip);
     });
     this.surface.material.shade(this.tools.map((tool) => tool.shade));

@@ -382,14 +382,14 @@ class WorldPage {
     }
     if (this.newest) this.view.move(this.newest.shape);
     const frames = this.newest?.frame.tools ?? [];
-    this.readout.label(frames, this.view.moveTools(frames, this.discDrawn, this.pointer.places));
+    this.readout.label(frames, this.view.moveTools(frames, this.discsDrawn, this.pointer.places));
     this.view.render();
   }
 
   // m; 0: the tools have no disc.
-  private get discDrawn(): number {
+  private get discsDrawn(): number | number[] {
     const { tools, organs } = this.scene!;
-    if (this.newest?.frame.playing != null) return Math.max(0, ...tools.map((tool) => tool.discRadius || (tool.grasp?.radius ?? 0)));
+    if (this.newest?.frame.playing != null) return [0, 1].map((t) => tools[t]?.discRadius || (tools[t]?.grasp?.radius ?? 0));
     return organs.some(({ effects }) => effects.contact === "patch") ? this.settings.discRadius : 0;
   }
 

@@ -48,7 +48,11 @@ async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted:
   const bundles: Bundle[] = [], number = ++openings;
   try {
     runtime ??= await loadRuntime(fetch(hasSimd() ? simdUrl : baselineUrl));
-    for (const file of files) bundles.push(await bundleOf(runtime, file));
+    for (const file of files) {
+      const bundle = await bundleOf(runtime, file);
+      bundles.push(bundle);
+      await named(file.name, async () => bundle.check());
+    }
     if (number !== openings) return bundles.forEach((bundle) => bundle.close());
     const parts = scene.organs.map(({ effects, pose }, k) => ({ bundle: bundles[of[k]], effects, pose }));
     const next = openedScene(scene, bundles, parts), first = touchedWorld(next, wanted);
@@ -66,8 +70,8 @@ async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted:
   }
 }
 
-async function bundleOf(engine: Runtime, { name, source }: WorldFile): Promise<Bundle> {
-  const bundle = await named(name, async () => {
+function bundleOf(engine: Runtime, { name, source }: WorldFile): Promise<Bundle> {
+  return named(name, async () => {
     if (typeof source !== "string") return engine.openBundle(new Uint8Array(source));
     const answer = await fetch(source).catch(() => null);
     if (!answer?.ok || !answer.body) throw new Error(word("world.absent"));
@@ -78,8 +82,6 @@ async function bundleOf(engine: Runtime, { name, source }: WorldFile): Promise<B
       say({ type: "progress", name, done: (told = done), total });
     });
   });
-  await named(name, async () => bundle.check());
-  return bundle;
 }
 
 // The error's sentence, with the file's name in front.
