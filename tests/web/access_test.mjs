@@ -67,7 +67,7 @@ test("space held for long stays in contact, also on a small organ", async () => 
   await page.keyboard.down("Space");
   await page.waitForFunction(() => {
     const { pointer } = globalThis.palpateViewer, [held] = pointer.held, away = held.place.map((x, d) => held.target.point[d] - x);
-    return Math.hypot(...away) > pointer.deepest - 1e-9;
+    return Math.hypot(...away) > pointer.deepest(held.hit) - 1e-9;
   });
   await steady(page);
   const { contacts, force } = await page.evaluate(() => globalThis.palpateViewer.shown.tools[0]);
