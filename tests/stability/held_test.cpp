@@ -1,6 +1,7 @@
 // Sutures, springs and grasps that contradict each other or ask for what tissue cannot do.
 #include <random>
 
+#include "tests/stability/held_places.h"
 #include "tests/stability/known_compliance.h"
 #include "tests/stability/stability_case.h"
 
@@ -15,43 +16,15 @@ const KnownBox& lobe() {
   return known;
 }
 
-// The place on a face of the lobe, outward along `outward`, that is nearest to p.
-struct Place {
-  std::int32_t triangle = -1;
-  double barycentric[3] = {};
-};
-Place place_at(Vector3d outward, Vector3d p) {
-  const TouchedBox& box = lobe().box;
-  Place best;
-  double least = INFINITY;
-  for (std::size_t t = 0; t < box.body.triangles.size(); ++t) {
-    const auto triangle = static_cast<std::int32_t>(t);
-    if (box.outward(triangle).dot(outward) < 0.99) continue;
-    const Vector3d middle = box.place(triangle, Vector3d::Constant(1.0 / 3));
-    if ((middle - p).norm() < least) least = (middle - p).norm(), best.triangle = triangle;
-  }
-  for (double& k : best.barycentric) k = 1.0 / 3;
-  return best;
-}
 palpate_link_end end_at(Vector3d outward, Vector3d p) {
-  const Place place = place_at(outward, p);
+  const FacePlace place = face_place(lobe().box, outward, p);
   palpate_link_end end = {};
   end.kind = PALPATE_END_SURFACE_POINT, end.triangle = place.triangle;
   std::copy(place.barycentric, place.barycentric + 3, end.barycentric);
   return end;
 }
 palpate_grasp grasp_at(Vector3d outward, Vector3d p, double radius) {
-  const Place place = place_at(outward, p);
-  palpate_grasp grasp = palpate_default_grasp();
-  grasp.triangle = place.triangle, grasp.radius = radius;
-  std::copy(place.barycentric, place.barycentric + 3, grasp.barycentric);
-  Eigen::Map<Vector3d>(grasp.position) = p;
-  return grasp;
-}
-void oppose(palpate_grasp& grasp, Vector3d outward, Vector3d p) {
-  const Place place = place_at(outward, p);
-  grasp.opposite_triangle = place.triangle;
-  std::copy(place.barycentric, place.barycentric + 3, grasp.opposite_barycentric);
+  return face_grasp(lobe().box, outward, p, radius);
 }
 
 palpate_scene_def held_def(std::int32_t links, std::int32_t grasps) {
@@ -218,7 +191,7 @@ TEST(StabilityHeld, OpposedGraspsOfOneFold) {
   Holding holding(0, 2);
   const Vector3d above(0.06, 0.03, 0.008), below(0.06, 0.03, 0);
   palpate_grasp one = grasp_at({0, 0, 1}, above, 0.008), other = grasp_at({0, 0, -1}, below, 0.008);
-  oppose(one, {0, 0, -1}, below), oppose(other, {0, 0, 1}, above);
+  oppose(lobe().box, one, {0, 0, -1}, below), oppose(lobe().box, other, {0, 0, 1}, above);
   holding.step({one, other});
   for (int s = 1; s <= quick_or_long(200, 5000); ++s) {
     const double share = std::min(1.0, s / 200.0), angle = 1.5 * share;

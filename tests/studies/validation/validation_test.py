@@ -58,6 +58,13 @@ class Validation(StudyTest):
             self.assertLess(a["difference"], 1e-6, a["mesh"])
             self.assertGreater(a["difference"], 0, a["mesh"])
 
+    def test_calculix_agrees_about_the_contact_of_two_blocks(self):
+        pressed = [a for a in self.all["calculix"] if "two blocks in contact" in a["mesh"]]
+        self.assertEqual(len(pressed), 1)
+        for a in pressed:
+            self.assertLess(a["difference"], 0.03, a["mesh"])
+            self.assertGreater(a["difference"], 1e-6, a["mesh"])  # springs there, reactions here: not the same equations
+
     def test_a_second_run_measures_only_what_is_missing(self):
         self.assert_measures_only_what_is_missing(lambda: validation(*self.study))
 
