@@ -1,13 +1,13 @@
 // Two baked bodies that the runtime presses on one another.
 #pragma once
 
+#include <palpate/palpate_world.h>
+
 #include <Eigen/Dense>
 #include <array>
 #include <filesystem>
 #include <functional>
 #include <vector>
-
-#include "runtime/include/palpate/palpate_world.h"
 
 namespace palpate::validation {
 

@@ -157,7 +157,7 @@ const std::vector<Rule>& rules() {
       {"studies/validation/",
        {"studies/validation/", "studies/accuracy/", "studies/hyperelastic/", "studies/bodies/", "studies/timing/",
         "precompute/elements/", "precompute/solver/", "precompute/tensors/", "formats/"},
-       {"plumbing", "Eigen"}},
+       {"plumbing", "Eigen", "palpate"}},
       {"programs/link/igtl_messages.cpp",
        {"programs/link/", "programs/player/", "runtime/include/", "formats/"},
        {"plumbing", "palpate", "OpenIGTLink"}},
