@@ -5,7 +5,7 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import ELEMENTS, Page, Plot, number, study_and_output  # noqa: E402
+from page import ELEMENTS, Page, Plot, number, percent, study_and_output  # noqa: E402
 
 MODELS = {"linear": ("#c2410c", "s"), "response": ("#a16207", "v"), "large": ("#0b6fa4", "o")}
 CONTACTS = {"node": ("#c2410c", "s"), "triangle": ("#a16207", "v"), "point": ("#7c3aed", "D"), "patch": ("#0b6fa4", "o")}
@@ -31,10 +31,6 @@ class Study:
 
     def named(self, name):
         return next(p for p in self.points if p["name"] == name)
-
-
-def percent(value):
-    return "unknown" if value is None else f"{number(100 * value, 2)} %"
 
 
 def hundred(value):

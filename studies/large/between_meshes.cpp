@@ -1,6 +1,6 @@
-// The same push on every mesh. The force differs by the element, by how the disc's pressure is resolved, and by the shape of the
-// mesh's surface. Each is told from the others: two elements large and three linear, the disc with and without the compliance that
-// the mesh cannot resolve, and the coarsest mesh cut into eight, which has its shape and twice its resolution.
+// The same push on every mesh. Its force depends on the element, on how well the mesh resolves the disc's pressure, and on the shape of
+// the mesh. The study varies one of the three at a time: the element; the disc, with and without the compliance that the mesh cannot
+// resolve; the coarsest mesh with each tetrahedron cut into eight, which keeps its shape at twice the resolution.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -7,7 +7,7 @@ import statistics
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import ELEMENTS, Page, Plot, number, study_and_output  # noqa: E402
+from page import ELEMENTS, Page, Plot, number, percent, study_and_output  # noqa: E402
 
 # The disc with the compliance that the mesh cannot resolve, as the runtime has it, and without.
 DISCS = {"": "disc of the runtime", "_plain": "mean displacement alone"}
@@ -45,10 +45,6 @@ class Study:
             if a and b:
                 values.append(math.dist(a, b) / math.hypot(*b))
         return (statistics.median(values), max(values), len(values)) if values else (None, None, 0)
-
-
-def percent(value):
-    return "" if value is None else f"{number(100 * value, 2)} %"
 
 
 def models(study):
@@ -101,20 +97,19 @@ def curves(page, study, depth):
     plots = []
     for poisson in study.poisson:
         plot = Plot(f"nu {poisson:g}, {number(depth)} mm", "vertices of the mesh", "force over that of the best model, median over the places", log_x=True)
-        for law in ("large",):
-            best = of(study, finest, poisson, depth, law, study.elements(law)[-1], "")
-            for element in study.elements(law):
-                for disc, text in DISCS.items():
-                    ratios = []
-                    for mesh in study.meshes:
-                        own = of(study, mesh, poisson, depth, law, element, disc)
-                        values = [math.hypot(*own(p)) / math.hypot(*best(p)) for p in study.places if own(p) and best(p)]
-                        ratios.append(statistics.median(values) if values else float("nan"))
-                    colour, marker = ELEMENTS[element]
-                    xs = [study.vertices[m] for m in study.meshes]
-                    plot.points(xs, ratios, [f"{element}, {text}, {x:,} vertices: {number(r)}" for x, r in zip(xs, ratios)],
-                                label=f"{element}, {text}", color=colour, marker=marker, faint=bool(disc))
-                    plot.line(xs, ratios, None, color=colour, linestyle="--" if disc else "-", linewidth=1.2)
+        best = of(study, finest, poisson, depth, "large", study.elements("large")[-1], "")
+        for element in study.elements("large"):
+            for disc, text in DISCS.items():
+                ratios = []
+                for mesh in study.meshes:
+                    own = of(study, mesh, poisson, depth, "large", element, disc)
+                    values = [math.hypot(*own(p)) / math.hypot(*best(p)) for p in study.places if own(p) and best(p)]
+                    ratios.append(statistics.median(values) if values else float("nan"))
+                colour, marker = ELEMENTS[element]
+                xs = [study.vertices[m] for m in study.meshes]
+                plot.points(xs, ratios, [f"{element}, {text}, {x:,} vertices: {number(r)}" for x, r in zip(xs, ratios)],
+                            label=f"{element}, {text}", color=colour, marker=marker, faint=bool(disc))
+                plot.line(xs, ratios, None, color=colour, linestyle="--" if disc else "-", linewidth=1.2)
         plots.append((plot, f"between-meshes-nu-{poisson:g}", ""))
     page.plots(plots)
 

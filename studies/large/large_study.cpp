@@ -35,11 +35,12 @@ void define(CLI::App& app, LargeStudyOptions& options, bool& between_meshes) {
       ->delimiter(',')
       ->check(positive_number())
       ->option_text("D,D,...");
+  auto* const speed = app.add_option("--speed", options.speed_mm_s, "of the discs, mm/s; a touch each millisecond")
+                          ->check(positive_number())
+                          ->capture_default_str();
   app.add_flag("--between-meshes", between_meshes,
-               "instead: the force of the same push on every mesh, by element, disc and shape of the mesh");
-  app.add_option("--speed", options.speed_mm_s, "of the discs, mm/s; a touch each millisecond")
-      ->check(positive_number())
-      ->capture_default_str();
+               "instead: the force of the same push on every mesh, by element, disc and shape of the mesh")
+      ->excludes(speed);  // its pushes are at rest
   app.footer(
       "Resumes: FOLDER/points keeps every mesh measured with the same inputs and program. Options after -- are "
       "variables\n"

@@ -6,7 +6,7 @@ import statistics
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import Page, Plot, number, study_and_output  # noqa: E402
+from page import Page, Plot, number, percent, study_and_output  # noqa: E402
 
 KINDS = {"linear": "#c2410c", "large": "#0b6fa4"}
 WHAT = {"field": "displacement of the surface", "force": "force"}
@@ -28,10 +28,6 @@ class Study:
 
     def unsolved(self):
         return [p for p in self.points if p["unsolved"] is not None]
-
-
-def percent(value):
-    return f"{number(100 * value, 2)} %"
 
 
 def name_of(mesh):

@@ -60,6 +60,11 @@ def number(value, digits=3):
     return f"{value:.{max(digits - 2, 0)}e}"
 
 
+def percent(share):
+    """A share as per cents with 2 digits."""
+    return "unknown" if share is None else f"{number(100 * share, 2)} %"
+
+
 def pareto(xs, ys):
     """Indices of the points that no other point beats on both axes, from left to right. NaN is left out."""
     order = sorted((i for i in range(len(xs)) if xs[i] == xs[i] and ys[i] == ys[i]), key=lambda i: (xs[i], ys[i]))

@@ -3,9 +3,9 @@
 // each contradiction with the seed that replays it:
 //   collision_fuzz --seed=SEED --steps=500
 // Exit code 0: none; 1: some, or flags excused more than kMostExcused of the tool points; 2: bad usage.
-#include <chrono>
 #include <cstdio>
 
+#include "tests/runtime/play_seeds.h"
 #include "tests/runtime/random_scenes.h"
 #include "tests/runtime/read_option.h"
 
@@ -31,33 +31,22 @@ int main(int argc, char** argv) {
     return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
   const palpate::tests::RandomScenes scenes(1e-6 * static_cast<double>(bump));
   palpate::tests::Contradictions all;
-  long long first_failing = -1;
-  const auto start = std::chrono::steady_clock::now();
-  double told = 0;
-  const auto summary = [&](double seconds) {
-    std::printf(
-        "%ld steps of %ld tool points: %ld within 2 mm of the surface, %ld in contact, %ld contacts begun, %ld ended; "
-        "%ld out of the surface without their contact (%ld more not compared); excused %.2f %%: %ld deferred, %ld "
-        "lost; "
-        "%ld over held nodes; %ld contradictions, %.0f s\n",
-        all.steps, all.points, all.near, all.touched, all.begun, all.ended, all.out, all.out_unknown,
-        100 * all.excused(), all.deferred, all.lost, all.over_held, all.found, seconds);
-    std::fflush(stdout);
-  };
-  for (long long at = seed; all.steps < steps; ++at) {
-    scenes.play(static_cast<std::uint64_t>(at), static_cast<int>(std::min<long long>(scene_steps, steps - all.steps)),
-                &all, [&](const palpate::tests::Contradiction& found) {
-                  if (first_failing < 0) first_failing = at;
-                  std::printf("%s\n", palpate::tests::sentence_of(found).c_str());
-                });
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (seconds < told + 10) continue;
-    told = seconds;
-    summary(seconds);
-  }
-  summary(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  if (first_failing >= 0) std::printf("first failing seed: %lld\n", first_failing);
+  const bool found = palpate::tests::play_seeds(
+      seed, steps, scene_steps, &all.steps,
+      [&](std::uint64_t at, int of_scene, const auto& told) {
+        scenes.play(at, of_scene, &all, [&](const palpate::tests::Contradiction& contradiction) {
+          told(palpate::tests::sentence_of(contradiction));
+        });
+      },
+      [&](double seconds) {
+        std::printf(
+            "%ld steps of %ld tool points: %ld within 2 mm of the surface, %ld in contact, %ld contacts begun, %ld "
+            "ended; %ld out of the surface without their contact (%ld more not compared); excused %.2f %%: %ld "
+            "deferred, %ld lost; %ld over held nodes; %ld contradictions, %.0f s\n",
+            all.steps, all.points, all.near, all.touched, all.begun, all.ended, all.out, all.out_unknown,
+            100 * all.excused(), all.deferred, all.lost, all.over_held, all.found, seconds);
+      });
   const bool hides = all.steps >= 100000 && all.excused() > kMostExcused;
   if (hides) std::printf("flags excused more than %.0f %% of the tool points\n", 100 * kMostExcused);
-  return first_failing >= 0 || hides ? 1 : 0;
+  return found || hides ? 1 : 0;
 }
