@@ -16,6 +16,8 @@ void append(std::ofstream& stream, const Row& row) {
   stream.write(row.data(), static_cast<std::streamsize>(row.size()));
 }
 
+constexpr double kInside = 1e-6;  // m: from which a vertex counts as inside the other organ
+
 constexpr const char* kForces =
     "time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,torque_x_Nm,"
     "torque_y_Nm,torque_z_Nm\n";
@@ -112,7 +114,8 @@ void WorldCsvFiles::write(const WorldTouchRecord& touch) {
   rows.clear();
   for (int p = 0; p < touch.contacts.pair_count; ++p) {
     const palpate_world_pair& pair = *palpate_world_contacts_pair(&touch.contacts, p);
-    if (pair.force[0] == 0 && pair.force[1] == 0 && pair.force[2] == 0) continue;
+    const bool presses = pair.force[0] != 0 || pair.force[1] != 0 || pair.force[2] != 0;
+    if (!presses && pair.gap > -kInside) continue;
     fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{},{},{},{}\n", touch.time, name(pair.organ[0]),
                    pair.node, name(pair.organ[1]), pair.triangle, fmt::join(pair.place, ","),
                    fmt::join(pair.normal, ","), fmt::join(pair.force, ","), pair.pressure, pair.gap, pair.overlap);

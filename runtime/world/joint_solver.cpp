@@ -64,7 +64,8 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
   }
 }
 
-void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_count) {
+void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
+                               std::int32_t pair_count) {
   for (std::int32_t i = 0; i < rows_end_; ++i) std::fill(&entry(i, 0), &entry(i, 0) + rows_end_, 0.0);
   for (std::int32_t o = 0; o < organ_count; ++o) {
     const std::int32_t* const to = row_of(o);
@@ -77,6 +78,9 @@ void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_coun
       for (std::int32_t j = 0; j < used; ++j) sum[to[list_[j]]] += from[list_[j]];
     }
   }
+  for (std::int32_t q = 0; q < pair_count; ++q)
+    for (const std::int32_t row : rows_[constraint_count_ - pair_count + q].at)
+      if (row >= 0) entry(row, row) *= 1 + pairs[q].give;
 }
 
 // As ContactSolver does: solves again, with what the shift took from the last solution added to the targets.
@@ -107,7 +111,7 @@ void JointSolver::refine(const ContactSystem& system, double largest, std::int64
 bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
                         std::int64_t operations) {
   list_rows(organs, organ_count, pairs, pair_count);
-  sum_matrices(organs, organ_count);
+  sum_matrices(organs, organ_count, pairs, pair_count);
   double largest = 0;
   for (std::int32_t i = 0; i < rows_end_; ++i) largest = std::max(largest, std::fabs(target_[i]));
   ContactSystem system;

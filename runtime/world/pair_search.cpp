@@ -56,6 +56,14 @@ bool same_pose(const Pose& a, const Pose& b) {
 
 }  // namespace
 
+double moving_share(const TouchState& second, const OrganPair& pair) {
+  const std::int32_t* const corner = second.tree.corners(pair.triangle);
+  double moves = 0;
+  for (int v = 0; v < 3; ++v)
+    if (second.column_of_node[corner[v]] >= 0) moves += pair.barycentric[v];
+  return moves;
+}
+
 bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t count, std::int32_t most_pairs,
                         double friction) {
   organs_ = organs, organ_count_ = count, most_ = most_pairs, has_friction_ = friction > 0;
@@ -106,12 +114,7 @@ void PairSearch::forget() {
     *group.motion = {};
     group.motion->pose_a = touch(group.a).organ.pose(), group.motion->pose_b = touch(group.b).organ.pose();
     const std::int32_t vertices = touch(group.a).tree.surface_nodes();
-    for (std::int32_t v = 0; v < vertices; ++v) {
-      // A vertex without a column does not move.
-      group.look[v] = {};
-      if (touch(group.a).column_of_node[v] < 0) group.look[v].room = INFINITY;
-      group.overlap[v] = group.overlap_at_rest[v];
-    }
+    for (std::int32_t v = 0; v < vertices; ++v) group.look[v] = {}, group.overlap[v] = group.overlap_at_rest[v];
   }
 }
 
@@ -123,8 +126,7 @@ void PairSearch::measure_motion(OrganGroup& group) const {
   const double path_a = a.deformed.path(), path_b = b.deformed.path();
   // An organ that was reset alone: everything is looked at.
   if (path_a < motion.path_a || path_b < motion.path_b)
-    for (std::int32_t v = 0; v < a.tree.surface_nodes(); ++v)
-      if (group.look[v].room < INFINITY) group.look[v] = {};
+    std::fill(group.look, group.look + a.tree.surface_nodes(), OrganGroup::Look{});
   const Pose &now_a = a.organ.pose(), &now_b = b.organ.pose();
   group.pose_a_before = motion.pose_a, group.pose_b_before = motion.pose_b;
   const bool poses_change = !same_pose(now_a, motion.pose_a) || !same_pose(now_b, motion.pose_b);
@@ -309,6 +311,9 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   if (dot(found.normal, facing) > kFaces) return false;
   const double gap = dot(found.normal, at - place) - found.bulge;
+  // Between two supports there is nothing to solve: a pair only says that they are in one another, by more than the meshes show.
+  const bool none_moves = a.column_of_node[vertex] < 0 && moving_share(b, found) == 0;
+  if (none_moves && gap > -group.overlap[vertex] - group.margin) return false;
   if (held) {
     const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);
     const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);

@@ -1,7 +1,8 @@
 // Which places of two organs are so near that they may touch: pairs of a vertex of one organ and a place on the other one.
 //
 // Of two organs the one with the shorter edges carries the pairs, so that each part of the surface is held once. A vertex is looked at
-// again when a bound on how far it and the other organ have moved has grown by its distance, less a margin.
+// again when a bound on how far it and the other organ have moved has grown by its distance, less a margin. Vertices that are held fixed
+// carry pairs too: such a pair presses the other organ alone.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +28,9 @@ struct OrganPair {
   Vec3 seen_outward;     // unit: of the place's triangle then
   Vec3 reaction;         // N, on the first organ along normal, tangent and the third direction
 };
+
+// The weights of the corners of the pair's place that contacts can move, as a sum. second: the organ of the place.
+double moving_share(const TouchState& second, const OrganPair& pair);
 
 // Two organs whose surfaces are near one another or may come so.
 struct OrganGroup {

@@ -8,6 +8,16 @@ namespace {
 
 constexpr double kRounding = 1e-9;
 
+// By this share of the compliance that the other organ has there a held vertex gives way besides. More held vertices than the other organ
+// has nodes below them could not all have the displacement that they ask for, and their forces would not be unique. So such a vertex sinks in
+// by this share at most of what its force presses.
+constexpr double kGive = 0.05;
+
+// Two held places: there is nothing to solve.
+bool none_moves(const JointPair& pair) {
+  return pair.constraint[0] < 0 && pair.constraint[1] < 0;
+}
+
 }  // namespace
 
 bool TouchingOrgans::create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t count,
@@ -60,11 +70,10 @@ std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
   const OrganGroup& group = search_.group(pair);
   const std::int32_t organ = side == 0 ? group.a : group.b, other = side == 0 ? group.b : group.a;
   TouchState &own = touch(organ), &second = touch(group.b);
-  std::int32_t node[3] = {pair.vertex}, count = 1;
+  std::int32_t node[3] = {pair.vertex}, count = side == 0 && own.column_of_node[pair.vertex] >= 0;
   double weight[3] = {1};
   if (side == 1) {
     // A vertex without a column stands still: its weight is the support's.
-    count = 0;
     const std::int32_t* const corner = second.tree.corners(pair.triangle);
     for (int v = 0; v < 3; ++v)
       if (second.column_of_node[corner[v]] >= 0 && pair.barycentric[v] > 0)
@@ -91,6 +100,9 @@ void TouchingOrgans::request_pairs() {
     joint.organ[0] = group.a, joint.organ[1] = group.b;
     for (int side = 0; side < 2; ++side) joint.constraint[side] = request_side(pair, side);
     joint.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, joint.friction = friction_;
+    // Where the place is partly held too, the share is that of a place which is not.
+    const double moves = moving_share(touch(group.b), pair);
+    if (joint.constraint[0] < 0 && moves > 0) joint.give = kGive / (moves * moves);
     joint.reaction = pair.reaction;
   }
 }
@@ -142,7 +154,7 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
   }
   std::int32_t pair_count = 0;
   for (std::int32_t i = 0; i < search_.count(); ++i) {
-    if (place[pairs_[i].organ[0]] < 0) continue;
+    if (place[pairs_[i].organ[0]] < 0 || none_moves(pairs_[i])) continue;
     together_[pair_count] = pairs_[i], number_[pair_count] = i;
     for (std::int32_t& organ : together_[pair_count].organ) organ = place[organ];
     ++pair_count;
@@ -207,6 +219,11 @@ std::uint32_t TouchingOrgans::solve() {
   bool touches[PALPATE_MAX_ORGANS] = {};
   for (std::int32_t k = 0; k < organ_count_; ++k) label[k] = k, is_joint_[k] = false;
   for (std::int32_t i = 0; i < search_.count(); ++i) {
+    if (none_moves(pairs_[i])) {
+      pairs_[i].gap = search_.moved_apart(search_.pair(i)).x - search_.target(search_.pair(i)).x;
+      flags |= PALPATE_STEP_NOT_TOUCHABLE;
+      continue;
+    }
     const std::int32_t* const organ = pairs_[i].organ;
     const std::int32_t one = label[organ[0]], other = label[organ[1]];
     touches[organ[0]] = touches[organ[1]] = true;

@@ -769,7 +769,8 @@ enum {
   PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force or a torque was cut to its limit or slew                                    */
   PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the mapped file of the bundle was cut or written over: do not trust this step       */
   PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met nodes without a tensor column (fixed ones, say): the contact acts on the
-                                             other nodes there, or is not made where there are none                             */
+                                             other nodes there, or is not made where there are none. In a world, fixed parts of
+                                             two organs are in one another: nothing presses them apart                          */
   PALPATE_STEP_UNSOLVED         = 1 << 7, /* a number is not finite, or the stored precision is too coarse for so many contacts:
                                              the step has no contact forces, or no displacement of those nodes                  */
   PALPATE_STEP_OTHER_BUNDLE     = 1 << 8, /* the contacts given to palpate_scene_shape are of another bundle: the shape is at rest */

@@ -1,6 +1,6 @@
 // Organs pushed on one another at random, and what passes through. A vertex has passed through where it is deeper inside the other organ
 // than it has moved against that organ's surface in the step, and deeper than kSlack beyond that, though the step raised no flag: pairs hold
-// it where the last step has left both. It is a vertex that carries pairs: one with a column, of the organ with the shorter edges, whose
+// it where the last step has left both. It is a vertex that carries pairs: one of the organ with the shorter edges, whose
 // surface faces the other one's where it is nearest: now, when it was last looked at, and where the step has looked for its pair. A vertex
 // that comes in past the side of the other organ does not face it, and nothing holds it (docs/method.md, section 17): it is counted alone,
 // until it faces a surface and has had a step to be pressed out.
@@ -144,7 +144,6 @@ class RandomPushes {
   void look_at(std::uint64_t seed, int s, std::size_t a, std::size_t b, PushCounts* counts,
                const std::function<void(const PassedThrough&)>& tell) {
     for (std::int32_t n = 0; n < bodies_[a]->body.surface_nodes; ++n) {
-      if (bodies_[a]->fixed[3 * static_cast<std::size_t>(n)]) continue;
       ++counts->looked;
       const Eigen::Vector3d place = truths_[a].place(n), p = in_organ(b, pose_, in_world(a, pose_, place));
       const double depth = -truths_[b].signed_distance(p);

@@ -83,6 +83,70 @@ TEST(Touching, TwoBlocksPressAsFullSolvesDo) {
   for (const float u : blocks.shape(1, lower_block())) EXPECT_EQ(u, 0);
 }
 
+// A block that stands on a held face presses with that face as a rigid punch does, and nothing of its own gives way.
+TEST(Touching, AHeldFacePressesAnotherOrganAsARigidPunch) {
+  const TouchedBody punch(block(0.015, 0.02, 4, 4, false));
+  Touching blocks({{&punch, {0, 0, 0.03}}, {&lower_block(), {0, 0, 0}}});
+  std::vector<std::int32_t> below;
+  for (std::int32_t n = 0; n < punch.body.surface_nodes; ++n)
+    if (const Vector3d p = punch.node(n); p.z() == 0) below.push_back(node_at(lower_block(), p + Vector3d(0, 0, 0.03)));
+  const Eigen::MatrixXd c = compliance_along_z(lower_block(), below);
+  for (const double pushed : {1e-4, 1e-3, 2.5e-3}) {
+    blocks.place(0, {0, 0, 0.03 - pushed});
+    palpate_step_flags flags = 0;
+    for (int s = 0; s < 6; ++s) flags = blocks.step();
+    EXPECT_EQ(flags, 0u);
+    const double expected = unilateral(c, Eigen::VectorXd::Constant(c.rows(), pushed)).sum();
+    EXPECT_NEAR(blocks.pressed(0).z() / expected, 1, 0.03) << pushed;  // as of blocks that both give way
+    EXPECT_LT(Vector3d(blocks.pressed(0) + blocks.pressed(1)).norm(), 1e-12 * expected);
+    // A held vertex sinks in by 5 % at most of what its own force presses.
+    for (std::int32_t i = 0; i < blocks.contacts->get()->pair_count; ++i) EXPECT_GT(blocks.pair(i).gap, -0.05 * pushed);
+    for (const float u : blocks.shape(0, punch)) EXPECT_EQ(u, 0);
+  }
+}
+
+// Held vertices lie closer than the nodes of the other organ: no displacement of these nodes meets all of them, and many forces would.
+TEST(Touching, MoreHeldVerticesThanTheOtherOrganHasNodesAreSolved) {
+  for (const int cells : {6, 12})
+    for (const double friction : {0.0, 0.3}) {
+      SCOPED_TRACE(testing::Message() << cells << " cells, friction " << friction);
+      const TouchedBody punch(block(0.014, 0.02, cells, 3, false));
+      Touching blocks({{&punch, {0.0011, 0.0007, 0.0302}}, {&lower_block(), {0, 0, 0}}}, friction);
+      double before = 0;
+      for (int s = 0; s < 60; ++s) {
+        blocks.place(0, {0.0011 + 1e-5 * s, 0.0007, 0.0302 - 5e-5 * s});
+        const palpate_step_flags flags = blocks.step();
+        // 169 of them, where 16 nodes lie below, may miss their laws, but say so.
+        EXPECT_EQ(flags & ~(cells == 12 ? static_cast<palpate_step_flags>(PALPATE_STEP_SOLVE_INEXACT) : 0u), 0u) << s;
+        // A step presses 50 um, which is 0.04 N.
+        EXPECT_LT(std::fabs(blocks.pressed(0).z() - before), 0.06) << s;
+        before = blocks.pressed(0).z();
+        for (std::int32_t i = 0; i < blocks.contacts->get()->pair_count; ++i)
+          ASSERT_GT(blocks.pair(i).gap, -0.05 * std::max(0.0, 5e-5 * s - 2e-4) - 1e-9) << s;
+      }
+      EXPECT_GT(before, 0.5);
+    }
+}
+
+// Where both faces are held, nothing can press them apart: the step says so until they are apart again by a quarter of an edge, here 2.1 mm.
+TEST(Touching, HeldFacesInOneAnotherAreFlagged) {
+  const TouchedBody upper(block(0.015, 0.02, 4, 4, false));
+  const TouchedBody lower(block(0.03, 0.03, 8, 4, true, 8000));
+  Touching blocks({{&upper, {0, 0, 0.0305}}, {&lower, {0, 0, 0}}});
+  for (int s = 0; s < 3; ++s) EXPECT_EQ(blocks.step(), 0u);
+  EXPECT_EQ(blocks.contacts->get()->pair_count, 0);
+  blocks.place(0, {0, 0, 0.027});
+  for (int s = 0; s < 3; ++s) EXPECT_EQ(blocks.step(), static_cast<palpate_step_flags>(PALPATE_STEP_NOT_TOUCHABLE));
+  ASSERT_GT(blocks.contacts->get()->pair_count, 0);
+  EXPECT_NEAR(blocks.pair(0).gap, -0.003, 1e-9);
+  EXPECT_EQ(blocks.pressed(0).norm(), 0);
+  blocks.place(0, {0, 0, 0.029});
+  for (int s = 0; s < 3; ++s) EXPECT_EQ(blocks.step(), 0u);
+  // An overlap as they stand is not one that grows.
+  Touching overlapping({{&upper, {0, 0, 0.0292}}, {&lower, {0, 0, 0}}});
+  for (int s = 0; s < 3; ++s) EXPECT_EQ(overlapping.step(), 0u);
+}
+
 // A quarter of a cap of radius R on a stiff block, symmetric about x = 0 and y = 0. The force F belongs to the contact radius a by
 // a^3 = 3 F R / (4 E*), whatever the body is like farther away.
 TEST(Touching, ACapOnAStiffBlockHasTheContactRadiusOfHertz) {
