@@ -136,14 +136,14 @@ int compare_touches(const char* file) {
 
 // A solve reads the factor twice. Turn by turn with plain reads of as many bytes, because both depend on what else the machine does;
 // in time of the processor.
-void compare_with_reading(LargeSolver& solver, double evaluation) {
-  const std::vector<float> copied(static_cast<std::size_t>(solver.factor().numbers()), 1.0f);
-  const double bytes = 8 * static_cast<double>(copied.size());
+template <class Solve>
+void compare_with_reading(const char* name, double bytes, const Solve& solve_once) {
+  const std::vector<float> copied(static_cast<std::size_t>(bytes / sizeof(float)), 1.0f);
   float sum = 0;
   std::vector<double> solves, reads;
   for (int round = 0; round < 100; ++round) {
     const double begun = processor_seconds();
-    solver.solve_once();
+    solve_once();
     const double solved = processor_seconds();
     for (int twice = 0; twice < 2; ++twice) {
       float part[64] = {};
@@ -155,10 +155,9 @@ void compare_with_reading(LargeSolver& solver, double evaluation) {
   }
   const double solve = at_share(solves, 0.5), read = at_share(reads, 0.5);
   fmt::print(
-      "evaluation {:.0f} us; back-substitution {:.0f} us (least {:.0f}), {:.1f} GB/s; reading the factor's bytes twice "
-      "{:.0f} us\n"
-      "(least {:.0f}), {:.1f} GB/s: {:.2f} times as long as the reading{}\n",
-      evaluation, solve, at_share(solves, 0), 1e-3 * bytes / solve, read, at_share(reads, 0), 1e-3 * bytes / read,
+      "{} {:.0f} us (least {:.0f}), {:.1f} GB/s; reading its bytes twice {:.0f} us (least {:.0f}), {:.1f} GB/s: {:.2f} "
+      "times as long as the reading{}\n",
+      name, solve, at_share(solves, 0), 2e-3 * bytes / solve, read, at_share(reads, 0), 2e-3 * bytes / read,
       solve / read, sum > 0 ? "" : "!");
 }
 
@@ -192,7 +191,10 @@ int run(int argc, char** argv) {
              1e-6 * static_cast<double>(memory.bytes()));
 
   const double evaluation = median_microseconds(200, [&] { solver.evaluate_once(); });
-  compare_with_reading(solver, evaluation);
+  const auto numbers = static_cast<double>(solver.factor().numbers());
+  fmt::print("evaluation {:.0f} us\n", evaluation);
+  compare_with_reading("back-substitution with 32 bits", 4 * numbers, [&] { solver.solve_once(false); });
+  compare_with_reading("with 16 bits", 2 * numbers, [&] { solver.solve_once(true); });
 
   if (places < 1) return memory.release_all(), 0;
 

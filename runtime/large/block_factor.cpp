@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "runtime/base/instructions.h"
 #include "runtime/large/factor_panels.h"
@@ -45,7 +46,51 @@ double allowed_zeros(std::int32_t columns) {
   return columns <= 4 ? 0.5 : columns <= 16 ? 0.2 : 0.05;
 }
 
-constexpr int kStep = kLanesOf<EightFloats>;
+// Rows of a vector and of a tile.
+constexpr int kStep = kLanesOf<EightFloats>, kTileRows = 2 * kStep;
+
+// The first row of the tile that holds a row.
+constexpr std::int32_t tile_of(std::int32_t row) {
+  return row / kTileRows * kTileRows;
+}
+
+// What a column of a tile is stored as: kTileRows floats, or kStep words with row i in the lower half and row i + kStep in the upper one, as
+// integers of 16 bits that a scale for each column and part of the supernode multiplies.
+constexpr float kLargest = 32767;
+#if defined(__GNUC__)
+typedef std::int32_t EightWords __attribute__((vector_size(32)));
+#else
+using EightWords = std::int32_t;
+#endif
+struct TileColumn {
+  EightFloats upper, lower;  // the rows 0 .. kStep - 1, and the others
+};
+PALPATE_INLINE EightFloats eight_of(const float* x) {
+  EightFloats all;
+  std::memcpy(&all, x, sizeof all);
+  return all;
+}
+PALPATE_INLINE TileColumn column_of(const float* tile, int column) {
+  return {eight_of(tile + column * kTileRows), eight_of(tile + column * kTileRows + kStep)};
+}
+PALPATE_INLINE EightFloats floats_of(EightWords words) {
+#if defined(__GNUC__)
+  return __builtin_convertvector(words, EightFloats);
+#else
+  return static_cast<float>(words);
+#endif
+}
+PALPATE_INLINE TileColumn column_of(const std::int32_t* tile, int column) {
+  EightWords words;
+  std::memcpy(&words, tile + column * kStep, sizeof words);
+  return {floats_of(words << 16 >> 16), floats_of(words >> 16)};
+}
+
+std::int32_t word_of(float lower, float upper) {
+  const auto rounded = [](float x) { return static_cast<std::int32_t>(std::lround(x)) & 0xffff; };
+  return static_cast<std::int32_t>(static_cast<std::int32_t>(rounded(lower)) | static_cast<std::int32_t>(rounded(upper))
+                                                                                   << 16);
+}
 
 }  // namespace
 
@@ -79,6 +124,17 @@ bool postorder(SceneMemory& memory, const BlockRows& matrix, std::int32_t* new_p
   return made;
 }
 
+// Calls visit(column, row, end): the tile's first column and row, and where the rows end that it holds of the block. A tile with rows of
+// the triangle and rows below it is in both parts.
+template <class Visit>
+void BlockFactor::for_each_tile(const Supernode& node, Visit visit) const {
+  const std::int32_t size = 3 * node.columns, end = size + 3 * node.rows;
+  for (std::int32_t c = 0; c < size; c += 3)
+    for (std::int32_t i = tile_of(c); i < size; i += kTileRows) visit(c, i, size);
+  for (std::int32_t c = 0; c < size && node.rows > 0; c += 3)
+    for (std::int32_t i = tile_of(size); i < end; i += kTileRows) visit(c, i, end);
+}
+
 bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, const BlockRows& matrix) {
   const auto rows = static_cast<std::size_t>(rows_);
   std::int32_t* const parent = scratch.array<std::int32_t>(rows);
@@ -98,7 +154,7 @@ bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, con
     if (follows && more <= allowed_zeros(last->columns + 1) * columns * (0.5 * columns + below[j])) {
       ++last->columns, zeros = more;
     } else {
-      supernodes_[count_++] = {j, 1, 0, 0, 0, 0}, zeros = 0;
+      supernodes_[count_++] = {j, 1, 0, 0, 0, 0, 0}, zeros = 0;
     }
     supernode_of[j] = count_ - 1;
   }
@@ -107,13 +163,15 @@ bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, con
   for (std::int32_t s = 0; s < count_; ++s) {
     Supernode& node = supernodes_[s];
     node.rows = below[node.first + node.columns - 1];
-    node.stride = (3 * (node.columns + node.rows) + kStep - 1) / kStep * kStep;
-    node.panel = numbers_, numbers_ += 3 * static_cast<std::int64_t>(node.columns) * node.stride;
+    node.stride = tile_of(3 * (node.columns + node.rows) + kTileRows - 1);
+    node.panel = panel_numbers_, panel_numbers_ += 3 * static_cast<std::int64_t>(node.columns) * node.stride;
+    node.tiles = numbers_;
+    for_each_tile(node, [&](std::int32_t, std::int32_t, std::int32_t) { numbers_ += 3 * kTileRows; });
     node.row_list = listed, listed += node.rows;
     longest = std::max(longest, node.stride);
   }
   row_lists_ = memory.array<std::int32_t>(static_cast<std::size_t>(listed));
-  panels_ = memory.array<float>(static_cast<std::size_t>(numbers_));
+  if (!create_tiles(memory)) return false;
   gathered_ = memory.array<float>(2 * static_cast<std::size_t>(longest));
   std::int32_t* const filled = scratch.array<std::int32_t>(static_cast<std::size_t>(count_));
   if (scratch.failed() || memory.failed()) return false;
@@ -125,6 +183,14 @@ bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, con
   return true;
 }
 
+bool BlockFactor::create_tiles(SceneMemory& memory) {
+  tiles_ = memory.array<float>(static_cast<std::size_t>(numbers_));
+  if (numbers_ < kFewestForRough) return tiles_ != nullptr;
+  rough_tiles_ = memory.array<std::int32_t>(static_cast<std::size_t>(numbers_) / 2);
+  rough_scale_ = memory.array<float>(6 * static_cast<std::size_t>(rows_));
+  return tiles_ && rough_tiles_ && rough_scale_;
+}
+
 bool BlockFactor::Work::create(SceneMemory& memory, const BlockFactor& factor) {
   std::int32_t longest = 0, widest = 1;
   for (std::int32_t s = 0; s < factor.count_; ++s) {
@@ -132,7 +198,7 @@ bool BlockFactor::Work::create(SceneMemory& memory, const BlockFactor& factor) {
     widest = std::max(widest, 3 * factor.supernodes_[s].columns);
   }
   const auto rows = static_cast<std::size_t>(factor.rows_), count = static_cast<std::size_t>(factor.count_);
-  panels = memory.array<double>(static_cast<std::size_t>(factor.numbers_) + kPanelMargin);
+  panels = memory.array<double>(static_cast<std::size_t>(factor.panel_numbers_) + kPanelMargin);
   update = memory.array<double>(static_cast<std::size_t>(longest) * static_cast<std::size_t>(std::max(widest, 3)));
   turned = memory.array<double>(inverse_scratch(widest));
   position = memory.array<std::int32_t>(rows), supernode_of = memory.array<std::int32_t>(rows);
@@ -204,12 +270,39 @@ bool BlockFactor::end_supernode(Work& work, std::int32_t s) const {
 void BlockFactor::take_panels(const Work& work) {
   for (std::int32_t s = 0; s < count_; ++s) {
     const Supernode& node = supernodes_[s];
-    for (std::int32_t c = 0; c < 3 * node.columns; ++c)
-      for (std::int32_t i = c; i < 3 * (node.columns + node.rows); ++i) {
-        const std::int64_t at = node.panel + static_cast<std::int64_t>(c) * node.stride + i;
-        panels_[at] = static_cast<float>(work.panels[at]);
-      }
+    const std::int32_t size = 3 * node.columns;
+    const double* const panel = work.panels + node.panel;
+    std::int64_t at = node.tiles;
+    for_each_tile(node, [&](std::int32_t column, std::int32_t row, std::int32_t end) {
+      const std::int32_t first = end > size ? size : 0;
+      for (std::int32_t c = column; c < column + 3; ++c)
+        for (std::int32_t i = row; i < row + kTileRows; ++i, ++at)
+          // What is above the diagonal is zero.
+          tiles_[at] =
+              i >= first && i < end ? static_cast<float>(panel[static_cast<std::int64_t>(c) * node.stride + i]) : 0;
+    });
+    if (rough_tiles_) round_tiles(node);
   }
+}
+
+void BlockFactor::round_tiles(const Supernode& node) {
+  const std::int32_t size = 3 * node.columns;
+  for (const bool below : {false, true}) std::fill(rough_scale(node, below), rough_scale(node, below) + size, 0.0f);
+  // Visits the columns of all tiles with their numbers and their scale.
+  const auto for_each_column = [&](auto visit) {
+    std::int64_t at = node.tiles;
+    for_each_tile(node, [&](std::int32_t column, std::int32_t, std::int32_t end) {
+      for (std::int32_t c = column; c < column + 3; ++c, at += kTileRows) visit(at, rough_scale(node, end > size)[c]);
+    });
+  };
+  for_each_column([&](std::int64_t at, float& scale) {
+    for (std::int32_t i = 0; i < kTileRows; ++i) scale = std::max(scale, std::abs(tiles_[at + i]) / kLargest);
+  });
+  for_each_column([&](std::int64_t at, float& scale) {
+    const float share = scale > 0 ? 1 / scale : 0;
+    for (std::int32_t i = 0; i < kStep; ++i)
+      rough_tiles_[at / 2 + i] = word_of(share * tiles_[at + i], share * tiles_[at + i + kStep]);
+  });
 }
 
 BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRows& matrix) {
@@ -246,59 +339,70 @@ BlockFactor::Outcome BlockFactor::create(SceneMemory& memory, const BlockRows& m
 
 bool BlockFactor::create_like(SceneMemory& memory, const BlockFactor& other) {
   *this = other;
-  panels_ = memory.array<float>(static_cast<std::size_t>(numbers_));
-  return panels_ != nullptr;
+  return create_tiles(memory);
 }
 
-// The inner loops, once for each instruction set.
+// The inner loops, once for each instruction set. Stored: float, or std::int32_t for two integers.
+template <class Stored>
 struct SolveWith {
-  // out[i] += sum over the columns c of column[c][i] x[c], rows begin .. end - 1. columns: a multiple of 3.
-  static PALPATE_INLINE void add_columns(const float* panel, std::int32_t end, std::int32_t stride, std::int32_t begin,
-                                         std::int32_t columns, const float* x, float* out) {
-    for (std::int32_t c = 0; c < columns; c += 3) {
-      const float* const a0 = panel + static_cast<std::int64_t>(c) * stride;
-      const float *const a1 = a0 + stride, *const a2 = a1 + stride;
-      const float x0 = x[c], x1 = x[c + 1], x2 = x[c + 2];
-      for (std::int32_t i = begin; i < end; ++i) out[i] += a0[i] * x0 + (a1[i] * x1 + a2[i] * x2);
-    }
+  static constexpr int kTile = 3 * (std::is_same_v<Stored, float> ? kTileRows : kStep);
+
+  static PALPATE_INLINE const Stored* tiles(const BlockFactor& factor, const BlockFactor::Supernode& node) {
+    if constexpr (std::is_same_v<Stored, float>)
+      return factor.tiles_ + node.tiles;
+    else
+      return factor.rough_tiles_ + node.tiles / 2;
   }
-  // out[c] = sum over rows 0 .. end - 1 of column[c][i] x[i]. end: a multiple of kStep.
-  static PALPATE_INLINE void dot_columns(const float* panel, std::int32_t end, std::int32_t stride,
-                                         std::int32_t columns, const float* x, float* out) {
-    for (std::int32_t c = 0; c < columns; c += 3) {
-      const float* const a0 = panel + static_cast<std::int64_t>(c) * stride;
-      EightFloats sum[3] = {};
-      for (std::int32_t i = 0; i < end; i += kStep) {
-        EightFloats v, a;
-        std::memcpy(&v, x + i, sizeof v);
-        for (int d = 0; d < 3; ++d) {
-          std::memcpy(&a, a0 + static_cast<std::int64_t>(d) * stride + i, sizeof a);
-          sum[d] = sum[d] + a * v;
-        }
-      }
+  static PALPATE_INLINE float scaled(float x, const float* scale) {
+    return std::is_same_v<Stored, float> ? x : *scale * x;
+  }
+  // out[i] += the tiles' rows times x, rows begin .. end - 1 of three columns. Returns the next tile.
+  static PALPATE_INLINE const Stored* add_columns(const Stored* tile, const float* scale, std::int32_t begin,
+                                                  std::int32_t end, const float* x, float* out) {
+    const float x0 = scaled(x[0], scale), x1 = scaled(x[1], scale + 1), x2 = scaled(x[2], scale + 2);
+    for (std::int32_t i = begin; i < end; i += kTileRows, tile += kTile) {
+      const TileColumn a = column_of(tile, 0), b = column_of(tile, 1), c = column_of(tile, 2);
+      const EightFloats upper = eight_of(out + i) + (a.upper * x0 + (b.upper * x1 + c.upper * x2));
+      const EightFloats lower = eight_of(out + i + kStep) + (a.lower * x0 + (b.lower * x1 + c.lower * x2));
+      std::memcpy(out + i, &upper, sizeof upper);
+      std::memcpy(out + i + kStep, &lower, sizeof lower);
+    }
+    return tile;
+  }
+  // out[c] = sum over rows begin .. end - 1 of x[i] times the tiles' column c, of three. Returns the next tile.
+  static PALPATE_INLINE const Stored* dot_columns(const Stored* tile, const float* scale, std::int32_t begin,
+                                                  std::int32_t end, const float* x, float* out) {
+    EightFloats sum[3] = {};
+    for (std::int32_t i = begin; i < end; i += kTileRows, tile += kTile) {
+      const EightFloats upper = eight_of(x + i), lower = eight_of(x + i + kStep);
       for (int d = 0; d < 3; ++d) {
-        float part[kStep];
-        std::memcpy(part, &sum[d], sizeof part);
-        for (int k = 1; k < kStep; ++k) part[0] += part[k];
-        out[c + d] = part[0];
+        const TileColumn column = column_of(tile, d);
+        sum[d] = sum[d] + (column.upper * upper + column.lower * lower);
       }
     }
+    for (int d = 0; d < 3; ++d) {
+      float part[kStep];
+      std::memcpy(part, &sum[d], sizeof part);
+      for (int k = 1; k < kStep; ++k) part[0] += part[k];
+      out[d] = scaled(part[0], scale + d);
+    }
+    return tile;
   }
 
   // x <- L^-1 x on the rows of a supernode, and what it takes out of the rows below. scratch: [2][longest]
   static PALPATE_INLINE void forward(const BlockFactor& factor, const BlockFactor::Supernode& node,
                                      std::int32_t longest, float* x) {
     float *const below = factor.gathered_, *const own = below + longest;
-    const float* const panel = factor.panels_ + node.panel;
-    const std::int32_t size = 3 * node.columns;
+    const float *const of_triangle = factor.rough_scale(node, false), *const of_rest = factor.rough_scale(node, true);
+    const Stored* tile = tiles(factor, node);
+    const std::int32_t size = 3 * node.columns, end = size + 3 * node.rows;
     float* const at = x + 3 * static_cast<std::int64_t>(node.first);
-    // The rows of the inverse end at `size`; the rest of that pass is overwritten.
     std::fill(own, own + node.stride, 0.0f);
-    add_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, 0, size, at, own);
+    for (std::int32_t c = 0; c < size; c += 3) tile = add_columns(tile, of_triangle + c, tile_of(c), size, at + c, own);
     std::copy(own, own + size, at);
     if (node.rows == 0) return;
     std::fill(below, below + node.stride, 0.0f);
-    add_columns(panel, node.stride, node.stride, size / kStep * kStep, size, at, below);
+    for (std::int32_t c = 0; c < size; c += 3) tile = add_columns(tile, of_rest + c, tile_of(size), end, at + c, below);
     const std::int32_t* const list = factor.row_lists_ + node.row_list;
     for (std::int32_t i = 0; i < node.rows; ++i)
       for (int r = 0; r < 3; ++r) x[3 * static_cast<std::int64_t>(list[i]) + r] -= below[size + 3 * i + r];
@@ -308,21 +412,24 @@ struct SolveWith {
   static PALPATE_INLINE void backward(const BlockFactor& factor, const BlockFactor::Supernode& node,
                                       std::int32_t longest, float* x) {
     float *const below = factor.gathered_, *const own = below + longest;
-    const float* const panel = factor.panels_ + node.panel;
-    const std::int32_t size = 3 * node.columns;
+    const std::int32_t size = 3 * node.columns, end = size + 3 * node.rows;
     float* const at = x + 3 * static_cast<std::int64_t>(node.first);
     const std::int32_t* const list = factor.row_lists_ + node.row_list;
+    const float *const of_triangle = factor.rough_scale(node, false), *const of_rest = factor.rough_scale(node, true);
+    const Stored* const triangle = tiles(factor, node);
+    const Stored* tile = triangle;
+    for (std::int32_t c = 0; c < size; c += 3) tile += kTile * ((size - tile_of(c) + kTileRows - 1) / kTileRows);
     std::fill(below, below + node.stride, 0.0f);
-    std::fill(own, own + node.stride, 0.0f);
     for (std::int32_t i = 0; i < node.rows; ++i)
       for (int r = 0; r < 3; ++r) below[size + 3 * i + r] = x[3 * static_cast<std::int64_t>(list[i]) + r];
-    if (node.rows > 0) {
-      dot_columns(panel, node.stride, node.stride, size, below, own);
-      for (std::int32_t c = 0; c < size; ++c) at[c] -= own[c];
+    for (std::int32_t c = 0; c < size && node.rows > 0; c += 3) {
+      tile = dot_columns(tile, of_rest + c, tile_of(size), end, below, own);
+      for (int d = 0; d < 3; ++d) at[c + d] -= own[d];
     }
-    std::fill(below, below + (size + kStep - 1) / kStep * kStep, 0.0f);
-    std::copy(at, at + size, below);
-    dot_columns(panel, (size + kStep - 1) / kStep * kStep, node.stride, size, below, at);
+    std::fill(own, own + node.stride, 0.0f);
+    std::copy(at, at + size, own);
+    tile = triangle;
+    for (std::int32_t c = 0; c < size; c += 3) tile = dot_columns(tile, of_triangle + c, tile_of(c), size, own, at + c);
   }
 
   // A supernode is read from memory once for all right-hand sides.
@@ -338,22 +445,33 @@ struct SolveWith {
 
 namespace {
 
+template <class Stored>
 void solve_plainly(const BlockFactor& factor, float* const* x, int count) {
-  SolveWith::solve(factor, x, count);
+  SolveWith<Stored>::solve(factor, x, count);
 }
 #ifdef PALPATE_DISPATCHES
+template <class Stored>
 __attribute__((target(PALPATE_AVX2))) void solve_with_avx2(const BlockFactor& factor, float* const* x, int count) {
-  SolveWith::solve(factor, x, count);
+  SolveWith<Stored>::solve(factor, x, count);
 }
 #endif
+
+template <class Stored>
+void solve_with(const BlockFactor& factor, float* const* x, int count) {
+#ifdef PALPATE_DISPATCHES
+  if (best_instructions() != Instructions::baseline) return solve_with_avx2<Stored>(factor, x, count);
+#endif
+  solve_plainly<Stored>(factor, x, count);
+}
 
 }  // namespace
 
 void BlockFactor::solve(float* const* x, int count) const {
-#ifdef PALPATE_DISPATCHES
-  if (best_instructions() != Instructions::baseline) return solve_with_avx2(*this, x, count);
-#endif
-  solve_plainly(*this, x, count);
+  solve_with<float>(*this, x, count);
+}
+void BlockFactor::solve_roughly(float* x) const {
+  if (!rough_tiles_) return solve(x);
+  solve_with<std::int32_t>(*this, &x, 1);
 }
 
 }  // namespace palpate

@@ -1,7 +1,7 @@
 // A sparse Cholesky factor of the stiffness at rest: made in double precision, kept and applied in single precision.
 //
-// Columns with nearly the same pattern form a supernode: one dense panel, so that the two triangular solves read the factor once,
-// in order, without indices. Making it has a symbolic part, the patterns, and a numeric one, which other matrices of the same pattern
+// Columns with nearly the same pattern form a supernode: one dense panel, so that each of the two triangular solves reads the factor
+// once, in order, without indices. Making it has a symbolic part, the patterns, and a numeric one, which other matrices of the same pattern
 // repeat, supernode by supernode.
 #pragma once
 
@@ -20,13 +20,21 @@ class BlockFactor {
  public:
   enum class Outcome { made, no_memory, not_definite };
 
-  // matrix: postordered. Memory in the end: 4 bytes a number; while it is made three times as much.
+  // From so many numbers on the factor has a rough copy too: smaller ones stay in a core's caches, where they are read as fast.
+  static constexpr std::int64_t kFewestForRough = 5'000'000;
+
+  // matrix: postordered. Memory in the end: 4 bytes a number, 6 with a rough copy; while it is made 8 more.
   Outcome create(SceneMemory& memory, const BlockRows& matrix);
 
   // x: [rows][3] the right-hand side, then K^-1 of it. Cost: reads the factor twice. Not for two threads at once.
   void solve(float* x) const { solve(&x, 1); }
   // The same for `count` right-hand sides, whose bits do not depend on one another. Cost: reads the factor from memory twice in all.
   void solve(float* const* x, int count) const;
+
+  // Where there is a rough copy, the same of one right-hand side with the factor's numbers rounded to 16 bits, by 1.5e-5 of the largest one
+  // in their column: about K^-1, symmetric and positive definite as K^-1 is, for half of the memory's traffic. Serves as a metric. Else
+  // solve(x).
+  void solve_roughly(float* x) const;
 
   std::int64_t numbers() const { return numbers_; }
 
@@ -73,18 +81,31 @@ class BlockFactor {
     std::int32_t rows;            // block rows below them
     std::int32_t stride;          // numbers from one column of the panel to the next
     std::int64_t panel, row_list;
+    std::int64_t tiles;  // its first number in tiles_
   };
   bool find_supernodes(SceneMemory& memory, SceneMemory& scratch, const BlockRows& matrix);
+  bool create_tiles(SceneMemory& memory);
+  void round_tiles(const Supernode& node);
+  float* rough_scale(const Supernode& node, bool below) const {
+    return rough_scale_ + 3 * (static_cast<std::int64_t>(below ? rows_ : 0) + node.first);
+  }
+  template <class Visit>
+  void for_each_tile(const Supernode& node, Visit visit) const;
   Outcome factorise(SceneMemory& scratch, const BlockRows& matrix);
   double* begin_supernode(Work& work, std::int32_t s) const;
   bool end_supernode(Work& work, std::int32_t s) const;
+  template <class Stored>
   friend struct SolveWith;
 
   std::int32_t rows_ = 0, count_ = 0;
-  std::int64_t numbers_ = 0, operations_ = 0;
+  std::int64_t numbers_ = 0, panel_numbers_ = 0, operations_ = 0;
   Supernode* supernodes_ = nullptr;
   std::int32_t* row_lists_ = nullptr;
-  float* panels_ = nullptr;  // columns one after the other: the inverse of the diagonal's triangle, then the rows below
+  // Tiles of sixteen rows of three columns, in the order in which a solve reads them: for each supernode the lower triangle of the inverse
+  // of its diagonal block, then the rows below it.
+  float* tiles_ = nullptr;               // [numbers_]
+  std::int32_t* rough_tiles_ = nullptr;  // [numbers_ / 2] the same in pairs of 16 bits; nullptr: none
+  float* rough_scale_ = nullptr;         // [2][rows_][3] what multiplies these: in the triangles; below them
   float* gathered_ = nullptr;
 };
 

@@ -786,7 +786,7 @@ double LargeSolver::descend() {
     add_multiple(static_cast<float>(-factor[age]), changes_[i], length_, p_);
     for (std::int32_t r = 0; r < now_.row_count; ++r) local_p_[r] -= factor[age] * local_moves_[i][r];
   }
-  metric().solve(p_);
+  metric().solve_roughly(p_);
   project(p_, local_p_);
   if (now_.scale != 1) {
     for (std::size_t i = 0; i < length_; ++i) p_[i] *= static_cast<float>(now_.scale);
@@ -826,7 +826,7 @@ void LargeSolver::keep_pair(double share) {
   if (now_.pairs_since_scale++ % 10 != 0) return;
   std::copy(changes_[i], changes_[i] + length_, g_);
   std::copy(local_moves_[i], local_moves_[i] + now_.row_count, local_g_);
-  metric().solve(g_);
+  metric().solve_roughly(g_);
   project(g_, local_g_);
   const double scaled = dot_product(changes_[i], g_, length_) + times_compliance(local_moves_[i], local_g_);
   const double scale = now_.curvature[i] / scaled;

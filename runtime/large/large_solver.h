@@ -156,7 +156,12 @@ class LargeSolver {
 
   // For measuring.
   double evaluate_once() { return evaluate(u_, f_).energy; }
-  void solve_once() { metric().solve(trial_f_); }
+  void solve_once(bool roughly) {
+    if (roughly)
+      metric().solve_roughly(trial_f_);
+    else
+      metric().solve(trial_f_);
+  }
 
  private:
   using Elements = ElementLanes<EightFloats>;
