@@ -169,7 +169,7 @@ inline constexpr const char* kAboutEffects =
     "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)\n"
     "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\", "
     "deformation=\"linear\")\n"
-    "motions: whether the bundle's motions move the organ (set_motions; collision=\"deformed\" or \"off\", no links)";
+    "motions: whether the bundle's motions move the organ (set_motions; collision=\"deformed\" or \"off\")";
 
 // Gives a class of Python its constructor Class(bundle, *, ...): the bundle, and the keywords of effects_of.
 template <class Held, class... Choices>

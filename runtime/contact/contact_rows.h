@@ -28,8 +28,12 @@ struct LinkEnd {
   std::int32_t node[kMostNodes] = {};
   double weight[kMostNodes] = {};
   Mat3 local;  // m/N, compliance below its disc that the mesh does not resolve
-  Vec3 rest;   // m, in the organ's frame
-  Vec3 moved;  // m, by the last step
+  // m, in the link's frame:
+  Vec3 rest;
+  Vec3 moved;   // by the contacts of the last step
+  Vec3 driven;  // by the motions of this step
+
+  Vec3 at() const { return rest + moved + driven; }
 };
 
 // One link as it asks for its rows (links.h).

@@ -1,8 +1,4 @@
-// Links between places of the organ, or from a place to the world: sutures, clips, ligaments, springs. A link is a constraint among
-// those of the contacts: the weights of its first end are positive and those of its second end negative, so that its row holds the
-// displacement of one end against the other.
-//     t . (u_a - u_b) + (1/k) T = t . (b - a) - L      a, b: the ends at rest; t: unit, from a to b; L: rest length; T: tension
-// A thread is unilateral, T >= 0; a slack one has no row. A clip has three rows, with b - a as its target.
+// The links of one organ, between its places or from a place to the world (link.h).
 #pragma once
 
 #include <cstdint>
@@ -11,36 +7,19 @@
 #include "runtime/contact/contact_admission.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
-#include "runtime/contact/touchable_disc.h"
+#include "runtime/contact/link.h"
+#include "runtime/contact/motions.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {
 
-// What a link is and what the steps have left of it: a saved state holds all of it.
-struct Link {
-  palpate_link given = {};
-  LinkEnd ends[2];
-  Vec3 along;                // unit, t; zero: not known yet
-  double rest_length = 0;    // m, L
-  Mat3 own;                  // m/N, the compliance of one end against the other in the last step that had its row
-  std::int32_t taut = 0;     // its tension was above zero in the last step
-  std::int32_t row_of = -1;  // its constraint in this step
-  std::int32_t fresh = 0;    // its ends are where the last step left them
-  palpate_link_condition before = PALPATE_LINK_SLACK;  // the step before
-  double reach =
-      0;  // m / sqrt(J): a field of that norm moves one end against the other at most by reach norm (surface_tree.h)
-  double path = 0;  // sqrt(J), of the field's changes, when its ends were found
-  palpate_link_state state = {};
-};
-
 class Links {
  public:
-  // All borrowed. The disc's patch and measure are nullptr where contacts are no discs.
+  // All borrowed.
   struct Source {
-    DiscSource disc;
-    const double* stiffness;        // [S][3][3] N/m, of each column
-    const std::int32_t* triangles;  // [F][3]
-    std::int32_t triangle_count;
+    LinkSurface surface;
+    const double* stiffness;  // [S][3][3] N/m, of each column
+    const Motions* motions;   // move the organ beside the contacts, or nullptr
   };
   bool create(SceneMemory& memory, const Source& source, std::int32_t capacity);
 
@@ -67,19 +46,11 @@ class Links {
   const Link& link(std::int32_t i) const { return links_[i]; }
 
  private:
-  Vec3 at(const LinkEnd& end) const { return end.rest + end.moved; }
-  bool acts(const Link& link) const;
-  void find_end(const palpate_link& link, const palpate_link_end& from, LinkEnd* to);
-  void find_disc(const SurfacePoint& place, double radius, LinkEnd* to);
   double reach_of(const LinkEnd& end) const;
-  void turn(Link& link) const;
-  void start(Link& link, const palpate_link& given, std::int32_t index);
+  void drive(Link& link) const;
   static Vec3 last_move(const LinkEnd& end, const Tensors& tensors, const ContactSolver& solver);
   void move_ends(Link& link, const Tensors& tensors, const ContactConstraints& set, const Vec3* force,
                  const Vec3* modified, const ContactSolver& solver) const;
-  std::uint32_t read_solution(Link& link, const ContactConstraints& set, const ContactSolver& solver,
-                              std::uint64_t step) const;
-  void run_on();
   bool in_chain(std::int32_t i) const;
   bool may_rest(std::int32_t i) const;
   double longest(const Link& link) const;

@@ -815,7 +815,7 @@ class Touch {
       touch_state_.report.tell_link(now == PALPATE_LINK_TAUT     ? PALPATE_EVENT_LINK_TAUT
                                     : now == PALPATE_LINK_BROKEN ? PALPATE_EVENT_LINK_BROKE
                                                                  : PALPATE_EVENT_LINK_SLACK,
-                                    link.state.id, place, link.ends[e].rest + link.ends[e].moved);
+                                    link.state.id, place, link.ends[e].at());
     }
   }
 
@@ -889,6 +889,13 @@ bool TouchStep::slips() {
 
 std::uint32_t TouchStep::finish(const ContactSolver::Outcome* joint) {
   return std::launder(reinterpret_cast<Touch*>(touch_))->finish(joint);
+}
+
+LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles) {
+  LinkSurface surface = {
+      {state.rest, state.column_of_node, &state.surface, &state.measure, &state.patch}, state.triangles, triangles};
+  if (def.contact != PALPATE_CONTACT_PATCH) surface.disc.measure = nullptr, surface.disc.patch = nullptr;
+  return surface;
 }
 
 void reset_touch(const palpate_scene_def& def, TouchState& state) {

@@ -108,6 +108,9 @@ class TouchStep {
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
 
+// The surface of which links take hold.
+LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles);
+
 // Forgets contacts, last positions and last forces: the state after creation.
 void reset_touch(const palpate_scene_def& def, TouchState& state);
 

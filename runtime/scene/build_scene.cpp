@@ -550,8 +550,8 @@ palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def
 
 palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                            TouchState& touch) {
-  Links::Source source = {discs_of(touch), tensors.stiffness, touch.triangles, reader.triangles()};
-  if (def.contact != PALPATE_CONTACT_PATCH) source.disc.measure = nullptr, source.disc.patch = nullptr;
+  const Links::Source source = {link_surface_of(def, touch, reader.triangles()), tensors.stiffness,
+                                motions_of(def, touch)};
   return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
 }
 
@@ -741,8 +741,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.motions < 0 || def.motions > 1) return bad("motions must be 0 or 1");
   if (def.motions && def.deformation != PALPATE_DEFORMATION_LINEAR)
     return bad("motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR");
-  if (def.motions && def.max_links > 0)
-    return bad("links hold an organ whose supports stand; leave max_links or motions at 0");
   if (def.motions && def.collision == PALPATE_COLLISION_REST)
     return bad("tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0");
   if (const palpate_status status = check_contact_nodes(def, error)) return status;

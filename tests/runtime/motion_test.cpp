@@ -312,7 +312,6 @@ TEST(Motions, ScenesThatCannotMoveAreRefusedWithOneSentence) {
               HasSubstr("take collision DEFORMED, or OFF"));
   EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.deformation = PALPATE_DEFORMATION_LARGE; }),
               HasSubstr("deformation LINEAR alone"));
-  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.max_links = 1; }), HasSubstr("whose supports stand"));
   EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.motions = 2; }), HasSubstr("motions must be 0 or 1"));
   static const TouchedBox plain;
   EXPECT_THAT(refusal(plain, [](palpate_scene_def&) {}), HasSubstr("motion/displacement_surface"));

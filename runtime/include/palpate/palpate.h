@@ -452,8 +452,7 @@ typedef struct palpate_scene_def {
                                      and LINEAR                                                                       */
   palpate_dent_model dent; /* default OFF                                                                            */
   int32_t motions;  /* default 0: supports stand, nothing presses, and it costs neither time nor memory; 1: the bundle's
-                       motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and LINEAR,
-                       and no links */
+                       motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and LINEAR  */
   int32_t reserved; /* 0                                                                                            */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8

@@ -1,0 +1,221 @@
+#include "runtime/contact/link.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/base/host_struct.h"
+#include "runtime/contact/contact_laws.h"
+#include "runtime/pose/pose.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kFarthest = 1e6;  // m, as palpate.h states
+// A line that turned by less (0.1 milliradian) keeps its row: the force is then off by a ten-thousandth across the line.
+constexpr double kTurned = 1 - 0.5e-8;
+// Of the length that would make the tensions of two neighbours on one thread equal, if each link were alone, a step moves this share.
+constexpr double kRunsOn = 0.5;
+
+bool is_known(int kind, int last) {
+  return kind >= 1 && kind <= last;
+}
+
+bool same_place(const palpate_link_end& a, const palpate_link_end& b) {
+  if (a.kind != b.kind) return false;
+  if (a.kind == PALPATE_END_WORLD) return true;  // it may be moved
+  return a.triangle == b.triangle && std::equal(a.barycentric, a.barycentric + 3, b.barycentric);
+}
+
+void find_disc(const DiscSource& source, const SurfacePoint& place, double radius, LinkEnd* to) {
+  TouchableDisc disc;
+  press_disc(source, place, radius, LinkEnd::kMostNodes, &disc);
+  if (disc.count == 0) return;
+  to->count = disc.count, to->local = disc.local;
+  std::copy(disc.node, disc.node + disc.count, to->node);
+  std::copy(disc.weight, disc.weight + disc.count, to->weight);
+}
+
+// m/N, along the link's line.
+double softness_along(const Link& link) {
+  return dot(link.along, link.own * link.along) + link.softness();
+}
+
+// N; of a slack part below zero: the tension at which its slack would be gone.
+double pull_of(const Link& link, double softness) {
+  if (link.taut) return link.state.tension;
+  return std::min(0.0, (length(link.apart()) - link.rest_length) / softness);
+}
+
+}  // namespace
+
+// ---- what the host gives ---------------------------------------------------------------------------------------------
+
+const char* fault_of(const palpate_link_end& end, std::int32_t triangles) {
+  if (!is_known(enum_number(end.kind), PALPATE_END_WORLD)) return "an end of kind SURFACE_POINT or WORLD";
+  if (end.kind == PALPATE_END_WORLD) return is_position(end.point) ? nullptr : "an end's point within 1e6 m";
+  if (end.triangle < 0 || end.triangle >= triangles) return "an end's triangle from 0 to F-1";
+  double sum = 0;
+  for (const double k : end.barycentric) {
+    if (!(k >= -1e-6 && k <= 1 + 1e-6)) return "barycentric weights from 0 to 1";
+    sum += k;
+  }
+  return std::fabs(sum - 1) <= 1e-6 ? nullptr : "barycentric weights that sum to 1";
+}
+
+const char* fault_of(const palpate_link& link, const LinkSurface* const surface[2]) {
+  if (!is_known(enum_number(link.kind), PALPATE_LINK_CLIP)) return "a kind THREAD, SPRING or CLIP";
+  for (int e = 0; e < 2; ++e)
+    if (const char* fault = fault_of(link.ends[e], surface[e] ? surface[e]->triangle_count : 0)) return fault;
+  if (link.ends[0].kind == PALPATE_END_WORLD && link.ends[1].kind == PALPATE_END_WORLD)
+    return "at least one end on the organ's surface";
+  if (!(link.rest_length >= 0 && link.rest_length <= kFarthest)) return "a rest_length from 0 to 1e6 m";
+  if (link.kind == PALPATE_LINK_CLIP && link.rest_length != 0) return "a CLIP of rest_length 0";
+  if (!(link.stiffness > 0)) return "a stiffness above 0 N/m";
+  if (!(link.breaking_force > 0)) return "a breaking_force above 0 N";
+  if (!(link.radius >= 0 && link.radius <= 1)) return "a radius from 0 to 1 m";
+  for (int e = 0; e < 2; ++e)
+    if (link.radius > 0 && surface[e] && !surface[e]->disc.patch)
+      return "a radius of 0 in a scene whose contact is not PATCH";
+  if (link.runs_on && link.kind != PALPATE_LINK_THREAD) return "runs_on on a THREAD alone";
+  return nullptr;
+}
+
+const char* fault_of_chain(const palpate_link& link, const palpate_link* before, bool is_last) {
+  if (link.runs_on && is_last) return "a link behind one that runs on";
+  if (before && before->runs_on && link.kind != PALPATE_LINK_THREAD) return "a THREAD behind one that runs on";
+  return nullptr;
+}
+
+bool is_same_link(const palpate_link& a, const palpate_link& b) {
+  return a.kind == b.kind && a.radius == b.radius && same_place(a.ends[0], b.ends[0]) &&
+         same_place(a.ends[1], b.ends[1]);
+}
+
+void start_link(Link& link, const palpate_link& given, std::int32_t index) {
+  link.given = given;
+  link.along = {}, link.rest_length = given.rest_length, link.own = Mat3{}, link.taut = 0, link.row_of = -1;
+  for (LinkEnd& end : link.ends) end.driven = end.moved = {};
+  link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY;
+  link.state = {};
+  link.state.id = id_of(given, index);
+  link.state.rest_length = given.rest_length;
+}
+
+void continue_link(Link& link, const Link& known) {
+  const palpate_link given = link.given;
+  link = known;
+  link.rest_length = std::max(0.0, known.rest_length + given.rest_length - known.given.rest_length);
+  link.given = given;
+}
+
+Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end) {
+  const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(end.triangle);
+  Vec3 place;
+  for (int v = 0; v < 3; ++v)
+    place += end.barycentric[v] * load3(surface.disc.rest + 3 * static_cast<std::size_t>(corner[v]));
+  return place;
+}
+
+void find_link_end(const LinkSurface& surface, const palpate_link_end& from, double radius, LinkEnd* to) {
+  *to = LinkEnd{};
+  if (from.kind == PALPATE_END_WORLD) return;
+  to->rest = place_at_rest(surface, from);
+  const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(from.triangle);
+  double sum = 0;
+  for (int v = 0; v < 3; ++v) {
+    if (surface.disc.column_of_node[corner[v]] < 0 || !(from.barycentric[v] > 0)) continue;
+    to->node[to->count] = corner[v], to->weight[to->count++] = from.barycentric[v];
+    sum += from.barycentric[v];
+  }
+  for (int e = 0; e < to->count; ++e) to->weight[e] /= sum;
+  if (radius > 0 && to->count > 0)
+    find_disc(surface.disc, surface_point_of(from.triangle, from.barycentric), radius, to);
+}
+
+Vec3 driven_by(const Motions& motions, const LinkSurface& surface, const palpate_link_end& given, const LinkEnd& end) {
+  Vec3 driven;
+  if (given.kind == PALPATE_END_WORLD) return driven;
+  const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(given.triangle);
+  for (int v = 0; v < end.count; ++v) driven += end.weight[v] * motions.now(end.node[v]);
+  for (int v = 0; end.count == 0 && v < 3; ++v) driven += given.barycentric[v] * motions.now(corner[v]);
+  return driven;
+}
+
+// ---- a step ----------------------------------------------------------------------------------------------------------
+
+bool link_acts(const Link& link) {
+  if (link.state.condition == PALPATE_LINK_BROKEN || link.ends[0].count + link.ends[1].count == 0) return false;
+  if (link.given.kind != PALPATE_LINK_THREAD) return true;
+  return link.taut || (link.fresh && length(link.apart()) > link.rest_length);
+}
+
+// The line between the ends as the last step left them, corrected for what the link's own force does there. Without the link the ends
+// would be y = x + T C t apart. With it they are x = (L + T/k) t apart in the end, so that t is along (L + T/k + T C)^-1 y. To follow
+// the line of x itself does not converge where T C is large against L.
+void turn_link(Link& link) {
+  const double pull = std::max(0.0, link.state.tension);
+  Vec3 line = link.apart();
+  if (pull > 0) {
+    Mat3 system;
+    add_scaled(system, pull, link.own);
+    line += system * link.along;
+    for (int i = 0; i < 3; ++i) system.m[i][i] += link.rest_length + pull * link.softness();
+    line = solve3(system, line);
+  }
+  const Vec3 along = is_finite(line) ? unit_or_zero(line) : Vec3{};
+  if (length(along) == 0)
+    link.along = length(link.along) > 0 ? link.along : Vec3{0, 0, 1};
+  else if (!(dot(along, link.along) > kTurned))
+    link.along = along;
+}
+
+LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart) {
+  const bool clip = link.given.kind == PALPATE_LINK_CLIP;
+  LinkWish wish;
+  wish.link = index, wish.ends = link.ends, wish.softness = link.softness();
+  wish.law = link.given.kind == PALPATE_LINK_THREAD ? ContactLaw::unilateral
+             : clip                                 ? ContactLaw::sticking
+                                                    : ContactLaw::sliding;
+  wish.along = link.along;
+  wish.target = clip ? apart : Vec3{dot(link.along, apart) - link.rest_length, 0, 0};
+  return wish;
+}
+
+void slacken_link(Link& link) {
+  link.taut = 0, link.state.tension = 0;
+  store3({}, link.state.force);
+  if (link.state.condition != PALPATE_LINK_BROKEN) link.state.condition = PALPATE_LINK_SLACK;
+}
+
+std::uint32_t read_reaction(Link& link, Vec3 reaction, std::uint64_t step) {
+  const bool clip = link.given.kind == PALPATE_LINK_CLIP;
+  const Vec3 pull = clip ? reaction : reaction.x * link.along;
+  link.state.tension = clip ? length(reaction) : reaction.x;
+  store3(pull, link.state.force);
+  link.taut = link.state.tension > 0;
+  if (link.taut || link.given.kind != PALPATE_LINK_THREAD) link.state.condition = PALPATE_LINK_TAUT;
+  if (!(std::fabs(link.state.tension) > link.given.breaking_force)) return 0;
+  link.state.condition = PALPATE_LINK_BROKEN, link.state.broken = step;
+  return PALPATE_STEP_LINK_BROKE;
+}
+
+void run_on(Link& one, Link& next) {
+  const bool ended = one.state.condition == PALPATE_LINK_BROKEN, begins = next.state.condition == PALPATE_LINK_BROKEN;
+  if (ended || begins) {
+    // Nothing holds the thread where it is broken: it runs out of the part beside, whose tension falls by half in each step.
+    Link& whole = ended ? next : one;
+    if (ended != begins && whole.taut) whole.rest_length += kRunsOn * whole.state.tension * softness_along(whole);
+    return;
+  }
+  if (!(one.taut || next.taut)) return;
+  // A part that was never taut has no line yet; it counts as soft as its neighbour.
+  double a = softness_along(one), b = softness_along(next);
+  if (length(one.along) == 0) a = b;
+  if (length(next.along) == 0) b = a;
+  if (!(a > 0 && b > 0)) return;
+  double way = kRunsOn * (pull_of(one, a) - pull_of(next, b)) / (1 / a + 1 / b);
+  way = std::clamp(way, -one.rest_length, next.rest_length);
+  one.rest_length += way, next.rest_length -= way;
+}
+
+}  // namespace palpate

@@ -1,0 +1,82 @@
+// One link between two places, or from a place to the world: a suture, clip, ligament or spring. It is a constraint among those of the
+// contacts: the weights of its first end are positive and those of its second end negative, so that its row holds the displacement of one
+// end against the other.
+//     t . (u_a - u_b) + (1/k) T = t . (b - a) - L      a, b: the ends at rest; t: unit, from a to b; L: rest length; T: tension
+// A thread is unilateral, T >= 0; a slack one has no row. A clip has three rows, with b - a as its target.
+// All places of a link are in one frame: that of its organ, or the world's for links between organs.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/motions.h"
+#include "runtime/contact/touchable_disc.h"
+
+namespace palpate {
+
+// What a link is and what the steps have left of it: a saved state holds all of it.
+struct Link {
+  palpate_link given = {};
+  LinkEnd ends[2];
+  Vec3 along;                // unit, t; zero: not known yet
+  double rest_length = 0;    // m, L
+  Mat3 own;                  // m/N, the compliance of one end against the other in the last step that had its row
+  std::int32_t taut = 0;     // its tension was above zero in the last step
+  std::int32_t row_of = -1;  // its constraint in this step
+  std::int32_t fresh = 0;    // its ends are where the last step left them
+  palpate_link_condition before = PALPATE_LINK_SLACK;  // the step before
+  double reach =
+      0;  // m / sqrt(J): a field of that norm moves one end against the other at most by reach norm (surface_tree.h)
+  double path = 0;  // sqrt(J), of the field's changes, when its ends were found
+  palpate_link_state state = {};
+
+  // m, from the first end to the second one.
+  Vec3 apart() const { return ends[1].at() - ends[0].at(); }
+  // m/N, beside the tissue's.
+  double softness() const { return 1 / given.stiffness; }
+};
+
+// The surface that ends take hold of; borrowed. The disc's patch and measure are nullptr where contacts are no discs.
+struct LinkSurface {
+  DiscSource disc;
+  const std::int32_t* triangles;  // [F][3]
+  std::int32_t triangle_count;
+};
+
+// What is wrong with an end, with a link alone, and with its place in the list of links; nullptr: nothing. surface: of each end; nullptr
+// for one in the world. before: the link in front of it, or nullptr.
+const char* fault_of(const palpate_link_end& end, std::int32_t triangles);
+const char* fault_of(const palpate_link& link, const LinkSurface* const surface[2]);
+const char* fault_of_chain(const palpate_link& link, const palpate_link* before, bool is_last);
+// The identity of link number `index` of a list.
+inline std::int32_t id_of(const palpate_link& link, std::int32_t index) {
+  return link.id == -1 ? index : link.id;
+}
+// Whether both are one link, with other numbers at most.
+bool is_same_link(const palpate_link& a, const palpate_link& b);
+
+// The link as it is before its first step; its ends keep their nodes.
+void start_link(Link& link, const palpate_link& given, std::int32_t index);
+// The link goes on as `known` was, with the numbers that link.given has.
+void continue_link(Link& link, const Link& known);
+// m, in the organ's frame.
+Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end);
+// The place of an end at rest and the nodes below it.
+void find_link_end(const LinkSurface& surface, const palpate_link_end& from, double radius, LinkEnd* to);
+// m, in the organ's frame: by how much the motions move an end now.
+Vec3 driven_by(const Motions& motions, const LinkSurface& surface, const palpate_link_end& given, const LinkEnd& end);
+
+// Whether the link asks for rows. A slack thread does where the last step has stretched it.
+bool link_acts(const Link& link);
+// Takes the line for this step's rows.
+void turn_link(Link& link);
+// Its rows, in its frame. apart: m, the way from the first end to the second one where no contact moves them.
+LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart);
+// Before the solution is read: the link bears nothing.
+void slacken_link(Link& link);
+// reaction: N, of its rows. Returns step flags: whether the link breaks.
+std::uint32_t read_reaction(Link& link, Vec3 reaction, std::uint64_t step);
+// Lets two neighbours on one thread share its length.
+void run_on(Link& one, Link& next);
+
+}  // namespace palpate
