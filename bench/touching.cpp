@@ -1,6 +1,8 @@
 // What a touch of two organs that press on one another costs, by the number of places where they do, against a scene of one organ on which
 // as many tool points press. The second organ stands on the same bundle, turned over, so that the two tops meet.
 //
+// Behind it what links between the two organs cost while these do not touch.
+//
 //   touching_bench BUNDLE.h5
 #include <palpate/palpate_world.h>
 
@@ -125,6 +127,45 @@ double time_of_points(palpate_bundle* bundle, int count) {
   return median(times);
 }
 
+// Two organs 5 mm apart with threads between their highest vertices; the second one moves to and fro, so that all rows turn.
+double time_of_links(palpate_bundle* bundle, int count, double stroke) {
+  const Box box = box_of(bundle);
+  palpate_scene_def def = scene_def();
+  palpate_pose pose = palpate_default_pose();
+  pose.position[0] = box.high[0] - box.low[0] + 0.005;
+  palpate_world_organ organs[2] = {palpate_default_world_organ(), palpate_default_world_organ()};
+  for (palpate_world_organ& organ : organs) organ.bundle = bundle, organ.def = &def;
+  organs[1].pose = &pose;
+  palpate_world_def wanted = palpate_default_world_def();
+  wanted.organs = organs, wanted.organ_count = 2, wanted.max_links = std::max(1, count);
+  palpate_world* world = nullptr;
+  palpate_error error = {};
+  if (palpate_world_create(&wanted, &world, &error) != PALPATE_OK) give_up(error.text);
+  std::vector<palpate_world_link> links(static_cast<std::size_t>(count), palpate_default_world_link());
+  std::int32_t triangle = 0;
+  for (palpate_world_link& link : links) {
+    link.kind = PALPATE_LINK_SPRING, link.rest_length = 0.001, link.stiffness = 20;
+    for (int e = 0; e < 2; ++e) {
+      link.organ[e] = e, link.ends[e].kind = PALPATE_END_SURFACE_POINT, link.ends[e].triangle = triangle;
+      link.ends[e].barycentric[0] = link.ends[e].barycentric[1] = 0.25, link.ends[e].barycentric[2] = 0.5;
+    }
+    triangle += palpate_bundle_describe(bundle).triangle_count / std::max(1, count);
+  }
+  if (palpate_world_set_links(world, links.data(), count, &error) != PALPATE_OK) give_up(error.text);
+  std::vector<std::uint64_t> memory(palpate_world_contacts_bytes(world) / 8 + 1);
+  auto* const contacts = reinterpret_cast<palpate_world_contacts*>(memory.data());
+  std::vector<double> times;
+  for (int s = 0; s < kSteps; ++s) {
+    pose.position[0] += stroke * std::cos(0.05 * s) * 0.05;
+    palpate_scene_set_pose(palpate_world_scene(world, 1), &pose, nullptr);
+    const double begin = now();
+    palpate_world_touch(world, nullptr, 0, 1e-3, contacts, 8 * memory.size());
+    if (s >= 100) times.push_back(now() - begin);
+  }
+  palpate_world_destroy(world);
+  return median(times);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -156,5 +197,9 @@ int main(int argc, char** argv) {
                   typical / points);
     }
   }
+  std::printf("\nlinks  stroke mm   touch us\n");
+  for (const int count : {0, 1, 10, 30})
+    for (const double stroke : {0.0, 1e-3})
+      std::printf("%5d %10.2f %10.1f\n", count, 1e3 * stroke, time_of_links(bundle, count, stroke));
   palpate_bundle_close(bundle);
 }

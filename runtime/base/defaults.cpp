@@ -96,6 +96,13 @@ void palpate_init_link(palpate_link* link, size_t struct_bytes) {
   write_host_struct(defaults, link, struct_bytes);
 }
 
+void palpate_init_world_link(palpate_world_link* link, size_t struct_bytes) {
+  palpate_world_link defaults = {};
+  defaults.id = defaults.organ[0] = defaults.organ[1] = -1;
+  defaults.stiffness = defaults.breaking_force = INFINITY;
+  write_host_struct(defaults, link, struct_bytes);
+}
+
 void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes) {
   palpate_grasp defaults = {};
   defaults.triangle = defaults.opposite_triangle = -1;

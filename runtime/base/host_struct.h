@@ -49,6 +49,8 @@ inline constexpr std::size_t kLeastStructBytes<palpate_world_def> = offsetof(pal
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_link> = offsetof(palpate_link, rest_length);
 template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_world_link> = offsetof(palpate_world_link, rest_length);
+template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_grasp> = offsetof(palpate_grasp, closing);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(palpate_shape_out, positions);

@@ -15,6 +15,9 @@ constexpr std::int32_t kToolOfLinks = PALPATE_MAX_TOOLS;
 // The tool of constraints that hold two organs of a world apart; `point` names the pair. They come after those of links.
 constexpr std::int32_t kToolOfPairs = PALPATE_MAX_TOOLS + 1;
 
+// The tool of an organ's constraints for the links of a world; `point` is then the link's index. They come last.
+constexpr std::int32_t kToolOfWorldLinks = PALPATE_MAX_TOOLS + 2;
+
 // One node under one contact, where a force acts. The same node may serve several contacts.
 struct ContactNode {
   std::int32_t node, column, tool, point;

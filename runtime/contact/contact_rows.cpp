@@ -233,12 +233,25 @@ std::int32_t ContactRows::add_pair(const PairWish& pair) {
 
 // The nodes of a link's second end have negative weights, so that a row holds the displacement of the first end against the second one.
 std::int32_t ContactRows::add_link(const LinkWish& link) {
-  const LinkEnd *const a = link.ends, *const b = link.ends + 1;
-  const bool made = has_room(1, a->count + b->count);
+  const bool made = has_room(1, link.ends[0].count + link.ends[1].count);
   --to_come_;
   if (!made) return -1;
+  make_link(link, kToolOfLinks);
+  return set_.constraint_count - 1;
+}
+
+std::int32_t ContactRows::add_world_link(const LinkWish& link) {
+  if (set_.constraint_count == set_.constraint_capacity ||
+      set_.node_count + link.ends[0].count + link.ends[1].count > set_.node_capacity)
+    return -1;
+  make_link(link, kToolOfWorldLinks);
+  return set_.constraint_count - 1;
+}
+
+void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
+  const LinkEnd *const a = link.ends, *const b = link.ends + 1;
   ContactWish wish;
-  wish.tool = kToolOfLinks, wish.point = link.link, wish.law = link.law, wish.displacement = link.target;
+  wish.tool = tool, wish.point = link.link, wish.law = link.law, wish.displacement = link.target;
   ContactConstraint& constraint = add_constraint(wish, 0);
   for (const LinkEnd* end : {a, b})
     for (int v = 0; v < end->count; ++v)
@@ -249,10 +262,11 @@ std::int32_t ContactRows::add_link(const LinkWish& link) {
     const Vec3 tangent = across(link.along, {}), rows[3] = {link.along, tangent, cross(link.along, tangent)};
     for (int i = 0; i < 3; ++i) store3(rows[i], constraint.frame.m[i]);
     constraint.framed = true, constraint.axes = 1;
-    constraint.local = times_transposed(constraint.frame * constraint.local, constraint.frame);
+  } else if (tool == kToolOfWorldLinks) {
+    constraint.frame = link.frame, constraint.framed = true;
   }
+  if (constraint.framed) constraint.local = times_transposed(constraint.frame * constraint.local, constraint.frame);
   for (int i = 0; i < 3; ++i) constraint.local.m[i][i] += link.softness;
-  return set_.constraint_count - 1;
 }
 
 // Takes over the patch of the last step where its surface point, radius and law are the same.

@@ -42,6 +42,7 @@ struct LinkWish {
   const LinkEnd* ends = nullptr;  // [2]
   ContactLaw law = ContactLaw::sticking;
   Vec3 along;           // unit; where the law is not sticking, the direction of its only row
+  Mat3 frame;           // of a link of a world that sticks: its rows, unit and orthogonal
   Vec3 target;          // m: x along the row, or x, y, z
   double softness = 0;  // m/N, of the link itself
 };
@@ -93,7 +94,7 @@ class ContactRows {
 
   // The rows of a grasp's patch, after the grips of its tool. Returns the first of its constraints; -1: there is no room.
   std::int32_t add_grasp(const GraspWish& wish);
-  // Keeps so much of the capacity for pairs alone. Call it once.
+  // Keeps so much of the capacity for pairs and links of the world alone. Call it once.
   void keep_for_pairs(std::int32_t nodes, std::int32_t constraints) {
     nodes_for_pairs_ = nodes, constraints_for_pairs_ = constraints;
   }
@@ -105,6 +106,8 @@ class ContactRows {
 
   // The rows of a link, after all contacts, in ascending order of links. Returns its constraint; -1: there is no room.
   std::int32_t add_link(const LinkWish& wish);
+  // The same of the links of a world, after all else.
+  std::int32_t add_world_link(const LinkWish& wish);
 
   // Takes the constraints from `first` on out of this step again.
   void take_back(std::int32_t first);
@@ -124,6 +127,7 @@ class ContactRows {
   std::uint32_t add_patch(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
   bool add_patch_of_last_step(const ContactWish& wish, const SurfacePoint& surface_point);
   bool has_room(std::int32_t constraints, std::int32_t nodes) const;
+  void make_link(const LinkWish& link, std::int32_t tool);
   std::int32_t nodes_for_one() const;
   ContactConstraint& add_constraint(const ContactWish& wish, std::int32_t part);
   void add_held_node(const ContactWish& wish, ContactConstraint& constraint, std::int32_t node, double weight);

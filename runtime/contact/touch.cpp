@@ -635,7 +635,8 @@ class Touch {
       const ContactNode& held = set.nodes[e];
       node->node = held.node, node->column = held.column, node->point = held.point;
       const bool of_tool = held.tool < kToolOfLinks;
-      node->tool = of_tool ? touch_state_.input.tool(held.tool).index : held.tool == kToolOfLinks ? -1 : -2;
+      // Of links -1, of pairs -2, of links of the world -3.
+      node->tool = of_tool ? touch_state_.input.tool(held.tool).index : kToolOfLinks - 1 - held.tool;
       store3(touch_state_.modified[e], node->modified_displacement);
       // A steep response may turn a finite force into an infinite one.
       const Vec3 force = (of_tool ? result_[held.tool].factor : 1) * touch_state_.force[e];

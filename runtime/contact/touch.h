@@ -64,10 +64,11 @@ struct TouchState {
   Links links;    // where the scene may have some
   ContactSolver solver;
   ContactAdmission admission;
-  DeformingBody body;           // in place of the solver, under large deformation
-  BodyBeside beside;            // or beside it: the body then belongs to the thread of palpate_scene_deform
-  FarTools far;                 // of an organ in a world
-  std::int32_t most_pairs = 0;  // with other organs of a world
+  DeformingBody body;                 // in place of the solver, under large deformation
+  BodyBeside beside;                  // or beside it: the body then belongs to the thread of palpate_scene_deform
+  FarTools far;                       // of an organ in a world
+  std::int32_t most_pairs = 0;        // with other organs of a world
+  std::int32_t most_world_links = 0;  // of the world that hold the organ
   double* node_reach =
       nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where there may be such pairs
   std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0

@@ -134,10 +134,19 @@ std::int32_t constraints_of_point(const palpate_scene_def& def) {
   return def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
 }
 
-// Constraints that a step can have, without those of pairs.
+// Constraints that a step can have, without those of pairs and of links of the world.
 std::int32_t most_constraints(const palpate_scene_def& def) {
   return std::min(def.max_contact_nodes, constraints_of_point(def) * def.max_points + def.max_links +
                                              (has_grasps(def) ? 6 * def.max_tools : 0));
+}
+
+// Of both ends.
+std::int32_t nodes_of_a_link(const palpate_scene_def& def) {
+  return def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6;
+}
+
+PartOfWorld part_of_world(const TouchState& touch) {
+  return {touch.most_pairs, touch.most_world_links};
 }
 
 // With fewer contact nodes, a step in which all tool points, grips, links and grasps hold must leave one of them out.
@@ -217,7 +226,7 @@ palpate_status build_motions(const SectionReader& reader, const palpate_scene_de
         (!source.volume || !(source.volume[i * m + i] > 0)))
       return source.volume ? reader.not_usable(SectionId::motion_volume, i * m + i)
                            : reader.missing("motions", SectionId::motion_volume);
-  if (!touch.motions.create(reader.memory(), source, most_constraints(def) + touch.most_pairs))
+  if (!touch.motions.create(reader.memory(), source, most_constraints(def) + part_of_world(touch).constraints()))
     return reader.no_memory("motions");
   shape.moved_surface = touch.motions.rows();
   if (!has_interior_shape(def, reader.bundle())) return PALPATE_OK;
@@ -290,8 +299,8 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     return reader.no_memory("collision");
   const auto create_field = [&] {
     if (!deforms_largely(def))
-      return touch.field.create(reader.memory(), def.max_contact_nodes, most_constraints(def) + touch.most_pairs,
-                                reader.surface_nodes());
+      return touch.field.create(reader.memory(), def.max_contact_nodes,
+                                most_constraints(def) + part_of_world(touch).constraints(), reader.surface_nodes());
     touch.field.follow(&touch.body_field);
     return true;
   };
@@ -345,7 +354,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   limits.has_grasps = has_grasps(def);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
-  const std::int32_t constraints = most_constraints(def) + touch.most_pairs;
+  const std::int32_t constraints = most_constraints(def) + part_of_world(touch).constraints();
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   const ContactRows::Source source = {def.contact, touch.column_of_node, touch.triangles, touch.rest,
@@ -359,7 +368,8 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
       !touch.solver.create(memory, solver))
     return reader.no_memory("contacts");
-  if (touch.most_pairs > 0) touch.rows.keep_for_pairs(kNodesOfPair * touch.most_pairs, touch.most_pairs);
+  if (const PartOfWorld part = part_of_world(touch); part.constraints() > 0)
+    touch.rows.keep_for_pairs(contact_nodes_for(def, part), part.constraints());
   touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def), deforms_beside(def));
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
@@ -658,7 +668,7 @@ constexpr std::int32_t kManyContactsForHalf = 256;
 // Where the host leaves max_contact_nodes to the library, or sets the largest one, the other limits may allow more.
 void log_few_contact_nodes(const palpate_scene& scene) {
   const palpate_scene_def& def = scene.def;
-  const std::int32_t nodes = def.max_contact_nodes - kNodesOfPair * scene.touch.most_pairs,
+  const std::int32_t nodes = def.max_contact_nodes - contact_nodes_for(def, part_of_world(scene.touch)),
                      needed = fewest_contact_nodes(def);
   if (nodes >= needed) return;
   scene.context.bundle.log.say(
@@ -778,10 +788,14 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def) {
   // A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and
   // one wide disc alone finds many. Memory grows with the square.
   constexpr std::int32_t each = 8, fewest = 192, most = 1024;
-  const std::int32_t of_links = def.max_links * (def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6),
+  const std::int32_t of_links = def.max_links * nodes_of_a_link(def),
                      of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
   const std::int32_t of_grasps = has_grasps(def) ? 3 * GraspPatch::kMostNodes * def.max_tools : 0;
   return std::min(kMostContactNodes, of_points + of_links + of_grasps);
+}
+
+std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part) {
+  return kNodesOfPair * part.pairs + part.links * nodes_of_a_link(def);
 }
 
 palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
@@ -805,9 +819,11 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
   step(def.deformation != PALPATE_DEFORMATION_LINEAR, use.deformation,
        [&] { return make_deforming_body(reader, def, touch.body); });
-  step(needs_triangles(def), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
-  step(needs_rest(def), use.surface, [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
-  step(needs_surface(def), use.surface, [&] { return build_surface(reader, def, touch); });
+  const bool linked = touch.most_world_links > 0;
+  step(linked || needs_triangles(def), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
+  step(linked || needs_rest(def), use.surface,
+       [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
+  step(linked || needs_surface(def), use.surface, [&] { return build_surface(reader, def, touch); });
   step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
   step(has_motions(def), use.motions, [&] { return build_motions(reader, def, touch, shape); });
   step(def.queries != PALPATE_QUERIES_OFF, use.queries,

@@ -14,8 +14,17 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def);
 // Of one organ's part in a pair with another organ.
 inline constexpr std::int32_t kNodesOfPair = 3;
 
-// palpate_scene_create, with room for pairs with other organs of a world.
-palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, std::int32_t most_pairs,
+// What an organ of a world may have to hold beside its own contacts.
+struct PartOfWorld {
+  std::int32_t pairs = 0;  // with other organs
+  std::int32_t links = 0;  // of the world
+  std::int32_t constraints() const { return pairs + links; }
+};
+// The contact nodes that come on top for it.
+std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part);
+
+// palpate_scene_create, of an organ in a world.
+palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, PartOfWorld part,
                             palpate_scene** scene, palpate_error* error);
 
 // scene: new, with a checked def. On failure *error is filled, and the scene holds memory that the caller must release.

@@ -39,7 +39,7 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
     const ContactSolver& solver = *organs[o].solver;
     const ContactConstraints& set = *organs[o].set;
     std::fill(row_of(o), row_of(o) + solver.rows_end(), -1);
-    for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].tool != kToolOfPairs; ++p) {
+    for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].tool < kToolOfPairs; ++p) {
       constraints_[constraint_count_] = set.constraints[p];
       RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
       for (int i = 0; i < 3; ++i)
@@ -51,7 +51,8 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
     const JointPair& pair = pairs[q];
     ContactConstraint& constraint = constraints_[constraint_count_] = ContactConstraint{};
     constraint.law = pair.law, constraint.friction = pair.friction, constraint.share = 1;
-    constraint.axes = pair.law == ContactLaw::coulomb ? 7 : 1, constraint.framed = true;
+    const bool one_row = pair.law == ContactLaw::unilateral || pair.law == ContactLaw::sliding;
+    constraint.axes = one_row ? 1 : 7, constraint.framed = true;
     RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
     for (int i = 0; i < 3; ++i)
       for (int side = 0; side < 2; ++side) {
@@ -108,6 +109,29 @@ void JointSolver::refine(const ContactSystem& system, double largest, std::int64
   }
 }
 
+// As ContactSolver does: where rows that do not give way contradict one another, as clips from one place to two, a second solution in which
+// these rows are soft is bounded. The answer is on the line between the two, as near to the first one as the limit of the forces allows.
+void JointSolver::limit(const ContactSystem& system, double largest, std::int64_t operations) {
+  const auto most = [&](std::int32_t i) { return ContactSolver::kMostForceNear * largest / entry(i, i); };
+  const auto is_limited = [&](std::int32_t i) { return !std::isfinite(most_[i]); };
+  bool within = true;
+  for (std::int32_t i = 0; i < rows_end_; ++i)
+    within = within && (!is_limited(i) || std::fabs(reaction_[i]) <= most(i));
+  const std::int64_t left = operations - effort_.operations;
+  if (within || left < LawSolver::fewest_operations(system)) return;
+  std::copy(reaction_, reaction_ + rows_end_, before_);
+  for (std::int32_t i = 0; i < rows_end_; ++i)
+    if (is_limited(i)) soft_[i] = ContactSolver::kSoftShift * entry(i, i), reaction_[i] = 0;
+  laws_.solve(system, kSettled * largest, left, reaction_);
+  double share = 1;
+  for (std::int32_t i = 0; i < rows_end_; ++i)
+    if (const double sharp = std::fabs(before_[i]), soft = std::fabs(reaction_[i]);
+        is_limited(i) && sharp > most(i) && sharp > soft)
+      share = std::min(share, std::max(0.0, (most(i) - soft) / (sharp - soft)));
+  for (std::int32_t i = 0; i < rows_end_; ++i)
+    coarse_[i] = reaction_[i] = reaction_[i] + share * (before_[i] - reaction_[i]);
+}
+
 bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
                         std::int64_t operations) {
   list_rows(organs, organ_count, pairs, pair_count);
@@ -132,6 +156,7 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
   effort_ = laws_.effort();
   const bool met = missed <= ContactSolver::kMet * largest + ContactSolver::kLeastMiss;
   if (met) refine(system, largest, operations);
+  limit(system, largest, operations);
   effort_.sweeps = std::max(1, effort_.sweeps);  // laws have decided
   for (std::int32_t o = 0; o < organ_count; ++o)
     for (std::int32_t row = 0; row < organs[o].solver->rows_end(); ++row)

@@ -1,4 +1,5 @@
-// The contacts of several organs as one system: each organ's H W H^T in common rows, where a pair of two organs shares its rows.
+// The contacts of several organs as one system: each organ's H W H^T in common rows, where a pair of two organs shares its rows, and so does
+// a link between them (world_links.h).
 //
 // A pair holds the displacement of a vertex of one organ less that of a place of the other one. Both organs have a constraint for it, the
 // frame of one with n and that of the other with -n in front, so that one reaction r acts on both, and the joint matrix is the sum
@@ -28,7 +29,7 @@ struct JointPair {
 
 class JointSolver {
  public:
-  // organs: the solvers of all organs that may be solved together; rows and constraints: of all of them, pairs counted once.
+  // organs: the solvers of all organs that may be solved together; rows and constraints: of all of them, pairs and links counted once.
   bool create(SceneMemory& memory, std::int32_t organ_count, std::int32_t rows_of_organ, std::int32_t rows,
               std::int32_t constraints);
 
@@ -47,6 +48,7 @@ class JointSolver {
   void list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs, std::int32_t pair_count);
   void sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
                     std::int32_t pair_count);
+  void limit(const ContactSystem& system, double largest, std::int64_t operations);
   void refine(const ContactSystem& system, double largest, std::int64_t operations);
 
   std::size_t stride_ = 0, rows_of_organ_ = 0;

@@ -13,30 +13,28 @@ constexpr double kRounding = 1e-9;
 // by this share at most of what its force presses.
 constexpr double kGive = 0.05;
 
-// Two held places: there is nothing to solve.
-bool none_moves(const JointPair& pair) {
-  return pair.constraint[0] < 0 && pair.constraint[1] < 0;
-}
-
 }  // namespace
 
 bool TouchingOrgans::create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t count,
-                            std::int32_t most_pairs, double friction) {
+                            std::int32_t most_pairs, double friction, std::int32_t most_links) {
   organs_ = organs, friction_ = friction;
-  std::int32_t rows = 3 * most_pairs, constraints = most_pairs, rows_of_organ = 0;
+  const std::int32_t shared = most_pairs + most_links;
+  std::int32_t rows = 3 * shared, constraints = shared, rows_of_organ = 0;
   for (std::int32_t k = 0; k < count; ++k) {
     const std::int32_t of_organ = organs[k]->touch.rows.set().constraint_capacity;
-    rows += 3 * (of_organ - most_pairs), constraints += of_organ - most_pairs;
+    rows += 3 * (of_organ - shared), constraints += of_organ - shared;
     rows_of_organ = std::max(rows_of_organ, 3 * of_organ);
   }
   const std::uint64_t before = memory.bytes();
-  if (!search_.create(memory, organs, count, most_pairs, friction)) return false;
+  if (most_pairs > 0 && !search_.create(memory, organs, count, most_pairs, friction)) return false;
   search_bytes_ = memory.bytes() - before;
-  for (JointPair** array : {&pairs_, &together_})
-    *array = memory.array<JointPair>(static_cast<std::size_t>(most_pairs));
-  number_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_pairs));
+  if (most_links > 0 && !links_.create(memory, organs, count, most_links)) return false;
+  link_bytes_ = memory.bytes() - before - search_bytes_;
+  for (JointPair** array : {&pairs_, &together_}) *array = memory.array<JointPair>(static_cast<std::size_t>(shared));
+  number_ = memory.array<std::int32_t>(static_cast<std::size_t>(shared));
+  link_of_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_links));
   if (!joint_.create(memory, count, rows_of_organ, rows, constraints)) return false;
-  solver_bytes_ = memory.bytes() - before - search_bytes_;
+  solver_bytes_ = memory.bytes() - before - search_bytes_ - link_bytes_;
   organ_count_ = count;
   return !memory.failed();
 }
@@ -55,7 +53,8 @@ void TouchingOrgans::say_overlaps() const {
 }
 
 void TouchingOrgans::forget() {
-  if (is_on()) search_.forget();
+  if (has_pairs()) search_.forget();
+  links_.forget();
 }
 
 void TouchingOrgans::begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt,
@@ -110,7 +109,12 @@ void TouchingOrgans::request_pairs() {
 // The constraints of an organ, with what its motions leave for the contacts.
 const ContactConstraints& TouchingOrgans::acting(std::int32_t organ) {
   TouchState& own = touch(organ);
-  return own.field.has_motions() ? own.motions.acting(own.rows.set()) : own.rows.set();
+  return has_motions(organs_[organ]->def) ? own.motions.acting(own.rows.set()) : own.rows.set();
+}
+
+// Two held places: there is nothing to solve.
+bool TouchingOrgans::is_held_pair(std::int32_t i) const {
+  return i < search_.count() && pairs_[i].constraint[0] < 0 && pairs_[i].constraint[1] < 0;
 }
 
 // ---- the solve -------------------------------------------------------------------------------------------------------
@@ -128,7 +132,14 @@ std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::i
   return met ? 0u : static_cast<std::uint32_t>(PALPATE_STEP_SOLVE_INEXACT);
 }
 
-// members: organs that touch one another, directly or through others.
+// m, for the contacts: without what motions do.
+Vec3 TouchingOrgans::target_of(std::int32_t i) {
+  if (i >= search_.count()) return links_.target(link_of_[i - search_.count()]);
+  const OrganPair& pair = search_.pair(i);
+  return search_.target(pair) - search_.moved_apart(pair);
+}
+
+// members: organs that touch one another or that links join, directly or through others.
 std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::int32_t count) {
   std::int32_t place[PALPATE_MAX_ORGANS];
   std::fill(place, place + PALPATE_MAX_ORGANS, -1);
@@ -153,18 +164,16 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
     return PALPATE_STEP_UNSOLVED;
   }
   std::int32_t pair_count = 0;
-  for (std::int32_t i = 0; i < search_.count(); ++i) {
-    if (place[pairs_[i].organ[0]] < 0 || none_moves(pairs_[i])) continue;
+  for (std::int32_t i = 0; i < search_.count() + acting_links_; ++i) {
+    if (place[pairs_[i].organ[0]] < 0 || is_held_pair(i)) continue;
     together_[pair_count] = pairs_[i], number_[pair_count] = i;
     for (std::int32_t& organ : together_[pair_count].organ) organ = place[organ];
     ++pair_count;
   }
   std::uint32_t flags = 0, limited = 0;
   for (int solve = 0;; ++solve) {
-    for (std::int32_t q = 0; q < pair_count; ++q) {
-      const OrganPair& pair = search_.pair(number_[q]);
-      together_[q].target = pairs_[number_[q]].target = search_.target(pair) - search_.moved_apart(pair);
-    }
+    for (std::int32_t q = 0; q < pair_count; ++q)
+      together_[q].target = pairs_[number_[q]].target = target_of(number_[q]);
     flags = solve_slipping(members, count, pair_count, operations);
     take_reactions(members, count);
     if (!follow_volumes(members, count, solve, &limited)) break;
@@ -184,7 +193,7 @@ void TouchingOrgans::take_reactions(const std::int32_t* members, std::int32_t co
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
     const ContactConstraints& set = own.rows.set();
-    const auto is_pair = [&](std::int32_t p) { return set.constraints[p].tool == kToolOfPairs; };
+    const auto is_pair = [&](std::int32_t p) { return set.constraints[p].tool >= kToolOfPairs; };
     for (std::int32_t p = 0; p < set.constraint_count; ++p)
       if (is_pair(p)) own.rows.set_target(p, {});
     const ContactConstraints& unmoved = acting(members[m]);
@@ -199,27 +208,36 @@ bool TouchingOrgans::follow_volumes(const std::int32_t* members, std::int32_t co
   bool missed = false;
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
-    if (own.field.has_motions() && outcome_[members[m]] != ContactSolver::Outcome::unsolved)
+    if (has_motions(organs_[members[m]]->def) && outcome_[members[m]] != ContactSolver::Outcome::unsolved)
       missed = own.motions.follow_volumes(own.rows.set(), own.force, solve, flags) || missed;
   }
   return missed;
 }
 
 std::uint32_t TouchingOrgans::find_pairs() {
+  if (!has_pairs()) return 0;
   const std::uint32_t flags = search_.search();
   request_pairs();
+  return flags;
+}
+
+std::uint32_t TouchingOrgans::request_links() {
+  const std::uint32_t flags = links_.request();
+  acting_links_ = 0;
+  for (std::int32_t l = 0; l < links_.count(); ++l)
+    if (links_.joint(l, &pairs_[search_.count() + acting_links_])) link_of_[acting_links_++] = l;
   return flags;
 }
 
 std::uint32_t TouchingOrgans::solve() {
   std::uint32_t flags = 0;
   sweeps_ = 0;
-  // Organs that touch get the number of the first one of them.
+  // Organs that touch or that a link joins get the number of the first one of them.
   std::int32_t label[PALPATE_MAX_ORGANS];
   bool touches[PALPATE_MAX_ORGANS] = {};
   for (std::int32_t k = 0; k < organ_count_; ++k) label[k] = k, is_joint_[k] = false;
-  for (std::int32_t i = 0; i < search_.count(); ++i) {
-    if (none_moves(pairs_[i])) {
+  for (std::int32_t i = 0; i < search_.count() + acting_links_; ++i) {
+    if (is_held_pair(i)) {
       pairs_[i].gap = search_.moved_apart(search_.pair(i)).x - search_.target(search_.pair(i)).x;
       flags |= PALPATE_STEP_NOT_TOUCHABLE;
       continue;
@@ -243,6 +261,30 @@ std::uint32_t TouchingOrgans::solve() {
     if (!(r.x > 0) || length({0, r.y, r.z}) >= friction_ * r.x * (1 - kRounding)) search_.let_slip(i);
   }
   return flags;
+}
+
+// By how much a link with a force misses its target in the solution. The organs' own solvers take what it has been given for its target.
+bool TouchingOrgans::is_missed(const JointPair& link) const {
+  const bool one_row = link.law != ContactLaw::sticking;
+  if (link.law == ContactLaw::unilateral && !(link.reaction.x > 0)) return false;
+  Vec3 missed = -1 * link.target;
+  for (int side = 0; side < 2; ++side)
+    if (link.constraint[side] >= 0) missed += touch(link.organ[side]).solver.reached(link.constraint[side]);
+  const double most = ContactSolver::kMet * length(link.target) + ContactSolver::kLeastMiss;
+  return !((one_row ? std::fabs(missed.x) : length(missed)) <= most);
+}
+
+std::uint32_t TouchingOrgans::end_links(std::uint64_t step) {
+  bool solved[PALPATE_MAX_ORGANS] = {};
+  for (std::int32_t k = 0; k < organ_count_; ++k)
+    solved[k] = !is_joint_[k] || outcome_[k] != ContactSolver::Outcome::unsolved;
+  std::uint32_t flags = 0;
+  for (std::int32_t l = 0; l < acting_links_; ++l) {
+    const JointPair& link = pairs_[search_.count() + l];
+    links_.take_reaction(link_of_[l], link.reaction);
+    if (solved[link.organ[0]] && solved[link.organ[1]] && is_missed(link)) flags |= PALPATE_STEP_REGULARISED;
+  }
+  return flags | links_.end(solved, step);
 }
 
 std::uint32_t TouchingOrgans::finish(std::int32_t organ) {

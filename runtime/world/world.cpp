@@ -26,6 +26,10 @@ palpate_status check_world_def(const palpate_world_def& def, palpate_error* erro
   if (!(def.torque_slew > 0)) return bad("torque_slew must be above 0 N m/s");
   if (def.max_pairs < 0 || def.max_pairs > 1000) return bad("max_pairs must be 0 .. 1000");
   if (!(def.friction >= 0 && def.friction <= 100)) return bad("friction must be 0 .. 100");
+  if (def.max_links < 0 || def.max_links > 1000) return bad("max_links must be 0 .. 1000");
+  if (def.max_links > 0 && !kHasEffects)
+    return fail(error, PALPATE_ERROR_EFFECT, 0,
+                "palpate_world_def: this library was built with PALPATE_WITHOUT_EFFECTS; leave max_links at 0");
   if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
     return bad("the allocator needs both allocate and release, or neither");
   return PALPATE_OK;
@@ -64,6 +68,15 @@ palpate_status check_touching_organ(const palpate_scene_def& def, std::int32_t k
   return PALPATE_OK;
 }
 
+// Links of the world hold linear organs, as those of a scene do.
+palpate_status check_linked_organ(const palpate_scene_def& def, std::int32_t k, palpate_error* error) {
+  if (def.deformation == PALPATE_DEFORMATION_LINEAR) return PALPATE_OK;
+  return fail(
+      error, PALPATE_ERROR_ARGUMENT, 0,
+      "organ %d: links of a world (max_links above 0) need deformation LINEAR; change it, or set max_links to 0",
+      static_cast<int>(k));
+}
+
 palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, palpate_error* error) {
   const std::int32_t k = world.organ_count;
   palpate_error found = {};
@@ -74,7 +87,10 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
     return of_organ(k, found, error);
   if (world.def.max_pairs > 0)
     if (const palpate_status status = check_touching_organ(wanted, k, error)) return status;
-  if (create_scene(organ.bundle, organ.def ? organ.def : &def, world.def.max_pairs, &scene, &found) != PALPATE_OK)
+  if (world.def.max_links > 0)
+    if (const palpate_status status = check_linked_organ(wanted, k, error)) return status;
+  const PartOfWorld part = {world.def.max_pairs, world.def.max_links};
+  if (create_scene(organ.bundle, organ.def ? organ.def : &def, part, &scene, &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
   scene->in_world = true;
@@ -101,9 +117,11 @@ palpate_status build_world(palpate_world& world, palpate_error* error) {
   world.memory.keep(world.sent);
   if (!world.input.create(world.memory, limits, world.organ_count, world.organ_count > 1))
     return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the world");
-  if (world.def.max_pairs > 0 && world.organ_count > 1) {
-    if (!world.touching.create(world.memory, world.organ, world.organ_count, world.def.max_pairs, world.def.friction))
-      return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for organs that touch");
+  const std::int32_t most_pairs = world.organ_count > 1 ? world.def.max_pairs : 0;
+  if (most_pairs > 0 || world.def.max_links > 0) {
+    if (!world.touching.create(world.memory, world.organ, world.organ_count, most_pairs, world.def.friction,
+                               world.def.max_links))
+      return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for organs that touch or are linked");
     world.touching.say_overlaps();
   }
   world.plan = make_world_plan(world);
@@ -167,6 +185,16 @@ palpate_step_flags palpate_world_touch(palpate_world* world, const palpate_tool*
   if (!world || !contacts || !palpate::is_aligned(contacts) || contacts_bytes < palpate_world_contacts_bytes(world))
     return PALPATE_STEP_BAD_INPUT;
   return palpate::touch_world(*world, tools, tool_count, dt, *contacts);
+}
+
+palpate_status palpate_world_set_links(palpate_world* world, const palpate_world_link* links, int32_t count,
+                                       palpate_error* error) {
+  if (!world) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "world must not be NULL");
+  return world->touching.links().set(links, count, error);
+}
+
+const palpate_link_state* palpate_world_link_state(const palpate_world* world, int32_t link) {
+  return world ? world->touching.links().state(link) : nullptr;
 }
 
 void palpate_world_reset(palpate_world* world) {

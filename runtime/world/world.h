@@ -27,7 +27,7 @@ struct palpate_world {
   palpate_scene* organ[PALPATE_MAX_ORGANS] = {};
   std::int32_t organ_count = 0;
   palpate::WorldInput input;
-  palpate::TouchingOrgans touching;  // where organs touch
+  palpate::TouchingOrgans touching;  // where organs touch or links join them
   palpate::WorldPlan plan;
   palpate::SentToTool sent[PALPATE_MAX_TOOLS];
   std::uint64_t step = 0;

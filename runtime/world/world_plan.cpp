@@ -22,6 +22,11 @@ palpate_pass_work work_of(WorldPass pass, const palpate_world& world, const palp
       // As the solve of one organ; the matrices of both sides are added first.
       return {0, 2 * rows * rows * (4 + load.sweeps + 3 * newton) + newton * rows * rows * rows / 3,
               60 + 20.0 * load.nodes + 120 * pairs * (1 + load.sweeps + 2 * newton)};
+    case WorldPass::links:
+      // As of the links of an organ: the displacements of the nodes of both ends by all contact nodes.
+      return {
+          0, 0,
+          world.touching.links().count() * (20 + 12.0 * world.touching.links().most_nodes_of_an_end() * load.nodes)};
     case WorldPass::output:
       return {0, 0, 40 + 25 * pairs + 6.0 * load.nodes + 10.0 * load.tools};
     case WorldPass::count:
@@ -44,17 +49,17 @@ std::int32_t organ_of_pass(const palpate_world& world, std::int32_t* pass) {
 WorldPlan make_world_plan(const palpate_world& world) {
   WorldPlan plan;
   for (std::int32_t k = 0; k < world.organ_count; ++k) plan.first += world.organ[k]->plan.count;
-  const std::uint64_t pairs = world.touching.search_bytes() + world.touching.solver_bytes();
+  const std::uint64_t pairs =
+      world.touching.search_bytes() + world.touching.solver_bytes() + world.touching.link_bytes();
   const auto add = [&](WorldPass id, const char* name, std::uint64_t bytes) {
     plan.index[static_cast<std::int32_t>(id)] = plan.count;
     plan.pass[plan.count++] = {name, "touch", "", 0, bytes, 0};
   };
   for (std::int32_t& index : plan.index) index = -1;
   add(WorldPass::input, "world: input", world.memory.bytes() - pairs);
-  if (world.touching.is_on()) {
-    add(WorldPass::search, "world: search of pairs", world.touching.search_bytes());
-    add(WorldPass::solve, "world: joint solve", world.touching.solver_bytes());
-  }
+  if (world.touching.has_pairs()) add(WorldPass::search, "world: search of pairs", world.touching.search_bytes());
+  if (world.touching.is_on()) add(WorldPass::solve, "world: joint solve", world.touching.solver_bytes());
+  if (world.touching.links().is_on()) add(WorldPass::links, "world: links", world.touching.link_bytes());
   add(WorldPass::output, "world: output", 0);
   return plan;
 }

@@ -8,19 +8,20 @@
 
 namespace palpate {
 
-enum class WorldPass : std::int32_t { input, search, solve, output, count };
+enum class WorldPass : std::int32_t { input, search, solve, links, output, count };
 constexpr std::int32_t kWorldPasses = static_cast<std::int32_t>(WorldPass::count);
 
 struct WorldPlan {
   palpate_plan_pass pass[kWorldPasses] = {};
   std::int32_t count = 0;
-  std::int32_t index[kWorldPasses] = {};  // of each WorldPass in pass; -1: organs do not touch, and there is none
+  std::int32_t index[kWorldPasses] = {};  // of each WorldPass in pass; -1: the world does without it
   std::int32_t first = 0;                 // behind the passes of all organs
   palpate_pass_watcher watcher = nullptr;
   void* user = nullptr;
 
   void ended(WorldPass id) const {
-    if (kHasEffects && watcher) watcher(user, first + index[static_cast<std::int32_t>(id)]);
+    const std::int32_t at = index[static_cast<std::int32_t>(id)];
+    if (kHasEffects && watcher && at >= 0) watcher(user, first + at);
   }
 };
 

@@ -23,7 +23,7 @@ std::size_t bytes_of(const palpate_world& world) {
 std::uint64_t definition_of(const palpate_world& world) {
   Digest digest;
   digest.add(world.organ_count, world.def.force_limit, world.def.force_slew, world.def.torque_limit,
-             world.def.torque_slew, world.def.friction, world.def.max_pairs);
+             world.def.torque_slew, world.def.friction, world.def.max_pairs, world.def.max_links);
   for (std::int32_t k = 0; k < world.organ_count; ++k) digest.add(world.organ[k]->definition);
   return digest.value();
 }

@@ -78,7 +78,7 @@ class WorldTouch {
     return begin + whole_words(contacts_at(begin).used_bytes);
   }
 
-  // Organs that touch: all are begun before any is solved, each with room for all that it may find.
+  // Organs that touch or that links join: all are begun before any is solved, each with room for all that it may find.
   std::size_t touch_together(std::size_t begin) {
     std::size_t room = begin;
     for (std::int32_t k = 0; k < world_.organ_count; ++k) {
@@ -88,6 +88,7 @@ class WorldTouch {
     }
     flags_ |= world_.touching.find_pairs();
     world_.plan.ended(WorldPass::search);
+    flags_ |= world_.touching.request_links();
     flags_ |= world_.touching.solve();
     world_.plan.ended(WorldPass::solve);
     room = begin;
@@ -97,13 +98,15 @@ class WorldTouch {
       begin = end_organ(k, flags, begin);
       room += whole_words(palpate_contacts_bytes(world_.organ[k]));
     }
+    flags_ |= world_.touching.end_links(world_.step + 1);
+    world_.plan.ended(WorldPass::links);
     return begin;
   }
 
   // Behind all contacts. Returns where they end.
   std::size_t write_pairs(std::size_t begin) {
     out_.pairs_offset = begin, out_.pair_bytes = sizeof(palpate_world_pair);
-    if (!world_.touching.is_on()) return begin;
+    if (!world_.touching.has_pairs()) return begin;
     out_.pair_count = world_.touching.pair_count(), out_.pair_sweeps = world_.touching.sweeps();
     for (std::int32_t i = 0; i < out_.pair_count; ++i) {
       auto* const pair = const_cast<palpate_world_pair*>(palpate_world_contacts_pair(&out_, i));
@@ -185,7 +188,7 @@ std::uint32_t touch_world(palpate_world& world, const palpate_tool* tools, std::
 std::size_t bytes_of_world_contacts(const palpate_world& world) {
   std::size_t bytes = bytes_before_organs(PALPATE_MAX_TOOLS, world.organ_count);
   for (std::int32_t k = 0; k < world.organ_count; ++k) bytes += (palpate_contacts_bytes(world.organ[k]) + 7) / 8 * 8;
-  if (world.touching.is_on()) bytes += static_cast<std::size_t>(world.def.max_pairs) * sizeof(palpate_world_pair);
+  if (world.touching.has_pairs()) bytes += static_cast<std::size_t>(world.def.max_pairs) * sizeof(palpate_world_pair);
   return bytes;
 }
 

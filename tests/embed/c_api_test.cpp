@@ -497,7 +497,7 @@ TEST(CApi, TouchesAWorldOfTwoOrgans) {
   for (palpate_world_organ& organ : organs) organ.bundle = owner.bundle, organ.def = &def;
   organs[1].pose = &beside;
   palpate_world_def world_def = palpate_default_world_def();
-  world_def.organs = organs, world_def.organ_count = 2;
+  world_def.organs = organs, world_def.organ_count = 2, world_def.max_links = 1;
   palpate_world* world = nullptr;
   palpate_error error = {};
   ASSERT_EQ(palpate_world_create(&world_def, &world, &error), PALPATE_OK) << error.text;
@@ -526,6 +526,22 @@ TEST(CApi, TouchesAWorldOfTwoOrgans) {
   EXPECT_EQ(contacts->pair_count, 0);
   EXPECT_EQ(latest, pass - 1);
   palpate_world_watch_passes(world, nullptr, nullptr);
+  palpate_world_link link = palpate_default_world_link();
+  link.kind = PALPATE_LINK_SPRING, link.rest_length = 0.19, link.stiffness = 5;
+  palpate_surface_hit hit = palpate_default_surface_hit();
+  EXPECT_EQ(palpate_scene_closest_point(palpate_world_scene(world, 0), nullptr, kAbove, 1, &hit), 0u);
+  for (int e = 0; e < 2; ++e) {
+    link.organ[e] = e, link.ends[e].kind = PALPATE_END_SURFACE_POINT, link.ends[e].triangle = hit.triangle;
+    std::memcpy(link.ends[e].barycentric, hit.barycentric, sizeof hit.barycentric);
+  }
+  EXPECT_EQ(palpate_world_set_links(world, &link, 2, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_world_set_links(world, &link, 1, &error), PALPATE_OK) << error.text;
+  palpate_world_touch(world, &tool, 1, kTick, contacts, 8 * memory.size());
+  ASSERT_NE(palpate_world_link_state(world, 0), nullptr);
+  EXPECT_EQ(palpate_world_link_state(world, 0)->condition, PALPATE_LINK_TAUT);
+  EXPECT_EQ(palpate_world_link_state(world, 1), nullptr);
+  EXPECT_EQ(palpate_world_set_links(world, nullptr, 0, &error), PALPATE_OK) << error.text;
+  palpate_world_touch(world, &tool, 1, kTick, contacts, 8 * memory.size());
   const std::size_t bytes = palpate_world_state_bytes(world);
   std::vector<std::uint64_t> state(bytes / 8 + 1);
   EXPECT_EQ(palpate_world_save(world, state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;

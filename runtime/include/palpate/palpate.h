@@ -671,7 +671,8 @@ static inline palpate_tool palpate_default_tool(void) {
 typedef struct palpate_contact_node {
   int32_t node;   /* mesh node index                                                                 */
   int32_t column; /* index of the node in tensors/nodes: its tensor column                           */
-  int32_t tool;   /* index of the tool in this step; -1: a link holds the node; -2: another organ     */
+  int32_t tool;   /* index of the tool in this step; -1: a link holds the node; -2: another organ; -3: a
+                     link of the world (palpate_world.h)                                                             */
   int32_t point;  /* index of the tool point, or point_count + index of the grip; of a link its index */
   double modified_displacement[3]; /* u~ of eq. 8, m; LARGE: 0                                                        */
   double force[3];                 /* N, on the organ at this node, after the correction by Q                         */

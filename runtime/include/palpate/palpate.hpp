@@ -415,6 +415,15 @@ class World {
   void watch_passes(palpate_pass_watcher watcher, void* user = nullptr) noexcept {
     palpate_world_watch_passes(get(), watcher, user);
   }
+  // The links between organs, as Scene::set_links and link_state of one organ.
+  palpate_status set_links(const palpate_world_link* links, std::int32_t count,
+                           palpate_error* error = nullptr) noexcept {
+    return palpate_world_set_links(get(), links, count, error);
+  }
+  const palpate_link_state* link_state(std::int32_t link) const noexcept {
+    return palpate_world_link_state(get(), link);
+  }
+
   void reset() noexcept { palpate_world_reset(get()); }
   void reset_tool(std::int32_t id) noexcept { palpate_world_reset_tool(get(), id); }
 

@@ -2,7 +2,7 @@
  *
  * A world has organs. Each organ is a scene of palpate.h: a bundle, a pose and effects of its own. The tools are in the world's frame;
  * one call of palpate_world_touch sends them to the organs that they are near. Everything that a scene does an organ does too:
- * palpate_world_scene gives the scene of an organ, for its shape, skin, queries, links, report, pose and plan.
+ * palpate_world_scene gives the scene of an organ, for its shape, skin, queries, its own links, report, pose and plan.
  *
  *     palpate_world_organ organs[2] = {palpate_default_world_organ(), palpate_default_world_organ()};
  *     organs[0].bundle = liver, organs[1].bundle = kidney;
@@ -64,7 +64,9 @@ typedef struct palpate_world_def {
       max_pairs; /* default 0    [0 .. 1000]: organs pass through one another, and there is neither time nor memory for it; else
                     as many places at most, of all organs together, are held apart. Needs collision DEFORMED and deformation
                     LINEAR of all organs, and no fine_surface                                                        */
-  int32_t reserved; /* 0                                                                                             */
+  int32_t
+      max_links; /* default 0    [0 .. 1000] links of the world (palpate_world_set_links); 0: none, and neither time nor
+                    memory for them; else each organ has room to hold all of them. Needs deformation LINEAR of all organs */
 } palpate_world_def;
 PALPATE_API void palpate_init_world_def(palpate_world_def* def, size_t struct_bytes);
 static inline palpate_world_def palpate_default_world_def(void) {
@@ -106,10 +108,50 @@ PALPATE_API void palpate_world_watch_passes(palpate_world* world, palpate_pass_w
  *   presses, and by more near the other organ's fixed part. Where fixed parts of both organs come into one another by more than a quarter
  *   of an edge, there is no force, and the step says so (NOT_TOUCHABLE).
  * - More vertices than max_pairs that are near: those that are farther away are not held (CONTACTS_DROPPED).
- * - Links and grasps hold their organ as in a scene; their rows are part of the one system. Motions move it as in a scene, and volumes
+ * - Links and grasps of a scene hold their organ as in a scene; their rows are part of the one system. Motions move it as in a scene, and volumes
  *   that are held are followed.
  * - The contact nodes of pairs have the tool -2 in the palpate_contacts of both organs.
  * - The search for pairs, their rows and the one system come on top of palpate_scene_most_operations(). */
+
+/* ---- links between organs ------------------------------------------------------------------------------------------- */
+
+/* A link of palpate.h whose ends are on two organs, on one, or on one and at a point of the world: a suture or a ligament from organ to
+ * organ. Fields without a comment are those of palpate_link. */
+typedef struct palpate_world_link {
+  uint32_t struct_bytes; /* sizeof(palpate_world_link)                                                               */
+  palpate_link_kind kind;
+  int32_t id;       /* 0 or more, another one for each link of the world; default -1: its index in the list  */
+  int32_t runs_on;  /* a thread may run on from organ to organ                                               */
+  int32_t organ[2]; /* default -1, -1: of each end that is a SURFACE_POINT the organ, 0 .. organ_count - 1; of an
+                               end at a point of the WORLD it is not read                                            */
+  palpate_link_end ends[2]; /* at least one of them is a SURFACE_POINT                                               */
+  double rest_length;       /* m    */
+  double stiffness;         /* N/m  */
+  double breaking_force;    /* N    */
+  double radius;            /* m; above 0 it needs contact PATCH of each organ that the link holds                   */
+} palpate_world_link;
+PALPATE_API void palpate_init_world_link(palpate_world_link* link, size_t struct_bytes);
+static inline palpate_world_link palpate_default_world_link(void) {
+  palpate_world_link link;
+  palpate_init_world_link(&link, sizeof link);
+  return link;
+}
+
+/* Gives the world its links, in place of those that it had, as palpate_scene_set_links gives a scene its own: links: [count], count
+ * 0 .. max_links; the call copies them; a link is known by its id, and keeps its state where kind, organs and ends are the same.
+ * - The organs that a link with a force joins are solved as one system, those of tools and pairs included, whether they touch or not.
+ * - Each organ has its pose: the line between the ends is that in the world, and turns with the poses and the tissue.
+ * - A link that breaks raises LINK_BROKE in the flags of the world's step, not in those of an organ. Its organs' reports tell nothing of it.
+ * - The contact nodes of these links have the tool -3 in the palpate_contacts of their organ, and the link's index as their point.
+ * Refused with PALPATE_ERROR_ARGUMENT, and the world keeps its links: what palpate_scene_set_links refuses; an organ that the world does
+ * not have. error may be NULL. Never allocates or locks. Call it in the thread of palpate_world_touch.
+ * Cost     A link with a force is one row of the joint system (a clip three). Each link, a slack one too, costs a step 9 multiply-adds for
+ *          each of its nodes and each contact node of the organ. All this comes on top of palpate_scene_most_operations(). */
+PALPATE_API palpate_status palpate_world_set_links(palpate_world* world, const palpate_world_link* links, int32_t count,
+                                                   palpate_error* error);
+/* The state of link 0 .. count - 1 of the list, inside the world and valid until the next step; NULL behind the last one. Places and
+ * forces are in the world; broken counts the steps of the world. Call it in the thread of palpate_world_touch. */
+PALPATE_API const palpate_link_state* palpate_world_link_state(const palpate_world* world, int32_t link);
 
 /* ---- touch ---------------------------------------------------------------------------------------------------------- */
 
