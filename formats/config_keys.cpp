@@ -448,8 +448,10 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "sine", "period", "number", "s", "required", "above 0", "Of one breath. It begins at the mean and rises."},
       {S, "sine", "mean", "number", "see `[[motion]]`", "-", "", "The amount in the middle; without it 0."},
       {S, "link", "name", "text", "-", "required", "not empty", "The link's name in the results."},
-      {S, "link", "organ", "text", "-", "-", "an `[[organ]]`; required in a scene of several organs",
+      {S, "link", "organ", "text", "-", "-", "an `[[organ]]`; required in a scene of several organs without `organs`",
        "The organ whose places are held together."},
+      {S, "link", "organs", "texts", "-", "-", "as many `[[organ]]` as places; not together with `organ`",
+       "Of a link between organs: the organ of each place."},
       {S, "link", "kind", "choice", "-", "required", "thread, spring, clip",
        "A thread pulls its ends together and never pushes: a suture, a ligament. A spring pulls and pushes along the "
        "line "

@@ -269,6 +269,7 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
     scene.organs[k].effects = of_organ;
   }
   check_pairs(scene, root);
+  check_links_between_organs(scene, root);
   root.finish();
   return scene;
 }

@@ -96,6 +96,7 @@ struct SceneConfig : SceneEffects {
     std::optional<double> breaking_force;            // N
     double radius = 0;                               // m
     std::size_t organ = 0;                           // of a scene of several organs
+    std::vector<std::size_t> organs;                 // [place] of each place, of a link between organs; else empty
     int line = 0;
     bool operator==(const Link&) const = default;
   };

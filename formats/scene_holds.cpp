@@ -68,7 +68,8 @@ SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene) {
   link.stiffness = number_or_rows(table, "stiffness", "stiffnesses", "[t, stiffness]", 1, true);
   if (table.has("breaking_force")) link.breaking_force = positive(table, "breaking_force", "a force above 0 N");
   if (table.has("radius")) link.radius = radius_of(table, scale);
-  link.organ = read_organ_of(table, scene, true);
+  link.organs = read_organs_of(table, scene, link.places.size());
+  link.organ = read_organ_of(table, scene, link.organs.empty());
   const int stretches = stretches_of(link);
   if (link.places.size() > kMaxPlaces) table.wrong("places", fmt::format("at most {} places", kMaxPlaces));
   if (stretches < 1) table.wrong("places", "two places or more, or one place and world = [x, y, z]");

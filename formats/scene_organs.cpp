@@ -12,6 +12,17 @@ namespace {
 
 constexpr std::size_t kMaxOrgans = 32;  // of palpate_world.h
 constexpr int kMaxPairs = 1000;         // of palpate_world.h
+constexpr int kMaxLinks = 1000;         // of palpate_world.h
+
+// The index of the organ of that name.
+std::size_t find_organ(const TomlTable& table, const char* key, const std::string& name, const SceneConfig& scene) {
+  std::string names;
+  for (std::size_t k = 0; k < scene.organs.size(); ++k) {
+    if (scene.organs[k].name == name) return k;
+    names += fmt::format("{}\"{}\"", k ? ", " : "", scene.organs[k].name);
+  }
+  table.wrong(key, fmt::format("the name of an [[organ]]: {}", names));
+}
 
 // Names are parts of file names and of --bundle NAME=FILE.
 bool is_plain(const std::string& name) {
@@ -73,13 +84,37 @@ std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, Named
 std::size_t read_organ_of(TomlTable& table, const SceneConfig& scene, bool on_one) {
   if (!table.has("organ") && !(on_one && scene.organs.size() > 1)) return 0;
   if (scene.organs.empty()) table.wrong("organ", "no organ, since the scene has no [[organ]] tables");
-  const std::string name = table.text("organ", fmt::format("\"{}\"", scene.organs[0].name).c_str());
-  std::string names;
-  for (std::size_t k = 0; k < scene.organs.size(); ++k) {
-    if (scene.organs[k].name == name) return k;
-    names += fmt::format("{}\"{}\"", k ? ", " : "", scene.organs[k].name);
+  return find_organ(table, "organ", table.text("organ", fmt::format("\"{}\"", scene.organs[0].name).c_str()), scene);
+}
+
+std::vector<std::size_t> read_organs_of(TomlTable& table, const SceneConfig& scene, std::size_t places) {
+  std::vector<std::size_t> organs;
+  if (!table.has("organs")) return organs;
+  if (scene.organs.empty()) table.wrong("organs", "no organs, since the scene has no [[organ]] tables");
+  if (table.has("organ")) table.wrong("organ", "no organ beside organs, which name that of each place");
+  for (const std::string& name : table.texts("organs")) organs.push_back(find_organ(table, "organs", name, scene));
+  if (organs.size() != places) table.wrong("organs", fmt::format("as many names as places: {}", places));
+  return organs;
+}
+
+void check_links_between_organs(const SceneConfig& scene, const TomlTable& root) {
+  int stretches = 0;
+  for (const SceneConfig::Link& link : scene.links) {
+    if (link.organs.empty()) continue;
+    stretches += stretches_of(link);
+    for (const SceneConfig::Organ& organ : scene.organs)
+      if (organ.effects.deformation != SceneEffects::Deformation::linear)
+        root.wrong("link", fmt::format("of organ \"{}\" deformation = \"linear\" in [effects], since link \"{}\" is "
+                                       "between organs",
+                                       organ.name, link.name));
+    for (const std::size_t k : link.organs)
+      if (link.radius > 0 && scene.organs[k].effects.contact != SceneEffects::Contact::patch)
+        root.wrong("link",
+                   fmt::format("of organ \"{}\" contact = \"patch\" in [effects], since link \"{}\" has a radius",
+                               scene.organs[k].name, link.name));
   }
-  table.wrong("organ", fmt::format("the name of an [[organ]]: {}", names));
+  if (stretches > kMaxLinks)
+    root.wrong("link", fmt::format("at most {} stretches of all links between organs together", kMaxLinks));
 }
 
 void check_pairs(const SceneConfig& scene, const TomlTable& root) {
@@ -101,8 +136,9 @@ SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
   one.bundle = of.bundle, one.relaxation = of.relaxation, one.surface = of.surface;
   for (SceneConfig::Tool& tool : one.tools)
     if (tool.organ != organ) tool.grips.clear(), tool.grasp.reset(), tool.place.reset();
-  const auto of_another = [organ](const auto& holds) { return holds.organ != organ; };
-  std::erase_if(one.links, of_another), std::erase_if(one.motions, of_another);
+  std::erase_if(one.links,
+                [organ](const SceneConfig::Link& link) { return !link.organs.empty() || link.organ != organ; });
+  std::erase_if(one.motions, [organ](const SceneConfig::Motion& motion) { return motion.organ != organ; });
   one.organs.clear();
   return one;
 }

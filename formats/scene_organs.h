@@ -17,6 +17,12 @@ std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, Named
 // that a scene of several organs needs the key.
 std::size_t read_organ_of(TomlTable& table, const SceneConfig& scene, bool on_one);
 
+// The organ of each place of a link that names them by its key `organs`; empty without the key.
+std::vector<std::size_t> read_organs_of(TomlTable& table, const SceneConfig& scene, std::size_t places);
+
+// Links between organs need what palpate_world.h says.
+void check_links_between_organs(const SceneConfig& scene, const TomlTable& root);
+
 // Organs that are held apart must all be linear, and met where they are.
 void check_pairs(const SceneConfig& scene, const TomlTable& root);
 

@@ -104,11 +104,7 @@ void play_organs(const SceneConfig& scene, const Options& options) {
   std::vector<BundleFields> fields;
   for (const fs::path& bundle : bundles) fields.push_back(read_bundle_fields(bundle));
   WorldCsvFiles csv(folder.part(), player.scene());
-  std::vector<const PlayedOrgan*> organs;
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < player.organ_count(); ++k)
-    organs.push_back(&player.organ(k)), names.push_back(player.scene().organs[k].name);
-  HeldCsvFiles held(folder.part(), organs, names);
+  HeldCsvFiles held(folder.part(), player);
   Summary summary(player);
   auto shapes = player.shape_count() ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
   const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;

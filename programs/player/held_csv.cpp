@@ -19,16 +19,49 @@ const char* word_of(palpate_grasp_condition condition) {
   return words[condition];
 }
 
+namespace {
+
+void add_link(const palpate_link_state& link, double time, const std::string& organ, const std::string& name, int part,
+              fmt::memory_buffer& rows) {
+  fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{},{},{}\n", time, organ, quoted(name), part + 1,
+                 word_of(link.condition), link.tension, link.length, link.rest_length, fmt::join(link.force, ","),
+                 fmt::join(link.ends[0], ","), fmt::join(link.ends[1], ","));
+}
+
+std::vector<const PlayedOrgan*> organs_of(const WorldPlayer& player) {
+  std::vector<const PlayedOrgan*> organs;
+  for (std::size_t k = 0; k < player.organ_count(); ++k) organs.push_back(&player.organ(k));
+  return organs;
+}
+
+std::vector<std::string> names_of(const SceneConfig& scene) {
+  std::vector<std::string> names;
+  for (const SceneConfig::Organ& organ : scene.organs) names.push_back(organ.name);
+  return names;
+}
+
+}  // namespace
+
+HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const WorldPlayer& player)
+    : HeldCsvFiles(folder, organs_of(player), names_of(player.scene())) {
+  world_ = &player;
+  if (!player.links().empty()) open_links();
+}
+
+void HeldCsvFiles::open_links() {
+  if (links_) return;
+  *(links_ = std::ofstream(folder_ / "links.csv"))
+      << "time_s," << (names_.empty() ? "" : "organ,")
+      << "link,stretch,condition,tension_N,length_m,rest_length_m,force_x_N,force_y_N,force_z_N,"
+         "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m\n";
+}
+
 HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, std::vector<const PlayedOrgan*> organs,
                            std::vector<std::string> names)
     : organs_(std::move(organs)), names_(std::move(names)), folder_(folder) {
   const char* organ = names_.empty() ? "" : "organ,";
   for (const PlayedOrgan* each : organs_) {
-    if (!each->held().links().empty() && !links_)
-      *(links_ = std::ofstream(folder / "links.csv"))
-          << "time_s," << organ
-          << "link,stretch,condition,tension_N,length_m,rest_length_m,force_x_N,force_y_N,force_z_N,"
-             "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m\n";
+    if (!each->held().links().empty()) open_links();
     if (each->held().has_grasps() && !grasps_)
       *(grasps_ = std::ofstream(folder / "grasps.csv"))
           << "time_s," << organ
@@ -42,12 +75,17 @@ void HeldCsvFiles::add_links(double time, std::size_t organ, fmt::memory_buffer&
   const auto& stretches = of.held().stretches();
   for (std::size_t s = 0; s < stretches.size(); ++s) {
     const palpate_link_state* link = palpate_scene_link_state(of.runtime_scene(), static_cast<std::int32_t>(s));
-    if (!link) continue;
-    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{},{},{}\n", time, cell_of(organ),
-                   quoted(of.scene().links[stretches[s].link].name), stretches[s].part + 1, word_of(link->condition),
-                   link->tension, link->length, link->rest_length, fmt::join(link->force, ","),
-                   fmt::join(link->ends[0], ","), fmt::join(link->ends[1], ","));
+    if (link) add_link(*link, time, cell_of(organ), of.scene().links[stretches[s].link].name, stretches[s].part, rows);
   }
+}
+
+void HeldCsvFiles::add_links_between_organs(double time, fmt::memory_buffer& rows) const {
+  const auto& stretches = world_->links().stretches();
+  for (std::size_t s = 0; s < stretches.size(); ++s)
+    if (const palpate_link_state* link =
+            palpate_world_link_state(world_->runtime_world(), static_cast<std::int32_t>(s)))
+      add_link(*link, time, stretches[s].organs + ',', world_->scene().links[stretches[s].link].name, stretches[s].part,
+               rows);
 }
 
 void HeldCsvFiles::add_grasps(double time, std::size_t organ, fmt::memory_buffer& rows) const {
@@ -68,6 +106,10 @@ void HeldCsvFiles::write(double time) {
     if (grasps_)
       add_grasps(time, k, grasps), grasps_->write(grasps.data(), static_cast<std::streamsize>(grasps.size()));
   }
+  if (!world_ || world_->links().empty()) return;
+  fmt::memory_buffer links;
+  add_links_between_organs(time, links);
+  links_->write(links.data(), static_cast<std::streamsize>(links.size()));
 }
 
 void HeldCsvFiles::close() {

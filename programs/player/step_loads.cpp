@@ -72,7 +72,17 @@ std::vector<palpate_step_load> loads_of(const WorldPlayer& player, const palpate
     is_joint[static_cast<std::size_t>(pair.organ[0])] = is_joint[static_cast<std::size_t>(pair.organ[1])] = true;
     world.slips += friction > 0 && gives_way(pair, friction);
   }
+  int rows_between_organs = 0;
+  for (std::size_t s = 0; s < player.links().links().size(); ++s) {
+    const palpate_world_link& link = player.links().links()[s];
+    const palpate_link_state* state = palpate_world_link_state(player.runtime_world(), static_cast<std::int32_t>(s));
+    if (!state || state->condition != PALPATE_LINK_TAUT) continue;
+    rows_between_organs += link.kind == PALPATE_LINK_CLIP ? 3 : 1;
+    for (const std::int32_t organ : link.organ)
+      if (organ >= 0) is_joint[static_cast<std::size_t>(organ)] = true;
+  }
   world.contacts = contacts.pair_count, world.rows = contacts.pair_count * (friction > 0 ? 3 : 1);
+  world.rows += rows_between_organs;
   world.tools = contacts.tool_count;
   for (const auto& points : player.points()) world.points += static_cast<std::int32_t>(points.size());
   for (std::size_t k = 0; k < player.organ_count(); ++k) {

@@ -64,7 +64,9 @@ Summary::Summary(const SceneConfig& scene, const std::vector<std::vector<SceneCo
 
 Summary::Summary(const Player& player) : Summary(player.scene(), player.points(), {{&player.organ(), {}}}) {}
 
-Summary::Summary(const WorldPlayer& player) : Summary(player.scene(), player.points(), named_organs(player)) {}
+Summary::Summary(const WorldPlayer& player) : Summary(player.scene(), player.points(), named_organs(player)) {
+  if (!player.links().empty()) links_.emplace(player.scene(), player.links(), player.runtime_world());
+}
 
 template <typename State>
 void Summary::add_tool(double time, std::size_t t, const State& state) {
@@ -108,6 +110,7 @@ void Summary::add(const WorldTouchRecord& touch) {
     const double pressed = std::hypot(by_others[0], by_others[1], by_others[2]);
     if (pressed > organs_[k].peak_pressed) organs_[k].peak_pressed = pressed, organs_[k].peak_pressed_time = touch.time;
   }
+  if (links_) links_->add(touch.time);
   most_pairs_ = std::max(most_pairs_, touch.contacts.pair_count);
   for (int p = 0; p < touch.contacts.pair_count; ++p) {
     const palpate_world_pair& pair = *palpate_world_contacts_pair(&touch.contacts, p);
@@ -159,6 +162,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
   if (scene_.pairs > 0)
     out["pairs"] = {
         {"most", most_pairs_}, {"peak_pressure_Pa", peak_pressure_}, {"largest_overlap_m", largest_overlap_}};
+  if (links_) out["links"] = links_->json();
   out["tools"] = Json::array();
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const Tool& tool = tools_[t];
@@ -207,6 +211,9 @@ std::vector<std::string> Summary::forces() const {
     const std::vector<std::string> held = organ.held.lines();
     lines.insert(lines.end(), held.begin(), held.end());
   }
+  if (!links_) return lines;
+  const std::vector<std::string> between = links_->lines();
+  lines.insert(lines.end(), between.begin(), between.end());
   return lines;
 }
 

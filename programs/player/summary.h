@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,7 @@ class Summary {
   void add_nodes(Organ& organ, double time, const palpate_contacts& contacts);
 
   const SceneConfig& scene_;
+  std::optional<OrganLinkSummary> links_;  // between organs, where there are some
   std::vector<Tool> tools_;
   std::vector<Organ> organs_;
   FlagCounts touch_flags_, shape_flags_;

@@ -38,6 +38,7 @@ WorldPlayer::WorldPlayer(SceneConfig scene, const std::vector<std::filesystem::p
     poses_.push_back(pose_of(scene_.organs[k]));
   }
   put_placed_tools_into_the_world();
+  links_ = std::make_unique<OrganLinks>(scene_, organs_, poses_);
   create();
   std::vector<PlayedOrgan*> organs;
   for (const auto& organ : organs_) organs.push_back(organ.get());
@@ -67,6 +68,7 @@ void WorldPlayer::create() {
   def.organs = all.data(), def.organ_count = static_cast<std::int32_t>(all.size());
   def.force_limit = scene_.limits.force, def.force_slew = scene_.limits.force_slew;
   def.max_pairs = scene_.pairs, def.friction = scene_.organ_friction;
+  def.max_links = static_cast<std::int32_t>(links_->links().size());
   palpate_world* created = nullptr;
   palpate_error error{};
   if (palpate_world_create(&def, &created, &error) != PALPATE_OK) {
@@ -106,6 +108,7 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
   for (std::uint64_t step = 0; step < steps; ++step) {
     const double time = static_cast<double>(step) / scene_.touch_hz;
     for (const auto& organ : organs_) organ->move(time);
+    links_->hold(world_.get(), time);
     tools_->move(time);
     if (before) before();
     const palpate_step_flags flags = timed(timing.touch_us, [&] {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <palpate/palpate_world.h>
+#include "programs/player/organ_links.h"
 #include "programs/player/player.h"
 
 namespace palpate {
@@ -40,6 +41,8 @@ class WorldPlayer {
   std::uint64_t shape_count() const;
   std::uint64_t touch_count() const { return touch_count_of(scene_); }
 
+  const OrganLinks& links() const { return *links_; }  // between organs
+
   palpate_world* runtime_world() const { return world_.get(); }
 
   // Plays the whole scene from its start. The times are those of palpate_world_touch, and those of the shapes, and of the solves beside
@@ -59,6 +62,7 @@ class WorldPlayer {
   SceneConfig scene_;
   std::vector<std::unique_ptr<PlayedOrgan>> organs_;
   std::vector<palpate_pose> poses_;
+  std::unique_ptr<OrganLinks> links_;
   std::unique_ptr<palpate_world, DestroyWorld> world_;
   std::unique_ptr<PlayedTools> tools_;
 };

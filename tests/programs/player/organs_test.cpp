@@ -102,6 +102,58 @@ TEST_F(PlayedOrgans, OrgansAreWhereTheirPosesPutThemAndPressOneAnother) {
   EXPECT_THAT(read_text(folder_ / "out.glb"), HasSubstr("\"name\":\"aside\""));
 }
 
+// The far face of the second box looks at that of the first one, 15 mm away.
+TEST_F(PlayedOrgans, LinksJoinOrgans) {
+  const std::string organs = organ("one") + organ("other", "position = [135, 50, 0]\nturn = [0, 0, 180]\n");
+  const std::string finger =
+      "[[tool]]\nname = \"finger\"\norgan = \"one\"\npath = [[0, 60, 25, 60], [0.05, 60, 25, 60]]\npoints = [[0, 0, "
+      "0]]\n";
+  const std::string links =
+      "[[link]]\nname = \"ligament\"\nkind = \"spring\"\norgans = [\"one\", \"other\"]\n"
+      "places = [[60, 24, 19], [60, 26, 19]]\nrest_length = 5\nstiffnesses = [[0, 10], [0.05, 40]]\n"
+      "[[link]]\nname = \"suture\"\nkind = \"thread\"\norgans = [\"one\", \"other\"]\n"
+      "places = [[60, 10, 10], [60, 40, 10]]\nbreaking_force = 0.01\nrest_length = 10\n";
+  write_organs(organs, finger + links);
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const std::vector<Row> rows = read_rows(folder_ / "out/links.csv");
+  ASSERT_EQ(rows.size(), 2 * 51u);
+  const Row &first = rows.front(), &last = rows[rows.size() - 2];
+  EXPECT_EQ(last.at("organ"), "one+other");
+  EXPECT_EQ(last.at("link"), "ligament");
+  EXPECT_EQ(last.at("condition"), "taut");
+  EXPECT_GT(number(last, "tension_N"), number(first, "tension_N")) << "it becomes stiffer";
+  EXPECT_NEAR(number(last, "length_m"), 0.005 + number(last, "tension_N") / 40, 1e-6);
+  // In the world the first organ is drawn along x.
+  EXPECT_GT(number(last, "force_x_N"), 0.01);
+  EXPECT_GT(number(last, "first_x_m"), 0.06);
+  EXPECT_LT(number(last, "second_x_m"), 0.075);
+  EXPECT_EQ(rows.back().at("condition"), "broken");
+  const json summary = json::parse(read_text(folder_ / "out/summary.json"));
+  ASSERT_EQ(summary["links"].size(), 2u);
+  EXPECT_EQ(summary["links"][0]["organs"], "one+other");
+  EXPECT_NEAR(summary["links"][0]["peak_tension_N"].get<double>(), number(last, "tension_N"), 1e-3);
+  EXPECT_TRUE(summary["links"][1]["broken_s"].is_number());
+  EXPECT_EQ(summary["touches_with_flag"]["LINK_BROKE"], 1);
+  EXPECT_THAT(ended.errors, HasSubstr("link \"ligament\" of one+other: largest tension"));
+  const Ended explained = run("scene.toml --explain");
+  EXPECT_EQ(explained.code, 0) << explained.errors;
+  EXPECT_THAT(explained.output, HasSubstr("world: links"));
+
+  const auto refusal = [&](const std::string& link) {
+    write_organs(organs, finger + "[[link]]\nname = \"ligament\"\nkind = \"spring\"\n" + link);
+    const Ended refused = run("scene.toml -o refused");
+    EXPECT_NE(refused.code, 0);
+    return refused.errors;
+  };
+  const std::string places = "places = [[60, 24, 19], [60, 26, 19]]\n";
+  EXPECT_THAT(refusal("organs = [\"one\"]\n" + places), HasSubstr("as many names as places: 2"));
+  EXPECT_THAT(refusal("organs = [\"one\", \"third\"]\n" + places), HasSubstr("\"one\", \"other\""));
+  EXPECT_THAT(refusal("organ = \"one\"\norgans = [\"one\", \"other\"]\n" + places),
+              HasSubstr("no organ beside organs"));
+  EXPECT_THAT(refusal("organs = [\"one\", \"other\"]\nradius = 3\n" + places), HasSubstr("contact = \"patch\""));
+}
+
 // The lines of the plan between the line of an organ, or of the world, and the next such line.
 std::string part_of_plan(const std::string& output, const std::string& of) {
   std::istringstream lines(output);
