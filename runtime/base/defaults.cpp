@@ -41,6 +41,7 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   defaults.max_operations = 300'000;
   defaults.deformation = PALPATE_DEFORMATION_LINEAR;
   defaults.dent = PALPATE_DENT_OFF;
+  defaults.inside = PALPATE_INSIDE_OFF;
   write_host_struct(defaults, def, struct_bytes);
 }
 
@@ -119,6 +120,10 @@ void palpate_init_surface_hit(palpate_surface_hit* hit, size_t struct_bytes) {
   palpate_surface_hit defaults = {};
   defaults.triangle = -1;
   write_host_struct(defaults, hit, struct_bytes);
+}
+
+void palpate_init_inside_out(palpate_inside_out* out, size_t struct_bytes) {
+  write_host_struct(palpate_inside_out{}, out, struct_bytes);
 }
 
 void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes) {

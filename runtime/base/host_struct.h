@@ -57,6 +57,8 @@ inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(pal
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_skin_out> = offsetof(palpate_skin_out, normals);
 template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_inside_out> = offsetof(palpate_inside_out, displacements);
+template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_surface_hit> = sizeof(palpate_surface_hit);
 
 // Whether the size is one that some header may declare.

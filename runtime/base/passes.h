@@ -27,6 +27,7 @@ enum class Pass : std::int32_t {
   positions,
   skin,
   dent,
+  inside,
   count
 };
 constexpr std::int32_t kPasses = static_cast<std::int32_t>(Pass::count);

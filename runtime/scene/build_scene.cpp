@@ -376,31 +376,23 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   return PALPATE_OK;
 }
 
-// The element of the bundle, and whether large deformation knows it.
-palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
-  const double *young = nullptr, *poisson = nullptr, *stiffening = nullptr;
-  const char* const effect = "deformation LARGE";
-  palpate_status status = reader.map_for(effect, SectionId::large_stiffening, &stiffening);
-  if (status == PALPATE_OK) status = reader.map(SectionId::nodes, &body->nodes);
+// The mesh of the bundle's body, its element and the law of each region; without what stiffens and what is held. laws: [regions].
+palpate_status read_body(const SectionReader& reader, const char* effect, HyperelasticBody* body, TissueLaw* laws) {
+  const double *young = nullptr, *poisson = nullptr;
+  palpate_status status = reader.map(SectionId::nodes, &body->nodes);
   if (status == PALPATE_OK) status = reader.map(SectionId::young, &young);
   if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &poisson);
-  if (status == PALPATE_OK) status = reader.map(SectionId::fixed, &body->fixed);
   if (status != PALPATE_OK) return status;
-  formats::IndexedSections sections;
-  sections.fixed = body->fixed;
-  if ((status = reader.check(sections)) != PALPATE_OK) return status;
   for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
     if (!(young[r] > 0 && young[r] <= 1e15 && poisson[r] > -1 && poisson[r] < 0.5))
       return reader.not_usable(SectionId::young, r);
-    if (!(stiffening[r] >= 0 && stiffening[r] <= 1e4)) return reader.not_usable(SectionId::large_stiffening, r);
-    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), stiffening[r]};
+    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), 0};
   }
   StoredElement element = StoredElement::p1;
   if ((status = read_element(reader.bundle(), &element, reader.error())) != PALPATE_OK) return status;
   if (element == StoredElement::p2_p0)
-    return fail(
-        reader.error(), PALPATE_ERROR_EFFECT, 0,
-        "deformation LARGE: expected a bundle of the elements p1 or p1-anp, found p2-p0; rebuild it with one of them");
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                "%s: expected a bundle of the elements p1 or p1-anp, found p2-p0; rebuild it with one of them", effect);
   body->nodal_dilatation = element == StoredElement::p1_anp;
   body->laws = laws;
   body->node_count = static_cast<std::int32_t>(reader.counts().nodes);
@@ -409,6 +401,38 @@ palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* bo
   for (std::int64_t i = 0; i < 3 * static_cast<std::int64_t>(body->node_count); ++i)
     if (!(std::fabs(body->nodes[i]) <= 1e6)) return reader.not_usable(SectionId::nodes, static_cast<std::uint64_t>(i));
   return PALPATE_OK;
+}
+
+// What large deformation asks of each region beyond the moduli.
+palpate_status read_stiffening(const SectionReader& reader, const char* effect, TissueLaw* laws) {
+  const double* stiffening = nullptr;
+  if (const palpate_status status = reader.map_for(effect, SectionId::large_stiffening, &stiffening)) return status;
+  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
+    if (!(stiffening[r] >= 0 && stiffening[r] <= 1e4)) return reader.not_usable(SectionId::large_stiffening, r);
+    laws[r].stiffening = stiffening[r];
+  }
+  return PALPATE_OK;
+}
+
+// of_arrays: takes the checked copies of the tetrahedra and their regions.
+palpate_status read_tetrahedra(const SectionReader& of_arrays, HyperelasticBody* body) {
+  using Sections = formats::IndexedSections;
+  const std::uint64_t count = of_arrays.counts().tetrahedra;
+  if (const palpate_status status =
+          of_arrays.copy_indices(SectionId::tetrahedra, 4 * count, &Sections::tetrahedra, &body->tetrahedra))
+    return status;
+  return of_arrays.copy_indices(SectionId::region, count, &Sections::region, &body->region);
+}
+
+palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
+  const char* const effect = "deformation LARGE";
+  palpate_status status = read_body(reader, effect, body, laws);
+  if (status == PALPATE_OK) status = read_stiffening(reader, effect, laws);
+  if (status == PALPATE_OK) status = reader.map(SectionId::fixed, &body->fixed);
+  if (status != PALPATE_OK) return status;
+  formats::IndexedSections sections;
+  sections.fixed = body->fixed;
+  return reader.check(sections);
 }
 
 // Foundations and springs, where the bundle has them. The arrays are needed until the body is made.
@@ -466,11 +490,7 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
   const std::uint64_t count = reader.find(SectionId::large_order)->shape[0];
   using Sections = formats::IndexedSections;
   palpate_status status = of_scratch.copy_indices(SectionId::large_order, count, &Sections::large_order, &order);
-  if (status == PALPATE_OK)
-    status = of_scratch.copy_indices(SectionId::tetrahedra, 4 * reader.counts().tetrahedra, &Sections::tetrahedra,
-                                     &body.tetrahedra);
-  if (status == PALPATE_OK)
-    status = of_scratch.copy_indices(SectionId::region, reader.counts().tetrahedra, &Sections::region, &body.region);
+  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
   if (status == PALPATE_OK) status = read_supports(reader, of_scratch, &body);
   if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
   if (status != PALPATE_OK) return status;
@@ -628,6 +648,41 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   return PALPATE_OK;
 }
 
+// ---- the inside ------------------------------------------------------------------------------------------------------
+
+palpate_status build_inside(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
+                            InsideField& inside) {
+  const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
+  const char* const effect = "inside ON";
+  const bool large = def.deformation != PALPATE_DEFORMATION_LINEAR;
+  HyperelasticBody body;
+  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
+  if (!laws) return reader.no_memory("inside");
+  const double* preload = nullptr;
+  palpate_status status = read_body(reader, effect, &body, laws);
+  if (status == PALPATE_OK && large) status = read_stiffening(reader, effect, laws);
+  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
+  if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
+  if (status != PALPATE_OK) return status;
+  double gradient[3][3];
+  for (std::int32_t e = 0; e < body.tetrahedron_count; ++e)
+    if (!(shape_gradients(body, e, gradient) > 0))
+      return reader.not_usable(SectionId::tetrahedra, 4 * static_cast<std::uint64_t>(e));
+  for (std::int64_t i = 0; preload && i < 3 * static_cast<std::int64_t>(body.node_count); ++i)
+    if (!(std::fabs(preload[i]) <= 1e6))
+      return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
+  return inside.create(reader.memory(), body, large, preload) ? PALPATE_OK : reader.no_memory("inside");
+}
+
+palpate_status build_inside(const SectionReader& reader, const palpate_scene_def& def, InsideField& inside) {
+  SceneMemory scratch(def.allocator);
+  const palpate_status status = build_inside(reader, def, scratch, inside);
+  scratch.release_all();
+  return status;
+}
+
+// ---- the render mesh -------------------------------------------------------------------------------------------------
+
 // triangles: nullptr where the touch half has none. scratch: memory that the binding alone needs.
 palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
                                 const std::int32_t* triangles, SceneMemory& scratch, Skin& skin) {
@@ -728,7 +783,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
       !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
       !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.dent, PALPATE_DENT_DISCS) ||
-      !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
+      !is_one_of(def.inside, PALPATE_INSIDE_ON) || !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
     return bad("relaxation.model has a value that palpate.h does not list");
@@ -765,6 +820,8 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
+  if (def.inside != PALPATE_INSIDE_OFF && def.shape != PALPATE_SHAPE_VOLUME)
+    return bad("inside needs the displacements of all nodes: take shape VOLUME, or leave inside OFF");
   if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
   if (def.dent != PALPATE_DENT_OFF &&
       (!def.render_mesh || def.contact != PALPATE_CONTACT_PATCH || def.report == PALPATE_REPORT_OFF))
@@ -852,6 +909,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return build_shape(reader, def, scene.tensors.compliance != nullptr, shape); });
   step(def.radial != PALPATE_RADIAL_OFF, unused,
        [&] { return read_curve(reader, "radial RESPONSE", SectionId::response_radial, 0, &shape.radial); });
+  step(has_inside(def), use.inside, [&] { return build_inside(reader, def, scene.inside); });
   step(scene.memory.failed(), unused, [&] { return reader.no_memory(); });
   // Whatever failed before: if the file was cut meanwhile, that is the reason.
   if (bundle.is_lost())

@@ -95,6 +95,21 @@ class SectionsOf {
     return sections;
   }
 
+  Sections inside() const {
+#define PALPATE_INSIDE_SECTIONS "mesh/nodes mesh/tetrahedra mesh/region material/young material/poisson provenance"
+    static const char* const names[2][2] = {{PALPATE_INSIDE_SECTIONS, PALPATE_INSIDE_SECTIONS " preload/displacement"},
+                                            {PALPATE_INSIDE_SECTIONS " large/stiffening",
+                                             PALPATE_INSIDE_SECTIONS " large/stiffening preload/displacement"}};
+    const bool preload = def_.preload == PALPATE_PRELOAD_ON, large = def_.deformation != PALPATE_DEFORMATION_LINEAR;
+    Sections sections = {names[large][preload]};
+    if (preload) sections.bytes += bytes(SectionId::preload_displacement);
+    if (large) sections.bytes += bytes(SectionId::large_stiffening);
+    for (const SectionId id : {SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::young,
+                               SectionId::poisson, SectionId::provenance})
+      sections.bytes += bytes(id);
+    return sections;
+  }
+
   // interior: those of the shape.
   Sections motions(bool interior) const {
     const bool volume = find(SectionId::motion_volume);
@@ -162,6 +177,8 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
   if (def.queries != PALPATE_QUERIES_OFF) create("surface for queries", sections.rest(true), memory.queries);
   if (def.render_mesh) create("render mesh on the surface", sections.rest(true), memory.render_mesh);
 
+  if (has_inside(def)) create("tetrahedra of the inside", sections.inside(), memory.inside);
+
   step(Pass::input, "input", "touch");
   if (has_motions(def))
     step(Pass::motions, "motions", "touch", sections.motions(has_interior_shape(def, bundle)), memory.motions);
@@ -215,6 +232,7 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
   if (has_shape) step(Pass::positions, "positions", "shape", sections.rest(false));
   if (def.render_mesh) step(Pass::skin, "skin: render mesh", "shape");
   if (draws_dents(def)) step(Pass::dent, "dent: discs", "shape", {}, memory.dent);
+  if (has_inside(def)) step(Pass::inside, "inside: strain and stress", "shape");
   return plan;
 }
 

@@ -56,6 +56,8 @@ class PassWork {
         return skin();
       case Pass::dent:
         return dent();
+      case Pass::inside:
+        return inside();
       case Pass::count:
         break;
     }
@@ -115,6 +117,11 @@ class PassWork {
     const double vertices = scene_.skin.vertex_count(), discs = patches();
     if (discs == 0) return {0, 0, 10};
     return {12 * vertices, 0, 50 * discs + 2 * vertices + discs * scene_.skin.vertices_near_a_disc() * 60};
+  }
+
+  palpate_pass_work inside() const {
+    const double tetrahedra = scene_.inside.tetrahedra(), nodes = scene_.inside.nodes();
+    return {0, 0, 50 * tetrahedra + 50 * nodes};
   }
 
   palpate_pass_work superposition() const {

@@ -6,6 +6,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/step_context.h"
 #include "runtime/contact/touch.h"
+#include "runtime/inside/inside_field.h"
 #include "runtime/query/surface_query.h"
 #include "runtime/scene/plan.h"
 #include "runtime/shape/shape.h"
@@ -24,6 +25,7 @@ struct palpate_scene {
   palpate::TouchState touch;
   palpate::ShapeState shape;
   palpate::Skin skin;           // bound where the host gave a render mesh; belongs to the shape half's thread
+  palpate::InsideField inside;  // with inside; belongs to the shape half's thread
   palpate::SurfaceQuery query;  // with queries; belongs to the thread of the queries
   palpate::Plan plan;
   bool in_world = false;  // an organ of a world, which steps, saves and restores it

@@ -268,6 +268,36 @@ TEST(CApi, PressesReportsAndDraws) {
   EXPECT_EQ(palpate_scene_deform(made.scene), -1);
 }
 
+TEST(CApi, TellsStrainAndStressInsideAndCarriesAPoint) {
+  BundleOwner owner(bundle_path);
+  palpate_scene_def def = full_def();
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON, def.radial = PALPATE_RADIAL_OFF;
+  SceneOwner made(owner.bundle, def);
+  EXPECT_EQ(made.press(disc(), 0.004), 0u);
+  const palpate_bundle_info info = palpate_bundle_describe(owner.bundle);
+  std::vector<float> moved(3 * static_cast<std::size_t>(info.node_count)), at(moved), stress(2 * moved.size());
+  palpate_shape_out shape = palpate_default_shape_out();
+  shape.node_capacity = info.node_count, shape.displacements = moved.data(), shape.positions = at.data();
+  EXPECT_EQ(palpate_scene_shape(made.scene, made.contacts(), &shape), 0u);
+  palpate_inside_out field = palpate_default_inside_out();
+  field.capacity = info.node_count, field.stresses = stress.data();
+  EXPECT_EQ(palpate_scene_inside(made.scene, &shape, &field), 0u);
+  EXPECT_EQ(field.count, info.node_count);
+  // Below the disc the tissue is under compression along z.
+  const double below[6] = {kAbove[0], kAbove[1], 0.035, 9, 9, 9};
+  palpate_inside_place places[2];
+  EXPECT_EQ(palpate_scene_locate(made.scene, below, 2, 0.001, places), 1);
+  EXPECT_EQ(places[1].tetrahedron, -1);
+  float at_place[6], pressure = 0, point[3];
+  palpate_inside_out there = palpate_default_inside_out();
+  there.capacity = 1, there.stresses = at_place, there.pressures = &pressure;
+  EXPECT_EQ(palpate_scene_inside_at(made.scene, places, 1, &there), 0u);
+  EXPECT_LT(at_place[2], -1);
+  EXPECT_GT(pressure, 1);
+  EXPECT_EQ(palpate_scene_carry(made.scene, &shape, places, 1, point), 0u);
+  EXPECT_LT(point[2], 0.0349f);
+}
+
 TEST(CApi, AnswersQueries) {
   BundleOwner owner(bundle_path);
   SceneOwner made(owner.bundle, full_def());

@@ -163,6 +163,8 @@ TEST(Scene, IsBitIdenticalWhenAnEffectThatDoesNothingIsAddedOrLeftOut) {
   palpate_scene_def volume = plain;  // the same surface first
   volume.shape = PALPATE_SHAPE_VOLUME;
   EXPECT_EQ(played(volume), reference);
+  volume.inside = PALPATE_INSIDE_ON;
+  EXPECT_EQ(played(volume), reference);
   palpate_scene_def bigger = plain;
   bigger.max_tools = 8, bigger.max_points = 100;
   bigger.max_contact_nodes = 512;  // as for 64 points: the contacts name it

@@ -230,6 +230,32 @@ TEST(HostStruct, ShapeAndSkinFillWhatTheHostsStructHas) {
   }
 }
 
+TEST(HostStruct, InsideOutIsReadByItsOwnSize) {
+  palpate_scene_def def = unlimited_def();
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  const ScenePointer scene = box().scene(def);
+  const auto nodes = static_cast<std::int32_t>(box().body.mesh.nodes.size());
+  std::vector<float> u(3 * static_cast<std::size_t>(nodes)), strain(2 * u.size(), NAN), stress = strain;
+  palpate_shape_out shape = shape_out(u.data(), nullptr, nodes);
+  shape.node_count = nodes;
+  palpate_inside_out out = palpate_default_inside_out();
+  out.capacity = nodes, out.strains = strain.data(), out.stresses = stress.data();
+  palpate_inside_out without_stress = earlier(out, offsetof(palpate_inside_out, stresses));
+  EXPECT_EQ(palpate_scene_inside(scene.get(), &shape, &without_stress), 0u);
+  EXPECT_EQ(without_stress.count, nodes);
+  EXPECT_EQ(strain[0], 0);
+  EXPECT_TRUE(std::isnan(stress[0]));
+  Later<palpate_inside_out> later(out);
+  EXPECT_EQ(palpate_scene_inside(scene.get(), &shape, &later.known), 0u);
+  later.added = 1;
+  EXPECT_EQ(palpate_scene_inside(scene.get(), &shape, &later.known), PALPATE_STEP_BAD_INPUT);
+  for (const std::uint32_t bytes : {0u, 8u, 12u, 0xffffffff}) {
+    palpate_inside_out wrong = out;
+    wrong.struct_bytes = bytes;
+    EXPECT_EQ(palpate_scene_inside(scene.get(), &shape, &wrong), PALPATE_STEP_BAD_INPUT) << bytes;
+  }
+}
+
 TEST(HostStruct, StepLoadAndBundleInfoHaveTheHostsSize) {
   const ScenePointer scene = box().scene(unlimited_def());
   palpate_step_load load = palpate_default_step_load();

@@ -145,6 +145,7 @@ std::vector<palpate_scene_def> every_effect() {
           def.report = PALPATE_REPORT_CONTACTS;
           def.fine_surface = &fine_surface();
           def.max_links = 4, def.grasps = contact == PALPATE_CONTACT_PATCH;
+          def.inside = PALPATE_INSIDE_ON;
           def.dent = contact == PALPATE_CONTACT_PATCH ? PALPATE_DENT_DISCS : PALPATE_DENT_OFF;
         }
         all.push_back(def);
@@ -172,8 +173,17 @@ struct Running {
         queries(def.queries != PALPATE_QUERIES_OFF),
         links(def.max_links > 0),
         grasps(def.grasps != 0),
+        inside(def.inside != PALPATE_INSIDE_OFF),
         patch(def.contact == PALPATE_CONTACT_PATCH),
-        box(from.box) {}
+        box(from.box) {
+    out.positions = x.data();
+    strained.capacity = out.node_capacity;
+    strained.strains = tensors[0].data(), strained.stresses = tensors[1].data();
+    strained.principal = principal.data(), strained.von_mises = measures[0].data();
+    strained.pressures = measures[1].data();
+    const double points[6] = {0.01, 0.02, 0.02, 0.05, 0.02, 0.01};
+    if (inside) palpate_scene_locate(scene.get(), points, 2, 0.01, places);
+  }
 
   // Runs both halves, and saves and restores the state now and then. Each touchable node is held at some time, so that each tensor
   // column is read.
@@ -188,6 +198,7 @@ struct Running {
       palpate_scene_shape(scene.get(), contacts.get(), &out);
       skin.report = palpate_scene_report(scene.get());
       if (skinned) palpate_scene_skin(scene.get(), &out, &skin);
+      if (inside) look_inside();
       if (queries) ask();
       if (links) tighten();
       device.step(device.force, palpate_contacts_tool(contacts, 0)->force_raw, contacts->step);
@@ -226,6 +237,15 @@ struct Running {
     taut += palpate_scene_link_state(scene.get(), 0)->condition == PALPATE_LINK_TAUT;
   }
 
+  void look_inside() {
+    palpate_scene_inside(scene.get(), &out, &strained);
+    palpate_inside_out at = strained;
+    at.capacity = 2;
+    float moved_places[6];
+    looked += palpate_scene_inside_at(scene.get(), places, 2, &at) == 0 && at.count == 2 &&
+              palpate_scene_carry(scene.get(), &out, places, 2, moved_places) == 0;
+  }
+
   void ask() {
     const double place[3] = {0.08, 0.03, 0.05}, along[3] = {-1, 0, -0.3};
     palpate_surface_hit hit = palpate_default_surface_hit();
@@ -246,7 +266,13 @@ struct Running {
   Contacts contacts;
   std::vector<float> u, normals = u;
   palpate_shape_out out;
-  bool skinned, queries = false, links = false, grasps = false, patch = false;
+  bool skinned, queries = false, links = false, grasps = false, inside = false, patch = false;
+  std::vector<float> x = u, principal = u,
+                     tensors[2] = {std::vector<float>(2 * u.size()), std::vector<float>(2 * u.size())},
+                     measures[2] = {u, u};
+  palpate_inside_out strained = palpate_default_inside_out();
+  palpate_inside_place places[2];
+  int looked = 0;
   int taut = 0, slips = 0;
   int answered = 0;
   float moved[2][3 * kVertices];
@@ -271,6 +297,7 @@ TEST(Step, AllocatesAndLocksNothing) {
       EXPECT_EQ(locks, 0);
       EXPECT_TRUE(def.collision == PALPATE_COLLISION_OFF || running.contact_steps > 20);
       EXPECT_TRUE(def.queries == PALPATE_QUERIES_OFF || running.answered == 1000);
+      EXPECT_TRUE(def.inside == PALPATE_INSIDE_OFF || running.looked == 1000);
       EXPECT_TRUE(def.max_links == 0 || running.taut > 100);
       EXPECT_TRUE(def.grasps == 0 || running.slips > 0);
       EXPECT_EQ(running.restored, 20);

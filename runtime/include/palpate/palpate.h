@@ -36,7 +36,7 @@
  * Memory   palpate_bundle_open* and palpate_scene_create take all memory. A step (palpate_scene_touch, palpate_scene_shape,
  *          palpate_scene_skin) never allocates, locks, prints, throws or makes a system call.
  * Threads  A bundle is constant and threads may share it. In one scene, palpate_scene_touch belongs to one thread,
- *          palpate_scene_shape to one thread, and palpate_scene_deform (LARGE_BESIDE) to one thread. They may be different
+ *          palpate_scene_shape with skin, inside and carry to one thread, and palpate_scene_deform (LARGE_BESIDE) to one thread. They may be different
  *          threads and run at the same time. The palpate_contacts alone pass from touch to shape; touch and deform hand over
  *          inside the scene, without waiting.
  * Errors   Opening and creating return a status and fill the caller's palpate_error. A step always fills its output and
@@ -320,6 +320,13 @@ typedef enum palpate_dent_model {
                         what is drawn, and no force                                                                */
 } palpate_dent_model;
 
+/* Whether the scene tells strain and stress inside the organ (palpate_scene_inside) and carries meshes inside it
+ * (palpate_scene_carry). */
+typedef enum palpate_inside_model {
+  PALPATE_INSIDE_OFF, /* neither, and neither memory nor time for them                                           */
+  PALPATE_INSIDE_ON   /* both. Needs shape VOLUME and a bundle of the elements p1 or p1-anp                      */
+} palpate_inside_model;
+
 /* How the organ deforms. */
 typedef enum palpate_deformation_model {
   PALPATE_DEFORMATION_LINEAR, /* by superposition of the tensors: right for small displacements                    */
@@ -453,7 +460,7 @@ typedef struct palpate_scene_def {
   palpate_dent_model dent; /* default OFF                                                                            */
   int32_t motions;  /* default 0: supports stand, nothing presses, and it costs neither time nor memory; 1: the bundle's
                        motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and LINEAR  */
-  int32_t reserved; /* 0                                                                                            */
+  palpate_inside_model inside; /* default OFF                                                                        */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -1066,7 +1073,7 @@ PALPATE_API void palpate_scene_reset_tool(palpate_scene* scene, int32_t id);
  * report. After a restore the next steps give the same bits as the next steps of the scene that was saved, if they get the same
  * input. The shape half and the queries have no state of their own.
  * A state is plain bytes, for the same version of the library, the same byte order, a scene with the same definition (render mesh,
- * dent and allocator aside), and a bundle with the same identity; it may be restored into another scene or another process.
+ * dent, inside and allocator aside), and a bundle with the same identity; it may be restored into another scene or another process.
  * None of these functions allocates or locks; call them in the thread of palpate_scene_touch. */
 
 /* The bytes that a saved state of the scene takes now. They grow with the contacts: ask after the last step. */
@@ -1146,6 +1153,76 @@ PALPATE_API palpate_step_flags palpate_scene_skin(palpate_scene* scene, const pa
  * does not count (BAD_INPUT). Any thread may call it. Cost: one pass over the triangles. */
 PALPATE_API palpate_step_flags palpate_scene_normals(palpate_scene* scene, const palpate_shape_out* shape,
                                                      float* normals, int32_t node_capacity);
+
+/* ---- inside: strain and stress, and meshes that are carried along ------------------------------------------------- */
+
+/* What a scene with inside ON says about the tissue below the surface: the section of a viewer, the strain in a tumour, where a
+ * vessel has gone. All of it follows from a shape, so that motions, preload and large deformation are in it as they are in the shape.
+ *
+ * Strain   of small displacements, the symmetric part of the displacement gradient; under deformation LARGE and its kin, Green and
+ *          Lagrange's strain (H + H^T + H^T H) / 2. It is counted from the organ as it was meshed: with preload ON, that of the
+ *          preload is part of it.
+ * Stress   Cauchy's, Pa, by the bundle's moduli, and under LARGE by its laws: the instantaneous one, without relaxation. With radial
+ *          RESPONSE it is that of the corrected displacements, which do not balance the forces.
+ * Tensors  xx yy zz xy yz xz along the axes of the organ's frame; xy is half of the shear angle.
+ * Accuracy A node's value is the mean over the tetrahedra around it, and a place's lies between those of its nodes: right to the size of the
+ *          mesh, less so at the surface and where a tool presses (docs/method.md, section 20). Half precision in the bundle makes noise in the
+ *          pressure of nearly incompressible tissue.
+ * Threads  palpate_scene_inside, _inside_at and _carry belong to the thread of palpate_scene_shape; any thread may call
+ *          palpate_scene_locate. None of them allocates. */
+
+/* A place of the tissue: a point of a tetrahedron. The library fills it, once; it stays valid for all scenes on the bundle. */
+typedef struct palpate_inside_place {
+  int32_t tetrahedron; /* 0 .. E-1; -1: none is as near as was asked                                              */
+  int32_t reserved;    /* 0                                                                                       */
+  double weight[4];    /* of its four nodes, that sum to 1; for a point outside of the mesh some are below 0      */
+  double distance;     /* m, of the point from the tetrahedron; 0 inside                                          */
+} palpate_inside_place;
+
+/* Finds the place of each point: the tetrahedron that it lies in, or the nearest one where that is within `farthest` metres. points:
+ * [count][3] m, in the organ's frame, on the shape as it was meshed; places: [count], all filled. Returns how many have no
+ * tetrahedron, and -1 for a scene without inside, a NULL array, or a count or farthest below 0. A point that is not finite has none. Cost: about 4 us a point;
+ * not for a loop with deadlines. */
+PALPATE_API int32_t palpate_scene_locate(const palpate_scene* scene, const double* points, int32_t count,
+                                         double farthest, palpate_inside_place* places);
+
+/* The caller's arrays; each may be NULL. A row is a node or a place. */
+typedef struct palpate_inside_out {
+  uint32_t struct_bytes; /* sizeof(palpate_inside_out)                                                        */
+  int32_t capacity;      /* in: rows of each array                                                            */
+  int32_t count;         /* out: rows filled                                                                  */
+  int32_t reserved;      /* 0                                                                                 */
+  float* displacements;  /* default NULL; [capacity][3] m, from rest                                          */
+  float* strains;        /* default NULL; [capacity][6] without unit                                          */
+  float* stresses;       /* default NULL; [capacity][6] Pa                                                    */
+  float* pressures;      /* default NULL; [capacity] Pa, above 0 under compression                            */
+  float* von_mises;      /* default NULL; [capacity] Pa: the stress along one axis that distorts as much      */
+  float* principal;      /* default NULL; [capacity][3] Pa, the principal stresses, largest first             */
+} palpate_inside_out;
+PALPATE_API void palpate_init_inside_out(palpate_inside_out* out, size_t struct_bytes);
+static inline palpate_inside_out palpate_default_inside_out(void) {
+  palpate_inside_out out;
+  palpate_init_inside_out(&out, sizeof out);
+  return out;
+}
+
+/* Strain and stress of a shape, kept in the scene until the next call, and filled for the nodes 0 .. N-1. shape: as
+ * palpate_scene_shape filled it; this call reads its displacements and node_count, N. out may be NULL. A displacement that is not
+ * finite counts as zero (BAD_INPUT). Under LARGE, a tetrahedron that the shape turns inside out has a stress without meaning
+ * (UNSOLVED). A node where regions meet has the mean of theirs. Cost: two passes over the tetrahedra. */
+PALPATE_API palpate_step_flags palpate_scene_inside(palpate_scene* scene, const palpate_shape_out* shape,
+                                                    palpate_inside_out* out);
+/* The same at places, of the shape of the last palpate_scene_inside (without one: BAD_INPUT). Beyond the mesh, strain and stress are those of
+ * the tetrahedron, and the displacement goes on in a straight line. A place that palpate_scene_locate has not filled, or without tetrahedron, gets
+ * zeros (BAD_INPUT). */
+PALPATE_API palpate_step_flags palpate_scene_inside_at(palpate_scene* scene, const palpate_inside_place* places,
+                                                       int32_t count, palpate_inside_out* out);
+
+/* Carries points of the tissue along, such as the vertices of a tumour or a vessel: positions [count][3] m of places in a shape. It needs no
+ * palpate_scene_inside. shape: as palpate_scene_shape filled it; this call reads its positions and node_count, N. Places as for
+ * palpate_scene_inside_at: the point of one outside of the mesh moves with the nearest tetrahedron. Cost: four rows read for each place. */
+PALPATE_API palpate_step_flags palpate_scene_carry(palpate_scene* scene, const palpate_shape_out* shape,
+                                                   const palpate_inside_place* places, int32_t count, float* positions);
 
 /* ---- queries ------------------------------------------------------------------------------------------------------ */
 

@@ -275,6 +275,26 @@ class Scene {
     return palpate_scene_normals(get(), &shape, normals, capacity);
   }
 
+  // For scenes with inside ON. points: [count][3] m on the shape as it was meshed; places: [count]. Any thread may call it. Returns how many
+  // points have no tetrahedron within `farthest` metres, or -1.
+  std::int32_t locate(const double* points, std::int32_t count, double farthest,
+                      palpate_inside_place* places) const noexcept {
+    return palpate_scene_locate(get(), points, count, farthest, places);
+  }
+  // shape: with displacements of all nodes. out: of the nodes, or nullptr.
+  palpate_step_flags inside(const palpate_shape_out& shape, palpate_inside_out* out) noexcept {
+    return palpate_scene_inside(get(), &shape, out);
+  }
+  palpate_step_flags inside_at(const palpate_inside_place* places, std::int32_t count,
+                               palpate_inside_out& out) noexcept {
+    return palpate_scene_inside_at(get(), places, count, &out);
+  }
+  // shape: with positions of all nodes. positions: [count][3]
+  palpate_step_flags carry(const palpate_shape_out& shape, const palpate_inside_place* places, std::int32_t count,
+                           float* positions) noexcept {
+    return palpate_scene_carry(get(), &shape, places, count, positions);
+  }
+
   // The queries, for scenes with queries ON. They belong to one thread at a time, whichever touch and shape run in.
   // contacts: nullptr for the surface at rest. Without a hit, hit is 0.
   palpate_surface_hit cast_ray(const palpate_contacts* contacts, const double (&origin)[3],
