@@ -274,6 +274,8 @@ const std::vector<ConfigKey>& config_keys() {
        "`[[motion]]`: by how much a motion of the bundle moves the organ, a piston in `unit`, a rotation in degrees, a "
        "field in itself, a pressure in Pa, gravity in m/s^2. It needs `collision = \"deformed\"`, which it also "
        "selects, or `\"off\"`."},
+      {S, "", "carried", "tables", "-", "-", "needs `inside = true`; names all different",
+       "`[[carried]]`: a surface inside the organ, such as a tumour or a vessel, which the tissue carries along."},
       {S, "effects", "collision", "choice", "-", "\"rest\"", "off, rest, deformed",
        "Where the program looks for contacts: nowhere (grips alone move the organ), on the surface at rest, or on the "
        "deformed surface."},
@@ -303,6 +305,10 @@ const std::vector<ConfigKey>& config_keys() {
        "coarse to show it. It changes what is drawn, and no force. It needs a tool with a `disc_radius`."},
       {S, "effects", "preload", "boolean", "-", "false", "",
        "Whether the organ is shown under the `[preload]` of the boundary file."},
+      {S, "effects", "inside", "boolean", "-", "false", "needs `shape = \"volume\"`",
+       "Whether the files of the shapes have strain and stress (docs/method.md, section 20), and `[[carried]]` "
+       "surfaces "
+       "follow the tissue. The bundle has the element `p1` or `p1-anp`."},
       {S, "organ", "name", "text", "-", "required", "letters, digits, - and _",
        "The organ's name in this file, in the results and in `--bundle NAME=FILE`."},
       {S, "organ", "bundle", "file", "-", "-", "",
@@ -434,6 +440,15 @@ const std::vector<ConfigKey>& config_keys() {
        "Rows `[from, until]`: the jaws are closed from the first time until before the second. Without it they are "
        "closed "
        "all the time, but for the times at which the tool is `away`."},
+      {S, "carried", "name", "text", "-", "required", "letters, digits, - and _",
+       "The surface's name, which its files have."},
+      {S, "carried", "organ", "text", "-", "-", "an `[[organ]]`; required in a scene of several organs",
+       "The organ that carries it."},
+      {S, "carried", "file", "file", "`unit`", "required", "a surface (.ply)",
+       "The surface in the bundle's coordinates, relative to the scene's folder. It need not be closed."},
+      {S, "carried", "unit", "choice", "-", "\"mm\"", "m, cm, mm, um", "The unit of the surface's positions."},
+      {S, "carried", "within", "number", "scene's `unit`", "0", "0 or above",
+       "How far outside of the mesh's tetrahedra a vertex may be. It then moves with the nearest one."},
       {S, "motion", "name", "text", "-", "required", "a motion of the bundle",
        "As the boundary file names it; of `gravity` with its axis, `weight z`."},
       {S, "motion", "organ", "text", "-", "-", "an `[[organ]]`; required in a scene of several organs",

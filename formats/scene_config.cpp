@@ -261,6 +261,8 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scene));
   for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scene));
   for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
+  if (root.has("carried"))
+    for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
   if (scene.tools.size() > kMaxTools) root.wrong("tool", fmt::format("at most {} tools", kMaxTools));
   if (scene.organs.empty()) settle_effects(scene, root, named);
   for (std::size_t k = 0; k < scene.organs.size(); ++k) {

@@ -29,6 +29,7 @@ struct SceneEffects {
   Deformation deformation = Deformation::linear;
   Dent dent = Dent::off;
   bool preload = false;
+  bool inside = false;
   bool operator==(const SceneEffects&) const = default;
 };
 
@@ -114,6 +115,16 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Motion&) const = default;
   };
+  // A surface that the tissue carries along (palpate_scene_carry of palpate.h).
+  struct Carried {
+    std::string name;            // letters, digits, - and _
+    std::filesystem::path file;  // already relative to the scene's folder
+    double metres_per_unit = 1e-3;
+    double within = 0;      // m, of the mesh
+    std::size_t organ = 0;  // of a scene of several organs
+    int line = 0;
+    bool operator==(const Carried&) const = default;
+  };
   // Jaws of a tool (palpate_grasp of palpate.h).
   struct Grasp {
     Vector near{};                   // m; the first disc holds the point of the surface that is nearest to it
@@ -164,6 +175,7 @@ struct SceneConfig : SceneEffects {
   std::vector<Tool> tools;
   std::vector<Link> links;
   std::vector<Motion> motions;
+  std::vector<Carried> carried;
   double metres_per_unit = 1;  // of the file's lengths, for amounts of pistons
   std::vector<Organ> organs;
   int pairs = 0;              // places at most where organs are held apart; 0: they pass through one another

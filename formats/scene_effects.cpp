@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "formats/scene_holds.h"
+#include "formats/scene_organs.h"
 
 namespace palpate {
 namespace {
@@ -62,6 +63,13 @@ void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collisi
     root.wrong("motion", "collision = \"deformed\" or \"off\" in [effects], since the scene has motions");
 }
 
+void check_inside(const SceneConfig& scene, const TomlTable& root) {
+  if (scene.inside && scene.shape != SceneConfig::Shape::volume)
+    root.wrong("effects", "shape = \"volume\" beside inside = true, which needs the displacement of all nodes");
+  if (!scene.carried.empty() && !scene.inside)
+    root.wrong("carried", fmt::format("inside = true in [effects], since \"{}\" is carried", scene.carried[0].name));
+}
+
 void check_dent_and_friction(const SceneConfig& scene, const TomlTable& root) {
   if (scene.dent == SceneConfig::Dent::discs && scene.contact != SceneConfig::Contact::patch)
     root.wrong("effects", "no dent = \"discs\", or a tool with a disc_radius, whose dent is drawn");
@@ -106,6 +114,7 @@ void read_effects(TomlTable table, SceneEffects& effects) {
                                   effects.deformation);
   optional_choice<S::Dent>(table, "dent", {{"off", S::Dent::off}, {"discs", S::Dent::discs}}, effects.dent);
   if (table.has("preload")) effects.preload = table.boolean("preload");
+  if (table.has("inside")) effects.inside = table.boolean("inside");
   table.finish();
 }
 
@@ -134,11 +143,30 @@ SceneConfig::Surface read_surface(TomlTable table) {
   return surface;
 }
 
+SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene) {
+  SceneConfig::Carried carried;
+  carried.line = table.line();
+  carried.name = table.text("name", "\"tumour\"");
+  if (carried.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") !=
+      std::string::npos)
+    table.wrong("name", "letters, digits, - and _, since files have the name");
+  for (const SceneConfig::Carried& other : scene.carried)
+    if (other.name == carried.name) table.wrong("name", "a name that no other [[carried]] has");
+  carried.organ = read_organ_of(table, scene, true);
+  carried.file = table.file().parent_path() / table.text("file", "\"tumour.ply\"");
+  optional_choice(table, "unit", scene_lengths(), carried.metres_per_unit);
+  if (table.has("within")) carried.within = table.number("within") * scene.metres_per_unit;
+  if (!(carried.within >= 0)) table.wrong("within", "a length of at least 0");
+  table.finish();
+  return carried;
+}
+
 void settle_effects(SceneConfig& scene, const TomlTable& root, NamedEffects named) {
   choose_contact(scene, root, named.contact);
   check_motions(scene, root, named.collision);
   check_holds(scene, root);
   check_dent_and_friction(scene, root);
+  check_inside(scene, root);
   if (scene.surface && scene.collision == SceneConfig::Collision::off)
     root.wrong("surface", "collision = \"rest\" or \"deformed\" in [effects], since tools meet that surface");
 }

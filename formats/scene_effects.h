@@ -10,6 +10,7 @@ namespace palpate {
 void read_effects(TomlTable table, SceneEffects& effects);
 SceneConfig::Relaxation read_relaxation(TomlTable table);
 SceneConfig::Surface read_surface(TomlTable table);
+SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene);
 
 // Which effects the file names; for the others the scene has a say.
 struct NamedEffects {

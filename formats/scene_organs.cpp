@@ -136,9 +136,10 @@ SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
   one.bundle = of.bundle, one.relaxation = of.relaxation, one.surface = of.surface;
   for (SceneConfig::Tool& tool : one.tools)
     if (tool.organ != organ) tool.grips.clear(), tool.grasp.reset(), tool.place.reset();
-  std::erase_if(one.links,
-                [organ](const SceneConfig::Link& link) { return !link.organs.empty() || link.organ != organ; });
-  std::erase_if(one.motions, [organ](const SceneConfig::Motion& motion) { return motion.organ != organ; });
+  const auto of_another = [organ](const auto& holds) { return holds.organ != organ; };
+  std::erase_if(one.links, [&](const SceneConfig::Link& link) { return !link.organs.empty() || of_another(link); });
+  std::erase_if(one.motions, of_another);
+  std::erase_if(one.carried, of_another);
   one.organs.clear();
   return one;
 }

@@ -122,7 +122,9 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
       return 0;
     }
     const Nanoseconds begin = now();
-    const palpate_step_flags flags = palpate_scene_shape(player.runtime_scene(), contacts, &out);
+    palpate_step_flags flags = palpate_scene_shape(player.runtime_scene(), contacts, &out);
+    OrganInside* const inside = player.organ().inside();
+    if (inside) flags |= inside->follow(out);
     const Nanoseconds end = now();
     run.flags.add(flags);
     run.age_us.push_back(microseconds(wall_clock() - note.sent));
@@ -130,7 +132,7 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
     for (std::int32_t t = 0; t < contacts->tool_count; ++t)
       player.place_tool(static_cast<std::size_t>(t), note.positions[static_cast<std::size_t>(t)]);
     on_shape({note.time, flags, player.points(), *contacts, out.node_count, displacements.data(), positions.data(),
-              nullptr, nullptr});
+              nullptr, nullptr, inside});
     return end - begin;
   };
   try {

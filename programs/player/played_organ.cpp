@@ -61,6 +61,7 @@ palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const Held
   def.radial = static_cast<palpate_radial_model>(scene.radial);
   def.deformation = static_cast<palpate_deformation_model>(scene.deformation);
   def.preload = scene.preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
+  def.inside = scene.inside ? PALPATE_INSIDE_ON : PALPATE_INSIDE_OFF;
   if (scene.relaxation) {
     def.relaxation.model = PALPATE_RELAXATION_PRONY;
     for (const auto& [share, time] : scene.relaxation->terms) {
@@ -85,6 +86,7 @@ palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const Held
 
 // The limits are those of the whole scene, so that the contacts of one half fit the other half.
 palpate_scene_def half_of(palpate_scene_def def, Half half) {
+  if (half == Half::touch) def.inside = PALPATE_INSIDE_OFF;
   // Under large deformation the touch half solves for the nodes of the shape.
   if (half == Half::touch && def.deformation == PALPATE_DEFORMATION_LINEAR)
     def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
@@ -157,6 +159,7 @@ int PlayedOrgan::points_and_grips() const {
 palpate_scene_def PlayedOrgan::definition(int max_points) {
   palpate_scene_def def = half_of(scene_def(scene_, max_points, *held_), half_);
   scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
+  scene_.inside = def.inside != PALPATE_INSIDE_OFF;
   contact_node_limit_ = def.max_contact_nodes;
   if (render_mesh_) {
     skin_.positions = render_mesh_->positions.data(), skin_.normals = render_mesh_->normals.data();
@@ -182,6 +185,7 @@ palpate_scene_def PlayedOrgan::definition(int max_points) {
 void PlayedOrgan::play_on(palpate_scene* scene) {
   runtime_scene_ = scene;
   if (holds_) held_->hold_links(scene, 0);
+  if (scene_.inside) inside_ = std::make_unique<OrganInside>(scene_, scene, shape_node_count());
 }
 
 int PlayedOrgan::shape_node_count() const {

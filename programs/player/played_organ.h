@@ -8,6 +8,7 @@
 #include <palpate/palpate.h>
 #include "formats/scene_config.h"
 #include "programs/player/held_tissue.h"
+#include "programs/player/organ_inside.h"
 #include "programs/player/organ_motions.h"
 #include "programs/player/render_mesh.h"
 
@@ -41,6 +42,7 @@ class PlayedOrgan {
   const HeldTissue& held() const { return *held_; }
   HeldTissue& held() { return *held_; }
   const OrganMotions& motions() const { return *motions_; }
+  OrganInside* inside() const { return inside_.get(); }  // nullptr: the scene does not look inside
 
   // Points of all tools and grips of this organ together.
   int points_and_grips() const;
@@ -77,6 +79,7 @@ class PlayedOrgan {
   std::vector<std::vector<palpate_grip>> grips_;
   std::unique_ptr<HeldTissue> held_;
   std::unique_ptr<OrganMotions> motions_;
+  std::unique_ptr<OrganInside> inside_;
   palpate_scene* runtime_scene_ = nullptr;
   int contact_node_limit_ = 0;
   bool holds_ = false;  // the library's scene has links or grasps

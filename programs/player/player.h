@@ -33,6 +33,7 @@ struct ShapeRecord {
   const float* positions;
   const float* skin_positions;  // of the render mesh, [vertex][3] m, and its normals; nullptr without one
   const float* skin_normals;
+  const OrganInside* inside = nullptr;  // strain, stress and carried surfaces in this shape; nullptr: none
 };
 
 struct Timing {
@@ -78,7 +79,8 @@ class Player {
   }
 
   // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_scene_touch, palpate_scene_shape,
-  // palpate_scene_skin and palpate_scene_deform alone. before is called before each of these but skin, on_deform after a solve.
+  // palpate_scene_skin and palpate_scene_deform alone. before is called before each of these but skin, on_deform after a solve. Where the scene
+  // looks inside, that follows each shape.
   Timing play(const std::function<void(const TouchRecord&)>& on_touch,
               const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before = {},
               const std::function<void()>& on_deform = {});

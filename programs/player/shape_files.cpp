@@ -161,6 +161,66 @@ struct Skin {
   }
 };
 
+void put_grid(vtkUnstructuredGrid* grid, vtkFloatArray* positions) {
+  vtkNew<vtkPoints> points;
+  points->SetData(positions);
+  grid->SetPoints(points);
+}
+
+// A carried surface.
+struct CarriedGrid {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkFloatArray> positions, displacement;
+  const OrganInside::Carried& carried;
+
+  explicit CarriedGrid(const OrganInside::Carried& of) : carried(of) {
+    const auto rows = static_cast<vtkIdType>(carried.mesh.positions.size() / 3);
+    positions->SetNumberOfComponents(3);
+    positions->SetNumberOfTuples(rows);
+    put_grid(grid, positions);
+    add_cells(grid, VTK_TRIANGLE, 3, carried.mesh.indices.data(), static_cast<int>(carried.mesh.indices.size() / 3));
+    add_point_data(grid, displacement, "displacement", 3, rows);
+  }
+  template <typename Frame>
+  void move(const Frame& frame) {
+    const std::size_t rows = carried.mesh.positions.size() / 3;
+    for (std::size_t i = 0; i < 3 * rows; ++i) {
+      positions->GetPointer(0)[i] = carried.positions[i];
+      displacement->GetPointer(0)[i] = carried.positions[i] - carried.rest[i];
+    }
+    frame.put_points(positions->GetPointer(0), rows), frame.put_vectors(displacement->GetPointer(0), rows);
+    positions->Modified();
+    grid->GetPoints()->Modified();
+  }
+};
+
+// Strain and stress as point data. ParaView knows a tensor by its six components.
+struct InsideData {
+  vtkNew<vtkFloatArray> strain, stress, pressure, von_mises, principal;
+
+  InsideData(vtkUnstructuredGrid* grid, vtkIdType rows) {
+    add_point_data(grid, strain, "strain", 6, rows);
+    add_point_data(grid, stress, "stress", 6, rows);
+    add_point_data(grid, pressure, "pressure", 1, rows);
+    add_point_data(grid, von_mises, "von_mises", 1, rows);
+    add_point_data(grid, principal, "principal_stress", 3, rows);
+    for (vtkFloatArray* tensor : {strain.Get(), stress.Get()}) {
+      static const char* const names[] = {"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
+      for (int i = 0; i < 6; ++i) tensor->SetComponentName(i, names[i]);
+    }
+  }
+  template <typename Frame>
+  void take(const palpate_inside_out& field, const Frame& frame) {
+    const auto rows = static_cast<std::size_t>(field.count);
+    std::copy_n(field.strains, 6 * rows, strain->GetPointer(0));
+    std::copy_n(field.stresses, 6 * rows, stress->GetPointer(0));
+    std::copy_n(field.pressures, rows, pressure->GetPointer(0));
+    std::copy_n(field.von_mises, rows, von_mises->GetPointer(0));
+    std::copy_n(field.principal, 3 * rows, principal->GetPointer(0));
+    frame.put_tensors(strain->GetPointer(0), rows), frame.put_tensors(stress->GetPointer(0), rows);
+  }
+};
+
 // Where an organ's frame is in the world; without one both are the same.
 class Frame {
  public:
@@ -173,6 +233,22 @@ class Frame {
   template <typename Number>
   void put_vectors(Number* numbers, std::size_t count) const {
     each(numbers, count, [this](double* v) { palpate_vector_to_world(pose_.orientation, v, v); });
+  }
+  // In place: count rows of xx yy zz xy yz xz. Turns the columns of the tensor, and then its rows.
+  void put_tensors(float* numbers, std::size_t count) const {
+    static const int at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    for (std::size_t n = 0; moved_ && n < count; ++n) {
+      float* const tensor = numbers + 6 * n;
+      double turned[3][3], column[3];
+      for (int k = 0; k < 3; ++k) {
+        for (int i = 0; i < 3; ++i) column[i] = double{tensor[at[i][k]]};
+        palpate_vector_to_world(pose_.orientation, column, column);
+        for (int i = 0; i < 3; ++i) turned[i][k] = column[i];
+      }
+      for (auto& row : turned) palpate_vector_to_world(pose_.orientation, row, row);
+      for (int i = 0; i < 3; ++i)
+        for (int k = i; k < 3; ++k) tensor[at[i][k]] = static_cast<float>(turned[i][k]);
+    }
   }
   std::array<double, 3> point(const double* in_organ) const {
     std::array<double, 3> p = {in_organ[0], in_organ[1], in_organ[2]};
@@ -229,7 +305,9 @@ struct ShapeFiles::Organ {
   const PlayedOrgan& of;
   std::string name;  // in the names of its files
   Frame frame;
-  std::unique_ptr<Skin> skin;  // with a render mesh
+  std::unique_ptr<Skin> skin;          // with a render mesh
+  std::unique_ptr<InsideData> inside;  // where the scene looks inside
+  std::vector<std::unique_ptr<CarriedGrid>> carried;
 
   Organ(const PlayedOrgan& organ, const BundleFields& fields, std::string file_name, const Frame& in_world)
       : of(organ), name(std::move(file_name)), frame(in_world) {
@@ -255,6 +333,10 @@ struct ShapeFiles::Organ {
       fixed->SetValue(n, dof[0] && dof[1] && dof[2] ? 1 : 0);
     }
     if (volume) add_region(fields);
+    if (!of.inside()) return;
+    inside = std::make_unique<InsideData>(grid, rows);
+    for (const OrganInside::Carried& surface : of.inside()->carried())
+      carried.push_back(std::make_unique<CarriedGrid>(surface));
   }
 
   void add_region(const BundleFields& fields) {
@@ -275,6 +357,10 @@ struct ShapeFiles::Organ {
     const auto rows = static_cast<std::size_t>(shape.node_count);
     frame.put_points(positions->GetPointer(0), rows), frame.put_vectors(displacement->GetPointer(0), rows);
     frame.put_vectors(contact_force->GetPointer(0), rows);
+    if (shape.inside) {
+      inside->take(shape.inside->field(), frame);
+      for (const auto& surface : carried) surface->move(frame);
+    }
     positions->Modified();
     grid->GetPoints()->Modified();
   }
@@ -311,6 +397,8 @@ void ShapeFiles::write_organ(Organ& organ, const ShapeRecord& shape, std::vector
     organ.skin->move_to(shape);
     write_grid(organ.skin->grid, next("skin"));
   }
+  for (const auto& surface : organ.carried)
+    write_grid(surface->grid, next(fmt::format("carried_{}", surface->carried.name).c_str()));
   if (organ.of.holds_tissue()) write_held(organ.of, organ.frame, organ.positions->GetPointer(0), next("held"));
 }
 

@@ -233,6 +233,7 @@ unit = "mm"
 @effects.deformation@
 @effects.dent@
 @effects.preload@
+@effects.inside@
 [surface]
 file = "fine.ply"
 @surface.unit@
@@ -255,7 +256,23 @@ path = [[0, 0, 0, 0]]
 nearest = [0, 0, 0]
 @grip.axes@
 )",
-                                   {"organ", "world"});
+                                   {"organ", "world", "carried"});
+  expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
+unit = "mm"
+[effects]
+shape = "volume"
+inside = true
+[[carried]]
+name = "tumour"
+file = "tumour.ply"
+@carried.unit@
+@carried.within@
+[[tool]]
+name = "probe"
+points = [[0, 0, 0]]
+path = [[0, 0, 0, 0]]
+)",
+                                   {}, {"carried"});
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
 [world]

@@ -479,6 +479,67 @@ TEST_F(PlayedScene, MovesGripsOnlyAlongTheirAxes) {
         -0.002, 2e-8);  // tensors in f32: 1e-5 of 2 mm
 }
 
+TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
+  const tests::BundleParts parts = tests::tiny_bundle();
+  std::ofstream(folder_ / "tumour.ply") << ply_of(parts);
+  const std::string effects = "[effects]\nshape = \"volume\"\ninside = true\n";
+  const std::string carried = "[[carried]]\nname = \"tumour\"\nfile = \"tumour.ply\"\nwithin = 0.001\n";
+  write_scene(carried + kProbe, effects);
+  const Ended ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("part=\"2\" file=\"shapes/carried_tumour_000006.vtu\""));
+  const auto organ = read_grid(folder_ / "out/shapes/organ_000006.vtu"),
+             tumour = read_grid(folder_ / "out/shapes/carried_tumour_000006.vtu");
+  const auto array = [&](const char* name) { return organ->GetPointData()->GetArray(name); };
+  // The vertices are the organ's nodes, of six digits in the text.
+  ASSERT_EQ(tumour->GetNumberOfPoints(), organ->GetNumberOfPoints());
+  for (vtkIdType n = 0; n < organ->GetNumberOfPoints(); ++n)
+    for (int d = 0; d < 3; ++d) {
+      EXPECT_NEAR(tumour->GetPoint(n)[d], organ->GetPoint(n)[d], 1e-7);
+      EXPECT_NEAR(tumour->GetPointData()->GetArray("displacement")->GetComponent(n, d),
+                  array("displacement")->GetComponent(n, d), 1e-7);
+    }
+  for (const char* tensor : {"strain", "stress"}) {
+    ASSERT_EQ(array(tensor)->GetNumberOfComponents(), 6) << tensor;
+    EXPECT_STREQ(array(tensor)->GetComponentName(5), "XZ");
+  }
+  double most = 0;
+  for (vtkIdType n = 0; n < organ->GetNumberOfPoints(); ++n) {
+    double s[6], e[6], principal[3];
+    array("stress")->GetTuple(n, s), array("strain")->GetTuple(n, e), array("principal_stress")->GetTuple(n, principal);
+    const double von_mises = array("von_mises")->GetTuple1(n), pressure = array("pressure")->GetTuple1(n);
+    // Single precision, of stresses up to some 1,000 Pa.
+    EXPECT_NEAR(pressure, -(s[0] + s[1] + s[2]) / 3, 1e-3);
+    EXPECT_NEAR(principal[0] + principal[1] + principal[2], s[0] + s[1] + s[2], 1e-2);
+    EXPECT_NEAR(von_mises,
+                std::sqrt(0.5 * (std::pow(s[0] - s[1], 2) + std::pow(s[1] - s[2], 2) + std::pow(s[2] - s[0], 2)) +
+                          3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])),
+                1e-2);
+    EXPECT_NEAR(s[3], 5400 / 1.45 * e[3], 1e-2) << "2 mu of the strain";
+    most = std::max(most, von_mises);
+  }
+  EXPECT_GT(most, 100);
+  const Ended explained = run("scene.toml --explain");
+  EXPECT_EQ(explained.code, 0) << explained.errors;
+  EXPECT_THAT(explained.output, HasSubstr("inside: strain and stress"));
+  // What does not fit together.
+  fs::remove_all(folder_ / "out");
+  write_scene(kProbe, "[effects]\ninside = true\n");
+  expect_refused("scene.toml -o out", "shape = \"volume\" beside inside = true");
+  write_scene(carried + kProbe, "[effects]\nshape = \"volume\"\n");
+  expect_refused("scene.toml -o out", "inside = true in [effects], since \"tumour\" is carried");
+  write_scene(carried + carried + kProbe, effects);
+  expect_refused("scene.toml -o out", "a name that no other [[carried]] has");
+  std::ofstream(folder_ / "tumour.ply") << ply_of(parts, "m");  // read as mm: a speck at the origin, on the surface
+  write_scene(carried + kProbe, effects);
+  EXPECT_EQ(run("scene.toml -o speck").code, 0);
+  std::ofstream(folder_ / "far.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+         "element face 1\nproperty list uchar int vertex_indices\nend_header\n10 10 10\n20 20 20\n10 10 -7\n3 0 1 2\n";
+  write_scene("[[carried]]\nname = \"far\"\nfile = \"far.ply\"\nwithin = 5\n" + kProbe, effects);
+  expect_refused("scene.toml -o out", "found 1 of 3 farther, vertex 2 at 10 10 -7 mm by 7 mm");
+}
+
 TEST_F(PlayedScene, WithoutShapeWritesNoShapes) {
   write_scene(kProbe, "[effects]\nshape = \"off\"\n");
   ASSERT_EQ(run("scene.toml -o out").code, 0);
