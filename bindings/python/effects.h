@@ -110,7 +110,7 @@ inline Effects effects_of(const std::string& collision, const std::string& conta
                           std::int32_t max_points, std::int32_t max_contact_nodes, double force_limit,
                           double force_slew, double max_tool_speed, double release_distance, double torque_limit,
                           double torque_slew, std::int64_t max_operations, std::int32_t max_links, bool grasps,
-                          bool motions) {
+                          bool motions, bool inside) {
   Effects effects;
   palpate_scene_def& def = effects.def;
   def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
@@ -141,6 +141,7 @@ inline Effects effects_of(const std::string& collision, const std::string& conta
   def.max_links = max_links;
   def.grasps = grasps;
   def.motions = motions;
+  def.inside = inside ? PALPATE_INSIDE_ON : PALPATE_INSIDE_OFF;
   return effects;
 }
 
@@ -169,7 +170,9 @@ inline constexpr const char* kAboutEffects =
     "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)\n"
     "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\", "
     "deformation=\"linear\")\n"
-    "motions: whether the bundle's motions move the organ (set_motions; collision=\"deformed\" or \"off\")";
+    "motions: whether the bundle's motions move the organ (set_motions; collision=\"deformed\" or \"off\")\n"
+    "inside: whether inside and inside_at tell strain and stress, and carry moves points of the tissue "
+    "(shape=\"volume\")";
 
 // Gives a class of Python its constructor Class(bundle, *, ...): the bundle, and the keywords of effects_of.
 template <class Held, class... Choices>
@@ -192,7 +195,8 @@ void takes_effects(Class& type, const char* about) {
            py::arg("force_slew") = start.force_slew, py::arg("max_tool_speed") = start.max_tool_speed,
            py::arg("release_distance") = start.release_distance, py::arg("torque_limit") = start.torque_limit,
            py::arg("torque_slew") = start.torque_slew, py::arg("max_operations") = start.max_operations,
-           py::arg("max_links") = start.max_links, py::arg("grasps") = false, py::arg("motions") = false, about);
+           py::arg("max_links") = start.max_links, py::arg("grasps") = false, py::arg("motions") = false,
+           py::arg("inside") = false, about);
 }
 
 }  // namespace palpate::python

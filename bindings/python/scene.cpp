@@ -37,6 +37,7 @@ void add_hit(py::module_& module) {
 
 void add_scene(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_motion_state, amount, volume);
+  PYBIND11_NUMPY_DTYPE(palpate_inside_place, tetrahedron, reserved, weight, distance);
   add_plan_pass(module);
   add_hit(module);
   py::class_<HeldScene, std::shared_ptr<HeldScene>> type(
@@ -87,6 +88,25 @@ void add_scene(py::module_& module) {
            "Normals of the surface's vertices, the mean of the triangles around each, weighted by their angles:\n"
            "positions as shape wrote them. Fills the caller's array, float32 [surface_node_count, 3]. Returns "
            "StepFlags.")
+      .def("locate", &HeldScene::locate, py::arg("points"), py::arg("farthest") = 0.0,
+           "With inside=True: the place of each point [points, 3], m, of the organ as it was meshed: a structured "
+           "array of\n"
+           "tetrahedron (-1: none within farthest, m), weight and distance. Once; any thread may call it.")
+      .def("inside", &HeldScene::inside, py::arg("displacements"), py::arg("strains") = py::none(),
+           py::arg("stresses") = py::none(), py::arg("pressures") = py::none(), py::arg("von_mises") = py::none(),
+           py::arg("principal") = py::none(),
+           "Strain and stress of a shape: displacements of all nodes as shape wrote them. Keeps the field for "
+           "inside_at and\n"
+           "fills the caller's float32 arrays: strains and stresses [shape_node_count, 6], xx yy zz xy yz xz, Pa;\n"
+           "pressures and von_mises [shape_node_count]; principal [shape_node_count, 3]. Returns StepFlags.")
+      .def("inside_at", &HeldScene::inside_at, py::arg("places"), py::arg("displacements") = py::none(),
+           py::arg("strains") = py::none(), py::arg("stresses") = py::none(), py::arg("pressures") = py::none(),
+           py::arg("von_mises") = py::none(), py::arg("principal") = py::none(),
+           "The same at places of locate, of the shape of the last inside, with a row for each place.")
+      .def("carry", &HeldScene::carry, py::arg("positions"), py::arg("places"), py::arg("moved"),
+           "Where the places of locate are in a shape: positions of all nodes as shape wrote them. Fills moved, "
+           "float32\n"
+           "[places, 3], m. Returns StepFlags.")
       .def("cast_ray", &HeldScene::cast_ray, py::arg("origin"), py::arg("direction"), py::arg("contacts") = py::none(),
            py::arg("longest") = INFINITY,
            "The first Hit of a ray with the surface as the contacts deform it, from outside or inside, or None.\n"

@@ -29,6 +29,8 @@ struct PlanPass {
 
 class HeldScene {
  public:
+  using Places = py::array_t<palpate_inside_place, py::array::c_style | py::array::forcecast>;
+
   HeldScene(std::shared_ptr<HeldBundle> bundle, Effects effects)
       : HeldScene(std::move(bundle), effects, nullptr, nullptr) {
     owned_ = create(bundle_->bundle, effects.whole());
@@ -109,6 +111,45 @@ class HeldScene {
     shape.node_count = nodes, shape.positions = writable(positions, "positions", nodes);
     float* out = writable(normals, "normals", nodes);
     return step_flags(without_lock([&] { return palpate_scene_normals(scene_, &shape, out, nodes); }));
+  }
+
+  py::array locate(const Numbers& points, double farthest) const {
+    if (points.ndim() != 2 || points.shape(1) != 3) throw py::value_error("points: expected shape [points, 3]");
+    py::array_t<palpate_inside_place> places(points.shape(0));
+    palpate_inside_place* const out = places.mutable_data();
+    const auto count = static_cast<std::int32_t>(points.shape(0));
+    const std::int32_t missing =
+        without_lock([&] { return palpate_scene_locate(scene_, points.data(), count, farthest, out); });
+    if (missing < 0 && count > 0)
+      throw py::value_error("locate: expected a scene with inside=True, and a farthest distance of 0 or above");
+    return places;
+  }
+  py::object inside(const py::object& displacements, const py::object& strains, const py::object& stresses,
+                    const py::object& pressures, const py::object& von_mises, const py::object& principal) {
+    const InUse use(shaping_, kShaping);
+    palpate_shape_out shape = palpate_default_shape_out();
+    shape.node_count = shape_node_count();
+    shape.displacements = writable(displacements, "displacements", shape.node_count);
+    palpate_inside_out out = inside_out(shape.node_count, strains, stresses, pressures, von_mises, principal);
+    return step_flags(without_lock([&] { return palpate_scene_inside(scene_, &shape, &out); }));
+  }
+  py::object inside_at(const Places& places, const py::object& displacements, const py::object& strains,
+                       const py::object& stresses, const py::object& pressures, const py::object& von_mises,
+                       const py::object& principal) {
+    const InUse use(shaping_, kShaping);
+    const auto count = static_cast<std::int32_t>(places.size());
+    palpate_inside_out out = inside_out(count, strains, stresses, pressures, von_mises, principal);
+    out.displacements = writable(displacements, "displacements", count);
+    return step_flags(without_lock([&] { return palpate_scene_inside_at(scene_, places.data(), count, &out); }));
+  }
+  py::object carry(const py::object& positions, const Places& places, const py::object& moved) {
+    const InUse use(shaping_, kShaping);
+    palpate_shape_out shape = palpate_default_shape_out();
+    shape.node_count = shape_node_count();
+    shape.positions = writable(positions, "positions", shape.node_count);
+    const auto count = static_cast<std::int32_t>(places.size());
+    float* const out = writable(moved, "moved", count);
+    return step_flags(without_lock([&] { return palpate_scene_carry(scene_, &shape, places.data(), count, out); }));
   }
 
   py::object cast_ray(const Numbers& origin, const Numbers& direction, HeldContacts* contacts, double longest) {
@@ -227,6 +268,7 @@ class HeldScene {
   }
 
  private:
+  static constexpr const char* kShaping = "shape already runs on another thread";
   static constexpr const char *kTouching = "touch already runs on another thread",
                               *kDeforming = "deform already runs on another thread";
 
@@ -281,8 +323,20 @@ class HeldScene {
     return step();
   }
 
-  // The first number of a caller's array, which the step fills.
-  static float* writable(const py::object& object, const char* name, std::int32_t rows) {
+  static palpate_inside_out inside_out(std::int32_t rows, const py::object& strains, const py::object& stresses,
+                                       const py::object& pressures, const py::object& von_mises,
+                                       const py::object& principal) {
+    palpate_inside_out out = palpate_default_inside_out();
+    out.capacity = rows;
+    out.strains = writable(strains, "strains", rows, 6), out.stresses = writable(stresses, "stresses", rows, 6);
+    out.pressures = writable(pressures, "pressures", rows, 1);
+    out.von_mises = writable(von_mises, "von_mises", rows, 1);
+    out.principal = writable(principal, "principal", rows);
+    return out;
+  }
+
+  // The first number of a caller's array, which the step fills. columns: 1: the array has one dimension.
+  static float* writable(const py::object& object, const char* name, std::int32_t rows, int columns = 3) {
     if (object.is_none()) return nullptr;
     if (!py::isinstance<py::array_t<float>>(object))
       throw py::type_error(
@@ -290,9 +344,11 @@ class HeldScene {
           std::string(py::str(py::type::of(object).attr("__name__"))) +
           (py::isinstance<py::array>(object) ? " of " + std::string(py::str(object.attr("dtype"))) : ""));
     auto array = py::reinterpret_borrow<py::array_t<float>>(object);
-    if (array.ndim() != 2 || array.shape(1) != 3 || array.shape(0) < rows)
+    const bool fits = columns == 1 ? array.ndim() == 1 : array.ndim() == 2 && array.shape(1) == columns;
+    if (!fits || array.shape(0) < rows)
       throw py::value_error(std::string(name) + ": expected shape [" + std::to_string(rows) +
-                            ", 3], or more rows; found " + std::string(py::str(array.attr("shape"))));
+                            (columns == 1 ? "" : ", " + std::to_string(columns)) + "], or more rows; found " +
+                            std::string(py::str(array.attr("shape"))));
     if ((array.flags() & py::array::c_style) == 0 || !array.writeable() ||
         reinterpret_cast<std::uintptr_t>(array.data()) % alignof(float) != 0)
       throw py::value_error(std::string(name) + ": expected a contiguous array that may be written to");

@@ -418,6 +418,39 @@ class Step(unittest.TestCase):
 
 
 class RenderMesh(unittest.TestCase):
+    def test_strain_stress_and_carried_points_follow_a_shape(self):
+        bundle = palpate.Bundle(BUNDLE)
+        scene = palpate.Scene(bundle, shape="volume", inside=True, collision="off")
+        self.assertEqual(scene.plan[-1].name, "inside: strain and stress")
+        nodes = scene.shape_node_count
+        gradient = np.array([[0.02, 0.01, 0], [0, -0.01, 0], [0, 0, 0.005]])
+        u = (bundle.nodes @ gradient.T).astype(np.float32)
+        x = (bundle.nodes + u).astype(np.float32)
+        points = np.array([[0.02, 0.02, 0.02], [0.05, 0.01, 0.03], [1.0, 0, 0]])
+        places = scene.locate(points)
+        self.assertEqual(places["tetrahedron"][2], -1)
+        np.testing.assert_allclose(places["weight"][:2].sum(1), 1)
+        places = places[:2]
+        strains, stresses = np.empty((nodes, 6), np.float32), np.empty((nodes, 6), np.float32)
+        von_mises, pressures, principal = np.empty(nodes, np.float32), np.empty(nodes, np.float32), np.empty((nodes, 3), np.float32)
+        self.assertEqual(scene.inside(u, strains, stresses, pressures, von_mises, principal), 0)
+        np.testing.assert_allclose(strains, np.tile([0.02, -0.01, 0.005, 0.005, 0, 0], (nodes, 1)), atol=1e-6)
+        np.testing.assert_allclose(pressures, -stresses[:, :3].mean(1), rtol=1e-5)
+        np.testing.assert_allclose(principal.sum(1), stresses[:, :3].sum(1), rtol=1e-5)
+        there, at = np.empty((2, 6), np.float32), np.empty((2, 3), np.float32)
+        self.assertEqual(scene.inside_at(places, displacements=at, stresses=there), 0)
+        np.testing.assert_allclose(there, stresses[:2], rtol=1e-3, atol=1e-2)  # alike everywhere
+        np.testing.assert_allclose(at, points[:2] @ gradient.T, atol=1e-8)
+        moved = np.empty((2, 3), np.float32)
+        self.assertEqual(scene.carry(x, places, moved), 0)
+        np.testing.assert_allclose(moved, points[:2] + points[:2] @ gradient.T, atol=1e-8)
+        with self.assertRaisesRegex(ValueError, "strains: expected shape"):
+            scene.inside(u, strains=np.empty((nodes, 3), np.float32))
+        with self.assertRaisesRegex(ValueError, "inside=True"):
+            palpate.Scene(bundle).locate(points)
+        with self.assertRaisesRegex(palpate.Error, "take shape VOLUME"):
+            palpate.Scene(bundle, inside=True)
+
     def test_a_render_mesh_goes_where_the_surface_does(self):
         bundle = palpate.Bundle(BUNDLE)
         rest = bundle.nodes[: bundle.surface_node_count]

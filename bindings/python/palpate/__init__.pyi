@@ -290,6 +290,7 @@ class Scene:
         max_links: int = ...,
         grasps: bool = ...,
         motions: bool = ...,
+        inside: bool = ...,
     ) -> None: ...
     @property
     def bundle(self) -> Bundle: ...
@@ -319,6 +320,32 @@ class Scene:
         disc_normals: Optional[npt.NDArray[np.float32]] = ...,
     ) -> StepFlags: ...
     def normals(self, positions: npt.NDArray[np.float32], normals: npt.NDArray[np.float32]) -> StepFlags: ...
+    def locate(self, points: npt.ArrayLike, farthest: float = ...) -> npt.NDArray[np.void]: ...
+    def inside(
+        self,
+        displacements: npt.NDArray[np.float32],
+        strains: Optional[npt.NDArray[np.float32]] = ...,
+        stresses: Optional[npt.NDArray[np.float32]] = ...,
+        pressures: Optional[npt.NDArray[np.float32]] = ...,
+        von_mises: Optional[npt.NDArray[np.float32]] = ...,
+        principal: Optional[npt.NDArray[np.float32]] = ...,
+    ) -> StepFlags: ...
+    def inside_at(
+        self,
+        places: npt.NDArray[np.void],
+        displacements: Optional[npt.NDArray[np.float32]] = ...,
+        strains: Optional[npt.NDArray[np.float32]] = ...,
+        stresses: Optional[npt.NDArray[np.float32]] = ...,
+        pressures: Optional[npt.NDArray[np.float32]] = ...,
+        von_mises: Optional[npt.NDArray[np.float32]] = ...,
+        principal: Optional[npt.NDArray[np.float32]] = ...,
+    ) -> StepFlags: ...
+    def carry(
+        self,
+        positions: npt.NDArray[np.float32],
+        places: npt.NDArray[np.void],
+        moved: npt.NDArray[np.float32],
+    ) -> StepFlags: ...
     def cast_ray(
         self,
         origin: npt.ArrayLike,
@@ -383,6 +410,7 @@ class Organ:
         max_links: int = ...,
         grasps: bool = ...,
         motions: bool = ...,
+        inside: bool = ...,
     ) -> None: ...
     @property
     def position(self) -> npt.NDArray[np.float64]: ...
