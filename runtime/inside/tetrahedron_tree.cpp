@@ -77,7 +77,8 @@ double TetrahedronTree::distance_from_box(const Box& box, Vec3 p) const {
   return length(gap);
 }
 
-// Weights and distance. From outside, the nearest point lies on a face whose far side has p.
+// Weights and distance. From outside, the nearest point lies on a face whose far side has p. A tetrahedron that is too thin for weights
+// has the distance NaN, and is never the nearest.
 void TetrahedronTree::measure(std::int32_t tetrahedron, Vec3 p, Found* found) const {
   const Vec3 x[4] = {corner(tetrahedron, 0), corner(tetrahedron, 1), corner(tetrahedron, 2), corner(tetrahedron, 3)};
   const Vec3 a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0], q = p - x[0];
@@ -96,6 +97,8 @@ void TetrahedronTree::measure(std::int32_t tetrahedron, Vec3 p, Found* found) co
     square = std::min(square, closest_on_triangle(p, x[(w + 1) % 4], x[(w + 2) % 4], x[(w + 3) % 4], barycentric));
   }
   found->distance = inside ? 0 : std::sqrt(square);
+  for (const double weight : found->weight)
+    if (!std::isfinite(weight)) found->distance = NAN;
 }
 
 TetrahedronTree::Found TetrahedronTree::nearest(Vec3 p, double farthest) const {

@@ -1,4 +1,6 @@
 // The C API of the inside, which the room inside/ computes.
+#include <algorithm>
+#include <cmath>
 #include <initializer_list>
 
 #include "runtime/base/alignment.h"
@@ -9,6 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr double kFarthestCoordinate = 1e6;  // m, as for tools
+constexpr double kLargestFloat = 3.4e38;
 
 bool is_place(const double* p) {
   return std::fabs(p[0]) <= kFarthestCoordinate && std::fabs(p[1]) <= kFarthestCoordinate &&
@@ -30,28 +33,33 @@ bool is_sound(const palpate_inside_out& out) {
   return out.capacity >= 0;
 }
 
-template <class Number>
-void write(const Number* numbers, int count, std::int32_t row, float* array) {
-  for (int i = 0; array && i < count; ++i)
-    array[static_cast<std::size_t>(count) * static_cast<std::size_t>(row) + static_cast<std::size_t>(i)] =
-        static_cast<float>(numbers[i]);
+// Writes a row; a number that single precision does not hold becomes zero. Returns step flags.
+palpate_step_flags write(const double* numbers, int count, std::int32_t row, float* array) {
+  if (!array) return 0;
+  palpate_step_flags flags = 0;
+  float* const out = array + static_cast<std::size_t>(count) * static_cast<std::size_t>(row);
+  for (int i = 0; i < count; ++i) {
+    const bool fits = std::fabs(numbers[i]) <= kLargestFloat;
+    out[i] = fits ? static_cast<float>(numbers[i]) : 0;
+    if (!fits) flags = PALPATE_STEP_UNSOLVED;
+  }
+  return flags;
 }
 
-void write_row(const StrainAndStress& value, Vec3 displacement, std::int32_t row, const palpate_inside_out& out) {
-  const double u[3] = {displacement.x, displacement.y, displacement.z};
-  write(u, 3, row, out.displacements);
-  write(value.strain, kTensorNumbers, row, out.strains);
-  write(value.stress, kTensorNumbers, row, out.stresses);
-  const double pressure = pressure_of(value.stress);
-  write(&pressure, 1, row, out.pressures);
+palpate_step_flags write_row(const StrainAndStress& value, Vec3 displacement, std::int32_t row,
+                             const palpate_inside_out& out) {
+  const double u[3] = {displacement.x, displacement.y, displacement.z}, pressure = pressure_of(value.stress);
+  palpate_step_flags flags =
+      write(u, 3, row, out.displacements) | write(value.strain, kTensorNumbers, row, out.strains) |
+      write(value.stress, kTensorNumbers, row, out.stresses) | write(&pressure, 1, row, out.pressures);
   if (out.von_mises) {
     const double von_mises = von_mises_of(value.stress);
-    write(&von_mises, 1, row, out.von_mises);
+    flags |= write(&von_mises, 1, row, out.von_mises);
   }
-  if (!out.principal) return;
+  if (!out.principal) return flags;
   double principal[3];
   principal_of(value.stress, principal);
-  write(principal, 3, row, out.principal);
+  return flags | write(principal, 3, row, out.principal);
 }
 
 palpate_step_flags lost(const palpate_scene& scene) {
@@ -86,10 +94,10 @@ palpate_step_flags palpate_scene_inside(palpate_scene* scene, const palpate_shap
   if (!palpate::tells_inside(scene) || !palpate::is_sound(wanted)) return PALPATE_STEP_BAD_INPUT;
   if (!palpate::read_host_struct(shape, &shaped) || !palpate::is_whole(*scene, shaped)) return PALPATE_STEP_BAD_INPUT;
   if (!shaped.displacements || !palpate::is_aligned(shaped.displacements)) return PALPATE_STEP_BAD_INPUT;
-  const palpate_step_flags flags = scene->inside.compute(shaped.displacements) | palpate::lost(*scene);
+  palpate_step_flags flags = scene->inside.compute(shaped.displacements) | palpate::lost(*scene);
   const std::int32_t rows = out ? std::min(scene->inside.nodes(), wanted.capacity) : 0;
   for (std::int32_t n = 0; n < rows; ++n)
-    palpate::write_row(scene->inside.at_node(n), scene->inside.displacement(n), n, wanted);
+    flags |= palpate::write_row(scene->inside.at_node(n), scene->inside.displacement(n), n, wanted);
   if (out) out->count = rows;
   scene->watch.ended(palpate::Pass::inside);
   return flags;
@@ -112,7 +120,7 @@ palpate_step_flags palpate_scene_inside_at(palpate_scene* scene, const palpate_i
       value = scene->inside.at_place(places[i]), displacement = scene->inside.displacement(places[i]);
     else
       flags |= PALPATE_STEP_BAD_INPUT;
-    palpate::write_row(value, displacement, i, wanted);
+    flags |= palpate::write_row(value, displacement, i, wanted);
   }
   out->count = rows;
   scene->watch.ended(palpate::Pass::inside);
@@ -139,7 +147,7 @@ palpate_step_flags palpate_scene_carry(palpate_scene* scene, const palpate_shape
     }
     if (!scene->inside.is_place(places[i]) || !palpate::is_finite(sum)) flags |= PALPATE_STEP_BAD_INPUT, sum = {};
     const double p[3] = {sum.x, sum.y, sum.z};
-    palpate::write(p, 3, i, positions);
+    flags |= palpate::write(p, 3, i, positions);
   }
   scene->watch.ended(palpate::Pass::inside);
   return flags;

@@ -19,6 +19,7 @@ inline palpate_scene_def fuzzed_effects(FuzzInput& input) {
   def.shape = static_cast<palpate_shape_model>(input.below(3));
   if (def.shape != PALPATE_SHAPE_OFF) def.radial = static_cast<palpate_radial_model>(input.below(2));
   def.preload = static_cast<palpate_preload_model>(input.below(2));
+  if (def.shape == PALPATE_SHAPE_VOLUME && def.preload == PALPATE_PRELOAD_ON) def.inside = PALPATE_INSIDE_ON;
   if (def.force != PALPATE_FORCE_OFF && input.flag()) {
     def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
     def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;

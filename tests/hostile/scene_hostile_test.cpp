@@ -33,13 +33,15 @@ palpate_scene_def small_def() {
 
 // Definitions that together read every section. A bundle without a section refuses the effects that need it.
 std::vector<palpate_scene_def> all_defs() {
-  palpate_scene_def volume = small_def(), laws = small_def(), nodes = small_def();
+  palpate_scene_def volume = small_def(), laws = small_def(), nodes = small_def(), inside = small_def();
   volume.collision = PALPATE_COLLISION_DEFORMED;
   volume.shape = PALPATE_SHAPE_VOLUME, volume.radial = PALPATE_RADIAL_RESPONSE;
   volume.force = PALPATE_FORCE_RESPONSE, volume.preload = PALPATE_PRELOAD_ON;
   laws.collision = PALPATE_COLLISION_DEFORMED, laws.law = PALPATE_LAW_COULOMB;
   nodes.contact = PALPATE_CONTACT_TRIANGLE, nodes.collision = PALPATE_COLLISION_OFF;
-  return {small_def(), volume, laws, nodes};
+  inside.contact = PALPATE_CONTACT_NODE, inside.collision = PALPATE_COLLISION_OFF;
+  inside.shape = PALPATE_SHAPE_VOLUME, inside.inside = PALPATE_INSIDE_ON, inside.preload = PALPATE_PRELOAD_ON;
+  return {small_def(), volume, laws, nodes, inside};
 }
 
 Played play(const std::string& bytes, const palpate_scene_def& def, int steps = 12) {

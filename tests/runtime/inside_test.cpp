@@ -492,6 +492,25 @@ TEST(InsidePlaces, CarriedPointsMoveAsTheVolumeDoesAndThoseJustOutsideGoOnInAStr
         1e-7);
 }
 
+TEST(InsidePlaces, OutsideHaveTheStressOfTheirTetrahedronAndNoneBeyondIt) {
+  Shaped shaped(box());
+  shaped.fill([](const Vector3d& p) { return Vector3d(p[0] * p[0], p[0] * p[1], 0); });
+  ASSERT_EQ(palpate_scene_inside(shaped.scene.get(), &shaped.shape, nullptr), 0u);
+  auto places = shaped.places({{0.068, 0.021, 0.017}, {0.03, -0.006, 0.012}}, 0.01);
+  std::vector<palpate_inside_place> within = places;
+  for (palpate_inside_place& place : within) {
+    double sum = 0;
+    for (double& w : place.weight) sum += w = std::max(w, 0.0);
+    EXPECT_GT(sum, 1.1) << "not outside";
+    for (double& w : place.weight) w /= sum;
+  }
+  Answer outside(2), inside(2);
+  ASSERT_EQ(palpate_scene_inside_at(shaped.scene.get(), places.data(), 2, &outside.out), 0u);
+  ASSERT_EQ(palpate_scene_inside_at(shaped.scene.get(), within.data(), 2, &inside.out), 0u);
+  EXPECT_EQ(outside.stress, inside.stress);
+  EXPECT_NE(outside.u, inside.u) << "displacements go on in a straight line";
+}
+
 // ---- the contract --------------------------------------------------------------------------------------------------------
 
 TEST(Inside, BadInputIsFlaggedAndAnsweredWithNumbers) {

@@ -89,6 +89,8 @@ class HeldPlay {
     if (out.node_count < 0 || out.node_count > out.node_capacity) return "more nodes than there is room for";
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(out.node_count); ++i)
       if (!std::isfinite(displacements_[i]) || !std::isfinite(positions_[i])) return "a node that is not finite";
+    if (def_.inside != PALPATE_INSIDE_OFF)
+      if (const std::string broken = look_inside(out); !broken.empty()) return broken;
     if (skin_.empty()) return "";
     palpate_skin_out skin = skin_out(skin_.data(), nullptr, static_cast<std::int32_t>(skin_.size() / 3));
     flags_ |= palpate_scene_skin(scene_, &out, &skin);
@@ -105,10 +107,30 @@ class HeldPlay {
   }
 
  private:
+  std::string look_inside(const palpate_shape_out& shape) {
+    stresses_.resize(2 * displacements_.size()), principal_.resize(displacements_.size());
+    palpate_inside_out field = palpate_default_inside_out();
+    field.capacity = static_cast<std::int32_t>(displacements_.size() / 3);
+    field.stresses = stresses_.data(), field.principal = principal_.data();
+    flags_ |= palpate_scene_inside(scene_, &shape, &field);
+    if (field.count != shape.node_count) return "not a stress for each node";
+    for (std::size_t i = 0; i < 6 * static_cast<std::size_t>(field.count); ++i)
+      if (!std::isfinite(stresses_[i]) || !std::isfinite(principal_[i / 2])) return "a stress that is not finite";
+    const double point[3] = {0.02, 0.02, 0.02};
+    palpate_inside_place place;
+    palpate_scene_locate(scene_, point, 1, INFINITY, &place);
+    if (place.tetrahedron >= 0 && !all_finite(place.weight, 4)) return "a weight that is not finite";
+    float moved[3];
+    flags_ |= palpate_scene_carry(scene_, &shape, &place, 1, moved);
+    for (const float x : moved)
+      if (!std::isfinite(x)) return "a carried point that is not finite";
+    return "";
+  }
+
   palpate_scene* scene_;
   palpate_scene_def def_;
   std::vector<std::uint64_t> memory_;
-  std::vector<float> displacements_, positions_, skin_;
+  std::vector<float> displacements_, positions_, skin_, stresses_, principal_;
   std::map<std::int32_t, std::array<double, 3>> last_;  // N, of each tool by its id
   palpate_step_flags flags_ = 0;
 };

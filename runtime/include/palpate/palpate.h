@@ -1209,7 +1209,7 @@ static inline palpate_inside_out palpate_default_inside_out(void) {
 /* Strain and stress of a shape, kept in the scene until the next call, and filled for the nodes 0 .. N-1. shape: as
  * palpate_scene_shape filled it; this call reads its displacements and node_count, N. out may be NULL. A displacement that is not
  * finite counts as zero (BAD_INPUT). Under LARGE, a tetrahedron that the shape turns inside out has a stress without meaning
- * (UNSOLVED). A node where regions meet has the mean of theirs. Cost: two passes over the tetrahedra. */
+ * (UNSOLVED). A number beyond single precision becomes zero (UNSOLVED). A node where regions meet has the mean of theirs. Cost: two passes over the tetrahedra. */
 PALPATE_API palpate_step_flags palpate_scene_inside(palpate_scene* scene, const palpate_shape_out* shape,
                                                     palpate_inside_out* out);
 /* The same at places, of the shape of the last palpate_scene_inside (without one: BAD_INPUT). Beyond the mesh, strain and stress are those of

@@ -540,6 +540,42 @@ TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
   expect_refused("scene.toml -o out", "found 1 of 3 farther, vertex 2 at 10 10 -7 mm by 7 mm");
 }
 
+TEST_F(PlayedScene, TensorsAndCarriedSurfacesOfATurnedOrganAreInTheWorldsFrame) {
+  std::ofstream(folder_ / "tumour.ply") << ply_of(tests::tiny_bundle());
+  const auto play = [&](const std::string& turn, const std::string& path, const std::string& out) {
+    std::ofstream(folder_ / "scene.toml")
+        << "name = \"test\"\nunit = \"mm\"\n[effects]\nshape = \"volume\"\ninside = true\n[[organ]]\nname = \"box\"\n"
+           "bundle = \"box.h5\"\nturn = "
+        << turn << "\n[[carried]]\nname = \"tumour\"\norgan = \"box\"\nfile = \"tumour.ply\"\nwithin = 0.001\n"
+        << "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = " << path << "\n";
+    const Ended ended = run("scene.toml -o " + out);
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    return folder_ / out / "shapes";
+  };
+  const auto plain = play("[0, 0, 0]", "[[0, 41, 26, 44], [0.1, 41, 26, 35]]", "plain");
+  // A quarter turn about x: y becomes z, and z becomes -y.
+  const auto turned = play("[90, 0, 0]", "[[0, 41, -44, 26], [0.1, 41, -35, 26]]", "turned");
+  const auto before = read_grid(plain / "organ_box_000006.vtu"), after = read_grid(turned / "organ_box_000006.vtu");
+  double largest = 0;
+  for (const char* tensor : {"strain", "stress"})
+    for (vtkIdType n = 0; n < before->GetNumberOfPoints(); ++n) {
+      double a[6], b[6];
+      before->GetPointData()->GetArray(tensor)->GetTuple(n, a), after->GetPointData()->GetArray(tensor)->GetTuple(n, b);
+      const double expected[6] = {a[0], a[2], a[1], -a[5], -a[4], a[3]};
+      // The two runs round differently, as does the turn.
+      for (int i = 0; i < 6; ++i) ASSERT_NEAR(b[i], expected[i], 1e-4 * (std::string(tensor) == "stress" ? 1000 : 1));
+      largest = std::max(largest, std::abs(a[5]));
+    }
+  EXPECT_GT(largest, 10);
+  const auto from = read_grid(plain / "carried_tumour_box_000006.vtu"),
+             to = read_grid(turned / "carried_tumour_box_000006.vtu");
+  for (vtkIdType n = 0; n < from->GetNumberOfPoints(); ++n) {
+    EXPECT_NEAR(to->GetPoint(n)[0], from->GetPoint(n)[0], 1e-7);
+    EXPECT_NEAR(to->GetPoint(n)[1], -from->GetPoint(n)[2], 1e-7);
+    EXPECT_NEAR(to->GetPoint(n)[2], from->GetPoint(n)[1], 1e-7);
+  }
+}
+
 TEST_F(PlayedScene, WithoutShapeWritesNoShapes) {
   write_scene(kProbe, "[effects]\nshape = \"off\"\n");
   ASSERT_EQ(run("scene.toml -o out").code, 0);
