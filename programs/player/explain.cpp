@@ -197,7 +197,10 @@ Steps play_steps(Scene& scene, std::size_t passes) {
                                         if (watched) steps.deform.back().pass_us = timer.us();
                                       }});
     for (std::size_t i = first_touch; i < steps.touch.size(); ++i) steps.touch[i].us = timing.touch_us[i - first_touch];
-    for (std::size_t i = first_shape; i < steps.shape.size(); ++i) steps.shape[i].us = timing.shape_us[i - first_shape];
+    for (std::size_t i = first_shape; i < steps.shape.size(); ++i) {
+      const std::size_t of_play = i - first_shape;
+      steps.shape[i].us = timing.shape_us[of_play] + (timing.inside_us.empty() ? 0 : timing.inside_us[of_play]);
+    }
     for (std::size_t i = first_deform; i < steps.deform.size(); ++i)
       steps.deform[i].us = timing.deform_us[i - first_deform];
   }

@@ -37,8 +37,8 @@ struct ShapeRecord {
 };
 
 struct Timing {
-  // One per step, in order; none where nothing is skinned, or the body is not solved beside the touch.
-  std::vector<double> touch_us, shape_us, skin_us, deform_us;
+  // One per step, in order; none where nothing is skinned, no scene looks inside, or the body is not solved beside the touch.
+  std::vector<double> touch_us, shape_us, skin_us, inside_us, deform_us;
 };
 
 class Player {

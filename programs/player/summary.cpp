@@ -193,6 +193,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     out["timing_us"]["deform"] = percentiles(timing.deform_us);
   }
   if (!timing.skin_us.empty()) out["timing_us"]["skin"] = percentiles(timing.skin_us);
+  if (!timing.inside_us.empty()) out["timing_us"]["inside"] = percentiles(timing.inside_us);
   return out.dump(2) + "\n";
 }
 

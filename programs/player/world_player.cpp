@@ -140,8 +140,12 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
                                                &buffers[k].out);
       return 0;
     });
-    for (std::size_t k = 0; k < organs_.size(); ++k)
-      if (organs_[k]->inside()) shape_flags[k] |= organs_[k]->inside()->follow(buffers[k].out);
+    if (std::any_of(organs_.begin(), organs_.end(), [](const auto& organ) { return organ->inside() != nullptr; }))
+      timed(timing.inside_us, [&] {
+        for (std::size_t k = 0; k < organs_.size(); ++k)
+          if (organs_[k]->inside()) shape_flags[k] |= organs_[k]->inside()->follow(buffers[k].out);
+        return 0;
+      });
     std::vector<ShapeRecord> shapes;
     for (std::size_t k = 0; k < organs_.size(); ++k)
       shapes.push_back({time, shape_flags[k], tools_->points(),

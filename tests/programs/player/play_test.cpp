@@ -519,6 +519,7 @@ TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
     most = std::max(most, von_mises);
   }
   EXPECT_GT(most, 100);
+  EXPECT_GT(nlohmann::json::parse(read_text(folder_ / "out/summary.json"))["timing_us"]["inside"]["p50"], 0);
   const Ended explained = run("scene.toml --explain");
   EXPECT_EQ(explained.code, 0) << explained.errors;
   EXPECT_THAT(explained.output, HasSubstr("inside: strain and stress"));
