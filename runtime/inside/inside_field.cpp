@@ -27,6 +27,17 @@ void add_scaled(StrainAndStress& sum, double factor, const StrainAndStress& valu
   }
 }
 
+// As shape_gradients of hyperelastic_body.h, in vectors: gcc 12 fuses products and sums of that one (vfmaddsub) although
+// -ffp-contract=off forbids it, and builds for other processors would have other bits.
+double gradients_of(const std::int32_t* corner, const double* positions, double gradient[3][3]) {
+  const auto at = [&](int c) { return load3(positions + 3 * static_cast<std::size_t>(corner[c])); };
+  const Vec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
+  const Vec3 of[3] = {cross(b, c), cross(c, a), cross(a, b)};
+  const double determinant = dot(a, of[0]);
+  for (int i = 0; i < 3; ++i) store3((1 / determinant) * of[i], gradient[i]);
+  return determinant / 6;
+}
+
 constexpr int kRow[kTensorNumbers] = {0, 1, 2, 0, 1, 0}, kColumn[kTensorNumbers] = {0, 1, 2, 1, 2, 2};
 
 // Of small displacements. h: displacement gradient.
@@ -80,7 +91,7 @@ bool InsideField::create(SceneMemory& memory, const HyperelasticBody& body, bool
       first_site_[tetrahedra_[c]] = site;
     }
     for (std::int32_t e = 0; e < tetrahedron_count_; ++e) {
-      elements_[e].volume = shape_gradients(body, e, elements_[e].gradient);
+      elements_[e].volume = gradients_of(corners(e), positions_, elements_[e].gradient);
       elements_[e].region = body.region[e];
     }
   }

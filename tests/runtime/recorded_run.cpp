@@ -62,14 +62,14 @@ palpate_pose moving_pose() {
 static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
 static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 15 * sizeof(double));
 
-// skinned: floats of the scene's render mesh, 0 without one.
+// skinned: floats of the scene's render mesh, 0 without one. looks_inside: the scene tells stress.
 Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, bool moves, std::size_t skinned,
-            const std::vector<RecordedStep>& path) {
+            bool looks_inside, const std::vector<RecordedStep>& path) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene) / 8 + 1);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
   std::vector<float> displacements(3 * static_cast<std::size_t>(info.node_count)), positions(displacements.size());
-  std::vector<float> drawn(skinned), discs(3 * 64);
+  std::vector<float> drawn(skinned), discs(3 * 64), stresses(2 * displacements.size()), principal(displacements.size());
   Played played;
   GuardedDevice device;
   for (std::size_t s = 0; s < path.size(); ++s) {
@@ -115,6 +115,13 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
       played.shape.update(drawn.data(), sizeof(float) * skinned);
       played.shape.update(discs.data(), 3 * sizeof(float) * static_cast<std::size_t>(skin.disc_count));
     }
+    if (looks_inside) {
+      palpate_inside_out inside = palpate_default_inside_out();
+      inside.capacity = info.node_count, inside.stresses = stresses.data(), inside.principal = principal.data();
+      played.flags |= palpate_scene_inside(scene, &out, &inside);
+      played.shape.update(stresses.data(), sizeof(float) * stresses.size());
+      played.shape.update(principal.data(), sizeof(float) * principal.size());
+    }
     played.contact_nodes += contacts->node_count;
     for (int t = 0; t < 3; ++t) played.slips += palpate_contacts_tool(contacts, t)->slip_count;
   }
@@ -139,6 +146,7 @@ palpate_scene_def scene_def(const Combination& c) {
   if (!has_the_rest(c)) return def;
   def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
   def.relaxation = {PALPATE_RELAXATION_PRONY, 2, {0.45, 0.365}, {0.005, 0.5}};
+  def.inside = PALPATE_INSIDE_ON;
   if (c.contact == PALPATE_CONTACT_PATCH) def.report = PALPATE_REPORT_CONTACTS, def.dent = PALPATE_DENT_DISCS;
   return def;
 }
@@ -171,8 +179,9 @@ std::string play(const Combination& c, palpate_bundle* bundle, const std::vector
     std::fprintf(stderr, "recorded_run: %s\n", error.text);
     std::exit(3);
   }
-  const std::string line = line_of(c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1,
-                                           c.law == PALPATE_LAW_COULOMB, vertices.size(), path));
+  const std::string line =
+      line_of(c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1, c.law == PALPATE_LAW_COULOMB,
+                      vertices.size(), def.inside != PALPATE_INSIDE_OFF, path));
   palpate_scene_destroy(scene);
   return line;
 }
