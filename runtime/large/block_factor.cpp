@@ -185,7 +185,7 @@ bool BlockFactor::find_supernodes(SceneMemory& memory, SceneMemory& scratch, con
 
 bool BlockFactor::create_tiles(SceneMemory& memory) {
   tiles_ = memory.array<float>(static_cast<std::size_t>(numbers_));
-  if (numbers_ < kFewestForRough) return tiles_ != nullptr;
+  if (numbers_ < fewest_for_rough_) return tiles_ != nullptr;
   rough_tiles_ = memory.array<std::int32_t>(static_cast<std::size_t>(numbers_) / 2);
   rough_scale_ = memory.array<float>(6 * static_cast<std::size_t>(rows_));
   return tiles_ && rough_tiles_ && rough_scale_;
@@ -328,8 +328,8 @@ BlockFactor::Outcome BlockFactor::factorise(SceneMemory& scratch, const BlockRow
   return Outcome::made;
 }
 
-BlockFactor::Outcome BlockFactor::create(SceneMemory& memory, const BlockRows& matrix) {
-  rows_ = matrix.rows;
+BlockFactor::Outcome BlockFactor::create(SceneMemory& memory, const BlockRows& matrix, std::int64_t fewest_for_rough) {
+  rows_ = matrix.rows, fewest_for_rough_ = fewest_for_rough;
   SceneMemory scratch = memory.of_same_host();
   Outcome outcome = Outcome::no_memory;
   if (find_supernodes(memory, scratch, matrix)) outcome = factorise(scratch, matrix);

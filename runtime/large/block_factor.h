@@ -24,7 +24,7 @@ class BlockFactor {
   static constexpr std::int64_t kFewestForRough = 5'000'000;
 
   // matrix: postordered. Memory in the end: 4 bytes a number, 6 with a rough copy; while it is made 8 more.
-  Outcome create(SceneMemory& memory, const BlockRows& matrix);
+  Outcome create(SceneMemory& memory, const BlockRows& matrix, std::int64_t fewest_for_rough = kFewestForRough);
 
   // x: [rows][3] the right-hand side, then K^-1 of it. Cost: reads the factor twice. Not for two threads at once.
   void solve(float* x) const { solve(&x, 1); }
@@ -37,6 +37,7 @@ class BlockFactor {
   void solve_roughly(float* x) const;
 
   std::int64_t numbers() const { return numbers_; }
+  bool has_rough_copy() const { return rough_tiles_ != nullptr; }
 
   // What a numeric factorisation works with: 8 bytes a number of the factor.
   class Work {
@@ -98,7 +99,7 @@ class BlockFactor {
   friend struct SolveWith;
 
   std::int32_t rows_ = 0, count_ = 0;
-  std::int64_t numbers_ = 0, panel_numbers_ = 0, operations_ = 0;
+  std::int64_t numbers_ = 0, panel_numbers_ = 0, operations_ = 0, fewest_for_rough_ = kFewestForRough;
   Supernode* supernodes_ = nullptr;
   std::int32_t* row_lists_ = nullptr;
   // Tiles of sixteen rows of three columns, in the order in which a solve reads them: for each supernode the lower triangle of the inverse

@@ -43,7 +43,7 @@ __attribute__((target(PALPATE_AVX2))) void evaluate_with_avx2(const ElementLanes
 
 LargeSolver::Created LargeSolver::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
                                          std::int32_t order_count, std::int32_t max_rows, std::int32_t max_nodes,
-                                         const double* preload, bool renews) {
+                                         const double* preload, bool renews, std::int64_t fewest_for_rough) {
   nodes_ = body.node_count, rows_ = order_count, max_rows_ = max_rows, max_nodes_ = max_nodes;
   const auto nodes = static_cast<std::size_t>(nodes_), rows = static_cast<std::size_t>(rows_);
   length_ = (3 * rows + kVectorStep - 1) / kVectorStep * kVectorStep;
@@ -63,7 +63,7 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
       if (place_[n] < rows_) place_[n] = improved[place_[n]];
     stiffness = {};
     if (assemble_stiffness(scratch, body, place_, rows_, &stiffness)) {
-      const BlockFactor::Outcome outcome = factor_.create(memory, stiffness);
+      const BlockFactor::Outcome outcome = factor_.create(memory, stiffness, fewest_for_rough);
       if (outcome == BlockFactor::Outcome::made) created = Created::made;
       if (preload && !take_load(memory, body, stiffness, preload)) created = Created::no_memory;
       if (outcome == BlockFactor::Outcome::not_definite) created = Created::not_definite;

@@ -67,9 +67,11 @@ class LargeSolver {
   // Memory: about 424 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 24 max_rows^2 bytes.
   // preload: [node_count][3] m, the linear displacement under dead loads, or nullptr. The body then rests where it is in equilibrium
   // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
+  // fewest_for_rough: numbers of a factor from which its rough copy gives the directions (block_factor.h).
   // renews: makes renew() possible, in four times the factor's memory and 500 bytes a tetrahedron more.
   Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order, std::int32_t order_count,
-                 std::int32_t max_rows, std::int32_t max_nodes, const double* preload = nullptr, bool renews = false);
+                 std::int32_t max_rows, std::int32_t max_nodes, const double* preload = nullptr, bool renews = false,
+                 std::int64_t fewest_for_rough = BlockFactor::kFewestForRough);
   // m, displacement of a node by the preload; zero without one.
   void rest_displacement(std::int32_t node, float out[3]) const {
     for (int i = 0; i < 3; ++i)

@@ -78,8 +78,9 @@ class PairSearch {
   Vec3 vertex_at_rest(const OrganPair& pair) const;
   Vec3 place_at_rest(const OrganPair& pair) const;
   double area(const OrganPair& pair) const { return surface_[group(pair).a].area(pair.vertex); }
-  // The pair has slipped, or has no force: its place is found anew in the next step.
-  void let_slip(std::int32_t i);
+  // The pair has slipped, or has no force. With friction its place is found anew in the next step, unless it is far from touching.
+  // gap: m, that is left.
+  void let_slip(std::int32_t i, double gap);
 
   // The largest overlap of two organs where they rest, m, and how many vertices overlap.
   double largest_overlap(std::int32_t g, std::int32_t* vertices) const;
@@ -111,6 +112,7 @@ class PairSearch {
   Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) const;
   Vec3 place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const;
   bool stands(const OrganGroup& group, const OrganPair& pair, Vec3 at, double* moved) const;
+  NearestPoint nearest_to(const OrganGroup& group, const OrganPair* known, Vec3 at) const;
   void note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const;
   void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place) const;
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);

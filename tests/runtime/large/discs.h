@@ -76,10 +76,11 @@ struct Discs {
 
 class Solved {
  public:
-  explicit Solved(const HyperelasticBody& body, bool renews = false) : body_(body), memory_(palpate_allocator{}) {
+  explicit Solved(const HyperelasticBody& body, bool renews = false, bool roughly = false)
+      : body_(body), memory_(palpate_allocator{}) {
     const auto order = elimination_order(body);
-    if (solver.create(memory_, body, order.data(), static_cast<std::int32_t>(order.size()), 30, 1000, nullptr,
-                      renews) != LargeSolver::Created::made)
+    if (solver.create(memory_, body, order.data(), static_cast<std::int32_t>(order.size()), 30, 1000, nullptr, renews,
+                      roughly ? 0 : BlockFactor::kFewestForRough) != LargeSolver::Created::made)
       throw std::runtime_error("not made");
   }
   ~Solved() { memory_.release_all(); }
