@@ -1,4 +1,4 @@
-// palpate.Link and palpate.Grasp: what holds tissue.
+// palpate.Link, palpate.WorldLink and palpate.Grasp: what holds tissue.
 #include <algorithm>
 #include <string>
 
@@ -40,15 +40,49 @@ palpate_link_kind kind_of(const std::string& word) {
   throw py::value_error("kind: expected one of thread, spring, clip; found \"" + word + "\"");
 }
 
-palpate_link make_link(const std::string& kind, const py::sequence& ends, double rest_length, double stiffness,
-                       double breaking_force, double radius, bool runs_on, std::int32_t id) {
-  if (ends.size() != 2) throw py::value_error("ends: expected two, found " + std::to_string(ends.size()));
-  palpate_link link = palpate_default_link();
+void expect_two(const py::sequence& list, const char* name) {
+  if (list.size() != 2)
+    throw py::value_error(std::string(name) + ": expected two, found " + std::to_string(list.size()));
+}
+
+// link: with its defaults.
+template <class Link>
+Link filled(Link link, const std::string& kind, const py::sequence& ends, double rest_length, double stiffness,
+            double breaking_force, double radius, bool runs_on, std::int32_t id) {
+  expect_two(ends, "ends");
   link.kind = kind_of(kind);
   for (std::size_t e = 0; e < 2; ++e) link.ends[e] = end_of(py::object(ends[e]));
   link.rest_length = rest_length, link.stiffness = stiffness, link.breaking_force = breaking_force;
   link.radius = radius, link.runs_on = runs_on, link.id = id;
   return link;
+}
+
+palpate_link make_link(const std::string& kind, const py::sequence& ends, double rest_length, double stiffness,
+                       double breaking_force, double radius, bool runs_on, std::int32_t id) {
+  return filled(palpate_default_link(), kind, ends, rest_length, stiffness, breaking_force, radius, runs_on, id);
+}
+
+palpate_world_link make_world_link(const std::string& kind, const py::sequence& organs, const py::sequence& ends,
+                                   double rest_length, double stiffness, double breaking_force, double radius,
+                                   bool runs_on, std::int32_t id) {
+  palpate_world_link link =
+      filled(palpate_default_world_link(), kind, ends, rest_length, stiffness, breaking_force, radius, runs_on, id);
+  expect_two(organs, "organs");
+  for (std::size_t e = 0; e < 2; ++e) link.organ[e] = py::object(organs[e]).cast<std::int32_t>();
+  return link;
+}
+
+// What a caller may read and change of either kind of link.
+template <class Link>
+void add_numbers(py::class_<Link>* type) {
+  type->def_readwrite("rest_length", &Link::rest_length, "m")
+      .def_readwrite("stiffness", &Link::stiffness, "N/m")
+      .def_readwrite("breaking_force", &Link::breaking_force, "N")
+      .def_readonly("radius", &Link::radius, "m")
+      .def_property(
+          "runs_on", [](const Link& self) { return self.runs_on != 0; }, [](Link& self, bool to) { self.runs_on = to; },
+          "the thread runs on into the next link")
+      .def_readwrite("id", &Link::id, "0 or more, another one for each link; -1: its index");
 }
 
 palpate_grasp make_grasp(const py::object& place, double radius, const Numbers& position, const Numbers& orientation,
@@ -73,31 +107,27 @@ py::array numbers_of(const py::object& self, double (palpate_grasp::*member)[cou
 
 }  // namespace
 
-void LinkCopies::take(const py::iterable& links) {
-  links_.clear();
-  for (const py::handle each : links) links_.push_back(each.cast<const palpate_link&>());
-}
-
 void add_links(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_link_state, id, condition, broken, rest_length, length, tension, force, ends);
   PYBIND11_NUMPY_DTYPE(palpate_grasp_state, condition, force, torque, place, slipped, friction_limit);
-  py::class_<palpate_link>(
-      module, "Link", "A suture, clip, ligament or spring between two places of the organ, or from one to the world.")
-      .def(py::init(&make_link), py::arg("kind"), py::arg("ends"), py::kw_only(), py::arg("rest_length") = 0.0,
+  py::class_<palpate_link> link(
+      module, "Link", "A suture, clip, ligament or spring between two places of the organ, or from one to the world.");
+  link.def(py::init(&make_link), py::arg("kind"), py::arg("ends"), py::kw_only(), py::arg("rest_length") = 0.0,
            py::arg("stiffness") = INFINITY, py::arg("breaking_force") = INFINITY, py::arg("radius") = 0.0,
            py::arg("runs_on") = false, py::arg("id") = -1,
            "kind: \"thread\" pulls alone, \"spring\" pulls and pushes, \"clip\" brings both ends to one place.\n"
            "ends: two; each is (triangle, weights), which moves with the tissue, or (x, y, z), m, in the world.\n"
            "rest_length: m; stiffness: N/m; breaking_force: N; radius: m, of the disc that each end takes hold of\n"
-           "(contact=\"patch\"); runs_on: the thread runs on into the next link; id: 0 or more; -1: its index.")
-      .def_readwrite("rest_length", &palpate_link::rest_length, "m")
-      .def_readwrite("stiffness", &palpate_link::stiffness, "N/m")
-      .def_readwrite("breaking_force", &palpate_link::breaking_force, "N")
-      .def_readonly("radius", &palpate_link::radius, "m")
-      .def_property(
-          "runs_on", [](const palpate_link& self) { return self.runs_on != 0; },
-          [](palpate_link& self, bool to) { self.runs_on = to; }, "the thread runs on into the next link")
-      .def_readwrite("id", &palpate_link::id, "0 or more, another one for each link; -1: its index");
+           "(contact=\"patch\"); runs_on: the thread runs on into the next link; id: 0 or more; -1: its index.");
+  add_numbers(&link);
+  py::class_<palpate_world_link> world_link(
+      module, "WorldLink", "A link of a World: between places of two organs, of one, or from one to the world.");
+  world_link.def(py::init(&make_world_link), py::arg("kind"), py::arg("organs"), py::arg("ends"), py::kw_only(),
+                 py::arg("rest_length") = 0.0, py::arg("stiffness") = INFINITY, py::arg("breaking_force") = INFINITY,
+                 py::arg("radius") = 0.0, py::arg("runs_on") = false, py::arg("id") = -1,
+                 "organs: two indices, of the organ of each end; that of an end in the world is not read.\n"
+                 "The others: as those of Link.");
+  add_numbers(&world_link);
   py::class_<palpate_grasp>(module, "Grasp", "Jaws that hold tissue, which follows them in six degrees of freedom.")
       .def(
           py::init(&make_grasp), py::arg("place"), py::arg("radius"), py::arg("position"), py::kw_only(),

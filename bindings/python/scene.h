@@ -27,6 +27,16 @@ struct PlanPass {
   std::uint64_t mapped_bytes;
 };
 
+// A copy of the states 0, 1, ... of a scene or world until there is none.
+template <class State, class Owner>
+py::array states_of(const State* (*state)(const Owner*, std::int32_t), const Owner* of) {
+  std::int32_t count = 0;
+  while (state(of, count)) ++count;
+  py::array_t<State> states(std::vector<py::ssize_t>{count});
+  for (std::int32_t i = 0; i < count; ++i) states.mutable_data()[i] = *state(of, i);
+  return states;
+}
+
 class HeldScene {
  public:
   using Places = py::array_t<palpate_inside_place, py::array::c_style | py::array::forcecast>;
@@ -222,11 +232,11 @@ class HeldScene {
   }
   py::array motion_states() {
     const InUse use(touching_, kTouching);
-    return states_of<palpate_motion_state>(palpate_scene_motion_state);
+    return states_of(palpate_scene_motion_state, scene_);
   }
   py::array link_states() {
     const InUse use(touching_, kTouching);
-    return states_of<palpate_link_state>(palpate_scene_link_state);
+    return states_of(palpate_scene_link_state, scene_);
   }
   py::object grasp_state(std::int32_t id) {
     const InUse use(touching_, kTouching);
@@ -275,16 +285,6 @@ class HeldScene {
   static Scene create(const Bundle& bundle, const palpate_scene_def& def) {
     const py::gil_scoped_release released;
     return Scene(bundle, def);
-  }
-
-  // A copy of the states 0, 1, ... until there is none.
-  template <class State>
-  py::array states_of(const State* (*state)(const palpate_scene*, std::int32_t)) const {
-    std::int32_t count = 0;
-    while (state(scene_, count)) ++count;
-    py::array_t<State> states(std::vector<py::ssize_t>{count});
-    for (std::int32_t i = 0; i < count; ++i) states.mutable_data()[i] = *state(scene_, i);
-    return states;
   }
 
   // A report as bytes, 8-byte aligned as the API asks. One that says that it is longer than it is counts as damaged: it becomes zeros.
@@ -363,7 +363,7 @@ class HeldScene {
   palpate_scene* scene_;
   std::vector<std::uint64_t> report_copy_;  // of skin
   ToolCopies copies_;
-  LinkCopies link_copies_;
+  LinkCopies<palpate_link> link_copies_;
   std::atomic_flag touching_ = ATOMIC_FLAG_INIT, deforming_ = ATOMIC_FLAG_INIT, shaping_ = ATOMIC_FLAG_INIT,
                    asking_ = ATOMIC_FLAG_INIT;
 };

@@ -45,16 +45,20 @@ class ToolCopies {
   std::vector<std::optional<palpate_grasp>> grasps_;  // [tool]
 };
 
-// The same of links, for one call.
+// The same of links, palpate_link or palpate_world_link, for one call.
+template <class Link>
 class LinkCopies {
  public:
-  // Throws a Python error where an object is not a link.
-  void take(const py::iterable& links);
-  const palpate_link* data() const { return links_.data(); }
+  // Throws a Python error where an object is not a Link.
+  void take(const py::iterable& links) {
+    links_.clear();
+    for (const py::handle each : links) links_.push_back(each.cast<const Link&>());
+  }
+  const Link* data() const { return links_.data(); }
   std::int32_t count() const { return static_cast<std::int32_t>(links_.size()); }
 
  private:
-  std::vector<palpate_link> links_;
+  std::vector<Link> links_;
 };
 
 }  // namespace palpate::python

@@ -73,6 +73,17 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
     return step_flags(flags);
   }
 
+  void set_links(const py::iterable& links) {
+    const InUse use(touching_, kTouching);
+    link_copies_.take(links);
+    palpate_error error = {};
+    if (world_.set_links(link_copies_.data(), link_copies_.count(), &error) != PALPATE_OK) throw Error(error);
+  }
+  py::array link_states() {
+    const InUse use(touching_, kTouching);
+    return states_of(palpate_world_link_state, world_.get());
+  }
+
   void reset() {
     const InUse use(touching_, kTouching);
     world_.reset();
@@ -102,14 +113,15 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
   std::vector<std::shared_ptr<HeldOrgan>> organs_;  // their bundles outlive the world
   World world_;
   ToolCopies copies_;
+  LinkCopies<palpate_world_link> link_copies_;
   std::atomic_flag touching_ = ATOMIC_FLAG_INIT;
 };
 
 std::shared_ptr<HeldWorld> make_world(std::vector<std::shared_ptr<HeldOrgan>> organs, double friction,
                                       std::int32_t max_pairs, double force_limit, double force_slew,
-                                      double torque_limit, double torque_slew) {
+                                      double torque_limit, double torque_slew, std::int32_t max_links) {
   palpate_world_def def = palpate_default_world_def();
-  def.friction = friction, def.max_pairs = max_pairs;
+  def.friction = friction, def.max_pairs = max_pairs, def.max_links = max_links;
   def.force_limit = force_limit, def.force_slew = force_slew;
   def.torque_limit = torque_limit, def.torque_slew = torque_slew;
   return std::make_shared<HeldWorld>(std::move(organs), def);
@@ -209,11 +221,12 @@ void add_world(py::module_& module) {
       .def(py::init(&make_world), py::arg("organs"), py::kw_only(), py::arg("friction") = start.friction,
            py::arg("max_pairs") = start.max_pairs, py::arg("force_limit") = start.force_limit,
            py::arg("force_slew") = start.force_slew, py::arg("torque_limit") = start.torque_limit,
-           py::arg("torque_slew") = start.torque_slew,
+           py::arg("torque_slew") = start.torque_slew, py::arg("max_links") = start.max_links,
            "organs: of Organ; their bundles may be the same. Raises Error, which names the organ.\n"
            "max_pairs: places at most where organs are held apart; 0: they pass through one another. Above 0 it needs\n"
            "collision=\"deformed\" and deformation=\"linear\" of all organs, and no fine_surface\n"
            "friction: Coulomb's coefficient between organs\n"
+           "max_links: links that set_links may give. Above 0 it needs deformation=\"linear\" of all organs\n"
            "force_limit, N; force_slew, N/s; torque_limit, N m; torque_slew, N m/s: of each tool, all organs together")
       .def_property_readonly("scenes", &HeldWorld::scenes,
                              "list of Scene, one of each organ: for shape, skin, queries, report, links and set_pose. "
@@ -224,6 +237,12 @@ void add_world(py::module_& module) {
            "The haptic half of all organs. tools: of Tool, in the world; the grips and the grasp of a tool hold organ "
            "Tool.organ.\n"
            "dt: s since the last touch. Fills contacts and returns StepFlags of all organs together; 0 is full trust.")
+      .def("set_links", &HeldWorld::set_links, py::arg("links"),
+           "The world's links, of WorldLink, in place of those before; one with an id, kind, organs and ends as before "
+           "keeps its\n"
+           "state. Raises Error, and the world keeps its links.")
+      .def("link_states", &HeldWorld::link_states,
+           "structured [links] as Scene.link_states, a copy of the last touch; ends and forces in the world's frame")
       .def("reset", &HeldWorld::reset, "Scene.reset of all organs.")
       .def("reset_tool", &HeldWorld::reset_tool, py::arg("id"), "Scene.reset_tool of all organs.")
       .def("save", &HeldWorld::save, "bytes: what the touches have left in all organs, as Scene.save.")

@@ -933,6 +933,67 @@ class Worlds(unittest.TestCase):
         apart.touch([palpate.Tool(grips=[grip], organ=1)], 0.001, contacts)
         self.assertEqual(len(contacts.organs[0].nodes), 0, "without pairs they pass through one another")
 
+    def linked(self, links, touches=30):
+        """The same two organs apart, with links of the world."""
+        organs = [palpate.Organ(self.bundle, contact="point") for _ in range(2)]
+        organs[1].orientation = 0, 1, 0, 0
+        organs[1].position = 0, self.low[1] + self.high[1], 2 * self.high[2] + 0.01
+        world = palpate.World(organs, max_links=4)
+        world.set_links(links)
+        contacts = world.make_contacts()
+        for _ in range(touches):
+            world.touch([], 0.001, contacts)
+        return world, world.link_states(), contacts
+
+    def place_on_top(self):
+        places = {int(t): surface_point(self.bundle, int(t)) for t in touchable_triangles(self.bundle)}
+        return max(places.values(), key=lambda place: place[1][2] - 1e-3 * np.linalg.norm(place[1] - self.top))
+
+    def test_links_pull_organs_together(self):
+        place, at = self.place_on_top()
+        _, states, contacts = self.linked(
+            [
+                palpate.WorldLink("spring", (0, 1), (place, place), stiffness=20),
+                palpate.WorldLink("thread", (0, 1), (place, place), rest_length=1, id=7),
+                palpate.WorldLink("spring", (-1, 1), (at + (0, 0, 0.02), place), rest_length=0.1, stiffness=5),
+            ]
+        )
+        self.assertEqual(states["condition"].tolist(), [1, 0, 1])
+        self.assertEqual(states["id"].tolist(), [0, 7, 2])
+        # The line turns to an accuracy of 1e-4, and the law of the spring holds to that.
+        np.testing.assert_allclose(states["tension"][0], 20 * states["length"][0], rtol=1e-3)
+        self.assertGreater(states["tension"][0], 0.01)
+        self.assertEqual(states["tension"][1], 0)
+        np.testing.assert_allclose(states["ends"][2][0], at + (0, 0, 0.02), atol=1e-12)
+        for organ in contacts.organs:
+            self.assertTrue((organ.nodes["tool"] == -3).all())
+        on_first = contacts.organs[0].nodes["force"].sum(axis=0)  # the first organ's frame is the world's
+        np.testing.assert_allclose(on_first, states["force"][0], rtol=1e-9, atol=1e-12)
+
+    def test_links_change_break_and_are_kept_where_others_are_refused(self):
+        place, _ = self.place_on_top()
+        link = palpate.WorldLink("clip", (0, 1), (place, place), stiffness=10, breaking_force=1)
+        world, before, contacts = self.linked([link])
+        link.stiffness, link.breaking_force = 20, 1e-6
+        world.set_links([link])
+        self.assertIn(palpate.StepFlags.LINK_BROKE, world.touch([], 0.001, contacts))
+        broken = world.link_states()[0]
+        self.assertEqual((broken["condition"], broken["broken"]), (2, 31))
+        self.assertGreater(broken["tension"], 1.2 * before["tension"][0])
+        with self.assertRaisesRegex(palpate.Error, "an organ from 0 to organ_count - 1"):
+            world.set_links([palpate.WorldLink("clip", (0, 2), (place, place))])
+        with self.assertRaisesRegex(palpate.Error, "a stiffness above 0 N/m"):
+            world.set_links([palpate.WorldLink("thread", (0, 1), (place, place), stiffness=0)])
+        with self.assertRaisesRegex(palpate.Error, "raise max_links"):
+            world.set_links([link] * 5)
+        self.assertEqual(len(world.link_states()), 1, "the world keeps its links")
+        with self.assertRaisesRegex(ValueError, "organs: expected two, found 1"):
+            palpate.WorldLink("clip", (0,), (place, place))
+        with self.assertRaisesRegex(ValueError, "kind: expected one of thread, spring, clip; found \"glue\""):
+            palpate.WorldLink("glue", (0, 1), (place, place))
+        with self.assertRaises(RuntimeError):
+            world.set_links([palpate.Link("clip", (place, place))])
+
     def test_a_saved_state_goes_on_with_the_same_bits(self):
         world = self.two_face_to_face(max_pairs=100)
         contacts, tools, forces = world.make_contacts(), self.down_on((0.06, self.top[1], self.top[2]), 0.004), []

@@ -28,6 +28,7 @@ from palpate._palpate import (
     Watchdog,
     World,
     WorldContacts,
+    WorldLink,
     __version__,
 )
 
@@ -55,7 +56,8 @@ __all__ = [
     "Watchdog",
     "World",
     "WorldContacts",
+    "WorldLink",
     "__version__",
 ]
-for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Organ, Passivity, PlanPass, Scene, Tool, Watchdog, World, WorldContacts):
+for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Organ, Passivity, PlanPass, Scene, Tool, Watchdog, World, WorldContacts, WorldLink):
     _each.__module__ = "palpate"

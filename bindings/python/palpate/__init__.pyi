@@ -191,6 +191,28 @@ class Link:
     runs_on: bool
     id: int
 
+class WorldLink:
+    def __init__(
+        self,
+        kind: Literal["thread", "spring", "clip"],
+        organs: Sequence[int],
+        ends: Sequence[Any],
+        *,
+        rest_length: float = ...,
+        stiffness: float = ...,
+        breaking_force: float = ...,
+        radius: float = ...,
+        runs_on: bool = ...,
+        id: int = ...,
+    ) -> None: ...
+    rest_length: float
+    stiffness: float
+    breaking_force: float
+    @property
+    def radius(self) -> float: ...
+    runs_on: bool
+    id: int
+
 class Grasp:
     def __init__(
         self,
@@ -432,11 +454,14 @@ class World:
         force_slew: float = ...,
         torque_limit: float = ...,
         torque_slew: float = ...,
+        max_links: int = ...,
     ) -> None: ...
     @property
     def scenes(self) -> list[Scene]: ...
     def make_contacts(self) -> WorldContacts: ...
     def touch(self, tools: Iterable[Tool], dt: float, contacts: WorldContacts) -> StepFlags: ...
+    def set_links(self, links: Iterable[WorldLink]) -> None: ...
+    def link_states(self) -> npt.NDArray[np.void]: ...
     def reset(self) -> None: ...
     def reset_tool(self, id: int) -> None: ...
     def save(self) -> bytes: ...
