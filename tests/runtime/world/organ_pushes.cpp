@@ -1,25 +1,53 @@
-// organ_pushes [--steps=100000] [--seed=0] [--scene-steps=500]: pushes organs on one another at random, one scene for each seed, and looks
+// organ_pushes [--steps=100000] [--seed=0] [--scene-steps=500] [--links=0]: pushes organs on one another at random, one scene for each seed, and looks
 // in every step whether a vertex has passed through (random_pushes.h). Prints each that has, with the seed that replays it:
 //   organ_pushes --seed=SEED --steps=500
+// With --links=1 it plays random worlds whose organs are linked instead, and looks at the links' forces and laws (random_links.h).
 // Exit code 0: none; 1: some; 2: bad usage.
 #include <cstdio>
 
 #include "tests/runtime/play_seeds.h"
 #include "tests/runtime/read_option.h"
+#include "tests/runtime/world/random_links.h"
 #include "tests/runtime/world/random_pushes.h"
+
+namespace {
+
+using namespace palpate::tests;
+
+bool play_links(long long seed, long long steps, long long scene_steps) {
+  LinkCounts all;
+  return play_seeds(
+      seed, steps, scene_steps, &all.steps,
+      [&](std::uint64_t at, int of_scene, const auto& told) {
+        RandomLinks(at, &all, [&](const std::string& found) {
+          told("seed " + std::to_string(at) + ", " + found);
+        }).play(of_scene);
+      },
+      [&](double seconds) {
+        std::printf(
+            "%ld steps, %ld with a flag of missed laws, %ld in which links broke, %ld in which organs pressed one "
+            "another; largest force %.3g of its bound; laws missed without a flag by %.3g of what is allowed at most; "
+            "%ld found, %.0f s\n",
+            all.steps, all.flagged, all.broken, all.touching, all.largest, all.missed, all.found, seconds);
+      });
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using palpate::tests::read_option;
-  long long steps = 100000, seed = 0, scene_steps = 500;
+  long long steps = 100000, seed = 0, scene_steps = 500, links = 0;
   for (int a = 1; a < argc; ++a)
     if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
-        !read_option(argv[a], "--scene-steps=", &scene_steps))
-      return std::fprintf(stderr,
-                          "%s: expected --steps=N, --seed=N or --scene-steps=N with a whole number of 0 or more\n",
-                          argv[a]),
+        !read_option(argv[a], "--scene-steps=", &scene_steps) && !read_option(argv[a], "--links=", &links))
+      return std::fprintf(
+                 stderr,
+                 "%s: expected --steps=N, --seed=N, --scene-steps=N or --links=N with a whole number of 0 or more\n",
+                 argv[a]),
              2;
   if (scene_steps < 1 || scene_steps > 1000000)
     return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
+  if (links > 0) return play_links(seed, steps, scene_steps) ? 1 : 0;
   palpate::tests::PushCounts all;
   const bool found = palpate::tests::play_seeds(
       seed, steps, scene_steps, &all.steps,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -41,6 +42,18 @@ inline const TouchedBody& side_plate() {
     return dense_grid(grid);
   }());
   return body;
+}
+
+// [3N][3N] m/N, zero on fixed dofs.
+inline Eigen::MatrixXd compliance_of(const TouchedBody& body) {
+  const Eigen::MatrixXd stiffness = body.stiffness();
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < body.dofs(); ++i)
+    if (!body.fixed[static_cast<std::size_t>(i)]) free.push_back(i);
+  Eigen::MatrixXd c = Eigen::MatrixXd::Zero(body.dofs(), body.dofs());
+  const Eigen::MatrixXd inverse = Eigen::MatrixXd(stiffness(free, free)).inverse();
+  c(free, free) = inverse;
+  return c;
 }
 
 inline palpate_scene_def touching_def() {

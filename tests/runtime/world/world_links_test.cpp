@@ -22,18 +22,6 @@ using ::testing::HasSubstr;
 
 const Vector3d kMiddle(.3, .3, .4);
 
-// [3N][3N] m/N, zero on fixed dofs.
-MatrixXd compliance_of(const TouchedBody& body) {
-  const MatrixXd stiffness = body.stiffness();
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < body.dofs(); ++i)
-    if (!body.fixed[static_cast<std::size_t>(i)]) free.push_back(i);
-  MatrixXd c = MatrixXd::Zero(body.dofs(), body.dofs());
-  const MatrixXd inverse = MatrixXd(stiffness(free, free)).inverse();
-  c(free, free) = inverse;
-  return c;
-}
-
 struct Organ {
   const TouchedBody* body;
   const MatrixXd* compliance;
