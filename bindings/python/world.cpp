@@ -185,7 +185,7 @@ void add_world_contacts(py::module_& module) {
           "about the "
           "origin of "
           "the\n"
-          "organ's frame), pressed (N, by all other organs)")
+          "organ's frame), pressed (N, by all other organs, without links)")
       .def_property_readonly(
           "pairs",
           [of](const py::object& self) {

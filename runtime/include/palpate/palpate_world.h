@@ -175,9 +175,10 @@ typedef struct palpate_world_organ_state {
   uint32_t flags;           /* of its step                                                                          */
   int32_t near_tools;       /* tools that were not far from it                                                      */
   double force[3];          /* N, in the world, on the organ, by all tools: the sum of its nodes' forces            */
-  double torque[3];  /* N m, in the world, of these forces at the rest places, about the origin of the organ's frame;
+  double torque[3]; /* N m, in the world, of these forces at the rest places, about the origin of the organ's frame;
                                zero in a scene that has no positions (contact NODE without collision)               */
-  double pressed[3]; /* N, in the world, on the organ, by all other organs                                          */
+  double
+      pressed[3]; /* N, in the world, on the organ, by all other organs that it touches, without the forces of links */
 } palpate_world_organ_state;
 
 /* A place where two organs touch or may touch: a vertex of one and a place on the other. */
