@@ -458,7 +458,7 @@ typedef struct palpate_scene_def {
       grasps; /* default 0: no tool grasps, and there is no memory for it; 1: each tool may (palpate_grasp). Needs PATCH
                                      and LINEAR                                                                       */
   palpate_dent_model dent; /* default OFF                                                                            */
-  int32_t motions;  /* default 0: supports stand, nothing presses, and it costs neither time nor memory; 1: the bundle's
+  int32_t motions; /* default 0: supports stand, nothing presses, and it costs neither time nor memory; 1: the bundle's
                        motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and LINEAR  */
   palpate_inside_model inside; /* default OFF                                                                        */
 } palpate_scene_def;
