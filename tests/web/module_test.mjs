@@ -1,4 +1,4 @@
-// node module_test.mjs MODULE WRITE_TINY_BUNDLE FOLDER WASM...: pose, torque, report, queries and saved states of the JavaScript module,
+// node module_test.mjs MODULE WRITE_TINY_BUNDLE FOLDER WASM...: pose, torque, report, queries, inside and saved states of the JavaScript module,
 // on a box of 60 x 48 x 40 mm whose face at x = 0 is held.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -7,7 +7,7 @@ import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 const [modulePath, writeTinyBundle, folder, ...wasms] = process.argv.slice(2);
-const { loadRuntime, PalpateError } = await import(pathToFileURL(modulePath));
+const { loadRuntime, PalpateError, STEP_BAD_INPUT } = await import(pathToFileURL(modulePath));
 mkdirSync(folder, { recursive: true });
 const file = `${folder}/module.h5`;
 execFileSync(writeTinyBundle, [file]);
@@ -166,6 +166,52 @@ for (const wasm of wasms) {
     assert.equal(scene.grasp(6), undefined);
     refused(() => hold({ position: [0, 0] }), /position: expected 3 numbers, found 2/);
     close();
+  });
+
+  test(`${wasm}: strain, stress and carried points inside are those of the shape`, () => {
+    const { scene, bundle, close } = open({ collision: "deformed", shape: "volume", inside: true });
+    play(scene, press(2e-3, 100));
+    const points = [0.031, 0.024, 0.03, 0.012, 0.03, 0.011, ...bundle.nodes.subarray(0, 3), 0.5, 0, 0];
+    const places = scene.locate(points, { farthest: 0.001 });
+    assert.deepEqual([places.count, places.missing, places.place(3).tetrahedron], [4, 1, -1]);
+    const { tetrahedra, nodes } = bundle, { tetrahedron, weight, distance } = places.place(1);
+    near([weight.reduce((sum, w) => sum + w), distance], [1, 0], 1e-12, "weights");
+    const corners = [...tetrahedra.subarray(4 * tetrahedron, 4 * tetrahedron + 4)], mix = (of) => [0, 1, 2].map((d) => corners.reduce((sum, n, i) => sum + weight[i] * of[3 * n + d], 0));
+    near(mix(nodes), points.slice(3, 6), 1e-12, "the place is at the point");
+    assert.equal(scene.insideAt(places), STEP_BAD_INPUT, "there is no field yet");
+    scene.shape();
+    assert.equal(scene.inside(), 0);
+    // The measures follow from the stress, and the stress across from the strain; single precision.
+    const { stresses, pressures, vonMises, principal, strains } = scene.field;
+    assert.equal(pressures.length, bundle.info.nodeCount);
+    const mu = 5400 / (2 * 1.45);
+    let most = 0;
+    for (let n = 0; n < pressures.length; ++n) {
+      const [xx, yy, zz, xy, yz, xz] = stresses.subarray(6 * n, 6 * n + 6), size = Math.hypot(xx, yy, zz, xy, yz, xz);
+      near([pressures[n], principal[3 * n] + principal[3 * n + 1] + principal[3 * n + 2]], [-(xx + yy + zz) / 3, xx + yy + zz], 1e-5 * size, "pressure");
+      near([vonMises[n]], [Math.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (xy ** 2 + yz ** 2 + xz ** 2))], 1e-5 * size, "von Mises");
+      assert.ok(principal[3 * n] >= principal[3 * n + 1] && principal[3 * n + 1] >= principal[3 * n + 2]);
+      near([xy, yz, xz], [...strains.subarray(6 * n + 3, 6 * n + 6)].map((strain) => 2 * mu * strain), 1e-5 * size, "shear");
+      most = Math.max(most, Math.abs(strains[6 * n + 2]));
+    }
+    assert.ok(most > 0.005, `the tissue under the tool is pressed by ${most}`);
+    assert.equal(scene.carry(places), STEP_BAD_INPUT, "one place has no tetrahedron");
+    places.release();
+    const two = scene.locate(points.slice(0, 6));
+    assert.equal(scene.insideAt(two) | scene.carry(two), 0);
+    near([...two.measures.displacements.subarray(3, 6)], mix(scene.displacements), 1e-9, "displacement");
+    near([...two.positions.subarray(3, 6)], mix(scene.positions), 1e-8, "position"); // positions of 5 cm in single precision
+    assert.ok(two.measures.pressures[0] > 0, "compressed below the tool");
+    assert.equal(two.measures.stresses.length, 12);
+    two.release();
+    refused(() => scene.locate([0, 0]), /three numbers a point, found 2/);
+    refused(() => scene.locate(points, { farthest: -1 }), /farthest distance of 0 or above/);
+    close();
+    const without = open({ shape: "volume" });
+    refused(() => without.scene.inside(), /inside: true/);
+    refused(() => without.scene.locate(points), /inside: true/);
+    without.close();
+    refused(() => open({ inside: true }), /./);
   });
 
   test(`${wasm}: normals of the drawn triangles point outwards`, () => {

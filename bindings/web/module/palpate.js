@@ -27,7 +27,7 @@ export { PalpateError, Scene, World };
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
  *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number,
- *   maxLinks?: number, grasps?: boolean, motions?: boolean
+ *   maxLinks?: number, grasps?: boolean, motions?: boolean, inside?: boolean
  * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
@@ -45,6 +45,9 @@ export { PalpateError, Scene, World };
 /** @typedef {import("./contact_report.js").ContactReport} ContactReport */
 /** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
 /** @typedef {import("./scene.js").MotionState} MotionState */
+/** @typedef {import("./inside.js").Measures} Measures */
+/** @typedef {import("./inside.js").Places} Places */
+/** @typedef {import("./inside.js").Place} Place */
 /** @typedef {import("./world.js").Organ} Organ */
 /** @typedef {import("./world.js").WorldOptions} WorldOptions */
 /** @typedef {import("./world.js").OrganState} OrganState */

@@ -2,6 +2,7 @@
 import { readHit, readReport } from "./contact_report.js";
 import { STEP_BAD_INPUT, STEP_OTHER_BUNDLE } from "./flags.js";
 import { ARGUMENT, PalpateError } from "./heap.js";
+import { Measures, Places } from "./inside.js";
 import { fillLink, readGraspState, readLinkState } from "./links.js";
 import { fillPose } from "./scene_def.js";
 import { reader } from "./struct.js";
@@ -39,6 +40,8 @@ export class Scene {
   #numbersAt = 0; // six doubles: what a query asks
   #linksAt = 0;
   #amountsAt = 0; // of the motions
+  /** @type {Measures | undefined} of all nodes */
+  #field;
 
   /** Bundle.createScene and World make scenes.
    *  @param {Bundle} bundle @param {SceneDef} def @param {number} pointer of the palpate_scene that was made by it
@@ -60,6 +63,7 @@ export class Scene {
     this.nodeCount = [0, bundle.info.surfaceNodeCount, bundle.info.nodeCount][def.integer("shape")] ?? 0;
     this.#contacts = ofWorld ?? { at: 0, touched: false };
     this.#takeMemory(!ofWorld);
+    if (def.integer("inside")) this.#field = new Measures(runtime, this.nodeCount, ["strains", "stresses", "pressures", "von_mises", "principal"]);
   }
 
   // Allocates all memory of the steps at once: tools and contacts, where the scene has its own; the shape's arrays.
@@ -266,6 +270,42 @@ export class Scene {
     return new Float32Array(this.runtime.heap.buffer, this.#skinNormalsAt, this.hasNormals ? 3 * this.vertexCount : 0);
   }
 
+  /** Strain and stress of the last shape() at all nodes: fills `field`, and is what insideAt() reads. Needs inside: true. @returns {number} flag bits */
+  inside() {
+    return this.runtime.api.palpate_scene_inside(this.pointer, this.#shapeAt, this.field.at) >>> 0;
+  }
+  /** whether the scene has inside: true */
+  get hasField() {
+    return this.#field !== undefined;
+  }
+  /** Of the last inside(), [nodeCount] rows; displacements are those of the scene. */
+  get field() {
+    if (!this.#field) throw new PalpateError(ARGUMENT, "the scene tells nothing of its inside; make it with inside: true");
+    return this.#field;
+  }
+  /** The places of points of the organ as it was meshed: of each the tetrahedron that it lies in, or the nearest one within `farthest`
+   *  metres. Needs inside: true. It takes memory, until the places' release(). @param {ArrayLike<number>} points [count][3] m
+   *  @param {{farthest?: number}} [options] @returns {Places} */
+  locate(points, { farthest = 0 } = {}) {
+    const { api, heap } = this.runtime;
+    if (points.length % 3) throw new PalpateError(ARGUMENT, `locate: expected three numbers a point, found ${points.length}`);
+    const count = points.length / 3, places = new Places(this.runtime, count), at = heap.take(8 * points.length + 8);
+    new Float64Array(heap.buffer, at, points.length).set(points);
+    places.missing = api.palpate_scene_locate(this.pointer, at, count, farthest, places.at);
+    heap.release(at);
+    if (places.missing >= 0) return places;
+    places.release();
+    throw new PalpateError(ARGUMENT, "locate: expected a scene with inside: true, and a farthest distance of 0 or above");
+  }
+  /** Strain and stress at places, of the shape of the last inside(): fills their `measures`. @param {Places} places @returns {number} flag bits */
+  insideAt(places) {
+    return this.runtime.api.palpate_scene_inside_at(this.pointer, places.at, places.count, places.measures.at) >>> 0;
+  }
+  /** Carries places along with the last shape(): fills their `positions`. @param {Places} places @returns {number} flag bits */
+  carry(places) {
+    return this.runtime.api.palpate_scene_carry(this.pointer, this.#shapeAt, places.at, places.count, places.positions.byteOffset) >>> 0;
+  }
+
   /** view: the contacts as plain bytes. They may be copied to contactBytes of another scene with the same bundle and limits. */
   get contactBytes() {
     const used = this.runtime.heap.u32(this.#contacts.at + this.runtime.field("palpate_contacts.used_bytes"));
@@ -385,6 +425,7 @@ export class Scene {
 
   /** Of an organ of a world: when the world is destroyed. */
   releaseMemory() {
+    this.#field?.release();
     this.runtime.heap.release(this.#memory);
   }
 }

@@ -78,6 +78,7 @@ function fillSceneDef(runtime, def, effects) {
   put.integer("max_links", effects.maxLinks);
   put.integer("grasps", flag(effects.grasps));
   put.integer("motions", flag(effects.motions));
+  put.integer("inside", flag(effects.inside));
   if (effects.maxOperations !== undefined)
     runtime.heap.data.setBigInt64(def + runtime.field("palpate_scene_def.max_operations"), BigInt(effects.maxOperations), true);
 }
