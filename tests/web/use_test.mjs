@@ -120,6 +120,71 @@ test("a section cuts the organ open: its area is that of the box, follows the pl
   await closed(page);
 });
 
+test("a section shows a field: its values are those of the tissue, its legend has a unit, the engine computes it only while the list asks", async () => {
+  const page = await ready();
+  const inside = () => page.evaluate(() => globalThis.palpateViewer.accepted.effects.inside);
+  const field = (of) => page.waitForFunction((name) => (globalThis.palpateViewer.shown.field?.of ?? "none") === name, of);
+  const legend = () => page.evaluate(() => ["field-name", "field-most", "field-middle", "field-least"].map((id) => document.getElementById(id).textContent));
+  assert.equal(await page.isVisible("#section-field"), false, "a field needs a section");
+  assert.equal(await page.isVisible("#section-absent"), false);
+  await page.click("#keep + span");
+  await drag(page, [0, 0], [60, -60]);
+  await steady(page);
+  await page.selectOption("#section", "z");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.section > 0);
+  assert.equal(await inside(), false);
+  await field("none");
+  assert.equal(await page.isVisible("#field-legend"), false);
+  await page.focus("#section-field"); // by keys
+  await page.keyboard.press("ArrowDown");
+  await field("displacement");
+  assert.equal(await inside(), false, "displacements are those of the shape");
+  await steady(page);
+  const moved = await page.evaluate(() => {
+    const { field: { values }, positions, inside: inner } = globalThis.palpateViewer.shown, rest = globalThis.palpateViewer.mesh.positions;
+    const exact = rest.map((x, i) => positions[i] - x), lengths = Array.from({ length: rest.length / 3 }, (_, n) => Math.hypot(...exact.slice(3 * n, 3 * n + 3)));
+    return { nodes: values.length === rest.length / 3 + inner, far: Math.max(...lengths.map((length, n) => Math.abs(length - values[n]))), most: Math.max(...lengths) };
+  });
+  assert.ok(moved.nodes && moved.most > 0.002);
+  assert.ok(moved.far < 2e-8, `${moved.far} m: positions of some centimetres are single numbers`);
+  await page.waitForFunction(() => document.getElementById("field-least").textContent === "0 mm");
+  assert.equal((await legend())[0], "Motion inside");
+  await page.selectOption("#section-field", "von-mises");
+  await field("von-mises");
+  assert.equal(await inside(), true);
+  await steady(page);
+  assert.equal(await page.evaluate(() => globalThis.palpateViewer.shown.tools.filter(Boolean).length), 1, "the tool that was kept is there again");
+  const stress = await page.evaluate(() => [...globalThis.palpateViewer.shown.field.values]);
+  assert.ok(Math.max(...stress) > 100 && Math.min(...stress) >= 0, `${Math.max(...stress)} Pa under a push of 2 mm and more into 5.4 kPa`);
+  await page.waitForFunction(() => /^0 k?Pa$/.test(document.getElementById("field-least").textContent));
+  // The cut's colours are those of the legend: the brightest one is at the largest value on the cut.
+  const cut = await page.evaluate(() => {
+    const { section } = globalThis.palpateViewer.view, colours = section.cut.geometry.getAttribute("color").array;
+    return { most: section.most, kinds: new Set([...colours].map((c) => c.toFixed(3))).size, lit: section.cut.material.type };
+  });
+  assert.ok(cut.most <= 2.5 * Math.max(...stress) && cut.kinds > 20);
+  assert.equal(cut.lit, "MeshBasicMaterial");
+  await page.selectOption("#section-field", "pressure");
+  await field("pressure");
+  await steady(page);
+  const pressure = await page.evaluate(() => [...globalThis.palpateViewer.shown.field.values]);
+  assert.ok(Math.max(...pressure) > 50, "compressed under the tool");
+  await page.waitForFunction(() => document.getElementById("field-middle").textContent === "0");
+  const [name, high, , low] = await legend();
+  assert.equal(name, "Pressure");
+  assert.equal(low.replace(/ k?Pa$/, ""), `-${high}`);
+  await page.selectOption("#section", "none");
+  await page.waitForFunction(() => globalThis.palpateViewer.accepted.effects.inside === false);
+  await field("none");
+  assert.equal(await page.isVisible("#field-legend"), false);
+  await page.selectOption("#section", "x"); // the list has kept its choice
+  await field("pressure");
+  await page.click("#reset");
+  await noTools(page);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.field.values.every((value) => Math.abs(value) < 1e-3));
+  await closed(page);
+});
+
 test("a soft support is shown where the bundle has one", async () => {
   const page = await ready();
   const soft = /softly/.test(await page.textContent("#facts")), triangles = await page.evaluate(() => globalThis.palpateViewer.mesh.soft.length);

@@ -1,7 +1,8 @@
 // The colours of displacements, from the organ's own colour to pale yellow. The brightness grows with the displacement, so that
 // the scale can be read in grey too.
 const STOPS: [number, number, number][] = [[152, 74, 70], [191, 98, 66], [221, 139, 68], [241, 190, 96], [253, 238, 178]];
-export const GRADIENT = `linear-gradient(to top, ${STOPS.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;
+const gradientOf = (stops: [number, number, number][]) => `linear-gradient(to top, ${stops.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;
+export const GRADIENT = gradientOf(STOPS);
 
 const linear = (byte: number) => Math.pow(byte / 255, 2.2);
 const LINEAR_STOPS = STOPS.map((stop) => stop.map(linear));
@@ -29,6 +30,19 @@ export function colourOwnByDisplacement(lengths: Float32Array, most: number, own
     const at = Math.min(1, lengths[n] / most) * last;
     for (let c = 0; at < 1 && c < 3; ++c) colours[3 * n + c] = own[3 * n + c] + at * (LINEAR_STOPS[1][c] - own[3 * n + c]);
   }
+}
+
+// The colours of a field on a section: from dark to pale for what is above 0; and for what has a sign, from blue by white to red.
+const FIELD: [number, number, number][] = [[49, 18, 89], [57, 86, 140], [31, 146, 140], [94, 201, 98], [249, 230, 64]];
+const SIGNED: [number, number, number][] = [[38, 84, 166], [132, 170, 216], [245, 245, 242], [232, 148, 116], [170, 36, 44]];
+export const FIELD_GRADIENT = gradientOf(FIELD), SIGNED_GRADIENT = gradientOf(SIGNED);
+const LINEAR_FIELD = FIELD.map((stop) => stop.map(linear)), LINEAR_SIGNED = SIGNED.map((stop) => stop.map(linear));
+
+// share: of the scale's end, 0 to 1, or -1 to 1 for what has a sign. Linear light, into colours[first .. first + 2].
+export function colourOfField(share: number, isSigned: boolean, colours: number[], first: number) {
+  const stops = isSigned ? LINEAR_SIGNED : LINEAR_FIELD, last = stops.length - 1;
+  const at = Math.min(1, Math.max(0, isSigned ? (share + 1) / 2 : share)) * last, low = Math.min(last - 1, Math.floor(at));
+  for (let c = 0; c < 3; ++c) colours[first + c] = stops[low][c] + (at - low) * (stops[low + 1][c] - stops[low][c]);
 }
 
 // The smallest of 1, 2, 5, 10, ... that is not below the value.

@@ -9,7 +9,7 @@ import { word, type Key } from "./words";
 
 export const DEFAULT_EFFECTS: PageEffects = {
   collision: "deformed", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [],
-  deformation: "linear", fine: false, dent: "discs",
+  deformation: "linear", fine: false, dent: "discs", inside: false,
 };
 export const DEFAULT_TOOL: ToolShape = { discRadius: 0.006, friction: 0.3 };
 

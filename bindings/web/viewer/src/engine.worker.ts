@@ -7,7 +7,7 @@ import { measureCosts } from "./costs";
 import { DeviceLink } from "./device_link";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
-  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
+  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type FieldOf, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
 import { HeldTools } from "./held_tools";
@@ -32,6 +32,8 @@ let effects: PageEffects = DEFAULT_EFFECTS;
 let fineMesh: BoundMesh | null = null;
 let toolShape = DEFAULT_TOOL;
 let colourBy: ColourBy = "dent";
+let fieldOf: FieldOf = "none"; // of the section
+let field: Frame["field"] = null; // of the newest shape
 let spacing = 0; // of the bundle's surface, m
 let colours: SurfaceColours | null = null; // of the bundle's surface
 let fineColours: SurfaceColours | null = null;
@@ -263,12 +265,13 @@ function answerFrame(recycled: ArrayBuffer | null) {
   if (stale) {
     const start = performance.now();
     flags |= scene.shape();
+    field = fieldInside(scene);
     shapeMs = performance.now() - start;
     stale = false;
   }
   fillFrame(buffer, nodes, scene);
   const frame: Frame = {
-    type: "frame", buffer, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost: loop.lost, touches, at: performance.now(),
+    type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost: loop.lost, touches, at: performance.now(),
     touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
     replaying: replay !== null, engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
@@ -276,6 +279,18 @@ function answerFrame(recycled: ArrayBuffer | null) {
   touches = scene.touchMs = 0;
   flags = loop.lost = 0;
   say(frame, [buffer]);
+}
+
+// A stress needs a scene with the effect `inside`, which comes and goes a message later than the list of the section.
+function fieldInside({ scene: organ }: TouchScene): Frame["field"] {
+  if (fieldOf === "none" || organ.nodeCount === bundle!.info.surfaceNodeCount) return null;
+  if (fieldOf === "displacement") {
+    const u = organ.displacements;
+    return { of: fieldOf, values: Float32Array.from({ length: organ.nodeCount }, (_, n) => Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2])) };
+  }
+  if (!organ.hasField) return null;
+  flags |= organ.inside();
+  return { of: fieldOf, values: (fieldOf === "pressure" ? organ.field.pressures : organ.field.vonMises).slice() };
 }
 
 function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, displacements, nodeCount, vertexCount, skinPositions, skinNormals } }: TouchScene) {
@@ -315,6 +330,10 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "measure") measure(data.place, data.normal);
   if (data.type === "colour") {
     colourBy = data.by;
+    stale = true;
+  }
+  if (data.type === "field") {
+    fieldOf = data.of;
     stale = true;
   }
   if (data.type === "reset") forget();

@@ -46,7 +46,7 @@ export function wordsOfEffects(effects: PageEffects): [effect: string, word: str
 
 // now: what the words cannot hold.
 export function effectsOfWords(words: URLSearchParams, now: PageEffects, isAvailable: (effect: string) => boolean): PageEffects {
-  let effects: PageEffects = { ...DEFAULT_EFFECTS, fine: now.fine };
+  let effects: PageEffects = { ...DEFAULT_EFFECTS, fine: now.fine, inside: now.inside };
   for (const line of IN_LINKS) {
     const word = words.get(line.effect);
     if (word !== null && isAvailable(line.effect) && allows(line, word)) effects = { ...effects, ...line.change(line.choices ? word : word === "on") };

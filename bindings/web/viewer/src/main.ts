@@ -1,6 +1,6 @@
 // The page: draws the frames that the worker sends, and sends the user's input to the worker.
 import type { BundleInfo } from "../../module/palpate.js";
-import { GRADIENT } from "./colours";
+import { FIELD_GRADIENT, GRADIENT, SIGNED_GRADIENT } from "./colours";
 import { Cross } from "./cross";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, flagWords, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
@@ -12,7 +12,7 @@ import { Headset } from "./headset";
 import { Keys } from "./keys";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
-import { type ColourBy, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
+import { type ColourBy, type FieldOf, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
 import { NoduleTask } from "./nodule_task";
 import { OrganView, type Hit, type Shape } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
@@ -93,6 +93,7 @@ class Viewer {
   private times = { touchUs: new Spread(), shapeUs: new Spread() };
   private rate = new TouchRate();
   private limit: LinearLimit | null = null;
+  private field: FieldOf = "none"; // that the worker was asked for
   private newest: { shape: Shape; frame: Frame } | null = null;
   private linkedTo: number | null = null; // the port of the bridge of devices
   private cross: Cross;
@@ -192,6 +193,7 @@ class Viewer {
     const section = byId<HTMLSelectElement>("section");
     section.disabled = mesh.tetrahedra.length === 0;
     section.closest(".line")!.classList.toggle("absent", section.disabled);
+    byId("section-absent").hidden = !section.disabled;
     if (section.disabled) section.value = "none";
     this.cut();
     this.limit = linearLimit(provenance, mesh.positions);
@@ -316,6 +318,10 @@ class Viewer {
     const drew = this.fine !== this.accepted.fine;
     Object.assign(this, this.accepted);
     if (drew) this.view.openFine(this.fine);
+    if (["von-mises", "pressure"].includes(this.field) && !this.effects.inside) {
+      byId<HTMLSelectElement>("section-field").value = "none"; // elements whose stress the runtime refuses
+      this.cut();
+    }
     this.showEffects();
     this.showFacts();
   }
@@ -380,7 +386,7 @@ class Viewer {
     if (missing) throw new Error(word("scene.no-data", { effect: word(`effect.${missing.effect}`) }));
     checkPlaceOfPath(path, this.mesh!.positions);
     this.tool = tool;
-    this.changeEffects(effects);
+    this.changeEffects({ ...effects, inside: this.effects.inside });
     this.showEffects();
     this.replay(path);
   }
@@ -441,7 +447,7 @@ class Viewer {
         input.value = "";
       });
     for (const id of ["colour-by", "show-mesh", "show-fixed", "show-soft", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
-    byId("section").addEventListener("change", () => this.cut());
+    for (const id of ["section", "section-field"]) byId(id).addEventListener("change", () => this.cut());
     byId("section-at").addEventListener("input", () => this.cut());
     byId("radius").addEventListener("input", () => this.showRadius());
     byId("radius").addEventListener("change", () => this.changeEffects(this.effects));
@@ -531,14 +537,19 @@ class Viewer {
     byId("legend").hidden = by === "nothing";
   }
 
-  // A section needs the places of the inner nodes.
+  // A section needs the places of the inner nodes; a stress on it needs the effect `inside`, which is on only while it is shown.
   private cut() {
     const axis = byId<HTMLSelectElement>("section").value as SectionAxis;
-    if (axis !== "none" && this.effects.shape !== "volume") {
-      this.changeEffects({ ...this.effects, shape: "volume" });
+    byId("section-place").hidden = byId("field-control").hidden = axis === "none";
+    const field = axis === "none" ? "none" : (byId<HTMLSelectElement>("section-field").value as FieldOf);
+    const shape = axis === "none" ? this.effects.shape : "volume", inside = field === "von-mises" || field === "pressure";
+    if (shape !== this.effects.shape || inside !== !!this.effects.inside) {
+      const { kept } = this.pointer;
+      this.changeEffects({ ...this.effects, shape, inside });
       this.showEffects();
+      if (kept.some(Boolean)) this.restoreTools(kept);
     }
-    byId("section-place").hidden = axis === "none";
+    if (field !== this.field) this.tell({ type: "field", of: (this.field = field) });
     this.view.cut(axis, Number(byId<HTMLInputElement>("section-at").value) / 100);
     if (this.newest) this.view.move(this.newest.shape);
   }
@@ -577,7 +588,7 @@ class Viewer {
     if (frame.buffer.byteLength !== frameBytes(nodes, inside, vertices) || (vertices && 3 * vertices !== this.fine?.positions.length)) return; // a frame of the bundle or mesh that was open before
     if (frame.changed) {
       const { fine, ...shape } = frameArrays(frame.buffer.slice(0), nodes, inside, vertices);
-      this.newest = { shape: { ...shape, fine: vertices ? fine : null }, frame };
+      this.newest = { shape: { ...shape, fine: vertices ? fine : null, field: frame.field }, frame };
     } else if (this.newest) {
       this.newest.frame = frame;
     }
@@ -612,8 +623,22 @@ class Viewer {
     byId("replay").toggleAttribute("disabled", frame.replaying);
     byId("most").textContent = brief(1000 * this.view.most);
     byId("middle").textContent = brief(500 * this.view.most);
+    this.showFieldLegend();
     byId("frame-ms").textContent = fixed(this.frames.median, 1);
     byId("frame-rate").textContent = word("times.per-second", { count: this.frames.rate.toFixed(0) });
+  }
+
+  private showFieldLegend() {
+    const { most, of } = this.view.section;
+    byId("field-legend").hidden = of === "none";
+    if (of === "none") return;
+    const unit = of === "displacement" ? "mm" : most >= 1000 ? "kPa" : "Pa", end = unit === "mm" ? 1000 * most : unit === "kPa" ? most / 1000 : most;
+    const [high, middle, low] = of === "pressure" ? [end, 0, -end] : [end, end / 2, 0];
+    byId("field-name").textContent = word(`legend.field.${of}`);
+    byId("field-ramp").style.background = of === "pressure" ? SIGNED_GRADIENT : FIELD_GRADIENT;
+    byId("field-most").textContent = brief(high);
+    byId("field-middle").textContent = brief(middle);
+    byId("field-least").textContent = `${brief(low)} ${unit}`;
   }
 
   // What the forces are, and up to which depth they can be trusted.
@@ -647,7 +672,7 @@ class Viewer {
   // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
-    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, field: shape?.field ?? null, fieldMost: this.view.section.most, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
 }
 

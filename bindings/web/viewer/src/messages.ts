@@ -55,10 +55,13 @@ export type ToWorker =
   | { type: "try"; path: Path } // answered by "tried"
   | { type: "measure"; place: Vector; normal: Vector }
   | { type: "colour"; by: ColourBy } // what a frame's lengths are
+  | { type: "field"; of: FieldOf } // what a frame's field is
   | { type: "link"; port: number | null } // connects to the bridge of devices; null: lets it go. Answered by "linked", again and again
   | { type: "reset" };
 
 export type ColourBy = "dent" | "displacement" | "nothing";
+// What the section shows: the length of the displacement, m; von Mises' stress, Pa; the pressure, Pa.
+export type FieldOf = "none" | "displacement" | "von-mises" | "pressure";
 export type SavedFile = "scene" | "forces";
 
 export interface Mesh {
@@ -89,6 +92,7 @@ export interface Sample {
 export interface Frame {
   type: "frame";
   buffer: ArrayBuffer; // see frameArrays
+  field: { of: FieldOf; values: Float32Array } | null; // [node], those of the interior too; null: the page asks for none
   inside: number; // nodes of the interior; 0: not computed
   vertices: number; // vertices of the finer mesh; 0: none is bound
   tools: (ToolFrame | null)[];

@@ -14,7 +14,7 @@ import { chosenQuality, isChosen, SlowFrames, type Quality } from "./quality";
 import { Section, type SectionAxis } from "./section";
 import { roomLight, Tissue } from "./tissue";
 import { ToolFigure } from "./tool_figure";
-import { TOOL_COUNT, type Mesh, type ToolFrame, type Vector } from "./messages";
+import { TOOL_COUNT, type Frame, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
@@ -38,6 +38,7 @@ export interface Shown {
 export interface Shape {
   positions: Float32Array; // [node][3] m
   inside: Float32Array; // [node][3] m; empty: the interior is not drawn
+  field?: Frame["field"]; // that the section shows; none: it shows the tissues
   lengths: Float32Array; // of displacement or dent, m
   fine: { positions: Float32Array; normals: Float32Array; lengths: Float32Array } | null; // [vertex]
 }
@@ -173,10 +174,10 @@ export class OrganView {
   // palest: m, the length of the palest colour; left out: by the frame's own lengths.
   move(shape: Shape, palest?: number) {
     if (shape === this.moved?.shape && palest === this.moved.palest) return;
-    const { positions, inside, lengths, fine } = shape;
+    const { positions, lengths, fine } = shape;
     this.moved = { shape, palest };
     this.stale = true;
-    this.moveInside(positions, inside);
+    this.moveInside(shape);
     this.most = palest ?? this.mostOf(fine ? fine.lengths : lengths);
     put(this.geometry, "position", positions);
     this.geometry.boundingSphere!.radius = this.radius * 1.5;
@@ -199,8 +200,8 @@ export class OrganView {
   }
 
   // Edges between two nodes of which at least one is inside, computed when they are first drawn; or the section.
-  private moveInside(positions: Float32Array, inside: Float32Array) {
-    this.section.move(positions, inside);
+  private moveInside({ positions, inside, field = null }: Shape) {
+    this.section.move(positions, inside, field);
     for (const { material } of [this.surface, this.soft, this.wire, this.fixed, this.touchable]) material.clippingPlanes = this.section.planes;
     this.surface.material.side = this.section.cut.visible ? DoubleSide : FrontSide;
     this.inside.visible = inside.length > 0 && !this.section.cut.visible;

@@ -59,12 +59,12 @@ export class TouchScene {
   private solves: BodySolves;
 
   // mesh: the finer mesh that effects.fine binds.
-  constructor(bundle: Bundle, { fine, dent, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
+  constructor(bundle: Bundle, { fine, dent, inside, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
     this.tools = new PageTools(effects.contact === "patch" ? tool.discRadius : 0, effects.law === "coulomb" ? tool.friction : 0);
     // A dent is that of a disc, in a finer mesh.
     const dents = dent === "discs" && fine && mesh && effects.contact === "patch";
     this.scene = bundle.createScene({
-      ...effects, renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
+      ...effects, inside: inside && effects.shape === "volume", renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
       maxContactNodes: nodesFor(effects, SCENE_TOOLS),
     });
     this.solves = new BodySolves(effects);
