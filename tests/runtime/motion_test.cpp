@@ -1,6 +1,7 @@
 // An organ whose supports move, under pressure and gravity, against the dense body; and against tools that move the opposite way where
 // the motion is rigid.
 #include <Eigen/Dense>
+#include <algorithm>
 #include <numbers>
 
 #include "tests/runtime/moved_box.h"
@@ -91,6 +92,50 @@ TEST(Motions, ABreathingOrganUnderAToolAtRestHasTheForcesOfAFullSolveAtEveryPhas
     EXPECT_EQ(played.state(kTurn).amount, q[kTurn]);
     EXPECT_EQ(played.state(kTurn).volume, 0);
   }
+}
+
+// Of all nodes, Pa: the stress of displacements [nodes][3].
+std::vector<float> stresses(palpate_scene* scene, std::vector<float> u) {
+  const auto nodes = static_cast<std::int32_t>(u.size() / 3);
+  palpate_shape_out shape = shape_out(u.data(), nullptr, nodes);
+  shape.node_count = nodes;
+  std::vector<float> stress(2 * u.size());
+  palpate_inside_out out = palpate_default_inside_out();
+  out.capacity = nodes, out.stresses = stress.data();
+  EXPECT_EQ(palpate_scene_inside(scene, &shape, &out), 0u);
+  return stress;
+}
+
+TEST(Motions, TheStressInsideAnOrganThatMotionsDeformIsThatOfAFullSolve) {
+  palpate_scene_def def = moved_def();
+  def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  Played played(on_two(), def);
+  const auto nodes = static_cast<std::int32_t>(on_two().body.mesh.nodes.size());
+  const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0})};
+  const Vector4d q(0.003, 0.05, 80, 9.81);
+  set_amounts(played.scene.get(), q);
+  ASSERT_EQ(played.step({tool_of(grips)}), 0u);
+  const VectorXd full = solve_fully(on_two(), q, grips).u;
+  const std::vector<float> found =
+      stresses(played.scene.get(), displacements(played.scene.get(), played.contacts, nodes));
+  const std::vector<float> expected = stresses(played.scene.get(), {full.begin(), full.end()});
+  const float most = std::abs(*std::ranges::max_element(expected, {}, [](float x) { return std::abs(x); }));
+  ASSERT_GT(most, 100);
+  // Displacements agree to 2e-8 m, as above; over a tetrahedron of 10 mm under a bulk modulus of 18 kPa that is 0.1 Pa.
+  for (std::size_t i = 0; i < found.size(); ++i) ASSERT_NEAR(found[i], expected[i], 0.1) << i;
+}
+
+TEST(Motions, ARigidMotionOfAllSupportsMakesNoStressInside) {
+  palpate_scene_def def = moved_def();
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  Played played(on_one(), def);
+  const auto nodes = static_cast<std::int32_t>(on_one().body.mesh.nodes.size());
+  set_amounts(played.scene.get(), {0.004, 0, 0, 0});
+  ASSERT_EQ(played.step({}), 0u);
+  const auto u = displacements(played.scene.get(), played.contacts, nodes);
+  for (std::size_t i = 0; i < u.size(); ++i) ASSERT_NEAR(u[i], i % 3 == 0 ? 0.004 : 0, 1e-8);
+  for (const float stress : stresses(played.scene.get(), u))
+    ASSERT_LT(std::abs(stress), 0.01);  // rounding of 4 mm: 2e-10 m
 }
 
 TEST(Motions, AHeldVolumeHasThePressureOfAFullSolve) {
