@@ -1,5 +1,6 @@
 // inside_bench BUNDLE.h5: what strain and stress inside cost, in bytes and in time, against the shape that they follow from. The bundle
-// has the displacement of its interior nodes (`interior = true` in the boundary file).
+// has the displacement of its interior nodes (`interior = true` in the boundary file). inside_bench BUNDLE.h5 OTHER.h5: how far the measures
+// under a press differ between two bundles of one organ, such as one of f32 rows and one of f16 rows.
 #include <palpate/palpate.h>
 
 #include <algorithm>
@@ -63,11 +64,73 @@ std::vector<palpate_inside_place> places_in(const palpate_scene* scene, const pa
   return inside;
 }
 
+// Pressure and von Mises' stress of all nodes where one touchable node is held 2 mm along z.
+struct Pressed {
+  std::vector<float> pressures, von_mises;
+};
+bool press(const char* file, Pressed* pressed, palpate_error* error) {
+  palpate_bundle* bundle = nullptr;
+  if (palpate_bundle_open_file(file, nullptr, &bundle, error) != PALPATE_OK) return false;
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  palpate_scene* scene = nullptr;
+  const bool made = palpate_scene_create(bundle, &def, &scene, error) == PALPATE_OK;
+  if (made) {
+    const palpate_bundle_info info = palpate_bundle_describe(bundle);
+    palpate_grip grip = palpate_default_grip();
+    grip.kind = PALPATE_GRIP_NODE, grip.node = palpate_bundle_touchable(bundle)[info.touchable_count / 2];
+    grip.displacement[2] = -0.002;
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = &grip, tool.grip_count = 1;
+    std::vector<std::uint64_t> held(palpate_contacts_bytes(scene) / 8 + 1);
+    auto* contacts = reinterpret_cast<palpate_contacts*>(held.data());
+    palpate_scene_touch(scene, &tool, 1, 1e-3, contacts, 8 * held.size());
+    const auto nodes = static_cast<std::size_t>(info.node_count);
+    std::vector<float> u(3 * nodes), x(u);
+    pressed->pressures.resize(nodes), pressed->von_mises.resize(nodes);
+    palpate_shape_out shape = palpate_default_shape_out();
+    shape.displacements = u.data(), shape.positions = x.data(), shape.node_capacity = info.node_count;
+    palpate_scene_shape(scene, contacts, &shape);
+    palpate_inside_out out = palpate_default_inside_out();
+    out.capacity = info.node_count, out.pressures = pressed->pressures.data();
+    out.von_mises = pressed->von_mises.data();
+    palpate_scene_inside(scene, &shape, &out);
+    palpate_scene_destroy(scene);
+  }
+  palpate_bundle_close(bundle);
+  return made;
+}
+
+void tell_difference(const char* name, const std::vector<float>& one, const std::vector<float>& other) {
+  std::vector<float> size, apart;
+  for (std::size_t n = 0; n < one.size(); ++n)
+    size.push_back(std::abs(one[n])), apart.push_back(std::abs(one[n] - other[n]));
+  std::sort(size.begin(), size.end()), std::sort(apart.begin(), apart.end());
+  std::printf("%-18s median %.3g Pa, largest %.4g Pa; differs by a median of %.3g Pa, by %.3g Pa at the most\n", name,
+              static_cast<double>(size[size.size() / 2]), static_cast<double>(size.back()),
+              static_cast<double>(apart[apart.size() / 2]), static_cast<double>(apart.back()));
+}
+
+int compare(const char* first, const char* second) {
+  palpate_error error = {};
+  Pressed one, other;
+  if (!press(first, &one, &error) || !press(second, &other, &error)) return fail(error);
+  if (one.pressures.size() != other.pressures.size()) {
+    std::fprintf(stderr, "inside_bench: the bundles are of two meshes\n");
+    return 2;
+  }
+  tell_difference("pressure", one.pressures, other.pressures);
+  tell_difference("von Mises", one.von_mises, other.von_mises);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 3) return compare(argv[1], argv[2]);
   if (argc != 2) {
-    std::fprintf(stderr, "inside_bench BUNDLE.h5\n");
+    std::fprintf(stderr, "inside_bench BUNDLE.h5 [OTHER.h5]\n");
     return 2;
   }
   palpate_error error = {};
