@@ -345,11 +345,10 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   return true;
 }
 
-void PairSearch::let_slip(std::int32_t i, double gap) {
+void PairSearch::let_slip(std::int32_t i) {
   OrganPair& pair = pairs_[i];
   pair.slips = 1;
-  if (has_friction_ && gap < kAgain * touch(group(pair).b).tree.mean_edge())
-    groups_[pair.group].look[pair.vertex].room = 0;
+  if (has_friction_) groups_[pair.group].look[pair.vertex].room = 0;
 }
 
 // ---- all vertices ----------------------------------------------------------------------------------------------------

@@ -78,9 +78,8 @@ class PairSearch {
   Vec3 vertex_at_rest(const OrganPair& pair) const;
   Vec3 place_at_rest(const OrganPair& pair) const;
   double area(const OrganPair& pair) const { return surface_[group(pair).a].area(pair.vertex); }
-  // The pair has slipped, or has no force. With friction its place is found anew in the next step, unless it is far from touching.
-  // gap: m, that is left.
-  void let_slip(std::int32_t i, double gap);
+  // The pair has slipped, or has no force: its place is found anew in the next step.
+  void let_slip(std::int32_t i);
 
   // The largest overlap of two organs where they rest, m, and how many vertices overlap.
   double largest_overlap(std::int32_t g, std::int32_t* vertices) const;

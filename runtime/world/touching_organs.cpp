@@ -258,7 +258,7 @@ std::uint32_t TouchingOrgans::solve() {
     OrganPair& pair = search_.pair(i);
     const Vec3 r = pair.reaction = is_finite(pairs_[i].reaction) ? pairs_[i].reaction : Vec3{};
     pair.slips = 0;
-    if (!(r.x > 0) || length({0, r.y, r.z}) >= friction_ * r.x * (1 - kRounding)) search_.let_slip(i, pairs_[i].gap);
+    if (!(r.x > 0) || length({0, r.y, r.z}) >= friction_ * r.x * (1 - kRounding)) search_.let_slip(i);
   }
   return flags;
 }
