@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <numeric>
 
 #include "precompute/elements/discretisation.h"
 #include "studies/bodies/bodies.h"
