@@ -1,4 +1,5 @@
 // Tools that cross a closed surface through vertices, edges and faces, at any speed, or miss it.
+#include <numeric>
 #include <random>
 
 #include "runtime/surface/surface_index.h"
