@@ -1,6 +1,8 @@
 // A box whose compliance the test knows: the reference for the forces of contacts.
 #pragma once
 
+#include <numeric>
+
 #include "formats/half.h"
 #include "tests/runtime/touched_box.h"
 
