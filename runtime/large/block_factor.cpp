@@ -353,13 +353,23 @@ struct SolveWith {
     else
       return factor.rough_tiles_ + node.tiles / 2;
   }
-  static PALPATE_INLINE float scaled(float x, const float* scale) {
-    return std::is_same_v<Stored, float> ? x : *scale * x;
+  // What multiplies three columns of a part of a supernode. Floats are stored as they are.
+  struct Scales {
+    float of[3];
+  };
+  static PALPATE_INLINE Scales scales(const BlockFactor& factor, const BlockFactor::Supernode& node, bool below,
+                                      std::int32_t column) {
+    if constexpr (std::is_same_v<Stored, float>) {
+      return {{1, 1, 1}};
+    } else {
+      const float* const scale = factor.rough_scale(node, below) + column;
+      return {{scale[0], scale[1], scale[2]}};
+    }
   }
   // out[i] += the tiles' rows times x, rows begin .. end - 1 of three columns. Returns the next tile.
-  static PALPATE_INLINE const Stored* add_columns(const Stored* tile, const float* scale, std::int32_t begin,
+  static PALPATE_INLINE const Stored* add_columns(const Stored* tile, const Scales& scale, std::int32_t begin,
                                                   std::int32_t end, const float* x, float* out) {
-    const float x0 = scaled(x[0], scale), x1 = scaled(x[1], scale + 1), x2 = scaled(x[2], scale + 2);
+    const float x0 = scale.of[0] * x[0], x1 = scale.of[1] * x[1], x2 = scale.of[2] * x[2];
     for (std::int32_t i = begin; i < end; i += kTileRows, tile += kTile) {
       const TileColumn a = column_of(tile, 0), b = column_of(tile, 1), c = column_of(tile, 2);
       const EightFloats upper = eight_of(out + i) + (a.upper * x0 + (b.upper * x1 + c.upper * x2));
@@ -370,7 +380,7 @@ struct SolveWith {
     return tile;
   }
   // out[c] = sum over rows begin .. end - 1 of x[i] times the tiles' column c, of three. Returns the next tile.
-  static PALPATE_INLINE const Stored* dot_columns(const Stored* tile, const float* scale, std::int32_t begin,
+  static PALPATE_INLINE const Stored* dot_columns(const Stored* tile, const Scales& scale, std::int32_t begin,
                                                   std::int32_t end, const float* x, float* out) {
     EightFloats sum[3] = {};
     for (std::int32_t i = begin; i < end; i += kTileRows, tile += kTile) {
@@ -384,7 +394,7 @@ struct SolveWith {
       float part[kStep];
       std::memcpy(part, &sum[d], sizeof part);
       for (int k = 1; k < kStep; ++k) part[0] += part[k];
-      out[d] = scaled(part[0], scale + d);
+      out[d] = scale.of[d] * part[0];
     }
     return tile;
   }
@@ -393,16 +403,17 @@ struct SolveWith {
   static PALPATE_INLINE void forward(const BlockFactor& factor, const BlockFactor::Supernode& node,
                                      std::int32_t longest, float* x) {
     float *const below = factor.gathered_, *const own = below + longest;
-    const float *const of_triangle = factor.rough_scale(node, false), *const of_rest = factor.rough_scale(node, true);
     const Stored* tile = tiles(factor, node);
     const std::int32_t size = 3 * node.columns, end = size + 3 * node.rows;
     float* const at = x + 3 * static_cast<std::int64_t>(node.first);
     std::fill(own, own + node.stride, 0.0f);
-    for (std::int32_t c = 0; c < size; c += 3) tile = add_columns(tile, of_triangle + c, tile_of(c), size, at + c, own);
+    for (std::int32_t c = 0; c < size; c += 3)
+      tile = add_columns(tile, scales(factor, node, false, c), tile_of(c), size, at + c, own);
     std::copy(own, own + size, at);
     if (node.rows == 0) return;
     std::fill(below, below + node.stride, 0.0f);
-    for (std::int32_t c = 0; c < size; c += 3) tile = add_columns(tile, of_rest + c, tile_of(size), end, at + c, below);
+    for (std::int32_t c = 0; c < size; c += 3)
+      tile = add_columns(tile, scales(factor, node, true, c), tile_of(size), end, at + c, below);
     const std::int32_t* const list = factor.row_lists_ + node.row_list;
     for (std::int32_t i = 0; i < node.rows; ++i)
       for (int r = 0; r < 3; ++r) x[3 * static_cast<std::int64_t>(list[i]) + r] -= below[size + 3 * i + r];
@@ -415,7 +426,6 @@ struct SolveWith {
     const std::int32_t size = 3 * node.columns, end = size + 3 * node.rows;
     float* const at = x + 3 * static_cast<std::int64_t>(node.first);
     const std::int32_t* const list = factor.row_lists_ + node.row_list;
-    const float *const of_triangle = factor.rough_scale(node, false), *const of_rest = factor.rough_scale(node, true);
     const Stored* const triangle = tiles(factor, node);
     const Stored* tile = triangle;
     for (std::int32_t c = 0; c < size; c += 3) tile += kTile * ((size - tile_of(c) + kTileRows - 1) / kTileRows);
@@ -423,13 +433,14 @@ struct SolveWith {
     for (std::int32_t i = 0; i < node.rows; ++i)
       for (int r = 0; r < 3; ++r) below[size + 3 * i + r] = x[3 * static_cast<std::int64_t>(list[i]) + r];
     for (std::int32_t c = 0; c < size && node.rows > 0; c += 3) {
-      tile = dot_columns(tile, of_rest + c, tile_of(size), end, below, own);
+      tile = dot_columns(tile, scales(factor, node, true, c), tile_of(size), end, below, own);
       for (int d = 0; d < 3; ++d) at[c + d] -= own[d];
     }
     std::fill(own, own + node.stride, 0.0f);
     std::copy(at, at + size, own);
     tile = triangle;
-    for (std::int32_t c = 0; c < size; c += 3) tile = dot_columns(tile, of_triangle + c, tile_of(c), size, own, at + c);
+    for (std::int32_t c = 0; c < size; c += 3)
+      tile = dot_columns(tile, scales(factor, node, false, c), tile_of(c), size, own, at + c);
   }
 
   // A supernode is read from memory once for all right-hand sides.
