@@ -23,13 +23,8 @@ HeldSummary::HeldSummary(const PlayedOrgan& organ)
     : organ_(organ), links_(organ.held().links().size()), grasps_(organ.scene().tools.size()) {}
 
 void HeldSummary::add(double time) {
-  for (std::size_t s = 0; s < links_.size(); ++s) {
-    const palpate_link_state* state = palpate_scene_link_state(organ_.runtime_scene(), static_cast<std::int32_t>(s));
-    if (!state) continue;
-    if (std::fabs(state->tension) > std::fabs(links_[s].peak_tension))
-      links_[s].peak_tension = state->tension, links_[s].peak_time = time;
-    if (state->condition == PALPATE_LINK_BROKEN && !links_[s].broken) links_[s].broken = time;
-  }
+  for (std::size_t s = 0; s < links_.size(); ++s)
+    links_[s].add(palpate_scene_link_state(organ_.runtime_scene(), static_cast<std::int32_t>(s)), time);
   for (std::size_t t = 0; t < grasps_.size(); ++t) {
     const palpate_grasp_state* state =
         organ_.held().grasp(t) ? palpate_scene_grasp_state(organ_.runtime_scene(), static_cast<std::int32_t>(t))
@@ -47,12 +42,10 @@ void HeldSummary::add(double time) {
 nlohmann::ordered_json HeldSummary::links() const {
   auto list = nlohmann::ordered_json::array();
   for (std::size_t s = 0; s < links_.size(); ++s) {
-    const HeldTissue::Stretch& stretch = organ_.held().stretches()[s];
-    list.push_back({{"name", organ_.scene().links[stretch.link].name},
-                    {"stretch", stretch.part + 1},
-                    {"peak_tension_N", links_[s].peak_tension},
-                    {"peak_time_s", links_[s].peak_time},
-                    {"broken_s", or_null(links_[s].broken)}});
+    const LinkStretch& stretch = organ_.held().stretches()[s];
+    nlohmann::ordered_json& entry = list.emplace_back();
+    entry["name"] = organ_.scene().links[stretch.link].name, entry["stretch"] = stretch.part + 1;
+    links_[s].put(&entry);
   }
   return list;
 }
@@ -69,10 +62,8 @@ nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
 std::vector<std::string> HeldSummary::lines() const {
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < links_.size(); ++s) {
-    if (links_[s].peak_tension == 0) continue;
-    lines.push_back(fmt::format(
-        "link \"{}\": largest tension {:.3g} N, at {:.3g} s{}", organ_.held().name_of(s), links_[s].peak_tension,
-        links_[s].peak_time, links_[s].broken ? fmt::format("; broke at {:.3g} s", *links_[s].broken) : std::string()));
+    if (links_[s].tension == 0) continue;
+    lines.push_back(fmt::format("link \"{}\": {}", organ_.held().name_of(s), links_[s].sentence()));
   }
   for (std::size_t t = 0; t < grasps_.size(); ++t) {
     const Grasp& grasp = grasps_[t];

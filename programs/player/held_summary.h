@@ -24,17 +24,13 @@ class HeldSummary {
   std::vector<std::string> lines() const;
 
  private:
-  struct Link {
-    double peak_tension = 0, peak_time = 0;
-    std::optional<double> broken;  // s
-  };
   struct Grasp {
     double peak_force = 0, peak_torque = 0, peak_torque_time = 0, slipped = 0;
     std::optional<double> let_go;  // s
   };
   const PlayedOrgan& organ_;
-  std::vector<Link> links_;    // [stretch]
-  std::vector<Grasp> grasps_;  // [tool]
+  std::vector<LinkPeak> links_;  // [stretch]
+  std::vector<Grasp> grasps_;    // [tool]
 };
 
 }  // namespace palpate

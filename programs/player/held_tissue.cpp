@@ -14,23 +14,8 @@ namespace {
 
 using Vector = SceneConfig::Vector;
 
-static_assert(static_cast<int>(SceneConfig::Link::Kind::thread) + 1 == PALPATE_LINK_THREAD);
-static_assert(static_cast<int>(SceneConfig::Link::Kind::spring) + 1 == PALPATE_LINK_SPRING);
-static_assert(static_cast<int>(SceneConfig::Link::Kind::clip) + 1 == PALPATE_LINK_CLIP);
-
 // As palpate.h states them.
 constexpr int kNodesOfDisc = 96, kNodesOfEnd = 3, kNodesOfWideEnd = 8;
-
-double distance(const Vector& a, const Vector& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
-palpate_link_end end_at(const SurfacePlace& place) {
-  palpate_link_end end = {};
-  end.kind = PALPATE_END_SURFACE_POINT, end.triangle = place.triangle;
-  std::copy(place.barycentric.begin(), place.barycentric.end(), end.barycentric);
-  return end;
-}
 
 bool is_in(const std::vector<std::array<double, 2>>& rows, double time, int* row) {
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -64,25 +49,13 @@ void HeldTissue::find_links(const palpate_bundle* bundle) {
       const SurfacePlace found = finder.nearest(place, who);
       ends.push_back(end_at(found)), points.push_back(found.point);
     }
-    if (link.world) {
-      palpate_link_end& end = ends.emplace_back();
-      end.kind = PALPATE_END_WORLD;
-      std::copy(link.world->begin(), link.world->end(), end.point);
-      points.push_back(*link.world);
-    }
-    double length = 0;
-    for (std::size_t i = 0; i + 1 < ends.size(); ++i) length += distance(points[i], points[i + 1]);
-    for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
-      const double apart = distance(points[i], points[i + 1]);
-      stretches_.push_back(
-          {l, static_cast<int>(i), length > 0 ? apart / length : 1 / static_cast<double>(ends.size() - 1), apart});
+    if (link.world) ends.push_back(end_in_world(*link.world)), points.push_back(*link.world);
+    for (const LinkStretch& stretch : stretches_through(l, points)) {
+      const auto i = static_cast<std::size_t>(stretch.part);
       palpate_link& made = links_.emplace_back(palpate_default_link());
-      made.kind = static_cast<palpate_link_kind>(static_cast<int>(link.kind) + 1);
       made.ends[0] = ends[i], made.ends[1] = ends[i + 1];
-      made.runs_on = i + 2 < ends.size();
-      made.radius = link.radius;
-      made.rest_length = link.kind == SceneConfig::Link::Kind::clip ? 0 : apart;
-      if (link.breaking_force) made.breaking_force = *link.breaking_force;
+      take_link(link, stretch, i + 2 < ends.size(), &made);
+      stretches_.push_back(stretch);
     }
   }
 }
@@ -108,9 +81,7 @@ void HeldTissue::find_grasps(const palpate_bundle* bundle) {
 }
 
 std::string HeldTissue::name_of(std::size_t stretch) const {
-  const Stretch& of = stretches_[stretch];
-  const SceneConfig::Link& link = from_links_[of.link];
-  return stretches_of(link) == 1 ? link.name : fmt::format("{} {}", link.name, of.part + 1);
+  return palpate::name_of(from_links_[stretches_[stretch].link], stretches_[stretch]);
 }
 
 bool HeldTissue::has_grasps() const {
@@ -128,17 +99,8 @@ int HeldTissue::most_nodes() const {
 }
 
 void HeldTissue::hold_links(palpate_scene* scene, double time) {
-  bool same = links_are_given_;
-  const auto set = [&](double& number, double to) {
-    same = same && number == to;
-    number = to;
-  };
-  for (std::size_t s = 0; s < links_.size(); ++s) {
-    const SceneConfig::Link& link = from_links_[stretches_[s].link];
-    if (!link.rest_length.empty()) set(links_[s].rest_length, stretches_[s].share * value_at(link.rest_length, time));
-    if (!link.stiffness.empty()) set(links_[s].stiffness, value_at(link.stiffness, time));
-  }
-  if (same || links_.empty()) return;
+  const bool changed = take_numbers(from_links_, stretches_, time, &links_);
+  if ((links_are_given_ && !changed) || links_.empty()) return;
   palpate_error error = {};
   if (palpate_scene_set_links(scene, links_.data(), static_cast<std::int32_t>(links_.size()), &error) != PALPATE_OK)
     throw InputError(fmt::format("{}: {}", file_, error.text));

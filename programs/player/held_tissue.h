@@ -9,27 +9,19 @@
 #include <vector>
 
 #include "formats/scene_config.h"
+#include "programs/player/link_stretches.h"
 #include "programs/player/tool_turn.h"
 
 namespace palpate {
 
 class HeldTissue {
  public:
-  // One piece of a link between two of its ends: a palpate_link.
-  struct Stretch {
-    std::size_t link;  // of the scene
-    int part;          // 0 .. of that link
-    double share;      // of the link's rest length
-    double apart;      // m, on the mesh
-  };
-
   // Finds the places on the surface as it was meshed. Errors: InputError, which names the line, for a place that is farther from the
   // organ than the organ is large.
   HeldTissue(const SceneConfig& scene, const palpate_bundle* bundle);
 
-  const std::vector<Stretch>& stretches() const { return stretches_; }
+  const std::vector<LinkStretch>& stretches() const { return stretches_; }
   const std::vector<palpate_link>& links() const { return links_; }  // [stretch]
-  // "suture", and "suture 2" for the second stretch of a thread through several places.
   std::string name_of(std::size_t stretch) const;
   bool has_grasps() const;
   // The grasp of a tool, whether it is closed or not; nullptr: it has none.
@@ -54,7 +46,7 @@ class HeldTissue {
   std::vector<SceneConfig::Link> from_links_;
   std::vector<std::string> tools_;                              // names
   std::vector<std::optional<SceneConfig::Grasp>> from_grasps_;  // [tool]
-  std::vector<Stretch> stretches_;
+  std::vector<LinkStretch> stretches_;
   std::vector<palpate_link> links_;
   bool links_are_given_ = false;
   std::vector<palpate_grasp> grasps_;  // [tool] radius 0: none

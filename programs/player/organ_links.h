@@ -5,10 +5,10 @@
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "programs/player/link_stretches.h"
 #include "programs/player/played_organ.h"
 
 namespace palpate {
@@ -16,10 +16,7 @@ namespace palpate {
 class OrganLinks {
  public:
   // One piece of a link between two of its ends: a palpate_world_link.
-  struct Stretch {
-    std::size_t link;    // of the scene
-    int part;            // 0 .. of that link
-    double share;        // of the link's rest length
+  struct Stretch : LinkStretch {
     std::string organs;  // "liver+kidney": of its ends
   };
 
@@ -55,14 +52,10 @@ class OrganLinkSummary {
   std::vector<std::string> lines() const;  // one for each that was taut
 
  private:
-  struct Peak {
-    double tension = 0, time = 0;
-    std::optional<double> broken;  // s
-  };
   const SceneConfig& scene_;
   const OrganLinks& links_;
   const palpate_world* world_;
-  std::vector<Peak> peaks_;  // [stretch]
+  std::vector<LinkPeak> peaks_;  // [stretch]
 };
 
 }  // namespace palpate

@@ -199,6 +199,20 @@ std::uint32_t read_reaction(Link& link, Vec3 reaction, std::uint64_t step) {
   return PALPATE_STEP_LINK_BROKE;
 }
 
+Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first) {
+  Vec3 moved;
+  for (int v = 0; v < end.count; ++v) {
+    Vec3 u;
+    if (first >= 0)
+      u = contacts.solver.displacement(contacts.set, contacts.force, first + v);
+    else
+      for (std::int32_t b = 0; b < contacts.set.node_count; ++b)
+        u += contacts.tensors.displacement(end.node[v], contacts.set.nodes[b].column) * contacts.modified[b];
+    moved += end.weight[v] * u;
+  }
+  return is_finite(moved) ? moved : Vec3{};
+}
+
 void run_on(Link& one, Link& next) {
   const bool ended = one.state.condition == PALPATE_LINK_BROKEN, begins = next.state.condition == PALPATE_LINK_BROKEN;
   if (ended || begins) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "runtime/contact/contact_rows.h"
+#include "runtime/contact/contact_solver.h"
 #include "runtime/contact/motions.h"
 #include "runtime/contact/touchable_disc.h"
 
@@ -52,6 +53,15 @@ const char* fault_of_chain(const palpate_link& link, const palpate_link* before,
 inline std::int32_t id_of(const palpate_link& link, std::int32_t index) {
   return link.id == -1 ? index : link.id;
 }
+// What is wrong with link number `index` among the `count` links of a list; nullptr: nothing. link_at(i): the Link that was made of an earlier
+// one.
+template <class LinkAt>
+const char* fault_in_list(const palpate_link& link, std::int32_t index, std::int32_t count, const LinkAt& link_at) {
+  if (link.id < -1) return "an id of 0 or more, or -1";
+  for (std::int32_t other = 0; other < index; ++other)
+    if (link_at(other).state.id == id_of(link, index)) return "another id for each link";
+  return fault_of_chain(link, index > 0 ? &link_at(index - 1).given : nullptr, index + 1 == count);
+}
 // Whether both are one link, with other numbers at most.
 bool is_same_link(const palpate_link& a, const palpate_link& b);
 
@@ -76,6 +86,16 @@ LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart);
 void slacken_link(Link& link);
 // reaction: N, of its rows. Returns step flags: whether the link breaks.
 std::uint32_t read_reaction(Link& link, Vec3 reaction, std::uint64_t step);
+// What the contacts of a step did to the tissue: their nodes, N and m of each.
+struct SolvedContacts {
+  const Tensors& tensors;
+  const ContactConstraints& set;
+  const Vec3 *force, *modified;
+  const ContactSolver& solver;
+};
+// m: by how much they have moved an end; zero where that is not finite. first: its first node among theirs; -1: the link has no rows.
+// Cost: for each node of the end 9 multiply-adds for each contact node.
+Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first);
 // Lets two neighbours on one thread share its length.
 void run_on(Link& one, Link& next);
 

@@ -55,10 +55,7 @@ palpate_status Links::set(const palpate_link* links, std::int32_t count, palpate
     if (const palpate_status status = read_host_struct("link", from, &given, error)) return status;
     const char* fault = fault_of(given, surfaces);
     if (!fault && from->struct_bytes != links->struct_bytes) fault = "the same struct_bytes in all links";
-    if (!fault && given.id < -1) fault = "an id of 0 or more, or -1";
-    for (std::int32_t other = 0; other < i && !fault; ++other)
-      if (coming_[other].state.id == id_of(given, i)) fault = "another id for each link";
-    if (!fault) fault = fault_of_chain(given, i > 0 ? &coming_[i - 1].given : nullptr, i + 1 == count);
+    if (!fault) fault = fault_in_list(given, i, count, [&](std::int32_t l) -> const Link& { return coming_[l]; });
     if (fault)
       return fail(error, PALPATE_ERROR_ARGUMENT, 0,
                   "palpate_link: link %d: expected %s, found something else; the scene keeps its links",
@@ -179,24 +176,6 @@ Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   return 20 * act + 3 * nodes * contact_nodes;
 }
 
-void Links::move_ends(Link& link, const Tensors& tensors, const ContactConstraints& set, const Vec3* force,
-                      const Vec3* modified, const ContactSolver& solver) const {
-  std::int32_t e = link.row_of < 0 ? -1 : set.constraints[link.row_of].first_node;
-  for (LinkEnd& end : link.ends) {
-    end.moved = {};
-    for (int v = 0; v < end.count; ++v) {
-      Vec3 u;
-      if (e >= 0)
-        u = solver.displacement(set, force, e++);
-      else
-        for (std::int32_t b = 0; b < set.node_count; ++b)
-          u += tensors.displacement(end.node[v], set.nodes[b].column) * modified[b];
-      end.moved += end.weight[v] * u;
-    }
-    if (!is_finite(end.moved)) end.moved = {};
-  }
-}
-
 std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
                          const ContactSolver& solver, bool solved, std::uint64_t step) {
   std::uint32_t flags = 0;
@@ -213,7 +192,11 @@ std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, 
     }
     link.fresh = !rests;
     if (rests) continue;
-    move_ends(link, tensors, set, force, modified, solver);
+    std::int32_t first = link.row_of < 0 ? -1 : set.constraints[link.row_of].first_node;
+    for (LinkEnd& end : link.ends) {
+      end.moved = moved_by({tensors, set, force, modified, solver}, end, first);
+      if (first >= 0) first += end.count;
+    }
     link.path = path_;
   }
   for (std::int32_t i = 0; i + 1 < count_; ++i)

@@ -49,8 +49,6 @@ class Links {
   double reach_of(const LinkEnd& end) const;
   void drive(Link& link) const;
   static Vec3 last_move(const LinkEnd& end, const Tensors& tensors, const ContactSolver& solver);
-  void move_ends(Link& link, const Tensors& tensors, const ContactConstraints& set, const Vec3* force,
-                 const Vec3* modified, const ContactSolver& solver) const;
   bool in_chain(std::int32_t i) const;
   bool may_rest(std::int32_t i) const;
   double longest(const Link& link) const;

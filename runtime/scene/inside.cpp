@@ -5,18 +5,13 @@
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/pose/pose.h"
 #include "runtime/scene/scene.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kFarthestCoordinate = 1e6;  // m, as for tools
 constexpr double kLargestFloat = 3.4e38;
-
-bool is_place(const double* p) {
-  return std::fabs(p[0]) <= kFarthestCoordinate && std::fabs(p[1]) <= kFarthestCoordinate &&
-         std::fabs(p[2]) <= kFarthestCoordinate;
-}
 
 bool tells_inside(const palpate_scene* scene) {
   return scene && has_inside(scene->def);
@@ -77,7 +72,7 @@ int32_t palpate_scene_locate(const palpate_scene* scene, const double* points, i
   for (std::int32_t i = 0; i < count; ++i) {
     const double* const point = points + 3 * static_cast<std::size_t>(i);
     palpate::TetrahedronTree::Found found;
-    if (palpate::is_place(point)) found = scene->inside.locate(palpate::load3(point), farthest);
+    if (palpate::is_position(point)) found = scene->inside.locate(palpate::load3(point), farthest);
     palpate_inside_place& place = places[i];
     place = {found.tetrahedron, 0, {}, found.distance};
     for (int a = 0; a < 4; ++a) place.weight[a] = found.weight[a];
@@ -138,14 +133,15 @@ palpate_step_flags palpate_scene_carry(palpate_scene* scene, const palpate_shape
   palpate_step_flags flags = palpate::lost(*scene);
   for (std::int32_t i = 0; i < count; ++i) {
     palpate::Vec3 sum;
-    if (scene->inside.is_place(places[i])) {
+    const bool is_place = scene->inside.is_place(places[i]);
+    if (is_place) {
       const std::int32_t* const corner = scene->inside.corners(places[i].tetrahedron);
       for (int a = 0; a < 4; ++a) {
         const float* const x = shaped.positions + 3 * static_cast<std::size_t>(corner[a]);
         for (int d = 0; d < 3; ++d) sum[d] += places[i].weight[a] * static_cast<double>(x[d]);
       }
     }
-    if (!scene->inside.is_place(places[i]) || !palpate::is_finite(sum)) flags |= PALPATE_STEP_BAD_INPUT, sum = {};
+    if (!is_place || !palpate::is_finite(sum)) flags |= PALPATE_STEP_BAD_INPUT, sum = {};
     const double p[3] = {sum.x, sum.y, sum.z};
     flags |= palpate::write(p, 3, i, positions);
   }

@@ -16,8 +16,6 @@ constexpr double kLeastFollow = 1.0 / 32;
 constexpr double kOnward = 1.1, kStill = 1e-3;
 // A pair's normal stays while it turns by less than a degree (cosine).
 constexpr double kSameNormal = 0.99985;
-// By this share a bound is widened for rounding.
-constexpr double kRounding = 1e-6;
 // The two surfaces face one another where their normals differ by more than about 100 degrees (cosine).
 constexpr double kFaces = -0.2;
 // A vertex that is less than this far from the surface, in mean edges, has no direction of its own.
@@ -262,13 +260,6 @@ Vec3 PairSearch::place_now(const OrganGroup& group, const OrganPair& pair, Vec3*
   return pair.barycentric[0] * corner[0] + pair.barycentric[1] * corner[1] + pair.barycentric[2] * corner[2];
 }
 
-// The nearest place of the second organ to a point of its frame. known: a pair whose place cannot be nearer; nullptr: none.
-NearestPoint PairSearch::nearest_to(const OrganGroup& group, const OrganPair* known, Vec3 at) const {
-  Vec3 outward;
-  const double within = known ? (1 + kRounding) * length(at - place_now(group, *known, &outward)) : INFINITY;
-  return touch(group.b).deformed.nearest({}, at, std::min(group.reach, within + kRounding * group.reach));
-}
-
 void PairSearch::note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const {
   pair->seen_apart = at - place_now(group, *pair, &pair->seen_outward);
 }
@@ -295,7 +286,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     look_after(group, vertex, kAgain * edge - moved, b.tree.largest_reach());
     return true;
   }
-  const NearestPoint nearest = nearest_to(group, held ? pair : nullptr, p);
+  const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
   if (nearest.surface_point.triangle < 0) {
     look_after(group, vertex, group.reach - group.margin, nearest.per_path);
     return false;
@@ -312,7 +303,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   NearestPoint under = nearest;
   if (held && has_friction_ && group.moves) {
     const Vec3 left = left_by_last_step(group, *pair, a.tree.at_rest(vertex) + u);
-    const NearestPoint there = nearest_to(group, pair, left);
+    const NearestPoint there = b.deformed.nearest({}, left, group.reach);
     if (there.surface_point.triangle >= 0) under = there, at = left;
   }
   OrganPair found = held ? *pair : OrganPair{};

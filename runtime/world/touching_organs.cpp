@@ -99,9 +99,11 @@ void TouchingOrgans::request_pairs() {
     joint.organ[0] = group.a, joint.organ[1] = group.b;
     for (int side = 0; side < 2; ++side) joint.constraint[side] = request_side(pair, side);
     joint.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, joint.friction = friction_;
-    // Where the place is partly held too, the share is that of a place which is not.
-    const double moves = moving_share(touch(group.b), pair);
-    if (joint.constraint[0] < 0 && moves > 0) joint.give = kGive / (moves * moves);
+    if (joint.constraint[0] < 0 && joint.constraint[1] >= 0) {
+      // Where the place is partly held too, the share is that of a place which is not.
+      const double moves = moving_share(touch(group.b), pair);
+      joint.give = kGive / (moves * moves);
+    }
     joint.reaction = pair.reaction;
   }
 }

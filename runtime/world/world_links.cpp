@@ -58,10 +58,7 @@ palpate_status WorldLinks::read(const palpate_world_link* links, std::int32_t co
   }
   const palpate_link given = link_of(wanted);
   if (!fault) fault = fault_of(given, surface);
-  if (!fault && given.id < -1) fault = "an id of 0 or more, or -1";
-  for (std::int32_t other = 0; other < i && !fault; ++other)
-    if (coming_[other].link.state.id == id_of(given, i)) fault = "another id for each link";
-  if (!fault) fault = fault_of_chain(given, i > 0 ? &coming_[i - 1].link.given : nullptr, i + 1 == count);
+  if (!fault) fault = fault_in_list(given, i, count, [&](std::int32_t l) -> const Link& { return coming_[l].link; });
   if (fault)
     return fail(error, PALPATE_ERROR_ARGUMENT, 0,
                 "palpate_world_link: link %d: expected %s, found something else; the world keeps its links",
@@ -225,21 +222,11 @@ void WorldLinks::move_end(WorldLink& of, int e) const {
   const palpate_scene& organ = *organs_[of.organ[e]];
   const TouchState& own = organ.touch;
   const ContactConstraints& set = own.rows.set();
-  const LinkEnd& end = of.link.ends[e];
   const bool within = of.organ[0] == of.organ[1];
-  const std::int32_t constraint = of.link.row_of < 0 ? -1 : of.constraint[within ? 0 : e],
-                     first = constraint < 0 ? -1 : set.constraints[constraint].first_node;
-  Vec3 moved;
-  for (int v = 0; v < end.count; ++v) {
-    Vec3 u;
-    if (first >= 0)
-      u = own.solver.displacement(set, own.force, first + v + (within && e == 1 ? of.link.ends[0].count : 0));
-    else
-      for (std::int32_t b = 0; b < set.node_count; ++b)
-        u += organ.context.tensors.displacement(end.node[v], set.nodes[b].column) * own.modified[b];
-    moved += end.weight[v] * u;
-  }
-  of.moved[e] = is_finite(moved) ? moved : Vec3{};
+  const std::int32_t constraint = of.link.row_of < 0 ? -1 : of.constraint[within ? 0 : e];
+  std::int32_t first = constraint < 0 ? -1 : set.constraints[constraint].first_node;
+  if (first >= 0 && within && e == 1) first += of.link.ends[0].count;
+  of.moved[e] = moved_by({organ.context.tensors, set, own.force, own.modified, own.solver}, of.link.ends[e], first);
 }
 
 std::uint32_t WorldLinks::end(const bool* solved, std::uint64_t step) {
