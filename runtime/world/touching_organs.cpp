@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kRounding = 1e-9;
 
-// By this share of the compliance that the other organ has there a held vertex gives way besides. More held vertices than the other organ
-// has nodes below them could not all have the displacement that they ask for, and their forces would not be unique. So such a vertex sinks in
-// by this share at most of what its force presses.
+// The pair of a fixed vertex gives way by this share of the compliance that the other organ has there. Without it the system would be
+// singular where more fixed vertices lie on the other organ than it has nodes there. So a fixed vertex sinks in by this share of what its
+// force presses.
 constexpr double kGive = 0.05;
 
 }  // namespace
@@ -100,7 +100,7 @@ void TouchingOrgans::request_pairs() {
     for (int side = 0; side < 2; ++side) joint.constraint[side] = request_side(pair, side);
     joint.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, joint.friction = friction_;
     if (joint.constraint[0] < 0 && joint.constraint[1] >= 0) {
-      // Where the place is partly held too, the share is that of a place which is not.
+      // A place that is partly fixed gives way like one that is not: its own compliance is smaller by the square of what moves.
       const double moves = moving_share(touch(group.b), pair);
       joint.give = kGive / (moves * moves);
     }
