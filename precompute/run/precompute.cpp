@@ -209,8 +209,8 @@ void tell_plan(const SolverPlan& plan, const ElasticBody& body, const Precompute
 // Sets up the preconditioner of every column. Takes assembled.own_rows. Null where another rank of the group has
 // failed.
 std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs& inputs, const SolverPlan& plan,
-                                          const Ranks& ranks, const RankGroup& group,
-                                          const PrecomputeOptions& options) {
+                                          const Ranks& ranks, const RankGroup& group, const PrecomputeOptions& options,
+                                          OwnPeak& peak) {
   ColumnSolverOptions solver;
   solver.tolerance = options.tolerance;
   solver.cholesky = plan.cholesky;
@@ -224,7 +224,8 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
   const std::string ours = plan.single ? kPcSingle : kPcSupernodal;
   const bool takes_plan = petsc_option_or("-column_pc_type", ours.c_str()) == ours;
   if (plan.shares_factor && ranks.least(takes_plan ? 1 : 0) > 0)
-    solver.machine = std::make_shared<MachineMemory>(ranks.communicator(), [&] { return ranks.someone_failed(); });
+    solver.machine = std::make_shared<MachineMemory>(
+        ranks.communicator(), [&] { return ranks.someone_failed(); }, &peak);
   if (group.size() == 1)
     return std::make_unique<ColumnSolver>(assembled.held.matrix,
                                           row_coordinates(assembled.discretisation, assembled.held), solver);
@@ -419,7 +420,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
                       : LockingEstimate{};
     });
   std::unique_ptr<ColumnSolver> solver = report.stage("factor", [&] {
-    auto made = make_solver(assembled, inputs, plan, ranks, group, options);
+    auto made = make_solver(assembled, inputs, plan, ranks, group, options, report.own_peak());
     assembled.form.reset();  // its memory: the factor is all that is needed of it
     if (made && is_first) warn_of_condition(*made);
     return made;

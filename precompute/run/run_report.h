@@ -30,6 +30,7 @@ class RunReport {
   double seconds() const;                            // of all stages
   double seconds_of(const std::string& name) const;  // of one stage
   double peak_bytes() const { return peak_bytes_; }
+  OwnPeak& own_peak() { return own_peak_; }  // of this rank
 
   // Stages, seconds and bytes as JSON, for the report to add to.
   nlohmann::ordered_json json() const;
@@ -43,7 +44,7 @@ class RunReport {
 
   Ranks& ranks_;
   std::vector<Stage> stages_;
-  OwnPeak own_peak_;  // of this rank
+  OwnPeak own_peak_;
   double peak_bytes_ = 0;
 };
 

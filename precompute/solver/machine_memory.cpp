@@ -17,8 +17,8 @@ constexpr std::int64_t kPage = 1 << 12, kCacheLine = 64;
 
 }  // namespace
 
-MachineMemory::MachineMemory(MPI_Comm all, std::function<bool()> someone_failed)
-    : someone_failed_(std::move(someone_failed)) {
+MachineMemory::MachineMemory(MPI_Comm all, std::function<bool()> someone_failed, OwnPeak* peak)
+    : someone_failed_(std::move(someone_failed)), peak_(peak) {
   MPI_Comm_split_type(all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &communicator_);
   MPI_Comm_set_errhandler(communicator_, MPI_ERRORS_RETURN);
   MPI_Comm_rank(communicator_, &rank_);
@@ -54,6 +54,7 @@ void MachineMemory::allocate(std::int64_t bytes) {
 }
 
 void MachineMemory::shrink(std::int64_t bytes) {
+  if (peak_) peak_->after_stage(peak_resident_bytes(), shared_resident_bytes(), count_);
   meet();
   if (rank_ == 0) {
     const auto begin =

@@ -6,14 +6,17 @@
 #include <cstdint>
 #include <functional>
 
+#include "precompute/solver/memory_left.h"
+
 namespace palpate {
 
 // Every call but rank(), count() and data() is collective over the ranks of this machine, the destructor too.
 class MachineMemory {
  public:
   // Collective over all ranks of `all`: those that run on one machine share one memory. someone_failed: asked while this rank
-  // waits for the others; where it says true, the rank stops waiting and throws OperationError.
-  explicit MachineMemory(MPI_Comm all, std::function<bool()> someone_failed = {});
+  // waits for the others; where it says true, the rank stops waiting and throws OperationError. peak: of this process, borrowed; it is
+  // told before memory is given back; may be null.
+  explicit MachineMemory(MPI_Comm all, std::function<bool()> someone_failed = {}, OwnPeak* peak = nullptr);
   ~MachineMemory();
   MachineMemory(const MachineMemory&) = delete;
   MachineMemory& operator=(const MachineMemory&) = delete;
@@ -42,6 +45,7 @@ class MachineMemory {
   std::int32_t wait_for_least(std::int32_t value);
 
   std::function<bool()> someone_failed_;
+  OwnPeak* peak_ = nullptr;
   MPI_Comm communicator_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;
   void* data_ = nullptr;

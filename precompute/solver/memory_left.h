@@ -19,7 +19,7 @@ double shared_resident_bytes();  // of resident_bytes(): memory that it shares w
 // The peak of a process' memory, in which what the processes of a machine share counts once, in equal parts.
 class OwnPeak {
  public:
-  // After each stage. peak_resident, shared: what peak_resident_bytes() and shared_resident_bytes() give then; processes_here: those
+  // After each stage, and before shared memory is given back. peak_resident, shared: what peak_resident_bytes() and shared_resident_bytes() give then; processes_here: those
   // that share. Returns the peak of all stages so far.
   double after_stage(double peak_resident, double shared, int processes_here) {
     // A peak that has not grown was reached in an earlier stage, whose shared memory may have been freed since.
