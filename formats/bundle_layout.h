@@ -54,6 +54,9 @@ enum class SectionId : std::uint32_t {
 enum class MotionKind : std::int32_t { piston = 1, rotation = 2, field = 3, pressure = 4, gravity = 5 };
 inline constexpr std::int32_t kMostMotions = 32;
 
+// Of all corridors together (the section corridor/nodes).
+inline constexpr std::int32_t kMostCorridorNodes = 2000;
+
 constexpr std::uint64_t element_bytes(ElementType type) {
   switch (type) {
     case ElementType::f64:

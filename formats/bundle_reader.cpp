@@ -247,6 +247,7 @@ BundleCounts take_counts(const BundleIndex& index) {
   counts.regions = dimension(SectionId::young, 0);
   counts.touchable = dimension(SectionId::touchable, 0);
   counts.motions = find_section(index, SectionId::motion_kinds) ? dimension(SectionId::motion_kinds, 0) : 0;
+  counts.corridor = find_section(index, SectionId::corridor_nodes) ? dimension(SectionId::corridor_nodes, 0) : 0;
   return counts;
 }
 
@@ -255,9 +256,16 @@ std::uint64_t symbol_value(const char* begin, const char* end, const BundleCount
   const struct {
     const char* name;
     std::uint64_t value;
-  } symbols[] = {{"N", counts.nodes},      {"Ns", counts.surface_nodes}, {"N-Ns", counts.nodes - counts.surface_nodes},
-                 {"E", counts.tetrahedra}, {"F", counts.triangles},      {"R", counts.regions},
-                 {"S", counts.touchable},  {"M", counts.motions},        {"*", 0}};
+  } symbols[] = {{"N", counts.nodes},
+                 {"Ns", counts.surface_nodes},
+                 {"N-Ns", counts.nodes - counts.surface_nodes},
+                 {"E", counts.tetrahedra},
+                 {"F", counts.triangles},
+                 {"R", counts.regions},
+                 {"S", counts.touchable},
+                 {"M", counts.motions},
+                 {"K", counts.corridor},
+                 {"*", 0}};
   const auto length = static_cast<std::size_t>(end - begin);
   for (const auto& symbol : symbols)
     if (std::strlen(symbol.name) == length && std::memcmp(symbol.name, begin, length) == 0) return symbol.value;
@@ -335,6 +343,27 @@ BundleStatus check_motions(const BundleIndex& index, BundleError* error) {
   return BundleStatus::ok;
 }
 
+// Corridors have all their sections but that of the interior, or none of them.
+BundleStatus check_corridor(const BundleIndex& index, BundleError* error) {
+  std::uint32_t found = 0;
+  for (const SectionId id : {SectionId::corridor_nodes, SectionId::corridor_compliance, SectionId::corridor_surface,
+                             SectionId::corridor_residual})
+    found += find_section(index, id) != nullptr;
+  const bool more = find_section(index, SectionId::corridor_interior) != nullptr;
+  if (found != (more || found > 0 ? 4u : 0u))
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "expected corridor/nodes, compliance, displacement_surface and residual together, found %" PRIu32
+                  " of them; rebuild the bundle",
+                  found);
+  const std::uint64_t inside = index.counts.nodes - index.counts.surface_nodes;
+  const std::uint64_t most = inside < kMostCorridorNodes ? inside : kMostCorridorNodes;
+  if (index.counts.corridor > most)
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "expected at most %" PRIu64 " corridor nodes, found %" PRIu64 "; rebuild the bundle", most,
+                  index.counts.corridor);
+  return BundleStatus::ok;
+}
+
 BundleStatus check_counts(const BundleCounts& counts, BundleError* error) {
   if (counts.surface_nodes > counts.nodes || counts.touchable > counts.surface_nodes)
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
@@ -351,14 +380,16 @@ std::uint64_t stored_at(const BundleIndex& index, SectionId id, std::uint64_t el
   return entry->offset + element * element_bytes(static_cast<ElementType>(entry->type));
 }
 
+// least <= value < limit
 BundleStatus check_range_of(const BundleIndex& index, SectionId id, const std::int32_t* values, std::uint64_t count,
-                            std::uint64_t limit, BundleError* error) {
+                            std::uint64_t limit, BundleError* error, std::uint64_t least = 0) {
   for (std::uint64_t i = 0; i < count; ++i)
-    if (values[i] < 0 || static_cast<std::uint64_t>(values[i]) >= limit)
+    if (values[i] < 0 || static_cast<std::uint64_t>(values[i]) < least ||
+        static_cast<std::uint64_t>(values[i]) >= limit)
       return refuse(error, BundleStatus::content, stored_at(index, id, i),
-                    "%s: expected indices from 0 to %" PRIu64 ", element %" PRIu64 " is %" PRId32
+                    "%s: expected indices from %" PRIu64 " to %" PRIu64 ", element %" PRIu64 " is %" PRId32
                     "; copy the bundle again or rebuild it",
-                    describe_section(id)->path, limit - 1, i, values[i]);
+                    describe_section(id)->path, least, limit - 1, i, values[i]);
   return BundleStatus::ok;
 }
 
@@ -500,6 +531,7 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
   if (status == BundleStatus::ok) status = check_scale(*index, error);
   if (status == BundleStatus::ok) status = check_block_count(*index, error);
   if (status == BundleStatus::ok) status = check_motions(*index, error);
+  if (status == BundleStatus::ok) status = check_corridor(*index, error);
   for (std::uint32_t i = 0; i < index->header.section_count && status == BundleStatus::ok; ++i)
     status = check_shape(*index, i, error);
   if (status == BundleStatus::ok && error) *error = BundleError{};
@@ -545,6 +577,11 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
     status = check_range_of(index, SectionId::large_support_nodes, sections.large_support_nodes,
                             2 * find_section(index, SectionId::large_support_nodes)->shape[0], n.nodes, error);
   if (ok() && sections.motion_kinds) status = check_kinds(index, sections.motion_kinds, error);
+  if (ok() && sections.corridor_nodes) {
+    status = check_range_of(index, SectionId::corridor_nodes, sections.corridor_nodes, n.corridor, n.nodes, error,
+                            n.surface_nodes);
+    if (ok()) status = check_ascending(index, SectionId::corridor_nodes, sections.corridor_nodes, n.corridor, error);
+  }
   if (ok() && error) *error = BundleError{};
   return status;
 }

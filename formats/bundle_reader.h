@@ -21,9 +21,9 @@ struct BundleError {
   char text[240] = {};  // what was expected, what was found, what to do
 };
 
-// The sizes that bundle_sections.def calls N, Ns, E, F, R, S and M.
+// The sizes that bundle_sections.def calls N, Ns, E, F, R, S, M and K.
 struct BundleCounts {
-  std::uint64_t nodes, surface_nodes, tetrahedra, triangles, regions, touchable, motions;
+  std::uint64_t nodes, surface_nodes, tetrahedra, triangles, regions, touchable, motions, corridor;
 };
 
 // The checked index. It is a copy, so that bytes that change later cannot undo a check.
@@ -58,6 +58,7 @@ struct IndexedSections {
   const std::int32_t* large_order = nullptr;  // that no node is there twice is checked where it is used (a scene)
   const std::int32_t* large_support_nodes = nullptr;  // their order, too
   const std::int32_t* motion_kinds = nullptr;
+  const std::int32_t* corridor_nodes = nullptr;
 };
 BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);
 

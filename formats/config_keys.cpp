@@ -143,6 +143,8 @@ const std::vector<ConfigKey>& config_keys() {
       {B, "", "motion", "tables", "-", "-", "names all different; at most 32, where gravity counts as three",
        "`[[motion]]`: a support that moves, such as the diaphragm of a patient who breathes; pressure on a surface; "
        "gravity."},
+      {B, "", "corridor", "tables", "-", "-", "names all different; at most 16",
+       "`[[corridor]]`: where a needle may hold tissue inside the organ."},
       {B, "", "touchable", "table", "-", "-", "",
        "`[touchable]`: the nodes that a tool may touch. Without it: every surface node that is free along at least one "
        "axis. Fewer touchable nodes make the computation shorter and the bundle smaller."},
@@ -203,6 +205,15 @@ const std::vector<ConfigKey>& config_keys() {
        "Which supports move: held nodes, foundations and springs to the world; without it all. `pressure`: which "
        "triangles of the surface, those whose three corners are selected; the pressure pushes on the tissue, on the "
        "outer surface inwards and in a cavity outwards."},
+      {B, "corridor", "name", "text", "-", "required", "at most 60 bytes, no control characters",
+       "The corridor's name; the bundle records it."},
+      {B, "corridor", "from", "point", "`mesh_unit`", "required", "coordinates of at most 1e15",
+       "One end of the corridor's axis. It may lie outside the organ."},
+      {B, "corridor", "to", "point", "`mesh_unit`", "required", "coordinates of at most 1e15",
+       "The other end. Where it is `from`, the corridor is a ball."},
+      {B, "corridor", "radius", "number", "`mesh_unit`", "required", "above 0, at most 1e15",
+       "The distance from the axis up to which tetrahedra belong to the corridor. Their nodes inside the organ get "
+       "columns, at most 2,000 in all."},
       {B, "touchable", "select", "selector", "-", "required", "", "Which nodes."},
       {B, "select", "box", "table", "-", "-", "", "The nodes in a box along the axes."},
       {B, "select", "sphere", "table", "-", "-", "", "The nodes in a sphere."},

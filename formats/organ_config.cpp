@@ -47,6 +47,8 @@ constexpr double kHeaviest = 1e6;                    // kg/m^3
 constexpr double kMostStiffening = 1e4;              // exp(b x) would be without bound at strains of 1 %
 constexpr double kStrongestGravity = 1e6;            // m/s^2
 constexpr double kStiffestSupport = 1e15;            // N/m^3, N/m
+constexpr double kFarthest = 1e15;                   // mesh_unit; the square of a distance must not overflow
+constexpr std::size_t kMostCorridors = 16;
 // At 1/2 the tissue is incompressible, at -1 it does not shear: nearer to either, the stiffness matrix has no correct digits.
 constexpr double kFromTheEnds = 1e-6;
 
@@ -257,9 +259,9 @@ BoundaryConfig::Spring spring(TomlTable& table) {
 }
 
 // The bundle holds the names one a line.
-std::string motion_name(TomlTable& table) {
+std::string name_in_bundle(TomlTable& table, const char* example) {
   constexpr std::size_t longest = 60;
-  const std::string name = table.text("name", "\"diaphragm\"");
+  const std::string name = table.text("name", example);
   const bool printable =
       std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= ' ' && c != 127; });
   if (!printable || name.size() > longest) table.wrong("name", "a name of at most 60 bytes without control characters");
@@ -277,7 +279,7 @@ BoundaryConfig::Motion motion(TomlTable& table) {
   using Kind = BoundaryConfig::Motion::Kind;
   BoundaryConfig::Motion result;
   result.line = table.line();
-  result.name = motion_name(table);
+  result.name = name_in_bundle(table, "\"diaphragm\"");
   result.kind = table.choice<Kind>("kind", {{"piston", Kind::piston},
                                             {"rotation", Kind::rotation},
                                             {"field", Kind::field},
@@ -295,6 +297,24 @@ BoundaryConfig::Motion motion(TomlTable& table) {
   if (result.kind == Kind::rotation) result.point = table.vector("point");
   if (result.kind == Kind::field) result.file = table.file().parent_path() / table.text("file", "\"diaphragm.csv\"");
   if (result.kind == Kind::pressure || table.has("select")) result.select = selectors(table);
+  table.finish();
+  return result;
+}
+
+std::array<double, 3> corridor_end(TomlTable& table, const char* key) {
+  const auto end = table.vector(key);
+  if (std::any_of(end.begin(), end.end(), [](double x) { return std::abs(x) > kFarthest; }))
+    table.wrong(key, "coordinates of at most 1e15");
+  return end;
+}
+
+BoundaryConfig::Corridor corridor(TomlTable& table) {
+  BoundaryConfig::Corridor result;
+  result.line = table.line();
+  result.name = name_in_bundle(table, "\"biopsy\"");
+  result.from = corridor_end(table, "from"), result.to = corridor_end(table, "to");
+  result.radius = table.number("radius");
+  if (!(result.radius > 0 && result.radius <= kFarthest)) table.wrong("radius", "a radius above 0 and up to 1e15");
   table.finish();
   return result;
 }
@@ -380,6 +400,11 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
                     "is held nowhere has no shape to compute",
                     file.string()));
   result.motions = supports<BoundaryConfig::Motion>(table, "motion", motion);
+  result.corridors = supports<BoundaryConfig::Corridor>(table, "corridor", corridor);
+  if (result.corridors.size() > kMostCorridors)
+    throw InputError(fmt::format("{}:{}: expected at most {} [[corridor]] tables, found {}; unite some of them",
+                                 file.string(), result.corridors[kMostCorridors].line, kMostCorridors,
+                                 result.corridors.size()));
   if (table.has("touchable")) {
     TomlTable touchable = table.table("touchable");
     result.touchable = selectors(touchable);

@@ -129,6 +129,15 @@ struct BoundaryConfig {
     bool operator==(const Motion&) const = default;
   };
   std::vector<Motion> motions;
+  // A capsule around the segment from - to, or a ball where both are one point: where a needle may hold tissue inside the organ.
+  struct Corridor {
+    std::string name;
+    std::array<double, 3> from{}, to{};
+    double radius = 0;
+    int line = 0;
+    bool operator==(const Corridor&) const = default;
+  };
+  std::vector<Corridor> corridors;
   std::vector<Selector> touchable;  // empty: all
   std::optional<std::array<double, 3>> gravity;
   bool store_interior = false;

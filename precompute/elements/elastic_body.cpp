@@ -8,6 +8,7 @@
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "precompute/elements/label_nodes.h"
+#include "precompute/elements/place_corridors.h"
 #include "precompute/elements/place_motions.h"
 #include "precompute/elements/place_supports.h"
 
@@ -132,6 +133,7 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
       for (int d = 0; d < 3; ++d) body.fixed[n][d] |= fixed.dofs[d] ? 1 : 0;
   place_supports(boundary, organ.mesh_unit.metres, files.boundary, select, body);
   place_motions(boundary, organ.mesh_unit.metres, files.boundary, select, body);
+  place_corridors(boundary, organ.mesh_unit.metres, files.boundary, body);
 
   std::vector<std::int32_t> every_surface_node(surface.size());
   std::iota(every_surface_node.begin(), every_surface_node.end(), 0);

@@ -32,6 +32,14 @@ struct Motion {
   std::vector<std::int32_t> triangles{};     // pressure: of ElasticBody::triangles, ascending
 };
 
+// A capsule around the segment from - to, m.
+struct Corridor {
+  std::string name;
+  std::array<double, 3> from{}, to{};
+  double radius = 0;
+  std::vector<std::int32_t> nodes;  // those inside the body of every tetrahedron within the radius, ascending
+};
+
 // Order of the nodes: first those of the outer surface, then the others; both groups in the order of the mesh file.
 // Tetrahedra keep the order of the file.
 struct ElasticBody {
@@ -46,7 +54,9 @@ struct ElasticBody {
   std::vector<Foundation> foundations;             // soft supports; a node on one of them has free dofs
   std::vector<SpringSet> springs;
   std::vector<Motion> motions;
-  std::vector<std::int32_t> touchable;  // ascending, each < surface_count, each with a free dof
+  std::vector<Corridor> corridors;
+  std::vector<std::int32_t> corridor_nodes;  // of all corridors, ascending, each >= surface_count; held ones too
+  std::vector<std::int32_t> touchable;       // ascending, each < surface_count, each with a free dof
 };
 
 // Named in error messages.

@@ -95,6 +95,16 @@ std::map<std::string, std::string> motion_texts(const ElasticBody& body) {
   return texts;
 }
 
+// "corridor biopsy": "capsule from (1, 2, 3) mm to (4, 5, 6) mm, radius 5 mm; 123 nodes".
+std::map<std::string, std::string> corridor_texts(const ElasticBody& body) {
+  std::map<std::string, std::string> texts;
+  for (const Corridor& corridor : body.corridors)
+    texts["corridor " + corridor.name] =
+        fmt::format("capsule from {} to {}, radius {:.4g} mm; {} nodes", place_text(corridor.from),
+                    place_text(corridor.to), 1e3 * corridor.radius, corridor.nodes.size());
+  return texts;
+}
+
 template <class Value>
 void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries, SectionId id,
                const std::vector<Value>& values) {
@@ -119,6 +129,16 @@ void write_motions(SectionWriter& writer, const std::vector<formats::SectionEntr
   if (content.interior) write_all(writer, entries, SectionId::motion_interior, interior);
   if (!content.motions.volume.empty()) write_all(writer, entries, SectionId::motion_volume, content.motions.volume);
   write_all(writer, entries, SectionId::motion_residual, content.motions.residual);
+}
+
+void write_corridor(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
+                    const BundleContent& content) {
+  const SolvedCorridor& corridor = content.corridor;
+  write_all(writer, entries, SectionId::corridor_nodes, content.body.corridor_nodes);
+  write_all(writer, entries, SectionId::corridor_compliance, corridor.compliance);
+  write_all(writer, entries, SectionId::corridor_surface, corridor.surface);
+  if (content.interior) write_all(writer, entries, SectionId::corridor_interior, corridor.interior);
+  write_all(writer, entries, SectionId::corridor_residual, corridor.residual);
 }
 
 }  // namespace
@@ -167,6 +187,13 @@ std::vector<SectionShape> section_shapes(const BundleContent& content) {
     if (!content.motions.volume.empty()) shapes.push_back({SectionId::motion_volume, {m, m}});
     shapes.push_back({SectionId::motion_residual, {m}});
   }
+  if (const std::uint64_t k = body.corridor_nodes.size(); k > 0) {
+    shapes.push_back({SectionId::corridor_nodes, {k}});
+    shapes.push_back({SectionId::corridor_compliance, {k, 3, k, 3}});
+    shapes.push_back({SectionId::corridor_surface, {k, 3, ns, 3}});
+    if (content.interior) shapes.push_back({SectionId::corridor_interior, {k, 3, n - ns, 3}});
+    shapes.push_back({SectionId::corridor_residual, {k, 3}});
+  }
   shapes.push_back({SectionId::touchable, {s}});
   shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, content.store});
   if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store});
@@ -207,6 +234,7 @@ void write_body_sections(SectionWriter& writer, const std::vector<formats::Secti
     write_all(writer, entries, SectionId::large_support_stiffness, content.supports.block);
   }
   if (!body.motions.empty()) write_motions(writer, entries, content);
+  if (!body.corridor_nodes.empty()) write_corridor(writer, entries, content);
   write_all(writer, entries, SectionId::touchable, body.touchable);
 }
 
@@ -256,6 +284,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
     p["locking_note"] = locking.note;
   for (const auto& [key, text] : support_texts(content.body, boundary)) p[key] = text;
   for (const auto& [key, text] : motion_texts(content.body)) p[key] = text;
+  for (const auto& [key, text] : corridor_texts(content.body)) p[key] = text;
   p["preload"] = !content.preload.empty();
   for (const auto& region : organ.regions) {
     p["young_source " + region.name] = region.young.source;

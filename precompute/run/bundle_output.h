@@ -13,6 +13,7 @@
 #include "precompute/run/precompute.h"
 #include "precompute/run/response_fit.h"
 #include "precompute/run/run_inputs.h"
+#include "precompute/tensors/corridor_columns.h"
 #include "precompute/tensors/locking_estimate.h"
 #include "precompute/tensors/motions.h"
 
@@ -23,6 +24,7 @@ struct BundleContent {
   bool interior = false;
   std::vector<double> preload;  // [3 N] m; empty: none
   const SolvedMotions& motions;
+  const SolvedCorridor& corridor;
   std::optional<ResponseFit> response;
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
   std::vector<std::int32_t> elimination_order;             // of the nodes that can move; empty: no large deformation

@@ -26,6 +26,7 @@
 #include "precompute/solver/machine_memory.h"
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
+#include "precompute/tensors/corridor_columns.h"
 #include "precompute/tensors/locking_estimate.h"
 #include "precompute/tensors/motions.h"
 #include "precompute/tensors/preload.h"
@@ -120,13 +121,23 @@ formats::ElementType solved_type(const PrecomputeOptions& options) {
   return options.store == formats::ElementType::f64 ? options.store : formats::ElementType::f32;
 }
 
+// Of which a column has a displacement in the bundle.
+std::int64_t stored_nodes(const RunInputs& inputs) {
+  return inputs.store_interior ? static_cast<std::int64_t>(inputs.body.nodes.size()) : inputs.body.surface_count;
+}
+
+// The first rank holds them until they are written; so much of the bundle are they, too.
+double corridor_bytes_of(const RunInputs& inputs) {
+  return corridor_bytes(inputs.body.corridor_nodes.size(), static_cast<std::size_t>(stored_nodes(inputs)));
+}
+
 // memory, sharable: bytes, of the rank with the least, so that all ranks make the same plan and solve every column alike.
 SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const GroupChoice& choice, const Ranks& ranks,
                    double memory, double sharable, const PrecomputeOptions& options) {
   const ElasticBody& body = inputs.body;
-  const auto stored = inputs.store_interior ? static_cast<std::int64_t>(body.nodes.size()) : body.surface_count;
+  const std::int64_t stored = stored_nodes(inputs);
   const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(solved_type(options)));
-  const double bundle_bytes = row_bytes * static_cast<double>(body.touchable.size());
+  const double bundle_bytes = row_bytes * static_cast<double>(body.touchable.size()) + corridor_bytes_of(inputs);
   if (choice.ranks_per_operator > 1)
     return plan_of_group(choice, 3 * static_cast<std::int64_t>(body.touchable.size()), memory, bundle_bytes);
   std::vector<std::int32_t> column_rows;
@@ -193,9 +204,11 @@ void plan_vertices(const PrecomputeOptions& options) {
 }
 
 void tell_plan(const SolverPlan& plan, const ElasticBody& body, const PrecomputeOptions& options, bool is_first) {
+  const std::string corridors =
+      body.corridor_nodes.empty() ? "" : fmt::format(", {} in corridors", body.corridor_nodes.size());
   const std::string text =
-      fmt::format("mesh    {} nodes ({} surface, {} touchable), {} tetrahedra\n{}", body.nodes.size(),
-                  body.surface_count, body.touchable.size(), body.tetrahedra.size(), plan_text(plan));
+      fmt::format("mesh    {} nodes ({} surface, {} touchable{}), {} tetrahedra\n{}", body.nodes.size(),
+                  body.surface_count, body.touchable.size(), corridors, body.tetrahedra.size(), plan_text(plan));
   if (!options.plan_only) return say(text);
   if (options.cluster_ranks > 0) {
     if (options.json != "-" && is_first) fmt::print("{}\n", text);
@@ -276,11 +289,12 @@ std::vector<std::int32_t> elimination_order_of(const HeldStiffness& held, const 
 BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::vector<std::int32_t>& elimination_order,
                      const SolverPlan& plan, const ColumnSolver& solver, const std::vector<ColumnBatch>& batches,
                      const ReciprocitySample& sample, const Preload& preload, const SolvedMotions& motions,
-                     const LockingEstimate& locking, const PrecomputeOptions& options) {
+                     const SolvedCorridor& corridor, const LockingEstimate& locking, const PrecomputeOptions& options) {
   const BundleContent content{inputs.body,
                               inputs.store_interior,
                               preload.displacement,
                               motions,
+                              corridor,
                               inputs.fit,
                               solved_type(options),
                               elimination_order,
@@ -324,10 +338,11 @@ std::vector<BatchRecord> all_records(const ColumnJob& job) {
 
 // Rank 0: the part is a whole bundle then.
 Certificate certify_and_seal(const ColumnJob& job, const BegunPart& begun, const Preload& preload,
-                             const LockingEstimate& locking, const ColumnSolver& solver) {
+                             double corridor_floor, const LockingEstimate& locking, const ColumnSolver& solver) {
   const std::vector<BatchRecord> records = all_records(job);
   Certificate certificate = certify(job.batches, records, job.sample);
   certificate.preload_residual = preload.residual;
+  certificate.residual_floor = std::max(certificate.residual_floor, corridor_floor);
   certificate.locking_estimate = locking.ratio;
   certificate.reciprocal_condition = solver.reciprocal_condition();
   SectionWriter writer(job.part);
@@ -401,7 +416,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   const RankGroup group(ranks, choice.ranks_per_operator);
   Assembled assembled = report.stage(
       "assemble", [&] { return group.size() == 1 ? assemble_whole(inputs) : assemble_divided(inputs, group); });
-  const double left = memory(), sharable = ranks.least(sharable_bytes());
+  const double left = std::max(memory() - corridor_bytes_of(inputs), 0.0), sharable = ranks.least(sharable_bytes());
   const double resident_at_plan = resident_bytes();
   SolverPlan plan = report.stage("plan", [&] {
     SolverPlan made = plan_of(inputs, assembled, choice, ranks, left, sharable, options);
@@ -447,12 +462,24 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
       return solved;
     });
 
+  SolvedCorridor corridor;
+  if (!inputs.body.corridor_nodes.empty())
+    corridor = report.stage("corridors", [&] {
+      const CorridorRequest request{inputs.body.corridor_nodes, inputs.body.surface_count, inputs.store_interior};
+      SolvedCorridor solved;
+      if (group.index() == 0)
+        group.together([&] { solved = solve_corridor(assembled.discretisation, assembled.held, request, *solver); });
+      return solved;
+    });
+
   ReciprocitySample sample(inputs.body);
   const BegunPart begun = report.stage("lay out", [&] {
     return is_first ? begin_part(*output.part(), inputs, elimination_order_of(assembled.held, plan, options), plan,
-                                 *solver, batches, sample, preload, motions, locking, options)
+                                 *solver, batches, sample, preload, motions, corridor, locking, options)
                     : BegunPart{};
   });
+  const double corridor_floor = corridor.floor;
+  corridor = {};  // its memory: the part has it
   const auto entries = shared(begun.entries, ranks);
   const auto sections = displacement_sections(entries, inputs.body);
   const ColumnJob job{assembled.discretisation,  assembled.held, batches, sample, sections, part_of(options.bundle),
@@ -470,7 +497,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   double solved_bytes = 0;  // of the bundle before it is packed
   const Certificate certificate = report.stage("seal", [&] {
     if (!is_first) return Certificate{};
-    const Certificate made = certify_and_seal(job, begun, preload, locking, *solver);
+    const Certificate made = certify_and_seal(job, begun, preload, corridor_floor, locking, *solver);
     solved_bytes = static_cast<double>(std::filesystem::file_size(job.part));
     return made;
   });

@@ -12,23 +12,36 @@
 
 #include "formats/bundle_reader.h"
 #include "formats/checksum.h"
-#include "tests/support/tiny_bundle.h"
+#include "tests/support/box_corridor.h"
 
 namespace palpate {
 namespace {
 
 using namespace formats;
 
+std::string bytes_of(const tests::BundleParts& parts) {
+  const auto file =
+      std::filesystem::path(testing::TempDir()) / ("bundle_hostile." + std::to_string(::getpid()) + ".h5");
+  write_bundle(file, parts);
+  std::ifstream in(file, std::ios::binary);
+  std::string read{std::istreambuf_iterator<char>(in), {}};
+  in.close();
+  std::filesystem::remove(file);
+  return read;
+}
+
 std::string whole_bundle() {
+  static const std::string bytes = bytes_of(tests::tiny_bundle({.cells = {2, 2, 2}}));
+  return bytes;
+}
+
+// Its nodes inside are 56 .. 63.
+std::string bundle_with_corridor() {
   static const std::string bytes = [] {
-    const auto file =
-        std::filesystem::path(testing::TempDir()) / ("bundle_hostile." + std::to_string(::getpid()) + ".h5");
-    write_bundle(file, tests::tiny_bundle({.cells = {2, 2, 2}}));
-    std::ifstream in(file, std::ios::binary);
-    std::string read{std::istreambuf_iterator<char>(in), {}};
-    in.close();
-    std::filesystem::remove(file);
-    return read;
+    const tests::DenseBody dense = tests::dense_box({});
+    tests::BundleParts parts = tests::dense_bundle(dense);
+    tests::add_corridor(parts, dense, {56, 58, 63});
+    return bytes_of(parts);
   }();
   return bytes;
 }
@@ -48,9 +61,9 @@ BundleStatus status_of(const std::string& head, std::uint64_t file_bytes, Bundle
 struct Forgery {
   BundleHeader header;
   std::vector<SectionEntry> entries;
-  std::string head = whole_bundle().substr(0, kUserBlockBytes);
+  std::string head;
 
-  Forgery() {
+  explicit Forgery(const std::string& bundle = whole_bundle()) : head(bundle.substr(0, kUserBlockBytes)) {
     std::memcpy(&header, head.data(), sizeof header);
     entries.resize(header.section_count);
     std::memcpy(entries.data(), head.data() + sizeof header, entries.size() * sizeof(SectionEntry));
@@ -285,6 +298,80 @@ TEST(HostileBundle, WithAnIndexOutsideItsTargetIsRefused) {
   EXPECT_EQ(status(SectionId::touchable, index.counts.touchable - 1, surface), BundleStatus::content);
   EXPECT_EQ(status(SectionId::touchable, 1, 0), BundleStatus::content);  // not ascending
   EXPECT_EQ(status(SectionId::fixed, 3 * index.counts.nodes - 1, 2), BundleStatus::content);
+}
+
+TEST(HostileBundle, WithAPartOfACorridorIsRefused) {
+  using Id = SectionId;
+  EXPECT_EQ(Forgery(bundle_with_corridor()).status(), BundleStatus::ok);
+  constexpr Id all[] = {Id::corridor_nodes, Id::corridor_compliance, Id::corridor_surface, Id::corridor_interior,
+                        Id::corridor_residual};
+  // Every choice of the five sections: whole are none, all, and all but the interior.
+  for (unsigned kept = 0; kept < 32; ++kept) {
+    Forgery forgery(bundle_with_corridor());
+    std::erase_if(forgery.entries, [&](const SectionEntry& e) {
+      for (unsigned i = 0; i < 5; ++i)
+        if (e.id == static_cast<std::uint32_t>(all[i])) return (kept >> i & 1u) == 0;
+      return false;
+    });
+    const bool whole = kept == 0 || kept == 0b11111 || kept == 0b10111;
+    EXPECT_EQ(forgery.status(), whole ? BundleStatus::ok : BundleStatus::section) << kept;
+  }
+}
+
+TEST(HostileBundle, WithACorridorOfAnotherShapeIsRefused) {
+  using Id = SectionId;
+  // Another number of nodes in one section, or in all of them more than there are inside or than are allowed.
+  for (const Id id : {Id::corridor_nodes, Id::corridor_compliance, Id::corridor_surface, Id::corridor_interior,
+                      Id::corridor_residual}) {
+    Forgery forgery(bundle_with_corridor());
+    SectionEntry& entry = forgery.entry(id);
+    entry.bytes = entry.bytes / entry.shape[0] * 2, entry.shape[0] = 2;
+    EXPECT_EQ(forgery.status(), BundleStatus::section) << static_cast<unsigned>(id);
+  }
+  for (const Id id : {Id::corridor_compliance, Id::corridor_surface, Id::corridor_interior}) {
+    Forgery forgery(bundle_with_corridor());
+    SectionEntry& entry = forgery.entry(id);
+    entry.bytes = entry.bytes / entry.shape[2] * 2, entry.shape[2] = 2;
+    EXPECT_EQ(forgery.status(), BundleStatus::section) << static_cast<unsigned>(id);
+  }
+  Forgery forgery(bundle_with_corridor());
+  std::uint64_t end = forgery.header.file_bytes;
+  const auto enlarge = [&](Id id, std::uint64_t numbers) {
+    SectionEntry& entry = forgery.entry(id);
+    entry.bytes = entry.bytes / entry.shape[0] * numbers, entry.shape[0] = numbers;
+    if (id == Id::corridor_compliance) entry.bytes = entry.bytes / entry.shape[2] * numbers, entry.shape[2] = numbers;
+    entry.offset = (end + 4095) / 4096 * 4096, end = entry.offset + entry.bytes;
+  };
+  for (const Id id : {Id::corridor_nodes, Id::corridor_compliance, Id::corridor_surface, Id::corridor_interior,
+                      Id::corridor_residual})
+    enlarge(id, 9);
+  forgery.header.file_bytes = end;
+  BundleError error;
+  EXPECT_EQ(status_of(forgery.sealed(), end, &error), BundleStatus::section);
+  EXPECT_STREQ(error.text, "expected at most 8 corridor nodes, found 9; rebuild the bundle");
+}
+
+TEST(HostileBundle, WithCorridorNodesThatDoNotAscendInsideIsRefused) {
+  const std::string whole = bundle_with_corridor();
+  BundleIndex index;
+  ASSERT_EQ(read_bundle_index(whole.data(), whole.size(), &index, nullptr), BundleStatus::ok);
+  EXPECT_EQ(index.counts.corridor, 3u);
+  const auto status = [&](const std::vector<std::int32_t>& nodes, std::size_t wrong) {
+    IndexedSections sections;
+    sections.corridor_nodes = nodes.data();
+    BundleError error;
+    const BundleStatus found = check_stored_indices(index, sections, &error);
+    if (found != BundleStatus::ok) {
+      EXPECT_EQ(error.byte_offset, find_section(index, SectionId::corridor_nodes)->offset + 4 * wrong) << error.text;
+    }
+    return found;
+  };
+  EXPECT_EQ(status({56, 58, 63}, 0), BundleStatus::ok);
+  EXPECT_EQ(status({55, 58, 63}, 0), BundleStatus::content) << "a surface node";
+  EXPECT_EQ(status({56, 58, 64}, 2), BundleStatus::content) << "beyond the nodes";
+  EXPECT_EQ(status({56, -1, 63}, 1), BundleStatus::content);
+  EXPECT_EQ(status({56, 63, 58}, 2), BundleStatus::content) << "not ascending";
+  EXPECT_EQ(status({56, 56, 63}, 1), BundleStatus::content) << "twice";
 }
 
 TEST(HostileBundle, MutatedAtRandomNeverDescribesBytesOutsideTheFile) {

@@ -253,6 +253,57 @@ TEST(BoundaryConfig, RefusesEachFaultOfAMotionInOneSentenceWithItsLine) {
   EXPECT_THAT(with("name = \"tilt\"", "name = \"tilt\"\namount = 3"), HasSubstr("unknown key \"amount\""));
 }
 
+const std::string kCorridors = R"(name = "needle"
+[[fixed]]
+dofs = "xyz"
+select = { everything = true }
+[[corridor]]
+name = "biopsy"
+from = [1, 2, 3]
+to = [4, 5, 6]
+radius = 7
+[[corridor]]
+name = "ball"
+from = [1, 1, 1]
+to = [1, 1, 1]
+radius = 0.5
+)";
+
+TEST(BoundaryConfig, ReadsCorridors) {
+  const BoundaryConfig boundary = read_text(read_boundary_config, kCorridors);
+  ASSERT_EQ(boundary.corridors.size(), 2u);
+  EXPECT_EQ(boundary.corridors[0].name, "biopsy");
+  EXPECT_THAT(boundary.corridors[0].from, ElementsAre(1, 2, 3));
+  EXPECT_THAT(boundary.corridors[0].to, ElementsAre(4, 5, 6));
+  EXPECT_EQ(boundary.corridors[0].radius, 7);
+  EXPECT_EQ(boundary.corridors[1].line, 10);
+}
+
+TEST(BoundaryConfig, RefusesEachFaultOfACorridorInOneSentenceWithItsLine) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return refusal(read_boundary_config, replaced(kCorridors, from, to));
+  };
+  EXPECT_THAT(with("radius = 7", "radius = 0"), HasSubstr(":9: [[corridor]] 1: radius: expected a radius above 0"));
+  EXPECT_THAT(with("radius = 7", "radius = -1"), HasSubstr("radius: expected a radius above 0 and up to 1e15, found"));
+  EXPECT_THAT(with("radius = 7", "radius = nan"), HasSubstr("radius: expected a finite number"));
+  EXPECT_THAT(with("radius = 7", "radius = inf"), HasSubstr("radius: expected a finite number"));
+  EXPECT_THAT(with("radius = 7", "radius = 1e300"), HasSubstr("radius: expected a radius above 0 and up to 1e15"));
+  EXPECT_THAT(with("radius = 7\n", ""), HasSubstr("the key \"radius\" is missing"));
+  EXPECT_THAT(with("from = [1, 2, 3]\n", ""), HasSubstr("the key \"from\" is missing"));
+  EXPECT_THAT(with("to = [4, 5, 6]\n", ""), HasSubstr("the key \"to\" is missing"));
+  EXPECT_THAT(with("[1, 2, 3]", "[1, 2]"), HasSubstr("from: expected three numbers"));
+  EXPECT_THAT(with("[4, 5, 6]", "[4, 5, nan]"), HasSubstr("to: expected a finite number"));
+  EXPECT_THAT(with("[4, 5, 6]", "[4, 5, -1e300]"), HasSubstr("to: expected coordinates of at most 1e15"));
+  EXPECT_THAT(with("\"ball\"", "\"biopsy\""), HasSubstr("a name that no other [[corridor]] has"));
+  EXPECT_THAT(with("\"ball\"", "\"a\\nb\""), HasSubstr("without control characters"));
+  EXPECT_THAT(with("radius = 7", "radius = 7\nlength = 3"), HasSubstr("unknown key \"length\""));
+  std::string many = kCorridors;
+  for (int i = 3; i <= 17; ++i)
+    many += "[[corridor]]\nname = \"" + std::to_string(i) + "\"\nfrom = [0, 0, 0]\nto = [0, 0, 0]\nradius = 1\n";
+  EXPECT_THAT(refusal(read_boundary_config, many),
+              HasSubstr(":85: expected at most 16 [[corridor]] tables, found 17; unite some of them"));
+}
+
 TEST(BoundaryConfig, RefusesEachFaultOfASoftSupportInOneSentenceWithItsLine) {
   const auto with = [](const std::string& from, const std::string& to) {
     return refusal(read_boundary_config, replaced(kSupports, from, to));

@@ -96,6 +96,26 @@ stiffness = { value = 40, unit = "N/m", source = "test" }
   }
 }
 
+TEST_F(Distributed, CorridorsAreThoseOfOneRank) {
+  write("bc.toml",
+        kBoundary + kTouched + "[[corridor]]\nname = \"biopsy\"\nfrom = [0, 20, 20]\nto = [60, 25, 20]\nradius = 2\n");
+  ASSERT_EQ(run("one.h5", "--tolerance 1e-11"), 0) << said_;
+  const std::string one = file_bytes(folder_ / "one.h5");
+  for (const char* pc : {"cholesky", "gamg"}) {
+    ASSERT_EQ(run("two.h5", "--tolerance 1e-11 --ranks-per-operator 2 -- -column_pc_type " + std::string(pc), 2), 0)
+        << said_;
+    const std::string two = file_bytes(folder_ / "two.h5");
+    EXPECT_EQ(section<std::int32_t>(one, SectionId::corridor_nodes),
+              section<std::int32_t>(two, SectionId::corridor_nodes));
+    for (const SectionId id : {SectionId::corridor_compliance, SectionId::corridor_surface}) {
+      const auto c = section<float>(one, id), d = section<float>(two, id);
+      ASSERT_EQ(c.size(), d.size());
+      const float largest = *std::max_element(c.begin(), c.end());
+      for (std::size_t i = 0; i < c.size(); ++i) ASSERT_NEAR(c[i], d[i], 2e-7 * largest) << pc;  // f32, twice
+    }
+  }
+}
+
 TEST_F(Distributed, OneAndTwoGroupsOfTwoGiveTheSameBytesWithMultigrid) {
   const std::string options = "--batch 24 --ranks-per-operator 2 -- -column_pc_type gamg";
   ASSERT_EQ(run("two.h5", options, 2), 0) << said_;

@@ -394,6 +394,49 @@ TEST_F(Program, StoresMotionsBesideTheSameColumns) {
     EXPECT_EQ(formats::find_section(index_of(plain), id), nullptr);
 }
 
+TEST_F(Program, StoresCorridorsBesideTheSameColumnsInEveryForm) {
+  const std::string corridors =
+      "[[corridor]]\nname = \"biopsy\"\nfrom = [-5, 20, 20]\nto = [30, 25, 20]\nradius = 2\n"
+      "[[corridor]]\nname = \"ball\"\nfrom = [50, 40, 30]\nto = [50, 40, 30]\nradius = 3\n";
+  const std::string interior = "[store]\ninterior = true\n";
+  write("bc.toml", kBoundary + interior);
+  ASSERT_EQ(run("plain.h5"), 0) << said_;
+  write("bc.toml", kBoundary + corridors + interior);
+  ASSERT_EQ(run("one.h5"), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr(" in corridors), "));
+  ASSERT_EQ(run("two.h5", "", 2), 0) << said_;
+  ASSERT_EQ(run("small.h5", "--low-rank 1e-2 --store f16"), 0) << said_;
+  const std::string bytes = file_bytes(folder_ / "one.h5"), plain = file_bytes(folder_ / "plain.h5"),
+                    packed = file_bytes(folder_ / "small.h5");
+  EXPECT_EQ(bytes, file_bytes(folder_ / "two.h5"));
+  const auto index = index_of(bytes);
+  const auto nodes = section<std::int32_t>(bytes, SectionId::corridor_nodes);
+  ASSERT_GT(nodes.size(), 4u);
+  EXPECT_EQ(index.counts.corridor, nodes.size());
+  EXPECT_GE(nodes.front(), static_cast<std::int32_t>(index.counts.surface_nodes));
+  for (const double r : section<double>(bytes, SectionId::corridor_residual)) EXPECT_TRUE(r > 0 && r <= 1e-9) << r;
+  for (const SectionId id : {SectionId::displacement_surface, SectionId::force, SectionId::residual})
+    EXPECT_EQ(section<char>(bytes, id), section<char>(plain, id));
+  for (const SectionId id : {SectionId::corridor_nodes, SectionId::corridor_compliance, SectionId::corridor_surface,
+                             SectionId::corridor_interior, SectionId::corridor_residual}) {
+    EXPECT_EQ(formats::find_section(index_of(plain), id), nullptr);
+    EXPECT_FALSE(section<char>(bytes, id).empty());
+    EXPECT_EQ(section<char>(bytes, id), section<char>(packed, id)) << "packing keeps them";
+  }
+  const auto provenance = section<char>(bytes, SectionId::provenance);
+  EXPECT_THAT(std::string(provenance.begin(), provenance.end()),
+              HasSubstr("\"corridor biopsy\":\"capsule from (-5, 20, 20) mm to (30, 25, 20) mm, radius 2 mm; "));
+  write("bc.toml", kBoundary + corridors);
+  ASSERT_EQ(run("surface.h5"), 0) << said_;
+  const std::string surface = file_bytes(folder_ / "surface.h5");
+  EXPECT_TRUE(section<float>(surface, SectionId::corridor_interior).empty());
+  EXPECT_EQ(section<float>(surface, SectionId::corridor_surface), section<float>(bytes, SectionId::corridor_surface));
+  write("bc.toml", kBoundary + "[[corridor]]\nname = \"off\"\nfrom = [80, 0, 0]\nto = [90, 0, 0]\nradius = 2\n");
+  EXPECT_EQ(run("off.h5"), 2);
+  EXPECT_THAT(said_, HasSubstr("bc.toml:8: [[corridor]] \"off\": expected tetrahedra within 0.002 m"));
+  EXPECT_TRUE(nothing_left("off.h5"));
+}
+
 TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
   const auto refused = [&](const std::string& more, const std::string& sentence, int ranks = 0) {
     EXPECT_EQ(run("x.h5", more, ranks), 2) << said_;

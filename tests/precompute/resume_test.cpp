@@ -101,6 +101,25 @@ TEST_F(Resume, GivesTheSameBytesWhereverARunThatPacksIsKilled) {
   EXPECT_GT(killed, 8);
 }
 
+TEST_F(Resume, GivesTheSameBytesWithCorridorsAndNoticesAnotherRadius) {
+  const auto with_radius = [&](const char* radius) {
+    write("bc.toml", kBoundary + "[[corridor]]\nname = \"biopsy\"\nfrom = [0, 20, 20]\nto = [30, 25, 20]\nradius = " +
+                         radius + "\n");
+  };
+  with_radius("2");
+  ASSERT_EQ(run("whole.h5", kOptions), 0) << said_;
+  whole_ = file_bytes(folder_ / "whole.h5");
+  for (const int k : {1, 9}) {
+    kill_at_batch(k);
+    EXPECT_EQ(resume(), k - 1);
+    EXPECT_TRUE(same()) << k;
+  }
+  kill_at_batch(9);
+  with_radius("2.0000001");
+  EXPECT_EQ(resume(), 0);
+  EXPECT_THAT(said_, HasSubstr("x.h5.part is begun anew: boundary_sha256 was "));
+}
+
 TEST_F(Resume, GivesTheSameBytesWhenKilledBetweenSealAndEnd) {
   // These are the last calls on each file: the renaming to the bundle and the removal of the journal.
   for (const char* fault : {"kill:5:x.h5.part", "kill:1:x.h5.part.new", "kill:6:.journal"}) {

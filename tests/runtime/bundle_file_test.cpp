@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "tests/runtime/touched_box.h"
+#include "tests/support/box_corridor.h"
 #include "tests/support/bundle_forms.h"
 
 namespace palpate::tests {
@@ -61,6 +62,19 @@ TEST(BundleBytes, WithAnIndexOutOfRangeAreRefused) {
       parts.set(id, parts.sections[id].shape, numbers);
       EXPECT_EQ(status_of(bundle_bytes(parts)), PALPATE_ERROR_CONTENT);
     }
+}
+
+TEST(BundleBytes, WithACorridorAreOpenedWhereItsNodesAscendInside) {
+  const DenseBody dense = dense_box({});
+  BundleParts parts = dense_bundle(dense);
+  add_corridor(parts, dense, {56, 58, 63});
+  EXPECT_EQ(status_of(bundle_bytes(parts)), PALPATE_OK);
+  for (const std::vector<std::int32_t> bad : {std::vector{55, 58, 63}, {56, 58, 64}, {58, 56, 63}}) {
+    parts.set(formats::SectionId::corridor_nodes, {3}, bad);
+    palpate_error error = {};
+    EXPECT_EQ(status_of(bundle_bytes(parts), &error), PALPATE_ERROR_CONTENT);
+    EXPECT_THAT(error.text, testing::StartsWith("corridor/nodes: expected "));
+  }
 }
 
 TEST(BundleBytes, WithUnusableNumbersDoNotBecomeAScene) {
