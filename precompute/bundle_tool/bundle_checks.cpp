@@ -96,6 +96,8 @@ void check_indices(const BundleFile& file, const SmallSections& s, Checks& check
   if (!scale.empty()) sections.displacement_scale = scale.data();
   const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
   if (!kinds.empty()) sections.motion_kinds = kinds.data();
+  const auto corridor = file.numbers<std::int32_t>(SectionId::corridor_nodes);
+  if (!corridor.empty()) sections.corridor_nodes = corridor.data();
   if (!order.empty()) sections.large_order = order.data();
   if (!supports.empty()) sections.large_support_nodes = supports.data();
   if (!nodes.empty()) {
@@ -180,8 +182,6 @@ void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) 
              wrong.empty() ? fmt::format("{} triangles, the outer faces of the tetrahedra", stored.size()) : wrong);
 }
 
-// The tolerance of the provenance or, where that is larger, what double precision allowed; infinite where it states
-// none.
 double stated_tolerance(const BundleFile& file) {
   const nlohmann::json provenance = file.provenance();
   const auto number = [&](const char* key, double otherwise) {

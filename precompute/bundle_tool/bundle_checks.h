@@ -54,6 +54,15 @@ std::map<formats::SectionId, std::uint64_t> check_displacements(const BundleFile
                                                                 const std::vector<Matrix3>& compliance,
                                                                 std::uint64_t seed, Checks& checks);
 
+// The corridor's columns, where there are some: finite, zero on fixed dofs, a compliance that is symmetric to the bit and the same
+// in the rows of the interior. Where all checks held so far and the touchable columns have an interior, also the reciprocity of
+// both, for a few touchable nodes. Reads each byte of the corridor once.
+void check_corridor(const BundleFile& file, const SmallSections& small, const std::vector<Matrix3>& compliance,
+                    std::uint64_t seed, Checks& checks);
+
+// The tolerance of the provenance or, where that is larger, what double precision allowed; infinite where it states none.
+double stated_tolerance(const BundleFile& file);
+
 // Compares every section with its checksum. known: checksums that other checks have computed on the way.
 void check_checksums(const BundleFile& file, const std::map<formats::SectionId, std::uint64_t>& known, Checks& checks);
 

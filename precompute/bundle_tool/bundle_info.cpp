@@ -20,7 +20,7 @@ nlohmann::json counts_json(const BundleCounts& n) {
   return {{"nodes", n.nodes},           {"surface_nodes", n.surface_nodes},
           {"tetrahedra", n.tetrahedra}, {"triangles", n.triangles},
           {"regions", n.regions},       {"touchable", n.touchable},
-          {"motions", n.motions}};
+          {"motions", n.motions},       {"corridor", n.corridor}};
 }
 
 nlohmann::json materials_json(const BundleFile& file) {
@@ -49,6 +49,24 @@ nlohmann::json motions_json(const BundleFile& file) {
                        {"residual", residual[i]}});
   }
   return motions;
+}
+
+// What a needle may hold: the nodes of all corridors, what they take, and each corridor as palpate-precompute described it.
+nlohmann::json corridors_json(const BundleFile& file) {
+  const auto residual = file.numbers<double>(SectionId::corridor_residual);
+  std::uint64_t bytes = 0;
+  for (const SectionId id : {SectionId::corridor_nodes, SectionId::corridor_compliance, SectionId::corridor_surface,
+                             SectionId::corridor_interior, SectionId::corridor_residual})
+    if (const SectionEntry* entry = file.find(id)) bytes += entry->bytes;
+  nlohmann::json list = nlohmann::json::array();
+  const nlohmann::json p = file.provenance();
+  const std::string key = "corridor ";
+  for (const auto& [name, value] : p.items())
+    if (name.starts_with(key) && value.is_string()) list.push_back({{"name", name.substr(key.size())}, {"is", value}});
+  return {{"nodes", file.index().counts.corridor},
+          {"bytes", bytes},
+          {"worst_residual", residual.empty() ? 0.0 : *std::max_element(residual.begin(), residual.end())},
+          {"list", list}};
 }
 
 nlohmann::json certificate_json(const BundleFile& file) {
@@ -138,6 +156,15 @@ void print_motions(const nlohmann::json& report) {
                printable(motion["is"].get<std::string>()), motion["residual"].get<double>());
     label = "";
   }
+}
+
+void print_corridors(const nlohmann::json& corridors) {
+  if (corridors["nodes"] == 0) return;
+  fmt::print("corridors   {} nodes, {}; worst residual {:.2g}\n", corridors["nodes"].get<std::uint64_t>(),
+             bytes_text(corridors["bytes"].get<std::uint64_t>()), corridors["worst_residual"].get<double>());
+  for (const auto& corridor : corridors["list"])
+    fmt::print("            {}: {}\n", printable(corridor["name"].get<std::string>()),
+               printable(corridor["is"].get<std::string>()));
 }
 
 // The boxes and areas of the organ, of what may be touched and of what is held.
@@ -239,6 +266,7 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
   print_regions(report["regions"]);
   print_supports(file, p);
   print_motions(report);
+  print_corridors(report["corridors"]);
   const char* label = "materials";
   for (const auto& material : report["materials"]) {
     fmt::print("{:<11} {}: Young {:.6g} Pa, Poisson {:.6g}\n", label, printable(material["name"].get<std::string>()),
@@ -287,6 +315,7 @@ void show_bundle(const std::filesystem::path& path, bool json) {
                            {"regions", regions_json(file)},
                            {"materials", materials_json(file)},
                            {"motions", motions_json(file)},
+                           {"corridors", corridors_json(file)},
                            {"stored", stored_form(file)},
                            {"certificate", certificate_json(file)},
                            {"sections", sections_json(file.index())}};

@@ -275,16 +275,26 @@ class Packer {
     return nullptr;
   }
 
+  // Piece by piece: the corridor's rows may be as large as a store of columns.
+  void copy_section(const SectionEntry& from, const SectionEntry& to, SectionWriter& writer) const {
+    std::vector<char> piece(std::min<std::uint64_t>(from.bytes, 1 << 20));
+    for (std::uint64_t at = 0; at < from.bytes; at += piece.size()) {
+      const std::uint64_t count = std::min<std::uint64_t>(piece.size(), from.bytes - at);
+      source_.read(from, at, piece.data(), count);
+      writer.write(to, at, piece.data(), count);
+    }
+  }
+
   void copy_sections() {
     SectionWriter writer(part_);
     for (const SectionEntry& to : entries_) {
       const auto id = static_cast<SectionId>(to.id);
       if (id == SectionId::provenance || is_displacement(id)) continue;
-      const auto bytes = source_.numbers<char>(id);
       if (!is_per_column(id)) {
-        writer.write(to, 0, bytes.data(), bytes.size());
+        copy_section(*source_.find(id), to, writer);
         continue;
       }
+      const auto bytes = source_.numbers<char>(id);
       const std::size_t row = bytes.size() / columns_.columns();
       for (std::size_t s = 0; s < kept_.size(); ++s) writer.write(to, s * row, &bytes[kept_[s] * row], row);
     }

@@ -165,6 +165,42 @@ void check_motions_again(const BundleFile& file, const ElasticBody& body, Elemen
                      fmt::format("largest relative error of {} motions", solved.size()), worst, bound);
 }
 
+// A sample of the corridor's columns solved again.
+void check_corridor_again(const BundleFile& file, const ElasticBody& body, Element element,
+                          const VerifyOptions& options, Checks& checks) {
+  const auto stored = file.numbers<std::int32_t>(SectionId::corridor_nodes);
+  if (stored.empty() && body.corridor_nodes.empty()) return;
+  if (stored != body.corridor_nodes) return checks.add("corridors solved again", false, "the inputs give other nodes");
+  const auto drawn = draw(stored.size(), std::min<std::size_t>(stored.size(), options.columns), options.seed);
+  std::vector<std::int32_t> nodes;
+  for (const auto k : drawn) nodes.push_back(stored[k]);
+  const auto solved = solve_columns_independently(body, element, nodes, kTolerance);
+  const std::size_t near = 3 * file.index().counts.surface_nodes;
+  double worst = 0;
+  for (std::size_t c = 0; c < solved.size(); ++c) {
+    double difference = 0, size = 0;
+    for (const auto& [id, first] :
+         {std::pair{SectionId::corridor_surface, std::size_t{0}}, {SectionId::corridor_interior, near}}) {
+      const SectionEntry* entry = file.find(id);
+      if (!entry) continue;
+      std::vector<float> row(3 * entry->shape[2]);
+      file.read(*entry, (3 * static_cast<std::size_t>(drawn[c / 3]) + c % 3) * row.size() * sizeof(float), row.data(),
+                row.size() * sizeof(float));
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        difference += std::pow(static_cast<double>(row[i]) - solved[c][first + i], 2);
+        size += std::pow(solved[c][first + i], 2);
+      }
+    }
+    worst = std::max(worst, size > 0 ? std::sqrt(difference / size) : std::sqrt(difference));
+  }
+  // As for motions.
+  const auto residual = file.numbers<double>(SectionId::corridor_residual);
+  const double largest = *std::max_element(residual.begin(), residual.end());
+  const double bound = 1.2e-7 + 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size())) * (largest + kTolerance);
+  checks.add_bounded("corridors solved again", worst <= bound,
+                     fmt::format("largest relative error of {} columns", solved.size()), worst, bound);
+}
+
 }  // namespace
 
 void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
@@ -182,6 +218,7 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
       draw(small.touchable.size(), std::min<std::size_t>(small.touchable.size(), options.columns), options.seed);
   const PetscSession session({});
   check_motions_again(file, body, organ.element, checks);
+  check_corridor_again(file, body, organ.element, options, checks);
   std::vector<std::int32_t> nodes;
   for (const auto k : drawn) nodes.push_back(small.touchable[k]);
   const double stored_residual = *std::max_element(small.residual.begin(), small.residual.end());

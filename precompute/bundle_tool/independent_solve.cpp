@@ -210,6 +210,20 @@ std::vector<std::vector<double>> solve_motions_independently(const ElasticBody& 
   return result;
 }
 
+std::vector<std::vector<double>> solve_columns_independently(const ElasticBody& body, Element element,
+                                                             std::span<const std::int32_t> nodes, double tolerance) {
+  const Discretisation d = discretise(body, element);
+  const HeldStiffness held = remove_held_dofs(d.stiffness, d.fixed);
+  PetscSolver solver(held, row_coordinates(d, held), tolerance);
+  std::vector<std::vector<double>> result;
+  double residual = 0;
+  for (const auto node : nodes)
+    for (int j = 0; j < 3; ++j)
+      result.push_back(d.fixed[node][j] ? std::vector<double>(3 * static_cast<std::size_t>(d.vertices), 0.0)
+                                        : column(d, held, solver, node, j, &residual));
+  return result;
+}
+
 std::vector<NodeTensor> solve_independently(const ElasticBody& body, Element element,
                                             std::span<const std::int32_t> nodes, double tolerance) {
   const Discretisation discretisation = discretise(body, element);

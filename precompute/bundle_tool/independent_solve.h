@@ -21,4 +21,9 @@ std::vector<NodeTensor> solve_independently(const ElasticBody& body, Element ele
 std::vector<std::vector<double>> solve_motions_independently(const ElasticBody& body, Element element,
                                                              double tolerance);
 
+// The columns of the compliance, m/N, solved in the same way: for each node and each dof the displacement of the vertices, [3 N]; zeros for
+// a held dof.
+std::vector<std::vector<double>> solve_columns_independently(const ElasticBody& body, Element element,
+                                                             std::span<const std::int32_t> nodes, double tolerance);
+
 }  // namespace palpate
