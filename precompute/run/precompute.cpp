@@ -139,9 +139,12 @@ SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const Gr
   const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(solved_type(options)));
   const double bundle_bytes = row_bytes * static_cast<double>(body.touchable.size()) + corridor_bytes_of(inputs);
   if (choice.ranks_per_operator > 1)
-    return plan_of_group(choice, 3 * static_cast<std::int64_t>(body.touchable.size()), memory, bundle_bytes);
+    return plan_of_group(choice, 3 * static_cast<std::int64_t>(body.touchable.size() + body.corridor_nodes.size()),
+                         memory, bundle_bytes);
   std::vector<std::int32_t> column_rows;
   for (const auto node : body.touchable) column_rows.push_back(assembled.held.row_of_node[node]);
+  for (const auto node : body.corridor_nodes)
+    if (const auto row = assembled.held.row_of_node[node]; row >= 0) column_rows.push_back(row);
   return make_plan({assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes,
                     ranks.count(), usable_cores(), memory * ranks.here(), assembled.form.get(), ranks.here(),
                     sharable});
@@ -369,7 +372,7 @@ void commit(ResumablePart& part, const PrecomputeOptions& options) {
 PlanOutcome outcome_of(const RunReport& report, double resident_at_plan, const LockingEstimate& locking,
                        const Ranks& ranks) {
   PlanOutcome took;
-  took.seconds = report.seconds_of("factor") + report.seconds_of("columns");
+  took.seconds = report.seconds_of("factor") + report.seconds_of("corridors") + report.seconds_of("columns");
   took.bytes = ranks.most(peak_resident_bytes() - resident_at_plan);
   took.locking_bytes = ranks.most(locking.bytes);
   return took;

@@ -16,7 +16,7 @@ namespace palpate {
 
 struct PlanRequest {
   const BlockMatrix& matrix;
-  std::span<const std::int32_t> column_rows;  // the block row of each touchable node; three columns each
+  std::span<const std::int32_t> column_rows;  // the block row of each node that has columns; three each
   std::int64_t stored_rows = 0;               // nodes whose displacement is written for each column
   int columns_at_a_time = 0;                  // 0: the plan chooses
   double available_bytes = 0;                 // what this process may take beyond what it holds: memory_left_bytes()
