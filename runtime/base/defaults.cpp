@@ -39,6 +39,7 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   defaults.torque_limit = 5;
   defaults.torque_slew = 1e3;
   defaults.max_operations = 300'000;
+  defaults.needle_places = 32;
   defaults.deformation = PALPATE_DEFORMATION_LINEAR;
   defaults.dent = PALPATE_DENT_OFF;
   defaults.inside = PALPATE_INSIDE_OFF;
@@ -110,6 +111,13 @@ void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes) {
   defaults.orientation[0] = 1;
   defaults.friction = defaults.clamp_force = INFINITY;
   write_host_struct(defaults, grasp, struct_bytes);
+}
+
+void palpate_init_needle(palpate_needle* needle, size_t struct_bytes) {
+  palpate_needle defaults = {};
+  defaults.triangle = -1;
+  defaults.spacing = 5e-3;
+  write_host_struct(defaults, needle, struct_bytes);
 }
 
 void palpate_init_shape_out(palpate_shape_out* out, size_t struct_bytes) {

@@ -90,6 +90,11 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.grasps != 0;
 }
 
+// Tools may have needles.
+[[maybe_unused]] static bool has_needles(const palpate_scene_def& def) {
+  return kHasEffects && def.needles != 0;
+}
+
 // Motions of the bundle move the organ from outside.
 [[maybe_unused]] static bool has_motions(const palpate_scene_def& def) {
   return kHasEffects && def.motions != 0;
@@ -107,12 +112,13 @@ constexpr bool kHasEffects = true;
 
 // True where the scene asks for something that a build without effects does not have.
 [[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
-  return !kHasEffects && (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
-                          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE ||
-                          def.radial != PALPATE_RADIAL_OFF || def.relaxation.model != PALPATE_RELAXATION_OFF ||
-                          def.render_mesh || def.fine_surface || def.report != PALPATE_REPORT_OFF ||
-                          def.max_links > 0 || def.grasps || def.motions || def.dent != PALPATE_DENT_OFF ||
-                          def.inside != PALPATE_INSIDE_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
+  return !kHasEffects &&
+         (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
+          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
+          def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
+          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.needles || def.motions ||
+          def.dent != PALPATE_DENT_OFF || def.inside != PALPATE_INSIDE_OFF ||
+          def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

@@ -53,6 +53,8 @@ inline constexpr std::size_t kLeastStructBytes<palpate_world_link> = offsetof(pa
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_grasp> = offsetof(palpate_grasp, closing);
 template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_needle> = offsetof(palpate_needle, friction);
+template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(palpate_shape_out, positions);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_skin_out> = offsetof(palpate_skin_out, normals);

@@ -17,6 +17,7 @@ enum class Pass : std::int32_t {
   contact,
   links,
   grasps,
+  needles,
   force,
   relaxation,
   output,

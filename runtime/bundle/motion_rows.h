@@ -11,14 +11,18 @@ namespace palpate {
 
 struct MotionRows {
   const float* numbers = nullptr;  // [count][nodes][3] m per unit
-  std::int32_t count = 0, nodes = 0;
+  const float* inside = nullptr;   // [count][nodes_inside][3] of the nodes behind them, where they are asked for
+  std::int32_t count = 0, nodes = 0, nodes_inside = 0;
   const double* longest = nullptr;  // [count] m per unit, an upper bound over the nodes
 
   const float* row(std::int32_t motion) const {
     return numbers + 3 * static_cast<std::size_t>(motion) * static_cast<std::size_t>(nodes);
   }
   Vec3 at(std::int32_t motion, std::int32_t node) const {
-    const float* const u = row(motion) + 3 * static_cast<std::size_t>(node);
+    const float* const u =
+        node < nodes ? row(motion) + 3 * static_cast<std::size_t>(node)
+                     : inside + 3 * (static_cast<std::size_t>(motion) * static_cast<std::size_t>(nodes_inside) +
+                                     static_cast<std::size_t>(node - nodes));
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   }
   // m, under the amounts [count]. A motion of amount zero is not read.

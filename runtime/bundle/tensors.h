@@ -1,6 +1,7 @@
 // The stored tensors: whole rows for the shape, single 3 x 3 entries for contacts.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -75,25 +76,90 @@ struct DisplacementRows {
   }
 };
 
-// The tensors of a bundle. The surface's displacements are stored rows, or follow from a stored compliance.
+// The columns of interior nodes, which a needle holds (section corridor/*). Unlike those of the surface they are fields of a unit force.
+struct Corridor {
+  std::int32_t count = 0;                        // K
+  const std::int32_t* nodes = nullptr;           // [K] mesh node of each column, ascending, none on the surface
+  const float* compliance = nullptr;             // [K][3][K][3] m/N: C between these nodes, symmetric
+  DisplacementRows surface;                      // [K] m/N, f32
+  const std::int32_t* node_of_column = nullptr;  // [S] surface node of each column of the tensors
+
+  // -1: the corridor does not have the node.
+  std::int32_t index_of(std::int32_t node) const {
+    const std::int32_t* const at = std::lower_bound(nodes, nodes + count, node);
+    return at != nodes + count && *at == node ? static_cast<std::int32_t>(at - nodes) : -1;
+  }
+  // C of corridor nodes l and k, m/N.
+  Mat3 between(std::int32_t l, std::int32_t k) const {
+    Mat3 c;
+    for (int j = 0; j < 3; ++j) {
+      const float* const row = compliance + ((3 * static_cast<std::size_t>(k) + static_cast<std::size_t>(j)) *
+                                                 static_cast<std::size_t>(count) +
+                                             static_cast<std::size_t>(l)) *
+                                                3;
+      for (int i = 0; i < 3; ++i) c.m[i][j] = row[i];
+    }
+    return c;
+  }
+};
+
+// The tensors of a bundle. The surface's displacements are stored rows, or follow from a stored compliance. In a scene with needles the
+// columns from `columns` on are those of the corridor: their T^u is the field of a unit force, and their T^f is one.
 struct Tensors {
   DisplacementRows surface;
   const Compliance* compliance = nullptr;
   const double* stiffness = nullptr;  // [S][3][3] N/m, T^f_k (section tensors/force)
   std::int32_t surface_nodes = 0, columns = 0;
+  const Corridor* corridor = nullptr;  // where the scene has needles
 
-  // T^u_nk of a surface node and a column in any stored form. Cost: three reads at distant addresses, or Compliance::entry.
+  std::int32_t all_columns() const { return columns + (corridor ? corridor->count : 0); }
+  bool is_of_surface(std::int32_t column) const { return column < columns; }
+  // touchable: [S] surface node of each column.
+  std::int32_t node_of(std::int32_t column, const std::int32_t* touchable) const {
+    return column < columns ? touchable[column] : corridor->nodes[column - columns];
+  }
+  // T^u_nk of a surface node, or a node of the corridor, and a column in any stored form. Cost: three reads at distant addresses, or
+  // Compliance::entry.
   Mat3 displacement(std::int32_t node, std::int32_t column) const {
+    if (corridor && (column >= columns || node >= surface_nodes)) return displacement_in_corridor(node, column);
     return compliance ? compliance->entry(node, column) * stiffness_of(column) : surface.entry(node, column);
   }
   void prefetch(std::int32_t node, std::int32_t column) const {
-    if (!compliance) surface.prefetch(node, column);
+    if (column >= columns) {
+      if (node < surface_nodes) corridor->surface.prefetch(node, column - columns);
+    } else if (!compliance && node < surface_nodes) {
+      surface.prefetch(node, column);
+    }
   }
+  // Row [k][j] of T^u on the surface, where it is stored as rows; and its factor.
+  const void* surface_row(std::int32_t column, int j) const {
+    return column < columns ? surface.row(column, j) : corridor->surface.row(column - columns, j);
+  }
+  float row_scale(std::int32_t column, int j) const { return column < columns ? surface.row_scale(column, j) : 1.0f; }
   Mat3 stiffness_of(std::int32_t column) const {
     Mat3 f;
+    if (column >= columns) {
+      f.m[0][0] = f.m[1][1] = f.m[2][2] = 1;
+      return f;
+    }
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) f.m[i][j] = stiffness[9 * static_cast<std::size_t>(column) + 3 * i + j];
     return f;
+  }
+
+ private:
+  // By Betti's theorem a force on the surface moves an interior node as a force on that node moves the surface.
+  Mat3 displacement_in_corridor(std::int32_t node, std::int32_t column) const {
+    const std::int32_t inside = node < surface_nodes ? -1 : corridor->index_of(node);
+    if (node >= surface_nodes && inside < 0) return Mat3{};
+    if (column >= columns)
+      return inside < 0 ? corridor->surface.entry(node, column - columns) : corridor->between(inside, column - columns);
+    const Mat3 c = corridor->surface.entry(corridor->node_of_column[column], inside), f = stiffness_of(column);
+    Mat3 u;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < 3; ++k) u.m[i][j] += c.m[k][i] * f.m[k][j];
+    return u;
   }
 };
 

@@ -9,14 +9,21 @@
 
 namespace palpate {
 
+// The tool of constraints that belong to a needle; `point` then names the needle and its place. They come after those of all tools.
+constexpr std::int32_t kToolOfNeedles = PALPATE_MAX_TOOLS;
+
 // The tool of constraints that belong to a link in place of a tool; `point` is then the link's index.
-constexpr std::int32_t kToolOfLinks = PALPATE_MAX_TOOLS;
+constexpr std::int32_t kToolOfLinks = PALPATE_MAX_TOOLS + 1;
 
 // The tool of constraints that hold two organs of a world apart; `point` names the pair. They come after those of links.
-constexpr std::int32_t kToolOfPairs = PALPATE_MAX_TOOLS + 1;
+constexpr std::int32_t kToolOfPairs = PALPATE_MAX_TOOLS + 2;
 
 // The tool of an organ's constraints for the links of a world; `point` is then the link's index. They come last.
-constexpr std::int32_t kToolOfWorldLinks = PALPATE_MAX_TOOLS + 2;
+constexpr std::int32_t kToolOfWorldLinks = PALPATE_MAX_TOOLS + 3;
+
+inline bool is_of_tool(std::int32_t tool) {
+  return tool < PALPATE_MAX_TOOLS;
+}
 
 // One node under one contact, where a force acts. The same node may serve several contacts.
 struct ContactNode {
@@ -25,7 +32,8 @@ struct ContactNode {
 };
 
 // How the rows of a constraint bind; palpate_contact_law of palpate.h explains the laws. A constraint that is not sticking has
-// its first row along the inward normal and the other two across it.
+// its first row along the inward normal and the other two across it. Beside its law a constraint may have a limit: the reaction of its first
+// row is then at most so large, and the row gives way where it would take more (Tresca's friction).
 enum class ContactLaw : std::uint8_t { sticking, sliding, unilateral, coulomb };
 
 // Up to three rows, one for each imposed axis of the frame: they hold the weighted mean displacement of the nodes
@@ -43,11 +51,17 @@ struct ContactConstraint {
   Mat3 frame;       // rows are unit vectors, orthogonal
   Mat3 local;       // m/N, in the frame: compliance under a patch that the mesh does not resolve (contact_patch.h)
   double friction;  // under coulomb: largest tangential force over the normal force
+  double limit;     // N, above 0: of the reaction of the first row; 0: none
   double share;     // of the constraint in its anchor: a vertex' barycentric weight under TRIANGLE, else 1
   // Of a patch: what its nodes and weights were computed from, to recognise it in the next step.
   SurfacePoint surface_point;
   double disc_radius;  // m; 0: not a patch
 };
+
+// Whether a law may act otherwise than by holding.
+inline bool may_give_way(const ContactConstraint& constraint) {
+  return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb || constraint.limit > 0;
+}
 
 // Fixed capacity; all arrays belong to the scene.
 struct ContactConstraints {

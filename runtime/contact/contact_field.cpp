@@ -90,8 +90,8 @@ void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
 void ContactField::find_rows(Layer& layer) const {
   for (std::int32_t r = 0; r < 3 * layer.count && !tensors_.compliance; ++r) {
     const std::int32_t e = r / 3, column = layer.nodes[e].column, j = r % 3;
-    layer.row[r] = tensors_.surface.row(column, j);
-    layer.coefficient[r] = layer.modified[e][j] * static_cast<double>(tensors_.surface.row_scale(column, j));
+    layer.row[r] = tensors_.surface_row(column, j);
+    layer.coefficient[r] = layer.modified[e][j] * static_cast<double>(tensors_.row_scale(column, j));
   }
 }
 
@@ -388,7 +388,7 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operat
     return false;
   for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
     predicted_coefficient_[r] =
-        predicted_[r / 3][r % 3] * static_cast<double>(tensors_.surface.row_scale(now_->nodes[r / 3].column, r % 3));
+        predicted_[r / 3][r % 3] * static_cast<double>(tensors_.row_scale(now_->nodes[r / 3].column, r % 3));
   predicted_own_ = find(*now_, tool, point);
   if (!now_->adds) return true;
   std::int32_t gone = 0;

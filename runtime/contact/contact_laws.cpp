@@ -134,6 +134,7 @@ Vec3 most_of(const ContactSystem& system, std::int32_t p) {
   Vec3 most = {INFINITY, INFINITY, INFINITY};
   for (int i = 0; i < 3; ++i)
     if (const std::int32_t row = system.rows[p].at[i]; row >= 0 && system.most) most[i] = system.most[row];
+  if (const double limit = system.constraints[p].limit; limit > 0) most.x = std::min(most.x, limit);
   return most;
 }
 
@@ -171,8 +172,10 @@ Vec3 missed(const ContactSystem& system, const double* reaction, std::int32_t p)
 bool obeys_laws(const ContactSystem& system, const double* reaction) {
   for (std::int32_t p = 0; p < system.constraint_count; ++p) {
     const ContactConstraint& constraint = system.constraints[p];
-    if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) continue;
+    if (!may_give_way(constraint)) continue;
     const Vec3 r = gather(system, reaction, p);
+    if (constraint.limit > 0 && std::fabs(r.x) > constraint.limit * (1 + kRounding)) return false;
+    if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) continue;
     if (r.x < 0) return false;
     if (constraint.law == ContactLaw::coulomb && length({0, r.y, r.z}) > constraint.friction * r.x * (1 + kRounding))
       return false;

@@ -50,7 +50,7 @@ Vec3 solve3(const Mat3& a, Vec3 b);
 // The numbers of constraint p's rows in an array over all rows; zero where it has no row.
 Vec3 gather(const ContactSystem& system, const double* numbers, std::int32_t p);
 
-// The limits on the reactions of constraint p; infinite where there are none. Of the tangential force of a contact with friction the
+// The limits on the reactions of constraint p, its own one among them; infinite where there are none. Of the tangential force of a contact with friction the
 // smaller one of both rows counts.
 Vec3 most_of(const ContactSystem& system, std::int32_t p);
 

@@ -220,6 +220,25 @@ std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
   return set_.constraint_count - grasp.parts;
 }
 
+std::int32_t ContactRows::add_needle(const NeedleWish& needle) {
+  const bool made = has_room(1, NeedleWish::kNodes);
+  --to_come_;
+  if (!made) return -1;
+  ContactWish wish;
+  wish.tool = kToolOfNeedles, wish.point = needle.point, wish.law = needle.law, wish.displacement = needle.target;
+  wish.axes = needle.axes;
+  ContactConstraint& constraint = add_constraint(wish, needle.part);
+  for (int v = 0; v < NeedleWish::kNodes; ++v, ++constraint.node_count)
+    set_.nodes[set_.node_count++] =
+        ContactNode{needle.node[v], needle.column[v], wish.tool, wish.point, needle.weight[v]};
+  constraint.framed = true, constraint.limit = needle.limit;
+  for (int i = 0; i < 3; ++i) {
+    store3(needle.frame[i], constraint.frame.m[i]);
+    constraint.local.m[i][i] = i == 0 ? needle.along : needle.across;
+  }
+  return set_.constraint_count - 1;
+}
+
 std::int32_t ContactRows::add_pair(const PairWish& pair) {
   if (set_.constraint_count == set_.constraint_capacity || set_.node_count + pair.count > set_.node_capacity) return -1;
   ContactWish wish;

@@ -57,6 +57,20 @@ struct GraspWish {
   Vec3 target[3];                // m; of the gradients without unit
 };
 
+// One place that a needle holds, as it asks for its rows (needle.h).
+struct NeedleWish {
+  static constexpr int kNodes = 4;
+  std::int32_t point = 0, part = 0;                       // ascending over all needles of an organ
+  const std::int32_t *node = nullptr, *column = nullptr;  // [kNodes]
+  const double* weight = nullptr;                         // [kNodes]
+  Vec3 frame[3];                                          // unit, orthogonal: the axis and two directions across it
+  std::uint32_t axes = 7;                                 // bits 1, 2, 4: which rows of the frame are imposed
+  ContactLaw law = ContactLaw::sticking;
+  double limit = 0;              // N, of the reaction along the axis; 0: none
+  double along = 0, across = 0;  // m/N: compliance that the mesh does not resolve
+  Vec3 target;                   // m, along the rows of the frame
+};
+
 // One organ's part in a pair of places of two organs that must not pass through one another.
 struct PairWish {
   std::int32_t point = 0;              // ascending over the pairs of an organ
@@ -94,6 +108,8 @@ class ContactRows {
 
   // The rows of a grasp's patch, after the grips of its tool. Returns the first of its constraints; -1: there is no room.
   std::int32_t add_grasp(const GraspWish& wish);
+  // The rows of a needle's place, after the contacts and grasps of all tools. Returns its constraint; -1: there is no room.
+  std::int32_t add_needle(const NeedleWish& wish);
   // Keeps so much of the capacity for pairs and links of the world alone. Call it once.
   void keep_for_pairs(std::int32_t nodes, std::int32_t constraints) {
     nodes_for_pairs_ = nodes, constraints_for_pairs_ = constraints;

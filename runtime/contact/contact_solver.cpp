@@ -25,10 +25,6 @@ bool are_equal(const Mat3& a, const Mat3& b) {
   return !differ;
 }
 
-bool may_give_way(const ContactConstraint& constraint) {
-  return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
-}
-
 bool is_of_the_same(const ContactConstraint& a, const ContactConstraint& b) {
   return a.tool == b.tool && a.point == b.point && a.part == b.part;
 }
@@ -94,8 +90,8 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   memory.keep_array(kept_rows_, constraints, kept_constraints_);
   memory.keep_array(kept_constraint_, constraints, kept_constraints_);
   memory.keep_array(kept_node_, nodes, kept_nodes_);
-  return compliance_.create(memory, limits.nodes, limits.columns) && factor_.create(memory, capacity_) &&
-         soft_factor_.create(memory, capacity_) && !memory.failed();
+  return compliance_.create(memory, limits.nodes, limits.columns, limits.columns_of_surface) &&
+         factor_.create(memory, capacity_) && soft_factor_.create(memory, capacity_) && !memory.failed();
 }
 
 // The compliance between nodes is read again: it has the same bits whenever a node came under contact.
@@ -375,7 +371,8 @@ bool ContactSolver::contacts_give_way(const ContactSystem& laws) const {
     const ContactConstraint& constraint = laws.constraints[p];
     if (!may_give_way(constraint)) continue;
     const Vec3 r = reaction(p);
-    if (!(r.x > 0)) return true;
+    if (constraint.limit > 0 && std::fabs(r.x) >= constraint.limit * (1 - kRounding)) return true;
+    if (constraint.law != ContactLaw::sticking && !(r.x > 0)) return true;
     if (constraint.law == ContactLaw::coulomb && length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - kRounding))
       return true;
     for (const std::int32_t row : rows_[p].at)
@@ -451,7 +448,7 @@ bool ContactSolver::write_forces(const ContactConstraints& set, Vec3* force, Vec
   spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction_, force);
   bool finite = std::isfinite(residual_.displacement) && std::isfinite(residual_.force);
   for (std::int32_t e = 0; e < set.node_count; ++e) {
-    modified[e] = compliance_.self(compliance_.slot_of_contact_node(e)) * force[e];
+    modified[e] = compliance_.modified(compliance_.slot_of_contact_node(e), force[e]);
     finite = finite && is_finite(force[e]) && is_finite(modified[e]);
   }
   return finite;
@@ -473,7 +470,7 @@ Vec3 ContactSolver::last_displacement(const Tensors& tensors, std::int32_t node)
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
       const ContactNode& held = kept_node_[e];
       u += held.weight *
-           (tensors.displacement(node, held.column) * (compliance_.self(compliance_.slot_of_contact_node(e)) * sum));
+           (tensors.displacement(node, held.column) * compliance_.modified(compliance_.slot_of_contact_node(e), sum));
     }
   }
   return u;
@@ -884,7 +881,7 @@ bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Opera
   std::fill(modified, modified + kept_nodes_, Vec3{});
   spread_reactions(kept_constraint_, kept_rows_, kept_constraints_, kept_node_, left, modified);
   for (std::int32_t e = 0; e < kept_nodes_; ++e)
-    modified[e] = compliance_.self(compliance_.slot_of_contact_node(e)) * modified[e];
+    modified[e] = compliance_.modified(compliance_.slot_of_contact_node(e), modified[e]);
   return true;
 }
 

@@ -68,6 +68,7 @@ class ContactSolver {
 
   struct Limits {
     std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
+    std::int32_t columns_of_surface = 0;                   // of these; the others are those of a corridor
     bool predicts = false;                                 // predict_without() will be called
     Operations operations = INT64_MAX;                     // of a step (StepWork)
   };

@@ -71,8 +71,9 @@ bool LawNewton::list_equations(const ContactSystem& system, double* reaction, do
     for (std::int32_t i = 0; i < 3; ++i) {
       if (row[i] < 0) continue;
       // A row that the law keeps at its limit has no equation either.
-      if (system.most && (system.constraints[p].law != ContactLaw::coulomb || i == 0)) {
-        const double own = matrix_row(system, row[i])[row[i]] + system.soft[row[i]], most = system.most[row[i]],
+      const bool limited = system.most || (i == 0 && system.constraints[p].limit > 0);
+      if (limited && (system.constraints[p].law != ContactLaw::coulomb || i == 0)) {
+        const double own = matrix_row(system, row[i])[row[i]] + system.soft[row[i]], most = most_of(system, p)[i],
                      next = reaction[row[i]] * own - ahead[row[i]];
         if (std::fabs(next) >= own * most) {
           put(row[i], next > 0 ? most : -most);

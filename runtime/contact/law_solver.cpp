@@ -185,9 +185,9 @@ double LawSolver::solve_again(const ContactSystem& from, double tolerance, std::
 double LawSolver::hold(const ContactSystem& system, double most_energy, double* reaction) {
   for (std::int32_t p = 0; p < system.constraint_count; ++p) {
     const ContactConstraint& constraint = system.constraints[p];
-    if (constraint.law == ContactLaw::sticking || constraint.law == ContactLaw::sliding) continue;
+    if (!may_give_way(constraint)) continue;
     Vec3 r = gather(system, reaction, p);
-    r.x = std::max(0.0, r.x);
+    if (constraint.law != ContactLaw::sticking) r.x = std::max(0.0, r.x);
     if (constraint.law == ContactLaw::unilateral) r.y = r.z = 0;
     const double held = length({0, r.y, r.z}), most = constraint.friction * r.x;
     if (constraint.law == ContactLaw::coulomb && held > most) r.y *= most / held, r.z *= most / held;

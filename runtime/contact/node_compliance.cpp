@@ -47,7 +47,7 @@ bool self_compliance(const double stiffness[9], Mat3* compliance) {
   return finite;
 }
 
-bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns) {
+bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface) {
   const std::size_t entries = static_cast<std::size_t>(capacity),
                     nodes = static_cast<std::size_t>(std::min(capacity, columns));  // each column has one slot
   stride_ = nodes | 1;  // odd, so that a column of matrices does not fall into few sets of the cache
@@ -61,7 +61,7 @@ bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int
   slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
   slot_of_contact_node_ = memory.array<std::int32_t>(entries);
   if (memory.failed()) return false;
-  capacity_ = static_cast<std::int32_t>(nodes), columns_ = columns;
+  capacity_ = static_cast<std::int32_t>(nodes), columns_ = columns, of_surface_ = of_surface;
   forget();
   return true;
 }
@@ -85,11 +85,20 @@ bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int
     const std::int32_t b = earlier[k];
     Mat3 &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a],
          &ab = matrix_[static_cast<std::size_t>(a) * stride_ + b];
-    ba = tensors.displacement(node_[b], column_[a]) * self(a);
+    ba = tensors.displacement(node_[b], column_[a]);
+    if (column_[a] < of_surface_) ba = ba * self(a);
     ab = transposed(ba);
     finite = finite && is_finite(ba);
   }
   return finite;
+}
+
+bool NodeCompliance::read_self(const Tensors& tensors, std::int32_t a) {
+  Mat3& own = matrix_[static_cast<std::size_t>(a) * stride_ + a];
+  if (column_[a] < of_surface_)
+    return self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[a]), &own);
+  own = tensors.displacement(node_[a], column_[a]);
+  return is_finite(own);
 }
 
 // Reads all pairs of which at least one node is new.
@@ -98,9 +107,7 @@ bool NodeCompliance::read_new(const Tensors& tensors) {
   for (std::int32_t slot = 0; slot < slots_; ++slot) {
     if (!in_use(slot)) continue;
     by_column_[used++] = slot;
-    if (is_new(slot) && !self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[slot]),
-                                         &matrix_[static_cast<std::size_t>(slot) * stride_ + slot]))
-      return false;
+    if (is_new(slot) && !read_self(tensors, slot)) return false;
   }
   std::sort(by_column_, by_column_ + used, [&](std::int32_t a, std::int32_t b) { return column_[a] < column_[b]; });
   for (std::int32_t p = 0; p < used; ++p)

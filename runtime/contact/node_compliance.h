@@ -15,9 +15,9 @@ bool self_compliance(const double stiffness[9], Mat3* compliance);
 
 class NodeCompliance {
  public:
-  // capacity: most contact nodes of a step, where a node under several contacts counts for each; columns: S.
-  // Memory: 72 min(capacity, columns)^2 + 4 columns bytes.
-  bool create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns);
+  // capacity: most contact nodes of a step, where a node under several contacts counts for each; columns: of the tensors, those of the
+  // corridor among them, of_surface without these. Memory: 72 min(capacity, columns)^2 + 4 columns bytes.
+  bool create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface);
 
   // Makes the nodes under contact exactly those of the constraints. False, and no nodes, where a number of the tensors is not
   // finite. Cost: 9 numbers of the tensors, from three distant addresses, per pair of a new node and any node.
@@ -32,9 +32,12 @@ class NodeCompliance {
   // C_ab = at(a)[b], m/N: displacement of the node in slot a per unit force on the node in slot b.
   const Mat3* at(std::int32_t a) const { return matrix_ + static_cast<std::size_t>(a) * stride_; }
   const Mat3& self(std::int32_t a) const { return at(a)[a]; }
+  // u~ of the node in slot a under its own force, m; of a node of the corridor the force itself, as its columns are of unit forces.
+  Vec3 modified(std::int32_t a, Vec3 force) const { return column_[a] < of_surface_ ? self(a) * force : force; }
 
  private:
   bool read_new(const Tensors& tensors);
+  bool read_self(const Tensors& tensors, std::int32_t a);
   bool read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count);
   bool is_new(std::int32_t slot) const { return taken_in_[slot] == round_; }
   void release(std::int32_t slot);
@@ -49,7 +52,7 @@ class NodeCompliance {
   std::int32_t* slot_of_column_ = nullptr;        // [columns] or -1
   std::int32_t* slot_of_contact_node_ = nullptr;  // [capacity]
   std::size_t stride_ = 0;
-  std::int32_t capacity_ = 0, columns_ = 0;
+  std::int32_t capacity_ = 0, columns_ = 0, of_surface_ = 0;
   std::int32_t slots_ = 0;
   std::uint32_t round_ = 0;
 };

@@ -35,6 +35,15 @@ bool is_sound_grasp(const palpate_grasp& grasp, const InputLimits& limits) {
          grasp.radius <= 1 && grasp.closing >= 0 && grasp.closing <= 1 && grasp.friction >= 0 && grasp.clamp_force >= 0;
 }
 
+bool is_sound_needle(const palpate_needle& needle, const InputLimits& limits) {
+  constexpr double most = 1e6, off = 1e-3;
+  const auto up_to = [](double x, double end) { return x >= 0 && x <= end; };
+  return limits.has_needles && is_sound_place(needle.triangle, needle.barycentric, limits.triangles) &&
+         is_sound_point(needle.tip) && std::fabs(length(load3(needle.direction)) - 1) <= off && needle.radius > 0 &&
+         needle.radius <= 0.01 && up_to(needle.friction, most) && up_to(needle.cutting_force, most) &&
+         up_to(needle.puncture_force, most) && needle.spacing >= 1e-4 && needle.spacing <= 1;
+}
+
 bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
   if (grip.axes == 0 || grip.axes > 7 || !is_sound_point(grip.displacement)) return false;
   const int kind = enum_number(grip.kind);
@@ -101,7 +110,8 @@ bool ToolInput::create(SceneMemory& memory, const InputLimits& limits, const Inp
 void ToolInput::forget_input(std::int32_t t) {
   Tool& tool = tools_[t];
   tool.point_count = tool.grip_count = 0;
-  tool.hold = tool.has_torque = tool.has_grasp = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
+  tool.hold = tool.has_torque = tool.has_grasp = tool.has_needle = false, tool.disc_radius = tool.friction = 0,
+  tool.flags = 0;
   tool.organ = 0;
 }
 
@@ -141,6 +151,10 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
   if (palpate_grasp whole;
       tool.grasp &&
       !(is_readable(tool.grasp) && is_sound_grasp(whole_struct(tool.grasp, &whole, palpate_init_grasp), *of_organ)))
+    return false;
+  if (palpate_needle whole;
+      tool.needle &&
+      !(is_readable(tool.needle) && is_sound_needle(whole_struct(tool.needle, &whole, palpate_init_needle), *of_organ)))
     return false;
   if (grips == 0) return true;
   if (!have_one_size(tool.grips, grips)) return false;
@@ -195,6 +209,8 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
     tool.organ = from.organ;
     tool.has_grasp = from.grasp != nullptr;
     if (palpate_grasp whole; from.grasp) tool.grasp = whole_struct(from.grasp, &whole, palpate_init_grasp);
+    tool.has_needle = from.needle != nullptr;
+    if (palpate_needle whole; from.needle) tool.needle = whole_struct(from.needle, &whole, palpate_init_needle);
   } else {
     tool.flags |= PALPATE_STEP_BAD_INPUT;
     tool.point_count = std::min(tool.point_count, *room);
@@ -206,7 +222,7 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
 // The world has checked it, and cut it to the room that there is.
 void ToolInput::take_far_tool(const palpate_tool& from, Tool& tool, std::int32_t* room) {
   tool.point_count = from.point_count, tool.grip_count = 0;
-  tool.hold = from.hold != 0, tool.has_grasp = false;
+  tool.hold = from.hold != 0, tool.has_grasp = tool.has_needle = false;
   tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
   tool.disc_radius = from.disc_radius, tool.friction = from.friction, tool.organ = from.organ;
   *room -= tool.point_count;

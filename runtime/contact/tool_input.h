@@ -14,6 +14,7 @@ struct InputLimits {
   std::int32_t surface_nodes = 0, triangles = 0, max_tools = 0, max_points = 0;
   bool has_triangles = false;  // the scene has triangles, so grips may name surface points
   bool has_grasps = false;     // tools may grasp
+  bool has_needles = false;    // tools may have one
   bool has_positions = false;  // the scene has the surface nodes' positions, which torques need
 };
 
@@ -24,14 +25,16 @@ struct ToolValues {
   std::int32_t index = -1;  // of the tool in this step; -1: not sent
   bool is_new = false;      // this place had no tool in the last step, or another one
   bool hold = false, has_torque = false;
-  bool has_grasp = false;
+  bool has_grasp = false, has_needle = false;
+  bool unused_flags[3] = {};  // in the place of padding, which a saved state would hold
   std::int32_t point_count = 0, grip_count = 0;
   std::uint32_t flags = 0;  // of this step
   std::int32_t organ = 0;   // of a world, that grips and grasp hold
-  std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
+  std::int32_t unused = 0;  // the same
   Vec3 reference;           // m, in the world, where the tool has a torque
   double disc_radius = 0, friction = 0;
-  palpate_grasp grasp = {};  // where the tool has one
+  palpate_grasp grasp = {};    // where the tool has one
+  palpate_needle needle = {};  // the same
 };
 
 // A tool keeps its place among the tools of the scene from step to step for as long as the host sends its id.

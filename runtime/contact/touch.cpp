@@ -29,6 +29,7 @@ void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t
   forget_points(def, state, t, 0);
   state.last_force[t] = state.last_torque[t] = Vec3{};
   if (has_grasps(def)) state.grasps.forget(t);
+  if (has_needles(def)) state.needles.forget(t);
   state.far.forget(t);
   if (state.memory) state.memory[t] = state.torque_memory[t] = PronySeries::Memory{};
 }
@@ -48,8 +49,9 @@ struct ToolSum {
 
 struct ToolResult {
   ToolSum sum;
-  double factor = 0;     // on the tool's linear nodal forces
-  Vec3 raw, raw_torque;  // N and N m, in the organ's frame, on the tool before the limits
+  double factor = 0;                 // on the tool's linear nodal forces
+  Vec3 needle_force, needle_torque;  // N and N m, of its needle on the organ
+  Vec3 raw, raw_torque;              // N and N m, in the organ's frame, on the tool before the limits
 };
 
 class Touch {
@@ -95,6 +97,7 @@ class Touch {
       request_grip_contacts(t);
       if (has_grasps(context_.def)) request_grasp(t);
     }
+    if (has_needles(context_.def)) request_needles();
     if (links) flags_ |= touch_state_.links.request(touch_state_.rows, touch_state_.admission);
     context_.watch.ended(Pass::rows);
   }
@@ -129,6 +132,7 @@ class Touch {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       result_[t].raw = -result_[t].factor * result_[t].sum.resultant;
       result_[t].raw_torque = -result_[t].factor * result_[t].sum.moment;
+      if (has_needles(context_.def)) add_needle(t);
     }
     if (relaxes(context_.def)) {
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) relax(t);
@@ -149,7 +153,7 @@ class Touch {
 
  private:
   void raise(std::int32_t tool, std::uint32_t flag) {
-    if (tool < kToolOfLinks) touch_state_.input.tool(tool).flags |= flag;
+    if (is_of_tool(tool)) touch_state_.input.tool(tool).flags |= flag;
     flags_ |= flag;
   }
 
@@ -165,7 +169,8 @@ class Touch {
     const bool finds_far = world_->finds_far && context_.def.collision != PALPATE_COLLISION_OFF;
     for (std::int32_t i = 0; finds_far && i < tool_count; ++i) {
       const std::int32_t t = touch_state_.input.place_of(tools[i].id);
-      const bool held = (t >= 0 && touch_state_.far.held[t] > 0) || tools[i].grip_count > 0 || tools[i].grasp;
+      const bool held =
+          (t >= 0 && touch_state_.far.held[t] > 0) || tools[i].grip_count > 0 || tools[i].grasp || tools[i].needle;
       far[i] = !held && palpate::is_far(world_->tool[i], touch_state_.deformed, touch_state_.organ, touch_state_.far,
                                         context_.def.max_tool_speed * dt);
     }
@@ -268,6 +273,8 @@ class Touch {
       count += tool.grip_count;
       if (has_grasps(context_.def))
         count += touch_state_.grasps.begin(t, tool, touch_state_.organ, context_.tensors, touch_state_.solver);
+      if (has_needles(context_.def))
+        count += touch_state_.needles.begin(t, tool, touch_state_.organ, touch_state_.solver);
       if (is_far(t)) continue;
       for (std::int32_t i = 0; context_.def.collision != PALPATE_COLLISION_OFF && i < tool.point_count; ++i)
         count += touch_state_.points[t][i].contact;
@@ -359,6 +366,28 @@ class Touch {
       count_contact(t, set.target[p] - moved(set, set.constraints[p]));
     }
   }
+  void request_needles() {
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      std::int32_t made = 0;
+      const std::int32_t first = touch_state_.rows.set().constraint_count;
+      if (const std::uint32_t flags =
+              touch_state_.needles.request(t, touch_state_.input.tool(t), touch_state_.rows, &made))
+        raise(t, flags);
+      const ContactConstraints& set = touch_state_.rows.set();
+      for (std::int32_t p = first; p < set.constraint_count; ++p)
+        if (!touch_state_.solver.holds(set, p)) touch_state_.admission.pay();
+    }
+  }
+  void finish_needles(bool solved) {
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+      const Tool& tool = touch_state_.input.tool(t);
+      if (tool.index < 0) continue;
+      if (const std::uint32_t flags = touch_state_.needles.finish(t, tool, *acting_, touch_state_.force,
+                                                                  touch_state_.solver, touch_state_.organ, solved,
+                                                                  &result_[t].needle_force, &result_[t].needle_torque))
+        raise(t, flags);
+    }
+  }
   bool is_of_grasp(std::int32_t t, std::int32_t point) const {
     if (!has_grasps(context_.def)) return false;
     const Tool& tool = touch_state_.input.tool(t);
@@ -447,7 +476,7 @@ class Touch {
   }
 
   void add_force(std::int32_t e, const ContactNode& held) {
-    if (held.tool >= kToolOfLinks) return;
+    if (!is_of_tool(held.tool)) return;
     result_[held.tool].sum.resultant += touch_state_.force[e];
     if (touch_state_.input.tool(held.tool).has_torque && !is_of_grasp(held.tool, held.point))
       result_[held.tool].sum.moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
@@ -503,6 +532,11 @@ class Touch {
       finish_grasps();
       context_.watch.ended(Pass::grasps);
     }
+    if (has_needles(context_.def)) {
+      context_.watch.ended(Pass::contact);
+      finish_needles(outcome != ContactSolver::Outcome::unsolved);
+      context_.watch.ended(Pass::needles);
+    }
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
     if (outcome == ContactSolver::Outcome::unsolved) flag = PALPATE_STEP_UNSOLVED;
@@ -513,8 +547,8 @@ class Touch {
     }
     for (std::int32_t p = 0; p < set.constraint_count; ++p) {
       const ContactSolver::Doubt doubt = touch_state_.solver.doubt_of(p);
-      if (doubt.inexact) raise(set.constraints[p].tool, PALPATE_STEP_SOLVE_INEXACT);
-      if (doubt.conflict) raise(set.constraints[p].tool, PALPATE_STEP_REGULARISED);
+      if (doubt.inexact) raise(owner_of(set.constraints[p]), PALPATE_STEP_SOLVE_INEXACT);
+      if (doubt.conflict) raise(owner_of(set.constraints[p]), PALPATE_STEP_REGULARISED);
     }
     if (follows_deformed_surface(context_.def)) {
       Operations work = 0;
@@ -535,7 +569,7 @@ class Touch {
     touch_state_.admission.begin_debts();
     for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
       const ContactConstraint& first = set.constraints[p];
-      if (first.tool >= kToolOfLinks) return;
+      if (!is_of_tool(first.tool)) return;
       bool sticks = false;
       for (; end < set.constraint_count && set.constraints[end].tool == first.tool &&
              set.constraints[end].point == first.point;
@@ -634,9 +668,11 @@ class Touch {
     for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
       const ContactNode& held = set.nodes[e];
       node->node = held.node, node->column = held.column, node->point = held.point;
-      const bool of_tool = held.tool < kToolOfLinks;
-      // Of links -1, of pairs -2, of links of the world -3.
-      node->tool = of_tool ? touch_state_.input.tool(held.tool).index : kToolOfLinks - 1 - held.tool;
+      const bool of_tool = is_of_tool(held.tool);
+      // Of links -1, of pairs -2, of links of the world -3, of needles -4.
+      node->tool = of_tool                       ? touch_state_.input.tool(held.tool).index
+                   : held.tool == kToolOfNeedles ? kToolOfNeedleNodes
+                                                 : kToolOfLinks - 1 - held.tool;
       store3(touch_state_.modified[e], node->modified_displacement);
       // A steep response may turn a finite force into an infinite one.
       const Vec3 force = (of_tool ? result_[held.tool].factor : 1) * touch_state_.force[e];
@@ -684,7 +720,7 @@ class Touch {
   void for_each_contact(Visit visit) const {
     const ContactConstraints& set = touch_state_.rows.set();
     for (std::int32_t first = 0, end = 0; first < set.constraint_count; first = end) {
-      if (set.constraints[first].tool >= kToolOfLinks) return;
+      if (!is_of_tool(set.constraints[first].tool)) return;
       while (end < set.constraint_count && set.constraints[end].tool == set.constraints[first].tool &&
              set.constraints[end].point == set.constraints[first].point)
         ++end;
@@ -820,6 +856,20 @@ class Touch {
     }
   }
 
+  // Q is the response of tissue under a tool on the surface, so it does not act on what a needle does.
+  void add_needle(std::int32_t t) {
+    const Tool& tool = touch_state_.input.tool(t);
+    if (context_.def.force == PALPATE_FORCE_OFF || !is_finite(result_[t].needle_force)) return;
+    result_[t].raw += -1 * result_[t].needle_force;
+    if (tool.has_torque && is_finite(result_[t].needle_torque)) result_[t].raw_torque += -1 * result_[t].needle_torque;
+  }
+  static std::int32_t owner_of(const ContactConstraint& constraint) {
+    return constraint.tool == kToolOfNeedles ? Needles::tool_of(constraint.point) : constraint.tool;
+  }
+  bool is_in_tissue(std::int32_t t) const {
+    return has_needles(context_.def) && touch_state_.needles.state(t).places > 0;
+  }
+
   void write_torque(std::int32_t t, palpate_tool_state& state) {
     const Vec3 raw = touch_state_.organ.vector_to_world(result_[t].raw_torque);
     const palpate_scene_def& def = context_.def;
@@ -843,6 +893,7 @@ class Touch {
     if (tool.has_torque)
       result_[t].raw_torque =
           touch_state_.relaxation.step(touch_state_.torque_memory[t], elastic_torque, touch_state_.input.dt());
+    if (is_in_tissue(t)) return;
     if (result_[t].sum.contacts > 0 && (tool.hold || tool.has_grasp || !(dot(result_[t].raw, elastic) < 0))) return;
     result_[t].raw = result_[t].raw_torque = Vec3{};
   }

@@ -18,6 +18,7 @@
 #include "runtime/contact/grasp.h"
 #include "runtime/contact/links.h"
 #include "runtime/contact/motions.h"
+#include "runtime/contact/needle.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
 #include "runtime/surface/fine_surface.h"
@@ -60,8 +61,9 @@ struct TouchState {
   ContactPatch patch;
   Motions motions;  // where the bundle's motions move the organ
   ContactRows rows;
-  Grasps grasps;  // where tools may grasp
-  Links links;    // where the scene may have some
+  Grasps grasps;    // where tools may grasp
+  Needles needles;  // where tools may have needles
+  Links links;      // where the scene may have some
   ContactSolver solver;
   ContactAdmission admission;
   DeformingBody body;                 // in place of the solver, under large deformation

@@ -64,7 +64,7 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
   if (amounts_ && take_amounts(contacts ? palpate_contacts_motions(contacts) : nullptr, &flags)) changed = true;
   for (std::int32_t e = 0; e < sent; ++e) {
     const palpate_contact_node& node = nodes_behind(*contacts)[e];
-    if (!is_sound(node, tensors.columns)) {
+    if (!is_sound(node, tensors.all_columns())) {
       flags |= PALPATE_STEP_BAD_INPUT;
       continue;
     }
@@ -79,8 +79,8 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
   count_ = count;
   for (std::int32_t r = 0; r < 3 * count && !tensors.compliance; ++r) {
     const Load& load = loads_[r / 3];
-    row_[r] = tensors.surface.row(load.column, r % 3);
-    coefficient_[r] = load.modified[r % 3] * static_cast<double>(tensors.surface.row_scale(load.column, r % 3));
+    row_[r] = tensors.surface_row(load.column, r % 3);
+    coefficient_[r] = load.modified[r % 3] * static_cast<double>(tensors.row_scale(load.column, r % 3));
   }
   // However much changed, the field went from one norm to the other.
   path_ += norm_;
@@ -134,11 +134,13 @@ bool QueriedField::take_amounts(const double* amounts, std::uint32_t* flags) {
 double QueriedField::norm_of_loads(const Tensors& tensors) const {
   double energy = 0, own = 0;
   for (std::int32_t i = 0; i < count_; ++i) {
-    const Vec3 force = tensors.stiffness_of(loads_[i].column) * loads_[i].modified;
-    own += std::sqrt(std::max(0.0, dot(force, loads_[i].modified)));
+    const std::int32_t column = loads_[i].column, node = tensors.node_of(column, touchable_);
+    const Vec3 force = tensors.stiffness_of(column) * loads_[i].modified;
+    const Vec3 alone = tensors.is_of_surface(column) ? loads_[i].modified : tensors.displacement(node, column) * force;
+    own += std::sqrt(std::max(0.0, dot(force, alone)));
     Vec3 there;
     for (std::int32_t j = 0; j < count_; ++j)
-      there += tensors.displacement(touchable_[loads_[i].column], loads_[j].column) * loads_[j].modified;
+      there += tensors.displacement(node, loads_[j].column) * loads_[j].modified;
     energy += dot(force, there);
   }
   const bool coarse = tensors.compliance || tensors.surface.type == formats::ElementType::f16;

@@ -136,8 +136,10 @@ std::int32_t constraints_of_point(const palpate_scene_def& def) {
 
 // Constraints that a step can have, without those of pairs and of links of the world.
 std::int32_t most_constraints(const palpate_scene_def& def) {
-  return std::min(def.max_contact_nodes, constraints_of_point(def) * def.max_points + def.max_links +
-                                             (has_grasps(def) ? 6 * def.max_tools : 0));
+  return std::min(def.max_contact_nodes,
+                  constraints_of_point(def) * def.max_points + def.max_links +
+                      (has_grasps(def) ? 6 * def.max_tools : 0) +
+                      (has_needles(def) ? def.max_tools * Needles::constraints_of_one(def.needle_places) : 0));
 }
 
 // Of both ends.
@@ -226,11 +228,17 @@ palpate_status build_motions(const SectionReader& reader, const palpate_scene_de
         (!source.volume || !(source.volume[i * m + i] > 0)))
       return source.volume ? reader.not_usable(SectionId::motion_volume, i * m + i)
                            : reader.missing("motions", SectionId::motion_volume);
+  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
+  if (has_needles(def) && inside > 0) {
+    MotionRows rows;
+    if (const palpate_status status = read_motion_rows(reader, SectionId::motion_interior, inside, &rows))
+      return status;
+    source.surface.inside = rows.numbers, source.surface.nodes_inside = inside;
+  }
   if (!touch.motions.create(reader.memory(), source, most_constraints(def) + part_of_world(touch).constraints()))
     return reader.no_memory("motions");
   shape.moved_surface = touch.motions.rows();
   if (!has_interior_shape(def, reader.bundle())) return PALPATE_OK;
-  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
   return read_motion_rows(reader, SectionId::motion_interior, inside, &shape.moved_interior);
 }
 
@@ -339,8 +347,8 @@ ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
           def.contact == PALPATE_CONTACT_PATCH ? nodes_of_disc : nodes};
 }
 
-palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const std::int32_t* touchable,
-                              TouchState& touch) {
+palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
+                              const std::int32_t* touchable, TouchState& touch) {
   SceneMemory& memory = reader.memory();
   InputLimits limits;
   limits.surface_nodes = reader.surface_nodes(), limits.triangles = reader.triangles();
@@ -351,7 +359,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   memory.keep(touch.last_torque);
   memory.keep(touch.organ);
   memory.keep(touch.far);
-  limits.has_grasps = has_grasps(def);
+  limits.has_grasps = has_grasps(def), limits.has_needles = has_needles(def);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
   const std::int32_t constraints = most_constraints(def) + part_of_world(touch).constraints();
@@ -360,7 +368,8 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   const ContactRows::Source source = {def.contact, touch.column_of_node, touch.triangles, touch.rest,
                                       def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr};
   ContactSolver::Limits solver;
-  solver.nodes = def.max_contact_nodes, solver.constraints = constraints, solver.columns = reader.columns();
+  solver.nodes = def.max_contact_nodes, solver.constraints = constraints;
+  solver.columns = tensors.all_columns(), solver.columns_of_surface = tensors.columns;
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
   memory.keep(touch.slides);
@@ -573,6 +582,65 @@ DiscSource discs_of(TouchState& touch) {
   return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
 }
 
+palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std::int32_t nodes,
+                                 DisplacementRows* rows) {
+  const float* numbers = nullptr;
+  if (const palpate_status status = reader.map_for("needles", id, &numbers)) return status;
+  rows->numbers = numbers, rows->nodes = nodes;
+  return PALPATE_OK;
+}
+
+// The columns of the bundle's corridor become those of the scene.
+palpate_status read_corridor(const SectionReader& reader, const std::int32_t* touchable, Corridor* corridor,
+                             ShapeState* interior, Tensors* tensors) {
+  const char* const effect = "needles";
+  if (!reader.find(SectionId::corridor_nodes)) return reader.missing(effect, SectionId::corridor_nodes);
+  if (const formats::ElementType type = tensors->surface.type;
+      !tensors->compliance && type != formats::ElementType::f32)
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                "needles: expected displacements in f32 or a compliance in blocks, found rows in %s; pack the bundle "
+                "with --type f32 or --low-rank",
+                type == formats::ElementType::f16 ? "f16" : "f64");
+  const std::uint64_t count = reader.counts().corridor;
+  palpate_status status = reader.copy_indices(SectionId::corridor_nodes, count,
+                                              &formats::IndexedSections::corridor_nodes, &corridor->nodes);
+  if (status == PALPATE_OK) status = reader.map_for(effect, SectionId::corridor_compliance, &corridor->compliance);
+  if (status == PALPATE_OK)
+    status = map_corridor_rows(reader, SectionId::corridor_surface, reader.surface_nodes(), &corridor->surface);
+  if (status != PALPATE_OK) return status;
+  corridor->count = static_cast<std::int32_t>(count), corridor->node_of_column = touchable;
+  tensors->corridor = corridor;
+  if (!interior) return PALPATE_OK;
+  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
+  return map_corridor_rows(reader, SectionId::corridor_interior, inside, &interior->corridor_interior);
+}
+
+palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
+                             const Tensors& tensors, TouchState& touch) {
+  HyperelasticBody body;
+  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
+  if (!laws) return reader.no_memory("needles");
+  Needles::Source source;
+  palpate_status status = read_body(reader, "needles", &body, laws);
+  if (status == PALPATE_OK) status = read_tetrahedra(reader, &body);
+  if (status == PALPATE_OK) status = reader.map(SectionId::young, &source.young);
+  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &source.poisson);
+  if (status == PALPATE_OK) status = reader.read_rest(def, reader.counts().nodes, &source.geometry.nodes);
+  if (status != PALPATE_OK) return status;
+  source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
+  source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
+  source.tensors = &tensors, source.motions = motions_of(def, touch);
+  source.most_places = def.needle_places, source.max_tools = def.max_tools;
+  return touch.needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
+}
+palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
+                             TouchState& touch) {
+  SceneMemory scratch(def.allocator);
+  const palpate_status status = build_needles(reader, def, scratch, tensors, touch);
+  scratch.release_all();
+  return status;
+}
+
 palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   const bool made = touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, motions_of(def, touch));
   return made ? PALPATE_OK : reader.no_memory("grasps");
@@ -630,7 +698,7 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   if (const palpate_status status = reader.read_rest(def, nodes, &shape.rest)) return status;
   SceneMemory& memory = reader.memory();
   const std::size_t columns = 3 * static_cast<std::size_t>(def.max_contact_nodes);
-  shape.slot_of_column = memory.array<std::int32_t>(counts.touchable);
+  shape.slot_of_column = memory.array<std::int32_t>(counts.touchable + (has_needles(def) ? counts.corridor : 0));
   shape.sum = memory.array<double>(columns);
   shape.row_scale = memory.array<float>(columns);
   shape.coefficient = memory.array<float>(columns);
@@ -800,6 +868,11 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
   if (def.grasps && (def.contact != PALPATE_CONTACT_PATCH || def.deformation != PALPATE_DEFORMATION_LINEAR))
     return bad(
         "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0");
+  if (def.needles < 0 || def.needles > 1) return bad("needles must be 0 or 1");
+  if (def.needle_places < 2 || def.needle_places > NeedleInTissue::kMostPlaces)
+    return bad("needle_places must be 2 .. 64");
+  if (def.needles && def.deformation != PALPATE_DEFORMATION_LINEAR)
+    return bad("needles pierce an organ of deformation LINEAR alone; leave needles at 0, or take LINEAR");
   if (def.max_links < 0 || def.max_links > 1000) return bad("max_links must be 0 .. 1000");
   if (def.max_links > 0 && def.deformation != PALPATE_DEFORMATION_LINEAR)
     return bad("links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR");
@@ -848,7 +921,8 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def) {
   const std::int32_t of_links = def.max_links * nodes_of_a_link(def),
                      of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
   const std::int32_t of_grasps = has_grasps(def) ? 3 * GraspPatch::kMostNodes * def.max_tools : 0;
-  return std::min(kMostContactNodes, of_points + of_links + of_grasps);
+  const std::int32_t of_needles = has_needles(def) ? def.max_tools * Needles::nodes_of_one(def.needle_places) : 0;
+  return std::min(kMostContactNodes, of_points + of_links + of_grasps + of_needles);
 }
 
 std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part) {
@@ -874,6 +948,10 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   };
   step(true, use.contacts,
        [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
+  step(has_needles(def), use.needles, [&] {
+    ShapeState* const interior = has_interior_shape(def, bundle) ? &shape : nullptr;
+    return read_corridor(reader, touchable, &scene.corridor, interior, &scene.tensors);
+  });
   step(def.deformation != PALPATE_DEFORMATION_LINEAR, use.deformation,
        [&] { return make_deforming_body(reader, def, touch.body); });
   const bool linked = touch.most_world_links > 0;
@@ -894,8 +972,9 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
-  step(true, use.contacts, [&] { return build_contacts(reader, def, touchable, touch); });
+  step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, touchable, touch); });
   step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
+  step(has_needles(def), use.needles, [&] { return build_needles(reader, def, scene.tensors, touch); });
   step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, def, touch, shape); });

@@ -13,7 +13,8 @@ namespace palpate {
 
 // Positions of the surface's nodes without contacts.
 [[maybe_unused]] static bool needs_rest(const palpate_scene_def& def) {
-  return needs_surface(def) || def.queries != PALPATE_QUERIES_OFF || def.report != PALPATE_REPORT_OFF;
+  return needs_surface(def) || has_needles(def) || def.queries != PALPATE_QUERIES_OFF ||
+         def.report != PALPATE_REPORT_OFF;
 }
 
 // The triangles' corners, at least.

@@ -110,6 +110,18 @@ class SectionsOf {
     return sections;
   }
 
+  Sections needles() const {
+#define PALPATE_NEEDLE_SECTIONS                                                                                \
+  "mesh/nodes mesh/tetrahedra mesh/region material/young material/poisson corridor/nodes corridor/compliance " \
+  "corridor/displacement_surface"
+    Sections sections = {PALPATE_NEEDLE_SECTIONS};
+    for (const SectionId id :
+         {SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::young, SectionId::poisson,
+          SectionId::corridor_nodes, SectionId::corridor_compliance, SectionId::corridor_surface})
+      sections.bytes += bytes(id);
+    return sections;
+  }
+
   // interior: those of the shape.
   Sections motions(bool interior) const {
     const bool volume = find(SectionId::motion_volume);
@@ -205,6 +217,7 @@ Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const
   else
     step(Pass::contact, laws[def.law], "touch", sections.contacts(), memory.contacts);
   if (has_grasps(def)) step(Pass::grasps, "grasps", "touch", sections.contacts());
+  if (has_needles(def)) step(Pass::needles, "needles", "touch", sections.needles(), memory.needles);
   if (has_links(def)) step(Pass::links, "links", "touch", sections.contacts(), memory.links);
   if (def.force == PALPATE_FORCE_LINEAR) step(Pass::force, "force: linear", "touch");
   if (def.force == PALPATE_FORCE_RESPONSE)

@@ -30,6 +30,8 @@ class PassWork {
         return links();
       case Pass::grasps:
         return {0, 0, 20 + 10 * nodes};
+      case Pass::needles:
+        return {0, 0, 30 + 4 * nodes};
       case Pass::force:
         return {
             0, 0,

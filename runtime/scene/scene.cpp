@@ -119,6 +119,12 @@ const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, i
   return scene ? scene->touch.links.state(link, scene->context.tensors, scene->touch.solver) : nullptr;
 }
 
+const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id) {
+  if (!scene || !palpate::has_needles(scene->def)) return nullptr;
+  const std::int32_t t = scene->touch.input.place_of(id);
+  return t < 0 ? nullptr : &scene->touch.needles.state(t);
+}
+
 const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {
   if (!scene || !palpate::has_grasps(scene->def)) return nullptr;
   const std::int32_t t = scene->touch.input.place_of(id);

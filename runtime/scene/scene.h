@@ -20,6 +20,7 @@ struct palpate_scene {
   std::uint64_t definition = 0;  // checksum of what a saved state must have in common with the scene
   palpate::Tensors tensors;
   palpate::Compliance compliance;  // where the bundle stores the compliance in blocks
+  palpate::Corridor corridor;      // where the scene has needles
   palpate::PassWatch watch;
   const palpate::StepContext context;
   palpate::TouchState touch;

@@ -87,7 +87,7 @@ void read_kept(const SceneMemory& memory, const unsigned char* state) {
 
 // The size of palpate_scene_def on 64-bit systems when this file was last told of a new field. A field that takes the place of
 // `reserved` does not change the size.
-constexpr std::size_t kDefinitionBytes = 312;
+constexpr std::size_t kDefinitionBytes = 320;
 
 }  // namespace
 
@@ -103,7 +103,7 @@ std::uint64_t definition_of(const palpate_scene_def& def, const SceneMemory& mem
   digest.add(def.max_tools, def.max_points, def.max_contact_nodes, def.force_limit, def.force_slew);
   digest.add(def.max_tool_speed, def.release_distance, def.queries, def.report);
   digest.add(def.torque_limit, def.torque_slew, def.max_operations, fine_surface, def.deformation, def.max_links,
-             def.grasps, def.motions);
+             def.grasps, def.motions, def.needles, def.needle_places);
   for (int k = 0; k < memory.kept_count(); ++k) digest.add(memory.kept()[k].bytes, memory.kept()[k].count);
   return digest.value();
 }

@@ -53,12 +53,14 @@ class WorkBounds {
   double nodes() const { return def_.max_contact_nodes; }
   std::int32_t contacts() const {
     return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1) + def_.max_links +
-           (def_.grasps ? 6 * def_.max_tools : 0);
+           (def_.grasps ? 6 * def_.max_tools : 0) +
+           (def_.needles ? def_.max_tools * Needles::constraints_of_one(def_.needle_places) : 0);
   }
   // Rows that change without being asked: of grasps that close, and of all contacts where a solution of large deformation arrives.
   double unasked_changes() const {
     const double rows = 3.0 * contacts();
     double most = 0;
+    if (has_needles(def_)) most += 9 * nodes() * nodes() / kDense + this->most() / 4;
     if (has_grasps(def_)) most += 2 * def_.max_tools * (9 * nodes() * nodes() / kDense + this->most() / 4);
     if (deforms_beside(def_))
       most += (9 * nodes() * (nodes() + contacts()) + std::min(rows * rows * rows / 3, 12 * this->most())) / kDense;

@@ -142,7 +142,8 @@ class Shape {
 
   // Contacts may have come through a socket, so the step trusts no number in them.
   bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
-    if (node.column < 0 || node.column >= context_.tensors.columns || node.tool < -2 || node.tool >= tool_count)
+    if (node.column < 0 || node.column >= context_.tensors.all_columns() || node.tool < kToolOfNeedleNodes ||
+        node.tool >= tool_count)
       return false;
     for (const double u : node.modified_displacement)
       if (!(std::fabs(u) <= 1e12)) return false;
@@ -220,7 +221,7 @@ class Shape {
     for (int c = group.first; c < group.first + group.count; ++c)
       shape_state_.coefficient[c] = static_cast<float>(shape_state_.sum[c] * shape_state_.row_scale[c]);
     for (std::int32_t e = 0; e < contacts.node_count; ++e)  // as before the call
-      if (nodes[e].column >= 0 && nodes[e].column < context_.tensors.columns)
+      if (nodes[e].column >= 0 && nodes[e].column < context_.tensors.all_columns())
         shape_state_.slot_of_column[nodes[e].column] = 0;
     if (group.count > 0) groups_[group_count_++] = group;
   }
@@ -230,10 +231,13 @@ class Shape {
     if (shape_state_.column_of_sums) shape_state_.column_of_sums[column_count_ / 3] = column;
     for (int j = 0; j < 3; ++j) {
       shape_state_.sum[column_count_] = 0;
-      shape_state_.surface_column[column_count_] = context_.tensors.surface.row(column, j);
+      shape_state_.surface_column[column_count_] = context_.tensors.surface_row(column, j);
       if (shape_state_.interior.numbers)
-        shape_state_.interior_column[column_count_] = shape_state_.interior.row(column, j);
-      shape_state_.row_scale[column_count_] = context_.tensors.surface.row_scale(column, j);
+        shape_state_.interior_column[column_count_] =
+            context_.tensors.is_of_surface(column)
+                ? shape_state_.interior.row(column, j)
+                : shape_state_.corridor_interior.row(column - context_.tensors.columns, j);
+      shape_state_.row_scale[column_count_] = context_.tensors.row_scale(column, j);
       ++column_count_;
     }
     group.count += 3;
@@ -249,13 +253,23 @@ class Shape {
   // T^u_nk = C_nk T^f_k.
   void make_field(int g) {
     const Group& group = groups_[g];
-    for (int l = 0; l < group.count / 3; ++l) {
-      const int c = group.first + 3 * l;
+    const Tensors& tensors = context_.tensors;
+    std::int32_t loads = 0;
+    for (int c = group.first; c < group.first + group.count; c += 3) {
       const std::int32_t column = shape_state_.column_of_sums[c / 3];
-      shape_state_.loads[l] = {compliance_->slot_of_column(column),
-                               context_.tensors.stiffness_of(column) * load3(shape_state_.sum + c)};
+      if (tensors.is_of_surface(column))
+        shape_state_.loads[loads++] = {compliance_->slot_of_column(column),
+                                       tensors.stiffness_of(column) * load3(shape_state_.sum + c)};
     }
-    compliance_->field(shape_state_.loads, group.count / 3, group_field(g));
+    compliance_->field(shape_state_.loads, loads, group_field(g));
+    for (int c = group.first; c < group.first + group.count; ++c)
+      if (const std::int32_t column = shape_state_.column_of_sums[c / 3]; !tensors.is_of_surface(column))
+        add_row(static_cast<const float*>(tensors.surface_row(column, c % 3)), shape_state_.coefficient[c],
+                group_field(g));
+  }
+  void add_row(const float* row, float coefficient, float* field) const {
+    const std::size_t numbers = 3 * static_cast<std::size_t>(context_.tensors.surface_nodes);
+    for (std::size_t i = 0; i < numbers; ++i) field[i] += coefficient * row[i];
   }
 
   // A group's field from stored rows, at their nodes row_first .. row_first + count - 1.

@@ -15,6 +15,7 @@ namespace palpate {
 // for each degree of freedom. A group is the columns of one corrected tool, or of all tools that need no correction.
 struct ShapeState {
   static constexpr std::int32_t kChunkNodes = 1024;  // nodes that one turn of the loop completes
+  DisplacementRows corridor_interior;                // of the corridor's columns, where the scene has needles
   DisplacementRows interior;                         // numbers is nullptr where the shape ends at the surface
   const float* rest = nullptr;                       // [nodes][3] m, positions without contacts, preload included
   std::int32_t nodes = 0;                            // Ns for the surface, N for the volume

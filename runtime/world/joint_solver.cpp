@@ -143,8 +143,7 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
   system.soft = soft_, system.target = target_, system.most = most_;
   system.constraints = constraints_, system.rows = rows_, system.constraint_count = constraint_count_;
   for (std::int32_t c = 0; c < constraint_count_; ++c) {
-    const ContactLaw law = constraints_[c].law;
-    const bool gives_way = law == ContactLaw::unilateral || law == ContactLaw::coulomb;
+    const bool gives_way = may_give_way(constraints_[c]);
     for (const std::int32_t row : rows_[c].at) {
       if (row < 0) continue;
       soft_[row] = ContactSolver::kShift * entry(row, row);

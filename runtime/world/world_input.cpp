@@ -55,6 +55,7 @@ const palpate_tool* WorldInput::list_for(std::int32_t organ) {
     to.points = &from.points->x, to.point_count = from.point_count;
     to.grips = from.grips, to.grip_count = holds ? from.grip_count : 0;
     to.grasp = holds && from.has_grasp ? &from.grasp : nullptr;
+    to.needle = holds && from.has_needle ? &from.needle : nullptr;
     to.disc_radius = from.disc_radius, to.friction = from.friction;
     to.hold = from.hold, to.has_torque = from.has_torque;
     store3(from.reference, to.reference);

@@ -406,6 +406,28 @@ TEST(CApi, HoldsGripsLinksAndGrasps) {
   EXPECT_LT(palpate_scene_grasp_state(made.scene, 7)->force[2], -0.01);
 }
 
+// The bundle has no corridor.
+TEST(CApi, RefusesNeedlesWithoutACorridor) {
+  BundleOwner owner(bundle_path);
+  palpate_scene_def def = full_def();
+  {
+    SceneOwner made(owner.bundle, def);
+    palpate_needle needle = palpate_default_needle();
+    EXPECT_EQ(needle.struct_bytes, sizeof needle);
+    needle.triangle = 0, needle.barycentric[0] = 1, needle.radius = 5e-4, needle.direction[2] = -1;
+    palpate_tool tool = disc();
+    tool.needle = &needle;
+    made.touch(&tool, 1);
+    EXPECT_TRUE(made.contacts()->flags & PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(palpate_scene_needle_state(made.scene, 7), nullptr);
+  }
+  def.needles = 1;
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  EXPECT_EQ(palpate_scene_create(owner.bundle, &def, &scene, &error), PALPATE_ERROR_EFFECT);
+  EXPECT_NE(std::strstr(error.text, "corridor/nodes"), nullptr) << error.text;
+}
+
 TEST(CApi, MovesByMotions) {
   BundleOwner owner(motions_path);
   palpate_scene_def def = full_def();

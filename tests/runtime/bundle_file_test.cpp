@@ -69,7 +69,7 @@ TEST(BundleBytes, WithACorridorAreOpenedWhereItsNodesAscendInside) {
   BundleParts parts = dense_bundle(dense);
   add_corridor(parts, dense, {56, 58, 63});
   EXPECT_EQ(status_of(bundle_bytes(parts)), PALPATE_OK);
-  for (const std::vector<std::int32_t> bad : {std::vector{55, 58, 63}, {56, 58, 64}, {58, 56, 63}}) {
+  for (const std::vector<std::int32_t>& bad : {std::vector{55, 58, 63}, {56, 58, 64}, {58, 56, 63}}) {
     parts.set(formats::SectionId::corridor_nodes, {3}, bad);
     palpate_error error = {};
     EXPECT_EQ(status_of(bundle_bytes(parts), &error), PALPATE_ERROR_CONTENT);

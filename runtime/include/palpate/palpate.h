@@ -461,6 +461,11 @@ typedef struct palpate_scene_def {
   int32_t motions; /* default 0: supports stand, nothing presses, and it costs neither time nor memory; 1: the bundle's
                        motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and LINEAR  */
   palpate_inside_model inside; /* default OFF                                                                        */
+  int32_t needles; /* default 0: no tool has a needle, and it costs neither time nor memory; 1: each tool may
+                            (palpate_needle). Needs a bundle with a corridor, LINEAR, and displacements that are stored in
+                            f32 or as a compliance in blocks                                                        */
+  int32_t
+      needle_places; /* default 32, 2 .. 64: places of the tissue that each needle holds at most, where there are needles */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -637,6 +642,40 @@ static inline palpate_grasp palpate_default_grasp(void) {
   return grasp;
 }
 
+/* A straight, stiff needle that pierces the organ. The host moves it; the tissue around the shaft follows it.
+ * - It enters at a place of the surface, in the first step of the tool with this id. While its tip is in front of that place as the step
+ *   deforms it, nothing happens. Then it presses the place along its direction, until the force reaches `puncture_force`.
+ * - Inside, its tip pushes the tissue ahead until the force reaches `cutting_force`, and then cuts its way. What is cut stays cut for the
+ *   friction of the shaft alone: a tip that was drawn back cuts again.
+ * - Each `spacing` of its way it takes hold of one more place of the tissue: that place stays on the axis of the needle, and moves along
+ *   it only where the force along it reaches `friction` times `spacing`. Drawn back, it lets go of the places that it has passed.
+ * - The places lie in the bundle's corridor. Where the tip would leave it, or holds needle_places already, the tip stays in the tissue and
+ *   its force at cutting_force, and the step is flagged NOT_TOUCHABLE or CONTACTS_DROPPED.
+ * - It is out once its tip is drawn back to the place where it entered. It enters anew with another id.
+ * - The forces of all places are one system with all contacts of the organ. Each place gives way by what a thin shaft of its length does in
+ *   tissue that the mesh does not resolve (docs/method.md, section 21).
+ * The tool gets the force and, with has_torque, the torque. */
+typedef struct palpate_needle {
+  uint32_t struct_bytes; /* sizeof(palpate_needle)                                                                   */
+  int32_t id;            /* default 0: of this piercing                                                              */
+  int32_t triangle;      /* 0 .. F-1: where it enters                                                                */
+  int32_t reserved;      /* 0                                                                                        */
+  double barycentric[3]; /* weights of the triangle's vertices, 0 .. 1, that sum to 1                                */
+  double tip[3];         /* m, in the world, within 1e6 m                                                            */
+  double direction[3];   /* in the world, of length 1: from the handle to the tip                                    */
+  double radius;         /* m, above 0 .. 0.01: of the shaft                                                         */
+  double friction;       /* default 0 N/m, 0 .. 1e6: along the shaft, for its length in the tissue                   */
+  double cutting_force;  /* default 0 N, 0 .. 1e6                                                                    */
+  double puncture_force; /* default 0 N, 0 .. 1e6                                                                    */
+  double spacing;        /* default 5e-3 m, 1e-4 .. 1: of the places that it holds                                   */
+} palpate_needle;
+PALPATE_API void palpate_init_needle(palpate_needle* needle, size_t struct_bytes);
+static inline palpate_needle palpate_default_needle(void) {
+  palpate_needle needle;
+  palpate_init_needle(&needle, sizeof needle);
+  return needle;
+}
+
 /* One instrument. How a contact of a tool point begins and ends:
  * - It begins where the point crosses into the organ. That surface point becomes the anchor, and the contact imposes on it
  *   u* = (tool point - anchor at rest).
@@ -666,6 +705,7 @@ typedef struct palpate_tool {
   int32_t organ; /* default 0: in a world (palpate_world.h), the organ that grips and grasp hold; a scene has one organ
                        and does not read it                                                                          */
   int32_t reserved; /* 0                                                                                             */
+  const palpate_needle* needle; /* default NULL: none                                                           */
 } palpate_tool;
 PALPATE_API void palpate_init_tool(palpate_tool* tool, size_t struct_bytes);
 static inline palpate_tool palpate_default_tool(void) {
@@ -677,11 +717,12 @@ static inline palpate_tool palpate_default_tool(void) {
 /* One node under contact. */
 typedef struct palpate_contact_node {
   int32_t node;   /* mesh node index                                                                 */
-  int32_t column; /* index of the node in tensors/nodes: its tensor column                           */
+  int32_t column; /* index of the node in tensors/nodes: its tensor column. Of an interior node: the number of touchable
+                     nodes plus its index in corridor/nodes                                                          */
   int32_t tool;   /* index of the tool in this step; -1: a link holds the node; -2: another organ; -3: a
-                     link of the world (palpate_world.h)                                                             */
+                     link of the world (palpate_world.h); -4: a needle                                               */
   int32_t point;  /* index of the tool point, or point_count + index of the grip; of a link its index */
-  double modified_displacement[3]; /* u~ of eq. 8, m; LARGE: 0                                                        */
+  double modified_displacement[3]; /* u~ of eq. 8, m; of an interior node its force, N; LARGE: 0                      */
   double force[3];                 /* N, on the organ at this node, after the correction by Q                         */
 } palpate_contact_node;
 
@@ -959,6 +1000,35 @@ typedef struct palpate_grasp_state {
 /* Of the tool with that id, inside the scene and valid until the next step; NULL where no tool has the id, or no tool may grasp. Call it
  * in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id);
+
+/* ---- needles --------------------------------------------------------------------------------------------------------- */
+
+typedef enum palpate_needle_condition {
+  PALPATE_NEEDLE_NONE = 0,    /* the tool has no needle                                                             */
+  PALPATE_NEEDLE_OUTSIDE = 1, /* it does not touch the tissue: before it enters, or after it came out               */
+  PALPATE_NEEDLE_PRESSES = 2, /* its tip presses the surface and has not pierced it                                 */
+  PALPATE_NEEDLE_INSIDE = 3,  /* it is in the tissue, and its tip does not cut                                      */
+  PALPATE_NEEDLE_CUTS = 4,    /* its tip cut in this step                                                           */
+  PALPATE_NEEDLE_STUCK = 5    /* its tip would cut where it may not: outside of the corridor, or without a place left */
+} palpate_needle_condition;
+
+/* The needle of one tool after a touch step; the library fills it. In the world, forces on the tool, before Q, relaxation and limits. */
+typedef struct palpate_needle_state {
+  palpate_needle_condition condition; /* in this step                                                               */
+  int32_t places;                     /* of the tissue that it holds, without the tip                               */
+  int32_t slipping;                   /* of these, places along which it slid in this step                          */
+  int32_t reserved;                   /* 0                                                                          */
+  double force[3];                    /* N, of the needle alone                                                     */
+  double torque[3];                   /* N m, the same about the tool's reference                                   */
+  double tip_force;                   /* N, 0 or more: what the tissue ahead of the tip resists                     */
+  double shaft_force;    /* N, along the shaft: above 0 where friction holds the needle back from advancing */
+  double depth;          /* m: the way of the tip in the tissue at rest, from where it entered         */
+  double tip_at_rest[3]; /* m, in the organ's frame: the tissue at the tip, where it is at rest        */
+} palpate_needle_state;
+
+/* Of the tool with that id, inside the scene and valid until the next step; NULL where no tool has the id, or no tool may have a needle.
+ * Call it in the thread of palpate_scene_touch. */
+PALPATE_API const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id);
 
 /* ---- report: contacts and events ----------------------------------------------------------------------------------- */
 

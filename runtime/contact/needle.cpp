@@ -1,0 +1,305 @@
+#include "runtime/contact/needle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "runtime/base/exponential.h"
+
+namespace palpate {
+namespace {
+
+// How far a place may lie outside of the mesh, in edges: the surface is where needles enter.
+constexpr double kOnSurface = 0.05;
+// What the mesh resolves of the field around a thin shaft, in edges: two meshes of one block then agree
+// (Needle.ShaftAcrossDoesNotDependOnTheMesh).
+constexpr double kResolved = 0.3;
+// The least share of it that a thick shaft leaves.
+constexpr double kLeastLog = 0.25;
+// Of a reaction at its limit.
+constexpr double kRounding = 1e-9;
+
+// a x = b by Cramer's rule; zero where a is singular. a need not be symmetric.
+Vec3 in_columns_of(const Mat3& a, Vec3 b) {
+  const Vec3 c0 = {a.m[0][0], a.m[1][0], a.m[2][0]}, c1 = {a.m[0][1], a.m[1][1], a.m[2][1]},
+             c2 = {a.m[0][2], a.m[1][2], a.m[2][2]};
+  const double volume = dot(c0, cross(c1, c2));
+  if (!(std::fabs(volume) > 0)) return {};
+  return (1 / volume) * Vec3{dot(b, cross(c1, c2)), dot(c0, cross(b, c2)), dot(c0, cross(c1, b))};
+}
+
+}  // namespace
+
+bool Needles::create(SceneMemory& memory, const Source& source) {
+  source_ = source;
+  needles_ = memory.array<NeedleInTissue>(static_cast<std::size_t>(source.max_tools));
+  memory.keep_array(needles_, static_cast<std::size_t>(source.max_tools));
+  if (memory.failed()) return false;
+  forget();
+  return tree_.create(memory, source.geometry);
+}
+
+void Needles::forget(std::int32_t t) {
+  needles_[t] = NeedleInTissue{};
+}
+void Needles::forget() {
+  for (std::int32_t t = 0; t < source_.max_tools; ++t) forget(t);
+}
+
+// ---- places ----------------------------------------------------------------------------------------------------------
+
+// False where the tissue there has no columns.
+bool Needles::find_place(Vec3 x, NeedlePlace* place) const {
+  const TetrahedronTree::Found found = tree_.nearest(x, INFINITY);
+  if (found.tetrahedron < 0) return false;
+  const std::int32_t* const corner = source_.geometry.tetrahedra + 4 * static_cast<std::size_t>(found.tetrahedron);
+  const auto at = [&](int c) { return load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(corner[c])); };
+  double edge = 0;  // m, their mean
+  for (int a = 0; a < 4; ++a)
+    for (int b = a + 1; b < 4; ++b) edge += length(at(b) - at(a)) / 6;
+  if (!(found.distance <= kOnSurface * edge)) return false;
+  place->rest = x;
+  for (int c = 0; c < 4; ++c) {
+    const std::int32_t n = corner[c], surface = source_.tensors->surface_nodes;
+    const std::int32_t inside = n < surface ? -1 : source_.tensors->corridor->index_of(n);
+    place->node[c] = n, place->weight[c] = found.weight[c];
+    place->column[c] = n < surface ? source_.column_of_node[n] : inside >= 0 ? source_.tensors->columns + inside : -1;
+    if (place->column[c] < 0) return false;
+  }
+  const std::int32_t r = source_.region[found.tetrahedron];
+  const double nu = source_.poisson[r], shear = source_.young[r] / (2 * (1 + nu)), resolved = kResolved * edge;
+  // ln(R / r) without r: the needle's radius may change from step to step.
+  place->along = 1 / (2 * std::numbers::pi * shear),
+  place->across = (3 - 4 * nu) / (8 * std::numbers::pi * (1 - nu) * shear);
+  place->resolved = resolved;
+  return true;
+}
+
+// m, under the contacts of the last solve and the motions of this step.
+Vec3 Needles::displacement(const NeedlePlace& place, const ContactSolver& solver) const {
+  Vec3 u;
+  for (int c = 0; c < 4; ++c) {
+    Vec3 of_node = solver.last_displacement(*source_.tensors, place.node[c]);
+    if (source_.motions) of_node += source_.motions->now(place.node[c]);
+    u += place.weight[c] * of_node;
+  }
+  return u;
+}
+
+// ---- a step ----------------------------------------------------------------------------------------------------------
+
+void Needles::enter(NeedleInTissue& needle, const Tool& tool) const {
+  needle = NeedleInTissue{};
+  needle.is_known = 1, needle.id = tool.needle.id;
+  Vec3 x;
+  for (int v = 0; v < 3; ++v) {
+    const std::int32_t n =
+        source_.triangles[3 * static_cast<std::size_t>(tool.needle.triangle) + static_cast<std::size_t>(v)];
+    x += tool.needle.barycentric[v] * load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(n));
+  }
+  if (find_place(x, &needle.tip)) return;
+  needle.tip.rest = x, needle.is_out = 1;
+  needle.state.condition = PALPATE_NEEDLE_STUCK;
+}
+
+// The places that the tip has passed on its way back; the last ones in are the first ones out.
+void Needles::let_go_passed(NeedleInTissue& needle) {
+  while (needle.count > 0 && needle.place[needle.count - 1].held > 0) --needle.count;
+}
+
+std::int32_t Needles::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const ContactSolver& solver) {
+  NeedleInTissue& needle = needles_[t];
+  if (!tool.has_needle) {
+    if (needle.is_known) forget(t);
+    return 0;
+  }
+  const Vec3 axis = unit_or_zero(organ.vector_to_organ(load3(tool.needle.direction))), before = needle.tangent;
+  if (!needle.is_known || needle.id != tool.needle.id) enter(needle, tool);
+  needle.position = organ.point_to_organ(load3(tool.needle.tip)), needle.axis = axis;
+  needle.tangent = across(axis, before);
+  needle.touches = 0, needle.tip_row = needle.tip.row_of = -1;
+  if (needle.is_out) return 0;
+  if (!needle.pierced) {
+    const Vec3 way = needle.position - needle.tip.rest - displacement(needle.tip, solver);
+    const double ahead = dot(way, axis);
+    const bool beside = length(way - ahead * axis) > tool.needle.spacing;
+    needle.touches = !beside && (ahead > 0 || needle.state.tip_force > 0);
+    return needle.touches;
+  }
+  let_go_passed(needle);
+  needle.touches = 1;
+  return needle.count + 2;
+}
+
+NeedleWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place,
+                            double length) const {
+  NeedleWish wish;
+  wish.node = place.node, wish.column = place.column, wish.weight = place.weight;
+  wish.frame[0] = needle.axis, wish.frame[1] = needle.tangent, wish.frame[2] = cross(needle.axis, needle.tangent);
+  const Vec3 way = needle.position - place.rest;
+  wish.target = {dot(way, wish.frame[0]) + place.held, dot(way, wish.frame[1]), dot(way, wish.frame[2])};
+  const double unresolved = std::max(kLeastLog, natural_log(place.resolved / tool.needle.radius)) / length;
+  wish.along = unresolved * place.along, wish.across = unresolved * place.across;
+  return wish;
+}
+
+std::uint32_t Needles::request(std::int32_t t, const Tool& tool, ContactRows& rows, std::int32_t* made) {
+  NeedleInTissue& needle = needles_[t];
+  *made = 0;
+  if (!needle.touches) return 0;
+  const std::int32_t first = t * kPointsOfOne;
+  const auto add = [&](NeedleWish& wish, std::int32_t point, std::int32_t part) {
+    wish.point = first + point, wish.part = part;
+    const std::int32_t p = rows.add_needle(wish);
+    *made += p >= 0;
+    return p;
+  };
+  NeedleWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing);
+  if (needle.pierced) {
+    NeedleWish sides = tip;
+    sides.axes = 6;
+    needle.tip.row_of = add(sides, 0, 0);
+  }
+  tip.axes = 1, tip.law = ContactLaw::unilateral;
+  tip.limit = needle.pierced ? tool.needle.cutting_force : tool.needle.puncture_force;
+  if (tip.limit > 0) needle.tip_row = add(tip, 0, 1);
+  std::uint32_t flags = 0;
+  for (std::int32_t i = 0; i < needle.count; ++i) {
+    NeedlePlace& place = needle.place[i];
+    NeedleWish wish = wish_of(needle, tool, place, place.length);
+    wish.limit = tool.needle.friction * place.length;
+    wish.axes = wish.limit > 0 ? 7 : 6;
+    place.row_of = add(wish, 1 + i, 0);
+    if (place.row_of < 0) flags = PALPATE_STEP_CONTACTS_DROPPED;
+  }
+  return flags;
+}
+
+// Places along which the shaft slid stick where they are now.
+void Needles::slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set,
+                    const ContactSolver& solver) const {
+  needle.state.slipping = 0;
+  for (std::int32_t i = 0; i < needle.count; ++i) {
+    NeedlePlace& place = needle.place[i];
+    const double limit = tool.needle.friction * place.length;
+    const double r = place.row_of >= 0 ? solver.reaction(place.row_of).x : 0;
+    place.slid = std::fabs(r) >= limit * (1 - kRounding);
+    needle.state.slipping += place.slid;
+    if (!place.slid) continue;
+    if (limit > 0 && place.row_of >= 0) {
+      place.held += solver.missed(set, place.row_of).x;
+    } else {  // without friction there is no row that tells where it is
+      place.held = dot(place.rest + displacement(place, solver) - needle.position, needle.axis);
+    }
+  }
+}
+
+bool Needles::may_take_place(const NeedleInTissue& needle, const Tool& tool) const {
+  const double last = needle.count > 0 ? needle.place[needle.count - 1].depth : 0;
+  return needle.tip.depth - last >= tool.needle.spacing;
+}
+
+// now: m, where the tissue at the tip is.
+void Needles::take_place(NeedleInTissue& needle, Vec3 now) const {
+  NeedlePlace& place = needle.place[needle.count];
+  place = needle.tip;
+  place.length = needle.tip.depth - (needle.count > 0 ? needle.place[needle.count - 1].depth : 0);
+  place.held = std::min(0.0, dot(now - needle.position, needle.axis));
+  ++needle.count;
+}
+
+// Where the tip has cut, or goes back. force: of each contact node.
+std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set,
+                                const Vec3* force, const ContactSolver& solver) const {
+  const std::int32_t sides = needle.tip.row_of;
+  if (sides < 0) return PALPATE_STEP_CONTACTS_DROPPED;
+  Vec3 moved[4], now;
+  Mat3 edges, deformed;  // columns: from corner 0 to the others
+  for (int c = 0; c < 4; ++c) {
+    moved[c] = solver.displacement(set, force, set.constraints[sides].first_node + c);
+    if (source_.motions) moved[c] += source_.motions->now(needle.tip.node[c]);
+    now += needle.tip.weight[c] * moved[c];
+  }
+  now += needle.tip.rest;
+  const auto rest = [&](int c) {
+    return load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(needle.tip.node[c]));
+  };
+  for (int c = 1; c < 4; ++c)
+    for (int i = 0; i < 3; ++i) {
+      edges.m[i][c - 1] = rest(c)[i] - rest(0)[i];
+      deformed.m[i][c - 1] = edges.m[i][c - 1] + moved[c][i] - moved[0][i];
+    }
+  const double ahead =
+      needle.tip_row >= 0 ? -solver.missed(set, needle.tip_row).x : dot(needle.position - now, needle.axis);
+  const double r = needle.tip_row >= 0 ? solver.reaction(needle.tip_row).x : 0;
+  const bool cuts = ahead > 0 && r >= tool.needle.cutting_force * (1 - kRounding), goes_back = ahead < 0;
+  if (!cuts && !goes_back) return 0;
+  const Vec3 by = edges * in_columns_of(deformed, ahead * needle.axis);
+  if (!is_finite(by) || length(by) == 0) return 0;
+  if (cuts && may_take_place(needle, tool)) {
+    if (needle.count == source_.most_places) {
+      needle.state.condition = PALPATE_NEEDLE_STUCK;
+      return PALPATE_STEP_CONTACTS_DROPPED;
+    }
+    take_place(needle, now);
+  }
+  NeedlePlace to = needle.tip;
+  to.depth += cuts ? length(by) : -length(by);
+  if (goes_back && to.depth <= 0) {
+    needle.pierced = needle.count = 0, needle.is_out = 1;
+    needle.state.condition = PALPATE_NEEDLE_OUTSIDE;
+    return 0;
+  }
+  if (!find_place(needle.tip.rest + by, &to)) {
+    needle.state.condition = PALPATE_NEEDLE_STUCK;
+    return PALPATE_STEP_NOT_TOUCHABLE;
+  }
+  needle.tip = to;
+  if (cuts) needle.state.condition = PALPATE_NEEDLE_CUTS;
+  return 0;
+}
+
+std::uint32_t Needles::finish(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+                              const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum,
+                              Vec3* torque) {
+  NeedleInTissue& needle = needles_[t];
+  *sum = *torque = {};
+  palpate_needle_state& state = needle.state;
+  if (!tool.has_needle) return 0;
+  const Vec3 reference = organ.point_to_organ(tool.reference), side = cross(needle.axis, needle.tangent);
+  const auto act = [&](std::int32_t row, double along) {
+    if (row < 0 || !solved) return 0.0;
+    const Vec3 r = solver.reaction(row), f = r.x * needle.axis + r.y * needle.tangent + r.z * side;
+    *sum += f, *torque += cross(needle.position + along * needle.axis - reference, f);
+    return r.x;
+  };
+  const palpate_needle_condition refused = state.condition;
+  state.tip_force = state.shaft_force = 0;
+  act(needle.tip.row_of, 0);
+  state.tip_force = std::max(0.0, act(needle.tip_row, 0));
+  for (std::int32_t i = 0; i < needle.count; ++i)
+    state.shaft_force += act(needle.place[i].row_of, needle.place[i].held);
+  std::uint32_t flags = 0;
+  state.slipping = 0;
+  if (needle.is_out) {
+    if (refused == PALPATE_NEEDLE_STUCK) flags = PALPATE_STEP_NOT_TOUCHABLE;
+  } else if (!needle.touches) {
+    state.condition = PALPATE_NEEDLE_OUTSIDE;
+  } else if (!needle.pierced) {
+    state.condition = PALPATE_NEEDLE_PRESSES;
+    needle.pierced = solved && state.tip_force >= tool.needle.puncture_force * (1 - kRounding);
+  } else {
+    state.condition = PALPATE_NEEDLE_INSIDE;
+    if (solved) {
+      slide(needle, tool, set, solver);
+      flags = move_tip(needle, tool, set, force, solver);
+    }
+  }
+  state.places = needle.count, state.depth = needle.tip.depth;
+  store3(organ.vector_to_world(-1 * *sum), state.force);
+  store3(organ.vector_to_world(-1 * *torque), state.torque);
+  store3(needle.tip.rest, state.tip_at_rest);
+  return flags;
+}
+
+}  // namespace palpate

@@ -1,0 +1,106 @@
+// Needles in the tissue. A needle holds places of the tissue on its axis: a constraint of three rows each, one along the axis, whose reaction
+// has the limit of the friction along the shaft, and two across it. Its tip has the two rows across, and one along that pushes with at most
+// the cutting force. Where that is reached, the place of the tip moves on in the tissue:
+//     X <- X + F^-1 a (how far the tip is ahead),     F: deformation gradient of the tetrahedron of the tip, a: the axis.
+// A place is a point of a tetrahedron at rest whose four nodes have columns: those inside the bundle's corridor, those on the surface.
+//
+// Beside what the mesh moves, each place gives way by what the mesh does not resolve, as a thin shaft of radius r does in an infinite
+// solid (Kelvin's solution, integrated along a line of length L), of which the mesh has what lies beyond R:
+//     across: (3 - 4 nu) / (8 pi (1 - nu) G L) ln(R / r),     along: ln(R / r) / (2 pi G L),     R: kResolved edges.
+// Friction with a limit that does not depend on a pressure: Tresca's law (contact_constraints.h).
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/bundle/tensors.h"
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/contact_solver.h"
+#include "runtime/contact/motions.h"
+#include "runtime/contact/tool_input.h"
+#include "runtime/inside/tetrahedron_tree.h"
+#include "runtime/pose/pose.h"
+
+namespace palpate {
+
+// A place of the tissue on the axis of a needle.
+struct NeedlePlace {
+  Vec3 rest;                    // m
+  std::int32_t node[4] = {};    // mesh nodes of its tetrahedron
+  std::int32_t column[4] = {};  // tensor columns
+  double weight[4] = {};
+  double along = 0, across = 0;        // m^2/N: the compliances above times L, without their logarithm
+  double resolved = 0;                 // m: R
+  double held = 0;                     // m, along the axis from the tip: where it sticks
+  double length = 0;                   // m, of the shaft that it stands for
+  double depth = 0;                    // m, of the way in the tissue
+  std::int32_t row_of = -1, slid = 0;  // its constraint in this step
+};
+
+// What the steps have left of a tool's needle; a saved state holds all of it.
+struct NeedleInTissue {
+  static constexpr std::int32_t kMostPlaces = 64;
+  std::int32_t is_known = 0;              // 1: it is the needle `id`, and its tip has a place
+  std::int32_t id = 0, count = 0;         // places held
+  std::int32_t pierced = 0, is_out = 0;   // is_out: it was drawn out, and needs another id to enter again
+  std::int32_t touches = 0;               // its tip has a row in this step, or it is inside
+  std::int32_t tip_row = -1, unused = 0;  // the constraint along the axis at the tip
+  Vec3 position, axis, tangent;           // in the organ's frame; axis, tangent: unit
+  NeedlePlace tip;
+  NeedlePlace place[kMostPlaces];
+  palpate_needle_state state = {};
+};
+
+class Needles {
+ public:
+  static constexpr std::int32_t kPointsOfOne =
+      NeedleInTissue::kMostPlaces + 1;  // of constraints: the tip, then the places
+  // All borrowed.
+  struct Source {
+    TetrahedronGeometry geometry;                       // nodes: at rest, preload included
+    const std::int32_t* triangles = nullptr;            // [F][3]
+    const std::int32_t* column_of_node = nullptr;       // [Ns] or -1
+    const std::int32_t* region = nullptr;               // [E]
+    const double *young = nullptr, *poisson = nullptr;  // [R]
+    const Tensors* tensors = nullptr;                   // with a corridor
+    const Motions* motions = nullptr;                   // move the organ beside the contacts, or nullptr
+    std::int32_t most_places = 0, max_tools = 0;
+  };
+  bool create(SceneMemory& memory, const Source& source);
+  void forget(std::int32_t t);
+  void forget();
+
+  // Constraints that the needle of the tool in place t will ask for.
+  std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const ContactSolver& solver);
+  // Its rows, in ascending order of tools. made: constraints. Returns step flags.
+  std::uint32_t request(std::int32_t t, const Tool& tool, ContactRows& rows, std::int32_t* made);
+  // After the solve: the force on the organ and the torque about the tool's reference, in the organ's frame; places slide, the tip cuts.
+  // set: as it was solved. Returns step flags. Cost: a search for a tetrahedron where the tip moves in the tissue.
+  std::uint32_t finish(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+                       const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum, Vec3* torque);
+
+  const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }
+  // Of a constraint: the place of the tool whose needle it belongs to.
+  static std::int32_t tool_of(std::int32_t point) { return point / kPointsOfOne; }
+  static std::int32_t constraints_of_one(std::int32_t most_places) { return most_places + 2; }
+  static std::int32_t nodes_of_one(std::int32_t most_places) { return 4 * (most_places + 2); }
+
+ private:
+  bool find_place(Vec3 x, NeedlePlace* place) const;
+  void enter(NeedleInTissue& needle, const Tool& tool) const;
+  Vec3 displacement(const NeedlePlace& place, const ContactSolver& solver) const;
+  NeedleWish wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length) const;
+  static void let_go_passed(NeedleInTissue& needle);
+  void slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set,
+             const ContactSolver& solver) const;
+  std::uint32_t move_tip(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+                         const ContactSolver& solver) const;
+  bool may_take_place(const NeedleInTissue& needle, const Tool& tool) const;
+  void take_place(NeedleInTissue& needle, Vec3 now) const;
+
+  Source source_;
+  TetrahedronTree tree_;
+  NeedleInTissue* needles_ = nullptr;  // [max_tools]
+};
+
+}  // namespace palpate

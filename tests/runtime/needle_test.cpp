@@ -1,0 +1,399 @@
+// Needles in the tissue: against dense solves, and the laws of their tip and their shaft.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cstring>
+#include <numbers>
+#include <numeric>
+
+#include "tests/runtime/played_box.h"
+#include "tests/support/box_corridor.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kRadius = 0.5e-3, kStep = 0.6e-3;
+
+DenseBody pierced_body() {
+  TinyBox form;
+  form.cells = {6, 7, 7}, form.poisson = 0.4;
+  return dense_box(form);
+}
+const TouchedBody& box() {
+  static const TouchedBody shared(pierced_body(), [](BundleParts& parts) {
+    const DenseBody dense = pierced_body();
+    std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
+    std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);
+    add_corridor(parts, dense, inside);
+  });
+  return shared;
+}
+
+// The place on the face x = 0.06 that is nearest to p.
+struct Place {
+  std::int32_t triangle = -1;
+  Vector3d weights;
+};
+Place place_at(const TouchedBody& of, Vector3d p) {
+  for (std::size_t t = 0; t < of.body.triangles.size(); ++t) {
+    const auto triangle = static_cast<std::int32_t>(t);
+    if (of.outward(triangle)[0] < 0.99) continue;
+    Matrix3d corners;
+    for (int v = 0; v < 3; ++v) corners.col(v) = of.node(of.body.triangles[t][v]);
+    Vector3d k = corners.fullPivLu().solve(p);
+    if (k.minCoeff() < -1e-9) continue;
+    k = k.cwiseMax(0);
+    return {triangle, k / k.sum()};
+  }
+  throw std::logic_error("no such place");
+}
+const Vector3d kEntry(0.06, 0.024, 0.019), kInwards(-1, 0, 0);
+
+palpate_needle needle_at(Vector3d tip, Vector3d direction = kInwards) {
+  const Place place = place_at(box(), kEntry);
+  palpate_needle needle = palpate_default_needle();
+  needle.triangle = place.triangle, needle.radius = kRadius;
+  Eigen::Map<Vector3d>(needle.barycentric) = place.weights;
+  Eigen::Map<Vector3d>(needle.tip) = tip;
+  Eigen::Map<Vector3d>(needle.direction) = direction.normalized();
+  return needle;
+}
+
+palpate_scene_def piercing_def() {
+  palpate_scene_def def = unlimited_def();
+  def.torque_limit = def.torque_slew = INFINITY;
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT, def.needles = 1;
+  def.shape = PALPATE_SHAPE_VOLUME;
+  return def;
+}
+
+struct Piercing {
+  explicit Piercing(const palpate_scene_def& def = piercing_def(), const TouchedBody& of = box())
+      : scene(of.scene(def)), contacts(scene.get()) {}
+  palpate_step_flags step(const palpate_needle* needle, const std::vector<palpate_grip>& grips = {}) {
+    palpate_tool tool = palpate_default_tool();
+    tool.id = 3, tool.needle = needle, tool.has_torque = 1;
+    Eigen::Map<Vector3d>(tool.reference) = kEntry;
+    palpate_tool other = tool_of(grips);
+    other.id = 4;
+    const palpate_tool tools[] = {tool, other};
+    return palpate_scene_touch(scene.get(), tools, grips.empty() ? 1 : 2, 1e-3, contacts.get(), contacts.bytes());
+  }
+  // Drives the needle along its direction from `depth` to `to`, in steps of kStep.
+  palpate_step_flags drive(palpate_needle needle, double to) {
+    palpate_step_flags flags = 0;
+    const double way = to - depth;
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::fabs(way) / kStep - 1e-9)));
+    for (int i = 1; i <= steps; ++i) {
+      const double at = depth + way * i / steps;
+      Eigen::Map<Vector3d>(needle.tip) = kEntry + at * Vector3d(needle.direction);
+      flags |= step(&needle);
+      last = needle;
+    }
+    depth = to;
+    return flags;
+  }
+  Vector3d force() { return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
+  Vector3d torque() { return Vector3d(palpate_contacts_tool(contacts, 0)->torque_raw); }
+  const palpate_needle_state& state() { return *palpate_scene_needle_state(scene.get(), 3); }
+
+  ScenePointer scene;
+  Contacts contacts;
+  double depth = -2e-3;
+  palpate_needle last = {};
+};
+
+// ---- against dense solves --------------------------------------------------------------------------------------------
+
+// The row that holds the displacement of a place: tetrahedron by a search through all.
+struct PlaceInside {
+  std::array<std::int32_t, 4> node;
+  Eigen::Vector4d weight;
+  double edge;
+};
+PlaceInside place_inside(const TouchedBody& of, Vector3d x) {
+  PlaceInside best;
+  double most = -1;
+  for (const auto& t : of.body.mesh.tetrahedra) {
+    Eigen::Matrix4d corners = Eigen::Matrix4d::Ones();
+    for (int c = 0; c < 4; ++c) corners.block<3, 1>(0, c) = of.node(t[c]);
+    const Eigen::Vector4d k = corners.fullPivLu().solve(Eigen::Vector4d(x[0], x[1], x[2], 1));
+    if (k.minCoeff() <= most) continue;
+    most = k.minCoeff();
+    best = {{t[0], t[1], t[2], t[3]}, k, 0};
+    for (int a = 0; a < 4; ++a)
+      for (int b = a + 1; b < 4; ++b) best.edge += (of.node(t[a]) - of.node(t[b])).norm() / 6;
+  }
+  return best;
+}
+
+// Places of a needle that is in the tissue at rest on its axis, held across an axis that has moved, beside nodes that are gripped.
+struct HeldAcross {
+  Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
+  VectorXd u;
+};
+HeldAcross hold_across(const std::vector<double>& depths, double tip_depth, Vector3d tip, Vector3d direction,
+                       const std::vector<palpate_grip>& grips = {}) {
+  const DenseBody dense = pierced_body();
+  const MatrixXd c = dense_compliance(dense);
+  const double shear = dense.young / (2 * (1 + dense.poisson)), nu = dense.poisson;
+  std::vector<VectorXd> rows;
+  std::vector<double> target, soft;
+  std::vector<Vector3d> along, at;
+  const Vector3d side = direction.unitOrthogonal(), other = direction.cross(side);
+  const auto hold = [&](double depth, double length) {
+    const Vector3d x = kEntry + depth * kInwards;
+    const PlaceInside place = place_inside(box(), x);
+    for (const Vector3d& across : {side, other}) {
+      VectorXd row = VectorXd::Zero(c.rows());
+      for (int k = 0; k < 4; ++k) row.segment<3>(3 * place.node[k]) += place.weight[k] * across;
+      rows.push_back(row), along.push_back(across), at.push_back(tip + (depth - tip_depth) * direction);
+      target.push_back(across.dot(tip - x));
+      soft.push_back((3 - 4 * nu) / (8 * std::numbers::pi * (1 - nu) * shear * length) *
+                     std::max(0.25, std::log(0.3 * place.edge / kRadius)));
+    }
+  };
+  hold(tip_depth, 2.5e-3);
+  double before = 0;
+  for (const double depth : depths) hold(depth, depth - before), before = depth;
+  const std::size_t of_needle = rows.size();
+  for (const palpate_grip& grip : grips)
+    for (int d = 0; d < 3; ++d) {
+      rows.push_back(VectorXd::Unit(c.rows(), 3 * grip.node + d));
+      target.push_back(grip.displacement[d]), soft.push_back(0);
+    }
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  MatrixXd h(count, c.rows());
+  VectorXd d(count), s(count);
+  for (Eigen::Index i = 0; i < count; ++i) h.row(i) = rows[i], d[i] = target[i], s[i] = soft[i];
+  MatrixXd system = h * c * h.transpose();
+  system.diagonal() += s;
+  const VectorXd r = system.ldlt().solve(d);
+  HeldAcross result;
+  for (std::size_t i = 0; i < of_needle; ++i) {
+    const Vector3d f = r[static_cast<Eigen::Index>(i)] * along[i];
+    result.force -= f, result.torque -= (at[i] - kEntry).cross(f);
+  }
+  result.u = c * (h.transpose() * r);
+  return result;
+}
+
+// Where Piercing::drive() from its start to 30 mm takes hold: where the tip was in the step before the one in which it goes on, if that is
+// 5 mm from the last place.
+std::vector<double> depths_of_places() {
+  std::vector<double> depths;
+  double last = 0, tip = 0;
+  for (int i = 1; i <= 54; ++i) {
+    const double at = -2e-3 + 32e-3 * i / 54;
+    if (at <= 0) continue;
+    if (tip - last >= 5e-3) depths.push_back(last = tip);
+    tip = i == 4 ? 0 : at;  // in step 4 the tip punctures the surface
+  }
+  return depths;
+}
+
+// A needle without friction and cutting force leaves the tissue at rest while it goes in.
+TEST(Needle, WithoutFrictionAndCuttingForceItLeavesTheTissueAtRest) {
+  Piercing piercing;
+  EXPECT_EQ(piercing.drive(needle_at(kEntry), 0.03), 0u);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_CUTS);
+  EXPECT_EQ(piercing.state().places, 5);
+  EXPECT_NEAR(piercing.state().depth, 0.03, 1e-6);
+  EXPECT_LT(piercing.force().norm(), 1e-6);
+  for (const float u :
+       displacements(piercing.scene.get(), piercing.contacts, static_cast<std::int32_t>(box().body.mesh.nodes.size())))
+    EXPECT_LT(std::fabs(u), 1e-7f);
+}
+
+TEST(Needle, MovedSidewaysAndTiltedItHoldsTheTissueAsADenseSolveDoes) {
+  for (const bool gripped : {false, true}) {
+    Piercing piercing;
+    piercing.drive(needle_at(kEntry), 0.03);
+    palpate_needle moved = piercing.last;
+    const Vector3d direction = Vector3d(-1, 0.1, -0.05).normalized(),
+                   tip = kEntry + 0.03 * kInwards + Vector3d(0, 2e-3, 1e-3);
+    Eigen::Map<Vector3d>(moved.tip) = tip, Eigen::Map<Vector3d>(moved.direction) = direction;
+    std::vector<palpate_grip> grips;
+    if (gripped)
+      grips = {grip_at_node(box().touchable[40], {0, 0, 1e-3}), grip_at_node(box().touchable[77], {0, 0, 0})};
+    ASSERT_EQ(piercing.step(&moved, grips), 0u);
+    const HeldAcross dense = hold_across(depths_of_places(), 0.03, tip, direction, grips);
+    // The stored columns are in single precision, and the tip goes on in the tissue where tilting has drawn it back.
+    EXPECT_LT((Vector3d(piercing.state().force) - dense.force).norm(), 1e-4 * dense.force.norm()) << gripped;
+    EXPECT_LT((Vector3d(piercing.state().torque) - dense.torque).norm(), 1e-4 * dense.torque.norm()) << gripped;
+    const std::vector<float> u =
+        displacements(piercing.scene.get(), piercing.contacts, static_cast<std::int32_t>(box().body.mesh.nodes.size()));
+    for (std::size_t i = 0; i < u.size(); ++i)
+      EXPECT_NEAR(u[i], dense.u[static_cast<Eigen::Index>(i)], 1e-4 * dense.u.cwiseAbs().maxCoeff());
+  }
+}
+
+// ---- the laws --------------------------------------------------------------------------------------------------------
+
+TEST(Needle, CutsWithItsCuttingForceAfterItHasPuncturedTheSurface) {
+  Piercing piercing;
+  palpate_needle needle = needle_at(kEntry);
+  needle.puncture_force = 0.05, needle.cutting_force = 0.02;
+  double most = 0;
+  for (double depth = 0; depth < 0.03; depth += kStep) {
+    EXPECT_EQ(piercing.drive(needle, depth), 0u);
+    most = std::max(most, piercing.state().tip_force);
+    EXPECT_NEAR(piercing.force().dot(kInwards), -piercing.state().tip_force, 1e-9);
+  }
+  EXPECT_NEAR(most, 0.05, 1e-6);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_CUTS);
+  EXPECT_NEAR(piercing.state().tip_force, 0.02, 1e-6);
+  EXPECT_LT(piercing.state().depth, 0.03);
+  EXPECT_GT(piercing.state().depth, 0.02);
+  // Held there it does not cut, and keeps its force.
+  const double depth = piercing.state().depth;
+  piercing.step(&piercing.last), piercing.step(&piercing.last);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_INSIDE);
+  EXPECT_NEAR(piercing.state().depth, depth, 1e-5);
+  EXPECT_NEAR(piercing.state().tip_force, 0.02, 1e-3);
+}
+
+TEST(Needle, FrictionHoldsItsShaftUpToItsLimitBothWays) {
+  Piercing piercing;
+  palpate_needle needle = needle_at(kEntry);
+  needle.friction = 1;  // N/m
+  EXPECT_EQ(piercing.drive(needle, 0.03), 0u);
+  const palpate_needle_state inwards = piercing.state();
+  ASSERT_EQ(inwards.places, 5);
+  EXPECT_EQ(inwards.slipping, 5);
+  // 1 N/m times the depth of the last place; friction draws the tissue along, so that it lies a little less deep than at rest.
+  EXPECT_NEAR(inwards.shaft_force, 0.027, 2e-3);
+  EXPECT_NEAR(piercing.force().dot(kInwards), -inwards.shaft_force, 1e-9);
+  piercing.drive(needle, 0.0297);
+  EXPECT_LT(piercing.state().shaft_force, inwards.shaft_force);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_INSIDE);
+  piercing.drive(needle, 0.012);
+  EXPECT_LT(piercing.state().shaft_force, 0);
+  EXPECT_EQ(piercing.state().slipping, piercing.state().places);
+  EXPECT_LT(piercing.state().places, 5);
+}
+
+TEST(Needle, DrawnOutItLeavesTheTissueAtRestAndEntersAgainWithAnotherId) {
+  Piercing piercing;
+  palpate_needle needle = needle_at(kEntry);
+  needle.friction = 1, needle.cutting_force = 0.01, needle.puncture_force = 0.02;
+  piercing.drive(needle, 0.02);
+  ASSERT_GT(piercing.state().places, 1);
+  piercing.drive(needle, -0.005);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_OUTSIDE);
+  EXPECT_EQ(piercing.state().places, 0);
+  EXPECT_EQ(piercing.force().norm(), 0);
+  EXPECT_EQ(piercing.contacts->node_count, 0);
+  piercing.drive(needle, 0.02);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_OUTSIDE) << "the same piercing does not enter twice";
+  needle.id = 1;
+  piercing.depth = -1e-3;
+  piercing.drive(needle, 0.02);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_CUTS);
+}
+
+// ---- hard cases ------------------------------------------------------------------------------------------------------
+
+bool are_finite(const std::vector<float>& u) {
+  return std::all_of(u.begin(), u.end(), [](float x) { return std::isfinite(x) && std::fabs(x) < 1; });
+}
+
+// Bent by 45 degrees, drawn 1 m aside, and driven 1 m ahead in one step: forces stay finite and within the limit that the device gets.
+TEST(Needle, BentAndDrawnByAnyWayItsForcesStayFinite) {
+  palpate_scene_def def = piercing_def();
+  def.force_limit = 10;
+  Piercing piercing(def);
+  palpate_needle needle = needle_at(kEntry);
+  needle.friction = 5, needle.cutting_force = 0.05, needle.puncture_force = 0.1;
+  piercing.drive(needle, 0.03);
+  const auto nodes = static_cast<std::int32_t>(box().body.mesh.nodes.size());
+  const Vector3d ways[] = {{0, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0.02, 0.01, -0.01}};
+  for (const double angle : {0.25, 0.5, 0.75, 1.0}) {
+    const Vector3d direction(-std::cos(angle * std::numbers::pi / 4), std::sin(angle * std::numbers::pi / 4), 0);
+    for (const Vector3d& way : ways) {
+      palpate_needle bent = piercing.last;
+      Eigen::Map<Vector3d>(bent.direction) = direction;
+      Eigen::Map<Vector3d>(bent.tip) += way;
+      for (int hold = 0; hold < 3; ++hold) {
+        piercing.step(&bent);
+        EXPECT_TRUE(piercing.force().allFinite() && piercing.torque().allFinite());
+        EXPECT_LE(Vector3d(palpate_contacts_tool(piercing.contacts, 0)->force).norm(), 10 * (1 + 1e-9));
+        EXPECT_LE(piercing.state().tip_force, 0.05 * (1 + 1e-6));
+        EXPECT_LE(std::fabs(piercing.state().shaft_force), 5 * 0.06);
+        if (way.norm() < 0.1) {
+          EXPECT_TRUE(are_finite(displacements(piercing.scene.get(), piercing.contacts, nodes)));
+        }
+      }
+    }
+  }
+}
+
+TEST(Needle, WhereTheTipMayNotGoItStaysAndTheStepIsFlagged) {
+  Piercing piercing;
+  palpate_needle needle = needle_at(kEntry);
+  needle.cutting_force = 0.02;
+  // The face x = 0 is held: its nodes have no columns, so the corridor ends in front of it.
+  const palpate_step_flags flags = piercing.drive(needle, 0.058);
+  EXPECT_TRUE(flags & PALPATE_STEP_NOT_TOUCHABLE);
+  EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_STUCK);
+  EXPECT_LE(piercing.state().tip_force, 0.02 * (1 + 1e-6));
+  palpate_scene_def def = piercing_def();
+  def.needle_places = 2;
+  Piercing few(def);
+  EXPECT_TRUE(few.drive(needle_at(kEntry), 0.03) & PALPATE_STEP_CONTACTS_DROPPED);
+  EXPECT_EQ(few.state().places, 2);
+}
+
+TEST(Needle, BadInputKeepsTheLastGoodNeedle) {
+  Piercing piercing;
+  piercing.drive(needle_at(kEntry), 0.02);
+  for (int field = 0; field < 6; ++field) {
+    palpate_needle bad = piercing.last;
+    if (field == 0) bad.tip[1] = NAN;
+    if (field == 1) bad.direction[0] = 2;
+    if (field == 2) bad.radius = 0;
+    if (field == 3) bad.friction = -1;
+    if (field == 4) bad.spacing = 0;
+    if (field == 5) bad.triangle = 1 << 30;
+    EXPECT_TRUE(piercing.step(&bad) & PALPATE_STEP_BAD_INPUT) << field;
+    EXPECT_EQ(piercing.state().places, 3) << field;
+  }
+}
+
+TEST(Needle, ASceneWithoutNeedlesMapsNoCorridorAndABundleWithoutACorridorIsRefused) {
+  palpate_scene_def def = piercing_def();
+  const auto names_corridor = [](const palpate_plan_pass& pass) {
+    return std::string(pass.sections).find("corridor") != std::string::npos;
+  };
+  const auto with = plan_of(box().scene(def).get());
+  EXPECT_EQ(std::count_if(with.begin(), with.end(), names_corridor), 1);
+  const TouchedBox without;
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  EXPECT_EQ(palpate_scene_create(without.bundle(), &def, &scene, &error), PALPATE_ERROR_EFFECT);
+  EXPECT_THAT(error.text, ::testing::HasSubstr("corridor/nodes"));
+  def.needles = 0;
+  const auto off = plan_of(box().scene(def).get());
+  EXPECT_EQ(std::count_if(off.begin(), off.end(), names_corridor), 0);
+}
+
+TEST(Needle, ASavedStateGoesOnWithTheSameBits) {
+  Piercing one, two;
+  palpate_needle needle = needle_at(kEntry);
+  needle.friction = 2, needle.cutting_force = 0.01;
+  one.drive(needle, 0.017);
+  std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8 + 1);
+  palpate_error error = {};
+  ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  ASSERT_EQ(palpate_scene_restore(two.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  two.depth = one.depth;
+  for (Piercing* piercing : {&one, &two}) piercing->drive(needle, 0.024), piercing->drive(needle, 0.02);
+  EXPECT_EQ(std::memcmp(&one.state(), &two.state(), sizeof(palpate_needle_state)), 0);
+}
+
+}  // namespace
+}  // namespace palpate::tests
