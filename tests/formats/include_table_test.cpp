@@ -108,7 +108,7 @@ const std::vector<Rule>& rules() {
       {"runtime/tool_shape/", runtime_room({"tool_shape/", "pose/", "surface/", "base/"}), {}},
       {"runtime/large/", runtime_room({"large/", "base/"}), {}},
       {"runtime/contact/",
-       runtime_room({"contact/", "large/", "pose/", "surface/", "tissue/", "bundle/", "dense/", "base/"}),
+       runtime_room({"contact/", "inside/", "large/", "pose/", "surface/", "tissue/", "bundle/", "dense/", "base/"}),
        {}},
       {"runtime/inside/", runtime_room({"inside/", "large/", "surface/", "base/"}), {}},
       {"runtime/query/", runtime_room({"query/", "surface/", "bundle/", "base/"}), {}},

@@ -220,6 +220,23 @@ TEST(WorldLinks, AClipHasTheForceOfADenseSolveOfBothOrgans) {
   }
 }
 
+TEST(WorldLinks, TheShapeOfEachOrganHasWhatTheyDo) {
+  Linked linked;
+  linked.set({linked.between(PALPATE_LINK_CLIP, 2, 5)});
+  ASSERT_EQ(linked.step(), 0u);
+  for (std::int32_t k = 0; k < 2; ++k) {
+    const Organ& organ = linked.organs[static_cast<std::size_t>(k)];
+    const VectorXd expected = *organ.compliance * linked.force_on(k);
+    palpate_step_flags flags = 0;
+    const std::vector<float> u =
+        displacements(linked.scene(k), &linked.contacts->organ(k), organ.body->body.surface_nodes, &flags);
+    EXPECT_EQ(flags, 0u);
+    // The shape is in single precision.
+    for (std::size_t i = 0; i < u.size(); ++i)
+      EXPECT_NEAR(u[i], expected[static_cast<Eigen::Index>(i)], 1e-6 * expected.cwiseAbs().maxCoeff()) << i;
+  }
+}
+
 TEST(WorldLinks, ThreadsPullAsADirectSolveOfTheTurningLine) {
   for (const double share : {0.9, 0.5, 0.1})
     for (const double k : {double(INFINITY), 30.0}) {
