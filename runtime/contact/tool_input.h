@@ -30,7 +30,6 @@ struct ToolValues {
   std::int32_t point_count = 0, grip_count = 0;
   std::uint32_t flags = 0;  // of this step
   std::int32_t organ = 0;   // of a world, that grips and grasp hold
-  std::int32_t unused = 0;  // the same
   Vec3 reference;           // m, in the world, where the tool has a torque
   double disc_radius = 0, friction = 0;
   palpate_grasp grasp = {};    // where the tool has one
