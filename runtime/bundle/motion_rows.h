@@ -11,7 +11,7 @@ namespace palpate {
 
 struct MotionRows {
   const float* numbers = nullptr;  // [count][nodes][3] m per unit
-  const float* inside = nullptr;   // [count][nodes_inside][3] of the nodes behind them, where they are asked for
+  const float* inside = nullptr;   // [count][nodes_inside][3] of the interior nodes; nullptr: the scene has no needles
   std::int32_t count = 0, nodes = 0, nodes_inside = 0;
   const double* longest = nullptr;  // [count] m per unit, an upper bound over the nodes
 

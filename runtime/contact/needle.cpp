@@ -11,8 +11,7 @@ namespace {
 
 // How far a place may lie outside of the mesh, in edges: the surface is where needles enter.
 constexpr double kOnSurface = 0.05;
-// What the mesh resolves of the field around a thin shaft, in edges: two meshes of one block then agree
-// (Needle.ShaftAcrossDoesNotDependOnTheMesh).
+// What the mesh resolves of the field around a thin shaft, in edges. Chosen, not fitted: no test compares two meshes.
 constexpr double kResolved = 0.3;
 // The least share of it that a thick shaft leaves.
 constexpr double kLeastLog = 0.25;
@@ -175,22 +174,30 @@ std::uint32_t Needles::request(std::int32_t t, const Tool& tool, ContactRows& ro
   return flags;
 }
 
-// Places along which the shaft slid stick where they are now.
-void Needles::slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set,
+// m: by how much node c of a place has moved, which the constraint p holds.
+Vec3 Needles::moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
                     const ContactSolver& solver) const {
-  needle.state.slipping = 0;
+  Vec3 u = solver.displacement(set, force, set.constraints[p].first_node + c);
+  if (source_.motions) u += source_.motions->now(place.node[c]);
+  return u;
+}
+
+// Places along which the shaft slid stick where they are now.
+void Needles::slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+                    const ContactSolver& solver) const {
   for (std::int32_t i = 0; i < needle.count; ++i) {
     NeedlePlace& place = needle.place[i];
     const double limit = tool.needle.friction * place.length;
-    const double r = place.row_of >= 0 ? solver.reaction(place.row_of).x : 0;
-    place.slid = std::fabs(r) >= limit * (1 - kRounding);
-    needle.state.slipping += place.slid;
-    if (!place.slid) continue;
-    if (limit > 0 && place.row_of >= 0) {
+    if (place.row_of < 0 || std::fabs(solver.reaction(place.row_of).x) < limit * (1 - kRounding)) continue;
+    ++needle.state.slipping;
+    if (limit > 0) {
       place.held += solver.missed(set, place.row_of).x;
-    } else {  // without friction there is no row that tells where it is
-      place.held = dot(place.rest + displacement(place, solver) - needle.position, needle.axis);
+      continue;
     }
+    // Without friction there is no row that tells where the place is.
+    Vec3 now = place.rest - needle.position;
+    for (int c = 0; c < 4; ++c) now += place.weight[c] * moved(place, c, place.row_of, set, force, solver);
+    place.held = dot(now, needle.axis);
   }
 }
 
@@ -213,12 +220,11 @@ std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const 
                                 const Vec3* force, const ContactSolver& solver) const {
   const std::int32_t sides = needle.tip.row_of;
   if (sides < 0) return PALPATE_STEP_CONTACTS_DROPPED;
-  Vec3 moved[4], now;
+  Vec3 by_node[4], now;
   Mat3 edges, deformed;  // columns: from corner 0 to the others
   for (int c = 0; c < 4; ++c) {
-    moved[c] = solver.displacement(set, force, set.constraints[sides].first_node + c);
-    if (source_.motions) moved[c] += source_.motions->now(needle.tip.node[c]);
-    now += needle.tip.weight[c] * moved[c];
+    by_node[c] = moved(needle.tip, c, sides, set, force, solver);
+    now += needle.tip.weight[c] * by_node[c];
   }
   now += needle.tip.rest;
   const auto rest = [&](int c) {
@@ -227,7 +233,7 @@ std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const 
   for (int c = 1; c < 4; ++c)
     for (int i = 0; i < 3; ++i) {
       edges.m[i][c - 1] = rest(c)[i] - rest(0)[i];
-      deformed.m[i][c - 1] = edges.m[i][c - 1] + moved[c][i] - moved[0][i];
+      deformed.m[i][c - 1] = edges.m[i][c - 1] + by_node[c][i] - by_node[0][i];
     }
   const double ahead =
       needle.tip_row >= 0 ? -solver.missed(set, needle.tip_row).x : dot(needle.position - now, needle.axis);
@@ -291,7 +297,7 @@ std::uint32_t Needles::finish(std::int32_t t, const Tool& tool, const ContactCon
   } else {
     state.condition = PALPATE_NEEDLE_INSIDE;
     if (solved) {
-      slide(needle, tool, set, solver);
+      slide(needle, tool, set, force, solver);
       flags = move_tip(needle, tool, set, force, solver);
     }
   }

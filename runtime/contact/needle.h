@@ -29,12 +29,12 @@ struct NeedlePlace {
   std::int32_t node[4] = {};    // mesh nodes of its tetrahedron
   std::int32_t column[4] = {};  // tensor columns
   double weight[4] = {};
-  double along = 0, across = 0;        // m^2/N: the compliances above times L, without their logarithm
-  double resolved = 0;                 // m: R
-  double held = 0;                     // m, along the axis from the tip: where it sticks
-  double length = 0;                   // m, of the shaft that it stands for
-  double depth = 0;                    // m, of the way in the tissue
-  std::int32_t row_of = -1, slid = 0;  // its constraint in this step
+  double along = 0, across = 0;          // m^2/N: the compliances above times L, without their logarithm
+  double resolved = 0;                   // m: R
+  double held = 0;                       // m, along the axis from the tip: where it sticks
+  double length = 0;                     // m, of the shaft that it stands for
+  double depth = 0;                      // m, of the way in the tissue
+  std::int32_t row_of = -1, unused = 0;  // its constraint in this step
 };
 
 // What the steps have left of a tool's needle; a saved state holds all of it.
@@ -91,7 +91,9 @@ class Needles {
   Vec3 displacement(const NeedlePlace& place, const ContactSolver& solver) const;
   NeedleWish wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length) const;
   static void let_go_passed(NeedleInTissue& needle);
-  void slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set,
+  Vec3 moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
+             const ContactSolver& solver) const;
+  void slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
              const ContactSolver& solver) const;
   std::uint32_t move_tip(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
                          const ContactSolver& solver) const;

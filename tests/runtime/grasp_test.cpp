@@ -25,27 +25,9 @@ const TouchedBox& box() {
   return shared;
 }
 
-// The place on a face of the box (outward along `axis`) that is nearest to p: triangle and weights.
-struct Place {
-  std::int32_t triangle = -1;
-  Vector3d weights;
-};
-Place place_at(const TouchedBox& of, Vector3d outward, Vector3d p) {
-  for (std::size_t t = 0; t < of.body.triangles.size(); ++t) {
-    const auto triangle = static_cast<std::int32_t>(t);
-    if (of.outward(triangle).dot(outward) < 0.99) continue;
-    Matrix3d corners;
-    for (int v = 0; v < 3; ++v) corners.col(v) = of.node(of.body.triangles[t][v]);
-    Vector3d k = corners.fullPivLu().solve(p);
-    if (k.minCoeff() < -1e-9) continue;
-    k = k.cwiseMax(0);
-    return {triangle, k / k.sum()};
-  }
-  throw std::logic_error("no such place");
-}
 const Vector3d kMiddle(0.06, 0.024, 0.019);
 
-palpate_grasp grasp_of(const Place& place, Vector3d position = kMiddle, double radius = kRadius) {
+palpate_grasp grasp_of(const PlaceOnFace& place, Vector3d position = kMiddle, double radius = kRadius) {
   palpate_grasp grasp = palpate_default_grasp();
   grasp.triangle = place.triangle, grasp.radius = radius;
   Eigen::Map<Vector3d>(grasp.barycentric) = place.weights;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <numbers>
-#include <numeric>
 
 #include "tests/runtime/played_box.h"
 #include "tests/support/box_corridor.h"
@@ -24,37 +23,15 @@ DenseBody pierced_body() {
   return dense_box(form);
 }
 const TouchedBody& box() {
-  static const TouchedBody shared(pierced_body(), [](BundleParts& parts) {
-    const DenseBody dense = pierced_body();
-    std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
-    std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);
-    add_corridor(parts, dense, inside);
-  });
+  static const TouchedBody shared(pierced_body(),
+                                  [](BundleParts& parts) { add_whole_corridor(parts, pierced_body()); });
   return shared;
 }
 
-// The place on the face x = 0.06 that is nearest to p.
-struct Place {
-  std::int32_t triangle = -1;
-  Vector3d weights;
-};
-Place place_at(const TouchedBody& of, Vector3d p) {
-  for (std::size_t t = 0; t < of.body.triangles.size(); ++t) {
-    const auto triangle = static_cast<std::int32_t>(t);
-    if (of.outward(triangle)[0] < 0.99) continue;
-    Matrix3d corners;
-    for (int v = 0; v < 3; ++v) corners.col(v) = of.node(of.body.triangles[t][v]);
-    Vector3d k = corners.fullPivLu().solve(p);
-    if (k.minCoeff() < -1e-9) continue;
-    k = k.cwiseMax(0);
-    return {triangle, k / k.sum()};
-  }
-  throw std::logic_error("no such place");
-}
 const Vector3d kEntry(0.06, 0.024, 0.019), kInwards(-1, 0, 0);
 
 palpate_needle needle_at(Vector3d tip, Vector3d direction = kInwards) {
-  const Place place = place_at(box(), kEntry);
+  const PlaceOnFace place = place_at(box(), {1, 0, 0}, kEntry);
   palpate_needle needle = palpate_default_needle();
   needle.triangle = place.triangle, needle.radius = kRadius;
   Eigen::Map<Vector3d>(needle.barycentric) = place.weights;

@@ -92,6 +92,25 @@ class TouchedBox : public TouchedBody {
       : TouchedBody(dense_box(form), change) {}
 };
 
+// The place on a face of a box that looks along `outward` that is nearest to p: triangle and weights.
+struct PlaceOnFace {
+  std::int32_t triangle = -1;
+  Eigen::Vector3d weights;
+};
+inline PlaceOnFace place_at(const TouchedBody& of, Eigen::Vector3d outward, Eigen::Vector3d p) {
+  for (std::size_t t = 0; t < of.body.triangles.size(); ++t) {
+    const auto triangle = static_cast<std::int32_t>(t);
+    if (of.outward(triangle).dot(outward) < 0.99) continue;
+    Eigen::Matrix3d corners;
+    for (int v = 0; v < 3; ++v) corners.col(v) = of.node(of.body.triangles[t][v]);
+    Eigen::Vector3d k = corners.fullPivLu().solve(p);
+    if (k.minCoeff() < -1e-9) continue;
+    k = k.cwiseMax(0);
+    return {triangle, k / k.sum()};
+  }
+  throw std::logic_error("no such place");
+}
+
 // Contacts and shape of a scene in memory of their own.
 struct Contacts {
   explicit Contacts(const palpate_scene* scene) : memory(palpate_contacts_bytes(scene) / 8 + 1) {}

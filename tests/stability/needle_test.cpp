@@ -1,6 +1,5 @@
 // A needle that is bent, drawn aside and driven ahead by more than any hand does, beside grips that hold the tissue.
 #include <numbers>
-#include <numeric>
 
 #include "tests/runtime/touched_box.h"
 #include "tests/stability/held_places.h"
@@ -20,12 +19,8 @@ DenseBody pierced_body() {
   return dense_box(form);
 }
 const TouchedBody& box() {
-  static const TouchedBody shared(pierced_body(), [](BundleParts& parts) {
-    const DenseBody dense = pierced_body();
-    std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
-    std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);
-    add_corridor(parts, dense, inside);
-  });
+  static const TouchedBody shared(pierced_body(),
+                                  [](BundleParts& parts) { add_whole_corridor(parts, pierced_body()); });
   return shared;
 }
 

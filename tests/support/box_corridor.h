@@ -44,4 +44,11 @@ inline void add_corridor(BundleParts& parts, const DenseBody& dense, const std::
   parts.set(SectionId::corridor_residual, {k, 3}, residual);
 }
 
+// Through every node inside the body.
+inline void add_whole_corridor(BundleParts& parts, const DenseBody& dense) {
+  std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
+  std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);
+  add_corridor(parts, dense, inside);
+}
+
 }  // namespace palpate::tests
