@@ -106,7 +106,7 @@ class Between {
     const auto organ_file = organ_.organ_file(element, poisson);
     const Json settings = {
         {"between_meshes", kVersion}, {"depths", options_.depths_mm}, {"sites", accuracy::json_of(sites_)}};
-    return folder_.kept_or_measured({mesh, organ_file}, settings, [&] {
+    return folder_.kept_or_measured({mesh, organ_file}, settings, [&](const std::filesystem::path&) {
       say(fmt::format("measuring {}, {}, nu {:g}", name, element, poisson));
       // The large deformation has no quadratic elements.
       const bool large = element != "p2-p0";

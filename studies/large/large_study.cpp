@@ -38,11 +38,17 @@ void define(CLI::App& app, LargeStudyOptions& options, bool& between_meshes) {
   auto* const speed = app.add_option("--speed", options.speed_mm_s, "of the discs, mm/s; a touch each millisecond")
                           ->check(positive_number())
                           ->capture_default_str();
+  auto* const threads =
+      app.add_option("--threads", options.threads,
+                     "moves measured beside one another; more than one is sooner ready and shows longer times")
+          ->check(CLI::Range(1, 1024))
+          ->capture_default_str();
   app.add_flag("--between-meshes", between_meshes,
                "instead: the force of the same push on every mesh, by element, disc and shape of the mesh")
-      ->excludes(speed);  // its pushes are at rest
+      ->excludes(speed)  // its pushes are at rest
+      ->excludes(threads);
   app.footer(
-      "Resumes: FOLDER/points keeps every mesh measured with the same inputs and program. Options after -- are "
+      "Resumes: FOLDER/points keeps every move measured with the same inputs and program. Options after -- are "
       "variables\n"
       "for the pipeline's rules, for example IMAGE=organ.nrrd SURFACE_OPTIONS_200=...");
 }

@@ -2,10 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <fstream>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
+#include <thread>
 
+#include "formats/atomic_file.h"
 #include "formats/errors.h"
+#include "formats/program.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "studies/timing/timing.h"
 
@@ -30,6 +38,8 @@ struct Rows {
   VectorXd way;  // [3 discs] target for a unit of depth
 };
 
+// What one thread measures with: two scenes and a reference of its own. A move begins and ends at rest, so the thread that measures the move
+// does not matter to its errors.
 class Measurement {
  public:
   Measurement(const Bundle& bundle, const LargeBody& body, double radius, const Pace& pace)
@@ -38,35 +48,41 @@ class Measurement {
         large_(bundle, PALPATE_DEFORMATION_LARGE, radius),
         reference_(body.get()) {}
 
-  Json all(const std::vector<Move>& moves) {
+  // What is kept of a move: {records: [one for each depth], linear, large: {touch, touch_thread, shape: us of each},
+  // newton: {steps, ticks, assembly_s, factor_s, solve_s}, create_ms: {linear, large}}.
+  Json measured(const Move& move) {
+    const Rows rows = rows_of(move);
+    StepTimes linear_times, large_times;
+    const auto linear = linear_.play(move, pace_, &linear_times);
+    const auto large = large_.play(move, pace_, &large_times);
+    newton_ = {}, newton_ticks_ = 0;
     Json records = Json::array();
-    for (const Move& move : moves) add(move, &records);
-    return {{"moves", records},
-            {"touch", {{"linear", touch_json(linear_times_)}, {"large", touch_json(large_times_)}}},
-            {"shape", {{"linear", shape_json(linear_times_)}, {"large", shape_json(large_times_)}}},
-            {"create_ms", {{"linear", linear_.create_ms()}, {"large", large_.create_ms()}}},
-            {"newton", newton_json()}};
+    for (std::size_t i = 0; i < pace_.depths.size(); ++i) {
+      Json record = {{"place", move.place}, {"move", move.name}, {"depth_mm", 1e3 * pace_.depths[i]}};
+      try {
+        compare(rows, pace_.depths[i], linear[i], large[i], &record);
+      } catch (const std::runtime_error& error) {
+        record["unsolved"] = error.what();
+      }
+      record["flags"] = large[i].flags, record["residual"] = large[i].residual;
+      record["least_volume"] = large[i].least_volume;
+      records.push_back(record);
+    }
+    return {{"records", records},
+            {"linear", times_json(linear_times)},
+            {"large", times_json(large_times)},
+            {"newton",
+             {{"steps", newton_.steps},
+              {"ticks", newton_ticks_},
+              {"assembly_s", newton_.assembly_seconds},
+              {"factor_s", newton_.factor_seconds},
+              {"solve_s", newton_.solve_seconds}}},
+            {"create_ms", {{"linear", linear_.create_ms()}, {"large", large_.create_ms()}}}};
   }
 
  private:
-  static Json touch_json(const StepTimes& times) {
-    const auto at = [](const std::vector<double>& values, double share) { return studies::percentile(values, share); };
-    return {{"median_us", at(times.touch, 0.5)},
-            {"most_us", at(times.touch, 0.999)},
-            {"worst_us", at(times.touch, 1)},
-            {"thread_median_us", at(times.touch_thread, 0.5)},
-            {"thread_most_us", at(times.touch_thread, 0.999)},
-            {"touches", times.touch.size()}};
-  }
-  static Json shape_json(const StepTimes& times) { return {{"median_us", studies::percentile(times.shape, 0.5)}}; }
-
-  Json newton_json() const {
-    if (newton_ticks_ == 0) return nullptr;
-    const double steps = newton_.steps;
-    return {{"steps_a_tick", steps / newton_ticks_},
-            {"assembly_ms", 1e3 * newton_.assembly_seconds / steps},
-            {"factor_ms", 1e3 * newton_.factor_seconds / steps},
-            {"solve_ms", 1e3 * newton_.solve_seconds / steps}};
+  static Json times_json(const StepTimes& times) {
+    return {{"touch", times.touch}, {"touch_thread", times.touch_thread}, {"shape", times.shape}};
   }
 
   Rows rows_of(const Move& move) {
@@ -83,23 +99,6 @@ class Measurement {
       rows.compliance.block<3, 3>(first, first) = disc.compliance;
     }
     return rows;
-  }
-
-  void add(const Move& move, Json* records) {
-    const Rows rows = rows_of(move);
-    const auto linear = linear_.play(move, pace_, &linear_times_);
-    const auto large = large_.play(move, pace_, &large_times_);
-    for (std::size_t i = 0; i < pace_.depths.size(); ++i) {
-      Json record = {{"place", move.place}, {"move", move.name}, {"depth_mm", 1e3 * pace_.depths[i]}};
-      try {
-        compare(rows, pace_.depths[i], linear[i], large[i], &record);
-      } catch (const std::runtime_error& error) {
-        record["unsolved"] = error.what();
-      }
-      record["flags"] = large[i].flags, record["residual"] = large[i].residual;
-      record["least_volume"] = large[i].least_volume;
-      records->push_back(record);
-    }
   }
 
   void compare(const Rows& rows, double depth, const Reached& linear, const Reached& large, Json* record) {
@@ -123,19 +122,118 @@ class Measurement {
   const Pace& pace_;
   Player linear_, large_;
   const LargeReference reference_;
-  StepTimes linear_times_, large_times_;
-  NewtonWork newton_;
+  NewtonWork newton_;  // of the move that is measured
   int newton_ticks_ = 0;
+};
+
+// Of all moves together.
+class Summary {
+ public:
+  explicit Summary(const std::vector<Json>& moves) : moves_(moves) {}
+
+  Json json() const {
+    Json records = Json::array();
+    for (const Json& move : moves_)
+      for (const Json& record : move.at("records")) records.push_back(record);
+    return {{"moves", records},
+            {"touch", {{"linear", touch("linear")}, {"large", touch("large")}}},
+            {"shape", {{"linear", shape("linear")}, {"large", shape("large")}}},
+            {"create_ms", moves_.front().at("create_ms")},
+            {"newton", newton()}};
+  }
+
+ private:
+  std::vector<double> times(const char* model, const char* which) const {
+    std::vector<double> all;
+    for (const Json& move : moves_)
+      for (const Json& time : move.at(model).at(which)) all.push_back(time);
+    return all;
+  }
+  Json touch(const char* model) const {
+    const auto clock = times(model, "touch"), thread = times(model, "touch_thread");
+    return {{"median_us", studies::percentile(clock, 0.5)},
+            {"most_us", studies::percentile(clock, 0.999)},
+            {"worst_us", studies::percentile(clock, 1)},
+            {"thread_median_us", studies::percentile(thread, 0.5)},
+            {"thread_most_us", studies::percentile(thread, 0.999)},
+            {"touches", clock.size()}};
+  }
+  Json shape(const char* model) const { return {{"median_us", studies::percentile(times(model, "shape"), 0.5)}}; }
+  double newton_sum(const char* what) const {
+    double sum = 0;
+    for (const Json& move : moves_) sum += move.at("newton").at(what).get<double>();
+    return sum;
+  }
+  Json newton() const {
+    const double steps = newton_sum("steps");
+    if (steps == 0) return nullptr;
+    return {{"steps_a_tick", steps / newton_sum("ticks")},
+            {"assembly_ms", 1e3 * newton_sum("assembly_s") / steps},
+            {"factor_ms", 1e3 * newton_sum("factor_s") / steps},
+            {"solve_ms", 1e3 * newton_sum("solve_s") / steps}};
+  }
+
+  const std::vector<Json>& moves_;
+};
+
+// The moves that no earlier run has kept, each taken by the next thread that is free.
+class Moves {
+ public:
+  Moves(const Bundle& bundle, const LargeBody& body, const std::vector<Move>& moves, const MeasureOptions& options)
+      : bundle_(bundle), body_(body), moves_(moves), options_(options), measured_(moves.size()) {
+    for (std::size_t m = 0; m < moves.size(); ++m)
+      if (std::ifstream in(kept(m)); in) measured_[m] = Json::parse(in, nullptr, false);
+  }
+
+  Json measure() {
+    const auto done = std::count_if(measured_.begin(), measured_.end(), [](const Json& m) { return m.is_object(); });
+    Progress progress("moves", moves_.size(), static_cast<std::uint64_t>(done));
+    if (done > 0) progress.advance(static_cast<std::uint64_t>(done));
+    std::vector<std::thread> others;
+    for (int t = 1; t < options_.threads; ++t) others.emplace_back([&] { take(&progress); });
+    take(&progress);
+    for (std::thread& other : others) other.join();
+    if (failure_) std::rethrow_exception(failure_);
+    return Summary(measured_).json();
+  }
+
+ private:
+  std::filesystem::path kept(std::size_t m) const { return options_.kept / fmt::format("{}.json", m); }
+
+  void take(Progress* progress) try {
+    std::optional<Measurement> measurement;
+    for (std::size_t m = next_++; m < moves_.size(); m = next_++) {
+      if (measured_[m].is_object()) continue;
+      if (!measurement) measurement.emplace(bundle_, body_, options_.radius, options_.pace);
+      measured_[m] = measurement->measured(moves_[m]);
+      write_text_atomically(kept(m), measured_[m].dump());
+      const std::lock_guard lock(mutex_);
+      progress->advance();
+    }
+  } catch (...) {
+    next_ = moves_.size();
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+  }
+
+  const Bundle& bundle_;
+  const LargeBody& body_;
+  const std::vector<Move>& moves_;
+  const MeasureOptions& options_;
+  std::vector<Json> measured_;  // of each move
+  std::atomic<std::size_t> next_ = 0;
+  std::mutex mutex_;  // of the progress and the failure
+  std::exception_ptr failure_;
 };
 
 }  // namespace
 
-Json measure(const std::filesystem::path& file, const LargeBody& body, const std::vector<Move>& moves, double radius,
-             const Pace& pace) try {
+Json measure(const std::filesystem::path& file, const LargeBody& body, const std::vector<Move>& moves,
+             const MeasureOptions& options) try {
   const Bundle bundle(file.c_str());
   palpate_error ignored;
   palpate_bundle_prefault(bundle.get(), 0, &ignored);
-  return Measurement(bundle, body, radius, pace).all(moves);
+  return Moves(bundle, body, moves, options).measure();
 } catch (const Error& error) {
   throw OperationError(fmt::format("{}: {}", file.string(), error.what()));
 }

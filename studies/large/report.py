@@ -158,9 +158,9 @@ def times(page, study):
                        color=colour, marker=marker, faint=not first)
     plot.line(plot.axes.get_xlim(), [1000, 1000], "a tick of 1 kHz", color="#1c2530", linestyle=":", linewidth=1)
     page.plot(plot, "times", "Medians, and the thread's time where it says so; faint: the larger Poisson's ratios.")
-    page.table(("vertices", "nu", "bundle, MB", "scene made in, ms: linear", "large", "shape, us: linear", "large"),
+    page.table(("vertices", "nu", "bundle, MB", "scene made in, ms: linear", "large", "shape, us: linear", "large", "moves beside one another"),
                [(f"{m['vertices']:,}", m["poisson"], m["bundle_MB"], m["create_ms"]["linear"], m["create_ms"]["large"],
-                 m["shape"]["linear"]["median_us"], m["shape"]["large"]["median_us"]) for m in study.meshes])
+                 m["shape"]["linear"]["median_us"], m["shape"]["large"]["median_us"], m["threads"]) for m in study.meshes])
 
 
 def everything(page, study):

@@ -30,12 +30,8 @@ class Study {
 
   void run() {
     const auto begun = studies::Clock::now();
-    Progress progress("study", organ_.resolutions().size() * options_.poisson.size());
     for (const auto& resolution : organ_.resolutions())
-      for (const double poisson : options_.poisson) {
-        points_.push_back(point(resolution, poisson));
-        progress.advance();
-      }
+      for (const double poisson : options_.poisson) points_.push_back(point(resolution, poisson));
     write(studies::seconds_since(begun));
   }
 
@@ -46,7 +42,7 @@ class Study {
                            {"depths", options_.depths_mm},
                            {"speed", options_.speed_mm_s},
                            {"sites", accuracy::json_of(sites_)}};
-    return folder_.kept_or_measured({mesh, organ_file}, settings, [&] {
+    return folder_.kept_or_measured({mesh, organ_file}, settings, [&](const std::filesystem::path& parts) {
       say(fmt::format("measuring {}, nu {:g}", resolution, poisson));
       const LargeBody body = folder_.body(mesh, organ_file);
       const auto bundle = folder_.bake(mesh, organ_file, fmt::format("{}-nu-{}", resolution, poisson), true);
@@ -55,7 +51,8 @@ class Study {
                        {"vertices", body.elastic().nodes.size()},
                        {"tetrahedra", body.elastic().tetrahedra.size()},
                        {"bundle_MB", 1e-6 * static_cast<double>(std::filesystem::file_size(bundle))}};
-      measured.update(measure(bundle, body, moves_, sites_.radius, pace_));
+      measured.update(measure(bundle, body, moves_, {sites_.radius, pace_, options_.threads, parts}));
+      measured["threads"] = options_.threads;
       return measured;
     });
   }

@@ -12,6 +12,7 @@ struct LargeStudyOptions {
   std::vector<double> poisson = {0.45, 0.49};
   std::vector<double> depths_mm = {10, 20, 30};
   double speed_mm_s = 100;
+  int threads = 1;  // moves beside one another
 };
 
 // Both resume: points/ keeps what was measured. Errors: InputError, OperationError.

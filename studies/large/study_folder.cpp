@@ -47,7 +47,7 @@ LargeBody StudyFolder::body(const std::filesystem::path& mesh, const std::filesy
 }
 
 Json StudyFolder::kept_or_measured(const std::vector<std::filesystem::path>& files, const Json& settings,
-                                   const std::function<Json()>& measure) const {
+                                   const Measure& measure) const {
   Json decides = {{"settings", settings}, {"measured_by", own_hash_}};
   for (const auto& file : files) decides["files"].push_back(sha256_of_file(file.string()));
   decides["files"].push_back(sha256_of_file(organ_.boundary_file().string()));
@@ -55,9 +55,11 @@ Json StudyFolder::kept_or_measured(const std::vector<std::filesystem::path>& fil
   const auto file = path() / "points" / fmt::format("{:016x}.json", formats::xxh64(key.data(), key.size()));
   if (std::ifstream in(file); in)
     if (Json known = Json::parse(in, nullptr, false); known.is_object()) return known;
-  Json point = measure();
-  std::filesystem::create_directories(file.parent_path());
+  const auto parts = std::filesystem::path(file).replace_extension("parts");
+  std::filesystem::create_directories(parts);
+  Json point = measure(parts);
   write_text_atomically(file, point.dump(1) + "\n");
+  std::filesystem::remove_all(parts);
   return point;
 }
 

@@ -14,6 +14,8 @@ namespace palpate::large {
 
 class StudyFolder {
  public:
+  using Measure = std::function<nlohmann::ordered_json(const std::filesystem::path& parts)>;
+
   explicit StudyFolder(const accuracy::OrganCase& organ);  // organ must outlive it
 
   const std::filesystem::path& path() const { return organ_.options().output; }
@@ -23,10 +25,10 @@ class StudyFolder {
                              const std::string& name, bool large) const;
   LargeBody body(const std::filesystem::path& mesh, const std::filesystem::path& organ) const;
 
-  // The point that an earlier run of this program kept for the same files and settings; else measures and keeps it.
+  // The point that an earlier run of this program kept for the same files and settings; else measures and keeps it. measure gets a
+  // folder for parts of the point, which is there until the point is kept.
   nlohmann::ordered_json kept_or_measured(const std::vector<std::filesystem::path>& files,
-                                          const nlohmann::ordered_json& settings,
-                                          const std::function<nlohmann::ordered_json()>& measure) const;
+                                          const nlohmann::ordered_json& settings, const Measure& measure) const;
 
   // NAME.json, NAME.csv, and PAGE by the script of this folder.
   void write(const std::string& name, nlohmann::ordered_json study, const std::vector<nlohmann::ordered_json>& rows,
