@@ -272,6 +272,13 @@ bool PairSearch::stands(const OrganGroup& group, const OrganPair& pair, Vec3 at,
   return *moved < kAgain * touch(group.b).tree.mean_edge() && dot(outward, pair.seen_outward) > kSameNormal;
 }
 
+// Whether a pair stays where it is although the nearest place to its vertex, which is at `at`, is on another side of the second organ. Without
+// this a pair that presses near an edge would be lost, and its vertex would be found again when the organs are deep in one another.
+bool PairSearch::keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at) const {
+  Vec3 outward;
+  return pair.reaction.x > 0 && length(at - place_now(group, pair, &outward)) < group.reach;
+}
+
 // Looks at a vertex. True where it is near the other organ: *pair, which holds the pair of the last step where there was one, is then up
 // to date.
 bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair) {
@@ -309,7 +316,12 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   OrganPair found = held ? *pair : OrganPair{};
   Vec3 place = anchor_under(group, under, at, &found);
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
-  if (dot(found.normal, facing) > kFaces) return false;
+  if (dot(found.normal, facing) > kFaces) {
+    if (!held || !keeps_place(group, *pair, p)) return false;
+    pair->near = near;
+    note_where(group, p, pair);
+    return true;
+  }
   const double gap = dot(found.normal, at - place) - found.bulge;
   // Between two supports there is nothing to solve: a pair only says that they are in one another, by more than the meshes show.
   const bool none_moves = a.column_of_node[vertex] < 0 && moving_share(b, found) == 0;
