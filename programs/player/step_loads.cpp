@@ -34,12 +34,23 @@ int rows_of_links(const PlayedOrgan& organ) {
   return rows;
 }
 
-// Whether a pair slips or carries no force.
-bool gives_way(const palpate_world_pair& pair, double friction) {
+// Adds a pair that presses: its rows, and whether it slips.
+void add_pressing(const palpate_world_pair& pair, double friction, palpate_step_load* load) {
   double across = 0, normal = 0;
   for (int d = 0; d < 3; ++d) normal += pair.force[d] * pair.normal[d];
   for (int d = 0; d < 3; ++d) across += std::pow(pair.force[d] - normal * pair.normal[d], 2);
-  return !(normal > 0) || std::sqrt(across) >= kAtLimit * friction * normal;
+  if (!(normal > 0)) return;
+  load->rows += friction > 0 ? 3 : 1;
+  load->slips += friction > 0 && std::sqrt(across) >= kAtLimit * friction * normal;
+}
+
+int nodes_with_force(const palpate_contacts& contacts) {
+  int count = 0;
+  for (std::int32_t e = 0; e < contacts.node_count; ++e) {
+    const double* const force = palpate_contacts_node(&contacts, e)->force;
+    count += force[0] != 0 || force[1] != 0 || force[2] != 0;
+  }
+  return count;
 }
 
 }  // namespace
@@ -70,7 +81,7 @@ std::vector<palpate_step_load> loads_of(const WorldPlayer& player, const palpate
   for (std::int32_t i = 0; i < contacts.pair_count; ++i) {
     const palpate_world_pair& pair = *palpate_world_contacts_pair(&contacts, i);
     is_joint[static_cast<std::size_t>(pair.organ[0])] = is_joint[static_cast<std::size_t>(pair.organ[1])] = true;
-    world.slips += friction > 0 && gives_way(pair, friction);
+    add_pressing(pair, friction, &world);
   }
   int rows_between_organs = 0;
   for (std::size_t s = 0; s < player.links().links().size(); ++s) {
@@ -81,17 +92,17 @@ std::vector<palpate_step_load> loads_of(const WorldPlayer& player, const palpate
     for (const std::int32_t organ : link.organ)
       if (organ >= 0) is_joint[static_cast<std::size_t>(organ)] = true;
   }
-  world.contacts = contacts.pair_count, world.rows = contacts.pair_count * (friction > 0 ? 3 : 1);
-  world.rows += rows_between_organs;
+  world.contacts = contacts.pair_count, world.rows += rows_between_organs;
   world.tools = contacts.tool_count;
   for (const auto& points : player.points()) world.points += static_cast<std::int32_t>(points.size());
   for (std::size_t k = 0; k < player.organ_count(); ++k) {
     const auto organ = static_cast<std::int32_t>(k);
-    palpate_step_load load = load_of(player.organ(k), player.points(), *palpate_world_contacts_organ(&contacts, organ));
+    const palpate_contacts& of_organ = *palpate_world_contacts_organ(&contacts, organ);
+    palpate_step_load load = load_of(player.organ(k), player.points(), of_organ);
     // Points of far tools are not looked at.
     const int near = palpate_world_contacts_state(&contacts, organ)->near_tools;
     load.points = load.points * near / std::max(1, load.tools);
-    world.grips += load.grips, world.nodes += load.nodes;
+    world.grips += load.grips, world.nodes += nodes_with_force(of_organ);
     if (is_joint[k]) {
       world.rows += load.rows;
       world.sweeps = std::max(world.sweeps, load.sweeps);

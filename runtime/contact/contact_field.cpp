@@ -38,6 +38,7 @@ bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t 
   layer.force = memory.array<Vec3>(count);
   layer.row = memory.array<const void*>(3 * count);
   layer.coefficient = memory.array<double>(3 * count);
+  layer.rows_before = memory.array<std::int32_t>(count + 1);
   layer.contacts = memory.array<Contact>(static_cast<std::size_t>(contacts));
   if (!create_known(memory, layer.known)) return false;
   memory.keep(layer.count);
@@ -66,6 +67,7 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
                           std::int32_t surface_nodes) {
   surface_nodes_ = surface_nodes;
   predicted_ = memory.array<Vec3>(static_cast<std::size_t>(node_capacity));
+  predicted_row_ = memory.array<const void*>(3 * static_cast<std::size_t>(node_capacity));
   predicted_coefficient_ = memory.array<double>(3 * static_cast<std::size_t>(node_capacity));
   norms_ = memory.array<ConstraintNorms>(static_cast<std::size_t>(contact_capacity));
   if (!create_known(memory, known_without_) || !create_known(memory, known_predicted_) ||
@@ -86,13 +88,22 @@ void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
   for (Layer& layer : layer_) find_rows(layer);
 }
 
-// The stored rows of the layer's nodes, and their coefficients.
-void ContactField::find_rows(Layer& layer) const {
-  for (std::int32_t r = 0; r < 3 * layer.count && !tensors_.compliance; ++r) {
-    const std::int32_t e = r / 3, column = layer.nodes[e].column, j = r % 3;
-    layer.row[r] = tensors_.surface_row(column, j);
-    layer.coefficient[r] = layer.modified[e][j] * static_cast<double>(tensors_.row_scale(column, j));
+// The stored rows of a node and their coefficients, behind the first `count` rows. Returns how many there are then.
+std::int32_t ContactField::add_rows(std::int32_t column, Vec3 modified, std::int32_t count, const void** row,
+                                    double* coefficient) const {
+  if (modified.x == 0 && modified.y == 0 && modified.z == 0) return count;
+  for (int j = 0; j < 3 && !tensors_.compliance; ++j) {
+    row[count + j] = tensors_.surface_row(column, j);
+    coefficient[count + j] = modified[j] * static_cast<double>(tensors_.row_scale(column, j));
   }
+  return count + 3;
+}
+
+void ContactField::find_rows(Layer& layer) const {
+  layer.rows_before[0] = 0;
+  for (std::int32_t e = 0; e < layer.count; ++e)
+    layer.rows_before[e + 1] =
+        add_rows(layer.nodes[e].column, layer.modified[e], layer.rows_before[e], layer.row, layer.coefficient);
 }
 
 void ContactField::forget() {
@@ -184,11 +195,11 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   solver_ = solver;
   Layer& now = *now_;
   now.count = set.node_count;
-  expect(now.known, now.count, are_all(before_->known));
   std::copy(set.nodes, set.nodes + now.count, now.nodes);
   std::copy(modified, modified + now.count, now.modified);
   std::copy(force, force + now.count, now.force);
   find_rows(now);
+  expect(now.known, acting(now), are_all(before_->known));
   const bool measured = solver->operations_to_measure() <= most;
   const ReactionNorms norms = measured ? solver->measure_norms(set, norms_) : solver->bound_norms(set, norms_);
   *work += norms.operations;
@@ -316,7 +327,7 @@ double ContactField::change_of(const Contact& before, const Contact& now) const 
 double ContactField::measure_whole_change(Operations most, Operations* work) {
   Operations cost = 0;
   for (std::int32_t e = 0; e < now_->count; ++e)
-    if (!is_known(before_->known, now_->nodes[e].node)) cost += operations_at_node(before_->count);
+    if (!is_known(before_->known, now_->nodes[e].node)) cost += operations_at_node(acting(*before_));
   most = std::min(kMostMeasuring, most);
   if (cost > most) return INFINITY;
   double between = 0;
@@ -383,12 +394,13 @@ Operations ContactField::operations_to_predict(std::int32_t tool, std::int32_t p
 bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations most, Operations* work) {
   if (body_) return body_->predict_without(tool, point, work);
   forget_nodes(known_predicted_);
-  expect(known_predicted_, now_->count, are_all(now_->known));
   if (!solver_ || !solver_->predict_without(tool, point, most, predicted_, &predicted_norm_, &predicted_apart_, work))
     return false;
-  for (std::int32_t r = 0; r < 3 * now_->count && !tensors_.compliance; ++r)
-    predicted_coefficient_[r] =
-        predicted_[r / 3][r % 3] * static_cast<double>(tensors_.row_scale(now_->nodes[r / 3].column, r % 3));
+  predicted_rows_ = 0;
+  for (std::int32_t e = 0; e < now_->count; ++e)
+    predicted_rows_ =
+        add_rows(now_->nodes[e].column, predicted_[e], predicted_rows_, predicted_row_, predicted_coefficient_);
+  expect(known_predicted_, predicted_rows_ / 3, are_all(now_->known));
   predicted_own_ = find(*now_, tool, point);
   if (!now_->adds) return true;
   std::int32_t gone = 0;
@@ -417,10 +429,10 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->predicted_at_node(node, work);
   if (now_->adds && predicts_rest_) return {};
   return recall(
-      known_predicted_, node, {now_->row, predicted_coefficient_, 3 * now_->count}, work,
+      known_predicted_, node, {predicted_row_, predicted_coefficient_, predicted_rows_}, work,
       [&] {
         if (!tensors_.compliance)
-          return tensors_.surface.sum_at_node(now_->row, predicted_coefficient_, 3 * now_->count, node);
+          return tensors_.surface.sum_at_node(predicted_row_, predicted_coefficient_, predicted_rows_, node);
         Vec3 sum;
         for (std::int32_t e = 0; e < now_->count; ++e)
           sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
@@ -436,18 +448,20 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
 
 // Displacement of a surface node by the contact nodes first .. last - 1.
 Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node) const {
+  const std::int32_t from = layer.rows_before[first], to = layer.rows_before[last];
   if (!tensors_.compliance)
-    return tensors_.surface.sum_at_node(layer.row + 3 * first, layer.coefficient + 3 * first, 3 * (last - first), node);
+    return tensors_.surface.sum_at_node(layer.row + from, layer.coefficient + from, to - from, node);
   Vec3 sum;
   for (std::int32_t e = first; e < last; ++e)
-    sum += tensors_.displacement(node, layer.nodes[e].column) * layer.modified[e];
+    if (layer.rows_before[e] < layer.rows_before[e + 1])
+      sum += tensors_.displacement(node, layer.nodes[e].column) * layer.modified[e];
   return sum;
 }
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
   if (layer.count == 0) return motions_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
   return recall(
-      layer.known, node, {layer.row, layer.coefficient, 3 * layer.count}, work,
+      layer.known, node, {layer.row, layer.coefficient, 3 * acting(layer)}, work,
       [&] { return sum(layer, 0, layer.count, node); }, [&](std::int32_t n) { return added_at(layer, n); });
 }
 
@@ -458,7 +472,7 @@ Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
 Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->before_at_node(node, work);
   const Known& before = before_->known;
-  const bool costs_much = surface_nodes_ * operations_in_run(before_->count) > kMostOneByOne;
+  const bool costs_much = surface_nodes_ * operations_in_run(acting(*before_)) > kMostOneByOne;
   if (costs_much && !is_known(before, node) && are_many(before) && are_all(now_->known)) work->end();
   return known_at(*before_, node, work);
 }
@@ -474,7 +488,8 @@ Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::in
   if (now_->contact_count == 1) return moved_at(*now_, node);
   if (is_known(known_without_, node)) return known_without_.at[node];
   const Vec3 all = at_node(node, work);
-  if (!work->take(operations_at_node(without_->last - without_->first))) return {};
+  if (!work->take(operations_at_node((now_->rows_before[without_->last] - now_->rows_before[without_->first]) / 3)))
+    return {};
   const Vec3 linear = sum(*now_, without_->first, without_->last, node);
   return keep(known_without_, node, all - (without_->ratio == 1 ? linear : without_->ratio * linear));
 }

@@ -116,16 +116,23 @@ class ContactField {
   struct Layer {
     ContactNode* nodes;
     Vec3 *modified, *force;
-    const void** row;     // [nodes][3] stored displacement rows; unused with a stored compliance
-    double* coefficient;  // [nodes][3] m, of each row
-    Contact* contacts;    // ascending by tool and point
+    // Of the nodes that have a force, three stored displacement rows each (unused with a stored compliance) and their coefficients, m. Where
+    // organs come near one another most nodes have none.
+    const void** row;
+    double* coefficient;
+    std::int32_t* rows_before;  // [nodes + 1] rows of all nodes before this one
+    Contact* contacts;          // ascending by tool and point
     std::int32_t count, contact_count;
     std::int32_t adds;  // the added field counts: its step's in the layer of now, the one before in the other
     Known known;
   };
   bool create_known(SceneMemory& memory, Known& known) const;
   bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const;
+  std::int32_t add_rows(std::int32_t column, Vec3 modified, std::int32_t count, const void** row,
+                        double* coefficient) const;
   void find_rows(Layer& layer) const;
+  // Nodes that have a force.
+  static std::int32_t acting(const Layer& layer) { return layer.rows_before[layer.count] / 3; }
   void swap_layers();
   void forget_nodes(Known& known) const;
   static Vec3 keep(Known& known, std::int32_t node, Vec3 u);
@@ -177,7 +184,9 @@ class ContactField {
   Layer layer_[2] = {};
   Layer *const now_ = layer_, *const before_ = layer_ + 1;
   Vec3* predicted_ = nullptr;
-  double* predicted_coefficient_ = nullptr;  // [nodes][3] m, of each stored row
+  const void** predicted_row_ = nullptr;     // stored rows of the nodes that have a predicted force
+  double* predicted_coefficient_ = nullptr;  // m, of each
+  std::int32_t predicted_rows_ = 0;
   // Of the field without one contact, and of the predicted one.
   Known known_without_ = {}, known_predicted_ = {};
   std::int32_t without_tool_ = -1, without_point_ = -1;

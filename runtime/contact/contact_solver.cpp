@@ -637,29 +637,41 @@ double ContactSolver::change_norm(const ContactConstraints& set) const {
   return norm_of(change);
 }
 
+// J: what reactions of constraint p do on its local part, which moves no node of the mesh.
+double ContactSolver::work_on_local(const ContactConstraint& constraint, std::int32_t p, const double* reaction) const {
+  double work = 0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      if (const std::int32_t i = rows_[p].at[a], j = rows_[p].at[b]; i >= 0 && j >= 0)
+        work += reaction[i] * constraint.local.m[a][b] * reaction[j];
+  return work;
+}
+
 // The reactions do no more work on the tissue than their targets allow (law_solver.h), and the energy of their sum is no larger than
 // the sum of theirs.
 ReactionNorms ContactSolver::bound_norms(const ContactConstraints& set, ConstraintNorms* each) {
   constexpr double rounding = 1e-6;
   ReactionNorms norms;
-  double offered = 0, sum = 0;
+  double *const change = work_, offered = 0, sum = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     each[p] = {};
     each[p].kept = is_kept_[p] && !again_;
     double own = 0, own_change = 0;
-    for (const std::int32_t i : rows_[p].at) {
-      if (i < 0) continue;
-      offered += reaction_[i] * target_[i];
+    for (const std::int32_t i : rows_[p].at)
+      if (i >= 0) offered += (1 + rounding) * reaction_[i] * target_[i], change[i] = reaction_[i] - last_[i];
+    for (const std::int32_t i : rows_[p].at)
       for (const std::int32_t j : rows_[p].at) {
-        if (j < 0) continue;
+        if (i < 0 || j < 0) continue;
         own += reaction_[i] * entry(i, j) * reaction_[j];
-        if (each[p].kept) own_change += (reaction_[i] - last_[i]) * entry(i, j) * (reaction_[j] - last_[j]);
+        own_change += change[i] * entry(i, j) * change[j];
       }
-    }
-    each[p].own = std::sqrt(std::max(0.0, own)), each[p].own_change = std::sqrt(std::max(0.0, own_change));
+    const double local = work_on_local(set.constraints[p], p, reaction_);
+    offered -= local, own -= local, own_change -= work_on_local(set.constraints[p], p, change);
+    each[p].own = std::sqrt(std::max(0.0, own));
+    if (each[p].kept) each[p].own_change = std::sqrt(std::max(0.0, own_change));
     sum += each[p].own;
   }
-  norms.whole = std::min(std::sqrt(std::max(0.0, (1 + rounding) * offered)), sum);
+  norms.whole = std::min(std::sqrt(std::max(0.0, offered)), sum);
   norms.change_of_kept = INFINITY;
   norms.operations = 30 * Operations{set.constraint_count} / kDense;
   return norms;
@@ -667,7 +679,7 @@ ReactionNorms ContactSolver::bound_norms(const ContactConstraints& set, Constrai
 
 ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, ConstraintNorms* each) {
   ReactionNorms norms;
-  double energy = 0, *const change = work_;
+  double energy = 0, local_change = 0, *const change = work_;
   std::fill(change, change + rows_end_, 0.0);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     each[p] = {};
@@ -686,11 +698,16 @@ ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, Constr
         own += reaction_[i] * entry(i, j) * reaction_[j];
         own_change += change[i] * entry(i, j) * change[j];
       }
-    each[p].own = std::sqrt(std::max(0.0, own)), each[p].own_change = std::sqrt(std::max(0.0, own_change));
+    const double local = work_on_local(set.constraints[p], p, reaction_);
+    const double changed = work_on_local(set.constraints[p], p, change);
+    each[p].work -= local, local_change += changed;
+    each[p].own = std::sqrt(std::max(0.0, own - local));
+    each[p].own_change = std::sqrt(std::max(0.0, own_change - changed));
     energy += each[p].work;
   }
   norms.whole = std::sqrt(std::max(0.0, energy));
-  norms.change_of_kept = norm_of(change);
+  const double whole_change = norm_of(change);
+  norms.change_of_kept = std::sqrt(std::max(0.0, whole_change * whole_change - local_change));
   norms.operations = operations_to_measure();
   return norms;
 }

@@ -17,7 +17,8 @@
 
 namespace palpate {
 
-// Norms of reactions in the energy of the field that they make, sqrt(r^T (H W H^T) r), in sqrt(J).
+// Norms of reactions in the energy of the field that they make, sqrt(r^T (H W H^T) r), in sqrt(J). What is local to a constraint
+// (ContactConstraint::local) moves no node and does not count.
 struct ReactionNorms {
   double whole = 0;           // of all reactions
   double change_of_kept = 0;  // of the change since the last solve, of the constraints that kept their rows
@@ -255,6 +256,7 @@ class ContactSolver {
   std::int64_t hold_others_to_laws(std::int32_t tool, std::int32_t point, std::int64_t most, double* left);
   void measure_residual();
   double norm_of(const double* reaction) const;
+  double work_on_local(const ContactConstraint& constraint, std::int32_t p, const double* reaction) const;
   Operations squared_rows() const { return Operations{rows_end_} * rows_end_; }
 
   NodeCompliance compliance_;

@@ -240,7 +240,7 @@ void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 w
   const bool turns_back = dot(along, before.way) < 0 && length(along) > kStill * b.tree.mean_edge();
   const double share =
       turns_back ? std::max(kLeastFollow, 0.5 * before.follow) : std::min(1.0, kOnward * before.follow);
-  if (share < 1 && !has_friction_) {
+  if (share < 1 && !rubs(before)) {
     const Vec3 between = was + share * (at - was);
     const NearestPoint under = b.deformed.nearest({}, between, group.reach);
     if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, found);
@@ -308,7 +308,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   // the vertex.
   Vec3 at = p;
   NearestPoint under = nearest;
-  if (held && has_friction_ && group.moves) {
+  if (held && rubs(*pair) && group.moves) {
     const Vec3 left = left_by_last_step(group, *pair, a.tree.at_rest(vertex) + u);
     const NearestPoint there = b.deformed.nearest({}, left, group.reach);
     if (there.surface_point.triangle >= 0) under = there, at = left;
@@ -331,7 +331,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
     follow(group, *pair, was, at, &found, &place);
     // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
-    const double lag = !has_friction_ ? kLag : pair->slips ? 0 : 10 * kLag;
+    const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : 10 * kLag;
     if (length(was - place) < lag * edge && dot(found.normal, pair->normal) > kSameNormal) {
       found = *pair;
       found.follow = std::min(1.0, kOnward * found.follow);
@@ -351,7 +351,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
 void PairSearch::let_slip(std::int32_t i) {
   OrganPair& pair = pairs_[i];
   pair.slips = 1;
-  if (has_friction_) groups_[pair.group].look[pair.vertex].room = 0;
+  if (rubs(pair)) groups_[pair.group].look[pair.vertex].room = 0;
 }
 
 // ---- all vertices ----------------------------------------------------------------------------------------------------

@@ -16,7 +16,8 @@ namespace palpate {
 // One pair, from step to step. In the frame of the second organ where nothing else is said.
 struct OrganPair {
   std::int32_t group = 0, vertex = 0, triangle = -1;
-  std::int32_t slips = 0;  // 1: in the last step it slipped or had no force; its place may then move
+  std::int16_t slips = 0;  // 1: in the last step it slipped or had no force; its place may then move
+  std::int16_t rubs = 0;   // steps for which it has friction; more than 0 where it pressed in one of the last steps
   double barycentric[3] = {};
   Vec3 normal, tangent;  // unit: outward from the second organ; across it
   double bulge = 0;      // m, OrganSurface::Smooth
@@ -78,8 +79,11 @@ class PairSearch {
   Vec3 vertex_at_rest(const OrganPair& pair) const;
   Vec3 place_at_rest(const OrganPair& pair) const;
   double area(const OrganPair& pair) const { return surface_[group(pair).a].area(pair.vertex); }
-  // The pair has slipped, or has no force: its place is found anew in the next step.
+  // The pair has slipped, or has no force: its place may move in the next step.
   void let_slip(std::int32_t i);
+  // Whether the pair has friction. A pair that has not pressed lately has none: where organs come near one another most pairs never press, and
+  // friction takes three rows in place of one and a search in each step. So friction begins a step after the pair has begun to press.
+  bool rubs(const OrganPair& pair) const { return has_friction_ && pair.rubs > 0; }
 
   // The largest overlap of two organs where they rest, m, and how many vertices overlap.
   double largest_overlap(std::int32_t g, std::int32_t* vertices) const;

@@ -13,6 +13,9 @@ constexpr double kRounding = 1e-9;
 // force presses.
 constexpr double kGive = 0.05;
 
+// Steps for which a pair that has ceased to press keeps its friction: one that presses in every second step holds like one that always does.
+constexpr std::int16_t kRubs = 10;
+
 }  // namespace
 
 bool TouchingOrgans::create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t count,
@@ -64,6 +67,10 @@ void TouchingOrgans::begin(std::int32_t organ, const palpate_tool* tools, std::i
 
 // ---- the rows of pairs -----------------------------------------------------------------------------------------------
 
+ContactLaw TouchingOrgans::law_of(const OrganPair& pair) const {
+  return search_.rubs(pair) ? ContactLaw::coulomb : ContactLaw::unilateral;
+}
+
 // The constraint of one side; -1: it does not move.
 std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
   const OrganGroup& group = search_.group(pair);
@@ -82,7 +89,7 @@ std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
   PairWish wish;
   wish.point = (other << 26) + pair.vertex;
   wish.node = node, wish.weight = weight, wish.count = count;
-  wish.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, wish.friction = friction_;
+  wish.law = law_of(pair), wish.friction = friction_;
   const Vec3 row[3] = {pair.normal, pair.tangent, cross(pair.normal, pair.tangent)};
   for (int i = 0; i < 3; ++i)
     wish.row[i] =
@@ -98,7 +105,7 @@ void TouchingOrgans::request_pairs() {
     const OrganGroup& group = search_.group(pair);
     joint.organ[0] = group.a, joint.organ[1] = group.b;
     for (int side = 0; side < 2; ++side) joint.constraint[side] = request_side(pair, side);
-    joint.law = friction_ > 0 ? ContactLaw::coulomb : ContactLaw::unilateral, joint.friction = friction_;
+    joint.law = law_of(pair), joint.friction = friction_;
     if (joint.constraint[0] < 0 && joint.constraint[1] >= 0) {
       // A place that is partly fixed gives way like one that is not: its own compliance is smaller by the square of what moves.
       const double moves = moving_share(touch(group.b), pair);
@@ -259,8 +266,10 @@ std::uint32_t TouchingOrgans::solve() {
   for (std::int32_t i = 0; i < search_.count(); ++i) {
     OrganPair& pair = search_.pair(i);
     const Vec3 r = pair.reaction = is_finite(pairs_[i].reaction) ? pairs_[i].reaction : Vec3{};
-    pair.slips = 0;
-    if (!(r.x > 0) || length({0, r.y, r.z}) >= friction_ * r.x * (1 - kRounding)) search_.let_slip(i);
+    const bool presses = r.x > 0,
+               sticks = search_.rubs(pair) && presses && length({0, r.y, r.z}) < friction_ * r.x * (1 - kRounding);
+    pair.slips = 0, pair.rubs = presses ? kRubs : std::max<std::int16_t>(1, pair.rubs) - 1;
+    if (!sticks) search_.let_slip(i);
   }
   return flags;
 }

@@ -54,6 +54,7 @@ class TouchingOrgans {
   TouchState& touch(std::int32_t organ) const { return organs_[organ]->touch; }
   const ContactConstraints& acting(std::int32_t organ);
   void request_pairs();
+  ContactLaw law_of(const OrganPair& pair) const;
   std::int32_t request_side(const OrganPair& pair, int side);
   bool is_held_pair(std::int32_t i) const;
   Vec3 target_of(std::int32_t i);

@@ -10,18 +10,21 @@ namespace {
 // within a factor of 2.5. The search is that of a world at rest: a load does not say how many vertices are looked for anew because
 // they have moved.
 palpate_pass_work work_of(WorldPass pass, const palpate_world& world, const palpate_step_load& load) {
-  const double pairs = load.contacts, rows = load.rows, newton = load.newton_steps;
+  // Pairs that do not press have one row, and no part in a step of Newton's method.
+  const double pairs = load.contacts, pressing = load.rows, rows = pressing + pairs, newton = load.newton_steps;
   switch (pass) {
     case WorldPass::input:
       return {0, 0, 40 + 8.0 * load.tools + 1.5 * load.points};
     case WorldPass::search:
-      // Each vertex is asked whether it is due. A pair that slips is looked for anew, where it is and where it was.
+      // Each vertex is asked whether it is due. A pair that presses and slips is looked for anew, where it is and where it was.
       return {48.0 * world.touching.vertices(), 0,
-              50 + 2.5 * world.touching.vertices() + 250 * pairs + load.slips * (600 + 100.0 * load.nodes)};
+              50 + 2.5 * world.touching.vertices() + 250 * pairs + load.slips * (600 + 40.0 * load.nodes)};
     case WorldPass::solve:
       // As the solve of one organ; the matrices of both sides are added first.
-      return {0, 2 * rows * rows * (4 + load.sweeps + 3 * newton) + newton * rows * rows * rows / 3,
-              60 + 20.0 * load.nodes + 120 * pairs * (1 + load.sweeps + 2 * newton)};
+      return {
+          0,
+          2 * rows * (4 * rows + pressing * (load.sweeps + 3 * newton)) + newton * pressing * pressing * pressing / 3,
+          60 + 20.0 * load.nodes + 120 * pairs * (1 + load.sweeps + 2 * newton)};
     case WorldPass::links:
       // As of the links of an organ: the displacements of the nodes of both ends by all contact nodes.
       return {

@@ -91,9 +91,9 @@ PALPATE_API palpate_scene* palpate_world_scene(const palpate_world* world, int32
  * *organ: whose pass it is, -1 for one of the world; may be NULL. What a step costs is the sum. */
 PALPATE_API const palpate_plan_pass* palpate_world_plan(const palpate_world* world, int32_t pass, int32_t* organ);
 /* palpate_predict_pass of a pass of palpate_world_plan. load: of the organ whose pass it is, without rows, sweeps and Newton steps where
- * its contacts are solved together with those of others. For a pass of the world: contacts are the pairs and slips those of them that
- * slip or carry no force; all else is that of all organs together, the rows of a pair once, sweeps and Newton steps of the joint
- * systems. */
+ * its contacts are solved together with those of others. For a pass of the world: contacts are the pairs, slips those of them that press and
+ * slip, nodes those of all organs that have a force, rows those of pairs that press, once, and of all other contacts; all else is that of
+ * all organs together, sweeps and Newton steps of the joint systems. */
 PALPATE_API palpate_pass_work palpate_world_predict_pass(const palpate_world* world, int32_t pass,
                                                          const palpate_step_load* load);
 /* palpate_watch_passes of all organs and the world; pass: the index in palpate_world_plan. */
