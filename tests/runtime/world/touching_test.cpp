@@ -257,7 +257,7 @@ TEST(Touching, PairsNearAnEdgeGoOnPressing) {
     }
     force[steps > 1] = blocks.pressed(0).z();
   }
-  // Without these pairs the force is a fifth smaller. Places that follow make the rest.
+  // Without these pairs the force is 5 % smaller. What is left comes from places that follow.
   EXPECT_NEAR(force[0] / force[1], 1, 0.02);
 }
 
