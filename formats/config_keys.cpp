@@ -359,10 +359,14 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "limits", "points", "integer", "-", "-", "1 to 65536",
        "Tool points and grips of all tools together. By default: as many as the tools have."},
       {S, "limits", "contact_nodes", "integer", "-", "-", "1 to 3000",
-       "Nodes in contact at one time, at least one for each point (three under triangle), link and grasp. Where they "
-       "are short, discs act on fewer nodes, and the step's flag says so. By "
-       "default: as "
-       "many as the tools need, up to 1000, or three for each point."},
+       "Nodes in contact at one time, at least one for each point (three under triangle), link and grasp. A needle "
+       "takes "
+       "four for each place that it holds. Where they are short, discs act on fewer nodes, and the step's flag says "
+       "so. "
+       "By default: as many as the tools need, up to 1000, or three for each point."},
+      {S, "limits", "needle_places", "integer", "-", "32", "2 to 64",
+       "Places of the tissue that a needle holds at most. A needle that needs more stays where it is, and the step's "
+       "flag says so."},
       {S, "limits", "force", "number", "N", "50", "above 0",
        "The largest force on one tool; a larger one is cut to this length, and the step's flag says so."},
       {S, "limits", "force_slew", "number", "N/s", "10000.0", "above 0",
@@ -384,8 +388,8 @@ const std::vector<ConfigKey>& config_keys() {
        "to the next step, and the step's flag says so."},
       {S, "tool", "name", "text", "-", "required", "not empty", "The tool's name in the results."},
       {S, "tool", "points", "points", "`unit`", "-", "",
-       "Points that touch, relative to the tool's position. A tool needs `points`, a `capsule`, a `[[tool.grip]]` or a "
-       "`[tool.grasp]`."},
+       "Points that touch, relative to the tool's position. A tool needs `points`, a `capsule`, a `[[tool.grip]]`, a "
+       "`[tool.grasp]` or a `[tool.needle]`."},
       {S, "tool", "capsule", "table", "-", "-", "", "Adds points on the skin of a capsule (a rod with round ends)."},
       {S, "tool", "disc_radius", "number", "`unit`", "-", "above 0, at most 1 m",
        "Makes each point a flat disc of this radius. It needs `contact = \"patch\"`, which it also selects."},
@@ -408,19 +412,23 @@ const std::vector<ConfigKey>& config_keys() {
        "A place on the organ at rest: the point of the touchable surface that is nearest to this point."},
       {S, "tool", "depth", "rows", "s, `unit`", "-", "times of at least 0 s, ascending",
        "Rows `[t, depth]`: how deep the tool is below the place at these times, against the surface's outward normal "
-       "there. Below 0 the tool is in front of the surface."},
+       "there; of a needle, along its direction. Below 0 the tool is in front of the surface."},
       {S, "tool", "grip", "tables", "-", "-", "",
        "`[[tool.grip]]`: nodes that move as the tool has moved since its start, whether the tool touches them or not."},
       {S, "tool", "turn", "rows", "s, degrees", "-", "times of at least 0 s, ascending; at most 1e6 degrees",
        "Rows `[t, x, y, z]`: how far the tool is turned about its position at these times, a vector along the axis "
        "whose "
-       "length is the angle, on straight lines in between. Its points and its grasp turn; a grip moves without a turn. "
+       "length is the angle, on straight lines in between. Its points, its grasp and its needle turn; a grip moves "
+       "without a turn. "
        "Without it the tool does not turn."},
       {S, "tool", "grasp", "table", "-", "-", "",
        "`[tool.grasp]`: jaws that hold tissue, which follows them in all six degrees of freedom."},
+      {S, "tool", "needle", "table", "-", "-", "",
+       "`[tool.needle]`: a straight, stiff needle that pierces the organ. Its tip is the tool's position."},
       {S, "tool", "organ", "text", "-", "-",
        "an `[[organ]]`; required in a scene of several organs with the other keys named here",
-       "The organ that `at`, `near`, `[[tool.grip]]` and `[tool.grasp]` are on. The tool touches all organs."},
+       "The organ that `at`, `near`, `[[tool.grip]]`, `[tool.grasp]` and `[tool.needle]` are on. The tool touches all "
+       "organs."},
       {S, "capsule", "radius", "number", "`unit`", "required", "above 0",
        "The radius of the rod and of its round ends."},
       {S, "capsule", "length", "number", "`unit`", "required", "0 or above",
@@ -451,6 +459,21 @@ const std::vector<ConfigKey>& config_keys() {
        "Rows `[from, until]`: the jaws are closed from the first time until before the second. Without it they are "
        "closed "
        "all the time, but for the times at which the tool is `away`."},
+      {S, "needle", "entry", "point", "`unit`", "-", "required without `at` and `near` of the tool",
+       "Where it enters: the point of the touchable surface at rest that is nearest to this point. A tool with `at` or "
+       "`near` enters there."},
+      {S, "needle", "direction", "point", "-", "-", "not zero",
+       "From the handle to the tip, in the bundle's axes, before the tool's `turn`. Without it: against the surface's "
+       "outward normal where it enters."},
+      {S, "needle", "radius", "number", "`unit`", "required", "above 0, at most 10 mm", "The radius of the shaft."},
+      {S, "needle", "friction", "number", "N/m", "0", "0 to 1e6",
+       "The friction along the shaft, for its length in the tissue."},
+      {S, "needle", "puncture_force", "number", "N", "0", "0 to 1e6",
+       "The force at which the tip pierces the surface."},
+      {S, "needle", "cutting_force", "number", "N", "0", "0 to 1e6",
+       "The force at which the tip cuts its way through the tissue."},
+      {S, "needle", "spacing", "number", "`unit`", "-", "0.1 mm to 1 m",
+       "After this length of its way the needle takes hold of one more place of the tissue. By default: 5 mm."},
       {S, "carried", "name", "text", "-", "required", "letters, digits, - and _",
        "The surface's name, which its files have."},
       {S, "carried", "organ", "text", "-", "-", "an `[[organ]]`; required in a scene of several organs",

@@ -18,6 +18,7 @@ namespace {
 constexpr std::size_t kMaxTools = 8;
 constexpr int kMaxPoints = 1 << 16;
 constexpr int kMaxContactNodes = 3000;  // as palpate.h
+constexpr int kMaxNeedlePlaces = 64;    // as palpate.h
 constexpr int kMaxOperations = 1'000'000'000;
 constexpr double kMaxRadius = 1;   // m
 constexpr double kSlowest = 1e-6;  // Hz
@@ -202,9 +203,12 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
     for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
   if (table.has("turn")) tool.turn = read_turn(table);
   if (table.has("grasp")) tool.grasp = read_grasp(table.table("grasp"), scale);
-  tool.organ = read_organ_of(table, scene, tool.place || tool.grasp || !tool.grips.empty());
-  if (tool.points.empty() && !tool.capsule && tool.grips.empty() && !tool.grasp)
-    table.wrong("points", "points, a capsule, a [[tool.grip]] or a [tool.grasp], so that the tool can touch something");
+  if (table.has("needle")) tool.needle = read_needle(table.table("needle"), scale, tool.place.has_value());
+  tool.organ = read_organ_of(table, scene, tool.place || tool.grasp || tool.needle || !tool.grips.empty());
+  if (tool.points.empty() && !tool.capsule && tool.grips.empty() && !tool.grasp && !tool.needle)
+    table.wrong("points",
+                "points, a capsule, a [[tool.grip]], a [tool.grasp] or a [tool.needle], so that the tool can touch "
+                "something");
   table.finish();
   return tool;
 }
@@ -230,6 +234,7 @@ void read_rate(TomlTable table, SceneConfig& scene) {
 void read_limits(TomlTable table, SceneConfig::Limits& limits) {
   if (table.has("points")) limits.points = count(table, "points", 1, kMaxPoints);
   if (table.has("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, kMaxContactNodes);
+  if (table.has("needle_places")) limits.needle_places = count(table, "needle_places", 2, kMaxNeedlePlaces);
   if (table.has("force")) limits.force = positive(table, "force", "a force above 0 N");
   if (table.has("force_slew")) limits.force_slew = positive(table, "force_slew", "a rate above 0 N/s");
   if (table.has("tool_speed")) limits.tool_speed = positive(table, "tool_speed", "a speed above 0 m/s");

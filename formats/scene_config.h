@@ -40,6 +40,7 @@ struct SceneConfig : SceneEffects {
 
   struct Limits {
     std::optional<int> points, contact_nodes;
+    int needle_places = 32;                  // of each needle
     double force = 50;                       // N
     double force_slew = 1e4;                 // N/s
     double tool_speed = 10;                  // m/s
@@ -136,6 +137,17 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Grasp&) const = default;
   };
+  // A needle of a tool (palpate_needle of palpate.h). Its tip is the tool's position.
+  struct Needle {
+    std::optional<Vector> entry;                   // m; absent: where the tool is placed
+    std::optional<Vector> direction;               // of any length; absent: against the surface's normal at the entry
+    double radius = 0;                             // m
+    double friction = 0;                           // N/m
+    double puncture_force = 0, cutting_force = 0;  // N
+    double spacing = 5e-3;                         // m
+    int line = 0;
+    bool operator==(const Needle&) const = default;
+  };
   struct Tool {
     std::string name;
     std::vector<Vector> points;
@@ -145,11 +157,12 @@ struct SceneConfig : SceneEffects {
     std::vector<KeyFrame> path;  // at least one, times ascending; with a place the player fills in the positions
     std::vector<KeyFrame> turn;  // axis times angle in degrees, times ascending; empty: it does not turn
     std::optional<Grasp> grasp;
+    std::optional<Needle> needle;
     double disc_radius = 0;  // m
     double friction = 0;
     bool hold = false;
     std::vector<std::array<double, 2>> away;  // s: from, until; ascending
-    std::size_t organ = 0;                    // of a scene of several organs: that the place, grips and grasp are on
+    std::size_t organ = 0;  // of a scene of several organs: that the place, grips, grasp and needle are on
     int line = 0;
     bool operator==(const Tool&) const = default;
   };

@@ -33,13 +33,13 @@ void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contac
     if (link.radius > 0) needs_patch("link", fmt::format("link \"{}\" has a radius", link.name));
 }
 
-// Sutures and grasps hold the linear organ alone.
+// Sutures, grasps and needles hold the linear organ alone.
 void check_holds(const SceneConfig& scene, const TomlTable& root) {
   const bool linear = scene.deformation == SceneConfig::Deformation::linear;
   for (const auto& tool : scene.tools)
-    if (tool.grasp && !linear)
-      root.wrong("tool",
-                 fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a grasp", tool.name));
+    if ((tool.grasp || tool.needle) && !linear)
+      root.wrong("tool", fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a {}", tool.name,
+                                     tool.grasp ? "grasp" : "needle"));
   if (!scene.links.empty() && !linear)
     root.wrong("link", "deformation = \"linear\" in [effects], since the scene has links");
   int stretches = 0;

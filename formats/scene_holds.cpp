@@ -190,6 +190,44 @@ SceneConfig::Grasp read_grasp(TomlTable table, double scale) {
   return grasp;
 }
 
+namespace {
+
+// As palpate.h: a force, or a force over a length.
+double up_to_most(TomlTable& table, const char* key, const char* expected) {
+  constexpr double most = 1e6;
+  const double value = table.number(key);
+  if (!(value >= 0 && value <= most)) table.wrong(key, expected);
+  return value;
+}
+
+}  // namespace
+
+SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place) {
+  constexpr double most_radius = 0.01, least_spacing = 1e-4, most_spacing = 1;  // m, as palpate.h
+  SceneConfig::Needle needle;
+  needle.line = table.line();
+  const bool has_entry = table.has("entry");
+  if (has_entry && has_place) table.wrong("entry", "no entry, since the needle enters where the tool is placed");
+  if (!has_entry && !has_place)
+    table.wrong("entry", "entry = [x, y, z], or a tool with at or near, where the needle enters");
+  if (has_entry) needle.entry = scaled(table.vector("entry"), scale);
+  if (table.has("direction")) {
+    needle.direction = table.vector("direction");
+    const auto& [x, y, z] = *needle.direction;
+    if (!(std::hypot(x, y, z) > 0)) table.wrong("direction", "a direction that is not zero");
+  }
+  needle.radius = positive(table, "radius", "a length above 0") * scale;
+  if (needle.radius > most_radius) table.wrong("radius", "a length of at most 10 mm");
+  if (table.has("friction")) needle.friction = up_to_most(table, "friction", "a friction of 0 to 1e6 N/m");
+  if (table.has("puncture_force")) needle.puncture_force = up_to_most(table, "puncture_force", "a force of 0 to 1e6 N");
+  if (table.has("cutting_force")) needle.cutting_force = up_to_most(table, "cutting_force", "a force of 0 to 1e6 N");
+  if (table.has("spacing")) needle.spacing = table.number("spacing") * scale;
+  if (!(needle.spacing >= least_spacing && needle.spacing <= most_spacing))
+    table.wrong("spacing", "a length of 0.1 mm to 1 m");
+  table.finish();
+  return needle;
+}
+
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool) {
   std::vector<SceneConfig::KeyFrame> turn;
   for (const auto& row : tool.rows<4>("turn", "[t, x, y, z]")) {

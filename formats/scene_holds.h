@@ -1,4 +1,4 @@
-// What holds and moves tissue in a scene.toml: its links and motions, and the grasps and turns of its tools.
+// What holds and moves tissue in a scene.toml: its links and motions, and the grasps, needles and turns of its tools.
 #pragma once
 
 #include <cstdint>
@@ -46,6 +46,8 @@ inline const Lengths& scene_lengths() {
 // Each table is read whole. scene: its unit and organs. scale: metres in a unit of the file. Errors: InputError with file, line, key, expected and found.
 SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene);
 SceneConfig::Grasp read_grasp(TomlTable table, double scale);
+// has_place: the tool has `at` or `near`, where the needle then enters.
+SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place);
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool);
 
 SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene);

@@ -42,8 +42,8 @@ fs::path target_of(const Options& options) {
   return options.output.empty() ? fs::path(options.scene.stem()) : options.output;
 }
 
-const std::vector<std::string> kResults = {"forces.csv", "contacts.csv", "links.csv",  "grasps.csv",  "organs.csv",
-                                           "pairs.csv",  "shapes",       "shapes.pvd", "summary.json"};
+const std::vector<std::string> kResults = {"forces.csv", "contacts.csv", "links.csv", "grasps.csv", "needles.csv",
+                                           "organs.csv", "pairs.csv",    "shapes",    "shapes.pvd", "summary.json"};
 
 // After a scene has been played: writes summary.json, puts the folder in its place, prints forces and warnings.
 void finish(const Summary& summary, const Timing& timing, const std::vector<BundleFields>& fields, ShapeFiles* shapes,

@@ -42,7 +42,7 @@ struct DatagramLimits {
 
 DatagramLimits datagram_limits(const Player& player, std::uint64_t bundle);
 
-// A datagram holds contacts alone. Errors: InputError where the shape is not made of these, as under large deformation.
+// A datagram holds contacts at touchable nodes alone. Errors: InputError where the shape is not made of these, as under large deformation.
 void check_deformation(const SceneConfig& scene);
 
 // clang-format off

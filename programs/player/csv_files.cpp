@@ -9,7 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::int32_t kToolOfPairs = -2;  // of contact nodes where organs touch (palpate_world.h)
+constexpr std::int32_t kToolOfPairs = -2;    // of contact nodes where organs touch (palpate_world.h)
+constexpr std::int32_t kToolOfNeedles = -4;  // of those that a needle holds (palpate.h)
 
 template <typename Row>
 void append(std::ofstream& stream, const Row& row) {
@@ -38,7 +39,10 @@ void add_nodes(fmt::memory_buffer& rows, double time, const std::string& organ, 
                const palpate_contacts& contacts) {
   const palpate_contact_node* nodes = palpate_contacts_node(&contacts, 0);
   const auto name = [&](std::int32_t tool) {
-    return tool == kToolOfPairs ? "organ" : tool < 0 ? "link" : quoted(scene.tools[tool].name);
+    return tool == kToolOfPairs     ? "organ"
+           : tool == kToolOfNeedles ? "needle"
+           : tool < 0               ? "link"
+                                    : quoted(scene.tools[tool].name);
   };
   for (int n = 0; n < contacts.node_count; ++n)
     fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{}\n", time, organ, name(nodes[n].tool), nodes[n].point,

@@ -6,6 +6,7 @@
 
 #include "formats/errors.h"
 #include "programs/player/csv_files.h"
+#include "programs/player/needle_peak.h"
 
 namespace palpate {
 
@@ -67,6 +68,11 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, std::vector<cons
           << "time_s," << organ
           << "tool,condition,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,place_x_m,place_y_m,"
              "place_z_m,slipped_m,friction_limit_N\n";
+    if (each->has_needles() && !needles_)
+      *(needles_ = std::ofstream(folder / "needles.csv"))
+          << "time_s," << organ
+          << "tool,condition,depth_m,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,tip_force_N,"
+             "shaft_force_N,places,slipping,rest_x_m,rest_y_m,rest_z_m\n";
   }
 }
 
@@ -99,12 +105,26 @@ void HeldCsvFiles::add_grasps(double time, std::size_t organ, fmt::memory_buffer
   }
 }
 
+void HeldCsvFiles::add_needles(double time, std::size_t organ, fmt::memory_buffer& rows) const {
+  const PlayedOrgan& of = *organs_[organ];
+  for (std::size_t t = 0; t < of.scene().tools.size(); ++t) {
+    const palpate_needle_state* needle = palpate_scene_needle_state(of.runtime_scene(), static_cast<std::int32_t>(t));
+    if (!of.needles().of(t) || !needle) continue;
+    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{},{},{},{}\n", time, cell_of(organ),
+                   quoted(of.scene().tools[t].name), word_of(needle->condition), needle->depth,
+                   fmt::join(needle->force, ","), fmt::join(needle->torque, ","), needle->tip_force,
+                   needle->shaft_force, needle->places, needle->slipping, fmt::join(needle->tip_at_rest, ","));
+  }
+}
+
 void HeldCsvFiles::write(double time) {
   for (std::size_t k = 0; k < organs_.size(); ++k) {
-    fmt::memory_buffer links, grasps;
+    fmt::memory_buffer links, grasps, needles;
     if (links_) add_links(time, k, links), links_->write(links.data(), static_cast<std::streamsize>(links.size()));
     if (grasps_)
       add_grasps(time, k, grasps), grasps_->write(grasps.data(), static_cast<std::streamsize>(grasps.size()));
+    if (needles_)
+      add_needles(time, k, needles), needles_->write(needles.data(), static_cast<std::streamsize>(needles.size()));
   }
   if (!world_ || world_->links().empty()) return;
   fmt::memory_buffer links;
@@ -113,7 +133,7 @@ void HeldCsvFiles::write(double time) {
 }
 
 void HeldCsvFiles::close() {
-  for (auto* file : {&links_, &grasps_}) {
+  for (auto* file : {&links_, &grasps_, &needles_}) {
     if (!*file) continue;
     (*file)->close();
     if (!**file) throw OperationError(fmt::format("{}: cannot write the CSV files", folder_.string()));

@@ -1,4 +1,4 @@
-// links.csv and grasps.csv of a played scene, in SI units. A number has as many digits as its double needs.
+// links.csv, grasps.csv and needles.csv of a played scene, in SI units. A number has as many digits as its double needs.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,8 +13,8 @@
 
 namespace palpate {
 
-// links.csv: one row per touch and stretch of a link, in the frame of its organ, or in the world where it is between organs. grasps.csv: one row per touch and tool that may grasp. A
-// scene without links, or without grasps, has no such file.
+// links.csv: one row per touch and stretch of a link, in the frame of its organ, or in the world where it is between organs. grasps.csv: one row per touch and tool that may grasp. needles.csv: one row per
+// touch and tool with a needle. A scene without links, grasps or needles has no such file.
 class HeldCsvFiles {
  public:
   // organs: those of the scene, whose names are a column where there are several. They must outlive this.
@@ -32,13 +32,14 @@ class HeldCsvFiles {
   void open_links();
   void add_links_between_organs(double time, fmt::memory_buffer& rows) const;
   void add_grasps(double time, std::size_t organ, fmt::memory_buffer& rows) const;
+  void add_needles(double time, std::size_t organ, fmt::memory_buffer& rows) const;
   std::string cell_of(std::size_t organ) const { return names_.empty() ? "" : names_[organ] + ','; }
 
   std::vector<const PlayedOrgan*> organs_;
   std::vector<std::string> names_;
   const WorldPlayer* world_ = nullptr;
   std::filesystem::path folder_;
-  std::optional<std::ofstream> links_, grasps_;
+  std::optional<std::ofstream> links_, grasps_, needles_;
 };
 
 // "slack", "taut", "broken"; "open", "holds", "slips", "let go".

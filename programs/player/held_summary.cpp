@@ -20,23 +20,32 @@ nlohmann::ordered_json or_null(const std::optional<double>& value) {
 }  // namespace
 
 HeldSummary::HeldSummary(const PlayedOrgan& organ)
-    : organ_(organ), links_(organ.held().links().size()), grasps_(organ.scene().tools.size()) {}
+    : organ_(organ),
+      links_(organ.held().links().size()),
+      grasps_(organ.scene().tools.size()),
+      needles_(grasps_.size()) {}
 
 void HeldSummary::add(double time) {
   for (std::size_t s = 0; s < links_.size(); ++s)
     links_[s].add(palpate_scene_link_state(organ_.runtime_scene(), static_cast<std::int32_t>(s)), time);
   for (std::size_t t = 0; t < grasps_.size(); ++t) {
-    const palpate_grasp_state* state =
-        organ_.held().grasp(t) ? palpate_scene_grasp_state(organ_.runtime_scene(), static_cast<std::int32_t>(t))
-                               : nullptr;
-    if (!state) continue;
-    Grasp& grasp = grasps_[t];
-    grasp.peak_force = std::max(grasp.peak_force, length(state->force));
-    if (const double torque = length(state->torque); torque > grasp.peak_torque)
-      grasp.peak_torque = torque, grasp.peak_torque_time = time;
-    grasp.slipped = std::max(grasp.slipped, state->slipped);
-    if (state->condition == PALPATE_GRASP_LET_GO && !grasp.let_go) grasp.let_go = time;
+    const auto id = static_cast<std::int32_t>(t);
+    if (organ_.held().grasp(t)) add_grasp(t, time);
+    const palpate_needle_state* needle =
+        organ_.needles().of(t) ? palpate_scene_needle_state(organ_.runtime_scene(), id) : nullptr;
+    if (needle) needles_[t].add(*needle, time, organ_.needles().places());
   }
+}
+
+void HeldSummary::add_grasp(std::size_t tool, double time) {
+  const palpate_grasp_state* state = palpate_scene_grasp_state(organ_.runtime_scene(), static_cast<std::int32_t>(tool));
+  if (!state) return;
+  Grasp& grasp = grasps_[tool];
+  grasp.peak_force = std::max(grasp.peak_force, length(state->force));
+  if (const double torque = length(state->torque); torque > grasp.peak_torque)
+    grasp.peak_torque = torque, grasp.peak_torque_time = time;
+  grasp.slipped = std::max(grasp.slipped, state->slipped);
+  if (state->condition == PALPATE_GRASP_LET_GO && !grasp.let_go) grasp.let_go = time;
 }
 
 nlohmann::ordered_json HeldSummary::links() const {
@@ -59,6 +68,12 @@ nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
           {"slipped_m", grasp.slipped},       {"let_go_s", or_null(grasp.let_go)}};
 }
 
+nlohmann::ordered_json HeldSummary::needle(std::size_t tool) const {
+  const palpate_needle* of = organ_.needles().of(tool);
+  if (!of) return nullptr;
+  return needles_[tool].json(*of);
+}
+
 std::vector<std::string> HeldSummary::lines() const {
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < links_.size(); ++s) {
@@ -74,6 +89,9 @@ std::vector<std::string> HeldSummary::lines() const {
                                 : grasp.slipped > 0 ? fmt::format("; slipped by {:.3g} mm", 1e3 * grasp.slipped)
                                                     : std::string()));
   }
+  for (std::size_t t = 0; t < needles_.size(); ++t)
+    if (organ_.needles().of(t))
+      lines.push_back(fmt::format("needle of tool \"{}\": {}", organ_.scene().tools[t].name, needles_[t].sentence()));
   return lines;
 }
 

@@ -1,4 +1,4 @@
-// What the links and grasps of a played scene came to.
+// What the links, grasps and needles of a played scene came to.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "programs/player/needle_peak.h"
 #include "programs/player/played_organ.h"
 
 namespace palpate {
@@ -17,10 +18,11 @@ class HeldSummary {
   explicit HeldSummary(const PlayedOrgan& organ);
   // Call it between the touch of that time, s, and the next one.
   void add(double time);
-  // For summary.json: one entry for each stretch of a link; of a tool with a grasp one entry, else null.
+  // For summary.json: one entry for each stretch of a link; of a tool with a grasp or a needle one entry, else null.
   nlohmann::ordered_json links() const;
   nlohmann::ordered_json grasp(std::size_t tool) const;
-  // One line for each stretch that was taut, and for each grasp.
+  nlohmann::ordered_json needle(std::size_t tool) const;
+  // One line for each stretch that was taut, and for each grasp and needle.
   std::vector<std::string> lines() const;
 
  private:
@@ -28,9 +30,11 @@ class HeldSummary {
     double peak_force = 0, peak_torque = 0, peak_torque_time = 0, slipped = 0;
     std::optional<double> let_go;  // s
   };
+  void add_grasp(std::size_t tool, double time);
   const PlayedOrgan& organ_;
-  std::vector<LinkPeak> links_;  // [stretch]
-  std::vector<Grasp> grasps_;    // [tool]
+  std::vector<LinkPeak> links_;      // [stretch]
+  std::vector<Grasp> grasps_;        // [tool]
+  std::vector<NeedlePeak> needles_;  // [tool]
 };
 
 }  // namespace palpate

@@ -51,7 +51,8 @@ std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const pal
   return grips;
 }
 
-palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held) {
+palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held,
+                            const PlayedNeedles& needles) {
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = static_cast<palpate_collision>(scene.collision);
   def.contact = static_cast<palpate_contact_model>(scene.contact);
@@ -73,9 +74,11 @@ palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const Held
   def.max_points = scene.limits.points.value_or(std::max(1, max_points));
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
   const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3, most = 3000;  // of palpate.h
-  def.max_contact_nodes = scene.limits.contact_nodes.value_or(std::min(
-      most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes()));
+  def.max_contact_nodes = scene.limits.contact_nodes.value_or(
+      std::min(most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) +
+                         held.most_nodes() + needles.most_nodes()));
   def.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps = held.has_grasps();
+  def.needles = needles.any(), def.needle_places = needles.places();
   def.motions = !scene.motions.empty();
   def.force_limit = scene.limits.force;
   def.force_slew = scene.limits.force_slew;
@@ -135,6 +138,7 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   resolve_places(scene_, bundle_.get());
   for (const auto& tool : scene_.tools) grips_.push_back(resolve_grips(tool, bundle_.get(), scene_.file));
   held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
+  needles_ = std::make_unique<PlayedNeedles>(scene_, bundle_.get());
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
 }
 
@@ -157,7 +161,7 @@ int PlayedOrgan::points_and_grips() const {
 }
 
 palpate_scene_def PlayedOrgan::definition(int max_points) {
-  palpate_scene_def def = half_of(scene_def(scene_, max_points, *held_), half_);
+  palpate_scene_def def = half_of(scene_def(scene_, max_points, *held_, *needles_), half_);
   scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
   scene_.inside = def.inside != PALPATE_INSIDE_OFF;
   contact_node_limit_ = def.max_contact_nodes;
@@ -178,6 +182,7 @@ palpate_scene_def PlayedOrgan::definition(int max_points) {
     def.fine_surface = met_surface();
   }
   holds_ = def.max_links > 0 || def.grasps;
+  pierced_ = def.needles != 0;
   moves_ = motions_->any() && half_ != Half::shape;
   return def;
 }

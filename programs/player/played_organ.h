@@ -10,6 +10,7 @@
 #include "programs/player/held_tissue.h"
 #include "programs/player/organ_inside.h"
 #include "programs/player/organ_motions.h"
+#include "programs/player/played_needles.h"
 #include "programs/player/render_mesh.h"
 
 namespace palpate {
@@ -23,7 +24,7 @@ std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const pal
 
 class PlayedOrgan {
  public:
-  // Opens the bundle, finds the grips' nodes and the places of tools, links and grasps. scene: of this organ alone. render_mesh
+  // Opens the bundle, finds the grips' nodes and the places of tools, links, grasps and needles. scene: of this organ alone. render_mesh
   // follows the shapes; it must outlive this, or be nullptr.
   // Errors: InputError that names the byte of the bundle, or the line of the scene.
   PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half = Half::both,
@@ -41,6 +42,8 @@ class PlayedOrgan {
   std::vector<std::vector<palpate_grip>>& grips() { return grips_; }
   const HeldTissue& held() const { return *held_; }
   HeldTissue& held() { return *held_; }
+  const PlayedNeedles& needles() const { return *needles_; }
+  PlayedNeedles& needles() { return *needles_; }
   const OrganMotions& motions() const { return *motions_; }
   OrganInside* inside() const { return inside_.get(); }  // nullptr: the scene does not look inside
 
@@ -55,7 +58,8 @@ class PlayedOrgan {
   // Refuses what the library refused. Throws InputError, or OperationError for want of memory.
   [[noreturn]] void refuse(const palpate_error& error) const;
 
-  bool holds_tissue() const { return holds_; }  // whether the library's scene has links or grasps
+  bool holds_tissue() const { return holds_; }   // whether the library's scene has links or grasps
+  bool has_needles() const { return pierced_; }  // whether it has needles
   int contact_node_limit() const { return contact_node_limit_; }
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
@@ -78,12 +82,14 @@ class PlayedOrgan {
   std::unique_ptr<palpate_bundle, CloseBundle> bundle_;
   std::vector<std::vector<palpate_grip>> grips_;
   std::unique_ptr<HeldTissue> held_;
+  std::unique_ptr<PlayedNeedles> needles_;
   std::unique_ptr<OrganMotions> motions_;
   std::unique_ptr<OrganInside> inside_;
   palpate_scene* runtime_scene_ = nullptr;
   int contact_node_limit_ = 0;
-  bool holds_ = false;  // the library's scene has links or grasps
-  bool moves_ = false;  // and motions, which this sets
+  bool holds_ = false;    // the library's scene has links or grasps
+  bool pierced_ = false;  // and needles
+  bool moves_ = false;    // and motions, which this sets
 };
 
 }  // namespace palpate

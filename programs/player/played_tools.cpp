@@ -18,7 +18,7 @@ palpate_tool tool_of(const SceneConfig::Tool& from, const std::vector<SceneConfi
   tool.grips = grips.data();
   tool.grip_count = static_cast<std::int32_t>(grips.size());
   tool.disc_radius = from.disc_radius, tool.friction = from.friction, tool.hold = from.hold ? 1 : 0;
-  tool.has_torque = from.grasp ? 1 : 0;
+  tool.has_torque = from.grasp || from.needle ? 1 : 0;
   return tool;
 }
 
@@ -48,23 +48,24 @@ void PlayedTools::place(std::size_t tool, const Vector& position, const Rotation
     for (int d = 0; d < 3; ++d)
       points_[tool][p][d] = position[d] + (turn[d][0] * local[0] + turn[d][1] * local[1] + turn[d][2] * local[2]);
   }
+  const palpate_pose* pose = poses_.empty() ? nullptr : &poses_[scene_.tools[tool].organ];
   const Vector& start = scene_.tools[tool].path.front().position;
   for (palpate_grip& grip : organ.grips()[tool]) {
     for (int d = 0; d < 3; ++d) grip.displacement[d] = position[d] - start[d];
-    if (!poses_.empty())
-      palpate_vector_to_organ(poses_[scene_.tools[tool].organ].orientation, grip.displacement, grip.displacement);
+    if (pose) palpate_vector_to_organ(pose->orientation, grip.displacement, grip.displacement);
   }
   tools_[tool].point_count = static_cast<std::int32_t>(points_[tool].size());
   tools_[tool].grip_count = static_cast<std::int32_t>(organ.grips()[tool].size());
   tools_[tool].organ = static_cast<std::int32_t>(scene_.tools[tool].organ);
-  if (!organ.holds_tissue()) return;
-  tools_[tool].grasp = organ.held().place_grasp(tool, position, turn);
+  if (organ.has_needles()) tools_[tool].needle = organ.needles().place(tool, position, turn, pose);
+  if (organ.holds_tissue()) tools_[tool].grasp = organ.held().place_grasp(tool, position, turn);
+  if (!tools_[tool].has_torque) return;
   std::copy(position.begin(), position.end(), tools_[tool].reference);
 }
 
 void PlayedTools::withdraw(std::size_t tool) {
   tools_[tool].point_count = tools_[tool].grip_count = 0;
-  tools_[tool].grasp = nullptr;
+  tools_[tool].grasp = nullptr, tools_[tool].needle = nullptr;
 }
 
 }  // namespace palpate

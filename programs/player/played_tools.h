@@ -13,7 +13,7 @@ namespace palpate {
 
 class PlayedTools {
  public:
-  // organs: those of the scene, one at least; a tool's grips and grasp hold the organ that it names. poses: of these organs; empty: in
+  // organs: those of the scene, one at least; a tool's grips, grasp and needle hold the organ that it names. poses: of these organs; empty: in
   // the world's frame. scene and organs must outlive this.
   PlayedTools(const SceneConfig& scene, std::vector<PlayedOrgan*> organs, std::vector<palpate_pose> poses = {});
   PlayedTools(const PlayedTools&) = delete;

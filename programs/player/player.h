@@ -53,6 +53,7 @@ class Player {
   const SceneConfig& scene() const { return organ_.scene(); }
   const std::vector<std::vector<palpate_grip>>& grips() const { return organ_.grips(); }  // [tool][grip], a node each
   const HeldTissue& held() const { return organ_.held(); }
+  const PlayedNeedles& needles() const { return organ_.needles(); }
   const OrganMotions& motions() const { return organ_.motions(); }
   palpate_bundle* bundle() const { return organ_.bundle(); }
   const RenderMesh* render_mesh() const { return organ_.render_mesh(); }

@@ -45,7 +45,8 @@ toml::table limits_of(const SceneConfig::Limits& limits) {
   toml::table table{{"force", limits.force},
                     {"force_slew", limits.force_slew},
                     {"tool_speed", limits.tool_speed},
-                    {"operations", limits.operations}};
+                    {"operations", limits.operations},
+                    {"needle_places", limits.needle_places}};
   if (limits.release_distance) table.insert("release_distance", *limits.release_distance);
   if (limits.displacement) table.insert("displacement", *limits.displacement);
   if (limits.points) table.insert("points", *limits.points);
@@ -104,6 +105,18 @@ toml::table grasp_of(const SceneConfig::Grasp& grasp) {
   if (grasp.friction) table.insert("friction", *grasp.friction);
   if (grasp.clamp_force) table.insert("clamp_force", *grasp.clamp_force);
   if (!grasp.closed.empty()) table.insert("closed", rows_of(grasp.closed));
+  return table;
+}
+
+// The direction as the scene gives it: it gets length 1 alike when it is read anew.
+toml::table needle_of(const SceneConfig::Needle& needle, const SceneConfig::Vector& entry) {
+  toml::table table{{"entry", numbers(entry)},
+                    {"radius", needle.radius},
+                    {"friction", needle.friction},
+                    {"puncture_force", needle.puncture_force},
+                    {"cutting_force", needle.cutting_force},
+                    {"spacing", needle.spacing}};
+  if (needle.direction) table.insert("direction", numbers(*needle.direction));
   return table;
 }
 
@@ -167,6 +180,7 @@ toml::table tool_of(const Player& player, std::size_t t) {
   if (!tool.away.empty()) table.insert("away", rows_of(tool.away));
   if (!tool.turn.empty()) table.insert("turn", turn_of(tool.turn));
   if (tool.grasp) table.insert("grasp", grasp_of(*tool.grasp));
+  if (tool.needle) table.insert("needle", needle_of(*tool.needle, player.needles().near(t)));
   if (!player.grips()[t].empty()) table.insert("grip", grips_of(player.grips()[t], player.bundle()));
   return table;
 }

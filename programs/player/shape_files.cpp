@@ -269,6 +269,20 @@ class Frame {
   palpate_pose pose_;
 };
 
+// Its shaft, from the tip to the handle. The tip is in the world.
+void add_needle(const PlayedOrgan& organ, std::size_t tool, HeldGrid& held) {
+  const palpate_needle* needle = organ.needles().of(tool);
+  const palpate_needle_state* state =
+      needle ? palpate_scene_needle_state(organ.runtime_scene(), static_cast<std::int32_t>(tool)) : nullptr;
+  if (!state || state->condition == PALPATE_NEEDLE_NONE) return;
+  std::array<double, 3> tip{}, end{};
+  for (std::size_t d = 0; d < 3; ++d) {
+    tip[d] = needle->tip[d];
+    end[d] = tip[d] - organ.needles().drawn_length(tool) * needle->direction[d];
+  }
+  held.add(VTK_LINE, {tip, end}, -1, static_cast<int>(tool), state->condition, 0);
+}
+
 void write_held(const PlayedOrgan& organ, const Frame& frame, const float* positions,
                 const std::filesystem::path& file) {
   HeldGrid held;
@@ -289,6 +303,7 @@ void write_held(const PlayedOrgan& organ, const Frame& frame, const float* posit
     add(grasp->triangle, grasp->barycentric);
     if (grasp->opposite_triangle >= 0) add(grasp->opposite_triangle, grasp->opposite_barycentric);
   }
+  for (std::size_t t = 0; t < organ.scene().tools.size(); ++t) add_needle(organ, t, held);
   write_grid(held.grid, file);
 }
 
@@ -350,9 +365,10 @@ struct ShapeFiles::Organ {
     std::copy_n(shape.positions, values, positions->GetPointer(0));
     std::copy_n(shape.displacements, values, displacement->GetPointer(0));
     contact_force->Fill(0);
+    // A needle also holds nodes inside the organ, which a shape of the surface does not have.
     const palpate_contact_node* nodes = palpate_contacts_node(&shape.contacts, 0);
     for (int n = 0; n < shape.contacts.node_count; ++n)
-      for (int d = 0; d < 3; ++d)
+      for (int d = 0; nodes[n].node < shape.node_count && d < 3; ++d)
         *contact_force->GetPointer(3 * static_cast<vtkIdType>(nodes[n].node) + d) += nodes[n].force[d];
     const auto rows = static_cast<std::size_t>(shape.node_count);
     frame.put_points(positions->GetPointer(0), rows), frame.put_vectors(displacement->GetPointer(0), rows);
@@ -399,7 +415,8 @@ void ShapeFiles::write_organ(Organ& organ, const ShapeRecord& shape, std::vector
   }
   for (const auto& surface : organ.carried)
     write_grid(surface->grid, next(fmt::format("carried_{}", surface->carried.name).c_str()));
-  if (organ.of.holds_tissue()) write_held(organ.of, organ.frame, organ.positions->GetPointer(0), next("held"));
+  if (organ.of.holds_tissue() || organ.of.has_needles())
+    write_held(organ.of, organ.frame, organ.positions->GetPointer(0), next("held"));
 }
 
 void ShapeFiles::write(const ShapeRecord& shape) {

@@ -6,9 +6,9 @@
 // the tool, at each of its points). With a render mesh, part 2 holds its deformed triangles; point data:
 // displacement (m) and normal. Where the scene looks inside, the organ's point data has strain, stress (Pa; both six components, of a
 // symmetric tensor), pressure, von_mises and principal_stress (Pa), and each carried surface is a part of its own, carried_NAME_000000.vtu, with
-// displacement (m, from rest). With links or grasps, the last part holds them: a line for each stretch of a link and a polygon for each
-// closed disc, with a pair of points or the corners of its own; cell data: link (its index in the scene, or -1), tool (the same of the
-// disc's tool), tension (N) and condition (those of palpate.h). Of several organs each has files of its own, organ_NAME_000000.vtu, and all
+// displacement (m, from rest). With links, grasps or needles, the last part holds them: a line for each stretch of a link, a polygon for each
+// closed disc and a line for each needle, with a pair of points or the corners of its own; cell data: link (its index in the scene, or -1),
+// tool (the same of the tool of a disc or a needle), tension (N) and condition (those of palpate.h; of a needle, its own). Of several organs each has files of its own, organ_NAME_000000.vtu, and all
 // of them are in the world's frame.
 #pragma once
 

@@ -7,7 +7,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kRowsOfDisc = 9;  // of a grasp: three constraints of three rows
+constexpr int kRowsOfDisc = 9;   // of a grasp: three constraints of three rows
+constexpr int kRowsOfPlace = 3;  // of a needle; its tip has as many
 constexpr double kAtLimit = 1 - 1e-6;
 
 int rows_of_tool(const PlayedOrgan& organ, std::size_t tool, const palpate_contacts& contacts) {
@@ -22,6 +23,14 @@ int rows_of_tool(const PlayedOrgan& organ, std::size_t tool, const palpate_conta
   const bool grasps = grasp && (grasp->condition == PALPATE_GRASP_HOLDS || grasp->condition == PALPATE_GRASP_SLIPS);
   const int discs = std::min(places, !grasps ? 0 : organ.held().grasp(tool)->opposite_triangle >= 0 ? 2 : 1);
   return rows + rows_of_place * (places - discs) + kRowsOfDisc * discs;
+}
+
+int rows_of_needle(const PlayedOrgan& organ, std::size_t tool) {
+  const palpate_needle_state* needle =
+      palpate_scene_needle_state(organ.runtime_scene(), static_cast<std::int32_t>(tool));
+  if (!needle || needle->condition <= PALPATE_NEEDLE_OUTSIDE) return 0;
+  if (needle->condition == PALPATE_NEEDLE_PRESSES) return 1;
+  return kRowsOfPlace * (needle->places + 1);
 }
 
 int rows_of_links(const PlayedOrgan& organ) {
@@ -61,7 +70,7 @@ palpate_step_load load_of(const PlayedOrgan& organ, const ToolPoints& points, co
   for (std::size_t t = 0; t < points.size(); ++t) {
     load.points += static_cast<std::int32_t>(points[t].size());
     load.grips += static_cast<std::int32_t>(organ.grips()[t].size());
-    load.rows += rows_of_tool(organ, t, contacts);
+    load.rows += rows_of_tool(organ, t, contacts) + rows_of_needle(organ, t);
   }
   load.rows += rows_of_links(organ);
   for (std::int32_t t = 0; t < contacts.tool_count; ++t) {

@@ -181,6 +181,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     if (scene_.tools[t].disc_radius > 0) entry["radius_m"] = scene_.tools[t].disc_radius;
     const Organ& held = organs_[scene_.tools[t].organ];
     if (held.of.organ->held().grasp(t)) entry["grasp"] = held.held.grasp(t);
+    if (held.of.organ->needles().of(t)) entry["needle"] = held.held.needle(t);
     if (tool.first_contact_time >= 0) entry["first_contact_s"] = tool.first_contact_time;
     out["tools"].push_back(entry);
   }

@@ -32,7 +32,7 @@ class Summary {
   // JSON text. Everything but "timing_us" is the same for the same input. fields: [organ] of its bundle. warnings: those of warnings().
   std::string text(const Timing& timing, const std::vector<BundleFields>& fields, int shapes_written,
                    const std::vector<std::string>& warnings) const;
-  // One line for each tool that touched: its largest force; and for each link and grasp, and each organ that others press.
+  // One line for each tool that touched: its largest force; and for each link, grasp and needle, and each organ that others press.
   std::vector<std::string> forces() const;
   // What the user should know of this run, a sentence each (scene_warnings.h). Asks the surface; takes milliseconds.
   std::vector<std::string> warnings(const std::vector<BundleFields>& fields) const;

@@ -220,12 +220,25 @@ SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bun
   return farthest(surface, direction_of(*tool.place->at, frame));
 }
 
+Vector direction_at(const SceneConfig::Tool& tool, const SurfacePlace& place) {
+  Vector direction{};
+  if (!tool.needle || !tool.needle->direction) {
+    for (int d = 0; d < 3; ++d) direction[d] = -place.normal[d];
+    return direction;
+  }
+  direction = *tool.needle->direction;
+  const double length = std::sqrt(dot(direction, direction));
+  for (double& x : direction) x /= length;
+  return direction;
+}
+
 void resolve_places(SceneConfig& scene, const palpate_bundle* bundle) {
   for (SceneConfig::Tool& tool : scene.tools) {
     if (!tool.place) continue;
     const SurfacePlace place = find_place(tool, bundle, scene.file);
+    const Vector direction = direction_at(tool, place);
     for (std::size_t i = 0; i < tool.path.size(); ++i)
-      for (int d = 0; d < 3; ++d) tool.path[i].position[d] = place.point[d] - tool.place->depth[i][1] * place.normal[d];
+      for (int d = 0; d < 3; ++d) tool.path[i].position[d] = place.point[d] + tool.place->depth[i][1] * direction[d];
   }
 }
 

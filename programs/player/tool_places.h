@@ -40,7 +40,10 @@ class PlaceFinder {
 SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
                         const std::filesystem::path& scene);
 
-// Gives every tool that has a place its positions: point - depth * normal.
+// The direction in which a tool goes in at a place, of length 1: that of its needle, or against the normal.
+SceneConfig::Vector direction_at(const SceneConfig::Tool& tool, const SurfacePlace& place);
+
+// Gives every tool that has a place its positions: point + depth * direction.
 void resolve_places(SceneConfig& scene, const palpate_bundle* bundle);
 
 }  // namespace palpate

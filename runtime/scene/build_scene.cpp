@@ -594,7 +594,10 @@ palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std:
 palpate_status read_corridor(const SectionReader& reader, const std::int32_t* touchable, Corridor* corridor,
                              ShapeState* interior, Tensors* tensors) {
   const char* const effect = "needles";
-  if (!reader.find(SectionId::corridor_nodes)) return reader.missing(effect, SectionId::corridor_nodes);
+  if (!reader.find(SectionId::corridor_nodes))
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                "needles need a corridor (section corridor/nodes), which this bundle does not have; add a [[corridor]] "
+                "to the boundary file and precompute the bundle again, or leave needles off");
   if (const formats::ElementType type = tensors->surface.type;
       !tensors->compliance && type != formats::ElementType::f32)
     return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,

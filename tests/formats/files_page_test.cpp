@@ -104,7 +104,7 @@ TEST(FilesPage, HasAnExampleOfEachFileThatTheReaderAcceptsAndThatShowsEveryKey) 
   EXPECT_EQ(read_organ_config(written("organ.toml")).regions.size(), 2u);
   EXPECT_EQ(read_boundary_config(written("boundary/held.toml")).fixed.size(), 3u);
   std::ofstream(folder / "rod.csv") << "time,x,y,z\n0,0,0,0\n";
-  EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 6u);
+  EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 7u);
   EXPECT_EQ(read_scene_config(written("scenes/organs.toml")).organs.size(), 2u);
   const std::map<ConfigFile, std::string> shown = {
       {ConfigFile::organ, text.at("organ.toml")},
@@ -242,6 +242,7 @@ file = "fine.ply"
 @rate.shape@
 @rate.deform@
 [limits]
+@limits.needle_places@
 @limits.force@
 @limits.force_slew@
 @limits.tool_speed@
@@ -255,6 +256,12 @@ path = [[0, 0, 0, 0]]
 [[tool.grip]]
 nearest = [0, 0, 0]
 @grip.axes@
+[tool.needle]
+entry = [0, 0, 0]
+radius = 0.5
+@needle.friction@
+@needle.puncture_force@
+@needle.cutting_force@
 )",
                                    {"organ", "world", "carried"});
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"

@@ -352,7 +352,7 @@ TEST(Needle, ASceneWithoutNeedlesMapsNoCorridorAndABundleWithoutACorridorIsRefus
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   EXPECT_EQ(palpate_scene_create(without.bundle(), &def, &scene, &error), PALPATE_ERROR_EFFECT);
-  EXPECT_THAT(error.text, ::testing::HasSubstr("corridor/nodes"));
+  EXPECT_THAT(error.text, ::testing::HasSubstr("add a [[corridor]] to the boundary file"));
   def.needles = 0;
   const auto off = plan_of(box().scene(def).get());
   EXPECT_EQ(std::count_if(off.begin(), off.end(), names_corridor), 0);

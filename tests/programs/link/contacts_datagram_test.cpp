@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "formats/checksum.h"
+#include "formats/errors.h"
 #include "tests/programs/link/linked_scene.h"
 
 namespace palpate {
@@ -230,6 +231,14 @@ TEST_F(ContactsDatagram, HoldsAsManyNodesAsItSays) {
   contacts->node_count = kMostDatagramNodes;
   EXPECT_LE(tests::encoded(*contacts, {}).size(), kMostDatagramBytes);
   EXPECT_GT(tests::encoded(*contacts, {}).size() + kDatagramNodeBytes, kMostDatagramBytes);
+}
+
+TEST(ContactsOfADatagram, AreNotThoseOfANeedle) {
+  SceneConfig scene;
+  scene.tools.emplace_back();
+  EXPECT_NO_THROW(check_deformation(scene));
+  scene.tools[0].needle.emplace();
+  EXPECT_THROW(check_deformation(scene), InputError);
 }
 
 }  // namespace

@@ -130,6 +130,48 @@ TEST_F(SceneFile, RefusesAGraspThatCannotHoldWithLineAndKey) {
   expect_refused(kPoint + kPath + "turn = [[0, 0, 0, 1e7]]\n", "", "turn[0]: expected a turn of at most 1e6 degrees");
 }
 
+TEST_F(SceneFile, TakesANeedle) {
+  const SceneConfig scene = read(kPath +
+                                     "[tool.needle]\nentry = [1, 2, 3]\ndirection = [0, 0, -2]\nradius = 0.6\n"
+                                     "friction = 20\npuncture_force = 0.5\ncutting_force = 0.2\nspacing = 2\n",
+                                 "[limits]\nneedle_places = 12\n");
+  EXPECT_EQ(scene.limits.needle_places, 12);
+  const SceneConfig::Needle& needle = *scene.tools.at(0).needle;
+  EXPECT_DOUBLE_EQ((*needle.entry)[2], 0.003);
+  EXPECT_THAT(*needle.direction, ElementsAre(0, 0, -2));
+  EXPECT_DOUBLE_EQ(needle.radius, 0.0006);
+  EXPECT_DOUBLE_EQ(needle.friction, 20);
+  EXPECT_DOUBLE_EQ(needle.puncture_force, 0.5);
+  EXPECT_DOUBLE_EQ(needle.cutting_force, 0.2);
+  EXPECT_DOUBLE_EQ(needle.spacing, 0.002);
+  const SceneConfig placed = read("near = [1, 2, 3]\ndepth = [[0, 0]]\n[tool.needle]\nradius = 0.6\n");
+  EXPECT_FALSE(placed.tools.at(0).needle->entry);
+  EXPECT_DOUBLE_EQ(placed.tools.at(0).needle->spacing, 0.005);
+}
+
+TEST_F(SceneFile, RefusesANeedleThatCannotPierceWithLineAndKey) {
+  const std::string needle = kPath + "[tool.needle]\nentry = [1, 2, 3]\n";
+  const auto refused = [&](const std::string& keys, const std::string& sentence) {
+    expect_refused(needle + keys, "", sentence);
+  };
+  refused("", "needle: the key \"radius\" is missing");
+  refused("radius = 0\n", "scene.toml:8: [[tool]] 1.needle: radius: expected a length above 0");
+  refused("radius = 10.5\n", "a length of at most 10 mm");
+  refused("radius = 1\ndirection = [0, 0, 0]\n", "a direction that is not zero");
+  refused("radius = 1\nfriction = -1\n", "a friction of 0 to 1e6 N/m");
+  refused("radius = 1\npuncture_force = 1e7\n", "puncture_force: expected a force of 0 to 1e6 N");
+  refused("radius = 1\ncutting_force = -1\n", "cutting_force: expected a force of 0 to 1e6 N");
+  refused("radius = 1\nspacing = 0.05\n", "a length of 0.1 mm to 1 m");
+  refused("radius = 1\ncolour = 1\n", "unknown key \"colour\"");
+  expect_refused(needle + "radius = 1\n", "[effects]\ndeformation = \"large\"\n",
+                 "deformation = \"linear\" in [effects], since tool \"t\" has a needle");
+  expect_refused(needle + "radius = 1\n", "[limits]\nneedle_places = 65\n", "a whole number of 2 to 64");
+  expect_refused(kPath + "[tool.needle]\nradius = 1\n", "",
+                 "entry: expected entry = [x, y, z], or a tool with at or near");
+  expect_refused("near = [1, 2, 3]\ndepth = [[0, 0]]\n[tool.needle]\nradius = 1\nentry = [0, 0, 0]\n", "",
+                 "no entry, since the needle enters where the tool is placed");
+}
+
 TEST_F(SceneFile, TakesLinksOfEachKind) {
   const SceneConfig scene =
       read(kPoint + kPath +
