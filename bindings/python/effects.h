@@ -110,7 +110,7 @@ inline Effects effects_of(const std::string& collision, const std::string& conta
                           std::int32_t max_points, std::int32_t max_contact_nodes, double force_limit,
                           double force_slew, double max_tool_speed, double release_distance, double torque_limit,
                           double torque_slew, std::int64_t max_operations, std::int32_t max_links, bool grasps,
-                          bool motions, bool inside) {
+                          bool motions, bool inside, bool needles, std::int32_t needle_places) {
   Effects effects;
   palpate_scene_def& def = effects.def;
   def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
@@ -142,6 +142,8 @@ inline Effects effects_of(const std::string& collision, const std::string& conta
   def.grasps = grasps;
   def.motions = motions;
   def.inside = inside ? PALPATE_INSIDE_ON : PALPATE_INSIDE_OFF;
+  def.needles = needles;
+  def.needle_places = needle_places;
   return effects;
 }
 
@@ -172,7 +174,11 @@ inline constexpr const char* kAboutEffects =
     "deformation=\"linear\")\n"
     "motions: whether the bundle's motions move the organ (set_motions; collision=\"deformed\" or \"off\")\n"
     "inside: whether inside and inside_at tell strain and stress, and carry moves points of the tissue "
-    "(shape=\"volume\")";
+    "(shape=\"volume\")\n"
+    "needles: whether tools may have a Needle (deformation=\"linear\"; a bundle with a corridor); needle_places: of "
+    "the "
+    "tissue\n"
+    "that each of them holds at most, 2 .. 64";
 
 // Gives a class of Python its constructor Class(bundle, *, ...): the bundle, and the keywords of effects_of.
 template <class Held, class... Choices>
@@ -184,19 +190,19 @@ auto maker_with(Effects (*choose_effects)(Choices...)) {
 template <class Class>
 void takes_effects(Class& type, const char* about) {
   const palpate_scene_def start = palpate_default_scene_def();
-  type.def(py::init(maker_with<typename Class::type>(&effects_of)), py::arg("bundle"), py::kw_only(),
-           py::arg("collision") = "rest", py::arg("contact") = "patch", py::arg("law") = "sticking",
-           py::arg("force") = "linear", py::arg("shape") = "surface", py::arg("radial") = "off",
-           py::arg("preload") = "off", py::arg("queries") = "off", py::arg("deformation") = "linear",
-           py::arg("report") = "off", py::arg("dent") = "off", py::arg("relaxation") = py::none(),
-           py::arg("render_mesh") = py::none(), py::arg("fine_surface") = py::none(),
-           py::arg("max_tools") = start.max_tools, py::arg("max_points") = start.max_points,
-           py::arg("max_contact_nodes") = start.max_contact_nodes, py::arg("force_limit") = start.force_limit,
-           py::arg("force_slew") = start.force_slew, py::arg("max_tool_speed") = start.max_tool_speed,
-           py::arg("release_distance") = start.release_distance, py::arg("torque_limit") = start.torque_limit,
-           py::arg("torque_slew") = start.torque_slew, py::arg("max_operations") = start.max_operations,
-           py::arg("max_links") = start.max_links, py::arg("grasps") = false, py::arg("motions") = false,
-           py::arg("inside") = false, about);
+  type.def(
+      py::init(maker_with<typename Class::type>(&effects_of)), py::arg("bundle"), py::kw_only(),
+      py::arg("collision") = "rest", py::arg("contact") = "patch", py::arg("law") = "sticking",
+      py::arg("force") = "linear", py::arg("shape") = "surface", py::arg("radial") = "off", py::arg("preload") = "off",
+      py::arg("queries") = "off", py::arg("deformation") = "linear", py::arg("report") = "off", py::arg("dent") = "off",
+      py::arg("relaxation") = py::none(), py::arg("render_mesh") = py::none(), py::arg("fine_surface") = py::none(),
+      py::arg("max_tools") = start.max_tools, py::arg("max_points") = start.max_points,
+      py::arg("max_contact_nodes") = start.max_contact_nodes, py::arg("force_limit") = start.force_limit,
+      py::arg("force_slew") = start.force_slew, py::arg("max_tool_speed") = start.max_tool_speed,
+      py::arg("release_distance") = start.release_distance, py::arg("torque_limit") = start.torque_limit,
+      py::arg("torque_slew") = start.torque_slew, py::arg("max_operations") = start.max_operations,
+      py::arg("max_links") = start.max_links, py::arg("grasps") = false, py::arg("motions") = false,
+      py::arg("inside") = false, py::arg("needles") = false, py::arg("needle_places") = start.needle_places, about);
 }
 
 }  // namespace palpate::python

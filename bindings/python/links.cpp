@@ -1,4 +1,4 @@
-// palpate.Link, palpate.WorldLink and palpate.Grasp: what holds tissue.
+// palpate.Link, palpate.WorldLink, palpate.Grasp and palpate.Needle: what holds tissue.
 #include <algorithm>
 #include <string>
 
@@ -99,10 +99,51 @@ palpate_grasp make_grasp(const py::object& place, double radius, const Numbers& 
   return grasp;
 }
 
-// A view of a grasp's numbers, which the caller may write to.
-template <std::size_t count>
-py::array numbers_of(const py::object& self, double (palpate_grasp::*member)[count]) {
-  return py::array_t<double>({count}, {sizeof(double)}, self.cast<palpate_grasp&>().*member, self);
+palpate_needle make_needle(const py::object& place, double radius, const Numbers& tip, const Numbers& direction,
+                           double friction, double cutting_force, double puncture_force, double spacing,
+                           std::int32_t id) {
+  palpate_needle needle = palpate_default_needle();
+  set_surface_point(&needle.triangle, needle.barycentric, place, "place");
+  set_numbers(needle.tip, tip, "tip");
+  set_numbers(needle.direction, direction, "direction");
+  needle.radius = radius, needle.friction = friction, needle.spacing = spacing;
+  needle.cutting_force = cutting_force, needle.puncture_force = puncture_force, needle.id = id;
+  return needle;
+}
+
+// A view of the numbers of a grasp or a needle, which the caller may write to.
+template <class Held, std::size_t count>
+py::array numbers_of(const py::object& self, double (Held::*member)[count]) {
+  return py::array_t<double>({count}, {sizeof(double)}, self.cast<Held&>().*member, self);
+}
+
+void add_needle(py::module_& module) {
+  const palpate_needle start = palpate_default_needle();
+  py::class_<palpate_needle>(module, "Needle", "A straight, stiff needle that pierces the organ.")
+      .def(py::init(&make_needle), py::arg("place"), py::arg("radius"), py::arg("tip"), py::arg("direction"),
+           py::kw_only(), py::arg("friction") = start.friction, py::arg("cutting_force") = start.cutting_force,
+           py::arg("puncture_force") = start.puncture_force, py::arg("spacing") = start.spacing, py::arg("id") = 0,
+           "place: (triangle, weights), where it enters; radius: m, of the shaft.\n"
+           "tip, direction: in the world, m and a vector of length 1 from the handle to the tip; move them between "
+           "touches.\n"
+           "friction: N/m, along the shaft for its length in the tissue; puncture_force, cutting_force: N, at which "
+           "the\n"
+           "tip pierces the surface and cuts its way; spacing: m, of the places of tissue that it holds.\n"
+           "id: of this piercing; the needle enters anew where it changes.")
+      .def_property(
+          "tip", [](const py::object& self) { return numbers_of(self, &palpate_needle::tip); },
+          [](palpate_needle& self, const Numbers& to) { set_numbers(self.tip, to, "tip"); },
+          "float64 [3], m, a view that you may write to")
+      .def_property(
+          "direction", [](const py::object& self) { return numbers_of(self, &palpate_needle::direction); },
+          [](palpate_needle& self, const Numbers& to) { set_numbers(self.direction, to, "direction"); },
+          "float64 [3], of length 1, a view that you may write to")
+      .def_readwrite("radius", &palpate_needle::radius, "m, above 0 .. 0.01")
+      .def_readwrite("friction", &palpate_needle::friction, "N/m")
+      .def_readwrite("cutting_force", &palpate_needle::cutting_force, "N")
+      .def_readwrite("puncture_force", &palpate_needle::puncture_force, "N")
+      .def_readwrite("spacing", &palpate_needle::spacing, "m")
+      .def_readwrite("id", &palpate_needle::id, "of this piercing");
 }
 
 }  // namespace
@@ -110,6 +151,8 @@ py::array numbers_of(const py::object& self, double (palpate_grasp::*member)[cou
 void add_links(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_link_state, id, condition, broken, rest_length, length, tension, force, ends);
   PYBIND11_NUMPY_DTYPE(palpate_grasp_state, condition, force, torque, place, slipped, friction_limit);
+  PYBIND11_NUMPY_DTYPE(palpate_needle_state, condition, places, slipping, force, torque, tip_force, shaft_force, depth,
+                       tip_at_rest);
   py::class_<palpate_link> link(
       module, "Link", "A suture, clip, ligament or spring between two places of the organ, or from one to the world.");
   link.def(py::init(&make_link), py::arg("kind"), py::arg("ends"), py::kw_only(), py::arg("rest_length") = 0.0,
@@ -151,6 +194,7 @@ void add_links(py::module_& module) {
       .def_readwrite("friction", &palpate_grasp::friction, "0 or more")
       .def_readwrite("clamp_force", &palpate_grasp::clamp_force, "N")
       .def_readwrite("id", &palpate_grasp::id, "of this closing");
+  add_needle(module);
 }
 
 }  // namespace palpate::python

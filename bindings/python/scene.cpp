@@ -158,6 +158,12 @@ void add_scene(py::module_& module) {
            "After a touch, of the tool with that id: a record, a copy: condition (0 open, 1 holds, 2 slips, 3 let go), "
            "force (N)\n"
            "and torque (N m) on the tool, place (m), slipped (m), friction_limit (N); None where no tool has it.")
+      .def("needle_state", &HeldScene::needle_state, py::arg("id"),
+           "After a touch, of the tool with that id: a record, a copy: condition (0 none, 1 outside, 2 presses, 3 "
+           "inside, "
+           "4 cuts,\n"
+           "5 stuck), places that it holds, slipping (of these), force (N) and torque (N m) on the tool, tip_force,\n"
+           "shaft_force (N), depth (m), tip_at_rest (m); None where no tool has the id, or no tool may have a needle.")
       .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces; the pose stays.")
       .def("save", &HeldScene::save,
            "bytes: what the touches have left in the scene. Restored, the next touches give the same bits.")

@@ -244,6 +244,12 @@ class HeldScene {
     if (!state) return py::none();
     return py::array_t<palpate_grasp_state>(1, state)[py::int_(0)];
   }
+  py::object needle_state(std::int32_t id) {
+    const InUse use(touching_, kTouching);
+    const palpate_needle_state* state = palpate_scene_needle_state(scene_, id);
+    if (!state) return py::none();
+    return py::array_t<palpate_needle_state>(1, state)[py::int_(0)];
+  }
 
   void reset() {
     const InUse use(touching_, kTouching);

@@ -36,8 +36,8 @@ py::array own_points(const Numbers& from) {
 
 HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double disc_radius, double friction,
                    std::int32_t id, std::optional<std::array<double, 3>> torque_about, const py::object& grasp,
-                   std::int32_t organ) {
-  return {own_points(points), py::list(grips), hold, disc_radius, friction, id, torque_about, grasp, organ};
+                   const py::object& needle, std::int32_t organ) {
+  return {own_points(points), py::list(grips), hold, disc_radius, friction, id, torque_about, grasp, needle, organ};
 }
 
 // The caller holds the same array and may have changed its shape.
@@ -65,6 +65,7 @@ void ToolCopies::take(const py::iterable& tools) {
   points_.clear();
   grips_.clear();
   grasps_.clear();
+  needles_.clear();
   for (const py::handle each : tools) {
     const auto& tool = each.cast<const HeldTool&>();
     if (!are_points(tool.points))
@@ -75,6 +76,8 @@ void ToolCopies::take(const py::iterable& tools) {
     for (const py::handle grip : tool.grips) grips_.push_back(grip.cast<const palpate_grip&>());
     palpate_tool& copy = tools_.emplace_back(palpate_default_tool());
     grasps_.emplace_back();
+    needles_.emplace_back();
+    if (!tool.needle.is_none()) needles_.back() = tool.needle.cast<const palpate_needle&>();
     if (!tool.grasp.is_none()) grasps_.back() = tool.grasp.cast<const palpate_grasp&>();
     copy.id = tool.id, copy.organ = tool.organ;
     copy.point_count = static_cast<std::int32_t>(tool.points.shape(0));
@@ -86,8 +89,10 @@ void ToolCopies::take(const py::iterable& tools) {
   // The vectors no longer grow, so pointers into them stay valid.
   const double* point = points_.data();
   const palpate_grip* grip = grips_.data();
-  for (std::size_t t = 0; t < tools_.size(); ++t)
+  for (std::size_t t = 0; t < tools_.size(); ++t) {
     if (grasps_[t]) tools_[t].grasp = &*grasps_[t];
+    if (needles_[t]) tools_[t].needle = &*needles_[t];
+  }
   for (palpate_tool& tool : tools_) {
     tool.points = point;
     tool.grips = grip;
@@ -123,14 +128,17 @@ void add_tools(py::module_& module) {
   py::class_<HeldTool>(module, "Tool", "An instrument: points that are tested against the surface, and grips.")
       .def(py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
            py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0, py::arg("id") = -1,
-           py::arg("torque_about") = py::none(), py::arg("grasp") = py::none(), py::arg("organ") = 0,
+           py::arg("torque_about") = py::none(), py::arg("grasp") = py::none(), py::arg("needle") = py::none(),
+           py::arg("organ") = 0,
            "points: [P, 3] or [3], m, copied; grips: Grip objects; hold: contacts stay when the point has come out, "
            "and pull;\n"
            "disc_radius: m, of the flat disc that each point presses (contact=\"patch\"); friction: for "
            "law=\"coulomb\"; id: 0 or more, by which the scene knows the tool from step to step; -1: its index;\n"
            "torque_about: None, or the 3 coordinates of a point, m: contacts.tools then has the torque about it.\n"
            "grasp: None, or a Grasp: the jaws are closed in each touch of the tool that has it (grasps=True).\n"
-           "organ: in a World, the organ that grips and grasp hold.")
+           "needle: None, or a Needle: it is in or before the tissue in each touch of the tool that has it "
+           "(needles=True).\n"
+           "organ: in a World, the organ that grips, grasp and needle hold.")
       .def_property(
           "points", [](const HeldTool& self) { return self.points; },
           [](HeldTool& self, const Numbers& to) { self.points = own_points(to); },
@@ -141,7 +149,8 @@ void add_tools(py::module_& module) {
                      "m, 0 .. 1: radius of the flat disc that each point presses on the organ (contact=\"patch\")")
       .def_readwrite("id", &HeldTool::id, "0 or more, another one for each tool of a touch; -1: its index")
       .def_readwrite("grasp", &HeldTool::grasp, "None, or a Grasp")
-      .def_readwrite("organ", &HeldTool::organ, "in a World, the organ that grips and grasp hold")
+      .def_readwrite("needle", &HeldTool::needle, "None, or a Needle")
+      .def_readwrite("organ", &HeldTool::organ, "in a World, the organ that grips, grasp and needle hold")
       .def_readwrite("torque_about", &HeldTool::torque_about, "None, or the point about which the torque is taken, m")
       .def_readwrite("friction", &HeldTool::friction, "0 .. 100: Coulomb's coefficient (law=\"coulomb\")");
 }

@@ -26,7 +26,8 @@ struct HeldTool {
   std::int32_t id = -1;
   std::optional<std::array<double, 3>> torque_about = std::nullopt;  // m; none: no torque
   py::object grasp = py::none();                                     // a Grasp, or None
-  std::int32_t organ = 0;                                            // of a world, that grips and grasp hold
+  py::object needle = py::none();                                    // a Needle, or None
+  std::int32_t organ = 0;                                            // of a world, that grips, grasp and needle hold
 };
 
 // A copy of the tools of one touch, made while the interpreter's lock is held, so that nothing changes during the step. The next
@@ -42,7 +43,8 @@ class ToolCopies {
   std::vector<palpate_tool> tools_;
   std::vector<double> points_;
   std::vector<palpate_grip> grips_;
-  std::vector<std::optional<palpate_grasp>> grasps_;  // [tool]
+  std::vector<std::optional<palpate_grasp>> grasps_;    // [tool]
+  std::vector<std::optional<palpate_needle>> needles_;  // [tool]
 };
 
 // The same of links, palpate_link or palpate_world_link, for one call.

@@ -1,4 +1,4 @@
-"""The Python package: python_test.py BUNDLE SOURCE_FOLDER BUNDLE_WITH_MOTIONS [unittest's arguments], with palpate importable."""
+"""The Python package: python_test.py BUNDLE SOURCE_FOLDER BUNDLE_WITH_MOTIONS BUNDLE_WITH_CORRIDOR [unittest's arguments], with palpate importable."""
 import ast
 import gc
 import inspect
@@ -14,7 +14,7 @@ import unittest
 import numpy as np
 import palpate
 
-BUNDLE, SOURCE, MOVED = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
+BUNDLE, SOURCE, MOVED, PIERCED = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3], sys.argv[4]
 
 
 def mapped_bytes_of_bundle():
@@ -860,6 +860,57 @@ class Grasps(unittest.TestCase):
             palpate.Grasp((7,), 0.01, self.at)
 
 
+class Needles(unittest.TestCase):
+    """The box of write_tiny_bundle FILE corridor; the needle enters its far face, x = 60 mm."""
+
+    ENTRY, INWARDS = np.array([0.06, 0.024, 0.019]), np.array([-1.0, 0, 0])
+    OUTSIDE, CUTS = 1, 4
+
+    def setUp(self):
+        self.bundle = palpate.Bundle(PIERCED)
+
+    def needle(self, **more):
+        scene = palpate.Scene(self.bundle, queries="on")
+        hit = scene.cast_ray(self.ENTRY - 0.01 * self.INWARDS, self.INWARDS)
+        return palpate.Needle((hit.triangle, hit.barycentric), 5e-4, self.ENTRY, self.INWARDS, **more)
+
+    def drive(self, scene, tool, contacts, begin, end):
+        for depth in np.linspace(begin, end, 60):
+            tool.needle.tip[:] = self.ENTRY + depth * self.INWARDS
+            self.assertEqual(scene.touch([tool], 0.001, contacts), palpate.StepFlags(0))
+        return scene.needle_state(3)
+
+    def test_a_needle_cuts_is_held_by_friction_and_comes_out(self):
+        scene = palpate.Scene(self.bundle, needles=True, force_limit=np.inf, force_slew=np.inf)
+        tool = palpate.Tool(id=3, needle=self.needle(friction=1, cutting_force=0.02, puncture_force=0.05), torque_about=self.ENTRY)
+        contacts = scene.make_contacts()
+        state = self.drive(scene, tool, contacts, -0.002, 0.03)
+        self.assertEqual(state["condition"], self.CUTS)
+        self.assertAlmostEqual(state["tip_force"], 0.02, delta=1e-6)
+        self.assertEqual(state["slipping"], state["places"])
+        # 1 N/m times the way in the tissue, but for what is behind the last of its places, 5 mm apart.
+        self.assertLessEqual(state["shaft_force"], state["depth"])
+        self.assertGreater(state["shaft_force"], state["depth"] - 0.0055)
+        np.testing.assert_allclose(state["force"], contacts.tools["force_raw"][0], rtol=1e-9)
+        np.testing.assert_allclose(state["force"][0], state["tip_force"] + state["shaft_force"], rtol=1e-9)
+        out = self.drive(scene, tool, contacts, 0.03, -0.01)
+        self.assertEqual(out["condition"], self.OUTSIDE)
+        self.assertEqual(np.linalg.norm(out["force"]), 0)
+        self.assertIsNone(scene.needle_state(4))
+        tool.needle.id = 1
+        self.assertEqual(self.drive(scene, tool, contacts, -0.002, 0.01)["condition"], self.CUTS)
+
+    def test_a_needle_needs_a_corridor_and_a_scene_with_needles(self):
+        with self.assertRaisesRegex(palpate.Error, "add a ..corridor.. to the boundary file"):
+            palpate.Scene(palpate.Bundle(BUNDLE), needles=True)
+        with self.assertRaisesRegex(palpate.Error, "needle_places must be 2 .. 64"):
+            palpate.Scene(self.bundle, needles=True, needle_places=65)
+        scene = palpate.Scene(self.bundle)
+        flags = scene.touch([palpate.Tool(needle=self.needle())], 0.001, scene.make_contacts())
+        self.assertIn(palpate.StepFlags.BAD_INPUT, flags)
+        self.assertIsNone(scene.needle_state(0))
+
+
 class Worlds(unittest.TestCase):
     def setUp(self):
         self.bundle = palpate.Bundle(BUNDLE)
@@ -1077,4 +1128,4 @@ class Stub(unittest.TestCase):
         self.assertEqual(palpate.__version__, version)
 
 
-unittest.main(argv=sys.argv[:1] + sys.argv[4:])
+unittest.main(argv=sys.argv[:1] + sys.argv[5:])

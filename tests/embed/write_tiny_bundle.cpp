@@ -1,10 +1,11 @@
-// write_tiny_bundle FILE [long | nodule | large | motions | cap]: writes the box bundle of tests/support; long: a box so long that blocks have low
+// write_tiny_bundle FILE [long | nodule | large | motions | cap | corridor]: writes the box bundle of tests/support; long: a box so long that blocks have low
 // rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs; motions: with those of box_motions.h; cap: a plate of 882 vertices
-// whose top is a cap of 0.6 m radius, for touching_bench.
+// whose top is a cap of 0.6 m radius, for touching_bench; corridor: a box of 6 x 7 x 7 cells, with a corridor of all nodes inside it.
 #include <algorithm>
 #include <functional>
 #include <string_view>
 
+#include "tests/support/box_corridor.h"
 #include "tests/support/box_motions.h"
 #include "tests/support/grid_body.h"
 
@@ -46,17 +47,25 @@ BundleParts cap() {
   return dense_bundle(dense);
 }
 
+BundleParts bundle_with_corridor() {
+  const DenseBody dense = dense_box({.cells = {6, 7, 7}, .poisson = 0.4});
+  BundleParts parts = dense_bundle(dense);
+  add_whole_corridor(parts, dense);
+  return parts;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string_view form = argc == 3 ? argv[2] : "";
-  const bool known =
-      form == "" || form == "long" || form == "nodule" || form == "large" || form == "motions" || form == "cap";
+  const bool known = form == "" || form == "long" || form == "nodule" || form == "large" || form == "motions" ||
+                     form == "cap" || form == "corridor";
   if (argc < 2 || argc > 3 || !known) return 2;
   const TinyBox long_box{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}};
-  BundleParts parts = form == "cap"      ? cap()
-                      : form == "nodule" ? bundle_with_nodule()
-                                         : tiny_bundle(form == "long" ? long_box : TinyBox{});
+  BundleParts parts = form == "cap"        ? cap()
+                      : form == "nodule"   ? bundle_with_nodule()
+                      : form == "corridor" ? bundle_with_corridor()
+                                           : tiny_bundle(form == "long" ? long_box : TinyBox{});
   if (form == "large") add_large_deformation(parts);
   if (form == "motions") add_motions(parts, box_on_supports(false));
   write_bundle(argv[1], parts);

@@ -17,6 +17,7 @@ from palpate._palpate import (
     Hit,
     Link,
     Mailbox,
+    Needle,
     Organ,
     Passivity,
     PlanPass,
@@ -45,6 +46,7 @@ __all__ = [
     "Hit",
     "Link",
     "Mailbox",
+    "Needle",
     "Organ",
     "Passivity",
     "PlanPass",
@@ -59,5 +61,5 @@ __all__ = [
     "WorldLink",
     "__version__",
 ]
-for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Organ, Passivity, PlanPass, Scene, Tool, Watchdog, World, WorldContacts, WorldLink):
+for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Needle, Organ, Passivity, PlanPass, Scene, Tool, Watchdog, World, WorldContacts, WorldLink):
     _each.__module__ = "palpate"

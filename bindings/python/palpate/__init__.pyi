@@ -155,6 +155,7 @@ class Tool:
         id: int = ...,
         torque_about: Optional[Sequence[float]] = ...,
         grasp: Optional[Grasp] = ...,
+        needle: Optional[Needle] = ...,
         organ: int = ...,
     ) -> None: ...
     @property
@@ -168,6 +169,7 @@ class Tool:
     id: int
     torque_about: Optional[Sequence[float]]
     grasp: Optional[Grasp]
+    needle: Optional[Needle]
     organ: int
 
 class Link:
@@ -238,6 +240,35 @@ class Grasp:
     closing: float
     friction: float
     clamp_force: float
+    id: int
+
+class Needle:
+    def __init__(
+        self,
+        place: tuple[int, npt.ArrayLike],
+        radius: float,
+        tip: npt.ArrayLike,
+        direction: npt.ArrayLike,
+        *,
+        friction: float = ...,
+        cutting_force: float = ...,
+        puncture_force: float = ...,
+        spacing: float = ...,
+        id: int = ...,
+    ) -> None: ...
+    @property
+    def tip(self) -> npt.NDArray[np.float64]: ...
+    @tip.setter
+    def tip(self, to: npt.ArrayLike) -> None: ...
+    @property
+    def direction(self) -> npt.NDArray[np.float64]: ...
+    @direction.setter
+    def direction(self, to: npt.ArrayLike) -> None: ...
+    radius: float
+    friction: float
+    cutting_force: float
+    puncture_force: float
+    spacing: float
     id: int
 
 class ToolShape:
@@ -313,6 +344,8 @@ class Scene:
         grasps: bool = ...,
         motions: bool = ...,
         inside: bool = ...,
+        needles: bool = ...,
+        needle_places: int = ...,
     ) -> None: ...
     @property
     def bundle(self) -> Bundle: ...
@@ -395,6 +428,7 @@ class Scene:
     def set_links(self, links: Iterable[Link]) -> None: ...
     def link_states(self) -> npt.NDArray[np.void]: ...
     def grasp_state(self, id: int) -> Optional[np.void]: ...
+    def needle_state(self, id: int) -> Optional[np.void]: ...
     def reset(self) -> None: ...
     def reset_tool(self, id: int) -> None: ...
     def save(self) -> bytes: ...
@@ -433,6 +467,8 @@ class Organ:
         grasps: bool = ...,
         motions: bool = ...,
         inside: bool = ...,
+        needles: bool = ...,
+        needle_places: int = ...,
     ) -> None: ...
     @property
     def position(self) -> npt.NDArray[np.float64]: ...
