@@ -4,7 +4,7 @@ LARGER_RESOLUTIONS := 100000
 RESOLUTION ?= 1700
 # The goals that print the documents' figures take the set with which these were measured.
 BC ?= $(if $(filter accuracy large-deformation bench% docs-speed kill-test,$(MAKECMDGOALS)),right-side,abdomen)
-SCENES ?= push push-response drag tools stroke lift suture $(if $(filter breathing,$(BC)),breathing)
+SCENES ?= push push-response drag tools stroke lift suture $(filter breathing biopsy,$(BC))
 
 # A resolution is about the number of vertices: 1700 has 1,696 and a smallest dihedral angle of 25 degrees, 20000 has 19,656 and
 # 22 degrees. --size: largest edge inside, mm.
@@ -31,7 +31,8 @@ RENDER_OPTIONS ?= --labels 255 --triangles 14000 --spread curvature
 
 # ---- pictures ------------------------------------------------------------------------------------------------------
 
-PICTURES = $(addprefix $(CASE)/pictures/,mesh.png boundary.png push.png drag.png tools.png stroke.png lift.png suture.png force.png)
+PICTURES = $(addprefix $(CASE)/pictures/,$(addsuffix .png,mesh boundary $(filter-out push-response,$(SCENES)) \
+                                                          $(if $(filter push-response,$(SCENES)),force)))
 
 $(CASE)/pictures/force.png: $(CASE)/scenes/push/summary.json $(CASE)/scenes/push-response/summary.json \
                             $(PIPELINES)/pictures/force.py

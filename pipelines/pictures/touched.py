@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with the tools,
-their paths and the forces that they feel, the links and the discs of grasps, from two sides."""
+their paths and the forces that they feel, the links, the discs of grasps and the needles, from two sides."""
 import argparse
 import os
 
@@ -22,6 +22,7 @@ STEEL, FORCE, EDGE, PATH, HATCH = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15,
 FORCE_HEX, BORDER = "#d91a1a", (0.0, 0.0, 0.0)
 THREAD, THREAD_HEX, SLACK, DISC = (0.10, 0.25, 0.85), "#1a40d9", (0.65, 0.70, 0.85), (0.55, 0.15, 0.65)
 LINE, TAUT, BROKEN = 3, 1, 2  # a VTK cell; conditions of a link
+GLASS = 0.45  # opacity of an organ with a needle inside
 
 
 def region_lines(bundle, points):
@@ -49,12 +50,13 @@ def region_lines(bundle, points):
 
 def contact_centres(scene, time, points, first):
     """The point at which each tool holds the organs, mm: the mean of its nodes in contact, weighted by their force. first: of the
-    nodes of each organ in points."""
-    nodes = {}
+    nodes of each organ in points. Nodes inside the organ, which needles hold, are not in points."""
+    nodes, end = {}, dict(zip(first, list(first.values())[1:] + [len(points)]))
     for row in offscreen.read_csv(os.path.join(scene, "contacts.csv")):
-        if float(row["time_s"]) == time:
+        place = first[row.get("organ")] + int(row["node"])
+        if float(row["time_s"]) == time and place < end[row.get("organ")]:
             weight = np.linalg.norm(offscreen.vector(row, "force", "N")) + 1e-12
-            nodes.setdefault(row["tool"], []).append((weight, points[first[row.get("organ")] + int(row["node"])]))
+            nodes.setdefault(row["tool"], []).append((weight, points[place]))
     return {tool: np.average([p for _, p in held], axis=0, weights=[w for w, _ in held])
             for tool, held in nodes.items()}
 
@@ -121,6 +123,24 @@ def jaw_actors(middles, normals, centre, size):
     return [offscreen.rod(end, joint, radius, STEEL) for end in outer] + [offscreen.rod(joint, joint + 0.2 * size * out, radius, STEEL)]
 
 
+def needles_in(held_files):
+    """Of each tool with a needle: where its tip and its handle are, mm."""
+    needles = {}
+    for file in filter(os.path.exists, held_files):
+        grid = offscreen.read_grid(file)
+        points, data = offscreen.points_of(grid), grid.GetCellData()
+        for cell in range(grid.GetNumberOfCells()):
+            if grid.GetCellType(cell) == LINE and data.GetArray("link").GetTuple1(cell) < 0:
+                needles[int(data.GetArray("tool").GetTuple1(cell))] = [points[grid.GetCell(cell).GetPointId(i)] for i in range(2)]
+    return needles
+
+
+def needle_actors(tip, handle, radius, size):
+    """The shaft, no thinner than can be seen, and a ball at its tip."""
+    radius = max(radius, 0.004 * size)
+    return [offscreen.rod(tip, handle, radius, STEEL), offscreen.sphere(tip, 1.6 * radius, STEEL)]
+
+
 def held_actors(held_file, surface, size):
     """Actors of the links and of the discs of grasps; labels (place, place, text) of the stretches that bear a force; the outward
     normals at them. A link that is broken is not drawn."""
@@ -131,6 +151,8 @@ def held_actors(held_file, surface, size):
     actors, labels, places, discs = [], [], [], {}
     for cell in range(grid.GetNumberOfCells()):
         ids = [grid.GetCell(cell).GetPointId(i) for i in range(grid.GetCell(cell).GetNumberOfPoints())]
+        if grid.GetCellType(cell) == LINE and grid.GetCellData().GetArray("link").GetTuple1(cell) < 0:
+            continue  # a needle
         condition, tension = (grid.GetCellData().GetArray(name).GetTuple1(cell) for name in ("condition", "tension"))
         if grid.GetCellType(cell) == LINE:
             if condition == BROKEN:
@@ -170,7 +192,7 @@ def normals_at(surface, places):
     return [np.array(surface.GetPointData().GetNormals().GetTuple(locator.FindClosestPoint(place))) for place in places]
 
 
-def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, size):
+def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, needles, size):
     """Actors of the tools and their paths; their forces, for force_arrows; the outward normals where tools act."""
     centres, paths = contact_centres(scene, time, now, first), read_paths(scene, time)
     owners = offscreen.point_data(tool_grid, "tool") if tool_grid.GetNumberOfPoints() else np.zeros(0)
@@ -181,6 +203,14 @@ def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, size)
         torque = torque_of(scene, tool["name"], time) if tool.get("grasp") else 0
         path, first, force = paths[tool["name"]]
         mine, strength = tool_points[owners == index], np.linalg.norm(force)
+        if index in needles:
+            tip, handle = needles[index]
+            out = views.unit(handle - tip)
+            actors += needle_actors(tip, handle, tool["needle"]["radius_m"] / offscreen.MILLIMETRE, size)
+            normals.append(normals_at(surface, [tip + tool["needle"]["deepest_m"] / offscreen.MILLIMETRE * out])[0])
+            if strength > 0:
+                forces.append((handle, force / strength, size * (0.10 + 0.15 * strength / strongest), out, out, 0.0, "%.2f N" % strength))
+            continue
         place = centres.get(tool["name"], path[-1])
         normal = normals_at(surface, [place])[0]
         normals += [normal] if tool["name"] in centres else []
@@ -230,13 +260,16 @@ def main():
 
     surface = offscreen.surface_of(organ)
     shown = np.linalg.norm(offscreen.point_data(surface, "displacement"), axis=1) / offscreen.MILLIMETRE
+    needles = needles_in([file.replace("organ_", "held_") for file in organ_files])
     actors = [offscreen.coloured_actor(surface, shown, (0, largest), COLOURS, edges=EDGE)]
+    actors[0].GetProperty().SetOpacity(GLASS if needles else 1)
     held = offscreen.cells_where(surface, offscreen.point_data(surface, "fixed") > 0)
     if held.GetNumberOfCells():
         actors.append(offscreen.hatch(held, size, HATCH))
     borders = region_lines(organs[0]["bundle"], now) if len(organs) == 1 else []
     actors += borders
-    more, forces, normals = tools_and_forces(arguments.scene, summary, time, surface, now, first, offscreen.read_grid(tools_file), size)
+    more, forces, normals = tools_and_forces(arguments.scene, summary, time, surface, now, first, offscreen.read_grid(tools_file), needles,
+                                             size)
     actors += more
     tensions = []
     for organ_file in organ_files:
@@ -260,7 +293,7 @@ def main():
     figure.suptitle("%s, %.2f s, from two sides; red: force of the %s on the %s; orange: path; striped: held%s"
                     % (summary["scene"], time, "organs" if len(organs) > 1 else "organ", "tools" if len(summary["tools"]) > 1 else "tool",
                        ("; thick lines: between tissues" if borders else "") + ("; blue: links" if any(each.get("links") for each in organs) else "") +
-                       ("; violet: discs of a grasp" if any(tool.get("grasp") for tool in summary["tools"]) else "")),
+                       ("; grey: needle" if needles else "") + ("; violet: discs of a grasp" if any(tool.get("grasp") for tool in summary["tools"]) else "")),
                     fontsize=16, y=0.985)
     picture_file.save(figure, arguments.output, [arguments.scene])
 

@@ -302,8 +302,8 @@ std::uint32_t Needles::finish(std::int32_t t, const Tool& tool, const ContactCon
     }
   }
   state.places = needle.count, state.depth = needle.tip.depth;
-  store3(organ.vector_to_world(-1 * *sum), state.force);
-  store3(organ.vector_to_world(-1 * *torque), state.torque);
+  store3(organ.vector_to_world(Vec3{} - *sum), state.force);
+  store3(organ.vector_to_world(Vec3{} - *torque), state.torque);
   store3(needle.tip.rest, state.tip_at_rest);
   return flags;
 }

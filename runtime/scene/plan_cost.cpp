@@ -31,7 +31,7 @@ class PassWork {
       case Pass::grasps:
         return {0, 0, 20 + 10 * nodes};
       case Pass::needles:
-        return {0, 0, 30 + 4 * nodes};
+        return {0, 0, 500 + 50 * nodes};
       case Pass::force:
         return {
             0, 0,
