@@ -168,6 +168,39 @@ for (const wasm of wasms) {
     close();
   });
 
+  test(`${wasm}: a needle cuts, is held by friction, and comes out`, () => {
+    const pierced = `${folder}/module-corridor.h5`;
+    execFileSync(writeTinyBundle, [pierced, "corridor"]);
+    const bundle = runtime.openBundle(new Uint8Array(readFileSync(pierced)));
+    const effects = { queries: "on", needles: true, needlePlaces: 12, forceLimit: Infinity, forceSlew: Infinity };
+    const scene = bundle.createScene(effects), entry = [0.06, 0.024, 0.019], { triangle, barycentric } = scene.closestPoint(entry);
+    const needle = { place: { triangle, barycentric }, direction: [-1, 0, 0], radius: 5e-4, friction: 1, cuttingForce: 0.02, punctureForce: 0.05 };
+    const drive = (from, to) => {
+      for (let step = 1; step <= 60; ++step) {
+        const tip = [entry[0] - (from + ((to - from) * step) / 60), entry[1], entry[2]];
+        scene.setTools([{ id: 5, reference: tip, needle: { ...needle, tip } }]);
+        assert.equal(scene.touch(1e-3), 0);
+      }
+      return scene.needle(5);
+    };
+    const inside = drive(-2e-3, 0.03);
+    assert.equal(inside.condition, "cuts");
+    near([inside.tipForce], [0.02], 1e-6, "cutting force");
+    assert.equal(inside.slipping, inside.places);
+    // 1 N/m times the way in the tissue, but for what is behind the last of its places, 5 mm apart.
+    assert.ok(inside.shaftForce <= inside.depth && inside.shaftForce > inside.depth - 5.5e-3, `${inside.shaftForce} of ${inside.depth}`);
+    near([...scene.forceRaw(0)], inside.force, 1e-9, "force");
+    near([...scene.torqueRaw(0)], inside.torque, 1e-9, "torque");
+    const out = drive(0.03, -0.01);
+    assert.equal(out.condition, "outside");
+    near(out.force, [0, 0, 0], 0, "force outside");
+    assert.equal(scene.needle(6), undefined);
+    scene.destroy(), bundle.close();
+    const without = runtime.openBundle(bytes);
+    refused(() => without.createScene(effects), /add a \[\[corridor\]\] to the boundary file/);
+    without.close();
+  });
+
   test(`${wasm}: strain, stress and carried points inside are those of the shape`, () => {
     const { scene, bundle, close } = open({ collision: "deformed", shape: "volume", inside: true });
     play(scene, press(2e-3, 100));

@@ -10,11 +10,12 @@ export * from "./flags.js";
 export { PalpateError, Scene, World };
 
 /** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number, id?: number,
- *   reference?: ArrayLike<number>, grasp?: Grasp, organ?: number}} Tool
+ *   reference?: ArrayLike<number>, grasp?: Grasp, needle?: Needle, organ?: number}} Tool
  *  id: 0 or more, by which the scene knows the tool from touch to touch; left out: its index.
  *  points: x y z after one another, m, in the world; discRadius: m, of the flat disc that each point presses on the organ (contact
  *  "patch"); reference: x y z, m, in the world, about which torque() is taken; left out: no torque is computed; grasp: the jaws are
- *  closed in each touch that has it (effects: grasps); organ: of a world, which the grips and the grasp hold; left out: the first one. */
+ *  closed in each touch that has it (effects: grasps); needle: it is in or before the tissue in each touch that has it (effects: needles);
+ *  organ: of a world, which the grips, the grasp and the needle hold; left out: the first one. */
 /** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
  *  Holds a touchable node, or a point of a triangle (barycentric weights); give node or triangle. At a displacement from rest, m. axes: bits 1, 2, 4
  *  impose x, y, z. */
@@ -27,7 +28,7 @@ export { PalpateError, Scene, World };
  *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
  *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
  *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number,
- *   maxLinks?: number, grasps?: boolean, motions?: boolean, inside?: boolean
+ *   maxLinks?: number, grasps?: boolean, motions?: boolean, inside?: boolean, needles?: boolean, needlePlaces?: number
  * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
@@ -40,6 +41,8 @@ export { PalpateError, Scene, World };
  *  out is the identity, or zero. */
 /** @typedef {import("./links.js").Link} Link */
 /** @typedef {import("./links.js").Grasp} Grasp */
+/** @typedef {import("./needles.js").Needle} Needle */
+/** @typedef {import("./needles.js").NeedleState} NeedleState */
 /** @typedef {import("./links.js").LinkState} LinkState */
 /** @typedef {import("./links.js").GraspState} GraspState */
 /** @typedef {import("./contact_report.js").ContactReport} ContactReport */

@@ -4,6 +4,7 @@ import { STEP_BAD_INPUT, STEP_OTHER_BUNDLE } from "./flags.js";
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { Measures, Places } from "./inside.js";
 import { fillLink, readGraspState, readLinkState } from "./links.js";
+import { readNeedleState } from "./needles.js";
 import { fillPose } from "./scene_def.js";
 import { reader } from "./struct.js";
 import { ToolMemory } from "./tool_memory.js";
@@ -14,6 +15,7 @@ import { ToolMemory } from "./tool_memory.js";
 /** @typedef {import("./links.js").Link} Link */
 /** @typedef {import("./links.js").LinkState} LinkState */
 /** @typedef {import("./links.js").GraspState} GraspState */
+/** @typedef {import("./needles.js").NeedleState} NeedleState */
 /** @typedef {import("./contact_report.js").ContactReport} ContactReport */
 /** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
 /** @typedef {import("./scene_def.js").SceneDef} SceneDef */
@@ -147,6 +149,12 @@ export class Scene {
   grasp(id) {
     const at = this.runtime.api.palpate_scene_grasp_state(this.pointer, id) >>> 0;
     return at === 0 ? undefined : readGraspState(this.runtime, at);
+  }
+  /** The needle of the tool with that id after the last touch(): a copy. @param {number} id
+   *  @returns {NeedleState | undefined} undefined: no tool has the id, or no tool of the scene may have a needle */
+  needle(id) {
+    const at = this.runtime.api.palpate_scene_needle_state(this.pointer, id) >>> 0;
+    return at === 0 ? undefined : readNeedleState(this.runtime, at);
   }
 
   /** Says by how much each of the bundle's motions moves the organ, from the next touch() on. Call it before each touch of an organ that

@@ -79,6 +79,8 @@ function fillSceneDef(runtime, def, effects) {
   put.integer("grasps", flag(effects.grasps));
   put.integer("motions", flag(effects.motions));
   put.integer("inside", flag(effects.inside));
+  put.integer("needles", flag(effects.needles));
+  put.integer("needle_places", effects.needlePlaces);
   if (effects.maxOperations !== undefined)
     runtime.heap.data.setBigInt64(def + runtime.field("palpate_scene_def.max_operations"), BigInt(effects.maxOperations), true);
 }

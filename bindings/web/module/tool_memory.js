@@ -1,5 +1,6 @@
-// Tools as objects -> palpate_tool in the module's memory, with their points, grips and grasps.
+// Tools as objects -> palpate_tool in the module's memory, with their points, grips, grasps and needles.
 import { fillGrasp } from "./links.js";
+import { fillNeedle } from "./needles.js";
 import { writer } from "./struct.js";
 /** @typedef {import("./palpate.js").Runtime} Runtime */
 /** @typedef {import("./palpate.js").Tool} Tool */
@@ -13,18 +14,21 @@ export class ToolMemory {
   #pointsAt = 0;
   #gripsAt = 0;
   #graspsAt = 0;
+  #needlesAt = 0;
 
   /** @param {Runtime} runtime @param {number} maxTools @param {number} maxPoints */
   constructor(runtime, maxTools, maxPoints) {
     this.runtime = runtime;
     this.maxTools = maxTools;
     this.maxPoints = maxPoints;
-    const sizes = [runtime.field("palpate_tool"), 24 * maxPoints, runtime.field("palpate_grip") * maxPoints, runtime.field("palpate_grasp")]
+    const sizes = [runtime.field("palpate_tool"), 24 * maxPoints, runtime.field("palpate_grip") * maxPoints, runtime.field("palpate_grasp"),
+      runtime.field("palpate_needle")]
       .map((bytes) => (bytes * maxTools + 15) & ~15);
     this.at = runtime.heap.takeZeros(sizes.reduce((sum, bytes) => sum + bytes, 0));
     this.#pointsAt = this.at + sizes[0];
     this.#gripsAt = this.#pointsAt + sizes[1];
     this.#graspsAt = this.#gripsAt + sizes[2];
+    this.#needlesAt = this.#graspsAt + sizes[3];
   }
 
   /** @param {Tool[]} tools */
@@ -57,10 +61,16 @@ export class ToolMemory {
     put.number("friction", tool.friction ?? 0);
     put.integer("has_torque", tool.reference ? 1 : 0);
     if (tool.reference) put.numbers("reference", tool.reference, 3);
-    if (!tool.grasp) return;
-    const graspAt = this.#graspsAt + index * runtime.field("palpate_grasp");
-    fillGrasp(runtime, graspAt, tool.grasp);
-    put.address("grasp", graspAt);
+    if (tool.grasp) {
+      const graspAt = this.#graspsAt + index * runtime.field("palpate_grasp");
+      fillGrasp(runtime, graspAt, tool.grasp);
+      put.address("grasp", graspAt);
+    }
+    if (tool.needle) {
+      const needleAt = this.#needlesAt + index * runtime.field("palpate_needle");
+      fillNeedle(runtime, needleAt, tool.needle);
+      put.address("needle", needleAt);
+    }
   }
 
   /** @param {number} at @param {Grip} grip */

@@ -49,7 +49,7 @@ export class World {
     for (const contacts of this.#contacts) contacts.at = this.#contactsAt;
   }
 
-  /** Sets the tools for the next touch, in the world. The grips and the grasp of a tool hold the organ that it names.
+  /** Sets the tools for the next touch, in the world. The grips, the grasp and the needle of a tool hold the organ that it names.
    *  @param {Tool[]} tools known by their id, or by their order */
   setTools(tools) {
     this.#tools.set(tools);
