@@ -5,7 +5,9 @@
 #include <numbers>
 
 #include "tests/runtime/played_box.h"
+#include "tests/runtime/world/played_world.h"
 #include "tests/support/box_corridor.h"
+#include "tests/support/box_motions.h"
 
 namespace palpate::tests {
 namespace {
@@ -273,6 +275,72 @@ TEST(Needle, DrawnOutItLeavesTheTissueAtRestAndEntersAgainWithAnotherId) {
   EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_CUTS);
 }
 
+// ---- beside what else moves the organ --------------------------------------------------------------------------------
+
+// All supports of the body move along x, so that it moves with them as it is.
+TEST(Needle, InAnOrganWhoseSupportsMoveItFeelsWhatItFeelsWhenItMovesTheOtherWay) {
+  const TouchedBody moving(pierced_body(), [](BundleParts& parts) {
+    add_whole_corridor(parts, pierced_body()), add_motions(parts, pierced_body());
+  });
+  palpate_scene_def def = piercing_def();
+  def.motions = 1;
+  Piercing still(def, moving), moved(def, moving);
+  palpate_needle needle = needle_at(kEntry);
+  needle.friction = 1, needle.cutting_force = 0.02, needle.puncture_force = 0.05;
+  const auto step = [&](double depth, double piston) {
+    double amounts[kMotions] = {piston};
+    palpate_error error = {};
+    ASSERT_EQ(palpate_scene_set_motions(moved.scene.get(), amounts, kMotions, &error), PALPATE_OK) << error.text;
+    palpate_needle relative = needle, in_world = needle;
+    Eigen::Map<Vector3d>(relative.tip) = kEntry + depth * kInwards;
+    Eigen::Map<Vector3d>(in_world.tip) = kEntry + depth * kInwards + Vector3d(piston, 0, 0);
+    ASSERT_EQ(still.step(&relative), 0u);
+    ASSERT_EQ(moved.step(&in_world), 0u);
+    // The fields of the motions are stored in single precision: 1e-9 m of a way of 12 mm, over the compliance of the shaft.
+    EXPECT_NEAR((still.force() - moved.force()).norm(), 0, 1e-6) << depth << ' ' << piston;
+    EXPECT_NEAR(still.state().depth, moved.state().depth, 1e-7);
+    EXPECT_EQ(still.state().condition, moved.state().condition);
+  };
+  // The needle goes in while the supports swing, stands in the world while they go on, and comes out.
+  for (int i = 0; i <= 60; ++i) step(-2.1e-3 + 4e-4 * i, 0.012 * std::sin(0.1 * i));
+  const double in_world = 21.9e-3 - 0.012 * std::sin(6.0);
+  for (int i = 61; i <= 90; ++i) step(in_world + 0.012 * std::sin(0.1 * i), 0.012 * std::sin(0.1 * i));
+  EXPECT_EQ(moved.state().places, still.state().places);
+  EXPECT_GT(moved.state().places, 1);
+  for (int i = 0; i <= 60; ++i) step(20e-3 - 6e-4 * i, 0.012 * std::sin(9 + 0.1 * i));
+  EXPECT_EQ(moved.state().condition, PALPATE_NEEDLE_OUTSIDE);
+}
+
+TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
+  const palpate_scene_def def = piercing_def();
+  Piercing alone(def);
+  const palpate_pose pose = palpate_default_pose();
+  palpate_scene_def without = def;
+  without.needles = 0, without.collision = PALPATE_COLLISION_REST;
+  const palpate_pose aside = pose_at({0.5, 0, 0});
+  palpate_error error = {};
+  const WorldPointer world =
+      world_of({organ_of(box().bundle(), &def, &pose), organ_of(box().bundle(), &without, &aside)}, &error);
+  ASSERT_TRUE(world) << error.text;
+  WorldContacts contacts(world.get());
+  palpate_needle needle = needle_at(kEntry);
+  needle.friction = 1, needle.cutting_force = 0.02, needle.puncture_force = 0.05;
+  for (int i = 0; i <= 120; ++i) {
+    const double depth = i <= 60 ? -2e-3 + 4e-4 * i : 22e-3 - 4e-4 * (i - 60);
+    Eigen::Map<Vector3d>(needle.tip) = kEntry + depth * kInwards;
+    alone.step(&needle);
+    palpate_tool tool = palpate_default_tool();
+    tool.id = 3, tool.needle = &needle, tool.has_torque = 1;
+    Eigen::Map<Vector3d>(tool.reference) = kEntry;
+    palpate_world_touch(world.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    const palpate_needle_state* state = palpate_scene_needle_state(palpate_world_scene(world.get(), 0), 3);
+    ASSERT_TRUE(state);
+    EXPECT_EQ(std::memcmp(state, &alone.state(), sizeof *state), 0) << i;
+    EXPECT_EQ(Vector3d(contacts.tool(0).force_raw), alone.force()) << i;
+  }
+  EXPECT_EQ(palpate_scene_needle_state(palpate_world_scene(world.get(), 1), 3), nullptr);
+}
+
 // ---- hard cases ------------------------------------------------------------------------------------------------------
 
 bool are_finite(const std::vector<float>& u) {
@@ -323,6 +391,31 @@ TEST(Needle, WhereTheTipMayNotGoItStaysAndTheStepIsFlagged) {
   Piercing few(def);
   EXPECT_TRUE(few.drive(needle_at(kEntry), 0.03) & PALPATE_STEP_CONTACTS_DROPPED);
   EXPECT_EQ(few.state().places, 2);
+}
+
+// Grips come first. What the needle held in the step before must not answer for rows that it does not have in this one.
+TEST(Needle, PlacesForWhichTheGripsLeaveNoRoomBearNothingAndTheStepIsFlagged) {
+  palpate_scene_def def = piercing_def();
+  def.max_points = 16, def.max_contact_nodes = 48;
+  Piercing piercing(def);
+  palpate_needle needle = needle_at(kEntry);
+  needle.friction = 1, needle.cutting_force = 0.02;
+  ASSERT_EQ(piercing.drive(needle, 0.03), 0u);
+  ASSERT_EQ(piercing.state().places, 5);
+  ASSERT_GT(piercing.state().shaft_force, 0.02);
+  std::vector<palpate_grip> grips;
+  for (int i = 0; i < 16; ++i)
+    grips.push_back(grip_at_node(box().touchable[static_cast<std::size_t>(5 * i)], {2e-3, 1e-3, 1e-3}));
+  // 48 nodes: 16 of the grips, 8 of the tip and 20 of the places. With 28, the places have 4.
+  ASSERT_EQ(piercing.step(&piercing.last, grips), 0u);
+  def.max_contact_nodes = 28;
+  Piercing short_of_nodes(def);
+  ASSERT_EQ(short_of_nodes.drive(needle, 0.03), 0u);
+  const palpate_step_flags flags = short_of_nodes.step(&short_of_nodes.last, grips);
+  EXPECT_TRUE(flags & PALPATE_STEP_CONTACTS_DROPPED);
+  EXPECT_LE(std::fabs(short_of_nodes.state().shaft_force), needle.friction * 6e-3) << "of one place";
+  EXPECT_TRUE(short_of_nodes.force().allFinite());
+  EXPECT_EQ(short_of_nodes.state().places, 5);
 }
 
 TEST(Needle, BadInputKeepsTheLastGoodNeedle) {
