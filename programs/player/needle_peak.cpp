@@ -13,8 +13,10 @@ nlohmann::ordered_json or_null(const std::optional<double>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
-bool is_inside(palpate_needle_condition condition) {
-  return condition == PALPATE_NEEDLE_INSIDE || condition == PALPATE_NEEDLE_CUTS || condition == PALPATE_NEEDLE_STUCK;
+// A needle may also be stuck in front of the surface, where no corridor begins.
+bool is_inside(const palpate_needle_state& state) {
+  return state.condition == PALPATE_NEEDLE_INSIDE || state.condition == PALPATE_NEEDLE_CUTS ||
+         (state.condition == PALPATE_NEEDLE_STUCK && state.depth > 0);
 }
 
 }  // namespace
@@ -34,7 +36,7 @@ void NeedlePeak::add(const palpate_needle_state& state, double time, int most_pl
 }
 
 void NeedlePeak::note_events(const palpate_needle_state& state, double time, int most_places) {
-  if (is_inside(state.condition)) {
+  if (is_inside(state)) {
     if (!pierced_) pierced_ = time;
     out_.reset();
   }
@@ -63,7 +65,9 @@ std::string NeedlePeak::sentence() const {
   text += fmt::format("; largest force {:.3g} N, at {:.3g} s", force_.value, force_.time);
   if (stuck_)
     text += fmt::format("; stuck at {:.3g} s, {}", *stuck_,
-                        no_place_ ? "for want of needle_places" : "where the tip would leave the corridor");
+                        no_place_  ? "for want of needle_places"
+                        : pierced_ ? "where the tip would leave the corridor"
+                                   : "since the bundle has no corridor where it enters");
   if (out_) text += fmt::format("; out at {:.3g} s", *out_);
   return text;
 }

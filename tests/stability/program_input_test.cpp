@@ -1,6 +1,7 @@
 // NaN, infinities, denormals and huge numbers in every file and option that the programs read. A program must answer with one
 // sentence and exit code 2, or with a right result; never with a crash, a hang, or an output that contains such numbers.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 #include <cstring>
@@ -247,6 +248,54 @@ box = { min = [59, -1, -1], max = [61, 1, 1] }
     for (const std::string& word : odd_words())
       play(field, word, scene, with(rod, field, word + (field[0] == '0' ? "," : "")),
            is_number(word) ? "odd." : "odd.csv");
+  verdicts.hold(attack);
+}
+
+TEST(StabilityProgramInput, ScenesWithNeedles) {
+  StabilityCase attack(
+      "A needle with extreme numbers: a shaft so thin that its compliance overflows, a way that never ends in the "
+      "tissue, "
+      "forces that are not numbers.");
+  Programs programs;
+  Verdicts verdicts(programs);
+  programs.write("bc.toml",
+                 kBoundary + "[[corridor]]\nname = \"along\"\nfrom = [70, 25, 20]\nto = [0, 25, 20]\nradius = 5\n");
+  const ProgramRun made = programs.precompute("box.h5");
+  ASSERT_EQ(made.code, 0) << made.errors;
+  const std::string scene = R"(name = "odd"
+bundle = "box.h5"
+unit = "mm"
+[[tool]]
+name = "needle"
+path = [[0, 62, 26, 21], [0.1, 31, 26, 21], [0.2, 63, 26, 21]]
+turn = [[0, 0, 0, 0], [0.2, 0, 0, 7]]
+[tool.needle]
+entry = [59, 26, 21]
+direction = [-11, 0.25, 0]
+radius = 0.6
+friction = 3
+puncture_force = 0.2
+cutting_force = 0.05
+spacing = 5
+)";
+  const auto play = [&](const std::string& what, const std::string& word, const std::string& text) {
+    programs.write("odd.toml", text);
+    const ProgramRun ended = programs.run("odd.toml -o out --quiet");
+    verdicts.judge(
+        what, word, ended, "odd.toml", [&] { return programs.holds_only_numbers("out"); }, "out");
+    std::filesystem::remove_all(programs.folder() / "out");
+  };
+  programs.write("odd.toml", scene);
+  const ProgramRun good = programs.run("odd.toml -o out --quiet");
+  ASSERT_EQ(good.code, 0) << good.errors;
+  EXPECT_THAT(file_bytes(programs.folder() / "out/needles.csv"), ::testing::HasSubstr("cuts"));
+  std::filesystem::remove_all(programs.folder() / "out");
+  for (const std::string field : {"31,", "7]", "59,", "-11,", "0.25,", "0.6\n", "3\n", "0.2\n", "0.05\n", "5\n"})
+    for (const std::string& word : odd_words()) {
+      const std::string key = field == "3\n" ? "friction = 3\n" : field == "5\n" ? "spacing = 5\n" : field;
+      const std::string before = key.substr(0, key.size() - field.size());
+      play(key, word, with(scene, key, before + " " + word + field.substr(field.size() - 1)));
+    }
   verdicts.hold(attack);
 }
 

@@ -14,13 +14,17 @@ namespace {
 using namespace tests;
 using testing::HasSubstr;
 
+DenseBody pierced_box() {
+  TinyBox form;
+  form.cells = {6, 7, 7}, form.poisson = 0.4;
+  return dense_box(form);
+}
+
 class PlayedNeedle : public PlayedScene {
  protected:
   void SetUp() override {
     PlayedScene::SetUp();
-    TinyBox form;
-    form.cells = {6, 7, 7}, form.poisson = 0.4;
-    const DenseBody dense = dense_box(form);
+    const DenseBody dense = pierced_box();
     BundleParts parts = dense_bundle(dense);
     add_whole_corridor(parts, dense);
     write_bundle(folder_ / "pierced.h5", parts);
@@ -140,6 +144,13 @@ TEST_F(PlayedNeedle, SaysWhereItIsStuckAndWhy) {
   ASSERT_EQ(ended.code, 0) << ended.errors;
   EXPECT_THAT(ended.errors, HasSubstr("for want of needle_places"));
   EXPECT_THAT(ended.errors, HasSubstr("raised CONTACTS_DROPPED"));
+  BundleParts parts = dense_bundle(pierced_box());
+  add_corridor(parts, pierced_box(), {pierced_box().body.surface_nodes});
+  write_bundle(folder_ / "pierced.h5", parts);
+  ended = run("scene.toml -o out");
+  ASSERT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_THAT(ended.errors, HasSubstr("did not pierce the surface; largest force 0 N"));
+  EXPECT_THAT(ended.errors, HasSubstr("stuck at 0 s, since the bundle has no corridor where it enters"));
 }
 
 TEST_F(PlayedNeedle, RefusesABundleWithoutACorridorAndAPlaceFarAway) {
